@@ -34,11 +34,25 @@ class Clocks:
             recorded: When the message was recorded [s].
             stamp: In its header [s].
         """
+        if topic in self._jumps:
+            since, steps = self._jumps[topic]
+            stamp -= steps[bisect_right(since, recorded)]
         self._seen.setdefault(topic, array("d")).extend((recorded, stamp))
-        if topic not in self._jumps:
-            return stamp
-        since, steps = self._jumps[topic]
-        return stamp - steps[bisect_right(since, recorded)]
+        return stamp
+
+    def stamps_at(self, recorded: Array) -> Array:
+        """Return what headers would tell of messages without, by those recorded about then; shape (N,) [s].
+
+        A recorder may go by the clock of the wall while headers tell simulated time. The topic of most messages counts.
+
+        Args:
+            recorded: When messages were recorded, shape (N,) [s].
+        """
+        pairs = np.array(max(self._seen.values(), key=len, default=[])).reshape(-1, 2)
+        if not len(pairs) or abs(float(np.median(pairs[:, 1] - pairs[:, 0]))) < JUMP:
+            return recorded
+        times, stamps = pairs[np.argsort(pairs[:, 0], kind="stable")].T
+        return np.asarray(np.interp(recorded, times, stamps), dtype=float)
 
     def settle(self) -> Mapping[str, str]:
         """Find the jumps of all that was seen, for the next reading, and return what people are told of them."""

@@ -18,7 +18,7 @@ from mjsim.logs.bag_file import Bag, RosMessage
 from mjsim.logs.bag_frames import BASES, FrameTree, frame_name, matrix_of
 from mjsim.logs.bag_messages import imu_of, pose_of, scan_of, twist_of
 from mjsim.logs.bag_pictures import is_depth, size_of
-from mjsim.logs.bag_topics import INFO, TRANSFORMS, RobotTopics, told_by
+from mjsim.logs.bag_topics import INFO, TRANSFORMS, TWISTS, RobotTopics, told_by
 from mjsim.logs.merge import track_of
 from mjsim.logs.readings import rising
 
@@ -113,6 +113,8 @@ class Contents:
         self.imu_frames: dict[str, str] = {}
         self.infos: dict[str, Any] = {}
         self.left_out: Counter[str] = Counter()
+        self._unstamped: set[str] = set()
+        """Topics whose times are those of the recorder."""
         self._transforms: Counter[str] = Counter()
         first, last = 0, 0
         for message in self._bag.messages(self._takes):
@@ -121,6 +123,10 @@ class Contents:
                 self._takes[message.topic](message)
             except ValueError:
                 self.left_out[message.topic] += 1
+        for topic in self._unstamped:
+            moves = self.moves[topic]
+            times = self._clocks.stamps_at(np.array([row[0] for row in moves.twists]))
+            moves.twists = [(time, *row[1:]) for time, row in zip(times.tolist(), moves.twists, strict=True)]
         self._drop_wrong_times((last - first) * 1e-9)
 
     def frames_of(self, robot: str) -> FrameTree:
@@ -139,9 +145,9 @@ class Contents:
                 roles[topic] = self._take_info
         for robot in robots:
             for topic in filter(None, (robot.odometry, robot.truth)):
-                roles[topic] = self._take_pose
+                roles[topic] = self._take_twist if self._bag.types[topic] in TWISTS else self._take_pose
             if robot.command is not None:
-                roles[robot.command] = self._take_command
+                roles[robot.command] = self._take_twist
             roles |= dict.fromkeys(robot.cloud.values(), self._take_cloud)
             roles |= dict.fromkeys(robot.scan.values(), self._take_scan)
             roles |= dict.fromkeys(robot.camera.values(), self._take_picture)
@@ -184,11 +190,15 @@ class Contents:
         # Of a message whose pose is none the twist still counts.
         moves.rows.append((time, *Pose3.from_matrix(pose_of(told)).as_array().tolist()))
 
-    def _take_command(self, message: RosMessage) -> None:
+    def _take_twist(self, message: RosMessage) -> None:
         told = self._bag.decode(message)
-        # A plain Twist has no header.
-        time = self._stamp(message) if hasattr(told, "header") else message.time * 1e-9
-        self.moves.setdefault(message.topic, Moves()).twists.append((time, *twist_of(told)))
+        if hasattr(told, "header"):
+            time, child = self._stamp(message), frame_name(told.header.frame_id)
+        else:
+            # A plain Twist has no header.
+            time, child = message.time * 1e-9, ""
+            self._unstamped.add(message.topic)
+        self.moves.setdefault(message.topic, Moves(child=child)).twists.append((time, *twist_of(told)))
 
     def _take_imu(self, message: RosMessage) -> None:
         told = self._bag.decode(message)

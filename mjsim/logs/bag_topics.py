@@ -10,8 +10,10 @@ ODOMETRY = "nav_msgs/msg/Odometry"
 PICTURES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 POSES = tuple(f"geometry_msgs/msg/{name}" for name in ("PoseStamped", "PoseWithCovarianceStamped", "TransformStamped"))
 COMMANDS = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
+TWISTS = ("geometry_msgs/msg/TwistStamped", "geometry_msgs/msg/TwistWithCovarianceStamped")
+"""Velocities with a time, which may be odometry."""
 TYPES = {
-    "odometry": (ODOMETRY,),
+    "odometry": (ODOMETRY, *TWISTS, *POSES),
     "truth": (ODOMETRY, *POSES),
     "scan": ("sensor_msgs/msg/LaserScan", "sensor_msgs/msg/MultiEchoLaserScan"),
     "cloud": ("sensor_msgs/msg/PointCloud2",),
@@ -20,6 +22,10 @@ TYPES = {
     "command": COMMANDS,
 }
 """What may be asked for by topic -> types of ROS that it is read from."""
+UNASKED = {**TYPES, "odometry": (ODOMETRY,)}
+"""The same of topics that nobody named: other velocities and poses may be anything."""
+NAMELESS = "robot"
+"""A robot without a namespace."""
 SINGLE = ("odometry", "truth", "command")
 """What is read from one topic of a robot."""
 SENSED = (*TYPES["scan"], *TYPES["cloud"], *PICTURES, *TYPES["imu"])
@@ -39,6 +45,8 @@ class RobotTopics:
     """The topics of one robot."""
 
     name: str
+    space: str = ""
+    """Its namespace, as `told_by` names it; empty without one."""
     odometry: str | None = None
     truth: str | None = None
     scan: Mapping[str, str] = field(default_factory=dict)
@@ -78,8 +86,8 @@ def robots_of(
             raise UsageError(f"no robot '{name}' in this bag{did_you_mean(name, spaces)}")
     several = len(spaces) > 1
     return [
-        _robot(name, [topic for topic in types if not several or _first(topic) == name], types, asked)
-        for name in spaces
+        _robot(name, space, [topic for topic in types if not several or _first(topic) == space], types, asked)
+        for name, space in spaces.items()
         if not names or name in names
     ]
 
@@ -109,41 +117,42 @@ def _check(types: Mapping[str, str], asked: Mapping[str, Sequence[str]]) -> None
             raise UsageError(f"{kind} is read from one topic of a robot; name one with --topic {kind}=...")
 
 
-def _namespaces(types: Mapping[str, str], asked: Mapping[str, Sequence[str]]) -> list[str]:
-    """Return the names of the robots: of their namespaces, or 'robot'."""
+def _namespaces(types: Mapping[str, str], asked: Mapping[str, Sequence[str]]) -> dict[str, str]:
+    """Return the name of each robot and its namespace, empty for one that has none of its own."""
     moved = [topic for topic, kind in types.items() if kind == ODOMETRY and not _is_truth(topic)]
     spaces = list(dict.fromkeys(_first(topic) for topic in asked.get("odometry") or moved))
     of_robots = {_first(topic) for topic, kind in types.items() if kind in OF_ROBOTS}
     if len(spaces) > 1 and all(space in of_robots for space in spaces):
-        return spaces
+        taken: set[str] = set()
+        return {_free(_plain(space) or NAMELESS, taken): space for space in spaces}
     everything = {_first(topic) for topic, kind in types.items() if kind not in TRANSFORMS and topic.count("/") > 1}
     flat = [topic for topic, kind in types.items() if kind in (ODOMETRY, *TYPES["scan"]) and topic.count("/") < 2]
     if len(spaces) == 1 and spaces[0] and not flat and everything <= {spaces[0]}:
-        return spaces
-    return ["robot"]
+        return {_plain(spaces[0]) or NAMELESS: spaces[0]}
+    return {NAMELESS: ""}
 
 
 def _robot(
-    name: str, topics: Collection[str], types: Mapping[str, str], asked: Mapping[str, Sequence[str]]
+    name: str, space: str, topics: Collection[str], types: Mapping[str, str], asked: Mapping[str, Sequence[str]]
 ) -> RobotTopics:
     def of(kind: str) -> list[str]:
         wanted = [topic for topic in asked.get(kind, ()) if topic in topics]
-        return wanted or [topic for topic in topics if types[topic] in TYPES[kind]]
+        return wanted or [topic for topic in topics if types[topic] in UNASKED[kind]]
 
     truths = [topic for topic in asked.get("truth", ()) if topic in topics] or list(filter(_is_truth, of("truth")))
     moved = [topic for topic in of("odometry") if topic not in truths and not _is_truth(topic)]
-    space = "" if name == "robot" and not any(_first(topic) == name for topic in topics) else f"/{name}"
     # A topic of pictures and one that carries the same packed are one camera.
     pictures = [topic for topic in of("camera") if plain_topic(topic) == topic or plain_topic(topic) not in types]
     taken: set[str] = set()
     named = {
-        kind: {_sensor_name(topic, space, kind, taken): topic for topic in sorted(found)}
+        kind: {_sensor_name(topic, f"/{space}/", kind, taken): topic for topic in sorted(found)}
         for kind, found in (("scan", of("scan")), ("camera", pictures), ("imu", of("imu")), ("cloud", of("cloud")))
     }
     # Other topics of velocities may hold anything.
     orders = [topic for topic in of("command") if topic in asked.get("command", ()) or topic.endswith("cmd_vel")]
     return RobotTopics(
-        name=_plain(name),
+        name=name,
+        space=_plain(space),
         odometry=_one("odometry", moved),
         truth=_one("truth", truths),
         command=orders[0] if len(orders) == 1 else None,
@@ -165,8 +174,12 @@ def _sensor_name(topic: str, space: str, kind: str, taken: set[str]) -> str:
     words = plain_topic(topic).removeprefix(space).strip("/").split("/")
     while words and words[-1] in PLAIN_WORDS:
         words.pop()
-    name = first = _plain("_".join(words)) or kind
-    number = 1
+    return _free(_plain("_".join(words)) or kind, taken)
+
+
+def _free(name: str, taken: set[str]) -> str:
+    """Return a name, with a number behind it where it is taken, and take it."""
+    first, number = name, 1
     while name in taken:
         number += 1
         name = f"{first}_{number}"

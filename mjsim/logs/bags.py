@@ -36,8 +36,6 @@ GAP = 0.5
 """Between two poses of the truth that are farther apart nothing is known [s]."""
 MOST_BEAMS = 10_000
 """Of a scan that a recording holds."""
-SMALLEST, LARGEST = 16, 4096
-"""Pictures that a recording holds, to the side and down [px]."""
 
 
 def read_bag(path: Path, wishes: Wishes, stack: ExitStack) -> list[Log]:
@@ -90,7 +88,7 @@ class _Robot:
 
     def __init__(self, bag: Bag, contents: Contents, messages: BagMessages, topics: RobotTopics) -> None:
         self._bag, self._contents, self._messages, self._topics = bag, contents, messages, topics
-        self._frames = contents.frames_of(topics.name)
+        self._frames = contents.frames_of(topics.space)
         self._notes: dict[str, str] = {}
         self._odometry = self._moves(topics.odometry) or self._transformed()
         self._track = None if self._odometry is None else self._odometry.planar()
@@ -103,7 +101,7 @@ class _Robot:
     def _base_frame(self) -> str | None:
         """Return the frame of the robot: the one that odometry moves, or the usual one where /tf does not know that."""
         child = self._odometry.child if self._odometry is not None else ""
-        usual = self._frames.base("" if self._topics.name == "robot" else self._topics.name)
+        usual = self._frames.base(self._topics.space)
         if child and usual is not None and child not in self._frames:
             self._notes["odometry's frame"] = f"{child} is not in /tf; it is taken for {usual}"
             return usual
@@ -157,7 +155,7 @@ class _Robot:
         if self._topics.odometry is not None:
             return None
         carried = self._contents.carried
-        name = self._topics.name
+        name = self._topics.space
         own = [moves for (space, child), moves in carried.items() if name in (space, child.partition("/")[0])]
         found = own or list(carried.values())
         if len(found) != 1:
@@ -274,11 +272,6 @@ class _Robot:
         """Return the data sheet and the pictures of a topic."""
         self._count_odd(topic, stream)
         width, height = _size(stream)
-        if not all(SMALLEST <= size <= LARGEST for size in (width, height)):
-            raise UsageError(
-                f"'{self._bag.path}': pictures on '{topic}' have {width} x {height} pixels; a camera has {SMALLEST} to"
-                f" {LARGEST} to each side"
-            )
         place = self._place(name, frame_name(stream.first.header.frame_id))
         intrinsics = self._intrinsics(name, topic, width, height)
         camera = LoggedCamera(intrinsics, AHEAD if place is None else place)

@@ -117,7 +117,7 @@ def read_carmen(path: Path) -> Log:
         truth=_rows(found.truth, 4) if found.truth else None,
         gap=1.0,
     )
-    return Log(kind="carmen", robot=robot, mounts=_mounts(found), motion=_motion(found), notes=notes)
+    return Log(kind="carmen", robot=robot, mounts=_mounts(found, path), motion=_motion(found, path), notes=notes)
 
 
 def _take(found: _Found, words: Sequence[str]) -> None:
@@ -206,35 +206,35 @@ def _without_returns(scans: Sequence[Scan]) -> list[Scan]:
     return [replace(scan, ranges=row, range_max=reach) for scan, row in zip(scans, ranges, strict=True)]
 
 
-def _mounts(found: _Found) -> dict[str, Mount]:
+def _mounts(found: _Found, path: Path) -> dict[str, Mount]:
     """Return where the lasers are: by the parameters of the log, else by the poses in its messages."""
     mounts = {}
     for name in found.scans:
         x, y, yaw = found.mounts.get(name, (0.0, 0.0, math.pi if name == "rear" else 0.0))
-        offset = _parameter(found, OFFSETS.get(name, ""))
+        offset = _parameter(found, path, OFFSETS.get(name, ""))
         if offset is not None and name not in found.mounts:
             x = offset
         mounts[name] = Mount(at=(x, y, 0.3), yaw=yaw)
     return mounts
 
 
-def _motion(found: _Found) -> MotionNoise:
+def _motion(found: _Found, path: Path) -> MotionNoise:
     """Return the noise of odometry: by the parameters of the log, else that of any log."""
-    told = {name: _parameter(found, parameter) for name, parameter in NOISE.items()}
+    told = {name: _parameter(found, path, parameter) for name, parameter in NOISE.items()}
     for name, value in told.items():
         if value is not None and not 0.0 <= value <= MOST_NOISE:
-            raise UsageError(f"{NOISE[name]} is {value:g}; it must be 0 to {MOST_NOISE:g}")
+            raise UsageError(f"'{path}': {NOISE[name]} is {value:g}; it must be 0 to {MOST_NOISE:g}")
     return replace(MOTION, **{name: value for name, value in told.items() if value is not None})
 
 
-def _parameter(found: _Found, name: str) -> float | None:
+def _parameter(found: _Found, path: Path, name: str) -> float | None:
     """Return the number of a parameter; None where the log does not tell it."""
     if (told := found.parameters.get(name)) is None:
         return None
     try:
         return float(told)
     except ValueError:
-        raise UsageError(f"{name} is {told[:40]!r}; it must be a number") from None
+        raise UsageError(f"'{path}': {name} is {told[:40]!r}; it must be a number") from None
 
 
 def _seen_from(laser: Sequence[float], robot: Sequence[float]) -> tuple[float, float, float]:

@@ -10,11 +10,13 @@ blanks. In a table without names columns are called 1, 2 and so on.
 """
 
 import math
+import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
@@ -26,7 +28,18 @@ from mjsim.logs.robot_log import RobotLog
 from mjsim.logs.text import lines_of
 from mjsim.world import Model, read_described
 
-Column = Annotated[str, Field(min_length=1, max_length=200)] | Annotated[int, Field(ge=1)]
+
+def _column(value: str | int) -> str | int:
+    if isinstance(value, str) and not 0 < len(value) <= LONGEST_NAME:
+        raise ValueError(f"a column of {len(value)} letters; it is a name, or a number from 1")
+    if isinstance(value, int) and value < 1:
+        raise ValueError(f"there is no column {value}; columns are counted from 1")
+    return value
+
+
+LONGEST_NAME = 200
+"""Of a column."""
+Column = Annotated[str | int, AfterValidator(_column)]
 """The name of a column, or its number from 1."""
 Axes = Annotated[tuple[Column, ...], Field(strict=False, min_length=3, max_length=3)]
 """Columns of x, y and z."""
@@ -34,6 +47,8 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 """Of times [s]."""
+OURS = re.compile(r"""\s*\{?\s*["']?log["']?\s*:\s*["']?tables["']?\s*([#,}].*)?$""")
+"""The line by which a description is known."""
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 """Units of columns of lengths and velocities [m]."""
 
@@ -100,7 +115,7 @@ class Sightings(_Angled):
 class Scans(_Table):
     """Scans of a 2-D lidar, one a row."""
 
-    ranges: Annotated[str, Field(min_length=1)] | Annotated[int, Field(ge=1)]
+    ranges: Column
     """How the names of the columns with ranges begin, or the number of the first one of those up to the last [m]."""
     from_deg: Finite
     """Angle of the first beam, left positive."""
@@ -114,6 +129,15 @@ class Scans(_Table):
     """Where it is on the robot [m]."""
     yaw_deg: Finite = 0.0
     """Where it points, to the left."""
+
+    @model_validator(mode="after")
+    def _is_a_fan(self) -> Self:
+        nearest, farthest = self.range
+        if not nearest < farthest:
+            raise ValueError(f"range is [{nearest:g}, {farthest:g}] m; the nearest must be less than the farthest")
+        if self.step_deg == 0.0:
+            raise ValueError("step_deg is 0; it is the angle from one beam to the next, below 0 for a clockwise turn")
+        return self
 
     def mount(self) -> Mount:
         """Return where it is on the robot."""
@@ -185,7 +209,7 @@ def is_description(path: Path) -> bool:
     """Say whether a file describes the tables of a log."""
     if path.suffix.lower() not in (".yaml", ".yml") or not path.is_file():
         return False
-    return any(line.split() == ["log:", "tables"] for line in lines_of(path))
+    return any(OURS.match(line) for line in lines_of(path))
 
 
 def read_columns(path: Path, wishes: Wishes) -> Log:
@@ -247,15 +271,16 @@ class _Tables:
 
     def sightings(
         self, asked: Sightings | None, deviations: tuple[float, float]
-    ) -> tuple[list[Sighting], list[str] | None]:
-        """Return sightings in the order of time, and what each is of."""
+    ) -> tuple[list[Sighting], Sequence[str | None] | None]:
+        """Return sightings in the order of time, and what each is of; None for an empty name."""
         if asked is None:
             return [], None
         table = self._table(asked.file)
-        names = None if asked.name is None else table.words(asked.name)
+        names = None if asked.name is None else [(word and _plain(word)) or None for word in table.words(asked.name)]
         columns = self._times(asked, table), *self._lengths(table, asked.range), _angle(table, asked, "bearing")
-        if float(columns[1].min()) <= 0.0:
-            raise UsageError(f"'{asked.file}': a range is {columns[1].min():g} m; it must be above 0")
+        if len(bad := np.flatnonzero(columns[1] <= 0.0)):
+            line = table.lines[bad[0]]
+            raise UsageError(f"{table.path}:{line}: a range is {columns[1][bad[0]]:g} m; it must be above 0")
         rows = np.column_stack(columns).tolist()
         covariance = np.diag(np.square(deviations))
         order = sorted(range(len(rows)), key=lambda k: rows[k][0])
@@ -292,11 +317,16 @@ class _Tables:
         if asked is None:
             return {}
         table = self._table(asked.file)
-        names, (x, y) = table.words(asked.name), self._lengths(table, asked.x, asked.y)
-        if len(set(names)) < len(names):
-            twice = next(name for name in names if names.count(name) > 1)
-            raise UsageError(f"'{asked.file}': landmark '{twice}' stands at two places; each has one line")
-        return {name: (float(x[k]), float(y[k])) for k, name in enumerate(names)}
+        told, (x, y) = table.words(asked.name), self._lengths(table, asked.x, asked.y)
+        places: dict[str, tuple[float, float]] = {}
+        for k, (line, word) in enumerate(zip(table.lines, told, strict=True)):
+            name = _plain(word)
+            if not word:
+                raise UsageError(f"{table.path}:{line}: a landmark has no name; give it one, or leave the line out")
+            if name in places:
+                raise UsageError(f"{table.path}:{line}: landmark '{name}' stands at two places; each has one line")
+            places[name] = float(x[k]), float(y[k])
+        return places
 
     def _table(self, file: str) -> CsvTable:
         if file not in self._read:
@@ -322,3 +352,9 @@ def _angle(table: CsvTable, asked: _Angled, name: str) -> Array:
     """Return a column of angles [rad]."""
     radians = getattr(asked, name)
     return table.column(radians) if radians is not None else np.radians(table.column(getattr(asked, f"{name}_deg")))
+
+
+def _plain(name: str) -> str:
+    """Return the name of a landmark as a world may have it; what it does not allow becomes '_'."""
+    word = re.sub(r"[^A-Za-z0-9_.-]", "_", name)
+    return f"_{word}" if word.startswith((".", "-")) else word

@@ -4,7 +4,7 @@ import csv
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -45,6 +45,8 @@ class CsvTable:
     def block(self, first: str | int, *, but: str | int) -> Array:
         """Return the numbers of many columns, shape (N, columns); infinite and not-a-number values stay.
 
+        A value that is empty is not a number: so tables are written that lack some.
+
         Args:
             first: How their names begin, or the number of the first of all up to the last.
             but: A column that is none of them.
@@ -59,7 +61,8 @@ class CsvTable:
             raise UsageError(
                 f"'{self.path}' has {len(indices)} columns whose names begin with '{first}'; a scan has many"
             )
-        return self._numbers(indices, finite=False)
+        blank = [[word or "nan" for word in row] for row in self.rows]
+        return replace(self, rows=blank)._numbers(indices, finite=False)
 
     def _index(self, name: str | int) -> int:
         if isinstance(name, int):

@@ -3,6 +3,7 @@
     mav0/camN/data.csv                         time [ns], name of a picture in camN/data
     mav0/imuN/data.csv                         time [ns], angular velocity [rad/s], specific force [m/s^2]
     mav0/*/sensor.yaml                         T_BS: body_from_sensor; intrinsics, distortion
+    dso/camchain.yaml                          of TUM VI, as Kalibr writes it, in place of sensor.yaml
     mav0/state_groundtruth_estimate0/data.csv  time [ns], x, y, z [m], quaternion w, x, y, z of the body in the world
     mav0/mocap0/data.csv                       the same, of TUM VI
 
@@ -25,8 +26,9 @@ from ruamel.yaml.error import YAMLError
 from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.geometry import Array
 from mjsim.interface import ImuReading, Intrinsics
+from mjsim.logs.bag_messages import assumed_intrinsics
 from mjsim.logs.csv_table import read_csv
-from mjsim.logs.log import Log, Mount
+from mjsim.logs.log import AHEAD, Log, Mount
 from mjsim.logs.merge import longest_gap
 from mjsim.logs.picture_files import frame_in, listed_pictures, size_in
 from mjsim.logs.readings import Readings
@@ -36,6 +38,9 @@ from mjsim.logs.text import lines_of
 from mjsim.record import LoggedCamera, LoggedFrame
 
 NANOSECOND = 1e-9
+SHEET = "sensor.yaml"
+CHAINS = ("dso/camchain.yaml", "camchain.yaml", "mav0/camchain.yaml")
+"""Calibrations of all cameras, in the folder with `mav0`."""
 TRUTHS = ("state_groundtruth_estimate0", "mocap0")
 UNIT = 0.01
 """How far the determinant of a rotation in a file may be off 1."""
@@ -57,7 +62,7 @@ def read_euroc(path: Path) -> Log:
     cameras: dict[str, LoggedCamera] = {}
     frames: dict[str, Readings[LoggedFrame]] = {}
     for folder in _sensors(path, "cam"):
-        cameras[folder.name], frames[folder.name] = _camera(folder, notes)
+        cameras[folder.name], frames[folder.name] = _camera(folder, _sheet(folder) or _chained(folder), notes)
     inertial = {folder.name: _imu(folder) for folder in _sensors(path, "imu")}
     readings = sorted((each for _, told in inertial.values() for each in told), key=lambda each: each.stamp)
     truth = next((folder for name in TRUTHS for folder in _sensors(path, name)), None)
@@ -76,21 +81,36 @@ def _sensors(path: Path, *kinds: str) -> list[Path]:
     )
 
 
-def _camera(folder: Path, notes: dict[str, str]) -> tuple[LoggedCamera, Readings[LoggedFrame]]:
+def _camera(
+    folder: Path, told: tuple[Path, Mapping[str, Any]] | None, notes: dict[str, str]
+) -> tuple[LoggedCamera, Readings[LoggedFrame]]:
+    """Return the data sheet and the pictures of a camera.
+
+    Args:
+        folder: Of the camera.
+        told: The file with its calibration, and what that says; None where there is none.
+        notes: Facts about the log.
+    """
     stamps, files = listed_pictures(folder / "data.csv", notes, folder="data", separator=",", second=NANOSECOND)
     width, height = size_in(files[0], files[0].read_bytes())
-    sheet = _sheet(folder)
-    intrinsics = _intrinsics(folder / "sensor.yaml", sheet, width, height)
+    if told is None:
+        notes[f"calibration of {folder.name}"] = "not in the folder; 60 degrees are assumed"
+        notes[f"place of {folder.name}"] = "not in the folder; a guess"
+        place, intrinsics = AHEAD, assumed_intrinsics(width, height)
+    else:
+        place, intrinsics = _body_from_sensor(*told), _intrinsics(*told, width, height)
 
     def take(number: int) -> LoggedFrame:
         return frame_in(files[number], float(stamps[number]), intrinsics)
 
-    return LoggedCamera(intrinsics, _body_from_sensor(folder, sheet)), Readings(stamps, take)
+    return LoggedCamera(intrinsics, place), Readings(stamps, take)
 
 
 def _imu(folder: Path) -> tuple[Mount, list[ImuReading]]:
     """Return where an inertial sensor is, and its readings along the axes of the body."""
-    place = _body_from_sensor(folder, _sheet(folder))
+    # Without a sheet the body is that of the inertial sensor, as in TUM VI.
+    told = _sheet(folder)
+    place = np.eye(4) if told is None else _body_from_sensor(*told)
     table = read_csv(folder / "data.csv")
     times, values = table.column(1), table.block(2, but=1)
     if values.shape[1] < 6:
@@ -111,9 +131,28 @@ def _poses(folder: Path) -> Array:
     return with_unit_quaternions(folder / "data.csv", rows)
 
 
-def _sheet(folder: Path) -> Mapping[str, Any]:
-    """Return what sensor.yaml tells."""
-    file = folder / "sensor.yaml"
+def _sheet(folder: Path) -> tuple[Path, Mapping[str, Any]] | None:
+    """Return sensor.yaml and what it tells; None where there is none."""
+    file = folder / SHEET
+    return (file, _yaml(file)) if file.is_file() else None
+
+
+def _chained(folder: Path) -> tuple[Path, Mapping[str, Any]] | None:
+    """Return the calibration of all cameras and what it tells of one, in the words of sensor.yaml; None without."""
+    root = folder.parent.parent if folder.parent.name == "mav0" else folder.parent
+    file = next((root / name for name in CHAINS if (root / name).is_file()), None)
+    if file is None or not isinstance(told := _yaml(file).get(folder.name), dict):
+        return None
+    camera_from_body = _numbers(told.get("T_cam_imu"))
+    if camera_from_body.shape != (16,) or abs(np.linalg.det(camera_from_body.reshape(4, 4))) < UNIT:
+        raise UsageError(f"'{file}': T_cam_imu of {folder.name} is no pose; it is a rigid transform, 4 rows of 4")
+    body_from_camera = np.linalg.inv(camera_from_body.reshape(4, 4))
+    lens = told.get("distortion_coeffs")
+    return file, {**told, "T_BS": {"data": body_from_camera.ravel().tolist()}, "distortion_coefficients": lens}
+
+
+def _yaml(file: Path) -> Mapping[str, Any]:
+    """Return the keys of a YAML file."""
     # OpenCV begins such files with %YAML:1.0, which is no directive of YAML.
     text = "".join(line for line in lines_of(file) if not line.startswith("%"))
     try:
@@ -121,16 +160,16 @@ def _sheet(folder: Path) -> Mapping[str, Any]:
     except YAMLError as error:
         raise UsageError(f"'{file}' is no YAML: {' '.join(str(error).split())}"[:LONGEST_MESSAGE]) from None
     if not isinstance(told, dict):
-        raise UsageError(f"'{file}' holds no keys; it needs T_BS")
+        raise UsageError(f"'{file}' holds no keys; it needs a calibration")
     return told
 
 
-def _body_from_sensor(folder: Path, sheet: Mapping[str, Any]) -> Array:
+def _body_from_sensor(file: Path, sheet: Mapping[str, Any]) -> Array:
     """Return T_BS, shape (4, 4) [m]."""
     told = sheet.get("T_BS")
     matrix = _numbers(told.get("data") if isinstance(told, dict) else None)
     if matrix.shape != (16,) or abs(np.linalg.det(matrix.reshape(4, 4)[:3, :3]) - 1.0) > UNIT:
-        raise UsageError(f"'{folder / 'sensor.yaml'}': T_BS is no pose; its data are 16 numbers of a rigid transform")
+        raise UsageError(f"'{file}': T_BS is no pose; its data are 16 numbers of a rigid transform")
     return matrix.reshape(4, 4)
 
 

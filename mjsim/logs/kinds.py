@@ -68,7 +68,7 @@ def import_log(
     """Return the log of a real robot as a recording; its files tell which kind it is.
 
     Args:
-        source: A file or a folder.
+        source: A file or a folder; one that is no log, but holds a single one, stands for that.
         wishes: What is taken of it, and the noise that is told to modules.
         record: The MCAP file to write; a temporary one, gone with the recording, unless given.
         progress: Called with how much of it is done [%].
@@ -92,7 +92,10 @@ def import_log(
     packed = path.name.lower().endswith(PACKED)
     kind = None if packed else next((kind for kind in KINDS if kind.is_one(path)), None)
     if kind is None:
-        raise UsageError(_unknown(path))
+        inside = _logs_in(path) if path.is_dir() else []
+        if len(inside) != 1:
+            raise UsageError(_unknown(path, inside))
+        return import_log(path / inside[0], wishes=wishes, record=record, progress=progress, overwrite=overwrite)
     _refuse(wishes, kind.name, robots=kind.robots, landmarks=kind.landmarks, topics=kind.topics)
     with ExitStack() as stack:
         logs = kind.read(path, wishes, stack)
@@ -110,14 +113,14 @@ def _require_possible(path: Path, wishes: Wishes, record: str | Path | None) -> 
         raise UsageError(f"--rate: {misfit}")
 
 
-def _unknown(path: Path) -> str:
-    """Return why a path is no log that is read here."""
+def _unknown(path: Path, inside: Sequence[str]) -> str:
+    """Return why a path is no log that is read here, with the names of logs that it holds."""
     if path.name.lower().endswith(PACKED):
         return f"'{path}' is an archive; unpack it and name the folder"
     if packed := [each.name for each in (path.iterdir() if path.is_dir() else [path]) if each.suffix in ZSTD]:
         return f"'{path}' holds {packed[0]}, packed by zstd, and no metadata.yaml that says so; unpack it (unzstd)"
-    if path.is_dir() and (logs := _logs_in(path)):
-        return f"'{path}' is a folder of logs; name one of them: {', '.join(logs)}"[:LONGEST_MESSAGE]
+    if inside:
+        return f"'{path}' is a folder of logs; name one of them: {', '.join(inside)}"[:LONGEST_MESSAGE]
     if path.is_file() and not path.stat().st_size:
         return f"'{path}' is empty"
     if path.is_file() and is_mcap(path):

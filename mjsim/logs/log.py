@@ -2,13 +2,13 @@
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from mjsim.errors import UsageError
+from mjsim.errors import LONGEST_MESSAGE, UsageError, WorldError
 from mjsim.geometry import Pose, Pose3
 from mjsim.interface import PointCloud, Scan
 from mjsim.logs.merge import MotionNoise, places_at, poses_at
@@ -29,6 +29,10 @@ RATES = (10.0, 12.5, 25.0, 50.0, 125.0)
 """Ticks a second from which one is chosen when nobody asks for another; whole numbers of physics steps."""
 SPARE = 1.5
 """Ticks for each scan, at least, at the rate that is chosen."""
+STEEPEST = 89.0
+"""Pitch of a camera in a world file, up and down [deg]."""
+SMALLEST, LARGEST = 16, 4096
+"""Pictures that a recording holds, to the side and down [px]."""
 
 
 AHEAD = np.array([[0.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.3], [0.0, 0.0, 0.0, 1.0]])
@@ -170,9 +174,15 @@ def record_logs(
             f"'{source}' lasts {span[1] - span[0]:.0f} s; a recording lasts at most {LONGEST:.0f}: choose a part with"
             " --begin and --seconds, or say the unit of its times if they are not seconds"
         )
-    notes = {key: value for log in logs for key, value in log.notes.items()}
+    _require_sizes(logs, source)
+    notes = {key: value for log in logs for key, value in (*log.notes.items(), *_missed_truth(log, span))}
+    try:
+        world = world_of(logs, name_from(source), span=span, rate_hz=rate, wishes=wishes)
+    except WorldError as error:
+        # Places in a text that nobody wrote tell nothing.
+        raise UsageError(f"'{source}' makes no recording: {error.problems[0].message}"[:LONGEST_MESSAGE]) from None
     return write_robot_logs(
-        world_of(logs, name_from(source), span=span, rate_hz=rate, wishes=wishes),
+        world,
         {log.name: log.robot for log in logs},
         span=span,
         noise=wishes.motion_over(logs[0].motion),
@@ -183,6 +193,26 @@ def record_logs(
         overwrite=overwrite,
         progress=progress,
     )
+
+
+def _require_sizes(logs: Sequence[Log], source: Path) -> None:
+    """Return when all pictures have sizes that a camera may have."""
+    for name, camera in ((name, camera) for log in logs for name, camera in log.cameras.items()):
+        width, height = camera.intrinsics.width, camera.intrinsics.height
+        if not all(SMALLEST <= size <= LARGEST for size in (width, height)):
+            raise UsageError(
+                f"'{source}': pictures of '{name}' have {width} x {height} pixels; a camera has {SMALLEST} to {LARGEST}"
+                " to each side"
+            )
+
+
+def _missed_truth(log: Log, span: tuple[float, float]) -> Iterator[tuple[str, str]]:
+    """Yield that a truth is of another time than all that was sensed, if it is."""
+    truth = log.robot.poses if log.robot.poses is not None else log.robot.truth
+    if truth is not None and len(truth) and (truth[-1, 0] < span[0] or truth[0, 0] > span[1]):
+        first, last = float(truth[0, 0]), float(truth[-1, 0])
+        fact = f"all of it is from {first:.15g} to {last:.15g} s, readings from {span[0]:.15g} to {span[1]:.15g} s"
+        yield (f"truth of {log.name} left out", fact)
 
 
 def world_of(logs: Sequence[Log], name: str, *, span: tuple[float, float], rate_hz: float, wishes: Wishes) -> World:
@@ -247,9 +277,10 @@ def _camera_text(name: str, camera: LoggedCamera, rate_hz: float) -> str:
     ahead = place[:3, 2]
     yaw, pitch = math.atan2(ahead[1], ahead[0]), math.asin(min(max(float(ahead[2]), -1.0), 1.0))
     fov = math.degrees(2.0 * math.atan(intrinsics.width / 2.0 / intrinsics.fx))
+    pitch_deg = min(max(math.degrees(pitch), -STEEPEST), STEEPEST)
     return (
         f"{{camera: {name}, at: {place[:3, 3].tolist()}, yaw_deg: {math.degrees(yaw)!r},"
-        f" pitch_deg: {math.degrees(pitch)!r}, width: {intrinsics.width}, height: {intrinsics.height},"
+        f" pitch_deg: {pitch_deg!r}, width: {intrinsics.width}, height: {intrinsics.height},"
         f" fov_deg: {min(max(fov, 5.0), 150.0)!r}, rate_hz: {rate_hz!r}{', depth: true' if camera.has_depth else ''}}}"
     )
 
@@ -314,6 +345,8 @@ def require_motion(log: Log, source: Path) -> None:
         and not len(robot.twists)
         and not any((robot.scans, robot.cameras, robot.clouds, robot.sightings))
     ):
+        unread = ", ".join(f"{fact}: {told}" for fact, told in log.notes.items() if "left out" in fact and told != "0")
         raise UsageError(
             f"'{source}' holds no odometry, scans, clouds, pictures or sightings; there is nothing to record"
+            f"{f' ({unread})' if unread else ''}"[:LONGEST_MESSAGE]
         )

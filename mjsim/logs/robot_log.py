@@ -37,7 +37,7 @@ class RobotLog:
     """Rows of time [s], x, y [m] and heading [rad] in a frame that drifts, shape (K, 4): odometry, where the log has
     poses. Twists are the commands then."""
     sightings: Sequence[Sighting] = ()
-    identities: Sequence[str] | None = None
+    identities: Sequence[str | None] | None = None
     """What each sighting is of; None where nobody knows."""
     scans: Mapping[str, Readings[Scan]] = field(default_factory=dict)
     """By the name of the lidar. Ticks are moved to the scans of the first."""

@@ -165,7 +165,7 @@ def test_noise_of_odometry_that_is_none_is_named(value, said, tmp_path):
     write_carmen(tmp_path / "room.clf", seconds=0.5)
     with (tmp_path / "room.clf").open("a") as file:
         file.write(f"PARAM odometry_noise_turn {value}\n")
-    with pytest.raises(UsageError, match=f"odometry_noise_turn.*{said}"):
+    with pytest.raises(UsageError, match=f"room.clf': odometry_noise_turn.*{said}"):
         mjsim.import_log(tmp_path / "room.clf")
 
 

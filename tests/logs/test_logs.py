@@ -284,7 +284,8 @@ def test_files_of_other_times_and_folders_of_logs_are_told(tmp_path):
     odometry.write_text("1348272272.0 0 0\n1348272273.0 0 0\n")
     with pytest.raises(UsageError, match=r"some files of the log end at .*, before others begin, at 1348272272 s"):
         mjsim.import_mrclam(tmp_path / "log")
-    with pytest.raises(UsageError, match=r"is a folder of logs; name one of them: log$"):
+    write_mrclam(tmp_path / "other", seconds=1.0)
+    with pytest.raises(UsageError, match=r"is a folder of logs; name one of them: log, other$"):
         mjsim.import_log(tmp_path)
 
 

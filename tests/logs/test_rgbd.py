@@ -187,3 +187,47 @@ def test_a_log_without_truth_goes_out_without_one_and_comes_in_again(folder, tmp
     for path, camera in ((again, "camera"), (euroc, "cam0")):
         pictures = mjsim.import_log(path).pictures("robot", camera)
         assert [data for _, data, _ in pictures] == [data for _, data, _ in log.pictures("robot", "camera")]
+
+
+def test_a_camera_that_looks_straight_up_from_its_body_comes_in(folder, tmp_path):
+    _, run = folder
+    export_euroc(run, tmp_path / "euroc")
+    sheet = tmp_path / "euroc" / "scout" / "mav0" / "cam0" / "sensor.yaml"
+    up = [0.0, -1.0, 0.0, 0.1, 1.0, 0.0, 0.0, 0.2, 0.0, 0.0, 1.0, 0.3, 0.0, 0.0, 0.0, 1.0]
+    lines = (f"  data: {up}" if line.startswith("  data:") else line for line in sheet.read_text().splitlines())
+    sheet.write_text("\n".join(lines))
+    log = mjsim.import_log(tmp_path / "euroc" / "scout")
+    place = LoggedPictures(log, "robot").cameras["cam0"].robot_from_camera
+    np.testing.assert_allclose(place, np.reshape(up, (4, 4)), atol=1e-12)
+
+
+def test_cameras_of_tum_vi_are_calibrated_by_kalibr(folder, tmp_path):
+    _, run = folder
+    export_euroc(run, tmp_path / "euroc")
+    place = tmp_path / "euroc" / "scout"
+    for sheet in place.rglob("sensor.yaml"):
+        sheet.unlink()
+    body_from_camera = Pose3(0.1, -0.2, 0.3, 0.5, -0.5, 0.5, 0.5).matrix()
+    rows = "".join(f"  - {row}\n" for row in np.linalg.inv(body_from_camera).tolist())
+    (place / "dso").mkdir()
+    chain = place / "dso" / "camchain.yaml"
+    chain.write_text(
+        f"cam0:\n  T_cam_imu:\n{rows}  camera_model: pinhole\n  distortion_coeffs: [0.003, 0.001, -0.002, 0.0002]\n"
+        "  distortion_model: equidistant\n  intrinsics: [19.0, 19.1, 31.2, 23.9]\n  resolution: [64, 48]\n"
+    )
+    # Their pictures have 16 bits, though their lists call them PNG as well.
+    for picture in (place / "mav0" / "cam0" / "data").iterdir():
+        grey = cv2.imread(str(picture), cv2.IMREAD_GRAYSCALE).astype(np.uint16) * 256
+        picture.write_bytes(cv2.imencode(".png", grey)[1].tobytes())
+    log = mjsim.import_log(place)
+    camera = LoggedPictures(log, "robot").cameras["cam0"]
+    np.testing.assert_allclose(camera.robot_from_camera, body_from_camera, atol=1e-12)
+    about = camera.intrinsics
+    assert (about.fx, about.fy, about.cx, about.cy, about.lens) == (19.0, 19.1, 31.2, 23.9, "fisheye")
+    assert about.distortion == (0.003, 0.001, -0.002, 0.0002)
+    assert sum(len(seen.imu) for seen in log.observations("robot")) > 20
+    chain.unlink()
+    assert mjsim.import_log(place).metadata["calibration of cam0"] == "not in the folder; 60 degrees are assumed"
+    chain.write_text(f"cam0:\n  T_cam_imu:\n{rows[: rows.rindex('  -')]}  intrinsics: [19.0, 19.1, 31.2, 23.9]\n")
+    with pytest.raises(UsageError, match=r"camchain\.yaml': T_cam_imu of cam0 is no pose; it is a rigid transform"):
+        mjsim.import_log(place)

@@ -1,0 +1,115 @@
+"""Tables and folders as people leave them: names with blanks, empty cells, a description with a comment."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mjsim
+from mjsim.algorithms.ekf_slam import EkfSlam
+from mjsim.errors import MjsimError, UsageError
+
+TIMES = [0.1 * k for k in range(20)]
+DRIVEN = "t,x,y,yaw\n" + "".join(f"{t:.1f},{0.5 * t:.3f},0,0\n" for t in TIMES)
+LOG = "log: tables\nodometry: {file: odometry.csv, time: t, x: x, y: y, heading: yaw}\n"
+SCANS = "scans: [{file: scan.csv, time: t, ranges: r, from_deg: -90, step_deg: 90, range: [0.1, 8]}]\n"
+
+
+def write(folder: Path, text: str = LOG, **tables: str) -> Path:
+    """Write a description and tables by the names of their files; return the former."""
+    (folder / "odometry.csv").write_text(DRIVEN)
+    for name, content in tables.items():
+        (folder / f"{name}.csv").write_text(content)
+    (folder / "log.yaml").write_text(text)
+    return folder / "log.yaml"
+
+
+def way(run: mjsim.Recording) -> float:
+    return sum(seen.odometry.forward for seen in run.observations("robot"))
+
+
+@pytest.mark.parametrize(
+    "first", ["log: tables  # mine", 'log: "tables"', "'log': 'tables'", "--- # a log\nlog: tables"]
+)
+def test_a_description_is_known_however_it_is_written(first, tmp_path):
+    assert way(mjsim.import_log(write(tmp_path, LOG.replace("log: tables", first)))) == pytest.approx(0.95)
+
+
+def test_a_description_in_braces_is_known(tmp_path):
+    text = "{log: tables, odometry: {file: odometry.csv, time: t, x: x, y: y, heading: yaw}}\n"
+    assert way(mjsim.import_log(write(tmp_path, text))) == pytest.approx(0.95)
+
+
+def test_a_folder_that_holds_one_log_stands_for_it(tmp_path):
+    write(tmp_path)
+    (tmp_path / "notes.txt").write_text("The floor was wet.\n")
+    run = mjsim.import_log(tmp_path)
+    assert way(run) == pytest.approx(0.95)
+    assert run.metadata["log source"] == str(tmp_path / "log.yaml")
+    (tmp_path / "drive.log").write_text("ODOM 0 0 0 0 0 0 1 host 1\n" * 3)
+    with pytest.raises(UsageError, match=r"is a folder of logs; name one of them: drive\.log, log\.yaml$"):
+        mjsim.import_log(tmp_path)
+
+
+@pytest.mark.slow
+def test_landmarks_may_have_any_names_and_sightings_none(tmp_path):
+    seen = "t,what,r,b\n" + "".join(
+        f"{t:.1f},Tür 7/ä,{2.0 - 0.5 * t:.3f},0\n{t:.1f},,1.0,{np.pi / 2:.6f}\n" for t in TIMES
+    )
+    text = LOG + (
+        "sightings: {file: seen.csv, time: t, name: what, range: r, bearing: b}\n"
+        "landmarks: {file: marks.csv, name: id, x: x, y: y}\n"
+    )
+    run = mjsim.import_log(write(tmp_path, text, seen=seen, marks="id,x,y\nTür 7/ä,2,0\n"))
+    assert [beacon.name for beacon in run.world.beacons] == ["T_r_7__"]
+    names = {sighting.name for each in run.observations("robot") for sighting in each.sightings}
+    assert names == {"T_r_7__", None}
+    assert mjsim.replay(run, robot="robot", estimator=EkfSlam()).whole
+
+
+def test_a_cell_of_a_scan_that_is_empty_is_not_a_number(tmp_path):
+    scan = "t,r0,r1,r2\n" + "".join(f"{t:.1f},,2.5,9\n" for t in TIMES)
+    run = mjsim.import_log(write(tmp_path, LOG + SCANS, scan=scan))
+    ranges = next(seen.scans["scan"].ranges for seen in run.observations("robot") if seen.scans)
+    np.testing.assert_array_equal(ranges, [-np.inf, 2.5, np.inf])
+
+
+def test_a_truth_of_another_time_is_told(tmp_path):
+    text = f"{LOG}truth: {{file: truth.csv, time: t, x: x, y: y, heading: yaw}}\n"
+    run = mjsim.import_log(write(tmp_path, text, truth="t,x,y,yaw\n1000,0,0,0\n1001.5,0,0,0\n"))
+    assert (
+        run.metadata["truth of robot left out"] == "all of it is from 1000 to 1001.5 s, readings from 0 to 1.999999 s"
+    )
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("[0.1, 8]", "[8, 0.1]", r"log\.yaml:3:9: range is \[8, 0\.1\] m; the nearest must be less than the farthest$"),
+        ("step_deg: 90", "step_deg: 0", r"log\.yaml:3:9: step_deg is 0; it is the angle from one beam to the next"),
+        (
+            "file: odometry.csv, time: t",
+            "file: odometry.csv, time: 0",
+            r"log\.yaml:2:38: there is no column 0; columns",
+        ),
+        ("ranges: r", 'ranges: ""', r"log\.yaml:3:43: a column of 0 letters; it is a name, or a number from 1$"),
+    ],
+)
+def test_a_fault_is_told_once_with_its_place_in_the_description(old, new, said, tmp_path):
+    path = write(tmp_path, (LOG + SCANS).replace(old, new), scan="t,r0,r1,r2\n0,1,1,1\n1,1,1,1\n")
+    with pytest.raises(MjsimError, match=said) as caught:
+        mjsim.import_log(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_fault_of_a_landmark_or_a_sighting_names_its_line(tmp_path):
+    text = f"{LOG}landmarks: {{file: marks.csv, name: id, x: x, y: y}}\n"
+    for marks, said in (
+        ("id,x,y\na b,1,1\na_b,2,2\n", r"marks\.csv:3: landmark 'a_b' stands at two places; each has one line"),
+        ("id,x,y\n,1,1\n", r"marks\.csv:2: a landmark has no name; give it one, or leave the line out"),
+    ):
+        with pytest.raises(UsageError, match=said):
+            mjsim.import_log(write(tmp_path, text, marks=marks))
+    text = f"{LOG}sightings: {{file: seen.csv, time: t, range: r, bearing: b}}\n"
+    with pytest.raises(UsageError, match=r"seen\.csv:3: a range is 0 m; it must be above 0"):
+        mjsim.import_log(write(tmp_path, text, seen="t,r,b\n0,1,0\n1,0,0\n"))
