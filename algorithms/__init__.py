@@ -1,1 +1,1 @@
-"""Reference modules, written as a user would write his own: on the public names of mjsim alone."""
+"""Reference modules, written like a user's own: with only the public names of mjsim."""

@@ -1,4 +1,4 @@
-"""Controllers of arms: what torques make the joints follow their goals.
+"""Controllers of arms, which compute torques that make the joints follow their goals.
 
 All are made alike: an error of a joint dies away as that of a critically damped oscillator with `frequency`. They know
 the arm as its data sheet gives it, `RobotInfo.arms`; `mass_scale` makes them believe in other masses.
@@ -26,7 +26,7 @@ TRACKING = 10.0
 
 
 def believed(arm: Arm, mass_scale: float) -> Arm:
-    """Return an arm whose links are so many times as heavy; motors and friction stay."""
+    """Return an arm with link masses multiplied by a factor; motors and friction are unchanged."""
     if mass_scale == 1.0:
         return arm
     links = [
@@ -41,7 +41,7 @@ def believed(arm: Arm, mass_scale: float) -> Arm:
 
 
 class _ArmController(ABC):
-    """What all controllers of arms share: the arm, its goal, and the limits of its motors."""
+    """Base class of arm controllers: the arm, its goal, and the limits of its motors."""
 
     def __init__(self, *, frequency: float = 25.0, mass_scale: float = 1.0) -> None:
         """Set the gains.
@@ -94,7 +94,7 @@ def within_limits(torques: Array, arm: ArmInfo) -> Array:
 
 
 class PdGravity(_ArmController):
-    """Springs and dampers between joints and goals, and what holds the arm up: the controller of arms that name none.
+    """PD control of joints with gravity compensation, the default controller of arms.
 
     tau = Kp (q_goal - q) + Kd (qd_goal - qd) + g(q), with Kp = w^2 m and Kd = 2 w m for the largest inertia m of each
     joint. Friction and inertia are not made up for, so it lags while it moves.
@@ -133,7 +133,7 @@ class ComputedTorque(_ArmController):
 
 
 class Adaptive(_ArmController):
-    """Computed torque that learns the masses of the links while it moves.
+    """Computed torque control that estimates the link masses online.
 
     With the reference rate v = qd_goal + w e and s = v - qd it gives
     tau = Y(q, qd, v, v') a + J v' + friction(qd_goal) + w M(q) s. Y is the regressor of the links, J the inertia of the

@@ -1,4 +1,4 @@
-"""Which landmark is it? Sightings without names, and the landmarks of the map that they may be of.
+"""Data association of unnamed sightings with landmarks of the map.
 
 Both functions pair every sighting of one moment with at most one landmark, and no landmark with two sightings.
 """
@@ -36,7 +36,7 @@ def nearest_neighbour(
     among: Sequence[Hashable] | None = None,
     confidence: float = 0.999,
 ) -> list[Hashable | None]:
-    """Pair each sighting with the landmark that it fits best by itself, within a gate.
+    """Associate each sighting with its best landmark individually, within a gate.
 
     Args:
         slam: The belief.

@@ -1,4 +1,4 @@
-"""A balancing base on two wheels held upright by a linear quadratic regulator, made from the robot's own numbers."""
+"""A linear quadratic regulator for a two-wheeled balancing base, designed from the robot's data sheet."""
 
 import math
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ CORRECTION = 0.3
 
 
 class Lqr:
-    """Holds a balancing base upright and follows forward and turn commands with state feedback.
+    """Balances a base and follows forward and turn commands with state feedback.
 
     The state is the way of the axle, the pitch of the body, and their rates; beside it the heading and its rate. The
     feedback minimises the integral of x' Q x + R u^2 of the linear model, sampled at the rate of the controller. The

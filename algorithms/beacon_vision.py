@@ -1,4 +1,4 @@
-"""The observer that recognises the catalogue's pictures and markers in a robot's camera and tells where they are.
+"""An observer that detects the catalogue's pictures and markers in a camera and measures their positions.
 
 A picture that was found is followed: odometry predicts where it is in the next image, and a direct comparison
 measures it there. A search of the whole image, which costs several times more, is made when enough is new.

@@ -1,4 +1,4 @@
-"""Gives one command, always: what a robot does that is told nothing else."""
+"""A constant command."""
 
 import math
 
@@ -8,7 +8,7 @@ from mjsim.interface import Command, Estimate, Observation, RobotInfo, WorldMap
 
 
 class ConstantCommand:
-    """Tells the robot the same twist at every tick; the bump reaction, and the avoidance if on, do the rest."""
+    """Commands the same twist at every tick; the bump reaction and optional avoidance protect the robot."""
 
     def __init__(self, *, forward: float = 0.0, left: float = 0.0, turn: float = 0.0) -> None:
         """Set the twist, in the robot's frame.

@@ -1,4 +1,4 @@
-"""Keeping to a path or a value: PID, feedback linearisation, LQR."""
+"""Path and set-point control: PID, feedback linearisation, LQR."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Two robots map one building: each tells by radio what it has sighted, and knows what both have seen.
+"""Cooperative SLAM: two robots exchange their maps by radio, and each merges both.
 
 Each robot runs an EKF-SLAM of its own sightings alone, and tells the map of it: the sum of all it has sighted, in one
 message. What it hears it keeps beside its own map and merges again at every tick for what it believes; merged maps are
@@ -51,7 +51,7 @@ class TeamEstimate(Estimate):
 
 
 class CooperativeSlam:
-    """Estimates pose and beacons from a robot's own sightings and the reports of others.
+    """Estimates pose and beacons from the robot's own sightings and the reports of other robots.
 
     References:
         Thrun, Liu, Multi-Robot SLAM with Sparse Extended Information Filters, ISRR 2003 (Springer 2005): maps of

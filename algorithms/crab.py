@@ -1,4 +1,4 @@
-"""Goes from point to point without turning, for robots that can move sideways; on the estimated pose."""
+"""Drives from point to point without turning, for robots that can move sideways."""
 
 import math
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from mjsim.interface import Command, Estimate, Observation, RobotInfo, WorldMap
 
 
 class Crab:
-    """Goes straight to each point in turn, keeping the heading that it starts with; it stops at the last one.
+    """Drives straight to each point in turn with constant heading; stops at the last one.
 
     The velocity points at the goal, slows down before it as braking with half of the largest acceleration allows, and
     is turned into the robot's frame; the heading is held by a proportional law.

@@ -1,4 +1,4 @@
-"""How far is it to the nearest wall? A grid of distances, for scans that are matched and paths that keep clear."""
+"""A distance grid: distance to the nearest wall, for scan matching and path clearance."""
 
 from typing import Self
 

@@ -170,7 +170,7 @@ class EkfSlamFilter:
         P[:3, 3:size] += B @ P[3:base, 3:size]
 
     def expect(self, names: Sequence[Hashable]) -> tuple[Array, Array]:
-        """Return what would be measured of landmarks in the map, each by itself.
+        """Return the expected measurements of landmarks in the map, individually.
 
         Args:
             names: k landmarks that are in the map.
@@ -194,7 +194,7 @@ class EkfSlamFilter:
     def innovations(
         self, names: Sequence[Hashable], measurements: ArrayLike, measurement_covariance: ArrayLike
     ) -> tuple[Array, Array]:
-        """Return how far sightings of landmarks in the map are from what is expected, each by itself.
+        """Return the innovations of sightings of landmarks in the map, individually.
 
         Args:
             names: k landmarks that are in the map.
@@ -256,7 +256,7 @@ class EkfSlamFilter:
         self._P[:size, :size] = self._P[np.ix_(rest, rest)]
 
     def relocate(self, pose: ArrayLike, covariance: ArrayLike) -> None:
-        """Put the robot elsewhere on its map: what was known of where it is is forgotten, and derivatives begin anew.
+        """Move the robot elsewhere on its map: its pose information is discarded, and first estimates are reset.
 
         Args:
             pose: Mean of (x, y, heading), shape (3,) [m, m, rad].

@@ -1,4 +1,4 @@
-"""EKF-SLAM: where am I, and where does each beacon hang?
+"""EKF-SLAM with beacons.
 
 `EkfSlamFilter` is the mathematics, `EkfSlam` the estimator that brings it to a robot: odometry moves the belief,
 sightings correct it. Two rules keep bad sightings out, for one wrong picture would bend the whole map:
@@ -36,7 +36,7 @@ __all__ = ["EkfSlam", "EkfSlamFilter", "InvariantEkfSlamFilter", "bicycle_motion
 
 
 _MEMORY = 0.2
-"""Share of the newest tick in the running average of what odometry claims to err."""
+"""Weight of the newest tick in the running average of the odometry covariance."""
 
 _LEAST = 0.5
 """Share of that average which a tick claims at least. All of it would be on average a third more than is claimed."""
@@ -160,20 +160,20 @@ class EkfSlam:
 
     @property
     def systematic_errors(self) -> Array:
-        """What is added to what odometry tells, shape (4,).
+        """Estimated systematic errors of odometry, shape (4,).
 
         A share of the way, a turn [rad/m], a share of the turn, and how much later the robot moves than it is told [s].
         """
         return self._filter.parameters
 
     def _move(self, moved: Odometry, covariance: Array, seconds: float) -> None:
-        """Move the belief, and let systematic errors of odometry be as large as its noise after a while."""
+        """Predict with odometry; systematic errors add up to the odometry noise over `systematic`."""
         delay = float(self._filter.parameters[3])
         control, slopes, gained = self._odometry_errors.step(moved, covariance, seconds, delay=delay)
         self._filter.predict(self._motion, control, covariance, slopes=slopes, wander=gained)
 
     def _relocate(self, time: float) -> None:
-        """Put the robot where the last looks fit the map, if nearly all of them fail where it is."""
+        """Relocate the robot to where the recent sightings fit the map, if nearly all of them fail."""
         if not self._relocation.lost:
             return
         names, looks = self._relocation.looks(self._recent, time)

@@ -1,4 +1,4 @@
-"""Drives wherever something is still unknown, until all that can be reached has been seen."""
+"""Exploration: drives to frontiers until everything reachable has been seen."""
 
 from dataclasses import replace
 from typing import Any
@@ -21,7 +21,7 @@ REPLAN = 4.0
 
 
 class Explore:
-    """Builds an occupancy grid from a lidar and drives to the frontier that gains most for its way.
+    """Builds an occupancy grid from a lidar and drives to the frontier with the best gain per distance.
 
     References:
         Yamauchi, A Frontier-Based Approach for Autonomous Exploration, CIRA 1997.

@@ -1,4 +1,4 @@
-"""FastSLAM 2.0: many guesses of the way driven, each with a map of its own.
+"""FastSLAM 2.0: particles over the trajectory, each with its own map.
 
 Given the way, landmarks do not depend on one another; so each particle carries a pose and a small Gaussian for each
 landmark, and the cost of a sighting does not grow with the map. All particles are moved and corrected at once.

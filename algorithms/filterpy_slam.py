@@ -1,4 +1,4 @@
-"""How to bring a filter of your own: EKF-SLAM on filterpy's ExtendedKalmanFilter, as short as can be.
+"""Example of using your own filter: a short EKF-SLAM with filterpy's ExtendedKalmanFilter.
 
 The filter is dense and standard; `ekf_slam` is faster and stays consistent. Copy this file beside your world, put
 your own filter in, and name it there: `estimator: {use: "filterpy_slam.py:FilterpySlam"}`.

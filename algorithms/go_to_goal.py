@@ -1,4 +1,4 @@
-"""Goes to a place, or to several in order: plans on the map, and plans again when something blocks the path."""
+"""Drives to goals: plans on the map, and replans when the path is blocked."""
 
 from collections.abc import Sequence
 from dataclasses import replace

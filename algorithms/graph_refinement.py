@@ -1,4 +1,4 @@
-"""The whole graph of a drive solved again at its end, with the noise and the systematic errors that it shows itself.
+"""Final solution of the whole graph of a run, with noise and systematic errors estimated from the run.
 
 While a robot drives, odometry and sightings count as their data sheets say. At the end the log tells more: how much too
 long odometry's way is all along, how far sightings really scatter. Both are read off the solved graph, which is then

@@ -1,4 +1,4 @@
-"""Graph SLAM: all poses and all sightings are kept, and the whole way is bent until they agree best.
+"""Graph SLAM: smooths the whole trajectory with all sightings.
 
 gtsam's iSAM2 solves the graph a little further at each new pose. It is not among what mjsim needs:
 `pip install gtsam`.

@@ -1,4 +1,4 @@
-"""The shortest way over a grid: A*, and the way made straight."""
+"""Shortest path on a grid (A*), and path straightening."""
 
 import heapq
 import itertools

@@ -1,4 +1,4 @@
-"""EKF-SLAM whose errors are measured in the group of poses and landmarks: the right-invariant filter."""
+"""Right-invariant EKF-SLAM: errors are defined in the Lie group of pose and landmarks."""
 
 import math
 
@@ -14,7 +14,7 @@ BLOCK = 64
 
 
 class InvariantEkfSlamFilter(EkfSlamFilter):
-    """The right-invariant EKF: consistent without first estimates, with the newest ones everywhere.
+    """The right-invariant EKF: consistent with Jacobians at the newest estimates.
 
     Pose and landmarks together are an element X of the group SE_(1+n)(2), and the error is e with
     X = exp(e) X_mean, e = (turn, shift, shift of each landmark): the turn is about the world's origin and takes

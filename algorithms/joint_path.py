@@ -1,4 +1,4 @@
-"""Paths of arms: joints to postures, or a tool along straight lines, as goals for an arm's controller.
+"""Trajectories of arms: joint motions or straight tool motions, as goals for an arm's controller.
 
 Both are navigators: they hold the base still, and give a goal at each tick with its velocities and accelerations, from
 which the simulation goes on until the next.

@@ -1,4 +1,4 @@
-"""Landmarks without a name that were mapped twice, and are one.
+"""Merging of unnamed landmarks that were mapped twice.
 
 A robot that comes back with a wrong idea of where it is takes what it sees for new, and maps it again beside the old.
 As the map settles the two come to lie in one place. Two things tell them from neighbours: they lie nearer to each other
@@ -17,7 +17,7 @@ from .ekf_filter import EkfSlamFilter
 
 
 class Twins:
-    """Finds pairs of landmarks that are one.
+    """Finds pairs of landmarks that are the same.
 
     References:
         Dissanayake, Newman, Clark, Durrant-Whyte, Csorba, A Solution to the Simultaneous Localization and Map Building

@@ -1,4 +1,4 @@
-"""Scans of a lidar that is not level, because it is mounted so or its robot balances, as from a level one."""
+"""Projects scans of a tilted lidar (by mounting or balancing) to the horizontal."""
 
 import math
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""Controllers that `mjsim lab` designs: state feedback, and transfer functions in a loop, as modules that run."""
+"""Controllers designed by `mjsim lab`, as modules: state feedback and transfer functions."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal

@@ -1,4 +1,4 @@
-"""Where am I, when it is known where the beacons hang? Kalman filters of filterpy on three states.
+"""Localization with known beacons: Kalman filters of filterpy with three states.
 
 The world must say `map: known`; each beacon's place then stands in the catalogue. `EkfLocalization` linearises at
 the mean, `UkfLocalization` carries seven points through motion and measurement instead of derivatives.
@@ -41,7 +41,7 @@ def difference(one: Array, other: Array) -> Array:
 
 
 class _Localization(ABC):
-    """What both filters share: odometry moves the belief, sightings of known beacons within the gate correct it."""
+    """Base class of both filters: prediction with odometry, correction with gated sightings of known beacons."""
 
     def __init__(self, *, confidence: float = 0.999) -> None:
         """Set the gate.

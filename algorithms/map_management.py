@@ -1,4 +1,4 @@
-"""Landmarks on probation: those in the state of a filter that have been seen too seldom to be told.
+"""Provisional landmarks: those in the state of a filter not yet seen often enough for the published map.
 
 A landmark enters the state at its first look, when the robot knows best where it is, and keeps its correlation with the
 pose. But one bad look would bend the whole map: so the landmark is told only when enough looks agree, and leaves the

@@ -1,4 +1,4 @@
-"""Square markers, ArUco and AprilTag: OpenCV reads which one it is, and a comparison with its picture tells where."""
+"""Square markers (ArUco and AprilTag): OpenCV decodes the identity, alignment with the picture gives the pose."""
 
 from collections.abc import Mapping, Sequence
 

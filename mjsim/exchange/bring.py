@@ -48,9 +48,11 @@ def bring_map(path: Path, *, robot: Newcomer | None, resolution: float | None = 
     world = world_from_grid(grid, name=name_of(path))
     found, noise = fidelity(world, grid), specks(grid)
     if not found.occupied:
-        raise UsageError(f"{path}: none of its cells is occupied; see which gray it has for walls, and its thresholds")
+        raise UsageError(
+            f"{path}: none of its cells is occupied; check the gray values of its walls, and its thresholds"
+        )
     if found.occupied == noise:
-        raise UsageError(f"{path}: all of its {noise} occupied cells are specks, as noise makes them; it has no walls")
+        raise UsageError(f"{path}: all of its {noise} occupied cells are noise; it has no walls")
     rows, columns = grid.occupied.shape
     report = [
         f"{path}: {columns} x {rows} cells of {grid.resolution:g} m; {_counted(world)}",
@@ -63,7 +65,7 @@ def bring_map(path: Path, *, robot: Newcomer | None, resolution: float | None = 
         report.append(f"{100 * found.false_walls:.1f} % of the length of the walls closes gaps of the map")
     notes = [
         f"From the map {path.name}: {columns} x {rows} cells of {grid.resolution:g} m.",
-        "A map tells neither heights nor colours; those here are guesses.",
+        "A map has no heights or colours; these are guesses.",
     ]
     whole = with_newcomer(world, robot, grid=grid)
     return Brought(world_text(whole, notes=notes), [*report, *without_way(whole)])
@@ -118,7 +120,7 @@ def bring_drawing(path: Path, *, robot: Newcomer | None, reading: Reading) -> Br
     x, y = plan.corner
     notes = [
         f"From the drawing {path.name}: {plan.scale:.9g} m to its unit, its place [{x:.9g}, {y:.9g}] is [0, 0] here.",
-        "It does not tell how high things are; that is a guess.",
+        "It has no heights; these are guesses.",
     ]
     whole = with_newcomer(plan.world, robot)
     return Brought(world_text(whole, notes=notes), [*report, *without_way(whole)])
@@ -157,7 +159,7 @@ def bring_file(path: Path, *, robot: Newcomer | None, reading: Reading | None = 
         return bring_landmarks(path, robot=robot, scale=reading.scale if reading else None)
     if kind in (".svg", ".dxf"):
         return bring_drawing(path, robot=robot, reading=reading or Reading())
-    raise UsageError(f"'{path}' is of no kind that can be read; name a map's .yaml, an .svg, a .dxf or a .mat file")
+    raise UsageError(f"'{path}' is not a supported file; name a map's .yaml, an .svg, a .dxf or a .mat file")
 
 
 def bring_maze(
@@ -187,7 +189,7 @@ def bring_maze(
     sides = maze_size(size)
     name = name or "maze"
     world = maze_world(sides, seed=seed, cell=cell, preset=preset, beacons=beacons, name=name, folder=folder)
-    notes = [f"A maze of {sides[0]} x {sides[1]} cells of {cell:g} m, dug with the seed {seed}."]
+    notes = [f"A maze of {sides[0]} x {sides[1]} cells of {cell:g} m, generated with the seed {seed}."]
     return Brought(world_text(world, notes=notes), [f"a maze of {sides[0]} x {sides[1]} cells; {_counted(world)}"])
 
 
@@ -206,7 +208,7 @@ def bring_clutter(size: str, *, preset: str | None, seed: int, name: str | None,
     """
     sides = clutter_size(size)
     world = clutter_world(sides, seed=seed, preset=preset, name=name or "clutter", folder=folder)
-    notes = [f"A room of {sides[0]:g} x {sides[1]:g} m, full of things at places drawn with the seed {seed}."]
+    notes = [f"A room of {sides[0]:g} x {sides[1]:g} m, with clutter at random places, generated with the seed {seed}."]
     return Brought(world_text(world, notes=notes), [f"a room of {sides[0]:g} x {sides[1]:g} m; {_counted(world)}"])
 
 

@@ -147,7 +147,7 @@ def corner_and_scale(drawing: Drawing, lines: Sequence[Line], scale: float | Non
     """
     points = np.concatenate([line.points for line in lines])
     if not np.isfinite(points).all():
-        raise UsageError(f"'{drawing.name}' has corners that are not at finite places; mend the drawing")
+        raise UsageError(f"'{drawing.name}' has corners without finite coordinates; correct the drawing")
     low, high = points.min(axis=0), points.max(axis=0)
     size = (high - low).tolist()
     scale = drawing.unit if scale is None else scale

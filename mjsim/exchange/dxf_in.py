@@ -69,7 +69,7 @@ def read_dxf(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
         from ezdxf.enums import InsertUnits
         from ezdxf.lldxf.const import DXFError
     except ImportError:
-        raise UsageError(f"DXF is read by ezdxf, which is not installed; type: {how_to_install('ezdxf')}") from None
+        raise UsageError(f"DXF files need ezdxf, which is not installed; type: {how_to_install('ezdxf')}") from None
 
     path = Path(path)
     data = read_bounded(path, most=MOST_BYTES, kind="a drawing")
@@ -88,7 +88,7 @@ def read_dxf(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
     others = [f"{count} {kind}" for kind, count in sorted(left.items())]
     notes = [f"left out: {', '.join(others)}"] if others else []
     if audit.has_fixes or audit.has_errors:
-        notes.append(f"{len(audit.fixes) + len(audit.errors)} faults of the file were mended or passed over")
+        notes.append(f"{len(audit.fixes) + len(audit.errors)} faults of the file were repaired or ignored")
     return Drawing(str(path), lines, unit, bool(layers), notes)
 
 

@@ -113,7 +113,7 @@ def _content(path: Path) -> dict[str, Any]:
     # A reader of a format in C and Python raises many things on a broken file.
     except Exception as error:
         raise UsageError(
-            f"'{path}' is no MAT-file of version 5 to 7; write it with: save('-v7', 'map.mat', 'lm', 'wp')"
+            f"'{path}' is not a MAT-file of version 5 to 7; write it with: save('-v7', 'map.mat', 'lm', 'wp')"
         ) from error
     return {key: value for key, value in content.items() if not key.startswith("__")}
 

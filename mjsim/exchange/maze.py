@@ -106,7 +106,7 @@ def _dug(size: tuple[int, int], seed: int) -> Cells:
         from labmaze import RandomMaze
     except ImportError:
         raise UsageError(
-            "mazes are dug by labmaze, which is not installed; it is there for Python 3.11 and 3.12"
+            "mazes need labmaze, which is not installed; it is available for Python 3.11 and 3.12"
         ) from None
     width, height = (2 * side + 1 for side in size)
     maze = RandomMaze(width=width, height=height, max_rooms=1, simplify=False, random_seed=seed % 2**31)

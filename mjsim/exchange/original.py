@@ -63,7 +63,7 @@ def read_original(path: str | Path, *, world: str | Path | None = None, reading:
         return _of_grid(read_grid(path, resolution=cell), path.name)
     if kind in (".svg", ".dxf"):
         return _of_drawing(path, None if world is None else Path(world), reading or Reading())
-    raise UsageError(f"'{path}' is of no kind that can be shown; name a map's .yaml, an .svg or a .dxf file")
+    raise UsageError(f"'{path}' is not a supported file; name a map's .yaml, an .svg or a .dxf file")
 
 
 def _of_grid(grid: Grid, name: str) -> Original:

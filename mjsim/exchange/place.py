@@ -74,7 +74,7 @@ def without_way(world: World) -> list[str]:
     way = world.run.drivers[robot.name].navigator
     if way is None or any(tuple(point) != robot.at for point in way.model_dump()["points"]):
         return []
-    return [f"no straight way of {SHORTEST_LEG:g} m is wide enough for the {robot.preset}; it stands still"]
+    return [f"no straight path of {SHORTEST_LEG:g} m is wide enough for the {robot.preset}; it does not drive"]
 
 
 def with_robot(
@@ -113,7 +113,7 @@ def with_robot(
         )
     if estimator is not None and not any(sensor.kind == "lidar" for sensor in robot.sensors):
         raise UsageError(
-            f"the {preset} has no lidar to find out where it is; add --lidar, one of {', '.join(sensor_names('lidar'))}"
+            f"the {preset} has no lidar to localise with; add --lidar, one of {', '.join(sensor_names('lidar'))}"
         )
     tight = need - ELBOW_ROOM + TIGHT
     tours = (_tour(away, grid, start, room) for room in (need, tight) for start in _starts(away, grid, room))

@@ -165,9 +165,9 @@ def _root_of(data: bytes, path: Path) -> Element:
         parser.Parse(data, True)
         root = fromstring(data)
     except (expat.ExpatError, ParseError, ValueError, LookupError) as error:
-        raise UsageError(f"'{path}' is not XML, and so no SVG drawing: {error}") from None
+        raise UsageError(f"'{path}' is not XML, and so not an SVG drawing: {error}") from None
     if root.tag != "{http://www.w3.org/2000/svg}svg":
-        raise UsageError(f"'{path}' is XML but no SVG drawing; its first element is '{root.tag[:60]}'")
+        raise UsageError(f"'{path}' is XML but not an SVG drawing; its first element is '{root.tag[:60]}'")
     return root
 
 

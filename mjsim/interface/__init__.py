@@ -1,4 +1,4 @@
-"""What user modules meet: the values that they get and give, and the protocols that they follow.
+"""The interface of modules: the values they receive and return, and their protocols.
 
 Metres, seconds and radians. The robot's frame has x ahead and y to the left, its origin on the floor where
 its drive turns about. Nothing here holds the truth; a module senses what a robot of that kind would sense.

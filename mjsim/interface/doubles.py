@@ -1,4 +1,4 @@
-"""Trees as binary doubles for Octave, with the expression that builds the struct again; and Octave's answers.
+"""Encodes trees as binary doubles for Octave, with an expression that rebuilds the struct; decodes Octave's answers.
 
 The expression depends on the structure alone, not on the numbers: Octave compiles it once, as a function of `d`
 (numbers), `e` (where those end that differ in count) and `b` (bytes of pictures).
@@ -22,7 +22,7 @@ _LARGE = 64
 
 
 def octave_name(name: str) -> str:
-    """Return the field name for a name of the user's: other characters become `_`, a digit in front gets an `x`."""
+    """Return the field name for a user's name: other characters become `_`, a leading digit gets the prefix `x`."""
     plain = _NO_NAME.sub("_", name)
     return f"x{plain}" if plain[:1].isdigit() else plain
 
@@ -44,7 +44,7 @@ def octave_names(names: Iterable[str]) -> dict[str, str]:
 
 @dataclass(slots=True)
 class Doubles:
-    """A tree on its way to Octave."""
+    """A tree encoded for Octave."""
 
     code: str = ""
     """Expression of `d`, `e` and `b`."""
@@ -145,7 +145,7 @@ def quoted(text: str) -> str:
 
 
 def answer_of(data: bytes, fields: Sequence[str]) -> dict[str, Any]:
-    """Return what Octave answered, as `mjsim_pack.m` writes it: by field, an array, or a text that tells what it is.
+    """Return Octave's answer as written by `mjsim_pack.m`: per field an array, or a text that describes its type.
 
     Fields that are not there are left out.
     """

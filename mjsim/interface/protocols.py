@@ -1,4 +1,4 @@
-"""What modules of users follow: observer, estimator, navigator, avoidance, controller, and a drive of their own."""
+"""Protocols of modules: observer, estimator, navigator, avoidance, controller and user-defined drive."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from mjsim.interface.values import BeaconInfo, Command, Estimate, RobotInfo, Whe
 
 @runtime_checkable
 class TakesMap(Protocol):
-    """An observer, estimator or avoidance that wants the map as well; a navigator is given it at its start."""
+    """An observer, estimator or avoidance that also needs the map; a navigator gets it in `start`."""
 
     def take_map(self, map: WorldMap | None) -> None:
         """Get the map before `start`; None unless the world says `map: known`."""
@@ -21,24 +21,24 @@ class TakesMap(Protocol):
 
 @runtime_checkable
 class HasPath(Protocol):
-    """An estimator that also tells its final trajectory: where the robot was, by all that it saw until the end."""
+    """An estimator that also provides a final trajectory, estimated from all measurements of the run."""
 
     def path(self) -> Sequence[tuple[float, Pose]]:
-        """Return times, strictly ascending [s], and poses in the frame of the estimates; asked once, at the end."""
+        """Return strictly ascending times [s] and poses in the frame of the estimates; called once, at the end."""
 
 
 @runtime_checkable
 class DriveModel(Protocol):
-    """A drive of the user's own: how a twist and the speeds of wheels belong together; both ways linear."""
+    """A user-defined drive: linear conversion between twist and wheel speeds."""
 
     wheels: Sequence[str]
-    """Names of the hinges in the robot's file, which have velocity servos of the same names."""
+    """Names of the wheel hinges in the robot's file; each has a velocity servo of the same name."""
 
     def wheels_from_twist(self, forward: float, left: float, turn: float) -> Sequence[float]:
         """Return the speeds of the wheels [rad/s] for a twist of the robot's origin [m/s, m/s, rad/s]."""
 
     def twist_from_wheels(self, speeds: Sequence[float]) -> tuple[float, float, float]:
-        """Return the twist of speeds; of rotations [rad], the small motion [m, m, rad] that odometry tells."""
+        """Return the twist for wheel speeds, or, for rotations [rad], the small motion [m, m, rad] for odometry."""
 
 
 @runtime_checkable
@@ -49,12 +49,12 @@ class Observer(Protocol):
         """Get ready for a run; called once before the first tick."""
 
     def observe(self, seen: Observation) -> Sequence[Sighting]:
-        """Return what is seen at this tick."""
+        """Return the sightings of this tick."""
 
 
 @runtime_checkable
 class Estimator(Protocol):
-    """Estimates the robot's pose, and a map if it likes."""
+    """Estimates the robot's pose, and optionally a map."""
 
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
         """Get ready for a run; called once before the first tick."""
@@ -76,18 +76,18 @@ class Navigator(Protocol):
 
 @runtime_checkable
 class Avoidance(Protocol):
-    """Changes a command so that the robot does not run into things."""
+    """Changes a command so that the robot avoids obstacles."""
 
     def start(self, robot: RobotInfo, rng: Generator) -> None:
         """Get ready for a run; called once before the first tick."""
 
     def adjust(self, command: Command, seen: Observation) -> Command:
-        """Return the command that is safe, as near as can be to the one given."""
+        """Return the safe command closest to the one given."""
 
 
 @runtime_checkable
 class Controller(Protocol):
-    """Drives the motors of one part of a robot between ticks: a balancing base, or an arm."""
+    """Controls the motors of one part of a robot between ticks: a balancing base, or an arm."""
 
     def start(self, robot: RobotInfo, part: str, rng: Generator) -> None:
         """Get ready for a run; `part` is 'drive', or the name of the arm. Called once before the first step."""
@@ -103,10 +103,10 @@ class Controller(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ControlLoop:
-    """A controller with its rate and its latency."""
+    """A controller with rate and latency."""
 
     controller: Controller
     rate_hz: float = 250.0
-    """How often it is asked; a period is a whole number of physics steps."""
+    """Rate of calls; the period is a whole number of physics steps."""
     latency: int = 0
-    """Physics steps from what it senses until its torques act."""
+    """Delay from sensing to actuation [physics steps]."""

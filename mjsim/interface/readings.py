@@ -1,4 +1,4 @@
-"""What a robot senses at one tick: an `Observation`, and the values of its fields, one for each kind of reading."""
+"""The sensor readings of a robot at one tick: `Observation`, and a class for each kind of reading."""
 
 import json
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ from mjsim.geometry import Array
 Picture = NDArray[np.uint8]
 """RGB picture, shape (height, width, 3), uint8."""
 LONGEST_MESSAGE = 1 << 20
-"""Characters of JSON in one message, at most."""
+"""Maximum length of a message in JSON [characters]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,12 +67,12 @@ class CameraFrame:
     segmentation: NDArray[np.int32] | None = None
     """Instance of each pixel, -1 for none, shape (height, width); None unless the camera gives it."""
     instances: tuple[str, ...] = ()
-    """Name of each instance: 'beacon/NAME', 'obstacle/NAME', the name of a robot, 'wall', 'floor' and so on."""
+    """Names of the instances: 'beacon/NAME', 'obstacle/NAME', the name of a robot, 'wall', 'floor' and so on."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scan:
-    """One turn of a 2-D lidar: a range for each beam, from the right to the left.
+    """One scan of a 2-D lidar: a range per beam, from right to left.
 
     +inf where nothing came back, -inf where something is too near to be measured.
 
@@ -83,9 +83,9 @@ class Scan:
     stamp: float
     """When it was taken [s]."""
     ranges: Array
-    """From the sensor along each beam, shape (beams,) [m]."""
+    """Ranges along the beams, shape (beams,) [m]."""
     angle_min: float
-    """Of the first beam, in the sensor's frame, left positive [rad]."""
+    """Angle of the first beam in the sensor frame, left positive [rad]."""
     angle_increment: float
     """From one beam to the next [rad]."""
     range_min: float
@@ -93,7 +93,7 @@ class Scan:
     range_max: float
     """[m]"""
     intensities: Array | None = None
-    """Strength of each return, of that of a white wall hit squarely, shape (beams,); None unless the lidar tells."""
+    """Intensity of each return, relative to a white wall at normal incidence, shape (beams,); None if not measured."""
 
     def angles(self) -> Array:
         """Return the angle of each beam in the sensor's frame, left positive, shape (beams,) [rad]."""
@@ -107,27 +107,27 @@ class Scan:
 
 
 CLOUD_FIELDS = {"x": "<f4", "y": "<f4", "z": "<f4", "intensity": "<f4", "time": "<f4", "ring": "<u2"}
-"""What files and messages hold of a point, one behind the other: name -> kind of number, as NumPy writes it."""
+"""Fields of a point in files and messages, in order: name -> NumPy type."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointCloud:
-    """One turn of a 3-D lidar: where its beams met something, one row a point, in the order in which they were fired.
+    """One revolution of a 3-D lidar: the points hit by its beams, one per row, in firing order.
 
     The sensor moves while it turns, and each point lies in its frame as it was at the time of that point. Beams
     without a return are left out.
     """
 
     stamp: float
-    """When the turn was complete [s]."""
+    """End of the revolution [s]."""
     points: NDArray[np.float32]
-    """In the sensor's frame, x ahead, y to the left, z up, shape (n, 3) [m]."""
+    """Points in the sensor frame, x forward, y left, z up, shape (n, 3) [m]."""
     times: NDArray[np.float32]
-    """When each was measured, after the stamp, so none is above zero, shape (n,) [s]."""
+    """Time of each point relative to the stamp, not above zero, shape (n,) [s]."""
     intensities: NDArray[np.float32]
-    """Strength of each return, of that of a white wall hit squarely, shape (n,)."""
+    """Intensity of each return, relative to a white wall at normal incidence, shape (n,)."""
     rings: NDArray[np.uint16]
-    """Which beam of the stack, the lowest is 0; 0 for all of a rosette, shape (n,)."""
+    """Ring of each point, 0 for the lowest; 0 for a rosette, shape (n,)."""
 
     def rows(self) -> NDArray[np.void]:
         """Return a record a point with the fields of `CLOUD_FIELDS`, shape (n,)."""
@@ -139,12 +139,12 @@ class PointCloud:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ImuReading:
-    """What an inertial sensor measured, as the mean since its last reading, in its own frame."""
+    """A reading of an inertial sensor: the mean since its last reading, in its own frame."""
 
     stamp: float
-    """When its period ended [s]."""
+    """End of its averaging period [s]."""
     acceleration: Array
-    """Specific force: what it is pushed by, (0, 0, 9.81) at rest, shape (3,) [m/s^2]."""
+    """Specific force, (0, 0, 9.81) at rest, shape (3,) [m/s^2]."""
     turn: Array
     """Angular velocity about x, y and z, shape (3,) [rad/s]; NaN from a sensor of a log that has no gyroscopes."""
     name: str = "imu"
@@ -153,7 +153,7 @@ class ImuReading:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Odometry:
-    """Motion since the last tick as the wheels tell it, in the robot's frame at that tick."""
+    """Motion since the last tick measured by the wheels, in the robot frame at that tick."""
 
     forward: float
     """[m]"""
@@ -172,7 +172,7 @@ class Sighting:
     stamp: float
     """[s]"""
     name: str | None
-    """None when the sensor cannot tell which beacon it is."""
+    """Name of the beacon; None if the sensor does not identify it."""
     range: float
     """Horizontal distance from the robot's origin [m]."""
     bearing: float
@@ -180,36 +180,36 @@ class Sighting:
     covariance: Array
     """Of (range, bearing), shape (2, 2)."""
     corners: Array | None = None
-    """Outline in the picture, shape (4, 2) [px], from the picture's own top left clockwise."""
+    """Outline in the image, shape (4, 2) [px], clockwise from the picture's own top left."""
 
 
 @dataclass(frozen=True, slots=True)
 class AnchorRanges:
-    """How far a tag is from radio anchors."""
+    """Ranges from a tag to radio anchors."""
 
     stamp: float
     """When it was measured [s]."""
     ranges: Mapping[str, float]
-    """Name of an anchor -> distance in space from the tag to its middle [m]; those that are not heard are left out."""
+    """Name of an anchor -> 3-D distance from the tag to its centre [m]; anchors not received are omitted."""
     variance: float
-    """Of each range in line of sight, as a data sheet gives it [m^2]; a blocked one is too long by more than that."""
+    """Variance of each range in line of sight, from the data sheet [m^2]; without line of sight the error is larger."""
 
 
 @dataclass(frozen=True, slots=True)
 class WheelTicks:
-    """What the encoders of the driven wheels have counted since the start: whole steps, forward positive."""
+    """Encoder counts of the driven wheels since the start, forward positive."""
 
     stamp: float
     """When they were read [s]."""
     counts: tuple[int, ...]
-    """Of each wheel, in the order of `RobotInfo.wheels`, from -2^(bits - 1) to 2^(bits - 1) - 1."""
+    """Counts of the wheels, in the order of `RobotInfo.wheels`, from -2^(bits - 1) to 2^(bits - 1) - 1."""
     resolution: int
-    """Steps in one turn of a wheel."""
+    """Counts per revolution of a wheel."""
     bits: int = 32
     """Width of the counters, which wrap around."""
 
     def since(self, before: "WheelTicks") -> tuple[int, ...]:
-        """Return the steps of each wheel since an earlier reading: right if less than half of what a counter holds."""
+        """Return the counts of each wheel since an earlier reading; correct up to half the counter range."""
         half = 1 << (self.bits - 1)
         return tuple(
             (now - then + half) % (2 * half) - half for now, then in zip(self.counts, before.counts, strict=True)
@@ -222,7 +222,7 @@ class WheelTicks:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointState:
-    """What the encoders of joints, or of driven wheels, tell at one moment; each array has shape (joints,)."""
+    """State of joints or driven wheels, as measured by encoders; each array has shape (joints,)."""
 
     stamp: float
     """When they were read [s]."""
@@ -236,7 +236,7 @@ class JointState:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FastReading:
-    """What a controller senses between ticks: encoders and inertial sensors, nothing else."""
+    """The inputs of a controller between ticks: only encoders and inertial sensors."""
 
     time: float
     """[s]"""
@@ -252,7 +252,7 @@ class FastReading:
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """What another robot sent over the radio."""
+    """A message from another robot."""
 
     sender: str
     """Name of the robot."""
@@ -263,13 +263,13 @@ class Message:
 
     @property
     def content(self) -> Any:
-        """What was sent, a copy of its own: numbers, texts, None, lists and dicts; arrays and tuples come as lists."""
+        """A copy of what was sent: numbers, strings, None, lists and dicts; arrays and tuples become lists."""
         return json.loads(self.text)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Observation:
-    """All that a robot senses at one tick."""
+    """All sensor readings of a robot at one tick."""
 
     time: float
     """[s]"""
@@ -277,7 +277,7 @@ class Observation:
     """Since the last tick [s]."""
     odometry: Odometry
     sightings: tuple[Sighting, ...] = ()
-    """Of the beacon sensor, and of the observer once it has looked."""
+    """Sightings of the beacon sensor, and of the observer once it has run."""
     cameras: Mapping[str, CameraFrame] = field(default_factory=dict)
     """By camera name, only those due at this tick."""
     scans: Mapping[str, Scan] = field(default_factory=dict)
@@ -289,13 +289,13 @@ class Observation:
     encoders: Mapping[str, WheelTicks] = field(default_factory=dict)
     """Counts of the driven wheels by the name of the sensor, only those due at this tick."""
     proximity: Array = field(default_factory=lambda: np.full(16, np.inf))
-    """Ring of 16 ranges from the robot's rim, first ahead, then counter-clockwise [m]; +inf for nothing near."""
+    """Ring of 16 ranges from the robot's rim, from straight ahead counter-clockwise [m]; +inf for no object."""
     bump: tuple[float, ...] = ()
-    """Bearings of contacts now, left positive [rad]; empty when free."""
+    """Bearings of current contacts, left positive [rad]; empty without contact."""
     messages: tuple[Message, ...] = ()
-    """What other robots sent and the radio brought since the last tick."""
+    """Messages from other robots received since the last tick."""
     joints: Mapping[str, JointState] = field(default_factory=dict)
-    """What the encoders of each arm tell, by the name of the arm."""
+    """Joint states by the name of the arm."""
     clouds: Mapping[str, PointCloud] = field(default_factory=dict)
     """By the name of the 3-D lidar, only those due at this tick."""
 

@@ -1,4 +1,4 @@
-"""What an estimator shows beside its estimate: points, lines, grids and texts, for the page and for Foxglove."""
+"""Visualisation of modules: points, lines, grids and texts, for the studio and Foxglove."""
 
 import re
 from collections.abc import Sequence
@@ -28,12 +28,12 @@ robot where it truly is, as for what a sensor has just measured."""
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Shown:
-    """What all that is shown has; a value is checked and copied when it is made, and does not change after."""
+    """Base class of items to display; a value is checked and copied on creation and immutable."""
 
     name: str
-    """What it is; the page writes it beside the others and has a switch for all of one name."""
+    """Name; the studio has a switch for all items of the same name."""
     frame: ShownFrame = "world"
-    """In which its numbers are."""
+    """Frame of its coordinates."""
     color: str = "#e8590c"
     """'#rrggbb'"""
 
@@ -58,7 +58,7 @@ class Shown:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ShownPoints(Shown):
-    """Points, such as particles or what a scan has hit."""
+    """Points, such as particles or scan points."""
 
     points: Array
     """Shape (n, 2) on the floor, or (n, 3) [m]; kept as (n, 3)."""
@@ -79,12 +79,12 @@ class ShownPoints(Shown):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ShownLines(Shown):
-    """A line through points, such as a planned path; or many straight lines, such as matches."""
+    """A polyline, such as a planned path; or many line segments, such as matches."""
 
     points: Array
     """Shape (n, 2) on the floor, or (n, 3) [m]; kept as (n, 3)."""
     joined: bool = True
-    """Whether each point is joined to the next; else every two of them are a line."""
+    """Whether each point is joined to the next; otherwise each pair is a line."""
     width: float = 0.02
     """[m]"""
 
@@ -154,7 +154,7 @@ class ShownText(Shown):
 
 
 def require_bounds(items: Sequence[Shown]) -> None:
-    """Check that what is shown together is not too much.
+    """Check that the items displayed together are within limits.
 
     Raises:
         ValueError: It is; says by how much.

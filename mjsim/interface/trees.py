@@ -1,4 +1,4 @@
-"""Values as trees of named numbers, texts and arrays: what modules in other languages are given.
+"""Values as trees of named numbers, strings and arrays, for modules in other languages.
 
 A tree holds dicts, lists, texts, numbers, None and arrays. An array of one dimension is a vector. `Stack` and `Named`
 mark what languages write differently: many things of one shape, and names that the user chose.
@@ -59,14 +59,14 @@ class RecordList:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Text:
-    """A text that differs from tick to tick, such as a message."""
+    """A string that differs from tick to tick, such as a message."""
 
     text: str
 
 
 @dataclass(slots=True)
 class Numbers:
-    """Numbers for the names of beacons, from 1: first those of the catalogue, then others as they appear; 0 is none."""
+    """Numbers for names of beacons, from 1: first the catalogue, then others as they appear; 0 means unnamed."""
 
     names: list[str] = field(default_factory=list)
 
@@ -82,7 +82,7 @@ class Numbers:
 
 
 def observation_tree(seen: Observation, numbers: Numbers, *, pictures: bool) -> dict[str, Tree]:
-    """Return an observation; pictures, which take time to draw, only where they are wanted."""
+    """Return the tree of an observation; pictures, which take time to render, only on request."""
     sightings, odometry = seen.sightings, seen.odometry
     return {
         "time": seen.time,
@@ -154,7 +154,7 @@ def estimate_tree(belief: Estimate, numbers: Numbers) -> dict[str, Tree]:
 
 
 def command_tree(command: Command | WheelCommand) -> dict[str, Tree]:
-    """Return a command; what it sends over the radio is left out."""
+    """Return the tree of a command, without its messages."""
     if isinstance(command, WheelCommand):
         return {"wheels": _stack(command.speeds)}
     goals = Named({name: _goal(goal) for name, goal in command.joints.items()})
@@ -167,7 +167,7 @@ def _goal(goal: JointGoal) -> dict[str, Tree]:
 
 
 def fast_tree(sensed: FastReading) -> dict[str, Tree]:
-    """Return what a controller senses."""
+    """Return the tree of a controller's inputs."""
     return {
         "time": sensed.time,
         "dt": sensed.dt,
@@ -185,7 +185,7 @@ def joint_tree(state: JointState) -> dict[str, Tree]:
 def robot_tree(
     robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], map: WorldMap | None, *, pictures: bool
 ) -> dict[str, Tree]:
-    """Return what a module is told before the first tick: its robot, the catalogue, and the map where it is known."""
+    """Return the inputs of a module before the first tick: robot, catalogue, and the map if known."""
     return {
         "name": robot.name,
         "drive": robot.drive,

@@ -1,4 +1,4 @@
-"""The values that modules give, commands and estimates, and what they are told of robot and world."""
+"""Results of modules (commands and estimates), and their information about robot and world."""
 
 import math
 from collections.abc import Hashable, Mapping, Sequence
@@ -17,7 +17,7 @@ if TYPE_CHECKING:  # most robots have no arm
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JointGoal:
-    """Set-points of the joints of an arm, and how they move until the next goal; one number a joint."""
+    """Set-points of the joints of an arm and their motion until the next goal; one number per joint."""
 
     positions: tuple[float, ...]
     """[rad], or [m] of joints that slide."""
@@ -26,10 +26,10 @@ class JointGoal:
     accelerations: tuple[float, ...] | None = None
     """[rad/s^2], or [m/s^2]; 0 unless given."""
     torques: tuple[float, ...] | None = None
-    """Added to what the controller finds [N m], or [N]."""
+    """Feed-forward torques, added to the controller's [N m], or [N]."""
 
     def after(self, seconds: float) -> "JointGoal":
-        """Return the goal a while later, going on with its velocities and accelerations [s]."""
+        """Return the goal after a time [s], extrapolated with its velocities and accelerations."""
         if self.velocities is None:
             return self
         speeds = self.velocities
@@ -46,7 +46,7 @@ class JointGoal:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A twist in the robot's frame, and goals of its arms, held until the next tick."""
+    """A twist in the robot frame, and goals of its arms, held until the next tick."""
 
     forward: float = 0.0
     """[m/s]"""
@@ -55,9 +55,9 @@ class Command:
     turn: float = 0.0
     """Counter-clockwise [rad/s]."""
     messages: tuple[Any, ...] = ()
-    """What to send to all other robots, once: numbers, texts, None, and lists and dicts of these."""
+    """Messages to all other robots, sent once: numbers, strings, None, and lists and dicts of these."""
     joints: Mapping[str, JointGoal] = field(default_factory=dict)
-    """Goals by the name of the arm; an arm that is not named holds the goal that it had."""
+    """Goals by the name of the arm; other arms keep their goals."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,10 +83,10 @@ class Detection:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Estimate:
-    """What an estimator believes."""
+    """The result of an estimator."""
 
     pose: Pose
-    """Mean, in the frame in which the prior of `RobotInfo` is given."""
+    """Mean pose, in the frame of the prior of `RobotInfo`."""
     covariance: Array
     """Of (x, y, heading), shape (3, 3) [m, m, rad]."""
     landmarks: Mapping[Hashable, tuple[Array, Array]] = field(default_factory=dict)
@@ -96,12 +96,12 @@ class Estimate:
     joint_covariance: Array | None = None
     """Of the pose, then each landmark in the order of `landmarks`, shape (3 + 2 n, 3 + 2 n); optional."""
     show: tuple[Shown, ...] = field(default=(), kw_only=True)
-    """What it wants people to see: points, lines, grids and texts; recorded, and drawn by the page and by Foxglove."""
+    """Items to display: points, lines, grids and texts; recorded, and drawn by the studio and Foxglove."""
 
 
 @dataclass(frozen=True, slots=True)
 class MarkerInfo:
-    """A square marker that computers read."""
+    """A square fiducial marker."""
 
     dictionary: str
     """As the world file names it: '4x4_50', 'apriltag_36h11' and so on."""
@@ -111,29 +111,29 @@ class MarkerInfo:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BeaconInfo:
-    """What the catalogue tells of a beacon: picture or marker and its printed size, not where it hangs."""
+    """A beacon in the catalogue: picture or marker and printed size, but not its position."""
 
     name: str
     picture: Picture | None
     """RGB; None for a marker, a reflector or an anchor."""
     width: float
-    """Of the picture, or of the marker's black square without the white border around it [m]."""
+    """Width of the picture, or of the marker's black square without its white border [m]."""
     height: float
     """The same [m]."""
     pose: Pose | None = None
     """World frame, facing along its heading; only when the world says `map: known`, and it hangs on nothing that
     moves."""
     center: float | None = None
-    """Height of its middle above the floor [m]; only where there is a pose."""
+    """Height of its centre above the floor [m]; only with a pose."""
     marker: MarkerInfo | None = None
     """None for a picture, a reflector or an anchor."""
     anchor: bool = False
-    """Whether it holds a radio anchor."""
+    """Whether it has a radio anchor."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SensorInfo:
-    """A sensor as its data sheet gives it."""
+    """The data sheet of a sensor."""
 
     kind: str
     """'camera' and so on: the key that names it in a world file."""
@@ -146,16 +146,16 @@ class SensorInfo:
     intrinsics: Intrinsics | None = None
     """Of a camera."""
     latency: int = 0
-    """How many ticks a reading comes after it was taken; its stamp tells when it was."""
+    """Delay of a reading [ticks]; its stamp is the time of measurement."""
     range: tuple[float, float] | None = None
-    """Nearest and farthest distance that it measures [m]; None where there is no such limit."""
+    """Minimum and maximum range [m]; None if unlimited."""
     fov: float | None = None
-    """Horizontal field of view [rad]; None where it sees no things."""
+    """Horizontal field of view [rad]; None if it has none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BalancingInfo:
-    """The masses of a balancing base, as its maker would give them; the body is all but the wheels."""
+    """The data sheet of a balancing base; the body is everything except the wheels."""
 
     wheel_mass: float
     """Of each wheel [kg]."""
@@ -177,7 +177,7 @@ class BalancingInfo:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ArmInfo:
-    """An arm as its data sheet gives it; each array has shape (joints,)."""
+    """The data sheet of an arm; each array has shape (joints,)."""
 
     joints: tuple[str, ...]
     """Names, from the base outwards."""
@@ -190,12 +190,12 @@ class ArmInfo:
     max_torque: Array
     """At the joint, infinite where it is not known [N m], or [N]."""
     model: "Arm"
-    """Its kinematics and dynamics, in the robot's frame."""
+    """Its kinematics and dynamics, in the robot frame."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RobotInfo:
-    """What a module is told of the robot that it works for."""
+    """The data sheet of the robot, given to its modules."""
 
     name: str
     drive: str
@@ -213,44 +213,44 @@ class RobotInfo:
     wheel_radius: float
     """[m]"""
     track: float
-    """Distance between the wheels to the left and to the right, as wide as turns are computed with [m]."""
+    """Distance between the left and right wheels, as used to compute turns [m]."""
     radius: float
-    """Of the circle about the origin around the body [m]."""
+    """Radius of the circle about the origin that contains the body [m]."""
     dt: float
-    """Period of the loop [s]."""
+    """Period of the control loop [s]."""
     prior: Pose
-    """Mean of the pose at the start."""
+    """Mean of the initial pose."""
     prior_covariance: Array
-    """Of (x, y, heading) at the start, shape (3, 3)."""
+    """Covariance of the initial (x, y, heading), shape (3, 3)."""
     sensors: Mapping[str, SensorInfo] = field(default_factory=dict)
     max_left: float = 0.0
     """Largest speed sideways [m/s]; 0 for robots that cannot move so."""
     max_curvature: float = math.inf
-    """Of the sharpest arc that it can drive [1/m]; infinite for robots that can turn on the spot."""
+    """Maximum curvature [1/m]; infinite for robots that can turn on the spot."""
     twist_from_wheels: Array | None = None
     """Twist (forward, left, turn) of wheel speeds, a matrix, shape (3, wheels) [m/rad, m/rad, 1]; steering straight."""
     outline: Array | None = None
     """Of the body from above, in its frame, counter-clockwise, shape (n, 2) [m]; None means the circle."""
     balancing: BalancingInfo | None = None
-    """Its masses, when it balances; what wheels tell of its motion then lacks the pitch of the body."""
+    """Masses of a balancing base; its wheel encoders measure relative to the pitching body."""
     arms: Mapping[str, ArmInfo] = field(default_factory=dict)
     """By their names."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WorldMap:
-    """The walls and obstacles that a module is given when the world says `map: known`."""
+    """The map of walls and obstacles, given to modules if the world says `map: known`."""
 
     segments: Array
     """Faces of walls and obstacles in the plane, shape (n, 2, 2) [m]."""
     beacons: Mapping[str, Pose]
-    """Where the beacons hang, world frame."""
+    """Beacons with their poses, world frame."""
 
 
 def sightings_from(
     detections: Sequence[Detection], robot_from_camera: Array, *, stamp: float = 0.0
 ) -> tuple[Sighting, ...]:
-    """Turn detections in a camera's frame into horizontal range and bearing from the robot's origin.
+    """Convert detections in a camera frame to horizontal range and bearing from the robot's origin.
 
     Args:
         detections: Beacons found in one picture.

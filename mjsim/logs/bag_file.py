@@ -69,7 +69,7 @@ class Bag(Closes):
             from mjsim.logs.bag_reader import decoder_of, open_reader
         except ImportError as error:
             raise UsageError(
-                f"bags of ROS are read by a package that is not installed ({error.name}): pip install 'mjsim[ros]'"
+                f"ROS bags need a package that is not installed ({error.name}): pip install 'mjsim[ros]'"
             ) from None
         described = path if (path / METADATA).is_file() else None
         try:
@@ -78,7 +78,7 @@ class Bag(Closes):
             with parsing():
                 self.is_ros2, self._decode = decoder_of(self._reader)
         except BrokenBagError as error:
-            raise UsageError(f"'{path}' is no bag that can be read: {error}"[:LONGEST_MESSAGE]) from None
+            raise UsageError(f"'{path}' is not a readable bag: {error}"[:LONGEST_MESSAGE]) from None
         self.types: Mapping[str, str] = {each.topic: each.msgtype for each in self._reader.connections}
         """Topic -> name of its type, such as 'sensor_msgs/msg/LaserScan'."""
         self.counts: Counter[str] = Counter()

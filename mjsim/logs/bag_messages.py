@@ -76,7 +76,7 @@ def imu_of(message: Any, stamp: float) -> ImuReading:
     force, turn = message.linear_acceleration, message.angular_velocity
     acceleration, rate = np.array([[force.x, force.y, force.z], [turn.x, turn.y, turn.z]], dtype=float)
     if not np.isfinite(acceleration).all() or not np.isfinite(rate).all():
-        raise ValueError("an inertial reading that is no number")
+        raise ValueError("an inertial reading that is not a number")
     return ImuReading(stamp, acceleration, rate)
 
 

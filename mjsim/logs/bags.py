@@ -208,7 +208,7 @@ class _Robot:
             mounts[name] = Mount() if place is None else _mount(place)
             hangs = place is not None and float(place[2, 2]) < UPSIDE_DOWN
             if place is not None and abs(float(place[2, 2])) < -UPSIDE_DOWN:
-                self._notes[f"place of {name}"] = "not level; scans are told as if it were"
+                self._notes[f"place of {name}"] = "not level; scans are treated as if it were"
             scans[name] = self._readings(topic, stream, partial(scan_of, upside_down=hangs))
             self._count_odd(topic, stream)
         return mounts, scans

@@ -92,7 +92,7 @@ def calibrate(log: str | Path | Recording) -> dict[str, Calibration]:
         for name, track in recording.robots.items()
     }
     if all(each.motion is None and each.sightings is None for each in found.values()):
-        raise UsageError("the log has too little truth to calibrate by; it must tell where the robot was")
+        raise UsageError("the log has too little ground truth for a calibration")
     return found
 
 

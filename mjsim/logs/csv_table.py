@@ -112,7 +112,7 @@ def read_csv(path: Path) -> CsvTable:
     try:
         rows = _words(kept, separator)
     except csv.Error as error:
-        raise UsageError(f"'{path}' is no table of words between '{separator}': {error}") from None
+        raise UsageError(f"'{path}' is not a table with the separator '{separator}': {error}") from None
     names = rows[0]
     if all(map(_is_number, names)):
         told = _words([comment], separator)[0] if comment else []

@@ -158,7 +158,7 @@ def _yaml(file: Path) -> Mapping[str, Any]:
     try:
         told = YAML(typ="safe", pure=True).load(text)
     except YAMLError as error:
-        raise UsageError(f"'{file}' is no YAML: {' '.join(str(error).split())}"[:LONGEST_MESSAGE]) from None
+        raise UsageError(f"'{file}' is not YAML: {' '.join(str(error).split())}"[:LONGEST_MESSAGE]) from None
     if not isinstance(told, dict):
         raise UsageError(f"'{file}' holds no keys; it needs a calibration")
     return told
@@ -169,7 +169,7 @@ def _body_from_sensor(file: Path, sheet: Mapping[str, Any]) -> Array:
     told = sheet.get("T_BS")
     matrix = _numbers(told.get("data") if isinstance(told, dict) else None)
     if matrix.shape != (16,) or abs(np.linalg.det(matrix.reshape(4, 4)[:3, :3]) - 1.0) > UNIT:
-        raise UsageError(f"'{file}': T_BS is no pose; its data are 16 numbers of a rigid transform")
+        raise UsageError(f"'{file}': T_BS is not a pose; its data are 16 numbers of a rigid transform")
     return matrix.reshape(4, 4)
 
 

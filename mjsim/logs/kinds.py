@@ -127,7 +127,7 @@ def _unknown(path: Path, inside: Sequence[str]) -> str:
         return f"'{path}' is an MCAP file but not of ROS 2; a recording of mjsim is replayed as it is"
     if path.is_file() and path.suffix.lower() in TABLES:
         return f"'{path}' is a table of numbers; describe its columns in a YAML file (log: tables) and name that"
-    return f"'{path}' is no log that is read here; give {READ}"[:LONGEST_MESSAGE]
+    return f"'{path}' is not a supported log; give {READ}"[:LONGEST_MESSAGE]
 
 
 def _logs_in(folder: Path) -> list[str]:

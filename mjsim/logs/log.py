@@ -167,7 +167,7 @@ def record_logs(
     # What came last is told at the tick after it.
     last = max(lasts) if wishes.seconds is not None else max(lasts) + 1.0 / rate - 1e-6
     if max(lasts) <= min(firsts):
-        raise UsageError(f"all readings in '{source}' are of one moment; a recording has two ticks at least")
+        raise UsageError(f"all readings in '{source}' have the same time; a recording needs at least two ticks")
     span = cut(min(firsts), last, begin=wishes.begin, seconds=wishes.seconds, rate_hz=rate)
     if span[1] - span[0] > LONGEST:
         raise UsageError(
@@ -221,7 +221,7 @@ def world_of(logs: Sequence[Log], name: str, *, span: tuple[float, float], rate_
     beacons = [f"  - {{name: {json.dumps(mark)}, at: [{x!r}, {y!r}], width: 0.1}}" for mark, (x, y) in marks.items()]
     robots = [line for log in logs for line in _robot_lines(log, span[0], rate_hz, wishes)]
     lines = [
-        f"# From a log: {logs[0].kind}. It tells of no walls, and the robot's body is a guess.",
+        f"# From a log: {logs[0].kind}. It contains no walls, and the robot's body is a guess.",
         "mjsim: 1",
         f"name: {name}",
         *(["beacons:", *beacons] if beacons else []),

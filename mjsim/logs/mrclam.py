@@ -114,7 +114,7 @@ def import_mrclam(
     landmarks = _landmarks(folder)
     files = {f"robot{n}": _read_robot(folder, n, subjects, landmarks, sighting) for n in _numbers(folder, robots)}
     if known_map and landmarks is None:
-        raise UsageError(f"no 'Landmark_Groundtruth.dat' in '{folder}'; nobody knows the map, leave out --known-map")
+        raise UsageError(f"no 'Landmark_Groundtruth.dat' in '{folder}'; its map is unknown, leave out --known-map")
     tables = [table for each in files.values() for table in (each.truth, each.twists) if table is not None]
     first, last = max(float(table[0, 0]) for table in tables), min(float(table[-1, 0]) for table in tables)
     span = cut(first, last, begin=begin, seconds=seconds, rate_hz=rate_hz)
@@ -150,7 +150,7 @@ def _numbers(folder: Path, wanted: Sequence[int] | None) -> list[int]:
     files = (re.fullmatch(r"Robot(\d+)_Odometry\.dat", path.name) for path in folder.iterdir())
     there = sorted(int(match[1]) for match in files if match)
     if not there:
-        raise UsageError(f"no file Robot1_Odometry.dat in '{folder}'; it is no MRCLAM data set")
+        raise UsageError(f"no file Robot1_Odometry.dat in '{folder}'; it is not an MRCLAM data set")
     for number in wanted or ():
         if number not in there:
             raise UsageError(f"no robot {number} in '{folder}'{did_you_mean(str(number), map(str, there))}")
@@ -235,7 +235,7 @@ def _world(
         at = f"at: [{x!r}, {y!r}], heading_deg: {math.degrees(heading)!r}"
         robots += [f"  - {{name: {name}, preset: create3, {at},", camera]
     lines = [
-        "# From a data set of MRCLAM. It tells of no walls, and noise of the sensor is a guess.",
+        "# From a data set of MRCLAM. It contains no walls, and the noise of the sensor is a guess.",
         "mjsim: 1",
         f"name: {name_from(folder)}",
         *(["beacons:", *beacons] if beacons else []),

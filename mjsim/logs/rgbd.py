@@ -99,7 +99,7 @@ def _depth(file: Path, intrinsics: Intrinsics) -> Array:
     fits = size_in(file, data) == (intrinsics.width, intrinsics.height)
     values = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED) if fits else None
     if values is None or values.dtype != np.uint16 or values.ndim != 2:
-        raise UsageError(f"'{file}' is no depth of {intrinsics.width} x {intrinsics.height} pixels of 16 bits")
+        raise UsageError(f"'{file}' is not a depth image of {intrinsics.width} x {intrinsics.height} pixels of 16 bits")
     return np.where(values > 0, values.astype(np.float32) / PER_METRE, np.inf).astype(float)
 
 

@@ -70,7 +70,7 @@ def checked_inertias(root: Element, path: str) -> list[str]:
         if any(words in note for words in UNFIT):
             name = note.partition("'")[2].partition("'")[0]
             said = note.partition("; made")[0].removeprefix(f"{path}: ")
-            raise ArmFileError(f"'{path}' has an impossible body: {said}; mend it", name)
+            raise ArmFileError(f"'{path}' has an impossible body: {said}; correct it", name)
     # The base weighs what its shapes do, and may well weigh nothing.
     return [note.removeprefix(f"{path}: ") for note in notes if "body 'base'" not in note]
 

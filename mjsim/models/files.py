@@ -168,7 +168,7 @@ class Gatherer:
             parser.feed(data)
             root: Element = parser.close()
         except ElementTree.ParseError as error:
-            raise ValueError(f"'{path}' is not XML: {error}; mend it") from None
+            raise ValueError(f"'{path}' is not XML: {error}; correct it") from None
         self._elements = builder.count
         return root
 

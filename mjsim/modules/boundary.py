@@ -139,7 +139,7 @@ def _text(error: BaseException) -> str:
     if len(said) > LONGEST_TEXT:
         said = f"{said[:LONGEST_TEXT]}..."
     if isinstance(error, ValueError) and "read-only" in said:
-        said += "; what a module is given is read-only, copy it first"
+        said += "; inputs of a module are read-only; copy them first"
     return f"{type(error).__name__}: {said}" if said else type(error).__name__
 
 

@@ -20,7 +20,7 @@ class Sealed(dict[K, V]):
     """A dict that cannot be changed; a copy of it, deep or pickled too, is a plain dict that can."""
 
     def _refuse(self, *arguments: object, **named: object) -> NoReturn:
-        raise TypeError("what a module is given is read-only; copy it first")
+        raise TypeError("inputs of a module are read-only; copy them first")
 
     __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse
 

@@ -47,7 +47,7 @@ def lacking(role: str, missing: Sequence[str]) -> str:
 
 def awaited(method: str) -> str:
     """Return the sentence about a method that is a coroutine."""
-    return f"has `async def {method}`; write `def {method}`, for the simulator awaits nothing"
+    return f"has `async def {method}`; write `def {method}`, since the simulator does not await"
 
 
 def _amiss(role: str, found: Mapping[str, object]) -> str | None:

@@ -1,4 +1,4 @@
-"""Ticks to a file and back: the MCAP recording and its exports."""
+"""Recordings: ticks to an MCAP file and back, and exports."""
 
 from mjsim.faces import face
 

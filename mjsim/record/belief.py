@@ -1,4 +1,4 @@
-"""What the modules of a robot believe at a tick, as messages."""
+"""Messages with the estimates of a robot's modules at a tick."""
 
 import operator
 from collections.abc import Hashable, Sequence

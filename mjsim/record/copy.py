@@ -30,7 +30,7 @@ class Copy(Closes):
     """An MCAP file being written from a recording.
 
     Raises:
-        RecordingError: The file cannot be written, or the other is no recording; every method raises it.
+        RecordingError: The file cannot be written, or the other is not a recording; every method raises it.
     """
 
     def __init__(self, source: Path, path: Path, *, metadata: Mapping[str, str], overwrite: bool = False) -> None:

@@ -1,4 +1,4 @@
-"""The loop: sense, decide, apply, step; and the modules of the user's that decide."""
+"""The control loop (sense, decide, apply, step) and its modules."""
 
 from mjsim.faces import face
 

@@ -1,4 +1,4 @@
-"""Robots that fall over."""
+"""Detection of falls."""
 
 import math
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ UPRIGHT = math.cos(math.radians(20.0))
 
 
 class Falls:
-    """Notices which robots fall over, from their true poses; a fall ends when the robot stands upright again."""
+    """Detects falls of robots from their true poses; a fall ends when the robot stands upright again."""
 
     def __init__(self) -> None:
         """Begin with all upright."""

@@ -1,4 +1,4 @@
-"""The one loop, as a generator of ticks; `run` consumes it into a recording."""
+"""The control loop as a generator of ticks; `run` records them."""
 
 import json
 import shutil
@@ -181,7 +181,7 @@ def run(
 
 
 def tick_count(sim: "Simulation", seconds: float | None) -> int:
-    """Return how many ticks a run of so many seconds has, as long as the world says unless given.
+    """Return the number of ticks of a run; default: the duration given in the world.
 
     Raises:
         UsageError: It would have none.
@@ -201,7 +201,7 @@ def one_blas_thread() -> threadpool_limits:
 def recorder_of(
     sim: "Simulation", drivers: Mapping[str, Driver], count: int, place: NewFile, *, pictures: bool = True
 ) -> "Recorder":
-    """Return what records a run of so many ticks.
+    """Return the recorder of a run with this many ticks.
 
     Raises:
         RecordingError: The file cannot be written.
@@ -213,7 +213,7 @@ def recorder_of(
 
 
 def record_paths(drivers: Mapping[str, Driver], recorder: "Recorder", now: float) -> None:
-    """Record the final trajectories that estimators offer, after the last tick, which was now [s].
+    """Record the final trajectories of estimators after the last tick, at time `now` [s].
 
     Raises:
         ModuleFault: An estimator raised, or returned what it must not.

@@ -1,4 +1,4 @@
-"""The modules of one robot at work: observation in, order out, and a fault named when one fails."""
+"""Runs the modules of one robot: turns an observation into an order, and reports faults."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -43,7 +43,7 @@ from mjsim.safety import RingAvoidance, react_to_bump
 
 T = TypeVar("T")
 Steer = Callable[[str, float], Command | None]
-"""Robot and simulated time [s] -> the command that takes the place of its navigator's; None to let that one decide."""
+"""Robot and simulated time [s] -> command that replaces the navigator's, or None."""
 
 BUMP_ENDS_AFTER = 0.5
 """A bump begins at contact and ends after this long without [s]."""
@@ -65,15 +65,15 @@ class Driver:
     """What drives motors between ticks, by part: 'drive' of a balancing base, or the name of an arm; at 250 Hz and
     without latency unless a ControlLoop says more. Parts without one have that of mjsim."""
     push: bool = False
-    """Whether it may press on against what it touches, to push a door open or a thing away; else a bump stops it."""
+    """Whether it may keep pushing against doors and movable objects; otherwise a bump stops it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Noticed:
-    """What a robot's modules make of an observation before they decide."""
+    """The estimate of a robot's modules before the navigator decides."""
 
     seen: Observation
-    """With what the observer saw."""
+    """The observation, including the sightings of the observer."""
     belief: Estimate
     events: tuple[RobotEvent, ...]
     """The bump that begins now, if one does."""
@@ -85,7 +85,7 @@ def controller_of(control: Controller | ControlLoop) -> Controller:
 
 
 def final_path(robot: str, driver: Driver, now: float) -> Array | None:
-    """Return the final trajectory that an estimator offers; None without one.
+    """Return the final trajectory of an estimator, or None.
 
     Args:
         robot: Its name.
@@ -117,7 +117,7 @@ def _shows(navigator: Navigator | None, boundary: Boundary) -> bool:
 
 
 class DeadReckoning:
-    """Odometry summed from the prior, with its covariance."""
+    """Dead reckoning from the prior, with its covariance."""
 
     def __init__(self, robot: RobotInfo) -> None:
         self.pose = robot.prior
@@ -125,7 +125,7 @@ class DeadReckoning:
         self._F, self._G = np.eye(3), np.eye(3)
 
     def add(self, seen: Observation) -> None:
-        """Go on by one tick's odometry.
+        """Add the odometry of one tick.
 
         References:
             Thrun, Burgard, Fox, Probabilistic Robotics (2005), section 7.4: the motion part of an EKF.
@@ -141,7 +141,7 @@ class DeadReckoning:
 
 
 class Pilot(Closes):
-    """One robot's driver during a run: it holds what changes from tick to tick."""
+    """The driver of one robot during a run, with its state."""
 
     def __init__(
         self,
@@ -175,7 +175,7 @@ class Pilot(Closes):
             raise
 
     def _start(self, catalogue: Mapping[str, BeaconInfo], map: WorldMap | None, seed: int) -> None:
-        """Get the modules ready; each has a source of chance of its own."""
+        """Start the modules, each with its own random stream."""
         robot, driver, boundary = sealed_robot(self._robot), self._driver, self._boundary
         parts: tuple[tuple[str, object | None, tuple[object, ...]], ...] = (
             ("observer", driver.observer, (catalogue,)),
@@ -201,7 +201,7 @@ class Pilot(Closes):
                 module.close()
 
     def decide(self, seen: Observation) -> Order:
-        """Let the modules look, believe, decide; then let safety have the last word.
+        """Run observer, estimator and navigator, then the safety functions.
 
         Raises:
             ModuleFault: A module raised, or returned what it must not; names it, the robot and the time.
@@ -209,14 +209,14 @@ class Pilot(Closes):
         return self.order(self.notice(seen))
 
     def notice(self, seen: Observation) -> Noticed:
-        """Let the modules look and believe, once a tick; `order` comes next."""
+        """Run observer and estimator, once per tick; `order` follows."""
         self._seconds = {}
         self._dead_reckoning.add(seen)
         seen = self._look(sealed_observation(seen) if self._modules else seen)
         return Noticed(seen, self._believe(seen), self._bump(seen))
 
     def order(self, noticed: Noticed) -> Order:
-        """Let the navigator decide on what was noticed; then let safety have the last word."""
+        """Run the navigator, then the safety functions."""
         seen, belief = noticed.seen, noticed.belief
         # The navigator is asked all the same, so that it knows where it is when it drives again.
         navigated = self._navigate(seen, belief)
@@ -269,7 +269,7 @@ class Pilot(Closes):
         return replace(belief, show=(*belief.show, *shown)) if shown else belief
 
     def _steered(self, now: float) -> Command | None:
-        """Return what somebody who took over wants, None when nobody has."""
+        """Return the command of manual control, or None."""
         return self._steer(self._robot.name, now) if self._steer is not None else None
 
     def _bump(self, seen: Observation) -> tuple[RobotEvent, ...]:
@@ -281,7 +281,7 @@ class Pilot(Closes):
         return (RobotEvent(seen.time, "bump", f"{self._robot.name} bumped", seen.bump[0]),) if begins else ()
 
     def _block(self, seen: Observation, *, blocked: bool) -> tuple[RobotEvent, ...]:
-        """Return that the robot is held up, if that begins now."""
+        """Return the event that the robot is blocked, if that begins now."""
         begins = blocked and not self._blocked
         # Contact flickers while a robot presses against a wall; one episode is one event.
         self._blocked = blocked or (self._blocked and seen.time - self._touched <= BUMP_ENDS_AFTER)
@@ -292,7 +292,7 @@ class Pilot(Closes):
     def _ask(
         self, part: str, module: object, now: float, method: str, check: Callable[[object], T], *arguments: Any
     ) -> T:
-        """Return a module's answer, checked, and note how long it took to give it."""
+        """Return the checked result of a module, and record its computing time."""
         began = time.perf_counter()
         answer = self._boundary.ask(part, module, now, method, *arguments)
         self._seconds[part] = time.perf_counter() - began

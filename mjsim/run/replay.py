@@ -1,4 +1,4 @@
-"""Replay: other modules on the observations of a recording."""
+"""Replays the observations of a recording through other modules."""
 
 import json
 import shutil
@@ -54,7 +54,7 @@ def replay(
     progress: Callable[[float], None] | None = None,
     overwrite: bool = False,
 ) -> Recording:
-    """Let other modules look at what a robot observed, and return the recording with their estimates.
+    """Replay the observations of a robot through other modules, and return the recording with their estimates.
 
     All numbers are those that the modules of the run were given, exactly; pictures are drawn again from the recorded
     states when a module looks at them, those of a log are the recorded ones. What the robot did and all other robots
@@ -98,7 +98,7 @@ def replay(
 
 
 def require_observations(run: Recording, robot: str) -> None:
-    """Return when there is something of a robot to replay.
+    """Check that a robot has observations to replay.
 
     Raises:
         UsageError: There is no such robot.
@@ -136,7 +136,7 @@ def _write(
 
 
 def _pilot(run: Recording, robot: str, driver: Driver) -> Pilot:
-    """Return the modules at their start, told what those of the run were told, with the same sources of chance."""
+    """Return the started modules, with the same inputs and random streams as in the run."""
     from mjsim.sim import Simulation
 
     with Simulation(run.world, seed=run.seed) as sim:
@@ -157,7 +157,7 @@ def _metadata(run: Recording, robot: str, driver: Driver, uses: Mapping[str, Use
 
 
 class _Again:
-    """A recording on its way through other modules."""
+    """A replay in progress."""
 
     def __init__(self, run: Recording, robot: str, driver: Driver, pilot: Pilot, retake: "Retake", copy: Copy) -> None:
         self._run, self._robot, self._pilot, self._retake, self._copy = run, robot, pilot, retake, copy
@@ -204,7 +204,7 @@ class _Again:
         return message.topic == f"/{self._robot}/events" and self._run.event_in(message).kind == "fault"
 
     def _decide(self, message: RawMessage) -> None:
-        """Let the modules look at an observation, and write what they make of it."""
+        """Run the modules on an observation, and write their results."""
         robot, seen = self._robot, self._observation(message)
         try:
             order = self._order = self._pilot.decide(seen)
@@ -219,7 +219,7 @@ class _Again:
             self._copy.put(f"/{robot}/covariance", self._now, values)
 
     def end(self) -> None:
-        """Write the final trajectory, if the estimator offers one."""
+        """Write the final trajectory, if the estimator has one."""
         now = float(self._run.time[-1])
         try:
             path = final_path(self._robot, self._driver, now)
@@ -233,7 +233,7 @@ class _Again:
         self._copy.put(f"/{self._robot}/events", now, event_message(self._robot, RobotEvent(now, "fault", str(fault))))
 
     def _observation(self, message: RawMessage) -> Observation:
-        """Return what the modules of the run were given."""
+        """Return the observation given to the modules of the run."""
         seen, stamps = self._run.observation_in(message)
         take = self._logged.at(message.time) if self._logged.cameras else self._retake.frame
         seen = replace(seen, cameras=CameraFrames(stamps, take))
@@ -242,14 +242,14 @@ class _Again:
         return replace(seen, sightings=self._run.robots[self._robot].sightings[self._row])
 
     def _timing(self) -> bytes:
-        """Return what this tick cost now: only the modules that were at work."""
+        """Return the computing time of this tick: only of the modules that ran."""
         costs = self._order.timing if self._order is not None else {}
         parts = [{"part": f"{self._robot}/{part}", "seconds": seconds} for part, seconds in costs.items()]
         return encode({"time": self._now, "clock": time.perf_counter() - self._began, "parts": parts})
 
 
 class CameraFrames(Mapping[str, CameraFrame]):
-    """The pictures of an observation by camera, each drawn or decoded when it is first looked at."""
+    """The pictures of an observation by camera, each rendered or decoded on first access."""
 
     def __init__(self, stamps: Mapping[str, float], take: Callable[[str, float], CameraFrame]) -> None:
         """Keep when each picture was taken [s], and what gives it again, of a camera and a stamp."""

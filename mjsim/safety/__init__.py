@@ -1,4 +1,4 @@
-"""What keeps a robot whole: the reaction to a bump, always on, and the built-in obstacle avoidance."""
+"""Safety: the bump reaction, always on, and the built-in obstacle avoidance."""
 
 from mjsim.faces import face
 

@@ -1,4 +1,4 @@
-"""The reaction to a bump, which is always on."""
+"""The bump reaction, which is always on."""
 
 import math
 from dataclasses import replace
@@ -9,13 +9,13 @@ from mjsim.interface import Command, RobotInfo, WheelCommand
 from mjsim.safety.outline import is_round, rim
 
 GRAZING = 0.05
-"""Cosine beyond which a contact counts as in the way; a robot may slide along what it touches at 87 degrees."""
+"""Cosine above which a contact blocks a motion; a robot may slide along an obstacle at 87 degrees."""
 
 
 def react_to_bump(
     command: Command | WheelCommand, bump: tuple[float, ...], robot: RobotInfo | None = None
 ) -> Command | WheelCommand:
-    """Return the command without the motion that would press into what is touched.
+    """Return the command without the motion that would push against contacts.
 
     Turning stays, as it presses nowhere, but for robots that are not round: one that would swing a side or its tail
     into what is touched stops turning too.
@@ -40,7 +40,7 @@ def react_to_bump(
 
 
 def _react_with_wheels(command: WheelCommand, bump: tuple[float, ...], robot: RobotInfo | None) -> WheelCommand:
-    """Return the speeds without their part that would press into what is touched."""
+    """Return the speeds without the part that would push against contacts."""
     if robot is None or robot.twist_from_wheels is None:
         # All wheels of a differential drive at their mean speed drive straight; the rest only turns.
         mean = sum(command.speeds) / len(command.speeds)

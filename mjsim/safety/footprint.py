@@ -1,4 +1,4 @@
-"""How far the footprint of a robot can move before it comes too near to a point."""
+"""Free distance of a moving footprint."""
 
 import math
 from dataclasses import dataclass
@@ -10,17 +10,17 @@ from mjsim.interface import RobotInfo
 from mjsim.safety.outline import is_round
 
 CLEARANCE = 0.05
-"""Between the rim and anything on a way that counts as free [m]."""
+"""Minimum clearance of a free path [m]."""
 AWRY = 0.07
 """By so much a body's heading may differ from that of its way, which swings the ends of a long one out [rad]."""
 TOUCHING = 0.03
-"""Nearer than this nothing comes that does not touch [m]."""
+"""Points closer than this count as touching [m]."""
 ROOMY = 0.12
 """From this far on, what is beside the way does not slow the robot, farther for a long one [m]."""
 CREEP = 0.35
-"""Share of its speed that a robot keeps where it passes as near as it may."""
+"""Fraction of the speed at minimum clearance."""
 LOOKS = 12
-"""Places on a way that are looked at."""
+"""Number of poses checked along a path."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,9 +28,9 @@ class FreePaths:
     """How free the examined paths are."""
 
     times: Array
-    """Until when each is free [s], shape (k,); 0 when not even its first part is."""
+    """Time for which each path is free [s], shape (k,); 0 if blocked at once."""
     ease: Array
-    """Share of the speed at which each may be driven, for what is beside it, shape (k,)."""
+    """Allowed fraction of the speed on each path, considering lateral clearance, shape (k,)."""
 
 
 class Footprint:

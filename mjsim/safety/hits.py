@@ -1,4 +1,4 @@
-"""Where the proximity rays have met something of late."""
+"""Recent hits of the proximity rays."""
 
 import math
 
@@ -13,7 +13,7 @@ RAYS = 16
 
 
 class Hits:
-    """Points that the ring has hit, remembered for some seconds while odometry tells where the robot has come to.
+    """Points hit by the ring, remembered for some seconds in the frame of odometry.
 
     The rays leave gaps, so what one has met is kept while it looks past it. A point is kept once, however often it is
     met, and dropped as soon as a ray looks through where it was: what has gone away is in nobody's way.

@@ -1,4 +1,4 @@
-"""The built-in obstacle avoidance, by the ring of proximity rays."""
+"""The built-in obstacle avoidance, based on the ring of proximity rays."""
 
 import math
 from dataclasses import replace
@@ -15,7 +15,7 @@ from mjsim.safety.trail import Trail
 
 
 class RingAvoidance:
-    """Keep clear of obstacles with the ring of proximity rays, changing the command as little as can be.
+    """Avoids obstacles detected by the ring of proximity rays, with minimal changes of the command.
 
     What the rays hit is remembered for some seconds (`Hits`). A command whose arc is free passes as it is. Else, among
     arcs with turn rates around the commanded one, as far as the robot can steer, the one is taken that keeps most of
@@ -103,7 +103,7 @@ class RingAvoidance:
         self._pace, self._stroke, self._left = 0.0, 0.0, 0
 
     def adjust(self, command: Command, seen: Observation) -> Command:
-        """Return the command that is safe, as near as can be to the one given."""
+        """Return the safe command closest to the one given."""
         self._hits.see(seen)
         self._see_scan(seen)
         self._ring, self._pace = seen.proximity, seen.odometry.forward / seen.dt

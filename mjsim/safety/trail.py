@@ -1,4 +1,4 @@
-"""Where a robot has been of late, so that it can choose where it has not."""
+"""Recent places of a robot, so that it can prefer new directions."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""A run in a thread of its own, which others start, pause, slow, steer and watch."""
+"""A run in a background thread that other threads start, pause, slow down, steer and watch."""
 
 from mjsim.faces import face
 

@@ -1,4 +1,4 @@
-"""Where the thread of a run waits between two ticks: for the clock, for who holds it, and for what others ask."""
+"""Synchronises the thread of a run between two ticks: waits for the clock, pauses and requests."""
 
 import threading
 from collections import deque
@@ -15,13 +15,13 @@ if TYPE_CHECKING:
 State = Literal["loading", "running", "paused", "ended", "failed"]
 """loading: compiling, and modules getting ready; ended: all ticks are done, or it was stopped; failed: see `error`."""
 Leaving = Literal["restart", "stop", "close"]
-"""Why a run is left before its end."""
+"""Reason for leaving a run before its end."""
 Work = Callable[["Simulation"], None]
-"""Something to be done between two ticks."""
+"""Work to do between two ticks."""
 
 
 class Gate:
-    """What a run is and is to do next. The first methods are for any thread, the others for that of the run."""
+    """State and requests of a run. The first methods are for any thread, the others for that of the run."""
 
     def __init__(self, speed: float | None, tell: Callable[[], None]) -> None:
         """Be loading.
@@ -44,7 +44,7 @@ class Gate:
         self._tell = tell
 
     def hold(self, held: bool, *, owed: bool = False) -> None:
-        """Hold the run, or let it go; one tick may be owed though it is held."""
+        """Pause or resume the run; a paused run may be allowed one tick."""
         with self.changed:
             self._held, self._owed = held, owed
             if self.state == "paused" and (owed or not held):
@@ -53,7 +53,7 @@ class Gate:
         self._tell()
 
     def leave(self, why: Leaving) -> None:
-        """Have the run left; nothing comes after 'close'."""
+        """Make the run end early; 'close' is final."""
         with self.changed:
             if self.leaving == "close":
                 return
@@ -72,7 +72,7 @@ class Gate:
         self._tell()
 
     def ask(self, work: Work) -> Future[None]:
-        """Have something done in the run's thread between two ticks."""
+        """Schedule work in the run's thread between two ticks."""
         done: Future[None] = Future()
         with self.changed:
             if self._shut:
@@ -83,14 +83,14 @@ class Gate:
         return done
 
     def begin(self) -> None:
-        """Note that a run begins, perhaps again."""
+        """Record that a run begins or restarts."""
         with self.changed:
             if self.leaving == "restart":
                 self.leaving = None
             self.error = None
 
     def may_go_on(self, sim: "Simulation", number: int) -> bool:
-        """Wait until a tick of a number is due, and do what is asked meanwhile; false when the run is to be left."""
+        """Wait until a tick is due, doing requested work meanwhile; return False if the run must end."""
         while True:
             self._answer(sim)
             with self.changed:
@@ -112,7 +112,7 @@ class Gate:
                 return True
 
     def become(self, state: State, error: BaseException | None = None) -> None:
-        """Note how the run ended."""
+        """Record how the run ended."""
         with self.changed:
             if self.leaving == "restart":
                 state = "loading"
@@ -122,7 +122,7 @@ class Gate:
         self._tell()
 
     def rest(self, sim: "Simulation | None") -> None:
-        """Wait for a restart or the end, and do what is asked meanwhile."""
+        """Wait for a restart or the end, doing requested work meanwhile."""
         while True:
             self._answer(sim)
             with self.changed:
@@ -134,7 +134,7 @@ class Gate:
                     self.changed.wait()
 
     def refuse(self) -> None:
-        """Tell all who ask, from now on too, that nothing comes any more."""
+        """Refuse all pending and future requests."""
         with self.changed:
             self._shut = True
             while self._asked:
@@ -150,7 +150,7 @@ class Gate:
         return self.pace.left(simulated)
 
     def _answer(self, sim: "Simulation | None") -> None:
-        """Do what others asked for."""
+        """Do the requested work."""
         while self._asked:
             work, done = self._asked.popleft()
             if sim is None:

@@ -1,4 +1,4 @@
-"""What somebody who drives by hand has said last, for each robot."""
+"""The latest manual command of each robot."""
 
 import math
 import threading
@@ -9,17 +9,17 @@ from mjsim.interface import Command
 
 
 class Helm:
-    """Holds commands for robots until they are too old; set from any thread, asked by the run."""
+    """Holds manual commands until they expire; set from any thread, read by the run."""
 
     def __init__(self, robots: Iterable[str]) -> None:
-        """Let nobody be driven by hand."""
+        """Start without manual control."""
         self._robots = tuple(robots)
         self._lock = threading.Lock()
         self._new: dict[str, tuple[Command, float]] = {}
         self._until: dict[str, tuple[Command, float]] = {}
 
     def take(self, robot: str, command: Command | None, *, hold: float) -> None:
-        """Drive a robot by hand from its next tick on, for a simulated time [s]; None gives it back.
+        """Drive a robot manually from its next tick on, for a simulated time [s]; None returns control.
 
         Raises:
             UsageError: There is no such robot, or a number is not finite.
@@ -35,13 +35,13 @@ class Helm:
                 self._new[robot] = command, hold
 
     def let_go(self) -> None:
-        """Give all robots back."""
+        """End manual control of all robots."""
         with self._lock:
             self._new.clear()
             self._until.clear()
 
     def command(self, robot: str, now: float) -> Command | None:
-        """Return what a robot is to do at a simulated time [s]; None when nobody drives it by hand."""
+        """Return the manual command of a robot at a simulated time [s], or None."""
         with self._lock:
             if robot in self._new:
                 command, hold = self._new.pop(robot)

@@ -1,26 +1,26 @@
-"""When the next tick is due on the clock."""
+"""Pacing: when the next tick is due in real time."""
 
 import time
 
 LATEST = 1.0
-"""A run that is later than this [s] is not hurried until it has caught up; it goes on from where it is."""
+"""A run delayed by more than this [s] does not catch up, but continues from where it is."""
 
 
 class Pace:
-    """Holds a run to a multiple of real time; without a factor it goes as fast as it can."""
+    """Holds a run to a multiple of real time; without a factor it runs as fast as possible."""
 
     def __init__(self, factor: float | None) -> None:
         """Begin; the first tick is due at once."""
         self.factor = factor
-        """Simulated seconds a second; None for as fast as it goes."""
+        """Simulated seconds per second; None for as fast as possible."""
         self._anchor: tuple[float, float] | None = None
 
     def forget(self) -> None:
-        """Restart the pace with the next tick: the run was paused, or its factor changed."""
+        """Restart the pace with the next tick, after a pause or a change of the factor."""
         self._anchor = None
 
     def left(self, simulated: float) -> float:
-        """Return how long to wait for a tick of a simulated time [s]; 0 when it is due."""
+        """Return the time to wait for a tick at a simulated time [s]; 0 if it is due."""
         if self.factor is None:
             return 0.0
         now = time.perf_counter()

@@ -1,4 +1,4 @@
-"""A run in a thread of its own; all that others do to it is said here, and done there between two ticks."""
+"""A run in a background thread; requests from other threads are executed between two ticks."""
 
 import math
 import threading
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from mjsim.sim import Simulation
 
 HOLD = 0.5
-"""How long a command given by hand is held [s]."""
+"""Time for which a manual command is held [s]."""
 
 
 class Session(Closes):
-    """A world at work in a thread of its own, which owns its OpenGL context.
+    """A running world in a background thread, which owns its OpenGL context.
 
     Every method may be called from any thread, and returns at once unless it says otherwise. The ticks are those of
     `mjsim.run`: pausing, single ticks, speed and watchers change when they come, never what they hold.
@@ -65,16 +65,16 @@ class Session(Closes):
             UsageError: The speed is not above 0, or `record` exists, is being written, or cannot be written.
         """
         self.world = world
-        """What is simulated; noise that was changed is in it."""
+        """The simulated world, including changed noise."""
         self.seed = world.run.seed if seed is None else seed
         """Of all chance in the run."""
         self.seconds = world.run.seconds if seconds is None else seconds
-        """How long it lasts, simulated [s]."""
+        """Duration, in simulated time [s]."""
         speed = _checked_speed(speed)
         self._place = None if record is None else reserve(record, overwrite=overwrite)
         self._named, self._overwrite = None if self._place is None else self._place.path, overwrite
         self.record = self._named
-        """The file that is written, or was written last."""
+        """The file being written, or written last."""
         self._drivers, self._on_tick, self._on_change = drivers, on_tick, on_change
         self._helm = Helm(robot.name for robot in world.robots)
         self._gate = Gate(speed, self._tell)
@@ -84,34 +84,34 @@ class Session(Closes):
         self._thread = threading.Thread(target=self._work, name="mjsim-session", daemon=True)
 
     def start(self, *, paused: bool = False) -> None:
-        """Begin; when paused, stop after the first tick, which shows the start."""
+        """Start; if paused, stop after the first tick, which shows the start."""
         self._gate.hold(paused)
         self._thread.start()
 
     def pause(self) -> None:
-        """Stop before the next tick."""
+        """Pause before the next tick."""
         self._gate.hold(True)
 
     def go(self) -> None:
-        """Go on."""
+        """Resume."""
         self._gate.hold(False)
 
     def tick(self) -> None:
-        """Take one tick more, and pause."""
+        """Take one tick, and pause."""
         self._gate.hold(True, owed=True)
 
     def restart(self, *, seed: int | None = None) -> None:
-        """Go back to the start, with the same seed unless another is given; paused stays paused, noise as it is."""
+        """Restart, with the same seed unless another is given; pause and noise settings are kept."""
         self.seed = self.seed if seed is None else seed
         self._gate.leave("restart")
 
     def stop(self) -> None:
-        """End the run here; what was recorded is closed properly."""
+        """End the run here; the recording is closed properly."""
         self._gate.leave("stop")
 
     @property
     def state(self) -> State:
-        """What it does."""
+        """State of the session."""
         return self._gate.state
 
     @property
@@ -121,7 +121,7 @@ class Session(Closes):
 
     @property
     def speed(self) -> float | None:
-        """Simulated seconds a second that are wanted; None for as fast as it goes."""
+        """Requested simulated seconds per second; None for as fast as possible."""
         return self._gate.pace.factor
 
     @speed.setter
@@ -134,11 +134,11 @@ class Session(Closes):
         return self._newest
 
     def watch(self) -> Watcher:
-        """Return what gives the newest tick to who asks, and never holds the run up."""
+        """Return a watcher, which gives the newest tick on request and never blocks the run."""
         return Watcher(self._newer)
 
     def drive(self, robot: str, command: Command | None, *, hold: float = HOLD) -> None:
-        """Drive a robot by hand; its avoidance, if it has one, still has its say.
+        """Drive a robot manually; its avoidance, if any, stays active.
 
         Args:
             robot: Its name.
@@ -151,7 +151,7 @@ class Session(Closes):
         self._helm.take(robot, command, hold=hold)
 
     def move_joints(self, robot: str, arm: str, positions: Sequence[float] | None) -> None:
-        """Move the joints of an arm by hand, no faster than 1 rad/s or 1 m/s; None lets the navigator move it again.
+        """Move the joints of an arm manually, at up to 1 rad/s or 1 m/s; None returns it to the navigator.
 
         It is a touch, as the next one is; see `touch`.
 
@@ -161,7 +161,7 @@ class Session(Closes):
         self.touch(joints_keys(self.world, robot, arm, positions))
 
     def move_tool(self, robot: str, arm: str, *, at: Sequence[float], rpy: Sequence[float]) -> None:
-        """Move the tool of an arm by hand to a pose in the robot's frame.
+        """Move the tool of an arm manually to a pose in the robot frame.
 
         Args:
             robot: Whose arm it is.
@@ -175,7 +175,7 @@ class Session(Closes):
         self.touch({"reach": robot, "arm": arm, "tool": [*at], "rpy_deg": [math.degrees(angle) for angle in rpy]})
 
     def reach(self, person: str, hand: str, at: Sequence[float] | None) -> float:
-        """Lead a hand of a person, at 1 m/s at most; None gives it back.
+        """Move a hand of a person, at up to 1 m/s; None releases it.
 
         Args:
             person: Whose hand.
@@ -195,7 +195,7 @@ class Session(Closes):
         return event.short if isinstance(event, ReachEvent) else 0.0
 
     def set_noise(self, key: str, value: float) -> None:
-        """Change how much a sensor, a drive or its odometry errs, from the next tick on.
+        """Change the noise of a sensor, a drive or odometry from the next tick on.
 
         It is a touch, as those that follow are; see `touch`. A restart keeps it.
 
@@ -209,7 +209,7 @@ class Session(Closes):
         self.touch({"noise": key, "value": value})
 
     def touch(self, keys: Mapping[str, Any]) -> WorldEvent:
-        """Let an event happen at the next tick, as one of the world file would; waits until it is taken up.
+        """Apply an event of the world file at the next tick; waits until it is accepted.
 
         The session's own thread, that of `on_tick`, must not ask for it. A paused run shows it with its next tick.
 
@@ -229,11 +229,11 @@ class Session(Closes):
 
     @property
     def touched(self) -> tuple[WorldEvent, ...]:
-        """What was done by `touch` since the start, in its order; `keep_events` writes it into the world's text."""
+        """Touches since the start, in order; `keep_events` writes them into the text of the world."""
         return self._touched
 
     def wait(self, *states: State, timeout: float | None = None) -> State:
-        """Wait until it is in one of these states, 'ended' or 'failed' unless named, and return the one it is in."""
+        """Wait for one of these states, by default 'ended' or 'failed', and return the current state."""
         wanted, gate = states or ("ended", "failed"), self._gate
         with gate.changed:
             gate.changed.wait_for(lambda: gate.state in wanted, timeout)
@@ -263,7 +263,7 @@ class Session(Closes):
         return self
 
     def _do(self, work: "Callable[[Simulation], None]") -> None:
-        """Have something done in the session's thread between two ticks, and wait for it."""
+        """Do work in the session's thread between two ticks, and wait for it."""
         if not self._thread.is_alive() or self._gate.leaving == "close":
             raise UsageError("the session is not running; start it first")
         self._gate.ask(work).result()
@@ -322,7 +322,7 @@ class Session(Closes):
         return sim
 
     def _run(self, sim: "Simulation") -> None:
-        """Take all ticks of a run, or those until it is to be left."""
+        """Take all ticks of a run, or those until it must end."""
         drivers = drivers_of(sim.world) if self._drivers is None else self._drivers
         count = tick_count(sim, self.seconds)
         place = self._next_place()
@@ -347,7 +347,7 @@ class Session(Closes):
                 raise
 
     def _next_place(self) -> NewFile | None:
-        """Return the reserved name of the next recording; None when there is to be none."""
+        """Return the reserved name of the next recording, or None."""
         place, self._place = self._place, None
         if place is None and self._named is not None:
             place = reserve(self._named, overwrite=True) if self._overwrite else reserve_next(self._named)

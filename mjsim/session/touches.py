@@ -1,4 +1,4 @@
-"""What somebody has done to the world of a run by hand: events, each the next tick's."""
+"""Manual touches of a running world: events applied at the next tick."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -27,7 +27,7 @@ DIGITS = 4
 
 
 def touch_of(keys: Mapping[str, Any]) -> WorldEvent:
-    """Return an event of keys as a world file has them, its time aside; its numbers as a world file writes them.
+    """Return an event from keys as in a world file, except its time, with numbers rounded as there.
 
     Raises:
         UsageError: A key is unknown or missing, or a value does not fit.
@@ -39,7 +39,7 @@ def touch_of(keys: Mapping[str, Any]) -> WorldEvent:
 
 
 def joints_keys(world: World, robot: str, arm: str, positions: Sequence[float] | None) -> dict[str, Any]:
-    """Return the keys of the event that moves the joints of an arm [rad, m], or of that which lets go of it for None.
+    """Return the keys of the event that moves the joints of an arm [rad, m], or for None releases it.
 
     Raises:
         UsageError: There is no such arm, or it has not so many joints.
@@ -58,7 +58,7 @@ def joints_keys(world: World, robot: str, arm: str, positions: Sequence[float] |
 
 
 def schedule_touch(sim: "Simulation", event: WorldEvent, touched: Sequence[WorldEvent]) -> tuple[WorldEvent, ...]:
-    """Have an event happen at the next tick.
+    """Schedule an event for the next tick.
 
     Args:
         sim: The run.
@@ -79,7 +79,7 @@ def schedule_touch(sim: "Simulation", event: WorldEvent, touched: Sequence[World
 
 
 def noise_kept(touched: Iterable[WorldEvent], world: World) -> tuple[NoiseEvent, ...]:
-    """Return the noise that was changed by hand, as events at the start, where it is not as a world says."""
+    """Return manually changed noise as events at the start, where it differs from the world."""
     last = {event.noise: event for event in touched if isinstance(event, NoiseEvent)}
     said = {figure.key: figure.value for figure in noise_figures(world)}
     changed = (event for event in last.values() if said.get(event.noise) != event.value)
@@ -87,7 +87,7 @@ def noise_kept(touched: Iterable[WorldEvent], world: World) -> tuple[NoiseEvent,
 
 
 def keep_events(text: str, events: Sequence[WorldEvent], *, source: Source | None = None) -> str:
-    """Return the text of a world with events added to those it has; a run of it repeats them.
+    """Return the text of a world with events added, so that a run of it repeats them.
 
     Args:
         text: Of the world whose run was touched.
@@ -104,13 +104,13 @@ def event_keys(event: WorldEvent) -> dict[str, Any]:
 
 
 def _is_overruled(before: WorldEvent, touch: WorldEvent) -> bool:
-    """Return whether nothing comes of an earlier touch: noise that is changed again before its tick."""
+    """Return whether an earlier touch has no effect: noise changed again before its tick."""
     if not isinstance(before, NoiseEvent) or not isinstance(touch, NoiseEvent):
         return False
     return (before.time, before.noise) == (touch.time, touch.noise)
 
 
 def _written_time(time: float) -> float:
-    """Return the latest short number that is not after a time [s]: written down, it means the same tick."""
+    """Return a short number not after a time [s] that means the same tick."""
     near = round(time, DIGITS)
     return near if near <= time + 1e-9 else round(math.floor(time * 10**DIGITS) / 10**DIGITS, DIGITS)

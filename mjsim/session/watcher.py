@@ -1,4 +1,4 @@
-"""Who watches a run gets its newest tick, and misses what it has no time for."""
+"""Watchers of a run: each gets the newest tick and skips those it has no time for."""
 
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
@@ -8,7 +8,7 @@ if TYPE_CHECKING:
 
 
 class Watcher:
-    """The newest tick of a session, each at most once. It never holds the run up, however slow it is."""
+    """Gives the newest tick of a session, each at most once; never blocks the run, however slow it is."""
 
     def __init__(self, newer: Callable[[int, float | None], tuple[int, "Tick"] | None]) -> None:
         """Watch.

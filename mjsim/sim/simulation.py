@@ -53,7 +53,7 @@ class Simulation(Closes):
         set_exact_masses(self.model, world)
         self.data = mujoco.MjData(self.model)
         self.dt: float = world.run.steps_per_tick * self.model.opt.timestep
-        """Period of the loop [s]."""
+        """Period of the control loop [s]."""
         self.tick = 0
         """Ticks since the start."""
         self._compiled = Snapshot(self.model)

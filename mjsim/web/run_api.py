@@ -209,7 +209,7 @@ def _reserved(folder: Folder, name: str) -> NewFile:
     if path.suffix != ".mcap" or any(part.startswith(".") for part in path.relative_to(folder.root).parts):
         raise UsageError(f"cannot record as '{name}'; name it .mcap, without a dot in front")
     if path.exists() and not is_mcap(path):
-        raise UsageError(f"'{name}' exists and is no recording; name another file")
+        raise UsageError(f"'{name}' exists and is not a recording; name another file")
     return reserve_next(path)
 
 

@@ -112,7 +112,7 @@ class Shelf:
 
         Raises:
             RefusedError: There is no such file.
-            RecordingError: It is no recording.
+            RecordingError: It is not a recording.
         """
         try:
             found = path.stat()

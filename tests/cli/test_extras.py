@@ -52,7 +52,7 @@ def test_uv_is_advised_where_there_is_no_pip(monkeypatch, tmp_path):
 
 def test_a_drawing_without_ezdxf(without, tmp_path):
     without("ezdxf")
-    with pytest.raises(UsageError, match=r"^DXF is read by ezdxf, which is not installed; type: .* ezdxf$"):
+    with pytest.raises(UsageError, match=r"^DXF files need ezdxf, which is not installed; type: .* ezdxf$"):
         mjsim.world_from_dxf(tmp_path / "plan.dxf")
 
 

@@ -282,7 +282,7 @@ def test_euroc_comes_in_again(euroc: Path, run: Recording, tmp_path: Path):
     ("old", "new", "said"),
     [
         ("resolution: [", "resolution: ]", "is no YAML"),
-        ("T_BS:", "T_CB:", "T_BS is no pose; its data are 16 numbers of a rigid transform"),
+        ("T_BS:", "T_CB:", "T_BS is not a pose; its data are 16 numbers of a rigid transform"),
         ("intrinsics: [", "intrinsics: [0, ", "they are fu, fv, cu, cv in pixels"),
         ("equidistant", "omni", "a lens of model 'omni'; radial-tangential,"),
     ],

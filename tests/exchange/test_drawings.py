@@ -74,8 +74,8 @@ def test_only_the_named_layer_of_an_svg_is_walls_and_nothing_hidden(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("no xml", "is not XML, and so no SVG drawing"),
-        ("<html/>", "is XML but no SVG drawing; its first element is 'html'"),
+        ("no xml", "is not XML, and so not an SVG drawing"),
+        ("<html/>", "is XML but not an SVG drawing; its first element is 'html'"),
         (
             f"{HEAD}<text>wall</text></svg>",
             "no lines to make walls of (left out: 1 <text>); draw each wall as a line",

@@ -126,7 +126,7 @@ def test_specks_are_told_from_walls_and_counted_however_dense_they_are(share):
 def test_a_map_of_noise_alone_is_refused(tmp_path):
     nothing = np.zeros((200, 200), dtype=bool)
     path = write_grid(speckled(Grid(nothing, ~nothing, 0.05, Pose(0.0, 0.0, 0.0)), 0.03), tmp_path)
-    with pytest.raises(UsageError, match=r"all of its 11\d\d occupied cells are specks"):
+    with pytest.raises(UsageError, match=r"all of its 11\d\d occupied cells are noise"):
         bring_map(path, robot=None)
 
 

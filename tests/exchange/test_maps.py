@@ -232,7 +232,11 @@ def test_a_robot_starts_where_it_can_drive_or_it_is_said_that_it_stands_still(tm
     corridor = "  - {name: corridor, points: [[4, 0], [12, 0], [12, 1.4], [4, 1.4]], closed: true}\n"
     for text, begins, said in (
         (cell + corridor, 4.0, []),
-        (cell.replace("2", "1.2"), 0.0, ["no straight way of 1 m is wide enough for the pioneer3dx; it stands still"]),
+        (
+            cell.replace("2", "1.2"),
+            0.0,
+            ["no straight path of 1 m is wide enough for the pioneer3dx; it does not drive"],
+        ),
     ):
         world = with_robot(world_from_map(write_map(parse_world(f"mjsim: 1\nwalls:\n{text}"), tmp_path / str(begins))))
         assert not check_world(world)

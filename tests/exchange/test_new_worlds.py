@@ -158,7 +158,7 @@ def test_a_robot_of_a_map_gets_a_lidar_and_an_estimator_or_one_line_says_why_not
     assert load_world(world).run.map == "unknown"
     capsys.readouterr()
     for more, message in [
-        (["--estimator", "monte_carlo"], "has no lidar to find out where it is; add --lidar, one of hokuyo-ust-10lx"),
+        (["--estimator", "monte_carlo"], "has no lidar to localise with; add --lidar, one of hokuyo-ust-10lx"),
         (["--lidar", "lds-03"], "no lidar preset 'lds-03'; did you mean 'lds-0"),
         (["--lidar", "lds-02", "--estimator", "kalman"], "no estimator 'kalman'; write monte_carlo, lidar_slam"),
         (["--lidar", "lds-02", "--no-robot"], "--lidar and --estimator need a robot; leave out --no-robot"),

@@ -207,7 +207,7 @@ def test_what_is_filled_with_a_hole_is_drawn_with_its_hole(tmp_path):
         ('<g id="a"><use href="#a"/></g><path d="M0 0H4" stroke="red"/>', None),
         ("<g id='a'>" + "<path d='M0 0H4'/>" * 300 + "</g>" + "<use href='#a'/>" * 300, "elements with its clones"),
         ('<g id="furniture"><path d="M0 0H4V4Z"/></g>', "has no lines to make walls of"),
-        ('<path d="M0 0H1e999" stroke="red"/>', "not at finite places"),
+        ('<path d="M0 0H1e999" stroke="red"/>', "without finite coordinates"),
         ('<line x2="4em" y2="1"/>', "has no lines to make walls of"),
     ],
 )

@@ -214,7 +214,7 @@ def test_a_text_written_by_the_command_is_a_world(presets):
 def test_joints_that_are_no_wheels_hold_still_with_their_limits(tmp_path):
     (tmp_path / "tall.xml").write_text(STRETCHED)
     preset, said = brought(tmp_path / "tall.xml", tmp_path)
-    assert "joints that are no wheels hold still, 5 of them: 'joint_lift'" in said
+    assert "joints other than wheels are locked, 5 of them: 'joint_lift'" in said
     with Simulation(load_world(preset)) as sim:
         sim.apply("tall", Command(0.3, turn=0.3))
         joints = [sim.data.joint(f"tall/{name}") for name in ("joint_lift", "joint_arm", "rubber_x", "joint_head")]

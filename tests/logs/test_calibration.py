@@ -93,7 +93,7 @@ def test_a_delay_is_told_and_an_import_takes_it_away(tmp_path, ticks):
 
 def test_a_log_without_truth_is_refused(log):
     blind = {name: dataclasses.replace(t, truth=np.full_like(t.truth, np.nan)) for name, t in log.robots.items()}
-    with pytest.raises(UsageError, match="too little truth"):
+    with pytest.raises(UsageError, match="too little ground truth"):
         mjsim.calibrate(dataclasses.replace(log, robots=blind))
 
 

@@ -189,7 +189,7 @@ def test_files_that_are_no_logs_are_refused_in_one_line(tmp_path):
         ("a.tar.xz", b"x", "is an archive; unpack it and name the folder"),
         ("a.csv", b"t,x\n1,2\n", "is a table of numbers; describe its columns in a YAML file"),
         ("a.clf", b"", "is empty"),
-        ("b.clf", b"\x00\xff" * 4000, "is no log that is read here"),
+        ("b.clf", b"\x00\xff" * 4000, "is not a supported log"),
         ("a.xz", b"no xz at all", "cannot unpack"),
         ("a.gz", b"no gzip at all", "cannot unpack"),
         ("b.gz", b"\x1f\x8b\x08" + bytes(7) + b"\xff" * 40, "cannot unpack"),

@@ -120,7 +120,7 @@ def test_a_log_of_mrclam_without_ground_truth_is_replayed_and_its_errors_are_not
     write_mrclam(folder, numbers=(1, 2), seconds=3.0)
     for path in folder.glob("*Groundtruth.dat"):
         path.unlink()
-    with pytest.raises(UsageError, match="nobody knows the map, leave out --known-map"):
+    with pytest.raises(UsageError, match="its map is unknown, leave out --known-map"):
         mjsim.import_mrclam(folder, known_map=True)
     run = mjsim.import_log(folder)
     assert run.world.beacons == ()
@@ -313,7 +313,7 @@ def test_the_command_tells_the_kind_of_a_log_by_its_files(tmp_path, capsys):
     assert recording.world.robots[0].sensors[0].noise.range == 0.5
     (tmp_path / "none").mkdir()
     assert run_command("import-log", tmp_path / "none", "-o", output) == 2
-    assert "is no log that is read here; give a folder of MRCLAM (Barcodes.dat)" in capsys.readouterr().err
+    assert "is not a supported log; give a folder of MRCLAM (Barcodes.dat)" in capsys.readouterr().err
     assert run_command("import-log", tmp_path / "park", "-o", output, "--known-map") == 2
     assert "Victoria Park has no known map; leave out --known-map" in capsys.readouterr().err
 

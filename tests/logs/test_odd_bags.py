@@ -190,7 +190,7 @@ def test_a_camera_of_an_unknown_encoding_is_left_out_and_told(tmp_path):
 def test_a_log_of_one_moment_is_refused(tmp_path):
     with new_bag(tmp_path / "run") as bag:
         bag.put("/scan", START, bag.scan(bag.header(START, "l"), np.ones(9), 0.0, 0.1, (0.1, 9.0)))
-    with pytest.raises(UsageError, match="are of one moment; a recording has two ticks at least"):
+    with pytest.raises(UsageError, match="have the same time; a recording needs at least two ticks"):
         mjsim.import_log(tmp_path / "run")
 
 
@@ -227,9 +227,9 @@ def test_what_cannot_be_read_or_is_not_clear_is_one_line(tmp_path):
             {"odometry": ["/scan"]},
             "topic '/scan' is of sensor_msgs/msg/LaserScan; odometry is read from nav_msgs",
         ),
-        ("empty.bag", {}, "is no bag that can be read"),
-        ("broken.db3", {}, "is no bag that can be read"),
-        ("text.bag", {}, "is no log that is read here"),
+        ("empty.bag", {}, "is not a readable bag"),
+        ("broken.db3", {}, "is not a readable bag"),
+        ("text.bag", {}, "is not a supported log"),
     ):
         with pytest.raises(UsageError, match=re.escape(said)) as caught:
             mjsim.import_log(tmp_path / name, wishes=Wishes(topics=topics))

@@ -119,7 +119,7 @@ def test_a_fault_in_a_description_is_one_line(old, new, said, tmp_path, capsys):
         ("t;x;y;yaw\n1;2;nan;4\n", r"odometry\.csv:2: y is 'nan'; it must be a finite number"),
         ("t;x;y;yaw\n", "holds no rows, only names of columns"),
         ("", "holds no rows"),
-        ("t;x;y;yaw\n" + "9" * 200_000 + ";2;3;4\n", "is no table of words between ';': field larger"),
+        ("t;x;y;yaw\n" + "9" * 200_000 + ";2;3;4\n", "is not a table with the separator ';': field larger"),
     ],
 )
 def test_a_fault_in_a_table_names_its_line(content, said, tmp_path):

@@ -140,10 +140,10 @@ WRONG = {
     "'a.xml' has no joint that turns or slides; an arm has at least one": (
         "<mujoco><worldbody><geom size='1'/></worldbody></mujoco>"
     ),
-    "body: the inertia of body 'b' breaks the triangle inequality (0.1 + 0.1 < 0.3 kg m^2); mend it": (
+    "body: the inertia of body 'b' breaks the triangle inequality (0.1 + 0.1 < 0.3 kg m^2); correct it": (
         CHAIN.format("", "", '<body name="b"><inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.3"/></body>')
     ),
-    "'a.xml' is not XML: mismatched tag: line 1, column 13; mend it": "<mujoco><a></b></mujoco>",
+    "'a.xml' is not XML: mismatched tag: line 1, column 13; correct it": "<mujoco><a></b></mujoco>",
     "'a.xml' begins with <sdf>; a model begins with <mujoco> (MJCF) or <robot> (URDF)": "<sdf/>",
     "'a.xml' has an impossible body: mass of 'b' is -1; give finite numbers, the mass not below 0": (
         CHAIN.format("", "", '<body name="b"><inertial pos="0 0 0" mass="-1" diaginertia="1 1 1"/></body>')

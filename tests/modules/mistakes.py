@@ -21,7 +21,7 @@ STARTED = [
     (
         "navigator",
         written("navigator", "").replace("class Bad:", "class Bad:\n    def take_map(self, map): map.segments[:] = 0"),
-        r"raised ValueError: .* copy it first \(bad\.py:\d+\)",
+        r"raised ValueError: .* copy them first \(bad\.py:\d+\)",
     ),
     (
         "observer",
@@ -31,7 +31,7 @@ STARTED = [
     (
         "observer",
         written("observer", "", start="catalogue.clear()"),
-        r"raised TypeError: what a module is given is read-only; copy it first \(bad\.py:\d+\)",
+        r"raised TypeError: inputs of a module are read-only; copy them first \(bad\.py:\d+\)",
     ),
     (
         "estimator",

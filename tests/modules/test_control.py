@@ -21,7 +21,7 @@ MISTAKES = [
     (lambda sensed: np.zeros((2, 2)), r"returned a list of torques that holds an array of shape \(2,\)"),
     (lambda sensed: ["1", 2.0], r"returned a list of torques that holds something other than numbers: '1'"),
     (lambda sensed: [1j, 2.0], r"returned a list of torques that is complex; it must be real"),
-    (lambda sensed: sensed.wheels.positions.fill(1.0), r"raised ValueError: .* read-only; .* copy it first"),
+    (lambda sensed: sensed.wheels.positions.fill(1.0), r"raised ValueError: .* read-only; .* copy them first"),
 ]
 
 
@@ -80,8 +80,8 @@ RUNS = [
     ("pass", "raise SystemExit(3)", r"at 0\.18 s raised SystemExit: 3 \(bad\.py:9\)"),
     ("pass", "return [np.nan, 0.0]", r"at 0\.18 s returned a list of torques that is not finite: \[nan, 0\.0\]"),
     ("pass", "return [1.0]", r"at 0\.18 s returned 1 torques; the motors are wheel_left, wheel_right \(bad\.py:6\)"),
-    ("pass", "sensed.imu[0].turn[:] = 0", r"at 0\.18 s raised ValueError: .* copy it first \(bad\.py:9\)"),
-    ("robot.sensors.clear()", "pass", r"at 0\.00 s raised TypeError: .* copy it first \(bad\.py:5\)"),
+    ("pass", "sensed.imu[0].turn[:] = 0", r"at 0\.18 s raised ValueError: .* copy them first \(bad\.py:9\)"),
+    ("robot.sensors.clear()", "pass", r"at 0\.00 s raised TypeError: .* copy them first \(bad\.py:5\)"),
     ("1 / 0", "pass", r"at 0\.00 s raised ZeroDivisionError: division by zero \(bad\.py:5\)"),
 ]
 

@@ -45,14 +45,14 @@ def test_one_item_needs_no_list_and_nothing_is_nothing():
 @pytest.mark.parametrize(
     ("answer", "why"),
     [
-        ([1], "item 1 of est.show that is no object"),
+        ([1], "item 1 of est.show that is not an object"),
         ([{}], "item 1 of est.show with none of points, lines, grid, text; it must have one"),
         ([{"points": [], "grid": []}], "with points and grid of points, lines"),
         ([{"points": [], "colour": "red"}], "with the key 'colour'; did you mean 'color'"),
         ([{"grid": [[0]]}], "lacks the key 'resolution'"),
         ([{"points": [["a", "b"]]}], "item 1 of est.show which is not right"),
         ([{"points": []}] * 65, "a show of 65 items; there must be at most 64"),
-        ("hello", "est.show that is no object"),
+        ("hello", "est.show that is not an object"),
     ],
 )
 def test_what_is_wrong_is_one_line(answer, why):

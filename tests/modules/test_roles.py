@@ -71,7 +71,9 @@ def test_a_coroutine_and_a_number_are_no_methods():
     class Number(Fits):
         update = 3
 
-    assert misfit("estimator", Async) == "has `async def update`; write `def update`, for the simulator awaits nothing"
+    assert (
+        misfit("estimator", Async) == "has `async def update`; write `def update`, since the simulator does not await"
+    )
     assert misfit("estimator", Number) == "has update = 3; it must be a method"
 
 

@@ -39,8 +39,8 @@ Alias: type = Avoid
         ("../mine.py:Avoid", "path '../mine.py' leaves the folder of the world; keep it beside the world file"),
         ("broken.py:Avoid", "broken.py:2: '(' was never closed; this is not Python"),
         ("mjsim.algorithms.ekf_slam:EkfSlm", "no class 'EkfSlm' in mjsim.algorithms.ekf_slam; did you mean 'EkfSlam'?"),
-        ("mjsim.algorithms.none:X", "no module 'mjsim.algorithms.none' is installed; install it or mend the name"),
-        ("none.such:X", "no module 'none' is installed; install it or mend the name"),
+        ("mjsim.algorithms.none:X", "no module 'mjsim.algorithms.none' is installed; install it or correct the name"),
+        ("none.such:X", "no module 'none' is installed; install it or correct the name"),
         ("not a module:X", "'not a module' is not a module; write 'package.module:Class' or 'file.py:Class'"),
     ],
 )
@@ -101,7 +101,7 @@ def build(pace):
         ("NoStart'", ["2:38: NoStart in mine.py has no method start(); an estimator needs start() and update()"]),
         (
             "Async', pace: 1",
-            ["2:38: Async in mine.py has `async def update`; write `def update`, for the simulator awaits nothing"],
+            ["2:38: Async in mine.py has `async def update`; write `def update`, since the simulator does not await"],
         ),
         (
             "build', pace: 1",
@@ -180,7 +180,7 @@ GOOD = "class Good:\n    def start(self, *a): pass\n    def update(self, seen): 
         (GOOD + "    def __init__(self): 1 / 0\n", "raised ZeroDivisionError: division by zero (mine.py:4)"),
         (GOOD + "    def __init__(self): raise SystemExit\n", "raised SystemExit (mine.py:4)"),
         (GOOD + "    def __new__(cls): raise MemoryError\n", "raised MemoryError (mine.py:4)"),
-        (GOOD + "    async def update(self, seen): pass\n", "has `async def update`; write `def update`, for the"),
+        (GOOD + "    async def update(self, seen): pass\n", "has `async def update`; write `def update`, since the"),
     ],
 )
 def test_what_goes_wrong_while_a_module_is_made_is_one_line_that_names_it(tmp_path, text, says):

@@ -183,7 +183,7 @@ def test_a_sealed_observation_is_read_only_and_a_copy_of_it_is_not():
         lambda scans: scans.__ior__({"x": 1}),
     ]
     for change in changes:
-        with pytest.raises(TypeError, match="copy it first"):
+        with pytest.raises(TypeError, match="copy them first"):
             change(seen.scans)
     assert list(seen.scans) == ["scan"]
     assert set(_READINGS) >= {"cameras", "scans", "ranges", "encoders"}

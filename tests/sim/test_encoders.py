@@ -112,7 +112,7 @@ def test_a_robot_whose_wheels_do_not_count_in_steps_cannot_carry_encoders():
     with pytest.raises(WorldError) as caught:
         parse_world(text, file="room.yaml")
     assert str(caught.value) == (
-        "room.yaml:6:20: encoders count steps; say how many a turn of a wheel has, such as odometry: {ticks: 2048}"
+        "room.yaml:6:20: encoders need the counts per revolution of a wheel, such as odometry: {ticks: 2048}"
     )
 
 

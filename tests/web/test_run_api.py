@@ -315,7 +315,7 @@ def test_a_file_that_is_no_recording_and_one_that_is_hidden_are_never_recorded_t
     with browser(running.url) as seen:
         for name in ("notes.mcap", "empty.mcap", ".git/run.mcap"):
             start(seen, record=name)
-            said = "exists and is no recording; name another file" if "/" not in name else "without a dot in front"
+            said = "exists and is not a recording; name another file" if "/" not in name else "without a dot in front"
             assert said in seen.until("refused")["error"]
     assert (folder / "notes.mcap").read_bytes() == b"precious"
     assert sorted(path.name for path in folder.iterdir()) == ["empty.mcap", "notes.mcap"]

@@ -164,7 +164,7 @@ TEXTS = {
     ),
     "a module that is not there": (
         ROBOT + "run: {drivers: {a: {estimator: {use: 'nowhere.at.all:Ekf'}}}}",
-        "2:38: no module 'nowhere' is installed; install it or mend the name",
+        "2:38: no module 'nowhere' is installed; install it or correct the name",
     ),
     # Pictures
     "a picture that is not there": (

@@ -38,8 +38,8 @@ MISTAKES = [
     (
         "    sensors",
         "    constraints: [{gear: [q2, q4], ratio: 1}]\n    sensors",
-        "11:17: 'q2' cannot be moved by itself: the mechanism has 0 freedoms, which other motions take already; give "
-        "a torque or a force, or leave it out",
+        "11:17: 'q2' cannot be driven independently: the mechanism has 0 freedoms, which other motions already drive; "
+        "give a torque or a force, or leave it out",
     ),
     ("rod: [1.0, 0.05]", "rod: [-1.0, 0.05]", "5:34: rod[0] is -1.0 m; it must be above 0"),
     (
@@ -49,12 +49,12 @@ MISTAKES = [
         "height], cylinder: [radius, height], sphere: radius, or model: FILE",
     ),
     ("name: coupler", "name: crank", "5:47: name 'crank' is taken by bodies[0]; give each its own"),
-    ("name: rocker", "name: ground", "5:89: 'ground' is what does not move; give the body another name"),
+    ("name: rocker", "name: ground", "5:89: 'ground' is the fixed frame; give the body another name"),
     (
         "name: rocker",
         "name: rock.er",
-        "5:89: name is 'rock.er'; it must be a name of letters, digits, '_' and '-'; a point would part it from "
-        "what is on it",
+        "5:89: name is 'rock.er'; it must be a name of letters, digits, '_' and '-'; a dot separates it from "
+        "the part on it",
     ),
     ("rod: [1.0, 0.05]}", "rod: [1.0, 0.05], mass: 0}", "5:52: mass is 0 kg; it must be above 0"),
     (
@@ -127,7 +127,7 @@ MISTAKES = [
     (
         "ramp: {from_deg: 28.6, slope_deg: 114.6}",
         "step: {to_deg: 90}",
-        "11:44: a step jumps, and nothing with a mass can follow; give a ramp, a sine or a table",
+        "11:44: a step signal jumps, which no mass can follow; use a ramp, a sine or a table",
     ),
     (
         "ramp: {from_deg: 28.6, slope_deg: 114.6}",
@@ -222,8 +222,7 @@ MISTAKES = [
     (
         "rod: [3.0, 0.05]}",
         "rod: [3.0, 0.05], center: [0, 0, 0], inertia: [0, 0, 0, 0, 0, 0]}",
-        "9:9: joint 'q4' moves nothing that has a mass or an inertia about it, so that no force tells how it moves; "
-        "give body 'rocker' an inertia",
+        "9:9: joint 'q4' moves no mass and no inertia, so its motion is undetermined; give body 'rocker' an inertia",
     ),
     (
         "    sensors",
@@ -243,8 +242,8 @@ MISTAKES = [
     (
         "    actuators: [{angle: q2, signal: {ramp: {from_deg: 28.6, slope_deg: 114.6}}}]",
         "    mode: inverse",
-        "11:11: mode inverse needs a motion for each freedom: 0 of 1 are led; add an angle, position, velocity or "
-        "distance, or use mode: forward",
+        "11:11: mode inverse needs a motion for each degree of freedom: 0 of 1 are led; add an angle, position, "
+        "velocity or distance, or use mode: forward",
     ),
     (
         "- {revolute: q5, of: [coupler.end, rocker.end]}",
@@ -259,7 +258,7 @@ MISTAKES = [
     (
         "name: m\n",
         "name: obstacle\n",
-        "3:11: 'obstacle' is how other things of the scene are called; give another name",
+        "3:11: 'obstacle' is a reserved name in the scene; give another name",
     ),
 ]
 

@@ -22,7 +22,10 @@ MALFORMED = {
     "no name": ("sex: male, at: [0, 0]", "10: key 'name' is missing"),
     "a percentile below the table": (f"{HIS}, percentile: 0.5", "55: percentile is 0.5; it must be at least 1"),
     "a percentile as text": (f"{HIS}, percentile: p5", "55: percentile is 'p5'; it must be a number"),
-    "a percentile that is no number": (f"{HIS}, percentile: .nan", "55: percentile is nan; it must be a finite number"),
+    "a percentile that is not a number": (
+        f"{HIS}, percentile: .nan",
+        "55: percentile is nan; it must be a finite number",
+    ),
     "a proportion above the table": (f"{HIS}, proportion: 100", "55: proportion is 100; it must be at most 99"),
     "a corpulence below the table": (f"{HIS}, corpulence: -1", "55: corpulence is -1; it must be at least 1"),
     "percentile and measures": (
@@ -63,11 +66,11 @@ MALFORMED = {
         f"{HIS}, joints_deg: {{left_knee_flexion: -5}}",
         "75: left_knee_flexion is -5 degrees; it turns from 0 to 140",
     ),
-    "an angle that is no number": (
+    "an angle that is not a number": (
         f"{HIS}, joints_deg: {{left_knee_flexion: .inf}}",
         "75: left_knee_flexion is inf; it must be a finite number",
     ),
-    "a name of the scene": ("name: wall, sex: male, at: [0, 0]", "17: 'wall' is how other things of the scene are"),
+    "a name of the scene": ("name: wall, sex: male, at: [0, 0]", "17: 'wall' is a reserved name in the scene"),
     "a name with a slash": ("name: a/b, sex: male, at: [0, 0]", "17: name is 'a/b'; it must be a name of letters"),
     "a misspelt key": (f"{HIS}, percentil: 3", "43: unknown key 'percentil'; did you mean 'percentile'?"),
     "clothes that are not there": (f"{HIS}, colors: {{hat: red}}", "52: unknown key 'hat'"),

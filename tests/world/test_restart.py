@@ -80,7 +80,7 @@ def test_a_loop_keeps_its_shape_when_the_crank_goes_round():
 def test_what_an_actuator_leads_stays():
     mechanism = fourbar(LED)
     assert free_columns(mechanism) == set()
-    with pytest.raises(ValueError, match="'q4' starts where the actuators lead it"):
+    with pytest.raises(ValueError, match="'q4' has a start prescribed by the actuators"):
         restarted(mechanism, {mechanism.assembly.column("q4"): 1.0})
 
 

@@ -46,7 +46,7 @@ def test_a_display_faces_back_along_its_thing_and_up_by_its_pitch():
 
 
 def test_a_thing_without_a_seat_is_no_place_to_sit():
-    with pytest.raises(ValueError, match="'desk' is no seat"):
+    with pytest.raises(ValueError, match="'desk' is not a seat"):
         world_from_seat(parse_world(DESK).obstacles[0])
 
 
@@ -62,7 +62,7 @@ def test_a_thing_without_a_seat_is_no_place_to_sit():
         ("targets: [{grip: a, at: [0, 0, 1]}, {pedal: a, at: [0, 0, 0]}]", "name 'a' is taken by another target"),
         ("seat: {back_deg: 10}", "at"),
         ("seat: {at: [0, 0, 1], back_deg: 90}", "back_deg is 90"),
-        ("seat: {at: [0, 0, 1], travel: [2, 0]}", "no seat is set by more than 1 m"),
+        ("seat: {at: [0, 0, 1], travel: [2, 0]}", "the travel of a seat is at most 1 m"),
         ("seat: {at: [0, 0, 1], travel: [-1, 0]}", "-1"),
     ],
 )

@@ -27,7 +27,7 @@ def told(text, source=None):
         (ROOM + "beacons: [{name: r, at: [6, 2]}]", "w:2:25: beacon 'r' at [6, 2] hangs inside wall 'hall'"),
         (
             ROOM + "beacons: [{name: r, at: [5.89, 2], heading_deg: 0, image: f.png}]",
-            "w:2:25: beacon 'r' at [5.89, 2] faces into wall 'hall', where it cannot be seen; turn it round",
+            "w:2:25: beacon 'r' at [5.89, 2] faces into wall 'hall', where it cannot be seen; turn it around",
         ),
         (
             "walls: [{points: [[0, 0], [2, 0]], openings: [{at: 1.5, width: 0.9}]}]",
@@ -47,12 +47,12 @@ def told(text, source=None):
         ),
         (
             "robots: [{name: a, at: [1, 1], sensors: [{uwb: tag}]}]\nbeacons: [{name: r, at: [3, 3]}]",
-            "w:1:48: tag 'tag' of robot 'a' hears nothing: this world has no anchor for it; give it beacons with",
+            "w:1:48: tag 'tag' of robot 'a' has no anchors to measure in this world; add beacons with",
         ),
         (
             "robots: [{name: a, at: [1, 1], sensors: [{uwb: tag}]}]\n"
             "beacons: [{name: r, on: a, at: [0, 0], center: 1, anchor: true}]",
-            "w:1:48: tag 'tag' of robot 'a' hears nothing",
+            "w:1:48: tag 'tag' of robot 'a' has no anchors to measure",
         ),
     ],
 )

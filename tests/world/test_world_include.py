@@ -107,7 +107,7 @@ def test_an_included_file_that_is_not_there_or_no_world_is_told(tmp_path):
         "broken.yaml:2:9: this is not YAML: expected the node content, but found '<stream end>';"
         " is the bracket opened at 2:8 closed? (included by main.yaml:2:57)",
         "bytes.yaml:1:1: character U+DCFF is not text; write the file as UTF-8 text (included by main.yaml:2:73)",
-        "list.yaml:1:1: this is no world file; one begins with 'mjsim: 1' (included by main.yaml:2:46)",
+        "list.yaml:1:1: this is not a world file; one begins with 'mjsim: 1' (included by main.yaml:2:46)",
         "main.yaml:2:11: no file 'hal.yaml' beside the world file or in assets; did you mean 'hall.yaml'?",
         "main.yaml:2:21: path '../up.yaml' leaves its folder; name a file beside the world file or in assets",
         "main.yaml:2:33: path '/etc/passwd' leaves its folder; name a file beside the world file or in assets",

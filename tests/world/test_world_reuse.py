@@ -63,14 +63,14 @@ def test_a_whole_result_is_a_whole_number_and_a_doubled_dollar_sign_is_no_expres
     [
         ("1 / 0", "1 / 0 divides by zero"),
         ("9**9**9", "9 ** 387420489 is too large; results are at most 1e+15"),
-        ("(0 - 8) ** 0.5", "-8 ** 0.5 is no number"),
-        ("sqrt(0 - 1)", "sqrt(-1) is no number"),
+        ("(0 - 8) ** 0.5", "-8 ** 0.5 is not a number"),
+        ("sqrt(0 - 1)", "sqrt(-1) is not a number"),
         ("w + 1", "no variable 'w' before this; there are none"),
         ("sine(3)", "no function 'sine'; did you mean 'sin'?"),
-        ("sin(3, 4)", "sin() is given 2 values; it takes 1"),
-        ("1 +", "'1 +' is no expression: it ends where it cannot; write such as 'w / 2 + 1'"),
-        ("2 w", "'2 w' is no expression: 'w' stands where it cannot; write such as 'w / 2 + 1'"),
-        ("__import__('os')", "'__import__('os')' is no expression: ''' means nothing; use numbers, names, + - * /"),
+        ("sin(3, 4)", "sin() got 2 values; it takes 1"),
+        ("1 +", "'1 +' is not an expression: it ends where it cannot; write such as 'w / 2 + 1'"),
+        ("2 w", "'2 w' is not an expression: 'w' stands where it cannot; write such as 'w / 2 + 1'"),
+        ("__import__('os')", "'__import__('os')' is not an expression: ''' means nothing; use numbers, names, + - * /"),
         ("", "'${}' holds no expression; write a number, a name or arithmetic between the braces"),
         ("i", "'i' has no meaning here; it counts the repetitions of an item with 'repeat'"),
         ("(" * 40 + "1" + ")" * 40, "the expression is nested more than 30 deep; use a variable for a part of it"),
@@ -87,8 +87,8 @@ def test_faults_of_variables_and_of_values_that_came_out_of_expressions_have_the
         '  - {at: [0, 0], height: "${w * 2}"}\n  - {at: [0, 0], color: "x${w}"}\n'
     ) == [
         "room.yaml:2:20: 'sin' has a meaning of its own in expressions; call the variable otherwise",
-        "room.yaml:2:31: variable 't' is no single value; give a number, a text, true or false",
-        "room.yaml:2:36: '2x' is no name of a variable; write letters, digits and '_', a letter first",
+        "room.yaml:2:31: variable 't' is not a single value; give a number, a text, true or false",
+        "room.yaml:2:36: '2x' is not a variable name; write letters, digits and '_', a letter first",
         "room.yaml:4:26: height is -6 m; it must be above 0",
         "room.yaml:5:25: color is 'x-3'; it must be a colour such as \"#e8e4da\", in quotes",
     ]

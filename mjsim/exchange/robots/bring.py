@@ -207,7 +207,7 @@ def _found(path: Path, robot: RobotFiles, anatomy: Anatomy, plan: Plan) -> list[
     own = stand.casters[: len(stand.casters) - len(stand.notes)]  # those that are added come last
     if own:
         places = ", ".join(f"[{x:.3f}, {y:.3f}]" for x, y, _ in own)
-        lines.append(f"found what slides on the floor at {places}")
+        lines.append(f"found casters at {places}")
     lines += [f"found {_sensor(mount)}" for mount in plan.mounts]
     lines += [f"guessed: {note}" for note in gear.notes]
     if said_speed(gear) is not None:
@@ -220,7 +220,7 @@ def _found(path: Path, robot: RobotFiles, anatomy: Anatomy, plan: Plan) -> list[
     held = _held(anatomy, gear)
     if held:
         shown = ", ".join(f"'{joint}'" for joint in held[:8]) + (" and more" if len(held) > 8 else "")
-        lines.append(f"joints that are no wheels hold still, {len(held)} of them: {shown}")
+        lines.append(f"joints other than wheels are locked, {len(held)} of them: {shown}")
     return lines
 
 

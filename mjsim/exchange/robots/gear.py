@@ -252,7 +252,7 @@ def _sorted_out(
     if uneven:
         _check_abreast(anatomy, wheels, left, file)
         raise UsageError(
-            f"{file}: which wheels drive is not clear; candidates are {_listed([w.name for w in wheels])};"
+            f"{file}: the driven wheels are ambiguous; candidates are {_listed([w.name for w in wheels])};"
             " give --left-wheel JOINT and --right-wheel JOINT"
         )
     steered = [pair for pair in sides if any(w.steer is not None for side in pair for w in side)]

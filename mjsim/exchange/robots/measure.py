@@ -121,7 +121,7 @@ class _Pilot:
             )
         end = self._sim.truth(self._robot)
         if math.dist((start.x, start.y), (end.x, end.y)) > 0.05:
-            raise UsageError(f"{self._file}: the robot does not stand still; something of it pushes against the floor")
+            raise UsageError(f"{self._file}: the robot does not stand still; a part of it pushes against the floor")
 
     def straight(self, speed: float) -> MeasuredDrive:
         """Drive a metre, and stop."""
@@ -154,7 +154,7 @@ class _Pilot:
         if abs(told) < 0.05 or not 0.4 < moved / told < 2.0:
             raise UsageError(
                 f"{self._file}: the robot {verb} {moved:.2f} {unit} while its wheels turn for {told:.2f} {unit};"
-                " something of it drags on the floor, or its wheels are not those that were found"
+                " a part of it drags on the floor, or the wrong wheels were found"
             )
 
     def _go(self, command: Command, seconds: float) -> None:

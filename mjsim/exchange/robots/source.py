@@ -91,7 +91,7 @@ class RobotSource:
         written = self._bytes(self.name)
         if "XML contains a 'NaN'" in str(error) and (match := _NO_NUMBER.search(written)):
             line, column = line_and_column(match.start(), written)
-            return f"{self._given}:{line}:{column}: a value is no number (nan); mend it"
+            return f"{self._given}:{line}:{column}: a value is no number (nan); correct it"
         if not isinstance(error, PlacedError):
             text = (
                 str(error).replace(f"'{self.name}': ", f"{self._given}: ").replace(f"'{self.name}'", f"'{self._given}'")

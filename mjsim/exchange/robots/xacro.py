@@ -86,7 +86,7 @@ def _refuse_bare_macros(root: ElementTree.Element, path: Path) -> None:
     for item in root:
         if "}" not in item.tag and item.tag not in ROBOT_PARTS and not len(item) and not (item.text or "").strip():
             raise UsageError(
-                f"{path}: <{item.tag}> is no element of URDF; if it calls a macro, write <xacro:{item.tag}>"
+                f"{path}: <{item.tag}> is not a URDF element; if it calls a macro, write <xacro:{item.tag}>"
             )
 
 
@@ -105,7 +105,7 @@ def parsed(data: bytes, path: Path) -> ElementTree.Element:
     except ElementTree.ParseError as error:
         line, column = error.position
         what = str(error).partition(":")[0]
-        raise UsageError(f"{path}:{line}:{column + 1}: this is not XML ({what}); mend it") from None
+        raise UsageError(f"{path}:{line}:{column + 1}: this is not XML ({what}); correct it") from None
     except (ValueError, LookupError) as error:
         raise UsageError(f"{path} cannot be read as XML: {error}; write it as UTF-8") from None
 
@@ -258,7 +258,7 @@ def _by_library(path: Path, what: str, arguments: Mapping[str, str], find: Calla
     except Exception as error:
         # The library raises errors of any kind for what is wrong in a file.
         reason = " ".join(str(error).split())[:200]
-        raise UsageError(f"{path} is not valid xacro: {reason}; mend it") from None
+        raise UsageError(f"{path} is not valid xacro: {reason}; correct it") from None
     finally:
         substitution_args._eval_find = before
 

@@ -86,7 +86,7 @@ def _goals(joints: Any, arms: Mapping[str, str]) -> dict[str, JointGoal]:
     if joints is None:
         return {}
     if not isinstance(joints, Mapping) or not all(isinstance(goal, Mapping) for goal in joints.values()):
-        raise Unfit("returned cmd.joints that is no struct of structs; write cmd.joints.ARM.q = ...")
+        raise Unfit("returned cmd.joints that is not a struct of structs; write cmd.joints.ARM.q = ...")
     goals = {}
     for name, goal in joints.items():
         if name not in arms:

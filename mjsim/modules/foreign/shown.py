@@ -36,7 +36,7 @@ def shown_of(answer: Any, of: str = "est") -> tuple[Shown, ...]:
 def _item(item: Any, number: int, of: str) -> Shown:
     where = f"item {number} of {of}.show"
     if not isinstance(item, Mapping):
-        raise Unfit(f"returned {where} that is no object; it must have points, lines, grid or text")
+        raise Unfit(f"returned {where} that is not an object; it must have points, lines, grid or text")
     kinds = [kind for kind in _KEYS if kind in item]
     if len(kinds) != 1:
         raise Unfit(f"returned {where} with {' and '.join(kinds) or 'none'} of {', '.join(_KEYS)}; it must have one")

@@ -70,9 +70,9 @@ class ProgramEngine(Engine):
             answer = json.loads(line)
         except (ValueError, RecursionError):
             said = one_line(line[:200].decode(errors="replace"))[:60]
-            raise Failed(f"answered '{said}', which is no JSON; print what is for people to standard error") from None
+            raise Failed(f"answered '{said}', which is not JSON; print other output to standard error") from None
         if not isinstance(answer, dict):
-            raise Failed("answered JSON that is no object; write {...}")
+            raise Failed("answered JSON that is not an object; write {...}")
         if "error" in answer:
             raise Failed(f"raised {one_line(str(answer['error']))[:240]}")
         return answer

@@ -96,7 +96,7 @@ def _installed_file(name: str) -> Path | None:
         whole = ".".join(parts[:count])
         spec = _spec(whole, None if spec is None else list(spec.submodule_search_locations or ()))
         if spec is None:
-            raise ValueError(f"no module '{whole}' is installed; install it or mend the name")
+            raise ValueError(f"no module '{whole}' is installed; install it or correct the name")
     assert spec is not None
     return Path(spec.origin) if spec.has_location and spec.origin and spec.origin.endswith(".py") else None
 

@@ -93,7 +93,9 @@ def _import(name: str) -> ModuleType:
     except ModuleNotFoundError as error:
         if error.name is None or not f"{name}.".startswith(f"{error.name}."):
             raise  # What is missing is something that it imports.
-        raise UsageError(f"no module '{error.name}', which 'use: {name}' needs; install it or mend the name") from error
+        raise UsageError(
+            f"no module '{error.name}', which 'use: {name}' needs; install it or correct the name"
+        ) from error
 
 
 def _require_keys(use: Use, made: type) -> None:

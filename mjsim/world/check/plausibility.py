@@ -126,8 +126,8 @@ def _deaf_tags(world: World) -> Iterator[Doubt]:
         for place, sensor in enumerate(robot.sensors):
             if isinstance(sensor, sensors.Uwb):
                 yield (
-                    f"tag '{sensor.uwb}' of robot '{robot.name}' hears nothing: this world has no anchor for it;"
-                    " give it beacons with anchor: true",
+                    f"tag '{sensor.uwb}' of robot '{robot.name}' has no anchors to measure in this world;"
+                    " add beacons with anchor: true",
                     ("robots", index, "sensors", place, "uwb"),
                 )
 
@@ -143,7 +143,7 @@ def _hidden(item: Hung, solids: Solids) -> Iterator[str]:
             return  # others have no side to face
         found = solids.reached(np.array([probe]), depth=SPARE, low=level - SPARE, high=level + SPARE)
         if found:
-            right = "move it to a face" if word else "turn it round or move it"
+            right = "move it to a face" if word else "turn it around or move it"
             place = f"at {pair(beacon.at)}" + (f" on '{beacon.on}'" if beacon.on is not None else "")
             yield (f"beacon '{beacon.name}' {place} {word or 'faces into'} {found}, where it cannot be seen; {right}")
             return

@@ -295,11 +295,11 @@ class EditedText:
             # Aliases of aliases may stand for more than there is room for.
             raw, problems = read_text(self._text, file=self.source.file)
             if raw is None or problems:
-                raise UnwritableError((), f"the text cannot be read, mend it first: {problems[0]}")
+                raise UnwritableError((), f"the text cannot be read, correct it first: {problems[0]}")
         try:
             self._root = read_spans(self._text)
         except UnknownTextError as unknown:
-            raise UnwritableError((), f"the text is not changed from here: {unknown}; mend it first") from None
+            raise UnwritableError((), f"the text is not changed from here: {unknown}; correct it first") from None
         if self._root.kind != "map":
             raise UnwritableError((), "the text is no world; a world begins with 'mjsim: 1'")
         if expands and raw is not None:

@@ -13,7 +13,9 @@ LISTS: dict[str, tuple[str, ...]] = {
     "floor": ("floor", "patches"),
 }
 """Lists of items that have a place, and their paths in a world."""
-_NONE = "this text holds no item of a world; copy items such as '- {box: [1, 1, 1], at: [2, 3]}', or a world with some"
+_NONE = (
+    "this text contains no item of a world; copy items such as '- {box: [1, 1, 1], at: [2, 3]}', or a world with some"
+)
 
 
 def items_in(text: str) -> list[tuple[str, dict[str, Any]]]:
@@ -50,7 +52,7 @@ def _listed(world: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
             items = items.get(key) if isinstance(items, dict) else None
         for number, item in enumerate(items if isinstance(items, list) else []):
             if not isinstance(item, dict) or not _fits(item, name):
-                raise UsageError(f"{'.'.join(path)}[{number}] is no item of a world{_hint(item, name)}")
+                raise UsageError(f"{'.'.join(path)}[{number}] is not an item of a world{_hint(item, name)}")
             yield name, item
 
 

@@ -53,7 +53,7 @@ def _there(name: str, info: ValidationInfo) -> str:
 def _model_there(name: str, info: ValidationInfo) -> str:
     """Check that a file of MJCF or URDF is there, when the reader of a file says where to look."""
     if not name.lower().endswith((".xml", ".mjcf", ".urdf")):
-        raise ValueError(f"'{name}' is no model; name a file of MJCF (.xml) or URDF (.urdf)")
+        raise ValueError(f"'{name}' is not a model; name an MJCF (.xml) or URDF (.urdf) file")
     source = (info.context or {}).get("source")
     if isinstance(source, Source) and name not in source.attached:
         read_asset(name, source)

@@ -28,7 +28,7 @@ _PATTERNS = {
     NAME_PATTERN: "a name of letters, digits, '_', '.' and '-', which begins with a letter, a digit or '_'",
     COLOR_PATTERN: 'a colour such as "#e8e4da", in quotes',
     PART_PATTERN: "ARM/link1 and so on, or ARM/tool",
-    JOINT_PATTERN: "a name of letters, digits, '_' and '-'; a point would part it from what is on it",
+    JOINT_PATTERN: "a name of letters, digits, '_' and '-'; a dot separates it from the part on it",
     POINT_PATTERN: "NAME, or NAME.POINT",
     TARGET_PATTERN: "THING.TARGET",
     USE_PATTERN: "'module:Class', 'file.py:Class', 'file.m' or 'exec:./program'",

@@ -126,7 +126,7 @@ class BoxBody(_Body):
     def _around_the_origin(self) -> Self:
         _check_origin(self, "at")
         if self.center is not None and self.at != (0.0, 0.0):
-            raise fault("a body that balances has its middle above the axle; leave out 'at'", "at")
+            raise fault("a balancing body is centred above the axle; leave out 'at'", "at")
         return self
 
 

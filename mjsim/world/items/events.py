@@ -250,7 +250,7 @@ WorldEvent = Annotated[
     | LeadEvent,
     OneOf(
         EVENT_KINDS,
-        "an event needs what happens; write move: NAME, open: DOOR, close: DOOR, light: 0.5, lamp: NAME,"
+        "an event needs an action; write move: NAME, open: DOOR, close: DOOR, light: 0.5, lamp: NAME,"
         " noise: KEY, remove: NAME, restore: BEACON, shove: NAME, push: NAME, reach: ROBOT or PERSON,"
         " release: ROBOT or PERSON, or lead: MECHANISM",
     ),
@@ -269,7 +269,7 @@ def event_from(keys: Mapping[str, object]) -> WorldEvent:
     kind = kind_of(dict(keys), EVENT_KINDS)
     if kind is None:
         said = next((key for key in keys if key != "time"), "")
-        raise UsageError(f"an event needs what happens{did_you_mean(said, EVENT_KINDS)}")
+        raise UsageError(f"an event needs an action{did_you_mean(said, EVENT_KINDS)}")
     try:
         event: WorldEvent = _EVENT.validate_python(dict(keys))
     except ValidationError as error:

@@ -55,7 +55,7 @@ def require_same_but_noise(before: World, after: World) -> None:
     """
     different = _difference(_quiet(before), _quiet(after))
     if different is not None:
-        raise UsageError(f"{different} cannot change while the run goes on, only noise can; start it again with that")
+        raise UsageError(f"{different} cannot change during a run, only noise can; restart the run with it")
 
 
 def with_noise(world: World, key: str, value: object) -> World:

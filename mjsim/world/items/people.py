@@ -93,16 +93,16 @@ class Person(Model):
                 raise fault("a person stands at a place or sits on a seat; add at: [x, y] or seat: THING")
             for key in ("hands", "feet", "gaze"):
                 if getattr(self, key) != type(self).model_fields[key].default:
-                    raise fault(f"'{key}' is for one who sits; add seat: THING, or leave out '{key}'", key)
+                    raise fault(f"'{key}' is for seated people; add seat: THING, or leave out '{key}'", key)
         for key in ("at", "elevation", "heading_deg", "joints_deg") if self.seat is not None else ():
             if getattr(self, key) != type(self).model_fields[key].default:
-                raise fault(f"who sits is where the seat and its targets say; leave out '{key}'", key)
+                raise fault(f"the seat and its targets define the posture of a seated person; leave out '{key}'", key)
         return self
 
     @model_validator(mode="after")
     def _is_somebody(self) -> Self:
         if self.name.partition("/")[0] in RESERVED:
-            raise fault(f"'{self.name}' is how other things of the scene are called; give another name", "name")
+            raise fault(f"'{self.name}' is a reserved name in the scene; give another name", "name")
         if self.measures and "percentile" in self.model_fields_set:
             raise fault("a person is given by percentile or by measures; leave out one of them", "percentile")
         from mjsim.people import MeasureError

@@ -64,7 +64,7 @@ class Robot(Model):
     def _drive_on_its_body(self) -> Self:
         own = isinstance(self.drive, UserDrive)
         if own and not isinstance(self.body, ModelBody):
-            raise fault("a drive of your own goes with a body of your own; give both drive: {use} and body: {model}")
+            raise fault("a user-defined drive needs a body from a model; give both drive: {use} and body: {model}")
         if isinstance(self.body, ModelBody):
             wrong = _own_misfit(self.body) if own else _model_misfit(self.body, self.drive)
             if wrong is not None:
@@ -92,7 +92,7 @@ class Robot(Model):
     @model_validator(mode="after")
     def _stands_or_rolls(self) -> Self:
         if self.base != "fixed" and isinstance(self.drive, FixedDrive):
-            raise fault("a robot that stands has no drive; write base: fixed in its place", "drive")
+            raise fault("a fixed robot has no drive; write base: fixed instead", "drive")
         if self.base != "fixed" and isinstance(self.body, NoBody):
             raise fault("a robot that drives has a body; give it one", "body")
         return self
@@ -153,7 +153,7 @@ def _own_misfit(body: ModelBody) -> str | None:
 def _model_misfit(body: ModelBody, drive: AnyDrive) -> str | None:
     """Return why a body from a file does not fit a built-in drive, or None."""
     if isinstance(drive, FixedDrive):
-        return "a base that stands has a plain body; a model is for one that drives"
+        return "a fixed base needs a plain body; a model is for robots that drive"
     if isinstance(drive, BalancingDrive):
         return BALANCING_BODY
     if not body.ready:

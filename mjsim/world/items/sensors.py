@@ -83,7 +83,9 @@ class Camera(Bought):
         if self.lens is not None:
             edge = np.array([[math.tan(math.radians(self.fov_deg) / 2), 0.0]])
             if not np.allclose(self.lens.straighten(self.lens.bend(edge)), edge, atol=1e-6):
-                message = f"fov_deg is {self.fov_deg:g}; the lens folds the picture before it, make one of them smaller"
+                message = (
+                    f"fov_deg is {self.fov_deg:g}; the lens model is not invertible that far, make one of them smaller"
+                )
                 raise fault(message, "lens")
         return self
 
@@ -185,7 +187,7 @@ class Imu(OnArm):
     def misfit(self, robot: Any) -> str | None:
         """Return why a robot cannot carry it: the controller of a balancing robot needs all readings."""
         if self.on is not None and robot.drive.own_imu is not None:
-            return "a balancing base tells how it leans by its inertial sensors; leave out 'on'"
+            return "the inertial sensors of a balancing base must be on its body; leave out 'on'"
         return super().misfit(robot)
 
 
@@ -207,7 +209,7 @@ class Encoders(SensorModel):
     def misfit(self, robot: Any) -> str | None:
         """Return why a robot cannot carry it: it has no encoder counts."""
         if robot.odometry.ticks is None:
-            return "encoders count steps; say how many a turn of a wheel has, such as odometry: {ticks: 2048}"
+            return "encoders need the counts per revolution of a wheel, such as odometry: {ticks: 2048}"
         return None
 
 

@@ -42,7 +42,7 @@ def _wrong_seat(seat: str, things: Mapping[str, Mapping[str, Any]], taken: Mappi
     if seat not in things:
         yield f"no thing '{seat}' in this world{did_you_mean(seat, seats)}"
     elif seat not in seats:
-        yield f"'{seat}' is no seat; give it seat: {{at: [x, y, z]}}"
+        yield f"'{seat}' is not a seat; give it seat: {{at: [x, y, z]}}"
     elif seat in taken:
         yield f"'{taken[seat]}' sits on '{seat}' already; name another seat"
 

@@ -38,7 +38,7 @@ class Seat(Model):
     @model_validator(mode="after")
     def _within_reason(self) -> Self:
         if max(self.travel) > 1.0:
-            raise fault(f"a travel is {max(self.travel):g} m; no seat is set by more than 1 m", "travel")
+            raise fault(f"a travel is {max(self.travel):g} m; the travel of a seat is at most 1 m", "travel")
         return self
 
 

@@ -78,11 +78,11 @@ class _Obstacle(Model):
     @model_validator(mode="after")
     def _pushed_or_scripted(self) -> Self:
         if self.path is not None and self.movable:
-            raise fault("a thing that goes its own path cannot be pushed; leave out 'movable' or 'path'", "movable")
+            raise fault("an object with a path cannot be pushed; leave out 'movable' or 'path'", "movable")
         if not self.movable:
             for key in ("mass", "friction"):
                 if key in self.model_fields_set and getattr(self, key) != type(self).model_fields[key].default:
-                    raise fault(f"{key} matters for what can be pushed; add 'movable: true' or leave it out", key)
+                    raise fault(f"{key} applies only to movable objects; add 'movable: true' or leave it out", key)
         return self
 
     @model_validator(mode="after")
@@ -91,7 +91,7 @@ class _Obstacle(Model):
             sizes = getattr(self, kind, None) if self.movable else None
             for size in sizes if isinstance(sizes, tuple) else (sizes,):
                 if isinstance(size, float) and size < SMALLEST:
-                    raise fault(f"a size is {size:g} m; what can be pushed is at least {SMALLEST:g} m large", kind)
+                    raise fault(f"a size is {size:g} m; a movable object is at least {SMALLEST:g} m large", kind)
         return self
 
 
@@ -125,7 +125,7 @@ class _Fixed(_Obstacle):
     def _stands_still(self) -> Self:
         for key in ("movable", "path"):
             if getattr(self, key):
-                raise fault(f"what is driven on stands still; leave out '{key}'", key)
+                raise fault(f"ramps and steps cannot move; leave out '{key}'", key)
         return self
 
 

@@ -122,7 +122,7 @@ class _Parser:
     def _unexpected(self) -> ValueError:
         found = f"'{self._tokens[self._at]}' stands" if self._at < len(self._tokens) else "it ends"
         return ValueError(
-            f"'{self._text.strip()}' is no expression: {found} where it cannot; write such as 'w / 2 + 1'"
+            f"'{self._text.strip()}' is not an expression: {found} where it cannot; write such as 'w / 2 + 1'"
         )
 
     def _sum(self) -> _Compute:
@@ -191,7 +191,7 @@ class _Parser:
         function, fewest, most = FUNCTIONS[name]
         if not fewest <= len(inner) <= most:
             wanted = str(fewest) if fewest == most else f"{fewest} to {most}"
-            raise ValueError(f"{name}() is given {len(inner)} values; it takes {wanted}")
+            raise ValueError(f"{name}() got {len(inner)} values; it takes {wanted}")
         return _application(name, function, inner)
 
 
@@ -201,7 +201,9 @@ def _tokens(text: str) -> list[str]:
         match = _TOKEN.match(text, end)
         if match is None:
             wrong = text[end:].strip()[0]
-            raise ValueError(f"'{text.strip()}' is no expression: '{wrong}' means nothing; use numbers, names, + - * /")
+            raise ValueError(
+                f"'{text.strip()}' is not an expression: '{wrong}' means nothing; use numbers, names, + - * /"
+            )
         found.append(match.group().strip())
         end = match.end()
     return found
@@ -239,7 +241,7 @@ def _application(name: str, function: Callable[..., Number], inner: Sequence[_Co
         except (ArithmeticError, ValueError) as error:
             if name in str(error):
                 raise
-            raise ValueError(f"{_called(name, values)} is no number") from None
+            raise ValueError(f"{_called(name, values)} is not a number") from None
         raise ValueError(_too_large(_called(name, values)))
 
     return compute
@@ -277,7 +279,7 @@ def _power(base: Number, exponent: Number) -> Number:
     # In floating point first: a whole number of a million digits takes long.
     result = float(base) ** float(exponent)
     if isinstance(result, complex):
-        raise ValueError(f"{shown_number(base)} ** {shown_number(exponent)} is no number")
+        raise ValueError(f"{shown_number(base)} ** {shown_number(exponent)} is not a number")
     whole = isinstance(base, int) and isinstance(exponent, int) and exponent >= 0 and abs(result) <= LARGEST
     return base**exponent if whole else result
 
@@ -296,7 +298,7 @@ _OPERATIONS: Mapping[str, Callable[..., Number]] = {
 
 def _number(value: Value) -> Number:
     if isinstance(value, (bool, str)):
-        raise ValueError(f"{value!r:.40} is no number; arithmetic takes numbers alone")
+        raise ValueError(f"{value!r:.40} is not a number; arithmetic needs numbers")
     return value
 
 

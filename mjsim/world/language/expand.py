@@ -116,7 +116,9 @@ class _Expander:
             if wrong is not None or len(names) >= MOST_VARIABLES:
                 self._report(file, node.keys[str(name)], wrong or f"more than {MOST_VARIABLES} variables; write fewer")
             elif not isinstance(value.value, (bool, int, float, str)):
-                self._report(file, value, f"variable '{name}' is no single value; give a number, a text, true or false")
+                self._report(
+                    file, value, f"variable '{name}' is not a single value; give a number, a text, true or false"
+                )
             elif name not in outer:
                 names[str(name)] = template.scalar(value, names)
         return names
@@ -173,7 +175,7 @@ class _Expander:
             self.budget.report(file.shown, problem.line, problem.column, problem.message + file.where())
         self.budget.allow(time.process_time() - start)
         if node is not None and not isinstance(node.value, dict):
-            self._report(file, node, "this is no world file; one begins with 'mjsim: 1'")
+            self._report(file, node, "this is not a world file; one begins with 'mjsim: 1'")
             return None
         return node
 
@@ -203,7 +205,7 @@ def _own_name(source: Source) -> str:
 def _not_a_name(name: str) -> str | None:
     """Return why a variable cannot be called so."""
     if not NAME.fullmatch(name):
-        return f"'{name}' is no name of a variable; write letters, digits and '_', a letter first"
+        return f"'{name}' is not a variable name; write letters, digits and '_', a letter first"
     if name in FUNCTIONS or name in CONSTANTS or name in INDICES:
         return f"'{name}' has a meaning of its own in expressions; call the variable otherwise"
     return None

@@ -23,13 +23,13 @@ class PlacedTarget:
 
 
 def world_from_seat(thing: Obstacle) -> Array:
-    """Return the frame of a thing's seat: the hip point in the middle of its travel, x ahead, shape (4, 4) [m].
+    """Return the frame of an object's seat: the hip point in the middle of its travel, x ahead, shape (4, 4) [m].
 
     Raises:
         ValueError: The thing is no seat.
     """
     if thing.seat is None:
-        raise ValueError(f"'{thing.name}' is no seat; give it seat: {{at: [x, y, z]}}")
+        raise ValueError(f"'{thing.name}' is not a seat; give it seat: {{at: [x, y, z]}}")
     return np.asarray(thing.world_from_thing() @ _placed(thing.seat.at))
 
 

@@ -83,7 +83,7 @@ def _from_model(path: Path, end: str | None) -> RobotArm:
     from mjsim.models import ArmFileError, read_arm, text_place
 
     if not path.is_file():
-        raise UsageError(f"no file '{path}'; name a file of MJCF (.xml) or URDF (.urdf)")
+        raise UsageError(f"no file '{path}'; name an MJCF (.xml) or URDF (.urdf) file")
     keys, source = _model_keys(path, end)
     inner, whole = keys["model"], path.resolve()
     try:

@@ -11,7 +11,7 @@ from ruamel.yaml.error import YAMLError
 from mjsim.world.yaml.scan import UnsureError, sure_events
 from mjsim.world.yaml.text import plain_value
 
-_ODD = "it uses YAML in a way that no world file does"
+_ODD = "it uses YAML features that world files do not allow"
 _COLON = re.compile(r"[ \t]*:")
 
 

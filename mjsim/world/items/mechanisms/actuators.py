@@ -33,7 +33,7 @@ class _Motion(_Actuator):
             raise fault(f"this {kind} has no signal; add signal: {{ramp: ...}} or another")
         if self.signal.kind in ("step", "square", "pulse", "random") and kind != "velocity":
             raise fault(
-                f"a {self.signal.kind} jumps, and nothing with a mass can follow; give a ramp, a sine or a table",
+                f"a {self.signal.kind} signal jumps, which no mass can follow; use a ramp, a sine or a table",
                 *("signal", self.signal.kind),
             )
         return self
@@ -89,9 +89,9 @@ class _Effort(_Named):
         if self.find and self.signal is not None:
             raise fault("trimming finds its value; leave out signal, or find", "find")
         if self.controller is not None and (self.find or self.signal is not None):
-            raise fault("a controller says how large it is; leave out signal and find", "controller")
+            raise fault("a controller computes the value; leave out signal and find", "controller")
         if self.goal is not None and self.controller is None:
-            raise fault("goal is what a controller is told; add controller: {use: ...}", "goal")
+            raise fault("goal is for a controller; add controller: {use: ...}", "goal")
         if not self.find and self.signal is None and self.controller is None:
             kind = actuator_kind(self)
             raise fault(

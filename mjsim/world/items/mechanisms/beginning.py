@@ -142,9 +142,7 @@ def _shown(value: float, found: Assembly, column: int) -> str:
 def _open(mechanism: MechanismParts, found: Assembly, values: Array, miss: float) -> PydanticCustomError:
     worst, how = found.gap(values)
     if not worst:
-        return fault(
-            f"the start values miss what the constraints ask for by {miss:.4g}; leave some of them out", "joints"
-        )
+        return fault(f"the start values violate the constraints by {miss:.4g}; leave some of them out", "joints")
     number = next((place for place, joint in enumerate(mechanism.all_joints) if joint.name == worst), -1)
     if number < 0:
         track = next(track for track in found.tracks if track.name == worst)
@@ -190,15 +188,15 @@ def _check_drives(mechanism: MechanismParts, found: Assembly, values: Array) -> 
         grown = rank_of(matrix)
         if grown == rank:
             raise fault(
-                f"'{mechanism.actuators[drive.number].target}' cannot be moved by itself: the mechanism has {free}"
-                f" {'freedom' if free == 1 else 'freedoms'}, which other motions take already; give a torque or a"
+                f"'{mechanism.actuators[drive.number].target}' cannot be driven independently: the mechanism has {free}"
+                f" {'freedom' if free == 1 else 'freedoms'}, which other motions already drive; give a torque or a"
                 " force, or leave it out",
                 *("actuators", drive.number),
             )
         rank = grown
     if mechanism.mode != "forward" and rank < found.linkage.size:
         raise fault(
-            f"mode {mechanism.mode} needs a motion for each freedom: {len(found.drives)} of {free} are led;"
+            f"mode {mechanism.mode} needs a motion for each degree of freedom: {len(found.drives)} of {free} are led;"
             " add an angle, position, velocity or distance, or use mode: forward",
             "mode",
         )
@@ -232,7 +230,5 @@ def _speeds(mechanism: MechanismParts, found: Assembly, values: Array) -> Array:
             wanted.append(np.atleast_1d(drive.signal.rate(0.0)))
     speeds, missed = rates(found.linkage, rows, values, held=held, wanted=np.concatenate(wanted))
     if missed > SAME:
-        raise fault(
-            f"the speeds at the start tear the mechanism apart by {missed:.4g} m/s; leave some of them out", "joints"
-        )
+        raise fault(f"the initial speeds violate the constraints by {missed:.4g} m/s; leave some of them out", "joints")
     return speeds

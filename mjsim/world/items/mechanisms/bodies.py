@@ -50,7 +50,7 @@ class _Body(Model):
     @model_validator(mode="after")
     def _can_be(self) -> Self:
         if self.name == GROUND:
-            raise fault(f"'{GROUND}' is what does not move; give the body another name", "name")
+            raise fault(f"'{GROUND}' is the fixed frame; give the body another name", "name")
         if self.mass is not None and self.mass < LIGHTEST:
             raise fault(f"the mass is {self.mass:g} kg; make it {LIGHTEST:g} kg at least", "mass")
         if self.inertia is not None:

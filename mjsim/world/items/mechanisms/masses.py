@@ -59,7 +59,7 @@ def _refuse(mechanism: MechanismParts, found: Assembly, column: int) -> None:
     number = next(place for place, joint in enumerate(mechanism.all_joints) if joint.name == name)
     tree = next(k for k, tree in enumerate(found.linkage.joints, start=1) if tree.name == name)
     raise fault(
-        f"joint '{name}' moves nothing that has a mass or an inertia about it, so that no force tells how it moves;"
+        f"joint '{name}' moves no mass and no inertia, so its motion is undetermined;"
         f" give body '{found.bodies[tree]}' an inertia",
         *(("joints", number) if number < len(mechanism.joints) else mechanism.written(number)),
     )

@@ -46,7 +46,7 @@ class Mechanism(MechanismParts):
         if isinstance(source, Source):
             self._source = source
         if self.name.partition("/")[0] in RESERVED:
-            raise fault(f"'{self.name}' is how other things of the scene are called; give another name", "name")
+            raise fault(f"'{self.name}' is a reserved name in the scene; give another name", "name")
         for message, path in self._taken():
             raise fault(message, *path)
         _ = self.assembly
@@ -62,7 +62,7 @@ class Mechanism(MechanismParts):
                     yield f"name '{name}' is taken by {owners[name]}; give each its own", (kind, number)
                 owners.setdefault(name, f"{kind}[{number}]")
                 if name == GROUND:
-                    yield f"'{GROUND}' is what does not move; give another name", (kind, number)
+                    yield f"'{GROUND}' is the fixed frame; give another name", (kind, number)
 
     @cached_property
     def assembly(self) -> "Assembly":

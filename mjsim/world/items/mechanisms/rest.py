@@ -36,17 +36,19 @@ def trimmed(mechanism: MechanismParts, found: Assembly, values: Array, held: set
     for number, actuator in enumerate(mechanism.actuators):
         if number in {drive.number for drive in found.drives}:
             raise fault(
-                "mode trim seeks rest; give a torque, a force or a start in place of this motion", "actuators", number
+                "mode trim finds an equilibrium; use a torque, a force or a start instead of this motion",
+                "actuators",
+                number,
             )
         if getattr(actuator, "axis", None) is not None:
-            raise fault("mode trim knows torques and forces on joints alone; leave this one out", "actuators", number)
+            raise fault("mode trim supports only torques and forces on joints; leave this one out", "actuators", number)
     balance = _Balance(mechanism, found)
     free = np.setdiff1d(np.arange(found.linkage.size), np.array(sorted(held), dtype=int))
     values, efforts, left = _newton(balance, values, free)
     if left > AT_REST * balance.weight:
         raise fault(
-            f"no rest was found near this start: forces of {left:.3g} N or N m are left over; give torque: JOINT with"
-            " find: true, or leave out the start of a joint",
+            f"no equilibrium was found near this start: forces of {left:.3g} N or N m are left over; give torque: JOINT"
+            " with find: true, or leave out the start of a joint",
             "mode",
         )
     return dataclasses.replace(

@@ -163,7 +163,7 @@ def _followed(mechanism: Mechanism, wanted: Mapping[int, float]) -> Array:
     found, free = mechanism.assembly, free_columns(mechanism)
     for column in wanted:
         if column not in free:
-            raise ValueError(f"'{found.names[column]}' starts where the actuators lead it; change those")
+            raise ValueError(f"'{found.names[column]}' has a start prescribed by the actuators; change those")
     begin = found.start.copy()
     begin[list(wanted)] = list(wanted.values())
     rows = first_rows(found)
@@ -172,7 +172,7 @@ def _followed(mechanism: Mechanism, wanted: Mapping[int, float]) -> Array:
         if closed.good:
             return closed.values
     worst, how = found.gap(closed.values)
-    what = f"the loop at '{worst}' does not close" if worst else "what the constraints ask for does not hold"
+    what = f"the loop at '{worst}' does not close" if worst else "the constraints do not hold"
     raise ValueError(f"{what} there: it misses by {how or f'{closed.miss:.4g}'}")
 
 
