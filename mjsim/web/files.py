@@ -59,18 +59,23 @@ def listed(folder: Folder) -> Json:
 
 
 def shipped() -> Json:
-    """Return what comes with mjsim: worlds, pictures, models, presets of arms and of robots, templates."""
+    """Return what comes with mjsim: worlds, pictures, models, presets of arms, sensors and robots, templates."""
     return {
         "worlds": sorted(_shipped_files("mjsim.worlds", (".yaml",), cut=5)),
         "pictures": sorted(_shipped_files("mjsim.assets", PICTURES)),
         "models": sorted(name for name in _shipped_files("mjsim.assets", MODELS) if name.startswith("furniture/")),
-        "arms": sorted(
-            name[5:] for name in _shipped_files("mjsim.assets", (".yaml",), cut=5) if name.startswith("arms/")
-        ),
+        "arms": _presets("arms"),
+        "sensors": {kind: _presets(f"sensors/{kind}") for kind in ("camera", "lidar", "lidar3d")},
         "presets": [{"name": name, "about": _about(name)} for name in preset_names()],
         "templates": list(TEMPLATES),
         "about": {name: template_summary(name) for name in TEMPLATES},
     }
+
+
+def _presets(place: str) -> list[str]:
+    """Return the names of what a folder of the assets holds."""
+    names = _shipped_files("mjsim.assets", (".yaml",), cut=5)
+    return sorted(name.removeprefix(f"{place}/") for name in names if name.startswith(f"{place}/"))
 
 
 def shipped_name(word: str) -> str | None:

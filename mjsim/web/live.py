@@ -80,6 +80,6 @@ class LiveView(Closes):
     def _folder(self, _: Request) -> dict[str, Any]:
         """Return what the page asks for first: that there is nothing here but this run."""
         kinds = ("worlds", "pictures", "models", "arms", "presets", "templates")
-        shipped: dict[str, Any] = {kind: [] for kind in kinds} | {"about": {}}
+        shipped: dict[str, Any] = {kind: [] for kind in kinds} | {"about": {}, "sensors": {}}
         files: dict[str, Any] = {kind: [] for kind in ("worlds", "recordings", "sweeps", "pictures", "models")}
         return {"folder": "", **files, "shipped": shipped, "world": self._world.name, "mode": "live"}

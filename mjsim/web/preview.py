@@ -4,7 +4,7 @@ import math
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
@@ -65,6 +65,7 @@ class Preview:
     def _draw(self, request: PreviewRequest, number: int) -> tuple[bytes, float]:
         if number != self._newest:
             raise RefusedError(409, "a newer view was asked for", superseded=True)
+        request = replace(request, world=_with_fixed(request))
         began = time.perf_counter()
         if self._set is None or not self._set.serves(request):
             self._clear()
@@ -79,7 +80,7 @@ class Preview:
 
 
 class _Set:
-    """A compiled world whose robots are put wherever they are wanted."""
+    """A compiled world whose robots are put wherever they are wanted; those with a fixed base are part of the scene."""
 
     def __init__(self, world: World, signs: Signs) -> None:
         self.world, self._signs = world, signs
@@ -95,6 +96,8 @@ class _Set:
         """Return what is seen as a JPEG."""
         camera = self._camera(request)
         for robot in request.world.robots:
+            if robot.base == "fixed":
+                continue
             place = Pose(robot.at[0], robot.at[1], math.radians(robot.heading_deg))
             self._sim.move(robot.name, request.pose if robot.name == request.robot else place)
         image = camera.frame(self._sim.data, 0.0).image
@@ -132,6 +135,17 @@ def _differ_in_poses_alone(one: World, other: World) -> bool:
     return _unplaced(one) == _unplaced(other)
 
 
+def _with_fixed(request: PreviewRequest) -> World:
+    """Return the world with its robot where it is wanted, when that has a fixed base: such robots are compiled there."""
+    pose = {"at": (request.pose.x, request.pose.y), "heading_deg": math.degrees(request.pose.heading)}
+    robots = tuple(
+        robot.model_copy(update=pose) if robot.base == "fixed" and robot.name == request.robot else robot
+        for robot in request.world.robots
+    )
+    return request.world.model_copy(update={"robots": robots})
+
+
 def _unplaced(world: World) -> World:
-    robots = tuple(robot.model_copy(update={"at": (0.0, 0.0), "heading_deg": 0.0}) for robot in world.robots)
+    nowhere = {"at": (0.0, 0.0), "heading_deg": 0.0}
+    robots = tuple(robot if robot.base == "fixed" else robot.model_copy(update=nowhere) for robot in world.robots)
     return world.model_copy(update={"robots": robots, "run": world.run.model_copy(update={"drivers": {}})})

@@ -9,6 +9,7 @@ from playwright.sync_api import expect
 
 import mjsim
 from mjsim.web import Studio
+from mjsim.web.panel_schema import panel_schema
 from tests.windows import PATIENCE, page_at
 
 SOURCES = Path(mjsim.__file__).parent / "web" / "page" / "src"
@@ -33,7 +34,7 @@ WORDS = re.compile(r"^[A-Z][a-z]+([ ;]|$)|[A-Za-z]{2,}[,.;:]? [a-z]{2,}|\} [a-z]
 
 PLAIN = re.compile(
     r"mjsim studio|<\?xml|run-chart |^.(Alt|Ctrl|Page) [^a-z]|system-ui|:is\(|/api/|^.Hz|\$\{(Object|plain)\b"
-    r"|^.(Pair|Key|Literal|Tab|Escape|Arrow)"  # nodes of a parsed text, keys of a keyboard
+    r"|^.(Pair|Item|Key|Literal|Tab|Escape|Arrow)"  # nodes of a parsed text, keys of a keyboard
     r"|(swatch|reset|form|add \$\{title\}|group).$|on its way|the scene has no root"  # marks, and our own fault
 )
 """The program's name, markup, classes, fonts, addresses, units, and names of keys, which keyboards show so."""
@@ -56,6 +57,24 @@ def test_no_visible_words_stand_outside_the_table():
     assert len(seen) > 130
     left = [f"{name}:{line}: {said}" for name, path in seen.items() for line, said in visible(path.read_text("utf-8"))]
     assert left == []
+
+
+def test_each_field_and_form_of_the_language_has_words_of_the_table():
+    """A label that is in no table would stay English in every language."""
+    schema = panel_schema()
+    kinds = schema["$defs"]
+    fields = {key for kind in (schema, *kinds.values()) for key in kind.get("properties", {})}
+    stems = {re.sub("_(deg|hz)$", "", key) for key in fields}
+    forms = {
+        name
+        for union in re.findall(r'"(?:any|one)Of": (\[.*?\])', json.dumps(schema))
+        for name in re.findall(r"#/\$defs/(\w+)", union)
+        if kinds[name].get("type") == "object"
+    }
+    wanted = {f"field.{stem}" for stem in stems} | {f"form.{form}" for form in forms}
+    entries = re.findall(r'^  "([\w.]+)": +"(.*)",$', (SOURCES / "words" / "en_fields.ts").read_text("utf-8"), re.MULTILINE)
+    assert len(wanted) > 400
+    assert wanted - {key for key, words in entries if words} == set()
 
 
 def test_each_key_of_the_table_is_used_and_has_words():
@@ -136,12 +155,11 @@ def unmoved(page):
     known = told(page)
 
     def is_data(text):
-        """Whether the server told a text, or it is the label that the page makes of a key."""
-        key = re.sub(r"( ([xyz]|length|width|height))?$", "", text).lower().replace(" ", "_")
+        """Whether the server told a text; labels of fields are words of the table."""
         described = len(text) > 15 and any(each.startswith(letters(text)) for each in known)
         parts = re.sub(r" \[.*?\]", "", text).split(", ")
         listed = all(part in known or any(each.startswith(f"{part.lower()}_") for each in known) for part in parts)
-        return DATA.search(text) or text in known or described or listed or key in known or f"{key}_deg" in known
+        return DATA.search(text) or text in known or described or listed
 
     texts = {text.strip() for text in page.evaluate(SHOWN) if re.search("[A-Za-z]{2}", text) and "~]" not in text}
     return sorted(text for text in texts if not is_data(text))
@@ -185,7 +203,7 @@ def walked(page):
     expect(page.locator("#view-edit .plan")).to_have_attribute("data-view", re.compile(","))
     expect(page.locator(".panel h2")).to_be_visible()
     yield "Edit"
-    for thing in ("scout", "poster", "eve", "crate", "wall 1"):
+    for thing in ("scout", "poster", "eve", "crate", "[wáll 1~]"):
         page.locator(".outline-name", has_text=thing).click()
         expect(page.locator(".panel h2")).to_have_text(thing)
         yield thing

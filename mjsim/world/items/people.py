@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, PrivateAttr, model_validator
 
@@ -28,6 +28,20 @@ WORN = {
 
 SITTING = {f"{side}_{joint}_flexion": math.pi / 2 for side in ("left", "right") for joint in ("hip", "knee")}
 """Joints of a seated person in plans [rad]."""
+
+
+def _name_joints(schema: dict[str, Any]) -> None:
+    """Add the names that keys of `joints_deg` may have to its schema, for completion."""
+    from mjsim.people import Figure, Measures
+
+    schema["propertyNames"] = {"enum": list(Figure.of(Measures.at_percentile("male")).joints)}
+
+
+def _name_measures(schema: dict[str, Any]) -> None:
+    """Add the names that keys of `measures` may have to its schema."""
+    from mjsim.people import OUTSIDE, survey
+
+    schema["propertyNames"] = {"enum": [name for name in survey("male").names if name not in OUTSIDE]}
 
 
 class PersonColors(Model):
@@ -69,14 +83,14 @@ class Person(Model):
     """Sex, which selects the survey."""
     percentile: Percentile = 50.0
     """Percentile of stature, among women or men of the survey."""
-    measures: Annotated[Mapping[str, float], Field(max_length=36)] = {}
+    measures: Annotated[Mapping[str, float], Field(max_length=36, json_schema_extra=_name_measures)] = {}
     """Individual measures instead of a percentile [m; weight in kg]; the others follow from them. For names see
     docs/people.md."""
     proportion: Percentile = 50.0
     """Percentile of sitting height among people of the same stature; higher means longer trunk and shorter legs."""
     corpulence: Percentile = 50.0
     """Percentile of weight among people of the same stature and sitting height."""
-    joints_deg: Annotated[Mapping[str, float], Field(max_length=100)] = {}
+    joints_deg: Annotated[Mapping[str, float], Field(max_length=100, json_schema_extra=_name_joints)] = {}
     """Joint angles that differ from the relaxed standing pose; for names and ranges see docs/people.md."""
     colors: PersonColors = PersonColors()
     """Colours of skin, hair and clothes."""

@@ -110,6 +110,8 @@ export interface Folder {
     pictures: string[];
     models: string[];
     arms: string[];
+    /** Presets by the kind of sensor. */
+    sensors: Record<string, string[]>;
     presets: { name: string; about: string }[];
     templates: string[];
     /** A sentence about each template. */
@@ -129,7 +131,7 @@ export interface Module {
   use: string;
   title: string;
   about: string;
-  keys: unknown;
+  keys: { name: string; about: string; default?: unknown }[];
 }
 
 export interface Modules {
@@ -236,7 +238,8 @@ export interface SourceText {
 export const api = {
   folder: () => getJson<Folder>("/api/folder"),
   schema: () => getJson<Values>("/api/schema"),
-  modules: () => getJson<Modules>("/api/modules"),
+  /** Those that come with mjsim, and those beside a world, or in the folder. */
+  modules: (world: string | null = null) => getJson<Modules>(`/api/modules${world === null ? "" : `?${new URLSearchParams({ path: world })}`}`),
   open: (path: string) => postJson<Opened>("/api/open", { path }),
   create: (template?: string) => postJson<Opened>("/api/new", template ? { template } : {}),
   parse: (path: string, text: string) => postJson<Parsed>("/api/parse", { path, text }),

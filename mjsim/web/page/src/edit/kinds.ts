@@ -1,7 +1,7 @@
 /** What kinds of things are called. */
 
 import type { Item } from "../api";
-import { word } from "../words/words";
+import { word, wordFor } from "../words/words";
 
 /** Lists of a world, in the order in which they are told, and what a heading over their things says. */
 export const HEADINGS: Record<string, string> = {
@@ -17,7 +17,5 @@ export const HEADINGS: Record<string, string> = {
 
 /** What one thing is: "Wall", "Box", "Patch of floor". */
 export function kindName(item: Item): string {
-  if (item.type === "FloorPatch") return word("edit.patchOfFloor");
-  const words = item.type.replace(/Obstacle$/, "") || item.kind;
-  return words.charAt(0).toUpperCase() + words.slice(1).toLowerCase();
+  return wordFor("form", item.type);
 }

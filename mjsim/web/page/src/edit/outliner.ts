@@ -8,7 +8,7 @@ import { remembered } from "../run/controls";
 import { ICONS } from "../shell/icons";
 import type { Editor } from "./editor";
 import { groupOf } from "./groups";
-import { HEADINGS } from "./kinds";
+import { HEADINGS, kindName } from "./kinds";
 import "./outliner.css";
 import { word } from "../words/words";
 
@@ -295,7 +295,7 @@ function idOf(row: Row): string {
 function modelOf(item: Item): string {
   const { preset, image, model } = item.values;
   const given = [preset, model, image].find((value) => typeof value === "string");
-  return given ? String(given).replace(/^.*\//, "") : item.label.startsWith(item.kind) ? "" : item.type.replace(/Obstacle$/, "").toLowerCase();
+  return given ? String(given).replace(/^.*\//, "") : item.name === null ? "" : kindName(item).toLowerCase();
 }
 
 function wordsOf(item: Item): string {

@@ -1,7 +1,7 @@
 /** What the JSON Schema says of a field: which control it wants, its unit, its meaning and its default. */
 
 import type { Values } from "../api";
-import { word } from "../words/words";
+import { word, wordFor } from "../words/words";
 
 export type Schema = Record<string, unknown>;
 
@@ -17,7 +17,7 @@ export type Kind =
   | { is: "union"; options: Option[] }
   | { is: "list"; entry: Schema }
   | { is: "map"; entry: Schema }
-  | { is: "data" };
+  | { is: "data"; entry?: Schema; names?: string[] };
 
 /** One of the forms that a value may have. */
 export interface Option {
@@ -98,7 +98,9 @@ export class SchemaBook {
     const of = (schema: Schema): Field[] => this.open(this.kind("", this.forms(schema).main, schema), has);
     if (kind.is === "union") return kind.options.flatMap(({ schema }) => of(schema));
     if (kind.is === "list") return of(kind.entry);
-    if (kind.is !== "object") return [];
+    const { is } = kind;
+    if (is === "data") return (kind.names ?? []).filter((name) => !has.includes(name)).flatMap((name) => this.inside(kind, name, has));
+    if (is !== "object") return [];
     const names = Object.keys(kind.schema["properties"] as Record<string, Schema>).filter((name) => !has.includes(name));
     return names.flatMap((name) => this.inside(kind, name, has));
   }
@@ -109,11 +111,13 @@ export class SchemaBook {
     if (kind.is === "union") return kind.options.flatMap(({ schema }) => of(schema));
     if (kind.is === "list") return of(kind.entry);
     if (kind.is === "map") return [this.field(key, kind.entry, false)];
+    if (kind.is === "data" && kind.entry) return [this.field(key, kind.entry, false)];
     if (kind.is !== "object") return [];
     const properties = kind.schema["properties"] as Record<string, Schema>;
     const node = properties[key];
     const required = (kind.schema["required"] ?? []) as string[];
-    const fits = beside.every((other) => other in properties || other === "repeat");
+    const isOpen = kind.schema["additionalProperties"] === true;
+    const fits = isOpen || beside.every((other) => other in properties || other === "repeat");
     return node && fits ? [this.field(key, node, required.includes(key))] : [];
   }
 
@@ -245,7 +249,7 @@ export class SchemaBook {
     const { main } = this.forms(entry);
     const isNumber = main.length === 1 && ["number", "integer"].includes(String(main[0]?.["type"]));
     if (typeof count === "number" && count <= 4 && schema["minItems"] === count && isNumber) {
-      const parts = AXES[key]?.slice(0, count) ?? ["x", "y", "z", "w"].slice(0, count);
+      const parts = AXES[key]?.slice(0, count).map((part) => wordFor("part", part)) ?? ["x", "y", "z", "w"].slice(0, count);
       return { is: "numbers", parts, entry };
     }
     return { is: "list", entry };
@@ -256,7 +260,7 @@ export class SchemaBook {
     const plain: Record<string, string> = { boolean: word("panel.onOrOff"), string: word("panel.text"), number: word("panel.number"), array: word("panel.several") };
     const title =
       schema["type"] === "object"
-        ? labelOf(unCamel(String(schema["title"] ?? "more")))
+        ? wordFor("form", String(schema["title"] ?? "more"))
         : (plain[String(schema["type"])] ?? "value");
     return { title, schema };
   }
@@ -273,7 +277,13 @@ function objectKind(schema: Schema, node: Schema): Kind {
   const patterns = Object.values(
     (schema["patternProperties"] ?? node["patternProperties"] ?? {}) as Record<string, Schema>,
   );
-  return patterns[0] ? { is: "map", entry: patterns[0] } : { is: "data" };
+  if (patterns[0]) return { is: "map", entry: patterns[0] };
+  // Each of its values means what the whole does.
+  const entry = schema["additionalProperties"];
+  const { description, unit } = node;
+  if (typeof entry !== "object" || entry === null) return { is: "data" };
+  const names = (schema["propertyNames"] as Schema | undefined)?.["enum"] as string[] | undefined;
+  return { is: "data", entry: { description, unit, ...entry }, names: names ?? [] };
 }
 
 function limits(schema: Schema): { least: number | null; most: number | null } {
@@ -306,12 +316,5 @@ function rank(key: string): number {
 }
 
 export function labelOf(key: string): string {
-  if (key === "fov_deg") return word("panel.fieldOfView");
-  const words = key.replace(/_(deg|hz)$/, "").replaceAll("_", " ");
-  return words.charAt(0).toUpperCase() + words.slice(1);
-}
-
-function unCamel(name: string): string {
-  const words = name.replace(/(Obstacle|Event|Sensor|Drive|Body)$/, "").replace(/([a-z])([A-Z])/g, "$1 $2");
-  return words.toLowerCase();
+  return wordFor("field", key.replace(/_(deg|hz)$/, ""));
 }

@@ -3,7 +3,7 @@
 import { el } from "../dom";
 import { button, sign, write } from "./controls";
 import type { NoiseFigure } from "./protocol";
-import { word } from "../words/words";
+import { word, wordFor } from "../words/words";
 
 /** The slider's way is cut into so many steps. */
 const STEPS = 1000;
@@ -146,7 +146,7 @@ function rounded(value: number): number {
 /** `robots.scout.odometry.noise.turn` -> `scout, odometry` and `turn`. */
 function splitKey(key: string): [string, string] {
   const parts = key.split(".");
-  const last = (parts.pop() ?? key).replace(/_deg$/, "").replaceAll("_", " ");
+  const last = wordFor("field", (parts.pop() ?? key).replace(/_deg$/, "")).toLowerCase();
   const group = parts.filter((part, k) => part !== "noise" && part !== "sensors" && !(k === 0 && part === "robots"));
   return [group.join(", "), last];
 }

@@ -5,7 +5,7 @@ import { debounced, newestWins, Signal } from "../signal";
 import { difference } from "../text/difference";
 import { History } from "./history";
 import { named } from "./naming";
-import { word } from "../words/words";
+import { word, wordFor } from "../words/words";
 
 const EMPTY: Parsed = { problems: [], items: [], bounds: [0, 0, 10, 8], name: "", run: {}, needs_trust: {}, files: {} };
 /** Typing is read after so long a pause [ms]. */
@@ -362,13 +362,19 @@ export class WorldDocument {
 
   private adopt(parsed: Parsed): void {
     this.parsed = parsed;
-    if (parsed.items) this.items = [...parsed.items, ...this.broken(parsed)];
+    if (parsed.items) this.items = [...parsed.items.map(labelled), ...this.broken(parsed)];
     const kept = this.selection.filter((path) => this.itemAt(path) !== null);
     const lost = kept.length !== this.selection.length;
     this.selection = kept;
     this.parsedChanged.emit();
     if (lost) this.selectionChanged.emit();
   }
+}
+
+/** A thing without a name, called by its kind and its number in the language of the page. */
+function labelled(item: Item): Item {
+  const number = Number(item.path.at(-1)) + 1;
+  return item.name === null ? { ...item, label: wordFor("item", item.kind, { number }) } : item;
 }
 
 /** The line in which two texts begin to differ, counted from 1. */

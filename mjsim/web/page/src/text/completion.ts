@@ -10,14 +10,20 @@ import {
 import { yamlLanguage } from "@codemirror/lang-yaml";
 import { type Extension, Prec } from "@codemirror/state";
 import { keymap } from "@codemirror/view";
-import type { Module } from "../api";
 import type { Field, Level, SchemaBook } from "../panel/schema";
 import type { Studio } from "../shell/view";
-import { ancestor, hint, levelsOf } from "./hover";
+import { seenFrom } from "../shell/paths";
+import { hint } from "./hover";
+import { namesIn, partsFor } from "./names";
+import { modulesOf, ownKeys } from "./own_keys";
+import { ancestor, beside, levelsOf, type Read } from "./tree";
 import { word } from "../words/words";
 
 /** Keys whose value is the name of a thing of the world. */
-const NAMING = ["on", "robot", "move", "open", "close", "lamp", "remove", "restore", "shove", "push", "reach", "release"];
+const NAMING = [
+  ...["on", "robot", "move", "open", "close", "lamp", "remove", "restore", "shove", "push", "reach", "release", "lead"],
+  ...["seat", "goal"],
+];
 /** What stands for the word that is not yet whole, so that the text around it can be read. */
 const STAND_IN = "x__";
 
@@ -28,6 +34,10 @@ interface Place {
   valueOf: Level | null;
   /** Whether the key that is written has its colon already. */
   hasColon: boolean;
+  /** The module of the mapping, when it names one. */
+  use: string | null;
+  /** Names of parts of things that the value may be. */
+  parts: string[];
 }
 
 /** Offers keys with unit, meaning and default, and values; asked for by typing or Ctrl+Space. */
@@ -49,12 +59,18 @@ export function completion(book: SchemaBook, studio: Studio): Extension {
 }
 
 async function offered(place: Place, book: SchemaBook, studio: Studio): Promise<Completion[]> {
-  const { above, has, valueOf, hasColon } = place;
-  if (valueOf) {
-    const field = book.along([...above, valueOf]);
-    return field ? (await valuesOf(field, studio)).map((label) => ({ label, type: "constant" })) : [];
-  }
-  const options = above.at(-1)?.key === "drivers" ? driven(has, studio) : book.missing(above, has).map(keyOption);
+  const { above, has, valueOf, hasColon, parts, use } = place;
+  const values = async (levels: Level[]): Promise<Completion[]> => {
+    const field = book.along(levels);
+    const found = [...parts, ...(field ? await valuesOf(field, levels, studio) : [])];
+    return [...new Set(found)].map((label) => ({ label, type: "constant" }));
+  };
+  if (valueOf) return values([...above, valueOf]);
+  const known = above.at(-1)?.key === "drivers" ? driven(has, studio) : book.missing(above, has).map(keyOption);
+  const own = use === null ? [] : (await ownKeys(studio, use)).filter(({ key }) => !has.includes(key)).map(keyOption);
+  const options = [...known, ...own];
+  // What begins like a key may be an entry of a list of names.
+  if (!options.length) return values(above);
   return hasColon ? options.map(({ apply: _, ...option }) => option) : options;
 }
 
@@ -62,6 +78,15 @@ async function offered(place: Place, book: SchemaBook, studio: Studio): Promise<
 function driven(has: string[], studio: Studio): Completion[] {
   const robots = studio.document.items.filter(({ path }) => path[0] === "robots").flatMap(({ name }) => name ?? []);
   return robots.filter((name) => !has.includes(name)).map((label) => ({ label, apply: `${label}:` }));
+}
+
+/** What comes with mjsim for an arm, a sensor or a robot. */
+function presetsAt(levels: Level[], studio: Studio): string[] {
+  const { arms, sensors, presets } = studio.folder.shipped;
+  const list = levels.at(-2)?.key;
+  if (list === "arms") return arms;
+  if (list === "sensors") return levels.at(-1)?.beside.flatMap((kind) => sensors[kind] ?? []) ?? [];
+  return list === "robots" ? presets.map(({ name }) => name) : [];
 }
 
 function keyOption(field: Field, order: number): Completion {
@@ -76,15 +101,16 @@ function keyOption(field: Field, order: number): Completion {
   };
 }
 
-async function valuesOf(field: Field, studio: Studio): Promise<string[]> {
-  const { presets, models, pictures } = studio.folder.shipped;
+async function valuesOf(field: Field, levels: Level[], studio: Studio): Promise<string[]> {
+  const { models, pictures } = studio.folder.shipped;
   const names = studio.document.items.flatMap(({ name }) => name ?? []);
   if (field.kind.is === "choice") return field.kind.options.map(String);
   if (field.kind.is === "switch") return ["true", "false"];
-  if (field.key === "preset") return presets.map(({ name }) => name);
+  if (field.key === "include") return studio.folder.worlds.filter((path) => path !== studio.document.path).map((path) => seenFrom(studio.document.path, path));
+  if (field.key === "preset") return presetsAt(levels, studio);
   if (field.key === "model") return models;
   if (field.kind.is === "picture") return pictures;
-  if (field.key === "use") return Object.values(await studio.api.modules()).flatMap((list: Module[]) => list.map(({ use }) => use));
+  if (field.key === "use") return (await modulesOf(studio)).map(({ use }) => use);
   return NAMING.includes(field.key) ? [...new Set(names)] : [];
 }
 
@@ -95,7 +121,7 @@ function placeOf(context: CompletionContext, from: number): Place | null {
   const before = state.sliceDoc(line.from, from);
   const isValue = /:[ \t]+$/.test(before);
   // After other words of a line there is no key, but within braces.
-  if (!isValue && !/^[ \t]*(- +)*$/.test(before) && !/[{,][ \t]*$/.test(before)) return null;
+  if (!isValue && !/^[ \t]*(- +)*$/.test(before) && !/[[{,][ \t]*$/.test(before)) return null;
   const hasColon = !isValue && /^:(\s|$)/.test(state.sliceDoc(pos, line.to));
   const word = (isValue || hasColon ? STAND_IN : `${STAND_IN}: 0`) + (hasColon ? "" : closers(before, state.sliceDoc(pos, line.to)));
   const key = keyAt(state.sliceDoc(0, from), word, state.sliceDoc(pos));
@@ -103,8 +129,9 @@ function placeOf(context: CompletionContext, from: number): Place | null {
   const last = levels.at(-1);
   if (!last) return null;
   const has = last.beside.filter((name) => name !== STAND_IN);
-  if (isValue) return { above: levels.slice(0, -1), has, valueOf: { key: last.key, beside: last.beside }, hasColon };
-  return last.key === STAND_IN ? { above: levels.slice(0, -1), has, valueOf: null, hasColon } : null;
+  const common = { above: levels.slice(0, -1), has, hasColon, use: key?.use ?? null, parts: key?.parts ?? [] };
+  if (isValue) return { ...common, valueOf: { key: last.key, beside: last.beside } };
+  return last.key === STAND_IN ? { ...common, valueOf: null } : null;
 }
 
 /** The brackets that a line has open before the cursor and does not shut behind it, shut. */
@@ -120,10 +147,14 @@ function closers(before: string, after: string): string {
 }
 
 /** The keys that lead to a stand-in, read from the text with it in place of the word. */
-function keyAt(before: string, standIn: string, after: string): { levels: Level[] } | null {
+function keyAt(before: string, standIn: string, after: string): { levels: Level[]; use: string | null; parts: string[] } | null {
   const text = before + standIn + after;
   const tree = yamlLanguage.parser.parse(text);
   const pair = ancestor(tree.resolveInner(before.length, 1), "Pair");
   const key = pair?.getChild("Key");
-  return key ? { levels: levelsOf(key, (node) => text.slice(node.from, node.to)) } : null;
+  if (!pair || !key) return null;
+  const read: Read = (node) => text.slice(node.from, node.to);
+  const levels = levelsOf(key, read);
+  const named = levels.findLast((level) => level.key !== STAND_IN)?.key ?? "";
+  return { levels, use: beside(pair, "use", read), parts: partsFor(named, pair, namesIn(tree, read), read) };
 }

@@ -2,22 +2,30 @@
 
 import { syntaxTree } from "@codemirror/language";
 import type { Extension } from "@codemirror/state";
-import { hoverTooltip } from "@codemirror/view";
+import { type EditorView, hoverTooltip, type Tooltip } from "@codemirror/view";
 import { el } from "../dom";
-import type { Field, Level, SchemaBook } from "../panel/schema";
+import type { Field, SchemaBook } from "../panel/schema";
+import type { Studio } from "../shell/view";
 import { word } from "../words/words";
+import { ownKeys } from "./own_keys";
+import { ancestor, beside, levelsOf, nameOf, type Read, type SyntaxNode } from "./tree";
 
-type SyntaxNode = ReturnType<typeof syntaxTree>["topNode"];
+/** Told of the keys of a text by what the schema says of them, and of those of a module by what the module does. */
+export function hoverHints(book: SchemaBook, studio: Studio): Extension {
+  const source = async (view: EditorView, at: number, side: -1 | 1): Promise<Tooltip | null> => {
+    const key = ancestor(syntaxTree(view.state).resolveInner(at, side), "Key");
+    if (!key) return null;
+    const read: Read = (node) => view.state.sliceDoc(node.from, node.to);
+    const field = book.along(levelsOf(key, read)) ?? (await ofModule(key, read, studio));
+    return field && { pos: key.from, end: key.to, above: true, create: () => ({ dom: hint(field) }) };
+  };
+  return hoverTooltip(source);
+}
 
-/** Told of the keys of a text by what the schema says of them. */
-export function hoverHints(book: SchemaBook): Extension {
-  return hoverTooltip((view, at, side) => {
-    const node = syntaxTree(view.state).resolveInner(at, side);
-    const key = ancestor(node, "Key");
-    const field = key && book.along(levelsOf(key, (each) => view.state.sliceDoc(each.from, each.to)));
-    if (!key || !field) return null;
-    return { pos: key.from, end: key.to, above: true, create: () => ({ dom: hint(field) }) };
-  });
+async function ofModule(key: SyntaxNode, read: Read, studio: Studio): Promise<Field | null> {
+  const pair = ancestor(key, "Pair");
+  const own = pair ? await ownKeys(studio, beside(pair, "use", read)).catch(() => []) : [];
+  return own.find((field) => pair && field.key === nameOf(pair, read)) ?? null;
 }
 
 export function hint(field: Field): HTMLElement {
@@ -30,25 +38,4 @@ export function hint(field: Field): HTMLElement {
   const said = facts.filter((fact) => fact && fact.length < 200).join("; ");
   const head = el("p", {}, el("b", {}, key), unit ? ` [${unit}]` : "");
   return el("div", { class: "cm-hint" }, head, meaning ? el("p", {}, meaning) : null, said ? el("p", { class: "hint" }, said) : null);
-}
-
-/** The keys that lead to one, the outermost first, each with those that stand beside it. */
-export function levelsOf(key: SyntaxNode, read: (node: SyntaxNode) => string): Level[] {
-  const levels: Level[] = [];
-  for (let pair = key.parent; pair; pair = ancestor(pair.parent, "Pair")) {
-    const name = nameOf(pair, read);
-    const beside = pair.parent?.getChildren("Pair").map((other) => nameOf(other, read)) ?? [];
-    levels.unshift({ key: name, beside });
-  }
-  return levels;
-}
-
-function nameOf(pair: SyntaxNode, read: (node: SyntaxNode) => string): string {
-  const key = pair.getChild("Key");
-  return key ? read(key).replace(/^["']|["']$/g, "") : "";
-}
-
-export function ancestor(node: SyntaxNode | null, name: string): SyntaxNode | null {
-  for (let now = node; now; now = now.parent) if (now.name === name) return now;
-  return null;
 }

@@ -101,7 +101,7 @@ export class TextPane {
       bracketMatching(),
       highlightSelectionMatches(),
       search({ top: true }),
-      hoverHints(this.book),
+      hoverHints(this.book, this.studio),
       completion(this.book, this.studio),
       definitions(this.studio, (line) => this.goTo(line)),
       EditorView.clipboardInputFilter.of((text, state) => {

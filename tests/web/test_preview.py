@@ -1,0 +1,34 @@
+"""Cameras of robots that stand have previews too, and those that drive beside them."""
+
+import cv2
+import numpy as np
+import pytest
+
+import mjsim
+from mjsim.video import take_picture
+
+pytestmark = pytest.mark.slow
+WORLD = """\
+mjsim: 1
+walls: [{points: [[-3, -3], [3, -3], [3, 3], [-3, 3]], closed: true}]
+beacons: [{name: lion, image: posters/lion.jpg, at: [2.94, 0], heading_deg: 180}]
+robots:
+  - {name: post, base: fixed, at: [0, 0], sensors: [{camera: eye, at: [0.2, 0, 1], width: 160, height: 120}]}
+  - {name: scout, preset: pioneer3dx, at: [-1, 1], sensors: [{camera: front, at: [0.2, 0, 1], width: 160, height: 120}]}
+"""
+
+
+def pixels(jpeg):
+    return cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR).astype(int)
+
+
+@pytest.mark.parametrize(("robot", "camera", "at"), [("post", "eye", "[0, 0]"), ("scout", "front", "[-1, 1]")])
+def test_a_robot_with_a_fixed_base_is_seen_from_where_it_is_dragged_to(client, robot, camera, at):
+    asked = {"path": "room.yaml", "text": WORLD, "robot": robot, "camera": camera, "width": 160, "heading_deg": 0}
+    for place in ([1.0, 0.5], [-1.0, 0.0]):
+        answer = client.post("/api/preview", json={**asked, "at": place})
+        assert answer.status_code == 200, answer.text
+        moved = mjsim.parse_world(WORLD.replace(f"at: {at}", f"at: {place}"))
+        wanted = take_picture(moved, f"{robot}/{camera}")[..., ::-1]
+        # JPEG alone; from the other place the mean differs by more than 4.
+        assert np.abs(pixels(answer.content) - wanted.astype(int)).mean() < 2.0
