@@ -136,7 +136,7 @@ def _differ_in_poses_alone(one: World, other: World) -> bool:
 
 
 def _with_fixed(request: PreviewRequest) -> World:
-    """Return the world with its robot where it is wanted, when that has a fixed base: such robots are compiled there."""
+    """Return the world with its robot at the requested pose if its base is fixed: such robots are compiled there."""
     pose = {"at": (request.pose.x, request.pose.y), "heading_deg": math.degrees(request.pose.heading)}
     robots = tuple(
         robot.model_copy(update=pose) if robot.base == "fixed" and robot.name == request.robot else robot

@@ -1,4 +1,4 @@
-"""Names of the text are offered where they may stand and lead to what has them, for each kind of thing, in a browser."""
+"""Names in the text are suggested and lead to their items and parts, for each kind of item, in a real browser."""
 
 import re
 

@@ -72,7 +72,9 @@ def test_each_field_and_form_of_the_language_has_words_of_the_table():
         if kinds[name].get("type") == "object"
     }
     wanted = {f"field.{stem}" for stem in stems} | {f"form.{form}" for form in forms}
-    entries = re.findall(r'^  "([\w.]+)": +"(.*)",$', (SOURCES / "words" / "en_fields.ts").read_text("utf-8"), re.MULTILINE)
+    entries = re.findall(
+        r'^  "([\w.]+)": +"(.*)",$', (SOURCES / "words" / "en_fields.ts").read_text("utf-8"), re.MULTILINE
+    )
     assert len(wanted) > 400
     assert wanted - {key for key, words in entries if words} == set()
 
@@ -156,7 +158,7 @@ def unmoved(page):
 
     def is_data(text):
         """Whether the server told a text; labels of fields are words of the table."""
-        described = len(text) > 15 and any(each.startswith(letters(text)) for each in known)
+        described = len(text) > 10 and any(each.startswith(letters(text)) for each in known)
         parts = re.sub(r" \[.*?\]", "", text).split(", ")
         listed = all(part in known or any(each.startswith(f"{part.lower()}_") for each in known) for part in parts)
         return DATA.search(text) or text in known or described or listed
