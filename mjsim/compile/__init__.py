@@ -1,4 +1,4 @@
-"""World -> MuJoCo: a scene in memory, or a folder that plain MuJoCo loads."""
+"""Compiles a World for MuJoCo: a scene in memory, or a folder that MuJoCo loads without mjsim."""
 
 from mjsim.faces import face
 

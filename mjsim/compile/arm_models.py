@@ -1,4 +1,4 @@
-"""Looks and collision shapes of arms from files, on the bodies of their links."""
+"""Visual and collision shapes of arms from files, attached to their links."""
 
 from collections.abc import Iterator
 from itertools import combinations
@@ -27,7 +27,7 @@ def original_of(spec: mujoco.MjSpec, file: FileArm, *, key: str) -> LoadedFile:
 
 
 def add_stand(base: mujoco.MjsBody, file: FileArm, *, name: str, placed: dict[str, Array]) -> mujoco.MjsBody:
-    """Add what of an arm's file no joint moves, as a body `ROBOT/ARM/base`, and return it."""
+    """Add the fixed parts of an arm's file as a body `ROBOT/ARM/base`, and return it."""
     body = base.add_body(name=f"{name}/base", **placed)
     mass, center, inertia = file.base
     x, y, z = center.tolist()
@@ -78,7 +78,7 @@ def _free(spec: mujoco.MjSpec, name: str) -> bool:
 
 
 def solid_keys(model: mujoco.MjModel, number: int, *, seen: bool, touched: bool) -> dict[str, Any]:
-    """Return how a geom of the file stands in the scene: as what is seen, what is touched, or both."""
+    """Return the keys of a geom of the file in the scene: visual, collision, or both."""
     if not touched:
         return {"group": DECOR, "contype": 0, "conaffinity": 0}
     return {
@@ -92,7 +92,7 @@ def solid_keys(model: mujoco.MjModel, number: int, *, seen: bool, touched: bool)
 
 
 def passing(item: RobotArm) -> Iterator[tuple[int, int]]:
-    """Yield pairs of links, -1 for what stands, that pass through each other.
+    """Yield pairs of links (-1 for the base) that do not collide with each other.
 
     Those that a joint joins, those that the file lets pass, and those that touch at the start.
     """

@@ -217,7 +217,7 @@ def links_of(world: World) -> Iterator[tuple[str, Link]]:
 
 
 def refused_links(world: World) -> tuple[str, ...]:
-    """Return the names of links whose mass or inertia plain MuJoCo refuses."""
+    """Return the names of links whose mass or inertia MuJoCo's compiler refuses."""
     return tuple(name for name, link in links_of(world) if not is_valid(link.solid))
 
 

@@ -41,7 +41,7 @@ PrintedFace = tuple[str, Array]
 
 
 def beacon_looks(spec: mujoco.MjSpec, world: World) -> Callable[[Beacon], PrintedFace]:
-    """Return what gives the look of a beacon; beacons that show the same share one.
+    """Return a function for the material of a beacon; beacons with the same picture share one.
 
     Raises:
         UsageError: There are more pictures than MuJoCo can hold.
@@ -58,7 +58,7 @@ def beacon_looks(spec: mujoco.MjSpec, world: World) -> Callable[[Beacon], Printe
 def add_hung_beacons(
     spec: mujoco.MjSpec, world: World, walls: Sequence[WallBox], look_of: Callable[[Beacon], PrintedFace]
 ) -> None:
-    """Add the beacons that stay where they are: seen from their front, each with a plain back."""
+    """Add the static beacons: visible from the front, each with a plain back."""
     removed = {getattr(event, "remove", None) for event in world.run.events}
     backs, solid = [], _Solid(walls)
     for item in hung(world):
@@ -170,7 +170,7 @@ def _quaternion(rotation: Array) -> Array:
 
 
 class _Solid:
-    """The walls, to ask whether a point is inside."""
+    """The walls, for tests whether a point is inside."""
 
     def __init__(self, walls: Sequence[WallBox]) -> None:
         self._center = np.array([wall.center for wall in walls]).reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""Bodies of robots: the shape that bumps, its mass, and what is seen of it."""
+"""Bodies of robots: collision shape, mass and visual shape."""
 
 import math
 from typing import Any
@@ -24,7 +24,7 @@ BUMPER_FRICTION = 0.3
 def add_body(
     spec: mujoco.MjSpec, base: mujoco.MjsBody, body: PlainBody, *, name: str, low: float, mass: float, balanced: bool
 ) -> None:
-    """Add the shape that bumps, its mass, and what is seen of it.
+    """Add the collision shape, its mass, and the visual shape.
 
     Args:
         spec: For the meshes of polygons.

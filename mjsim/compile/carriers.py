@@ -1,4 +1,4 @@
-"""What carries a sensor: the body of its robot, or a link or the tool of an arm."""
+"""Carriers of sensors: the body of the robot, or a link or the tool of an arm."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""The ceiling: a face that looks down, so that views from above see into the rooms."""
+"""The ceiling: a face visible only from below, so that views from above see into the rooms."""
 
 import mujoco
 import numpy as np

@@ -1,4 +1,4 @@
-"""Whether MuJoCo takes the files of models that a world names, each of them alone."""
+"""Checks whether MuJoCo accepts each model file of a world."""
 
 from collections.abc import Iterator
 
@@ -10,7 +10,7 @@ from mjsim.world import World
 
 
 def check_models(world: World) -> None:
-    """Raise WorldError when MuJoCo cannot take the files of a world's models; every one is told."""
+    """Raise WorldError with all model files of a world that MuJoCo does not accept."""
     if problems := sorted(_problems(world)):
         raise WorldError(problems)
 

@@ -1,4 +1,4 @@
-"""A scene as files that plain MuJoCo loads, with nothing of mjsim there."""
+"""Exports a scene as files that MuJoCo loads without mjsim."""
 
 import ctypes
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""The floor, and the patches on it that feel otherwise under a wheel."""
+"""The floor, and its patches with other friction."""
 
 import math
 

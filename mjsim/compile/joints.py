@@ -1,4 +1,4 @@
-"""Joints of mechanisms, each with a motor that does nothing by itself and a lock."""
+"""Joints of mechanisms, each with an idle motor and a lock."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Light: what shines everywhere, the lamps, and surfaces cut finely enough that a lamp shows on them.
+"""Light: ambient light, lamps, and surfaces subdivided finely enough for lamps.
 
 MuJoCo lights corners and spreads that over the faces between them, and knows at most eight lights at a time. So
 faces are divided in a world that has lamps, and in no other.
@@ -108,7 +108,7 @@ def add_lamps(spec: mujoco.MjSpec, world: World) -> None:
 
 
 def lamp_light(lamp: Lamp, brightness: float) -> tuple[Array, Array]:
-    """Return what a lamp gives straight and from all sides at 2 m, red, green and blue, shape (3,) each."""
+    """Return the direct and the ambient light of a lamp at 2 m, red, green and blue, shape (3,) each."""
     color = brightness * np.array(color_of(lamp.color)[:3])
     return color * (1.0 - INDIRECT), color * INDIRECT
 

@@ -1,4 +1,4 @@
-"""Bodies of mechanisms in MuJoCo: their masses, what is seen and touched of them, and their sizes."""
+"""Bodies of mechanisms in MuJoCo: masses, visual and collision shapes, and sizes."""
 
 import math
 
@@ -66,7 +66,7 @@ def set_mass(body: mujoco.MjsBody, solid: Solid) -> None:
 
 
 def add_shape(body: mujoco.MjsBody, item: MechanismBody, name: str) -> None:
-    """Add what is seen and touched of a body."""
+    """Add the visual and collision shapes of a body."""
     frame = item.frame()
     common = {
         "name": name,

@@ -1,4 +1,4 @@
-"""Bodies of mechanisms from files of MJCF and URDF: what is seen and touched of them."""
+"""Bodies of mechanisms from MJCF and URDF files: visual and collision shapes."""
 
 from functools import partial
 

@@ -1,4 +1,4 @@
-"""How things from files look: their colours, and their materials rebuilt in the scene."""
+"""Appearance of objects from files: their colours, and their materials rebuilt in the scene."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Robots from files of MJCF and URDF, with running gear of ours where the file has its wheels.
+"""Robots from MJCF and URDF files, with mjsim's running gear in place of the wheels of the file.
 
 MuJoCo reads the file by itself; what enters the scene is made of the numbers it found, see `mjsim.compile.models`. What
 no joint moves becomes the body `ROBOT/base`. Wheels and what steers them are `ROBOT/wheel_left` and so on, as on all
@@ -48,7 +48,7 @@ ARMATURE = 1e-4
 
 @dataclass(slots=True, eq=False)
 class _Build:
-    """One robot on its way into the scene."""
+    """Builds one robot in the scene."""
 
     spec: mujoco.MjSpec
     robot: Robot
@@ -137,7 +137,7 @@ def _houses_camera(build: _Build, number: int) -> bool:
 
 
 def heavier_by(body: ModelBody, rest: AtRest) -> float:
-    """Return by what the masses of a file are multiplied."""
+    """Return the factor by which the masses of a file are multiplied."""
     total = sum(part.mass for part in rest.parts)
     return 1.0 if body.mass is None or total <= 0.0 else body.mass / total
 

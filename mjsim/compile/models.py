@@ -1,4 +1,4 @@
-"""Things from files of MuJoCo and ROS, rebuilt in the scene.
+"""Objects from MJCF and URDF files, rebuilt in the scene.
 
 MuJoCo reads the file by itself, in memory; what enters the scene is made of the numbers it found: bodies, joints,
 geoms, meshes and looks. So a file's own settings, classes and units stay outside, it can be scaled, and many things of
@@ -143,7 +143,7 @@ def _add_bodies(body: mujoco.MjsBody, model: mujoco.MjModel, *, scale: float, na
 
 
 def _heavier(obstacle: ModelObstacle, model: mujoco.MjModel) -> float:
-    """Return by what the masses of a file are multiplied."""
+    """Return the factor by which the masses of a file are multiplied."""
     total = float(model.body_mass.sum())
     if not total < HEAVIEST:
         raise ValueError(f"'{obstacle.model}' weighs {total:g} kg; that is no thing")

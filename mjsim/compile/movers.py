@@ -1,4 +1,4 @@
-"""Movers: obstacles that go their own way, whatever stands in it.
+"""Movers: obstacles with a scripted motion.
 
 A mover is a body on two slides, `obstacle/NAME/x` and `obstacle/NAME/y`, which hold how far it is from its start.
 The simulation sets them; contact sees its true velocity, and nothing that it meets slows it down.

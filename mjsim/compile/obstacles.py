@@ -1,4 +1,4 @@
-"""Obstacles: as solid as they look, standing still or free to be pushed.
+"""Obstacles, static or movable.
 
 The frame of an obstacle has its origin in the middle of its underside, x along its length. One that stands still
 is part of the world; a movable one is a body `obstacle/NAME` with a free joint of the same name, and one that goes
@@ -40,7 +40,7 @@ TWISTING, ROLLING = 0.005, 0.002
 
 @dataclass(frozen=True, slots=True)
 class ObstacleBody:
-    """What the geoms of an obstacle are added to: the world at a place, or a body of its own."""
+    """Parent of the geoms of an obstacle: the world body at a pose, or a separate body."""
 
     body: mujoco.MjsBody
     frame: mujoco.MjsFrame | None

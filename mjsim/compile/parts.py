@@ -1,4 +1,4 @@
-"""What all parts of a robot share: groups of geoms, colours, and decor that is seen alone.
+"""Shared by all parts of a robot: geom groups, colours, and purely visual geoms.
 
 Geom groups: 0 is what cameras see and rays hit (the body), 1 is for the eye alone, 2 is for views from outside alone
 (housings and masts of cameras, which would stand before the other cameras of the robot), 4 touches the floor and is
@@ -17,6 +17,6 @@ DARK, PALE = (0.13, 0.13, 0.14, 1.0), (0.97, 0.97, 0.94, 1.0)
 
 
 def make_decor(geom: mujoco.MjsGeom, rgba: Sequence[float], *, group: int = DECOR) -> None:
-    """Make a geom one that is seen, and neither touches nor weighs anything."""
+    """Make a geom purely visual, without collisions and mass."""
     geom.group, geom.contype, geom.conaffinity, geom.mass = group, 0, 0, 0.0
     geom.material, geom.rgba = MATERIAL, rgba

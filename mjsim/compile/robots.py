@@ -1,4 +1,4 @@
-"""Robots as MuJoCo bodies: a shape that bumps, wheels and what turns them, sensors.
+"""Robots as MuJoCo bodies: collision shape, wheels and motors, sensors.
 
 The robot's frame has x ahead and y to the left, its origin on the floor where its drive turns about.
 """

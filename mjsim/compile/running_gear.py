@@ -1,4 +1,4 @@
-"""The running gear of a base: its wheels as the drive describes them, casters, and what turns and steers them.
+"""The running gear of a base: wheels as described by the drive, casters, motors and steering.
 
 Parts are named `ROBOT/wheel_left`, `ROBOT/wheel_front_left`, `ROBOT/steer_front_left` and so on; the servos have the
 names of what they turn.

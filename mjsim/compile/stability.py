@@ -1,4 +1,4 @@
-"""Why the physics of a model fails: servos too stiff for what they turn, joints that move next to nothing."""
+"""Likely causes of failing physics: servos too stiff for their load, joints that move hardly any mass."""
 
 from collections.abc import Iterator
 
@@ -20,7 +20,7 @@ WAYS = ((0.0, 0.0), (1.0, 1.0), (-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0))
 
 
 def likely_cause(model: mujoco.MjModel) -> str:
-    """Return what is likely to make physics fail, in a sentence with what would help; '' for nothing suspicious."""
+    """Return the likely cause of failing physics and a remedy, in a sentence; '' if nothing is suspicious."""
     return next((text for _, text in sorted(_suspicions(model), key=lambda found: -found[0])), "")
 
 

@@ -1,4 +1,4 @@
-"""Robots from files of MJCF, for drives of the user's own."""
+"""Robots from MJCF files, for user-defined drives."""
 
 import mujoco
 

@@ -1,4 +1,4 @@
-"""Walls: boxes that things bump into, and few merged meshes that cameras see.
+"""Walls: boxes for collisions, and few merged meshes for rendering.
 
 Both come from the same boxes, so that what is seen is what is bumped into.
 """

@@ -1,4 +1,4 @@
-"""Wheels of all kinds: plain ones that touch at one point, wheels with rollers, casters, and what turns them."""
+"""Wheels of all kinds: plain ones with one contact point, wheels with rollers, casters, and their motors."""
 
 import math
 from collections.abc import Sequence
@@ -44,7 +44,7 @@ ACROSS = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WheelSpec:
-    """What there is to say of a wheel."""
+    """Description of a wheel."""
 
     name: str
     """Of its body, its hinge and its servo: `ROBOT/wheel_left`."""
@@ -249,7 +249,7 @@ def _add_sliding_ball(
 
 
 def add_torque_motor(spec: mujoco.MjSpec, name: str, *, torque: float, gear: float = 1.0) -> None:
-    """Add a motor that gives the torque that it is told.
+    """Add a torque motor.
 
     Args:
         spec: Of the scene.

@@ -1,4 +1,4 @@
-"""How people fit their workplaces: posture, reach, sight and clearance, as numbers and as a page."""
+"""Ergonomics of workplaces: posture, reach, sight and clearance of people, as numbers and as a page."""
 
 from mjsim.faces import face
 

@@ -1,4 +1,4 @@
-"""Worlds in from what people have, and out to what others read.
+"""Import and export of worlds.
 
 In: maps of ROS map_server and Nav2, drawings in SVG and DXF, mazes, cluttered rooms, templates. Out: maps, SDF, plans
 in SVG.

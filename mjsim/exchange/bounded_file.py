@@ -1,4 +1,4 @@
-"""Files of others, read as far as they are no larger than such files are."""
+"""Reads files within size limits."""
 
 from pathlib import Path
 

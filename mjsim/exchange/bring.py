@@ -1,4 +1,4 @@
-"""Worlds from files that people have, as text with a word on where they are from."""
+"""Imports worlds from files, as text with a comment about their origin."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -194,7 +194,7 @@ def bring_maze(
 
 
 def bring_clutter(size: str, *, preset: str | None, seed: int, name: str | None, folder: Path | None = None) -> Brought:
-    """Return a room full of things, with a robot of a preset, told only to go ahead, unless that is None.
+    """Return a cluttered room, with a robot that drives straight ahead unless the preset is None.
 
     Args:
         size: Like '12x10': metres from west to east, and from south to north.

@@ -1,4 +1,4 @@
-"""Cluttered rooms: boxes, cylinders, and things with a hollow, so placed that a robot comes everywhere."""
+"""Cluttered rooms with boxes, cylinders and concave obstacles, placed so that a robot can reach everywhere."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""How well a world stands for the map that it was made from."""
+"""How well a world explains the map from which it was made."""
 
 from dataclasses import dataclass
 

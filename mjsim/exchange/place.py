@@ -1,4 +1,4 @@
-"""Where a robot starts in a world that was brought in, and a way that it can drive there."""
+"""Start position and path of a robot in an imported world."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Where a car was, of fixes of its GPS antenna: odometry tells how the car was turned, fixes where it was."""
+"""Poses of a car from GPS fixes of its antenna, with the heading from odometry."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Clocks that were set while a bag was recorded: times in headers go on as if they had not been."""
+"""Clock jumps during the recording of a bag: corrects the times in headers."""
 
 from array import array
 from bisect import bisect_right

@@ -1,4 +1,4 @@
-"""How far a robot's odometry and sightings are off, measured against the truth of its log."""
+"""Calibration: noise and bias of a robot's odometry and sightings, from a log with ground truth."""
 
 import itertools
 import math
@@ -77,7 +77,7 @@ class Calibration:
 
 
 def calibrate(log: str | Path | Recording) -> dict[str, Calibration]:
-    """Return how far the odometry and the sightings of each robot of a log are off its truth.
+    """Return noise and bias of the odometry and sightings of each robot of a log.
 
     Args:
         log: A recording, its file, or a log that `import_log` reads.

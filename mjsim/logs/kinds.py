@@ -1,4 +1,4 @@
-"""Which kind of log a file or a folder is, and its import."""
+"""Detects the format of a log, and imports it."""
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
@@ -65,7 +65,7 @@ def import_log(
     progress: Callable[[float], None] | None = None,
     overwrite: bool = False,
 ) -> Recording:
-    """Return the log of a real robot as a recording; its files tell which kind it is.
+    """Return the log of a real robot as a recording; the format is detected from its files.
 
     Args:
         source: A file or a folder; one that is no log, but holds a single one, stands for that.

@@ -42,7 +42,7 @@ AHEAD = np.array([[0.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wishes:
-    """What a user may ask of an import; what a log does not have is refused."""
+    """Options of an import; those that a log does not support are refused."""
 
     rate_hz: float | None = None
     """Ticks a second; chosen by the log unless given."""

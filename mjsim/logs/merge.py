@@ -20,7 +20,7 @@ GAP, STEPS = 0.1, 1.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotionNoise:
-    """How far the motion that a log tells is off: variances grow with the way and with what was turned."""
+    """Noise of the logged motion: variances grow with distance and turn."""
 
     distance: float
     """Of the way, for one metre driven [m/sqrt(m)]."""

@@ -1,4 +1,4 @@
-"""Observations of one's own -> a recording, so that replay, report, compare and film work on it."""
+"""Converts your own observations to a recording, for replay, report, compare and video."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace

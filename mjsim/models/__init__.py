@@ -1,4 +1,4 @@
-"""Files of people, MJCF and URDF: what they consist of, and what they look like from above."""
+"""MJCF and URDF files: their contents, and their outlines from above."""
 
 from mjsim.faces import face
 

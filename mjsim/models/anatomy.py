@@ -1,4 +1,4 @@
-"""What a robot's file has, in plain numbers: rigid parts, joints, shapes, and places of sensors."""
+"""Contents of a robot's file as plain numbers: rigid parts, joints, shapes, and positions of sensors."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""What makes a file no arm: joints that no arm has, and masses that no body has."""
+"""Checks of arm files: unsupported joints, and impossible masses."""
 
 import math
 import re

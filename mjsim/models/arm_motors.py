@@ -1,4 +1,4 @@
-"""What an arm's file says its motors can give."""
+"""Motor limits of an arm's file."""
 
 import math
 from collections.abc import Mapping

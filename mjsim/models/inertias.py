@@ -1,4 +1,4 @@
-"""Inertias that physics refuses, in the text of a model, and what is made of them."""
+"""Repair of invalid inertias in the text of a model."""
 
 import copy
 import math

@@ -1,4 +1,4 @@
-"""User modules: their roles, and the boundary at which whatever they do wrong becomes one line."""
+"""User modules: their roles, and the boundary that reports each of their faults in one line."""
 
 from mjsim.faces import face
 

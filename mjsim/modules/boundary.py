@@ -1,4 +1,4 @@
-"""The boundary to user code: whatever a module does wrong becomes one ModuleFault, which is one line."""
+"""The boundary to user code: each fault of a module becomes a ModuleFault with a one-line message."""
 
 import inspect
 import os

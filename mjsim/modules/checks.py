@@ -1,4 +1,4 @@
-"""What user modules return, checked before it is believed; Unfit says what is wrong with it."""
+"""Checks of the results of user modules; Unfit says what is wrong."""
 
 import inspect
 import math

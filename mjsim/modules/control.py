@@ -1,4 +1,4 @@
-"""A controller of the user's own, behind the boundary."""
+"""A user's controller behind the boundary."""
 
 import time
 from collections.abc import Callable, Sequence

@@ -27,7 +27,7 @@ _SLACK = 1e-15
 
 
 class Unfit(ValueError):  # noqa: N818  # as the faults of `mjsim.errors`
-    """What a module returned is not what it must be; the message says what, and what would be right."""
+    """An invalid result of a module; the message says what is wrong, and what would be right."""
 
 
 def real_array(what: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:

@@ -1,4 +1,4 @@
-"""A drive of the user's own, behind the boundary."""
+"""A user-defined drive behind the boundary."""
 
 from collections.abc import Callable, Sequence
 from functools import partial

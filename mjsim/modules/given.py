@@ -1,4 +1,4 @@
-"""What modules are given is read-only: it is shared with other modules, the recording and the simulation."""
+"""Read-only inputs of modules, since they are shared with other modules, the recording and the simulation."""
 
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace

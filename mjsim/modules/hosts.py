@@ -1,4 +1,4 @@
-"""Hosts: what runs user modules, one for each language."""
+"""Hosts run user modules, one host per language."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
@@ -121,7 +121,7 @@ def read_code(path: Path, source: Source) -> bytes:
 
 
 class Failed(Exception):  # noqa: N818  # as the faults of `mjsim.errors`
-    """A hosted module did what it must not; the text says what, as a sentence without its subject."""
+    """Fault of a hosted module; the text is a sentence without its subject."""
 
 
 class Hosted(Closes):

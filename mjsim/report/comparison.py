@@ -245,7 +245,7 @@ def _difference(a: Group, b: Group, figure: ReportFigure, confidence: float) -> 
 
 
 def _consistency(group: Group) -> str:
-    """Say what the mean NEES of independent runs tells; nothing of too few runs."""
+    """Describe the consistency shown by the mean NEES of independent runs; '' for too few runs."""
     spread = group.spreads.get("nees.mean")
     if spread is None or spread.low is None or spread.high is None:
         return ""

@@ -1,4 +1,4 @@
-"""Whether an estimator is as sure of itself as it may be: NEES and NIS against the bounds of chi-square.
+"""Consistency of an estimator: NEES and NIS compared with chi-square bounds.
 
 References:
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), section 5.4.2.

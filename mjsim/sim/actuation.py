@@ -1,4 +1,4 @@
-"""Actuation: what stands between the command of a tick and the motors, at a rate of its own."""
+"""Actuation: converts commands to motor inputs, at its own rate."""
 
 from collections.abc import Sequence
 from typing import Protocol
@@ -10,7 +10,7 @@ from mjsim.sim.bases import RunningGear
 
 
 class Actuation(Protocol):
-    """Writes what motors are told, at its own rate; ticks begin with a call of each.
+    """Sets motor inputs at its own rate; each is called at the start of a tick.
 
     The velocity servos of rolling bases are told their set-points once a tick. A controller acts more often.
     """

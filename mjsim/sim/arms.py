@@ -1,4 +1,4 @@
-"""Arms at work: the goals that they are given, what their encoders tell, and how they truly move."""
+"""Simulated arms: goals, encoder readings and true motion."""
 
 from collections.abc import Sequence
 from dataclasses import fields

@@ -1,4 +1,4 @@
-"""Loops that stay closed: what the points that hold a loop together aim at.
+"""Closed loops of mechanisms: targets of the points that hold a loop together.
 
 A constraint of MuJoCo pulls its residual r back by J a = -b r' - k r, and knows nothing of the part of r'' that speeds
 alone make, c = r'' - J a. With speeds half a step before positions, and b = 1 / h and k = 1 / h^2 as `mjsim.compile`

@@ -1,4 +1,4 @@
-"""What a robot touches, from MuJoCo's list of contacts."""
+"""Contacts of a robot, from MuJoCo's contact list."""
 
 import mujoco
 import numpy as np
@@ -11,7 +11,7 @@ UPRIGHT = 0.7
 
 
 class Bumper:
-    """Feels contact between any part of a robot and anything but the floor."""
+    """Detects contact between any part of a robot and anything except the floor."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot) -> None:
         """Keep the state, which is read at each look, and which geoms are whose."""

@@ -1,4 +1,4 @@
-"""Controllers at work between ticks: each drives the motors of one part of a robot with torques."""
+"""Runs controllers between ticks: each sets the motor torques of one part of a robot."""
 
 import math
 from collections import deque
@@ -34,7 +34,7 @@ class DrivenPart:
 
 
 class ControlActuation:
-    """Asks the controller of a part at its rate, and gives its torques to the motors, late if it has latency.
+    """Calls the controller of a part at its rate, and applies its torques after its latency.
 
     The torques are those on the side of the joint. A motor with a gear is told that much less; MuJoCo keeps each within
     its limits.

@@ -1,4 +1,4 @@
-"""The controllers of one robot: which parts it has, and what drives each."""
+"""The controllers of one robot, by part."""
 
 from collections.abc import Callable, Mapping, Sequence
 

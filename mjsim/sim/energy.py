@@ -1,4 +1,4 @@
-"""Work and losses of a mechanism, counted as its steps have them.
+"""Work and losses of a mechanism, integrated over its steps.
 
 Speeds are half a step before places, so that the forces of a step, which are those at its places, act from half a step
 before to half a step after them: what they do is force times the mean of both speeds, and at a tick half of it is done.

@@ -1,4 +1,4 @@
-"""What a controller senses between ticks: the encoders of wheels and joints, and the inertial sensors."""
+"""Inputs of controllers between ticks: encoders of wheels and joints, and inertial sensors."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""What is seen of a compiled world as one file of glTF 2.0, the binary kind: .glb."""
+"""Exports the visible scene of a compiled world as one binary glTF 2.0 file (.glb)."""
 
 import json
 import struct

@@ -1,4 +1,4 @@
-"""Hands of people that events have moved: upper bodies are turned as inverse kinematics have them."""
+"""Moved hands of people: poses of their upper bodies by inverse kinematics."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""Whether the state of a simulation can be trusted, by what MuJoCo warns of and by its numbers."""
+"""Health checks of the simulation state, from MuJoCo's warnings and from its values."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -26,7 +26,7 @@ def warnings_kept() -> Iterator[list[str]]:
 
 
 class Health:
-    """Tells what has failed in the state of a compiled world."""
+    """Reports failures in the state of a compiled world."""
 
     def __init__(self, model: mujoco.MjModel, world: World) -> None:
         """Find the speeds that are looked at: those of bases that are free to move."""

@@ -1,4 +1,4 @@
-"""What walls hide: in a world of many rooms a camera sees few of them.
+"""Occlusion by walls: in a world of many rooms a camera sees few of them.
 
 Seen from below the top of a wall that stands on the floor, nothing behind it shows that is not higher than it. So a
 plan suffices: a depth for each column of the picture, that of the nearest wall, and whatever is farther in all its

@@ -1,4 +1,4 @@
-"""What of a scene a camera may see: what lies wholly beside its view, or behind walls, need not be drawn."""
+"""Visibility: geoms outside the view of a camera, or behind walls, are not rendered."""
 
 from dataclasses import dataclass
 

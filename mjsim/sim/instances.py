@@ -1,4 +1,4 @@
-"""Things that a segmented picture tells apart, with their names."""
+"""Instances of segmented pictures, with their names."""
 
 import mujoco
 import numpy as np

@@ -1,4 +1,4 @@
-"""Joints at work: a motor moves a joint gently to where it is wanted, and a lock holds it there."""
+"""Simulated joints: a motor moves a joint smoothly to its goal, and a lock holds it there."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Mechanisms that motions lead exactly, and all mechanisms of a world together."""
+"""Mechanisms with prescribed motions, and all mechanisms of a world."""
 
 from dataclasses import replace
 from functools import partial

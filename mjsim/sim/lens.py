@@ -1,4 +1,4 @@
-"""What a lens makes of a picture: a table, made once, of where each pixel of it looks in a straight picture."""
+"""Lens distortion: a precomputed table with the position of each pixel in an undistorted picture."""
 
 import math
 

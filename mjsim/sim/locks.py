@@ -1,4 +1,4 @@
-"""Motions that loops of a mechanism do not allow, and where they stop to."""
+"""Motions that loops of a mechanism do not allow, and where they stop."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Controllers of mechanisms: modules that say between ticks how large a torque or a force on a joint is."""
+"""Controllers of mechanisms: modules that compute torques or forces on joints between ticks."""
 
 from collections.abc import Callable, Sequence
 

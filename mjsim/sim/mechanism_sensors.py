@@ -1,4 +1,4 @@
-"""Sensors of mechanisms: what each of them reads of the state, with names and units."""
+"""Sensors of mechanisms: their readings of the state, with names and units."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Mechanisms at work: what moves them at every step of the physics, and how they truly move at a tick."""
+"""Simulated mechanisms: inputs at every physics step, and true motion at a tick."""
 
 import math
 from collections.abc import Callable

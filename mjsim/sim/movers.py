@@ -1,4 +1,4 @@
-"""Movers at work: obstacles that are where their routes have them, at every physics step."""
+"""Simulated movers: obstacles placed on their routes at every physics step."""
 
 import mujoco
 import numpy as np

@@ -1,4 +1,4 @@
-"""Wheel odometry: what the rotation of the wheels tells of the motion, with its errors and their covariance."""
+"""Wheel odometry: motion computed from wheel rotations, with errors and covariance."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -70,7 +70,7 @@ class SmoothedAcceleration:
 
 
 class WheelOdometer:
-    """Motion from tick to tick as the wheels tell it.
+    """Motion from tick to tick measured by the wheels.
 
     Encoders count whole steps when the world says how many they have; what is left of a step counts in the next tick.
     The drive's kinematics make of the rotations the way d ahead, the way l to the left (of drives that can) and the

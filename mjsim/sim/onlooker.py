@@ -1,4 +1,4 @@
-"""Any view of a world whose state is given: from outside, and what its onboard cameras would see without errors."""
+"""Renders any view of a world in a given state: from outside, or of onboard cameras without errors."""
 
 import math
 from collections.abc import Collection, Sequence
@@ -41,7 +41,7 @@ class Orbit:
 
 
 class Onlooker(Closes):
-    """Looks at recorded or running states with cameras of its own. Use from one thread, and close when done.
+    """Renders recorded or running states with its own cameras. Use from one thread, and close when done.
 
     The world is compiled at the first picture. Cameras see without noise, blur and shutter, and with depth or instances
     when asked, whatever they give to modules.

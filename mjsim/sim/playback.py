@@ -1,4 +1,4 @@
-"""Pictures of recorded states: the same scene drawn again, from any camera of it."""
+"""Renders recorded states again, from any camera of the scene."""
 
 import math
 from bisect import bisect_right

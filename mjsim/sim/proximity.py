@@ -1,4 +1,4 @@
-"""The ring of proximity sensors around a robot: level rays, and cones for what rays may miss."""
+"""The ring of proximity sensors around a robot: horizontal rays, and cones for people."""
 
 import math
 from collections.abc import Sequence
@@ -58,7 +58,7 @@ class ProximityRing:
 
 
 class Cones:
-    """What a ring finds in cones: what stands between two of its rays, as legs do, and below all of them, as feet.
+    """Detections of a ring in cones: objects between two rays, such as legs, or below all rays, such as feet.
 
     Each sensor looks for chosen geoms in a cone, in rows from the floor to the height of the robot, as the thermal
     sensors do that robots among people have beside their rays.

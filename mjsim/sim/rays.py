@@ -1,4 +1,4 @@
-"""Rays from one point of a robot: how far it is to walls, things and other robots."""
+"""Rays from one point of a robot: distances to walls, objects and other robots."""
 
 from dataclasses import dataclass
 from typing import Self

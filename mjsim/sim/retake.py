@@ -1,4 +1,4 @@
-"""Pictures of a run that was recorded, taken again: from the same states, with the same chance."""
+"""Renders the camera pictures of a recorded run again, from the same states with the same noise."""
 
 from collections.abc import Callable, Sequence
 from typing import Any

@@ -1,4 +1,4 @@
-"""One robot at work in a simulation: its drive, its wheels and its sensors."""
+"""A robot in a simulation: its drive, wheels and sensors."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""The looks of a compiled world as events leave them: light, lamps, and what is no longer there."""
+"""Appearance of a compiled world after events: light, lamps, and removed objects."""
 
 from collections.abc import Sequence
 

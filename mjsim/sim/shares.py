@@ -1,4 +1,4 @@
-"""What each part of a slip adds to the covariance that odometry tells, for many drives at once."""
+"""Contribution of each part of a slip to the odometry covariance, for many drives at once."""
 
 import numpy as np
 

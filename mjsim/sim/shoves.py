@@ -1,4 +1,4 @@
-"""Shoves: a force at the centre of mass of a robot or a thing, for a while."""
+"""Shoves: a force at the centre of mass of a robot or an object, for some time."""
 
 import math
 from collections.abc import Sequence

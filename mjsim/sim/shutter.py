@@ -1,4 +1,4 @@
-"""Pictures that take time: what a camera in motion sees from its first row to its last."""
+"""Motion blur and rolling shutter: pictures of a moving camera from the first row to the last."""
 
 import math
 from collections.abc import Callable, Iterator

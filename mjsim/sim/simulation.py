@@ -1,4 +1,4 @@
-"""The simulation: a world in MuJoCo, its robots, and time."""
+"""The simulation of a world in MuJoCo."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -30,7 +30,7 @@ from mjsim.world import Looks, World, WorldEvent, event_from, require_same_but_n
 
 
 class Simulation(Closes):
-    """A world at work: sense, decide, apply, step.
+    """A simulated world: sense, decide, apply, step.
 
     One tick is: `sense` every robot, let the modules decide, `apply` every command, `step`. Use from one thread at
     a time, and close it (or use `with`) when cameras have been used.

@@ -1,4 +1,4 @@
-"""What stands still, as triangles that Embree casts rays at: far quicker than MuJoCo, and as exact where it is flat."""
+"""Static geometry as triangles for ray casting with Embree: much faster than MuJoCo, and exact where flat."""
 
 from collections.abc import Callable
 from importlib.util import find_spec

@@ -1,4 +1,4 @@
-"""A compiled world that is put into given states, not simulated."""
+"""A compiled world set to given states, without simulation."""
 
 import mujoco
 import numpy as np

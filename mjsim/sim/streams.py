@@ -1,4 +1,4 @@
-"""Sources of chance: each purpose of each sensor of each robot has its own."""
+"""Random streams: one for each purpose of each sensor of each robot."""
 
 from collections.abc import Callable
 
@@ -23,7 +23,7 @@ def checked_seed(seed: int) -> int:
 
 
 def stream(seed: int, robot: str, purpose: str) -> Generator:
-    """Return the source of chance of a purpose, such as 'scan/range', so that none depends on any other."""
+    """Return the random stream of a purpose, such as 'scan/range'; streams are independent of each other."""
     return np.random.default_rng([seed, *f"{robot}/{purpose}".encode()])
 
 

@@ -1,4 +1,4 @@
-"""What modules are told of a world: its beacons, and its map."""
+"""Information about a world for modules: its beacons, and its map."""
 
 from mjsim.interface import BeaconInfo, MarkerInfo, Picture, WorldMap
 from mjsim.models import read_picture
@@ -6,7 +6,7 @@ from mjsim.world import World, hung, segments
 
 
 def catalogue_of(world: World) -> dict[str, BeaconInfo]:
-    """Return what modules are told of each beacon, by name."""
+    """Return the catalogue entry of each beacon, by name."""
     pictures: dict[str, Picture] = {}
     known = world.run.map == "known"
     catalogue = {}

@@ -1,4 +1,4 @@
-"""How far drives, odometry and sensors err now: as the world says, until somebody or an event changes it."""
+"""Current noise of drives, odometry and sensors: that of the world, until a user or an event changes it."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""What changes in a world by itself: scripted events, movers, joints with motors."""
+"""Scripted changes of a world: events, movers, joints with motors."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence

@@ -1,4 +1,4 @@
-"""A recording -> film: plan and figures drawn, 3-D views drawn again from the recorded states."""
+"""Videos of recordings: plan and charts, and 3-D views rendered again from the recorded states."""
 
 from mjsim.faces import face
 

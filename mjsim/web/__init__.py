@@ -1,4 +1,4 @@
-"""Watching a run in the browser; what is shown never steps the simulation."""
+"""The studio's server: shows and steers runs in the browser; displaying never steps the simulation."""
 
 from mjsim.faces import face
 

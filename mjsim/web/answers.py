@@ -1,4 +1,4 @@
-"""How the page's requests are read and answered: JSON in, JSON out, one line for what is wrong."""
+"""Requests and responses of the page: JSON in, JSON out, one line per error."""
 
 from collections.abc import Awaitable, Callable
 from typing import Any, TypeVar

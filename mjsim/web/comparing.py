@@ -1,4 +1,4 @@
-"""What the page is told of runs that are compared: what `mjsim compare` says of them, and what is drawn of it."""
+"""Comparison of runs for the page: the results of `mjsim compare`, and data for plots."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What there is to tell of a run: taken in the run's thread, told in the server's."""
+"""Data of a run for browsers: collected in the run's thread, sent in the server's."""
 
 import json
 import threading

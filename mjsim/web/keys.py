@@ -1,4 +1,4 @@
-"""Who is let in: a token of the user's, addresses that work once, and the sessions of browsers."""
+"""Authentication: the user's token, one-time addresses, and browser sessions."""
 
 import hmac
 import secrets

@@ -1,4 +1,4 @@
-"""Pictures that nobody's modules asked for, drawn beside the run in a thread of their own, when time allows."""
+"""Additional pictures, rendered beside the run in a separate thread when time allows."""
 
 import asyncio
 import math

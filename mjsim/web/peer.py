@@ -1,4 +1,4 @@
-"""Who is at the other end of a connection: its address and, on this machine, its user."""
+"""Identity of a peer: its address and, on this machine, its user."""
 
 import socket
 import sys

@@ -1,4 +1,4 @@
-"""The studio: one page to edit worlds, to run them, and to look at what was recorded."""
+"""The studio: a page to edit worlds, run them and review recordings."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Whose code may run: what came with a world is asked for before it first runs, and again when it changes."""
+"""Trust in code: the user must allow code of a world before it first runs, and again when it changes."""
 
 import json
 from collections.abc import Mapping

@@ -281,7 +281,7 @@ def test_euroc_comes_in_again(euroc: Path, run: Recording, tmp_path: Path):
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("resolution: [", "resolution: ]", "is no YAML"),
+        ("resolution: [", "resolution: ]", "is not YAML"),
         ("T_BS:", "T_CB:", "T_BS is not a pose; its data are 16 numbers of a rigid transform"),
         ("intrinsics: [", "intrinsics: [0, ", "they are fu, fv, cu, cv in pixels"),
         ("equidistant", "omni", "a lens of model 'omni'; radial-tangential,"),

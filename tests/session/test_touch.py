@@ -143,7 +143,7 @@ TURN = "robots.r.odometry.noise.turn"
 @pytest.mark.parametrize(
     ("key", "value", "said"),
     [
-        ("robots.r.body.mass", 5.0, "robots.r.body.mass cannot change while the run goes on, only noise can"),
+        ("robots.r.body.mass", 5.0, "robots.r.body.mass cannot change during a run, only noise can"),
         ("robots.r.odometry.noise.turm", 5.0, "no key 'turm'; did you mean 'turn'?"),
         (TURN, -1.0, "turn is -1.0 rad/sqrt(rad); it must be at least 0"),
         ("robots.r.odometry.noise", 1.0, "noise is 1.0; it must be keys with values"),

@@ -1,4 +1,4 @@
-"""Robots from their makers' files: wheels, casters, steering and sensors found, measured and written as a preset."""
+"""Imports robots from manufacturers' files: finds and measures wheels, casters, steering, sensors; writes presets."""
 
 from mjsim.faces import face
 

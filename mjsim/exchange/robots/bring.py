@@ -1,4 +1,4 @@
-"""A robot's file to a preset, with what was found, guessed, measured and mended, in sentences."""
+"""Converts a robot's file to a preset, with a report of what was found, guessed, measured and repaired."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace

@@ -1,4 +1,4 @@
-"""The likeliest slip of a robot's tyres: the one that makes the errors of its dead reckoning most probable."""
+"""Maximum likelihood estimate of the tyre slip of a robot from errors of its dead reckoning."""
 
 import numpy as np
 from scipy.optimize import minimize

@@ -1,4 +1,4 @@
-"""A robot measured in the simulation: a metre straight, one sideways, a turn on the spot, both ways each."""
+"""Measures a robot in simulation: a metre straight, one sideways, a turn on the spot, both ways each."""
 
 import math
 from collections.abc import Mapping
@@ -24,7 +24,7 @@ MOST_TIME = 120.0
 
 @dataclass(frozen=True, slots=True)
 class MeasuredDrive:
-    """One drive: what odometry told, and what was driven."""
+    """One drive: measured by odometry, and actual."""
 
     told: float
     driven: float

@@ -1,4 +1,4 @@
-"""What wheels slip, learned from drives of a robot of its own at changing speeds and turns.
+"""Wheel slip, estimated from simulated drives at changing speeds and turns.
 
 Wheels with rollers slip until their rollers spin: less while the robot moves every way at once than on the spot. So
 what they slip sideways and in turn is the mean over drives of all kinds.

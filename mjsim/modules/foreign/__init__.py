@@ -1,4 +1,4 @@
-"""Modules in processes of their own: how they are started, asked, bounded, and what becomes of their answers."""
+"""Modules in separate processes: start, requests, limits and responses."""
 
 from mjsim.faces import face
 

@@ -1,4 +1,4 @@
-"""What modules in other languages answer, turned into the values that the simulator knows."""
+"""Converts responses of modules in other languages to values of the simulator."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,4 +1,4 @@
-"""What processes of modules print: shown with the name of their robot, within bounds."""
+"""Output of module processes, shown with the name of their robot, within limits."""
 
 from mjsim.errors import printable
 from mjsim.progress import show

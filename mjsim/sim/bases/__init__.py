@@ -1,4 +1,4 @@
-"""Bases at work, one file a drive: kinematics, limits and noise of the motors, odometry."""
+"""Simulated bases, one file per drive: kinematics, limits and noise of the motors, odometry."""
 
 from mjsim.faces import face
 

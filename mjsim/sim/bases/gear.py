@@ -15,7 +15,7 @@ from mjsim.world import Robot
 
 
 class Kinematics(Protocol):
-    """How the twist of a base and the speeds of its wheels belong together; linear, so small motions are served too."""
+    """Conversion between the twist of a base and its wheel speeds; linear, so it also applies to small motions."""
 
     def wheels_from_twist(self, forward: float, left: float, turn: float) -> Sequence[float]:
         """Return the speeds of the driven wheels [rad/s]."""
@@ -26,7 +26,7 @@ class Kinematics(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RunningGear:
-    """What moves a base and what its wheels tell."""
+    """The running gear of a base: motors and odometry."""
 
     wheels: tuple[str, ...]
     """Driven wheels, in the order of their speeds; each has an encoder."""
@@ -92,7 +92,7 @@ def running_gear(
 
 
 def motion_of(kinematics: Kinematics) -> WheelMotion:
-    """Return what rotations stand for on a base without steering."""
+    """Return the motion for wheel rotations of a base without steering."""
 
     def motion(rotations: Sequence[float], steering: Steering) -> Twist:
         forward, left, turn = kinematics.twist_from_wheels(rotations)

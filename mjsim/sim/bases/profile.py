@@ -1,4 +1,4 @@
-"""Velocity profiles: what a command becomes when it meets the limits of a base, and the noise of its motors."""
+"""Velocity profiles: apply the limits of a base and motor noise to commands."""
 
 import math
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ STANDSTILL = 1e-3
 
 
 class VelocityProfile(Protocol):
-    """What is asked of every base: commands in, set-points of its servos out."""
+    """Interface of all bases: converts commands to set-points of servos."""
 
     def command(self, command: Command | WheelCommand) -> None:
         """Take a command, held until the next."""

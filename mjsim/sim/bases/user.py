@@ -1,4 +1,4 @@
-"""Bases with a drive of the user's own."""
+"""Bases with a user-defined drive."""
 
 from collections.abc import Callable
 

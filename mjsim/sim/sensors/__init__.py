@@ -1,4 +1,4 @@
-"""Sensors at work, one file a kind: what they measure of the physics, and their errors."""
+"""Simulated sensors, one file per kind: measurements of the physics, and their errors."""
 
 from mjsim.faces import face
 

@@ -1,4 +1,4 @@
-"""Beacon sensors: which beacons are in sight, and how far what is told of them is off."""
+"""Beacon sensors: visible beacons, and errors of sightings."""
 
 import math
 from dataclasses import dataclass
@@ -171,7 +171,7 @@ class BeaconDevice:
 
 
 class _FalseSightings:
-    """Sightings of nothing: as many as a Poisson process has between two looks, anywhere in the field of view."""
+    """False sightings: a Poisson process, uniform in the field of view."""
 
     def __init__(self, sensor: sensors.BeaconSensor, stream: Generator) -> None:
         self._sensor, self._stream = sensor, stream

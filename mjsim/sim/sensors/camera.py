@@ -1,4 +1,4 @@
-"""Onboard cameras: when they look, what they see, and how far their pixels err."""
+"""Onboard cameras: timing, rendering and pixel noise."""
 
 import math
 from collections.abc import Iterator
@@ -185,7 +185,7 @@ class CameraDevice:
 
 
 def depth_of(camera: Camera) -> Depth | None:
-    """Return how a camera measures distances, None when it does not."""
+    """Return the depth measurement of a camera, or None."""
     return camera.depth if isinstance(camera.depth, Depth) else Depth() if camera.depth else None
 
 

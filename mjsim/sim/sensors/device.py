@@ -1,4 +1,4 @@
-"""What the simulation asks of a sensor: a `Device`, made of its model and a `Mounting`."""
+"""The interface between simulation and sensors: a `Device`, created from a model and a `Mounting`."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ class CarriedSensor:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Mounting:
-    """Where a sensor sits, and what it may use."""
+    """The mounting of a sensor, and what it may use."""
 
     model: mujoco.MjModel
     """The compiled world."""
@@ -59,7 +59,7 @@ class Mounting:
 
 
 class Sensed:
-    """What the sensors of a robot tell at one tick, collected."""
+    """The readings of all sensors of a robot at one tick."""
 
     def __init__(self) -> None:
         """Begin with nothing."""
@@ -106,7 +106,7 @@ class Device(Protocol):
 
 @runtime_checkable
 class StepDevice(Device, Protocol):
-    """A sensor that also feels what happens between ticks."""
+    """A sensor that also measures between ticks."""
 
     def after_step(self) -> None:
         """Note what is felt now; called after each step of the physics."""

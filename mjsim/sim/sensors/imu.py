@@ -1,4 +1,4 @@
-"""Inertial sensors: what the velocities of the physics tell a robot that feels them, and how far it errs."""
+"""Inertial sensors: readings from velocities of the physics, and their errors."""
 
 import math
 from collections.abc import Callable, Sequence

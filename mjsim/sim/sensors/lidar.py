@@ -1,4 +1,4 @@
-"""2-D lidars: one fan of rays a scan, and how far its readings are off."""
+"""2-D lidars: one fan of rays per scan, and errors of readings."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Where the lidars of a world sit, for those who draw what they measured."""
+"""Poses of the lidars of a world, for drawing their measurements."""
 
 import numpy as np
 

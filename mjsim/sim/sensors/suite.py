@@ -1,4 +1,4 @@
-"""The sensors of one robot in time: each looks when it is due, and tells when its latency is over."""
+"""Timing of the sensors of one robot: each measures when due, and its reading arrives after its latency."""
 
 from collections import deque
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Radio tags: how far it is to each anchor, and the errors of ranges with and without line of sight."""
+"""Radio tags: ranges to anchors, and their errors with and without line of sight."""
 
 import numpy as np
 from numpy.typing import NDArray
