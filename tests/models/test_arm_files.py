@@ -195,5 +195,5 @@ def test_an_end_that_is_not_there_is_told_with_a_near_name(tmp_path):
         mjsim.arm(GRIPPER, end="stand")
     with pytest.raises(UsageError, match="end is 'x'; it is for models"):
         mjsim.arm("puma560", end="x")
-    with pytest.raises(UsageError, match=r"no file '.*none.xml'; name a file of MJCF"):
+    with pytest.raises(UsageError, match=r"no file '.*none.xml'; name an MJCF"):
         mjsim.arm(tmp_path / "none.xml")

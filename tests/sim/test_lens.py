@@ -88,7 +88,7 @@ def test_half_the_field_of_view_is_still_at_the_edge():
 
 def test_a_lens_that_folds_the_picture_and_one_of_two_models_are_refused():
     for keys, message in (
-        ("fov_deg: 140, lens: {brown: [-0.3, 0, 0, 0]}", "the lens folds the picture"),
+        ("fov_deg: 140, lens: {brown: [-0.3, 0, 0, 0]}", "the lens model is not invertible"),
         ("lens: {brown: [0, 0, 0, 0], fisheye: [0, 0, 0, 0]}", "a lens is of one model"),
     ):
         with pytest.raises(WorldError, match=message):

@@ -146,7 +146,7 @@ def test_the_noise_of_a_drive_acts_from_the_change_on_and_a_reset_keeps_it(drive
 def test_what_is_no_noise_is_refused_and_named(key, value):
     with (
         mjsim.Simulation(WORLD) as sim,
-        pytest.raises(mjsim.UsageError, match="cannot change while the run goes on, only noise can") as refused,
+        pytest.raises(mjsim.UsageError, match="cannot change during a run, only noise can") as refused,
     ):
         sim.retune(with_values(WORLD, {key: value}))
     # Of a place or a range it is the first number that differs.

@@ -129,7 +129,7 @@ def test_the_command_prints_addresses_that_work_once_and_serves_until_ctrl_c(fol
 @pytest.mark.slow
 def test_the_command_warns_when_all_are_let_in(folder):
     with command(str(folder), "--no-browser", "--no-token") as running:
-        assert "warning: without a token every user" in running.stderr.readline()
+        assert "warning: without a token, every user" in running.stderr.readline()
         url = address_in(running.stderr.readline())
         assert "token" not in url
         assert httpx.get(f"{url}api/folder", trust_env=False).status_code == 200
