@@ -63,6 +63,9 @@ class Course:
         """
         self.drive, self._h = drive, step
         self._blend: Blend | None = None
+        """Where it is led; None where it is not."""
+        self._offset: Blend | None = None
+        """What is left of where it was led while it comes back to its signal: of its speed, where that is followed."""
         speed, change = self.slope(0.0)
         before = start - self._h * (speed - self._h / 2.0 * change)
         self._n, self._window = 0, [before, start, start]
@@ -72,18 +75,25 @@ class Course:
         """Return speed and acceleration of the motion at a time [s]."""
         if self._blend is not None:
             return self._blend.at(time)[1:]
+        value, speed, change = self._said(time)
+        return (value, speed) if self.drive.kind == "velocity" else (speed, change)
+
+    def _said(self, time: float) -> tuple[float, float, float]:
+        """Return what the signal has at a time [s], with what is left of where it was led, and both derivatives."""
         signal = self.drive.signal
-        if self.drive.kind == "velocity":
-            return float(signal.value(time)), float(signal.rate(time))
-        return float(signal.rate(time)), float(signal.second(time))
+        said = float(signal.value(time)), float(signal.rate(time)), float(signal.second(time))
+        if self._offset is None:
+            return said
+        value, speed, change = (one + other for one, other in zip(said, self._offset.at(time), strict=True))
+        return value, speed, change
 
     def _after(self, n: int) -> float:
         """Return the value one step after the window's middle, which is at step n."""
         if self._blend is not None:
             return self._blend.at((n + 1) * self._h)[0]
         if self.drive.kind != "velocity":
-            return float(self.drive.signal.value((n + 1) * self._h))
-        here, there = (float(self.drive.signal.value((n + k) * self._h)) for k in (0, 1))
+            return self._said((n + 1) * self._h)[0]
+        here, there = (self._said((n + k) * self._h)[0] for k in (0, 1))
         return self._window[1] + self._h * (here + there) / 2.0
 
     def _go_to(self, n: int) -> None:
@@ -101,8 +111,41 @@ class Course:
         """From step n on go to a value and stay there, whatever the signal has [rad, m]."""
         self._go_to(n)
         speed, change = self.slope(n * self._h)
+        self._offset = None
         self._blend = Blend.to(goal, begin=n * self._h, value=self._window[1], speed=speed, change=change)
         self._window[2] = self._after(n)
+
+    def release(self, n: int, *, whole: float) -> None:
+        """From step n on follow the signal again, which a joint that was led comes back to; no other joint changes.
+
+        Args:
+            n: Number of the step.
+            whole: What may stay of the difference, any number of times: 2 pi of a joint that turns freely, or 0.
+        """
+        self._go_to(n)
+        if self._blend is not None:
+            self._offset, self._blend = self._way_back(n, whole), None
+            self._window[2] = self._after(n)
+
+    def end(self, n: int, *, whole: float) -> float | None:
+        """Return where `release` would bring it back to its signal [rad, m]; None where that says how fast alone."""
+        self._go_to(n)
+        if self._blend is None or self.drive.kind == "velocity":
+            return None
+        way = self._way_back(n, whole)
+        return float(self.drive.signal.value(way.begin + way.seconds)) + way.at(way.begin + way.seconds)[0]
+
+    def _way_back(self, n: int, whole: float) -> Blend:
+        """Return how the difference from the signal, of speeds where that is what it has, goes from step n on."""
+        time, signal = n * self._h, self.drive.signal
+        speed, change = self.slope(time)
+        if self.drive.kind == "velocity":
+            value, slope = float(signal.value(time)), float(signal.rate(time))
+            return Blend.to(0.0, begin=time, value=speed - value, speed=change - slope, change=0.0)
+        off = self._window[1] - float(signal.value(time))
+        kept = whole * round(off / whole) if whole else 0.0
+        speed, change = speed - float(signal.rate(time)), change - float(signal.second(time))
+        return Blend.to(kept, begin=time, value=off, speed=speed, change=change)
 
     def speed(self, n: int) -> float:
         """Return how fast the physics has it move at step n: half a step earlier than its goal [1/s]."""

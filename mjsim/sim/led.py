@@ -137,11 +137,11 @@ class Mechanisms:
         for each in self._all:
             each.settle(tick * self._per_tick)
 
-    def lead(self, name: str, joint: str, goal: float, tick: int) -> None:
-        """From a tick on bring a joint of a mechanism, which follows a motion, to a value [rad, m]."""
+    def lead(self, name: str, joint: str, goal: float | None, tick: int) -> None:
+        """From a tick on bring a joint of a mechanism, which follows a motion, to a value [rad, m]; None: back."""
         self._named(name).lead(joint, goal, tick * self._per_tick)
 
-    def barred(self, name: str, joint: str, goal: float, tick: int) -> str:
+    def barred(self, name: str, joint: str, goal: float | None, tick: int) -> str:
         """Return how loops do not allow what `lead` does, in words; '' where they do."""
         return self._named(name).barred(joint, goal, tick * self._per_tick)
 

@@ -24,7 +24,7 @@ from mjsim.sim.mechanism_state import Places, copy_state, equality_forces
 from mjsim.sim.pushes import Push, around, effort_signal
 from mjsim.sim.streams import stream
 from mjsim.sim.tracks import Tracks
-from mjsim.world import ForceActuator, Mechanism, TorqueActuator
+from mjsim.world import ForceActuator, Mechanism, TorqueActuator, led_joints
 
 UNYIELDING = 1e-5
 """By which constraints yield less in what is read than in the physics."""
@@ -195,12 +195,27 @@ class MechanismAtWork:
             self._widest = max(self._widest, turned)
         self._step = step
 
-    def lead(self, joint: str, goal: float, step: int) -> None:
-        """From a step on bring a joint that follows a motion to a value, and keep it there [rad, m]."""
-        self._locks.follower(joint).lead(goal, step)
+    def lead(self, joint: str, goal: float | None, step: int) -> None:
+        """From a step on bring a joint that follows a motion to a value, and keep it there [rad, m].
 
-    def barred(self, joint: str, goal: float, step: int) -> str:
-        """Return how its loops do not allow that a joint is led to a value [rad, m], in words; '' where they do."""
+        None lets it follow its signal again.
+        """
+        if goal is None:
+            self._locks.follower(joint).release(step, whole=self._whole(joint))
+        else:
+            self._locks.follower(joint).lead(goal, step)
+
+    def _whole(self, joint: str) -> float:
+        """Return a whole turn of a joint that turns freely, 0 of another [rad]."""
+        slides, lower, upper = led_joints(self.mechanism)[joint]
+        return 0.0 if slides or math.isfinite(lower) or math.isfinite(upper) else 2.0 * math.pi
+
+    def barred(self, joint: str, goal: float | None, step: int) -> str:
+        """Return how its loops do not allow what `lead` does, in words; '' where they do."""
+        if goal is None:
+            goal = self._locks.follower(joint).end(step, whole=self._whole(joint))
+        if goal is None:
+            return ""
         values = self._cut_values.copy()
         values[self._places.columns] = self._places.read(self._data, self._assembly)[0][self._places.columns]
         return self._locks.barred(joint, goal, step, values)

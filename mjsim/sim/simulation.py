@@ -288,9 +288,9 @@ class Simulation(Closes):
         """
         self._happen(**{**keys, "reach": robot})
 
-    def release(self, robot: str, arm: str = "arm", *, hand: str | None = None) -> None:
-        """Let goals of commands move an arm again, or a hand of a person go back; raises UsageError for none."""
-        self._happen(release=robot, arm=arm, hand=hand)
+    def release(self, name: str, arm: str = "arm", *, hand: str | None = None, joint: str | None = None) -> None:
+        """Let commands move an arm again, a hand go back, a joint follow its signal; raises UsageError for none."""
+        self._happen(release=name, arm=arm, hand=hand, joint=joint)
 
     def lead(self, mechanism: str, joint: str, to_deg: float) -> None:
         """Begin to bring a joint that follows a motion to a value [deg, m]; raises UsageError where it cannot."""

@@ -36,6 +36,7 @@ from mjsim.world import (
     arm_of_event,
     item_names,
     leaves,
+    led_joint,
     led_value,
     misplaced,
     reached_joints,
@@ -56,8 +57,8 @@ DEEP = 1e-3
 ArmOf = Callable[[str, str], ArmAtWork]
 Tune = Callable[[str, float], None]
 
-Lead = Callable[[str, str, float], None]
-Barred = Callable[[str, str, float], str]
+Lead = Callable[[str, str, float | None], None]
+Barred = Callable[[str, str, float | None], str]
 
 
 class WorldScript:
@@ -84,7 +85,7 @@ class WorldScript:
             seed: Of the run.
             arm: Returns an arm by the names of its robot and its own.
             tune: Changes a figure of noise by its key; raises UsageError where it cannot.
-            lead: Leads a joint of a mechanism, by the names of both, to a value [rad, m].
+            lead: Leads a joint of a mechanism, by the names of both, to a value [rad, m]; None gives it back.
             barred: Returns why a loop does not allow that, in words; '' where it does.
         """
         self._arm, self._tune, self._lead, self._barred = arm, tune, lead, barred
@@ -123,10 +124,13 @@ class WorldScript:
             self._check_room(event)
         if isinstance(event, NoiseEvent):
             with_noise(self._world, event.noise, event.value)
+        wrong = ""
         if isinstance(event, LeadEvent):
             wrong = self._barred(event.lead, event.joint, led_value(self._world, event))
-            if wrong:
-                raise UsageError(wrong)
+        elif isinstance(event, ReleaseEvent) and event.joint is not None:
+            wrong = self._barred(event.release, event.joint, None)
+        if wrong:
+            raise UsageError(wrong)
         if isinstance(event, ReachEvent) and event.hand is not None:
             until = [each for each in reversed(self._due) if each.time <= event.time]
             event = self._scenery.tried(event, until)
@@ -168,6 +172,8 @@ class WorldScript:
                 self._tune(event.noise, event.value)
             case ReachEvent() if event.hand is None:
                 self._arm(event.reach, event.arm).lead(self._reached(event)[0])
+            case ReleaseEvent(joint=str(joint)):
+                self._lead(event.release, joint, None)
             case ReleaseEvent() if event.hand is None:
                 self._arm(event.release, event.arm).lead(None)
             case LeadEvent():
@@ -267,13 +273,19 @@ class WorldScript:
                 _require(event.restore, "beacon", [beacon.name for beacon in self._world.beacons])
             case ReachEvent(reach=name) | ReleaseEvent(release=name) if event.hand is not None:
                 _require(name, "person", [person.name for person in self._world.people])
+            case LeadEvent() | ReleaseEvent(joint=str()):
+                self._check_led(event)
             case ReachEvent() | ReleaseEvent():
                 self._check_arm(event)
-            case LeadEvent():
-                try:
-                    led_value(self._world, event)
-                except ValueError as error:
-                    raise UsageError(str(error)) from None
+
+    def _check_led(self, event: LeadEvent | ReleaseEvent) -> None:
+        try:
+            if isinstance(event, LeadEvent):
+                led_value(self._world, event)
+            else:
+                led_joint(self._world, event.release, event.joint or "")
+        except ValueError as error:
+            raise UsageError(str(error)) from None
 
     def _check_arm(self, event: ReachEvent | ReleaseEvent) -> None:
         try:

@@ -77,6 +77,65 @@ def test_a_joint_that_is_led_goes_there_no_faster_than_it_was_or_a_radian_a_seco
     assert max(jumps) < 0.5  # [rad/s^2] in a tick of 0.04 s: no blow to what hangs on it
 
 
+def ticks(sim, count):
+    """Take ticks, and return values, goals, speeds and accelerations of the first joint of the bars, shape (4, n)."""
+    found = []
+    for _ in range(count):
+        sim.step()
+        now = sim.motions()["bars"]
+        found.append((now.positions[0], now.goal[0], now.velocities[0], now.accelerations[0]))
+    return np.array(found).T
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mode", ["forward", "kinematics"])
+def test_a_joint_that_is_given_back_comes_to_its_signal_without_a_blow_whole_turns_aside(mode):
+    with mjsim.Simulation(mjsim.parse_world(text(mode))) as sim:
+        ticks(sim, 12)
+        sim.lead("bars", "q2", 140)
+        held = ticks(sim, 200)
+        sim.release("bars", joint="q2")
+        values, goals, speeds, changes = ticks(sim, 150)
+        signal = np.radians(28.6 + 60 * (sim.tick * 0.04))
+    assert math.degrees(held[0, -1]) == pytest.approx(140, abs=0.01)
+    # In 8.5 s the signal has gone more than a turn farther: it is caught the shorter way.
+    turns = (signal - goals[-1]) / (2 * math.pi)
+    assert turns == pytest.approx(1, abs=1e-6)
+    assert values[-1] == pytest.approx(goals[-1], abs=1e-4)
+    assert speeds[-1] == pytest.approx(math.radians(60), abs=1e-3)
+    assert np.abs(speeds).max() < math.radians(60) + 1.05
+    assert np.abs(np.diff(changes)).max() < 0.5  # [rad/s^2] in a tick of 0.04 s
+
+
+@pytest.mark.slow
+def test_a_joint_whose_speed_is_told_goes_on_with_it_from_where_it_was_given_back():
+    with mjsim.Simulation(mjsim.parse_world(text(kind="velocity"))) as sim:
+        sim.lead("bars", "q2", 140)
+        ticks(sim, 120)
+        sim.release("bars", joint="q2")
+        values, _, speeds, _ = ticks(sim, 80)
+    assert math.degrees(values[0]) == pytest.approx(140, abs=0.1)
+    assert speeds[-1] == pytest.approx(math.radians(60), abs=1e-3)
+    assert np.diff(speeds[:20]).min() > -1e-6  # it never goes back
+
+
+def test_a_joint_within_limits_comes_back_to_the_very_value_and_one_that_was_not_led_stays_with_its_signal():
+    with mjsim.Simulation(mjsim.parse_world(text())) as sim, mjsim.Simulation(mjsim.parse_world(text())) as plain:
+        sim.release("lift", joint="up")
+        for _ in range(5):
+            sim.step()
+            plain.step()
+        assert np.array_equal(sim.state()[0], plain.state()[0])
+        sim.lead("lift", "up", 0.9)
+        for _ in range(50):
+            sim.step()
+        sim.release("lift", joint="up")
+        for _ in range(60):
+            sim.step()
+        time = sim.tick * 0.04
+        assert sim.motions()["lift"].goal[0] == pytest.approx(0.5 + 0.1 * math.sin(math.pi * time), abs=1e-9)
+
+
 @pytest.fixture
 def touched():
     session = mjsim.Session(mjsim.parse_world(text()))
@@ -98,6 +157,9 @@ def touched():
             {"lead": "lift", "joint": "up", "to_deg": 1.5},
             "joint 'up' of mechanism 'lift' cannot go to 1.5; its range",
         ),
+        ({"release": "lift", "joint": "hinge"}, "joint 'hinge' of mechanism 'lift' follows no motion"),
+        ({"release": "lift"}, "'lift' is a mechanism; say which joint"),
+        ({"release": "lift", "joint": "up", "hand": "left"}, "'joint' is of a mechanism, 'hand' of a person"),
         ({"lead": "rockers", "joint": "p2", "to_deg": 180}, "mechanism 'rockers' locks: with 'p2' at"),
     ],
 )
@@ -126,10 +188,11 @@ def test_what_was_led_by_hand_repeats_to_the_byte_once_it_is_kept(tmp_path):
         session.tick()
         session.wait("paused", timeout=PATIENCE)
         session.touch({"lead": "lift", "joint": "up", "to_deg": 0.2})
+        session.touch({"release": "bars", "joint": "q2"})
         session.go()
         session.result()
         events = session.touched
-    assert [event.lead for event in events] == ["bars", "lift", "lift"]
+    assert [event.joint for event in events] == ["q2", "up", "up", "q2"]
     world = mjsim.parse_world(keep_events(text(), events))
     with mjsim.Simulation(world) as sim:
         mjsim.run(sim, record=kept)

@@ -1,3 +1,4 @@
+from .leading import led_joint as led_joint
 from .leading import led_joints as led_joints
 from .leading import led_value as led_value
 from .movers import misplaced as misplaced

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from mjsim.errors import did_you_mean
 from mjsim.world.check.standing import Doubt
-from mjsim.world.items import LeadEvent, Mechanism, World
+from mjsim.world.items import LeadEvent, Mechanism, ReleaseEvent, World
 
 ROUNDED = 1e-6
 """Values may be this far beyond the range: a world file rounds them [rad, m]."""
@@ -14,11 +14,13 @@ ROUNDED = 1e-6
 def misled_joints(world: World) -> Iterator[Doubt]:
     """Yield what is wrong with events that lead joints of mechanisms."""
     for index, event in enumerate(world.run.events):
-        if isinstance(event, LeadEvent):
-            try:
+        try:
+            if isinstance(event, LeadEvent):
                 led_value(world, event)
-            except ValueError as error:
-                yield str(error), ("run", "events", index, "lead")
+            elif isinstance(event, ReleaseEvent) and event.joint is not None:
+                led_joint(world, event.release, event.joint)
+        except ValueError as error:
+            yield str(error), ("run", "events", index, "lead" if isinstance(event, LeadEvent) else "release")
 
 
 def led_value(world: World, event: LeadEvent) -> float:
@@ -27,17 +29,7 @@ def led_value(world: World, event: LeadEvent) -> float:
     Raises:
         ValueError: There is no such mechanism, no motion leads such a joint of it, or the value is out of its range.
     """
-    mechanisms = {each.name: each for each in world.mechanisms}
-    if event.lead not in mechanisms:
-        raise ValueError(f"no mechanism '{event.lead}' in this world{did_you_mean(event.lead, mechanisms)}")
-    mechanism = mechanisms[event.lead]
-    led = led_joints(mechanism)
-    if event.joint not in led:
-        known = (
-            f"; those that do are {', '.join(led)}" if led else ", nor does any other; add an actuator: {angle: JOINT}"
-        )
-        raise ValueError(f"joint '{event.joint}' of mechanism '{event.lead}' follows no motion{known}")
-    slides, lower, upper = led[event.joint]
+    slides, lower, upper = led_joint(world, event.lead, event.joint)
     scale = 1.0 if slides else math.pi / 180.0
     value = event.to_deg * scale
     if not lower - ROUNDED <= value <= upper + ROUNDED:
@@ -46,6 +38,24 @@ def led_value(world: World, event: LeadEvent) -> float:
             f" {lower / scale:g} to {upper / scale:g}"
         )
     return min(max(value, lower), upper)
+
+
+def led_joint(world: World, name: str, joint: str) -> tuple[bool, float, float]:
+    """Return whether a joint of a mechanism that a motion leads slides, and both ends of its range [rad, m].
+
+    Raises:
+        ValueError: There is no such mechanism, or no motion leads such a joint of it.
+    """
+    mechanisms = {each.name: each for each in world.mechanisms}
+    if name not in mechanisms:
+        raise ValueError(f"no mechanism '{name}' in this world{did_you_mean(name, mechanisms)}")
+    led = led_joints(mechanisms[name])
+    if joint not in led:
+        known = (
+            f"; those that do are {', '.join(led)}" if led else ", nor does any other; add an actuator: {angle: JOINT}"
+        )
+        raise ValueError(f"joint '{joint}' of mechanism '{name}' follows no motion{known}")
+    return led[joint]
 
 
 def led_joints(mechanism: Mechanism) -> dict[str, tuple[bool, float, float]]:

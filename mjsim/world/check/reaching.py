@@ -10,7 +10,7 @@ from mjsim.world.items import ReachEvent, ReleaseEvent, RobotArm, World, reached
 def beyond_reach(world: World) -> Iterator[Doubt]:
     """Yield what is wrong with events that move arms; tools are tried from where their arms start."""
     for index, event in enumerate(world.run.events):
-        if isinstance(event, ReachEvent | ReleaseEvent):
+        if isinstance(event, ReachEvent) or (isinstance(event, ReleaseEvent) and event.joint is None):
             path = ("run", "events", index)
             if event.hand is not None:
                 if (unknown := unknown_person(world, getattr(event, event_key(event)))) is not None:
@@ -46,6 +46,8 @@ def arm_of_event(world: World, event: ReachEvent | ReleaseEvent) -> RobotArm:
     arms = {robot.name: {item.name: item for item in robot.arms} for robot in world.robots}
     if name not in arms and any(person.name == name for person in world.people):
         raise ValueError(f"'{name}' is a person; say which hand: left or right")
+    if name not in arms and any(each.name == name for each in world.mechanisms):
+        raise ValueError(f"'{name}' is a mechanism; say which joint")
     if name not in arms:
         raise ValueError(f"no robot '{name}' in this world{did_you_mean(name, arms)}")
     if event.arm not in arms[name]:

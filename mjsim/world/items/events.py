@@ -182,19 +182,25 @@ class ReachEvent(_Event):
 
 
 class ReleaseEvent(_Event):
-    """Returns an arm to its navigator, or the hand of a person to its initial position."""
+    """Returns an arm to its navigator, a hand of a person to its initial position, or a joint to its signal."""
 
     release: Name
-    """The robot or person."""
+    """The robot, person or mechanism."""
     arm: Name = "arm"
     """Name of the arm."""
     hand: Literal["left", "right"] | None = None
     """For a person: which hand."""
+    joint: Annotated[str, Field(min_length=1, max_length=200)] | None = None
+    """For a mechanism: which joint. A joint without limits keeps whole turns of difference from its signal."""
 
     @model_validator(mode="after")
     def _is_of_one(self) -> Self:
         if self.hand is not None:
             _refuse_of_arms(self, "arm")
+            if self.joint is not None:
+                raise fault("'joint' is of a mechanism, 'hand' of a person; leave out one of them", "joint")
+        if self.joint is not None and self.arm != "arm":
+            raise fault("'joint' is of a mechanism, 'arm' of a robot; leave out one of them", "joint")
         return self
 
 
@@ -252,7 +258,7 @@ WorldEvent = Annotated[
         EVENT_KINDS,
         "an event needs an action; write move: NAME, open: DOOR, close: DOOR, light: 0.5, lamp: NAME,"
         " noise: KEY, remove: NAME, restore: BEACON, shove: NAME, push: NAME, reach: ROBOT or PERSON,"
-        " release: ROBOT or PERSON, or lead: MECHANISM",
+        " release: ROBOT, PERSON or MECHANISM, or lead: MECHANISM",
     ),
 ]
 
@@ -311,6 +317,8 @@ def said_of(event: WorldEvent) -> str:
             return f"{event.arm} of {event.reach} goes to {_goal_said(event)}"
         case ReleaseEvent(hand=str(hand)):
             return f"the {hand} hand of {event.release} goes back to where it was at the start"
+        case ReleaseEvent(joint=str(joint)):
+            return f"joint {joint} of {event.release} follows its signal again"
         case ReleaseEvent():
             return f"{event.arm} of {event.release} is its navigator's again"
         case LeadEvent():

@@ -158,6 +158,7 @@ export class ReviewView implements View {
   private build(): HTMLElement {
     const bar = this.bar();
     this.pictures.switches.append(this.solids.switch);
+    this.stage.arranged.on((large) => this.floor.lendLayers(large === "scene" ? this.solids.menus : null));
     const side = el("aside", { class: "run-side" }, this.tabs.element);
     const body = el(
       "div",

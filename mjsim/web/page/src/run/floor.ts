@@ -75,6 +75,12 @@ export class Floor {
     this.plan.overlay.unshift((context) => this.draw(context));
   }
 
+  /** Where the menu of what is drawn stands: beside the large view, for the view in 3-D draws the same. */
+  lendLayers(to: HTMLElement | null): void {
+    if (to) to.append(this.layers.element);
+    else this.touch.button.before(this.layers.element);
+  }
+
   scene(items: Item[], bounds: Bounds): void {
     this.plan.stands.clear();
     this.layers.forget();

@@ -1,6 +1,7 @@
 /** A framed view with a heading; one of them is large, the others stand beside it. */
 
 import { el, put, type Child } from "../dom";
+import { Signal } from "../signal";
 import { button, sign } from "./controls";
 import { word } from "../words/words";
 
@@ -19,6 +20,8 @@ export function makeTile(key: string, title: string, body: HTMLElement, ...actio
 export class Stage {
   readonly element = el("div", { class: "run-stage" });
   readonly rail = el("div", { class: "run-tiles" });
+  /** Told with the key of the large view when that may be another. */
+  readonly arranged = new Signal<string>();
   private tiles: Tile[] = [];
   private large = "";
 
@@ -56,5 +59,6 @@ export class Stage {
       others.map((tile) => tile.element),
     );
     this.rail.hidden = others.length === 0;
+    this.arranged.emit(this.large);
   }
 }

@@ -147,6 +147,7 @@ export class RunView implements View {
     this.floor.host.append(this.pad.element);
     this.cameras.switches.append(this.solids.switch);
     this.solids.door.ready.on(() => this.cameras.watch());
+    this.stage.arranged.on((large) => this.floor.lendLayers(large === "scene" ? this.solids.menus : null));
     this.floor.touch.leadIn(this.solids.door);
     this.solids.door.chosen.on((item) => item?.kind === "robot" && this.chooseRobot(item.name ?? ""));
     this.bar.element.prepend(sideSwitch(side));

@@ -5,6 +5,7 @@ import type { Point } from "../api";
 import type { Shown, Trails } from "../run/overlay";
 import type { LandmarkRow, PlanarPose, RobotFacts, RobotTick } from "../run/protocol";
 import { color } from "../shell/theme";
+import { columns, ellipsoid } from "./bodies";
 import { points } from "./marks";
 import { stroke } from "./strokes";
 
@@ -14,6 +15,11 @@ export const EYE = 0.25;
 /** 95 % of a normal distribution lies within so many standard deviations: squared in the plane (chi-square, 2); of one number. */
 const CHI_SQUARE_95 = 5.991;
 const SIGMAS_95 = 1.96;
+/** So high a body of where a robot may be stands for each radian of heading that it may be turned [m], and at least [m]. */
+const METRES_A_RADIAN = 1;
+const FLATTEST = 0.02;
+/** Columns of where landmarks may be reach from the floor so high [m]. */
+const COLUMN = 2 * EYE;
 /** Of an ellipse, and of each one when there are very many. */
 const CORNERS = 48;
 const FEW_CORNERS = 16;
@@ -47,11 +53,26 @@ export function poseOf(tick: RobotTick, robot: RobotFacts | undefined, shown: Sh
   const [xx, xy, , , yy, , , , turn] = tick.covariance;
   const corners = ellipse([tick.estimate[0], tick.estimate[1], xx ?? 0, xy ?? 0, yy ?? 0], CORNERS);
   if (!corners) return made;
-  made.push(veil([corners], 2 * ABOVE_FLOOR, estimate), loop(corners, estimate));
+  made.push(veil([corners], 2 * ABOVE_FLOOR, estimate), loop(corners, estimate), ...body(tick, estimate));
   return [...made, ...sector(tick.estimate, SIGMAS_95 * Math.sqrt(turn ?? 0), 3 * (robot?.radius ?? NOSE), estimate)];
 }
 
-/** Landmarks as they are believed to be: a cross, and 95 % of where each may be, as high as sightings are drawn. */
+/**
+ * The three states as a body: from above it is the 95 % ellipse of the place, as high as the 95 % of the heading are wide,
+ * and it leans where heading and place go together.
+ */
+function body({ estimate: [x, y], covariance: P }: RobotTick, rgb: string): Object3D[] {
+  const at = (row: number, column: number): number => P[3 * row + column] ?? Number.NaN;
+  const sigma = [0, 1, 2].map((k) => Math.sqrt(Math.max(at(k, k), 0)));
+  const [u = 0, v = 0, turn = 0] = sigma;
+  const half = Math.min(Math.max(SIGMAS_95 * turn * METRES_A_RADIAN, FLATTEST), Math.PI * METRES_A_RADIAN);
+  const reach = [Math.sqrt(CHI_SQUARE_95) * u, Math.sqrt(CHI_SQUARE_95) * v, half];
+  const related = (row: number, column: number): number => (sigma[row] && sigma[column] ? at(row, column) / (sigma[row] * sigma[column]) : 0);
+  // It rests on the floor where it is higher than what is seen stands.
+  return ellipsoid([x, y, Math.max(EYE, half)], reach, [related(0, 1), related(0, 2), related(1, 2)], rgb);
+}
+
+/** Landmarks as they are believed to be: a cross as high as sightings are drawn, and a column, for 95 % of where each may be. */
 export function landmarksOf(tick: RobotTick, shown: Shown): Object3D[] {
   const rows = shown.landmarks ? Object.values(tick.landmarks).filter((row) => row.every(Number.isFinite)) : [];
   if (!rows.length) return [];
@@ -59,8 +80,11 @@ export function landmarksOf(tick: RobotTick, shown: Shown): Object3D[] {
   const seen = color("--seen");
   const count = rows.length > MANY ? FEW_CORNERS : CORNERS;
   const ellipses = shown.ellipses ? rows.flatMap((row) => (known(ellipse(row, count)))) : [];
-  const edges = ellipses.flatMap((corners) => corners.flatMap(([x, y], k) => [x, y, EYE, ...(corners[(k + 1) % count] ?? [x, y]), EYE]));
-  return [new LineSegments(points([...crosses, ...edges]), new LineBasicMaterial({ color: seen, depthTest: false, transparent: true })), veil(ellipses, EYE, seen)];
+  const edges = ellipses.flatMap((corners) =>
+    [ABOVE_FLOOR, COLUMN].flatMap((z) => corners.flatMap(([x, y], k) => [x, y, z, ...(corners[(k + 1) % count] ?? [x, y]), z])),
+  );
+  const ink = new LineBasicMaterial({ color: seen, depthTest: false, transparent: true });
+  return [new LineSegments(points([...crosses, ...edges]), ink), ...columns(ellipses, [ABOVE_FLOOR, COLUMN], seen)];
 }
 
 /** The 95 % ellipse of mean x, y [m] and covariance xx, xy, yy [m^2]; null where it is not known. */

@@ -10,6 +10,8 @@ export class SolidsTile {
   readonly door: Door;
   /** Puts the tile among the others. */
   readonly switch: HTMLButtonElement;
+  /** Menus may stand here, in the head of the tile. */
+  readonly menus = el("span", { class: "scene-menus" });
   private readonly tile: Tile;
   /** Stands in the place of the view while there is no scene yet, or it is too slow for a run. */
   private readonly rest = el("div", { class: "scene-rest", role: "status", hidden: true });
@@ -26,7 +28,7 @@ export class SolidsTile {
     { yields = false } = {},
   ) {
     this.door = new Door(scene);
-    this.tile = makeTile("scene", word("scene.bar"), el("div", { class: "scene-place" }, this.door.element, this.rest));
+    this.tile = makeTile("scene", word("scene.bar"), el("div", { class: "scene-place" }, this.door.element, this.rest), this.menus);
     this.on = remembered(kept) === "yes";
     this.show(this.on);
     this.switch = toggle(

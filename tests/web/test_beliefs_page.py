@@ -1,0 +1,102 @@
+"""What an estimator believes has a body in the 3-D view, in a real browser, seen by a camera that looks at it level."""
+
+import math
+
+import cv2
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+import mjsim
+from mjsim.web import Studio
+from tests.windows import PATIENCE, page_at
+
+pytestmark = pytest.mark.slow
+FAR, HIGH, FOV_DEG = 5.0, 0.6, 60.0
+WORLD = f"""
+robots:
+  - {{name: scout, at: [0, 0], body: {{radius: 0.1, height: 0.1, mass: 5}}}}
+  - {{name: watcher, at: [{-FAR}, 0], 
+     sensors: [{{camera: eye, at: [0, 0, {HIGH}], width: 64, height: 64, fov_deg: {FOV_DEG}, rate_hz: 5}}]}}
+run: {{rate_hz: 25}}
+"""
+SIGMA = np.array([0.1, 0.2, 0.3])
+"""Of x, y [m] and heading [rad]."""
+LANDMARK, SPREAD = (1.0, 1.5), 0.1
+
+
+class Sure:
+    """Stands still, and is as sure of its place and of one landmark as it is told."""
+
+    def __init__(self, landmarks: dict):
+        self.landmarks = landmarks
+
+    def start(self, robot, catalogue, rng):
+        self.prior = robot.prior
+
+    def update(self, seen):
+        return mjsim.Estimate(self.prior, np.diag(SIGMA**2), landmarks=self.landmarks)
+
+
+def pictures(page):
+    """Return the picture of the 3-D view without and with the bodies, from the watcher's camera, shape (h, w, 3)."""
+    canvas = page.locator(".scene-canvas").locator("visible=true")
+    found = []
+    for wanted in (False, True):
+        page.locator("[data-view=scene]").get_by_label("What is shown").first.click()
+        page.get_by_role("checkbox", name="95 %").set_checked(wanted)
+        page.keyboard.press("Escape")
+        expect(canvas).to_have_attribute("data-share", "1.00", timeout=PATIENCE)
+        page.wait_for_timeout(500)  # all pixels are drawn when nothing has changed for a while
+        found.append(cv2.imdecode(np.frombuffer(canvas.screenshot(), np.uint8), cv2.IMREAD_COLOR).astype(int))
+    return found
+
+
+def seen(page, path, landmarks) -> tuple[np.ndarray, float]:
+    """Return where bodies are drawn in the view, shape (h, w), and its focal length [px]."""
+    world = mjsim.parse_world(WORLD)
+    with mjsim.Simulation(world) as sim:
+        mjsim.run(sim, drivers={"scout": mjsim.Driver(estimator=Sure(landmarks))}, seconds=0.4, record=path)
+    page.get_by_role("tab", name="Review", exact=True).click()
+    page.locator("[data-path='out/run.mcap']").click()
+    expect(page.locator(".run-time")).to_contain_text("of 0.36 s", timeout=PATIENCE)
+    page.get_by_title("View in 3-D").locator("visible=true").click()
+    page.locator("#view-review [data-view=scene] .run-enlarge").click()
+    page.get_by_label("Look from").locator("visible=true").select_option("watcher/eye")
+    without, with_bodies = pictures(page)
+    height = without.shape[0]
+    return np.abs(with_bodies - without).sum(axis=2) > 20, height / 2 / math.tan(math.radians(FOV_DEG) / 2)
+
+
+@pytest.fixture
+def page(browser, tmp_path):
+    (tmp_path / "out").mkdir()
+    with Studio(tmp_path) as studio, page_at(browser, studio.url) as page:
+        yield page
+
+
+def test_a_pose_is_a_body_as_wide_as_its_ellipse_and_as_high_as_its_heading_is_unsure(page, tmp_path):
+    drawn, focal = seen(page, tmp_path / "out" / "run.mcap", {})
+    rows, columns = np.flatnonzero(drawn.any(axis=1)), np.flatnonzero(drawn.any(axis=0))
+    # The silhouette of an ellipsoid in perspective: seen from so far, it reaches d / sqrt(d^2 - a^2) farther.
+    nearer = FAR / math.sqrt(FAR**2 - 5.991 * SIGMA[0] ** 2)
+    wide = 2 * focal * math.sqrt(5.991) * SIGMA[1] / FAR * nearer
+    high = 2 * focal * 1.96 * SIGMA[2] / FAR * nearer
+    assert columns[-1] - columns[0] == pytest.approx(wide, abs=3)
+    assert rows[-1] - rows[0] == pytest.approx(high, abs=6)
+    # It is round: at its upper end it is narrower than in its middle.
+    assert drawn[rows[0] + 4].sum() < 0.5 * drawn[(rows[0] + rows[-1]) // 2].sum()
+
+
+def test_a_landmark_is_a_column_on_its_ellipse(page, tmp_path):
+    landmarks = {"tag": (np.array(LANDMARK), SPREAD**2 * np.eye(2))}
+    drawn, focal = seen(page, tmp_path / "out" / "run.mcap", landmarks)
+    middle = drawn.shape[1] / 2 - focal * LANDMARK[1] / (FAR + LANDMARK[0])
+    reach = focal * math.sqrt(5.991) * SPREAD / (FAR + LANDMARK[0])
+    column = drawn[:, int(middle - 2 * reach) : int(middle + 2 * reach)]
+    rows, columns = np.flatnonzero(column.any(axis=1)), np.flatnonzero(column.any(axis=0))
+    assert columns[-1] - columns[0] == pytest.approx(2 * reach, abs=4)
+    # From the floor to half a metre; its nearer rim is seen lower, its farther one higher.
+    near, far = FAR + LANDMARK[0] - math.sqrt(5.991) * SPREAD, FAR + LANDMARK[0] + math.sqrt(5.991) * SPREAD
+    low, high = focal * HIGH / near, focal * (HIGH - 0.5) / far
+    assert rows[-1] - rows[0] == pytest.approx(low - high, abs=4)
