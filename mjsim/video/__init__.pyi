@@ -1,3 +1,4 @@
+from .arms import arm_outlines as arm_outlines
 from .beside import draw_beside as draw_beside
 from .film import frame_rows as frame_rows
 from .film import frames_between as frames_between

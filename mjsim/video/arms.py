@@ -46,6 +46,11 @@ def outline(link: Array) -> Array:
     )
 
 
+def arm_outlines(item: RobotArm, q: Array) -> list[Array]:
+    """Return the outlines of an arm's links from above, the lowest first, the robot's frame, shape (n, 2) each [m]."""
+    return [outline(link) for link in shadows(item, q)[0]]
+
+
 def draw_arm(drawing: Paper, item: RobotArm, place: Pose) -> None:
     """Draw an arm on a sheet as it begins, on a robot that stands at a place."""
     links, tool = shadows(item, np.array(item.start()))

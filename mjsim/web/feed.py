@@ -124,6 +124,7 @@ class Feed:
                         led=self._led,
                         hands=hands,
                         people=people,
+                        world=self.world,
                     ),
                     allow_nan=False,
                 ),

@@ -74,6 +74,31 @@ class ArmTick(TypedDict):
     """x, y, z [m], roll, pitch, yaw about fixed axes [rad], in the robot's frame."""
 
 
+JointRow = TypeAliasType(
+    "JointRow",
+    Annotated[
+        tuple[float | None, float | None, float | None],
+        Field(description="Position [rad, m], velocity [1/s], torque or force at the joint [N m, N]."),
+    ],
+)
+
+
+@_TOLD
+class JointGrip(TypedDict):
+    """By which point a hand moves a joint; all in the world frame [m]."""
+
+    of: str
+    """`ROBOT/ARM`, or the mechanism."""
+    joint: str
+    slides: bool
+    at: tuple[float, float, float]
+    """A point of its axis."""
+    axis: tuple[float, float, float]
+    """About which, or along which, its value grows."""
+    grip: tuple[float, float, float]
+    """What the hand takes."""
+
+
 @_TOLD
 class MechanismFacts(TypedDict):
     """A mechanism, and the joints of it that motions lead."""
@@ -154,6 +179,8 @@ class RunNews(TypedDict):
     robots: list[RobotFacts]
     mechanisms: NotRequired[list[MechanismFacts]]
     """Those of which a joint can be led by hand."""
+    joints: NotRequired[dict[str, list[JointFacts]]]
+    """All joints: of arms by `ROBOT/ARM`, of balancing bases by `ROBOT/drive`, of mechanisms by their names."""
     controllable: bool
     recording: NotRequired[str | None]
     drivers: NotRequired[dict[str, Chosen]]
@@ -281,6 +308,12 @@ class TickNews(TypedDict):
     """Where the grips of people are, by person and side [m]; left out where there is nobody."""
     people: NotRequired[dict[str, list[list[tuple[float, float]]]]]
     """Outlines from above of people whose hands were led, the lowest part first [m]; left out for none."""
+    joints: NotRequired[dict[str, dict[str, JointRow]]]
+    """How joints move, by arm, base or mechanism and by their names; left out where there are none."""
+    bodies: NotRequired[dict[str, list[list[tuple[float, float]]]]]
+    """Outlines from above of arms, and of mechanisms that do not stand as at the start, the lowest part first [m]."""
+    grips: NotRequired[list[JointGrip]]
+    """By which points joints are moved by hand."""
     removed: NotRequired[list[str]]
     """Names of the beacons and obstacles that are away; left out for none."""
 

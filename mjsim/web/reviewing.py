@@ -7,14 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from mjsim.geometry import Array
+from mjsim.geometry import Array, Pose
 from mjsim.record import Recording, Track
 from mjsim.report import metrics
+from mjsim.web.jointed import bodies_told, joint_rows, joints_told
 from mjsim.web.measured import SensorPast, row_of
-from mjsim.web.news import EventNews, RobotTick, TickNews, TrackHistory
+from mjsim.web.news import EventNews, JointRow, RobotTick, TickNews, TrackHistory
 from mjsim.web.past import plain, track_told
 from mjsim.web.showing import shown_told
-from mjsim.web.telling import people_told, recognised_told, robots_told, with_removed
+from mjsim.web.telling import outlines_told, people_told, recognised_told, robots_told, with_removed
 from mjsim.world import EVENT_KINDS, kind_of, said_of
 
 MOST = 5000
@@ -47,6 +48,7 @@ def recording_told(recording: Recording, *, path: str, scene: Mapping[str, Any])
         "cameras": cameras,
         "views": [WHOLE, "plan", "chase", "overview", *cameras],
         "has_states": recording.qpos.shape[1] > 0,
+        "joints": joints_told(recording.world),
     }
 
 
@@ -86,7 +88,24 @@ def row_told(
     }
     if people:
         told["people"] = people_told(people)
+    if recording.joints:
+        told["joints"], told["bodies"] = _joints(recording, row)
     return with_removed(told, recording.looks(row))
+
+
+def _joints(
+    recording: Recording, row: int
+) -> tuple[dict[str, dict[str, JointRow]], dict[str, list[list[tuple[float, float]]]]]:
+    """Return how joints move, and outlines of what they carry."""
+    tracks = recording.joints
+    rows = {
+        name: joint_rows(track.names, track.positions[row], track.velocities[row], track.torques[row])
+        for name, track in tracks.items()
+    }
+    truths = {name: track.truth[row] for name, track in recording.robots.items()}
+    places = {name: Pose.from_array(truth) for name, truth in truths.items() if np.isfinite(truth).all()}
+    values = {name: track.positions[row] for name, track in tracks.items()}
+    return rows, outlines_told(bodies_told(recording.world, values, places))
 
 
 def events_told(recording: Recording) -> list[EventNews]:

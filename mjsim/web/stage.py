@@ -11,6 +11,7 @@ from typing import Any, Protocol, TypeVar
 from mjsim.record import Tick
 from mjsim.session import Session, State, event_keys
 from mjsim.web.feed import Feed
+from mjsim.web.jointed import joints_told
 from mjsim.web.painter import Painter
 from mjsim.web.telling import drivers_told, mechanisms_told, noise_told, robots_told
 from mjsim.world import World, noise_figures
@@ -140,6 +141,7 @@ class Stage:
             "speed": None if session is None else session.speed,
             "robots": robots_told(world, first=self._first),
             "mechanisms": mechanisms_told(world),
+            "joints": joints_told(world),
             "controllable": session is not None,
             "recording": self._recording_of(session),
             "drivers": drivers_told(world),

@@ -1,21 +1,20 @@
 """What the page is told of a run: values of the loop as JSON."""
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.interface import Command, Observation, Sighting, WheelCommand
-from mjsim.mechanics import Arm, inverted, rpy_of
+from mjsim.mechanics import inverted, rpy_of
 from mjsim.record import Tick
 from mjsim.report import metrics
+from mjsim.web.jointed import arm_facts, bodies_told, grips_told, led_facts, rows_told
 from mjsim.web.measured import flat_points
 from mjsim.web.news import (
     ArmTick,
     Chosen,
     EventNews,
-    JointFacts,
     MechanismFacts,
     MechanismTick,
     NoiseFigure,
@@ -35,7 +34,6 @@ from mjsim.world import (
     Use,
     World,
     kind_of,
-    led_joints,
     noise_figures,
     rims,
     said_of,
@@ -56,6 +54,7 @@ def tick_told(
     led: Mapping[str, Sequence[str]] | None = None,
     hands: Mapping[str, Mapping[str, Array]] | None = None,
     people: Mapping[str, Sequence[tuple[Array, str]]] | None = None,
+    world: World | None = None,
 ) -> TickNews:
     """Return a tick.
 
@@ -67,6 +66,7 @@ def tick_told(
         led: Mechanism -> the joints of it that motions lead.
         hands: Person -> side -> where the grip of that hand is, world frame, shape (3,) [m].
         people: Person whose hands were led -> outlines from above with their colours, world frame, shape (n, 2) [m].
+        world: Whose arms and mechanisms are told; nothing of them unless given.
     """
     found = scans or {}
     told: TickNews = {
@@ -83,12 +83,22 @@ def tick_told(
         told["hands"] = {name: {side: _place(at) for side, at in each.items()} for name, each in hands.items()}
     if people:
         told["people"] = people_told(people)
+    if world is not None and tick.joints:
+        values = {name: motion.positions for name, motion in tick.joints.items()}
+        told["joints"] = rows_told(tick.joints)
+        told["bodies"] = outlines_told(bodies_told(world, values, tick.truth))
+        told["grips"] = grips_told(world, values, tick.poses)
     return with_removed(told, tick.looks)
+
+
+def outlines_told(bodies: Mapping[str, Sequence[Array]]) -> dict[str, list[list[tuple[float, float]]]]:
+    """Return outlines with few corners."""
+    return {name: [_thinned(outline) for outline in outlines] for name, outlines in bodies.items()}
 
 
 def people_told(people: Mapping[str, Sequence[tuple[Array, str]]]) -> dict[str, list[list[tuple[float, float]]]]:
     """Return the outlines of people whose hands were led."""
-    return {name: [_thinned(outline) for outline, _ in parts] for name, parts in people.items()}
+    return outlines_told({name: [outline for outline, _ in parts] for name, parts in people.items()})
 
 
 def _thinned(outline: Array) -> list[tuple[float, float]]:
@@ -191,15 +201,8 @@ def robots_told(world: World, *, first: str | None = None) -> list[RobotFacts]:
 
 def mechanisms_told(world: World) -> list[MechanismFacts]:
     """Return the mechanisms of which a joint can be led by hand."""
-    told: list[MechanismFacts] = []
-    for mechanism in world.mechanisms:
-        joints = [
-            JointFacts(name=name, slides=slides, lower=_finite(lower), upper=_finite(upper))
-            for name, (slides, lower, upper) in led_joints(mechanism).items()
-        ]
-        if joints:
-            told.append({"name": mechanism.name, "joints": joints})
-    return told
+    facts = ((mechanism.name, led_facts(mechanism)) for mechanism in world.mechanisms)
+    return [{"name": name, "joints": joints} for name, joints in facts if joints]
 
 
 def drivers_told(world: World) -> dict[str, Chosen]:
@@ -237,24 +240,8 @@ def _facts(robot: Robot) -> RobotFacts:
             if isinstance(sensor, Camera)
         ],
         "can_strafe": robot.drive.sideways > 0.0,
-        "arms": [{"name": item.name, "joints": _joints(item.arm)} for item in robot.arms],
+        "arms": [{"name": item.name, "joints": arm_facts(item)} for item in robot.arms],
     }
-
-
-def _joints(arm: Arm) -> list[JointFacts]:
-    return [
-        {
-            "name": f"joint{number}",
-            "slides": link.slide,
-            "lower": _finite(link.lower),
-            "upper": _finite(link.upper),
-        }
-        for number, link in enumerate(arm.links, start=1)
-    ]
-
-
-def _finite(bound: float) -> float | None:
-    return bound if math.isfinite(bound) else None
 
 
 def _modules_told(modules: Modules) -> Chosen:

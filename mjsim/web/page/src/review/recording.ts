@@ -2,7 +2,7 @@
 
 import { getBytes, getJson, postJson, type Bounds, type Item } from "../api";
 import type { Column, Field } from "../charts/plotter";
-import type { EventNews, Outside, RobotFacts, RobotTick, TickNews, TrackHistory } from "../run/protocol";
+import type { EventNews, JointFacts, Outside, RobotFacts, RobotTick, TickNews, TrackHistory } from "../run/protocol";
 
 export interface Recording {
   path: string;
@@ -18,6 +18,7 @@ export interface Recording {
   scene: { items: Item[]; bounds: Bounds };
   tracks: Record<string, TrackHistory>;
   events: EventNews[];
+  joints: Record<string, JointFacts[]>;
   /** `ROBOT/CAMERA`. */
   cameras: string[];
   /** All that a picture or a film can show. */

@@ -13,6 +13,7 @@ import { clock } from "../run/bar";
 import { button, choice, sign, write } from "../run/controls";
 import { EventList } from "../run/events";
 import { Floor } from "../run/floor";
+import { JointStates } from "../run/joint_states";
 import type { RobotTick, TickNews } from "../run/protocol";
 import { RunRecord } from "../run/record";
 import { Tabs } from "../run/tabs";
@@ -55,6 +56,7 @@ export class ReviewView implements View {
   private readonly scrub = new Scrub((time) => this.player.seek(time));
   private readonly film = new Film();
   private readonly events = new EventList(word("review.nothingHappenedInThisRecording"), (time) => this.player.seek(time));
+  private readonly joints = new JointStates();
   private readonly table: Table;
   private readonly library: Library;
   private readonly compare: Compare;
@@ -102,6 +104,7 @@ export class ReviewView implements View {
     this.tabs = new Tabs("review.tab", [
       ["recordings", word("review.recordings"), this.library.element],
       ["figures", word("review.figures"), el("div", {}, this.table.element, this.film.element)],
+      ["joints", word("run.joints"), this.joints.element],
       ["plot", word("review.plot"), this.plotter.element],
       ["events", word("review.events"), this.events.element],
     ]);
@@ -113,6 +116,7 @@ export class ReviewView implements View {
     this.player.playingChanged.on((playing) =>
       fill(this.playButton, sign(playing ? "pause" : "play"), playing ? word("review.pause") : word("review.play")),
     );
+    this.tabs.offer("joints", false);
     this.showEmpty();
   }
 
@@ -230,6 +234,8 @@ export class ReviewView implements View {
     this.events.fill(recording.events);
     this.scrub.load(recording.seconds, recording.dt, recording.events);
     this.film.load(recording);
+    this.joints.show(recording.joints);
+    this.tabs.offer("joints", Object.keys(recording.joints).length > 0);
     this.pictures.load(recording);
     this.solids.want(recording);
     this.solids.door.show(recording.scene.items, []);
@@ -301,8 +307,10 @@ export class ReviewView implements View {
       trails.estimate.fill(track.estimate.slice(0, k + 1));
       trails.odometry.fill(track.odometry.slice(0, k + 1));
     }
-    const moment = { robots, things: this.tick?.things ?? {}, people: this.tick?.people ?? {}, removed: this.tick?.removed ?? [] };
+    const { things = {}, people = {}, bodies = {}, removed = [] } = this.tick ?? {};
+    const moment = { robots, things, people, bodies, removed };
     this.floor.show(moment);
+    this.joints.tick(this.tick?.joints);
     this.solids.door.think(this.floor.thoughts(moment));
   }
 

@@ -2,6 +2,7 @@
 
 import { el, fill } from "../dom";
 import { button, sign } from "./controls";
+import { rounded, scale, shown, unit } from "./joint_units";
 import type { Values } from "../api";
 import type { ArmFacts, JointFacts, RobotFacts, RobotTick } from "./protocol";
 import { word } from "../words/words";
@@ -171,32 +172,14 @@ export function jointRow(facts: JointFacts): Row {
   return { slider, field, facts };
 }
 
-export function line(label: string, slider: HTMLElement, field: HTMLElement, unit: string): HTMLElement {
+export function line(label: string, slider: HTMLElement, field: HTMLElement, unit: string, more: HTMLElement | null = null): HTMLElement {
   return el(
     "div",
     { class: "run-noise-row" },
     el("span", { class: "run-noise-label" }, label),
     slider,
-    el("span", { class: "run-noise-value" }, field, el("span", { class: "run-unit" }, unit)),
+    el("span", { class: "run-noise-value" }, field, el("span", { class: "run-unit" }, unit), more),
   );
-}
-
-export function unit({ slides }: JointFacts): string {
-  return slides ? "m" : "°";
-}
-
-/** Radians or metres for one of what is shown. */
-export function scale({ slides }: JointFacts): number {
-  return slides ? 1 : Math.PI / 180;
-}
-
-export function shown(facts: JointFacts, value: number): number {
-  return value / scale(facts);
-}
-
-/** To so many decimals that a limit stays within it [deg, m]. */
-export function rounded(value: number): number {
-  return Math.round(value * 1e5) / 1e5;
 }
 
 /** Write a number into a field in which nobody types. */

@@ -9,7 +9,8 @@ import { Evidence } from "./evidence";
 import { Grids } from "./grids";
 import { Layers } from "./layers";
 import { Overlay } from "./overlay";
-import type { PlanarPose, RobotFacts, RobotTick } from "./protocol";
+import type { Joints } from "./joint_grips";
+import type { JointFacts, JointGrip, JointRow, PlanarPose, RobotFacts, RobotTick } from "./protocol";
 import { Touch, type Standing } from "./touch";
 import type { Hands } from "./touch_tools";
 import type { RunRecord } from "./record";
@@ -24,6 +25,9 @@ export interface Moment {
   things: Record<string, PlanarPose>;
   hands?: Hands;
   people?: Record<string, Point[][]>;
+  joints?: Record<string, Record<string, JointRow>>;
+  bodies?: Record<string, Point[][]>;
+  grips?: JointGrip[];
   removed?: string[];
 }
 
@@ -40,8 +44,9 @@ export class Floor {
   readonly touch: Touch;
   private robots: RobotFacts[] = [];
   private removed: ReadonlySet<string> = new Set();
-  /** People whose hands were led. */
+  /** People whose hands were led, and mechanisms that stand otherwise than at the start. */
   private posed: ReadonlySet<string> = new Set();
+  private facts: Record<string, JointFacts[]> = {};
   private moment: Moment | null = null;
   private chosen = "";
   private names = new Set<string>();
@@ -51,7 +56,8 @@ export class Floor {
     send: (event: Values) => void = () => undefined,
   ) {
     this.plan = new Plan(this.host);
-    this.touch = new Touch({ plan: this.plan, robots: () => this.standing(), hands: () => this.moment?.hands ?? {}, removed: () => this.removed }, send);
+    const floorplan = { plan: this.plan, robots: () => this.standing(), hands: () => this.moment?.hands ?? {}, joints: () => this.joints(), removed: () => this.removed };
+    this.touch = new Touch(floorplan, send);
     this.layers.changed.on(() => this.plan.drawOver());
     this.follow = toggle(
       { class: "quiet square", title: word("run.followTheRobotF") },
@@ -72,6 +78,8 @@ export class Floor {
       fit,
     );
     this.plan.hiddenKinds.add("robot");
+    // A joint's body is drawn with its mechanism.
+    this.plan.hiddenKinds.add("joint");
     this.plan.overlay.unshift((context) => this.draw(context));
   }
 
@@ -90,8 +98,9 @@ export class Floor {
     if (!same) this.fit();
   }
 
-  run(robots: RobotFacts[], chosen: string): void {
+  run(robots: RobotFacts[], chosen: string, joints: Record<string, JointFacts[]> = {}): void {
     this.robots = robots;
+    this.facts = joints;
     this.chosen = chosen;
     this.plan.drawOver();
   }
@@ -106,7 +115,7 @@ export class Floor {
   show(moment: Moment): void {
     this.moment = moment;
     for (const tick of Object.values(moment.robots)) this.layers.offer((tick.show ?? []).map((item) => item.name));
-    const changed = [this.takeAway(moment.removed ?? []), this.move(moment.things), this.pose(moment.people ?? {})];
+    const changed = [this.takeAway(moment.removed ?? []), this.move(moment.things), this.pose({ ...moment.people, ...moment.bodies })];
     if (changed.includes(true)) this.plan.refresh();
     const pose = moment.robots[this.chosen]?.truth;
     if (pose && isPressed(this.follow)) this.plan.follow([pose[0], pose[1]]);
@@ -132,6 +141,10 @@ export class Floor {
       return true;
     }
     return this.plan.key(event);
+  }
+
+  private joints(): Joints {
+    return { facts: this.facts, grips: this.moment?.grips ?? [], rows: this.moment?.joints ?? {} };
   }
 
   /** The robots where they truly are. */
@@ -166,17 +179,17 @@ export class Floor {
     return moved;
   }
 
-  /** Set aside how people stand whose hands were led; true when one has begun to, or no longer does. */
-  private pose(people: Record<string, Point[][]>): boolean {
-    const gone = [...this.posed].filter((name) => !people[name]);
+  /** Set aside how people and mechanisms stand that have moved; true when one has begun to, or no longer does. */
+  private pose(moved: Record<string, Point[][]>): boolean {
+    const gone = [...this.posed].filter((name) => !moved[name]);
     for (const name of gone) this.plan.stands.delete(name);
-    const fresh = Object.keys(people).some((name) => !this.posed.has(name));
+    const fresh = Object.keys(moved).some((name) => !this.posed.has(name));
     for (const item of this.plan.items) {
-      const parts = item.kind === "person" && item.name && people[item.name];
+      const parts = (item.kind === "person" || item.kind === "mechanism") && item.name && moved[item.name];
       if (!parts || !item.name || !item.at) continue;
       this.plan.stands.set(item.name, { at: item.at, heading_deg: item.heading_deg ?? 0, polygons: parts });
     }
-    this.posed = new Set(Object.keys(people));
+    this.posed = new Set(Object.keys(moved));
     return fresh || gone.length > 0;
   }
 
@@ -210,6 +223,7 @@ export class Floor {
     }
     for (const robot of this.robots) overlay.trails(this.record.of(robot.name).trails);
     for (const [robot, tick] of ticks) overlay.robot(robot, tick, { named: this.robots.length > 1 });
+    if (shown.truth) for (const { name, arms } of this.robots) for (const arm of arms) overlay.arm(this.moment?.bodies?.[`${name}/${arm.name}`] ?? []);
   }
 }
 

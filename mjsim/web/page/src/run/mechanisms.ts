@@ -2,7 +2,9 @@
 
 import type { Values } from "../api";
 import { el } from "../dom";
-import { jointRow, line, put, type Row, rounded, shown, unit } from "./arms";
+import { button, sign } from "./controls";
+import { jointRow, line, put, type Row } from "./arms";
+import { rounded, shown, unit } from "./joint_units";
 import type { MechanismFacts, MechanismTick } from "./protocol";
 import { word } from "../words/words";
 
@@ -17,21 +19,18 @@ interface Part {
 export class MechanismPanel {
   readonly element = el("div", { class: "run-noise run-mechanisms" });
   private parts: Part[] = [];
+  private releases: HTMLButtonElement[] = [];
   private shape = "";
 
   /** `send` takes touches of the run, as events of a world file. */
   constructor(private readonly send: (event: Values) => void) {}
-
-  /** Whether it shows mechanisms. */
-  get known(): boolean {
-    return this.parts.length > 0;
-  }
 
   show(mechanisms: MechanismFacts[], enabled: boolean): void {
     const shape = JSON.stringify(mechanisms);
     if (shape !== this.shape) this.build(mechanisms);
     this.shape = shape;
     for (const { slider, field } of this.parts.flatMap((part) => part.rows)) slider.disabled = field.disabled = !enabled;
+    for (const each of this.releases) each.disabled = !enabled;
   }
 
   /** Show where joints are; what is being dragged or typed is left to the hand. */
@@ -47,6 +46,7 @@ export class MechanismPanel {
   }
 
   private build(mechanisms: MechanismFacts[]): void {
+    this.releases = [];
     this.parts = mechanisms.map((facts) => ({ facts, rows: facts.joints.map(jointRow), positions: [] }));
     this.element.replaceChildren(...this.parts.flatMap((part) => this.group(part)));
   }
@@ -65,8 +65,16 @@ export class MechanismPanel {
     const title = word("run.ledThereAtRadS");
     return [
       el("h2", { title }, facts.name),
-      ...rows.map((row) => line(row.facts.name, row.slider, row.field, unit(row.facts))),
+      ...rows.map((row) => line(row.facts.name, row.slider, row.field, unit(row.facts), this.release(facts.name, row))),
     ];
+  }
+
+  /** A button that gives a joint back. */
+  private release(release: string, { facts }: Row): HTMLButtonElement {
+    const title = word("run.letItFollowItsSignal", { joint: facts.name });
+    const made = button({ class: "quiet square", title }, () => this.send({ release, joint: facts.name }), sign("restart"));
+    this.releases.push(made);
+    return made;
   }
 }
 

@@ -20,6 +20,7 @@ const PARTS: Record<string, string[]> = {
   odometry: ["x", "y", "heading"],
   command: ["forward", "left", "turn"],
 };
+const JOINT = ["position", "velocity", "torque"];
 const POSE = ["x", "y", "heading"];
 
 export class LiveNumbers implements Source {
@@ -81,6 +82,9 @@ function* numbersOf(news: TickNews): Generator<[topic: string, name: string, val
   for (const [robot, tick] of Object.entries(news.robots))
     for (const [key, value] of Object.entries(tick))
       if (!LEFT_OUT.has(key)) for (const [name, number] of leaves(key, value, PARTS[key])) yield [`/${robot}`, name, number];
+  for (const [key, joints] of Object.entries(news.joints ?? {}))
+    for (const [joint, row] of Object.entries(joints))
+      for (const [k, value] of row.entries()) yield [`/${key}/joints`, `${joint}.${JOINT[k] ?? k}`, value];
   for (const [thing, pose] of Object.entries(news.things))
     for (const [name, number] of leaves(thing, pose, POSE)) yield ["/things", name, number];
 }

@@ -79,6 +79,20 @@ export class Overlay {
     }
   }
 
+  /** The links of an arm as they truly are, from above. */
+  arm(links: [number, number][][]): void {
+    this.context.lineWidth = 1.25;
+    for (const link of links) {
+      this.context.beginPath();
+      for (const [x, y] of link) this.context.lineTo(...this.point(x, y));
+      this.context.closePath();
+      this.context.fillStyle = faded(this.colors.truth, 0.35);
+      this.context.strokeStyle = this.colors.truth;
+      this.context.fill();
+      this.context.stroke();
+    }
+  }
+
   private point(x: number, y: number): [number, number] {
     return [this.view.x + this.view.scale * x, this.view.y - this.view.scale * y];
   }

@@ -90,6 +90,23 @@ export interface JointFacts {
   upper: number | null;
 }
 
+/** By which point a hand moves a joint; all in the world frame [m]. */
+export interface JointGrip {
+  /** `ROBOT/ARM`, or the mechanism. */
+  of: string;
+  joint: string;
+  slides: boolean;
+  /** A point of its axis. */
+  at: [number, number, number];
+  /** About which, or along which, its value grows. */
+  axis: [number, number, number];
+  /** What the hand takes. */
+  grip: [number, number, number];
+}
+
+/** Position [rad, m], velocity [1/s], torque or force at the joint [N m, N]. */
+export type JointRow = [number | null, number | null, number | null];
+
 /** Mean x, y [m], then covariance xx, xy, yy [m^2]. */
 export type LandmarkRow = [number, number, number, number, number];
 
@@ -211,6 +228,8 @@ export interface RunNews {
   robots: RobotFacts[];
   /** Those of which a joint can be led by hand. */
   mechanisms?: MechanismFacts[];
+  /** All joints: of arms by `ROBOT/ARM`, of balancing bases by `ROBOT/drive`, of mechanisms by their names. */
+  joints?: Record<string, JointFacts[]>;
   controllable: boolean;
   recording?: string | null;
   drivers?: Record<string, Chosen>;
@@ -281,6 +300,12 @@ export interface TickNews {
   hands?: Record<string, Record<string, [number, number, number]>>;
   /** Outlines from above of people whose hands were led, the lowest part first [m]; left out for none. */
   people?: Record<string, [number, number][][]>;
+  /** How joints move, by arm, base or mechanism and by their names; left out where there are none. */
+  joints?: Record<string, Record<string, JointRow>>;
+  /** Outlines from above of arms, and of mechanisms that do not stand as at the start, the lowest part first [m]. */
+  bodies?: Record<string, [number, number][][]>;
+  /** By which points joints are moved by hand. */
+  grips?: JointGrip[];
   /** Names of the beacons and obstacles that are away; left out for none. */
   removed?: string[];
 }

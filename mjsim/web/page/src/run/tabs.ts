@@ -37,13 +37,24 @@ export class Tabs {
     });
   }
 
+  /** Whether there is anything in a panel; if not, its tab goes, and the first panel is shown in its place. */
+  offer(key: string, there: boolean): void {
+    const k = this.panels.findIndex(([each]) => each === key);
+    const head = this.heads[k];
+    if (!head) return;
+    head.hidden = !there;
+    if (!there && !this.panels[k]?.[2].hidden) this.show(this.panels[0]?.[0] ?? "");
+  }
+
   private key(event: KeyboardEvent): void {
     const way = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
     if (!way) return;
-    const now = this.panels.findIndex(([, , panel]) => !panel.hidden);
-    const next = (now + way + this.panels.length) % this.panels.length;
-    this.show(this.panels[next]?.[0] ?? "");
-    this.heads[next]?.focus();
+    const there = this.panels.filter((_, k) => !this.heads[k]?.hidden);
+    const now = there.findIndex(([, , panel]) => !panel.hidden);
+    const next = there[(now + way + there.length) % there.length];
+    if (!next) return;
+    this.show(next[0]);
+    this.heads[this.panels.indexOf(next)]?.focus();
     event.preventDefault();
     event.stopPropagation();
   }

@@ -6,9 +6,10 @@ import type { Spot, Tool } from "../plan/gestures";
 import type { Plan } from "../plan/plan";
 import type { Door } from "../scene/door";
 import { toggle, isPressed, setPressed, sign } from "./controls";
+import { changeTo, gripAfter, type HeldJoint, heldJoints, jointEvent, type Joints, jointSaid } from "./joint_grips";
 import type { PlanarPose, RobotFacts, RobotTick } from "./protocol";
 import { openTouchMenu } from "./touch_menu";
-import { drawTools, handLeads, type Hands, type Held, ledEvent, reachEvent, toolLeads, toolsOf } from "./touch_tools";
+import { drawJoint, drawTools, handLeads, type Hands, type Held, jointLeads, ledEvent, reachEvent, toolLeads, toolsOf } from "./touch_tools";
 import { word } from "../words/words";
 
 /** A push by a drag with Shift [N s for a metre]. */
@@ -17,6 +18,8 @@ const PER_METRE = 10;
 const SLIP = 4;
 /** An arrow key takes what is held so far; with Shift a tenth of it [m]. */
 const STEP = 0.1;
+/** And turns a joint so far [rad]. */
+const TURN = Math.PI / 36;
 const ARROWS: Record<string, Point> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
 /** What can be put elsewhere: a robot or a movable thing, as it stands now. */
@@ -26,7 +29,7 @@ export interface Touchable {
   heading_deg: number;
   /** [m] */
   radius: number;
-  /** Of the tool of an arm, whose it is. */
+  /** Of a tool, a hand or a joint, whose it is. */
   held?: Held;
 }
 
@@ -37,6 +40,8 @@ interface Grab {
   /** Where the pointer took it; null by keys. */
   from: Point | null;
   push: boolean;
+  /** By how much the value of a joint is to change [rad, m]. */
+  by: number;
 }
 
 /** A robot where it truly is. */
@@ -47,6 +52,7 @@ export interface Floorplan {
   readonly plan: Plan;
   robots(): Standing[];
   hands(): Hands;
+  joints(): Joints;
   removed(): ReadonlySet<string>;
 }
 
@@ -81,25 +87,57 @@ export class Touch implements Tool {
   /** Have handles in a view in 3-D too. */
   leadIn(solids: Door): void {
     this.solids = solids;
-    solids.led.on((led) => this.send(ledEvent(led)));
+    solids.led.on((led) => this.send(led.joint ? this.jointEvent(led.joint) : ledEvent(led)));
   }
 
   /** Put those handles where tools are now. */
   showLeads(): void {
-    this.solids?.lead(isPressed(this.button) ? [...toolLeads(this.floor.robots()), ...handLeads(this.floor.hands())] : []);
+    const { floor } = this;
+    const leads = isPressed(this.button) ? [...toolLeads(floor.robots()), ...handLeads(floor.hands()), ...jointLeads(this.joints())] : [];
+    this.solids?.lead(leads);
+  }
+
+  private joints(): HeldJoint[] {
+    return heldJoints(this.floor.joints(), this.ticks());
+  }
+
+  private ticks(): Record<string, RobotTick> {
+    return Object.fromEntries(this.floor.robots().map(({ name, tick }) => [name, tick]));
+  }
+
+  private jointEvent(held: HeldJoint): Values {
+    return jointEvent(held, this.floor.joints().facts, this.ticks());
+  }
+
+  private tools(): Touchable[] {
+    return toolsOf(this.floor.robots(), this.floor.hands(), this.joints());
   }
 
   down(spot: Spot): boolean {
     const thing = this.thingAt(spot);
     if (!thing) return false;
-    this.grab = { thing, to: thing.at, from: spot.world, push: spot.shift && !thing.held };
+    this.grab = { thing, to: thing.at, from: spot.world, push: spot.shift && !thing.held, by: 0 };
     return true;
   }
 
   drag(spot: Spot): void {
     if (!this.grab?.from) return;
-    this.grab.to = add(this.grab.thing.at, minus(spot.world, this.grab.from));
+    this.take(this.grab, add(this.grab.thing.at, minus(spot.world, this.grab.from)));
     this.floor.plan.drawOver();
+  }
+
+  /** Take what is held to a place; a joint as near to it as it can be. */
+  private take(grab: Grab, to: Point): void {
+    const { held } = grab.thing;
+    grab.to = to;
+    if (!held || !("grip" in held)) return;
+    grab.by = changeTo(held, ([x, y]) => [x, y], to);
+    this.follow(grab, held);
+  }
+
+  private follow(grab: Grab, held: HeldJoint): void {
+    const [x, y] = gripAfter(held.grip, grab.by);
+    grab.to = [x, y];
   }
 
   up(spot: Spot): void {
@@ -134,13 +172,26 @@ export class Touch implements Tool {
     const way = ARROWS[key];
     if (key === "PageDown" || key === "PageUp") this.next(key === "PageDown" ? 1 : -1);
     else if (!grab) return false;
-    else if (way) grab.to = add(grab.to, times(way, shiftKey ? STEP / 10 : STEP));
+    else if (way) this.nudge(grab, way, shiftKey ? 0.1 : 1);
     else if (key === "Enter") this.finish();
     else if (key === "Escape") this.cancel();
     else if (key === "m" || key === "M" || (key === "F10" && shiftKey)) this.menuOf(grab.thing);
     else return false;
     this.floor.plan.drawOver();
     return true;
+  }
+
+  /** Take what is held a step on; the value of a joint grows to the right and up. */
+  private nudge(grab: Grab, way: Point, share: number): void {
+    const { held } = grab.thing;
+    if (!held || !("grip" in held)) {
+      grab.to = add(grab.to, times(way, share * STEP));
+      return;
+    }
+    const { facts, value } = held;
+    const wanted = value + grab.by + share * (facts.slides ? STEP : TURN) * (way[0] + way[1]);
+    grab.by = Math.min(Math.max(wanted, facts.lower ?? wanted), facts.upper ?? wanted) - value;
+    this.follow(grab, held);
   }
 
   private hold(on: boolean): void {
@@ -154,7 +205,7 @@ export class Touch implements Tool {
     const things = this.things();
     const now = things.findIndex((thing) => thing.name === this.grab?.thing.name);
     const thing = things[(now + step + things.length) % Math.max(things.length, 1)] ?? things[0];
-    if (thing) this.grab = { thing, to: thing.at, from: null, push: false };
+    if (thing) this.grab = { thing, to: thing.at, from: null, push: false, by: 0 };
   }
 
   private finish(): void {
@@ -162,7 +213,9 @@ export class Touch implements Tool {
     this.cancel();
     if (!grab) return;
     const way = minus(grab.to, grab.thing.at);
-    if (grab.thing.held) length(way) > 0 && this.send(reachEvent(grab.thing.held, grab.to));
+    const { held } = grab.thing;
+    if (held && "grip" in held) grab.by !== 0 && this.send(this.jointEvent({ ...held, value: held.value + grab.by }));
+    else if (held) length(way) > 0 && this.send(reachEvent(held, grab.to));
     else if (grab.push) this.send({ shove: grab.thing.name, impulse: [...times(way, PER_METRE).map(rounded), 0] });
     else if (length(way) > 0) this.send({ move: grab.thing.name, to: grab.to.map(rounded) });
   }
@@ -175,7 +228,7 @@ export class Touch implements Tool {
     });
     const movable = plan.items.filter((item) => item.kind === "obstacle" && item.values["movable"] === true);
     const there = movable.flatMap((item) => (item.name && !gone.has(item.name) ? [this.ofItem(item, item.name)] : []));
-    return [...toolsOf(this.floor.robots(), this.floor.hands()), ...robots, ...there];
+    return [...this.tools(), ...robots, ...there];
   }
 
   private ofItem(item: Item, name: string): Touchable {
@@ -194,7 +247,9 @@ export class Touch implements Tool {
       thing.held || robots.has(thing.name)
         ? distance(thing.at, world) <= Math.max(thing.radius, plan.px(12))
         : under.includes(thing.name);
-    return things.find(near) ?? null;
+    const order = (a: Touchable, b: Touchable): number => Number(isJoint(a)) - Number(isJoint(b)) || distance(a.at, world) - distance(b.at, world);
+    // Of handles that lie on each other those of joints come last.
+    return things.filter((thing) => thing.held && near(thing)).sort(order)[0] ?? things.find(near) ?? null;
   }
 
   private menu(spot: Spot, at: Point): void {
@@ -222,11 +277,17 @@ export class Touch implements Tool {
   private draw(context: CanvasRenderingContext2D): void {
     const { grab } = this;
     const { view, palette } = this.floor.plan;
-    if (isPressed(this.button)) drawTools(context, toolsOf(this.floor.robots(), this.floor.hands()), view, palette);
+    if (isPressed(this.button)) drawTools(context, this.tools(), view, palette);
     if (!grab) return;
     const [from, to] = [view.toScreen(grab.thing.at), view.toScreen(grab.to)];
     context.strokeStyle = palette.accent;
     context.lineWidth = 2;
+    const { held } = grab.thing;
+    if (held && "grip" in held) {
+      context.fillStyle = palette.accent;
+      drawJoint(context, held, view, grab.by);
+      return this.letters(context, jointSaid({ ...held, value: held.value + grab.by }).join(" "), to);
+    }
     context.setLineDash(grab.push ? [] : [5, 4]);
     context.beginPath();
     context.moveTo(...from);
@@ -239,13 +300,13 @@ export class Touch implements Tool {
       context.stroke();
     }
     context.setLineDash([]);
-    this.letters(context, grab, to);
+    const way = minus(grab.to, grab.thing.at);
+    const place = grab.to.map((value) => value.toFixed(2)).join(", ");
+    this.letters(context, grab.push ? `${(length(way) * PER_METRE).toFixed(1)} N s` : `${grab.thing.name}  ${place}`, to);
   }
 
-  private letters(context: CanvasRenderingContext2D, grab: Grab, [x, y]: Point): void {
+  private letters(context: CanvasRenderingContext2D, text: string, [x, y]: Point): void {
     const { palette } = this.floor.plan;
-    const way = minus(grab.to, grab.thing.at);
-    const text = grab.push ? `${(length(way) * PER_METRE).toFixed(1)} N s` : `${grab.thing.name}  ${grab.to.map((value) => value.toFixed(2)).join(", ")}`;
     context.font = "12px system-ui, sans-serif";
     context.lineWidth = 3;
     context.strokeStyle = palette.paper;
@@ -253,6 +314,10 @@ export class Touch implements Tool {
     context.fillStyle = palette.ink;
     context.fillText(text, x + 12, y - 12);
   }
+}
+
+function isJoint({ held }: Touchable): boolean {
+  return held !== undefined && "grip" in held;
 }
 
 function arrowHead(context: CanvasRenderingContext2D, from: Point, to: Point): void {

@@ -3,6 +3,7 @@
 import type { Item, Point, Values } from "../api";
 import { direction, times } from "../plan/geometry";
 import { type Entry, openMenu } from "../shell/menu";
+import { releaseEvent } from "./joint_grips";
 import type { Touchable } from "./touch";
 import { word } from "../words/words";
 
@@ -36,6 +37,10 @@ function ofThing(thing: Touchable, send: (event: Values) => void): Entry[][] {
   if (held && "person" in held) {
     const { person, side } = held;
     return [[{ text: word("run.giveBack"), act: () => send({ release: person, hand: side }) }]];
+  }
+  if (held && "grip" in held) {
+    const text = word(held.grip.of.includes("/") ? "run.giveBackToItsNavigator" : "run.giveBackToItsSignal");
+    return [[{ text, act: () => send(releaseEvent(held.grip)) }]];
   }
   if (held) return [[{ text: word("run.giveBackToItsNavigator"), act: () => send({ release: held.robot.name, arm: held.arm }) }]];
   const push = (text: string, turn: number): Entry => {

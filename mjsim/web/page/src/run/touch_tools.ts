@@ -4,6 +4,7 @@ import type { Point, Values } from "../api";
 import type { Palette } from "../plan/palette";
 import type { PlanView } from "../plan/view";
 import type { Lead, Led, Place } from "../scene/grip";
+import { gripAfter, type HeldJoint, showsOnPlan } from "./joint_grips";
 import type { Standing, Touchable } from "./touch";
 
 /** Half the side of a handle [px]. */
@@ -28,7 +29,7 @@ export interface HeldTool {
   z: number;
 }
 
-export type Held = HeldTool | HeldHand;
+export type Held = HeldTool | HeldHand | HeldJoint;
 
 /** All hands, where they are. */
 function handsOf(hands: Hands): Touchable[] {
@@ -46,9 +47,22 @@ export function handLeads(hands: Hands): Lead[] {
   );
 }
 
-/** The tools of all arms and all hands, where they are. */
-export function toolsOf(robots: Standing[], hands: Hands): Touchable[] {
-  return [...armTools(robots), ...handsOf(hands)];
+/** The tools of all arms, all hands, and the joints that are seen to move from above. */
+export function toolsOf(robots: Standing[], hands: Hands, joints: HeldJoint[]): Touchable[] {
+  return [...armTools(robots), ...handsOf(hands), ...joints.filter(({ grip }) => showsOnPlan(grip)).map(jointTool)];
+}
+
+function jointTool(held: HeldJoint): Touchable {
+  const { of, joint, grip } = held.grip;
+  return { name: `${of}.${joint}`, at: [grip[0], grip[1]], heading_deg: 0, radius: 0, held };
+}
+
+/** The same, for the view in 3-D. */
+export function jointLeads(joints: HeldJoint[]): Lead[] {
+  return joints.map((joint) => {
+    const { of, joint: name, grip } = joint.grip;
+    return { key: JSON.stringify([of, "", "", name]), body: "", stands: [0, 0, 0], at: grip, joint };
+  });
 }
 
 function armTools(robots: Standing[]): Touchable[] {
@@ -80,7 +94,7 @@ export function ledEvent({ key, to }: Led): Values {
 }
 
 /** The event that takes a tool to a place of the plan, as high as it is. */
-export function reachEvent(held: Held, [x, y]: Point): Values {
+export function reachEvent(held: HeldTool | HeldHand, [x, y]: Point): Values {
   if ("person" in held) return { reach: held.person, hand: held.side, to: [x, y, held.z].map(rounded) };
   const { robot, arm, z } = held;
   const [left, top, heading] = robot.pose;
@@ -97,14 +111,32 @@ function rounded(value: number): number {
   return Math.round(value * 1e4) / 1e4;
 }
 
-/** Draw a handle at each tool. */
+/** Draw a handle at each tool and hand, and a round one at each joint, with the line to its axis. */
 export function drawTools(context: CanvasRenderingContext2D, tools: Touchable[], view: PlanView, palette: Palette): void {
-  for (const { at } of tools) {
+  for (const { at, held } of tools) {
     const [x, y] = view.toScreen(at);
     context.lineWidth = 2;
     context.fillStyle = palette.paper;
     context.strokeStyle = palette.accent;
+    if (held && "grip" in held) {
+      drawJoint(context, held, view, 0);
+      continue;
+    }
     context.fillRect(x - HALF, y - HALF, 2 * HALF, 2 * HALF);
     context.strokeRect(x - HALF, y - HALF, 2 * HALF, 2 * HALF);
   }
+}
+
+/** Draw the handle of a joint once its value has changed by so much [rad, m]. */
+export function drawJoint(context: CanvasRenderingContext2D, { grip }: HeldJoint, view: PlanView, by: number): void {
+  const [x, y] = gripAfter(grip, by);
+  const end = view.toScreen([x, y]);
+  context.beginPath();
+  context.moveTo(...view.toScreen([grip.at[0], grip.at[1]]));
+  context.lineTo(...end);
+  context.stroke();
+  context.beginPath();
+  context.arc(...end, HALF, 0, 2 * Math.PI);
+  context.fill();
+  context.stroke();
 }

@@ -8,15 +8,14 @@ import { Sheet, type Kind } from "../charts/sheet";
 import { SolidsTile } from "../scene/tile";
 import type { Studio, View } from "../shell/view";
 import { Advice } from "./advice";
-import { ArmPanel } from "./arms";
 import { Banner } from "./banner";
 import { Bar } from "./bar";
 import { Cameras } from "./cameras";
 import { EventList } from "./events";
 import { Floor } from "./floor";
 import { Wheel, type Push } from "./keys";
+import { JointPanel } from "./joints";
 import { Link, type LinkState } from "./link";
-import { MechanismPanel } from "./mechanisms";
 import { NoisePanel } from "./noise";
 import { Pad } from "./pad";
 import type { News, RunRequest, ShortNews, RefusedNews, RunNews, TickNews } from "./protocol";
@@ -43,8 +42,7 @@ export class RunView implements View {
   private readonly setup = new Setup();
   private readonly noise = new NoisePanel((key, value) => this.send({ do: "set", key, value }));
   private tabs: Tabs | null = null;
-  private readonly arms = new ArmPanel((event) => this.send({ do: "touch", event }));
-  private readonly mechanisms = new MechanismPanel((event) => this.send({ do: "touch", event }));
+  private readonly joints = new JointPanel((event) => this.send({ do: "touch", event }));
   private readonly events = new EventList(word("run.whatHappensToRobotsAnd"));
   private readonly keep: Keep;
   private readonly wheel = new Wheel(() => this.canDrive(), (push) => this.drive(push));
@@ -138,7 +136,7 @@ export class RunView implements View {
     this.tabs = new Tabs("run.tab", [
       ...setup,
       ["noise", word("run.noise"), this.noise.element],
-      ["arms", word("run.joints"), el("div", {}, this.arms.element, this.mechanisms.element)],
+      ["arms", word("run.joints"), this.joints.element],
       ["plot", word("run.plot"), this.plotter.element],
       ["events", word("run.events"), this.keep.element],
     ]);
@@ -285,8 +283,7 @@ export class RunView implements View {
       this.bar.tick(this.newest);
       this.floor.show(this.newest);
       this.solids.door.think(this.floor.thoughts(this.newest));
-      this.arms.tick(this.newest.robots[this.chosen]);
-      this.mechanisms.tick(this.newest.mechanisms);
+      this.joints.tick(this.newest, this.chosen);
     }
     const now = performance.now();
     if (now - this.drawnCharts >= CALM) {
@@ -365,7 +362,7 @@ export class RunView implements View {
     this.chosen = this.robot.value = name;
     const robot = this.run?.robots.find((each) => each.name === name);
     this.pad.canStrafe(robot?.can_strafe ?? false);
-    this.floor.run(this.run?.robots ?? [], name);
+    this.floor.run(this.run?.robots ?? [], name, this.run?.joints);
     this.showArms();
     this.advise();
     this.soon();
@@ -375,11 +372,8 @@ export class RunView implements View {
   private showArms(): void {
     const robot = this.run?.robots.find((each) => each.name === this.chosen) ?? null;
     // A page of one arm alone is there to move it.
-    if (this.live && robot?.arms.length && this.run?.robots.length === 1 && !this.arms.known) this.tabs?.show("arms");
-    const enabled = this.running() && (this.run?.controllable ?? false);
-    this.arms.show(robot, enabled);
-    this.mechanisms.show(this.run?.mechanisms ?? [], enabled);
-    this.arms.hint.hidden = this.mechanisms.known;
+    if (this.live && robot?.arms.length && this.run?.robots.length === 1 && !this.joints.hasArms) this.tabs?.show("arms");
+    this.joints.show(this.run, this.chosen, this.running() && (this.run?.controllable ?? false));
   }
 
   private canDrive(): boolean {

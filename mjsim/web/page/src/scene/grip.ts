@@ -1,6 +1,7 @@
 /** What the view in 3-D and the tools of the plan tell each other about handles. */
 
 import type { Point } from "../api";
+import type { HeldJoint } from "../run/joint_grips";
 
 /** By which handles a thing is held in 3-D. */
 export interface Grip {
@@ -16,7 +17,7 @@ export interface Grip {
 /** x, y, z [m]. */
 export type Place = [number, number, number];
 
-/** A tool of an arm or a hand that can be led. */
+/** A tool of an arm, a hand or a joint that can be led. */
 export interface Lead {
   key: string;
   /** The body in whose frame its place is. */
@@ -24,6 +25,8 @@ export interface Lead {
   /** x, y and heading of that frame where no body that moves has this name [m, rad]. */
   stands: Place;
   at: Place;
+  /** Of a joint: how it moves. */
+  joint?: HeldJoint;
 }
 
 /** Where one is led. */
@@ -31,6 +34,8 @@ export interface Led {
   key: string;
   /** In the same frame as its place. */
   to: Place;
+  /** Of a joint: what its value is then. */
+  joint?: HeldJoint;
 }
 
 /** One moment of a drag by a handle. */

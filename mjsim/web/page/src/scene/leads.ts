@@ -1,8 +1,13 @@
-/** Handles in 3-D at tools and hands: each is led in the plane that faces who looks, the last one taken along x, y, z too. */
+/**
+ * Handles in 3-D at tools, hands and joints. Tools and hands are led in the plane that faces who looks, the last one taken
+ * along x, y, z too; a joint only as it moves.
+ */
 
 import { Group, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial, type Object3D, SphereGeometry, Vector3 } from "three";
+import { changeTo, gripAfter } from "../run/joint_grips";
 import { color } from "../shell/theme";
 import { Signal } from "../signal";
+import type { Point } from "../api";
 import type { Lead, Led } from "./grip";
 import { KNOB, NEAR, NEAR_FINGER, REACH, STILL } from "./handles";
 import { points } from "./marks";
@@ -23,6 +28,10 @@ interface Held extends Knob {
   from: Vector3;
   taken: Vector3;
   to: Vector3 | null;
+  /** What is held, as it was taken. */
+  lead: Lead;
+  /** By how much the value of a joint is to change [rad, m]. */
+  by: number;
 }
 
 type Find = (body: string) => Object3D | null;
@@ -57,7 +66,7 @@ export class Leads {
   /** Put handles where tools and hands are now; `find` gives bodies that move. */
   show(leads: Lead[], find: Find): void {
     [this.leads, this.find] = [leads, find];
-    if (!this.leads.some(({ key }) => key === this.active)) this.active = this.leads[0]?.key ?? "";
+    if (!this.leads.some(({ key }) => key === this.active)) this.active = this.leads.find(({ joint }) => !joint)?.key ?? "";
     if (this.held && !this.leads.some(({ key }) => key === this.held?.key)) this.end(false);
     this.build();
     this.stage.soon();
@@ -79,7 +88,7 @@ export class Leads {
     if (shown !== this.shown) {
       this.shown = shown;
       this.clear();
-      this.group.add(...this.leads.map(({ key }) => drawn(key === this.active)));
+      this.group.add(...this.leads.map((lead) => (lead.joint ? drawnJoint() : drawn(lead.key === this.active))));
     }
     this.scale();
   }
@@ -99,6 +108,7 @@ export class Leads {
       const place = this.placeOf(lead);
       made?.position.copy(place);
       made?.scale.setScalar(this.length(place));
+      if (lead.joint && made) pointTo(made, new Vector3(...lead.joint.grip.at).sub(place).divideScalar(this.length(place)));
     });
     this.stage.orbit.updateMatrixWorld();
     const places = this.knobs().map((knob) => [knob.key, knob.way ?? "", ...this.stage.onCanvas(this.knobPlace(knob)).map(Math.round)]);
@@ -113,7 +123,7 @@ export class Leads {
   private knobs(): Knob[] {
     const free = this.leads.map(({ key }): Knob => ({ key, way: null }));
     const ways = (Object.keys(WAYS) as Way[]).map((way): Knob => ({ key: this.active, way }));
-    return this.leads.length ? [...free, ...ways] : [];
+    return this.active ? [...free, ...ways] : free;
   }
 
   /** Where one is, or is led by the pointer, world frame [m]. */
@@ -151,11 +161,13 @@ export class Leads {
   private down(event: PointerEvent): void {
     const knob = event.button || this.held ? null : this.knobAt(event);
     if (!knob) return;
+    const lead = this.leads.find(({ key }) => key === knob.key);
+    if (!lead) return;
     this.stage.canvas.setPointerCapture(event.pointerId);
     this.stage.canvas.focus();
     const [from, taken] = [this.knobPlace({ ...knob, way: null }), this.knobPlace(knob)];
-    this.held = { ...knob, start: event, from, taken, to: null };
-    this.active = knob.key;
+    this.held = { ...knob, start: event, from, taken, to: null, lead, by: 0 };
+    if (!lead.joint) this.active = knob.key;
     this.build();
   }
 
@@ -168,9 +180,21 @@ export class Leads {
     if (!this.isHolder(event)) return;
     const { clientX, clientY } = event;
     if (!held.to && Math.hypot(clientX - held.start.clientX, clientY - held.start.clientY) <= STILL) return;
+    if (held.lead.joint) return this.turn(held, [clientX, clientY]);
     const seen = held.way ? stage.onLine(clientX, clientY, held.taken, WAYS[held.way]) : stage.onFacing(clientX, clientY, held.taken);
     if (seen) held.to = held.from.clone().add(seen.sub(held.taken));
     stage.soon();
+  }
+
+  /** Take a joint to where its handle is seen nearest to a place of the page. */
+  private turn(held: Held, [x, y]: Point): void {
+    const { joint } = held.lead;
+    if (!joint) return;
+    const { left, top } = this.stage.canvas.getBoundingClientRect();
+    held.by = changeTo(joint, (place) => this.stage.onCanvas(new Vector3(...place)), [x - left, y - top]);
+    held.to = new Vector3(...gripAfter(joint.grip, held.by));
+    this.stage.canvas.dataset["turned"] = String(held.by);
+    this.stage.soon();
   }
 
   /** Whether it is the pointer, of several fingers, that holds a handle. */
@@ -184,6 +208,8 @@ export class Leads {
     this.held = null;
     this.stage.soon();
     if (!done || !held?.to || !lead) return;
+    const { joint } = held.lead;
+    if (joint) return this.led.emit({ key: lead.key, to: held.to.toArray(), joint: { ...joint, value: joint.value + held.by } });
     const to = held.to.clone().applyMatrix4(this.frame(lead).clone().invert());
     this.led.emit({ key: lead.key, to: to.toArray() });
   }
@@ -195,9 +221,28 @@ export class Leads {
       return Math.hypot(x + box.left - event.clientX, y + box.top - event.clientY);
     };
     const near = event.pointerType === "touch" ? NEAR_FINGER : NEAR;
-    const [nearest] = this.knobs().sort((a, b) => far(a) - far(b));
-    return nearest && this.stage.isFree && far(nearest) <= near ? nearest : null;
+    const joints = new Set(this.leads.filter(({ joint }) => joint).map(({ key }) => key));
+    const found = this.stage.isFree ? this.knobs().filter((knob) => far(knob) <= near) : [];
+    // What is led anywhere comes before joints beside it, which come apart from it as one goes nearer.
+    return found.sort((a, b) => Number(joints.has(a.key)) - Number(joints.has(b.key)) || far(a) - far(b))[0] ?? null;
   }
+}
+
+/** A knob that is smaller, with the line to the axis of its joint. */
+function drawnJoint(): Group {
+  const ink = { color: color("--seen"), depthTest: false, transparent: true };
+  const group = new Group();
+  group.add(new Mesh(new SphereGeometry(0.8 * KNOB, 16, 12), new MeshBasicMaterial(ink)), new LineSegments(points([0, 0, 0, 0, 0, 1]), new LineBasicMaterial(ink)));
+  for (const part of group.children) part.renderOrder = 4;
+  return group;
+}
+
+/** Let the line of a joint's knob end there, in units of the handles' length. */
+function pointTo(knob: Object3D, { x, y, z }: Vector3): void {
+  const line = knob.children.find((part) => part instanceof LineSegments);
+  const places = line && (line as LineSegments).geometry.getAttribute("position");
+  places?.setXYZ(1, x, y, z);
+  if (places) places.needsUpdate = true;
 }
 
 /** A knob, with those along the axes and the lines to them where it is the one that was taken last. */

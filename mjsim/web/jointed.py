@@ -1,0 +1,193 @@
+"""Joints on the page: how they move, what their bodies look like from above, and by which points hands move them."""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import cast
+
+import numpy as np
+
+from mjsim.geometry import Array, Pose, Pose3
+from mjsim.mechanics import JointMotion
+from mjsim.video import arm_outlines, body_outlines, posed
+from mjsim.web.news import JointFacts, JointGrip, JointRow
+from mjsim.web.past import plain
+from mjsim.world import BalancingDrive, Mechanism, Robot, RobotArm, World, carried_body, led_joints
+
+MOVED = 1e-4
+"""A mechanism whose joints are nearer to their starts stands as at the start [rad, m]."""
+SHORTEST, LONGEST = 0.1, 0.3
+"""From a joint of an arm to the handle that turns it, half the way to what it moves, but in these bounds [m]."""
+NO_LEVER = 0.02
+"""What is nearer to an axis does not tell which way it is turned [m]."""
+Values = Mapping[str, Array]
+"""Of joints, by `ROBOT/ARM` or mechanism, shape (n,) each [rad, m]."""
+
+
+def joints_told(world: World) -> dict[str, list[JointFacts]]:
+    """Return the joints of arms by `ROBOT/ARM`, of balancing bases by `ROBOT/drive`, of mechanisms by their names."""
+    told: dict[str, list[JointFacts]] = {}
+    for robot in world.robots:
+        told |= {f"{robot.name}/{item.name}": arm_facts(item) for item in robot.arms}
+        if isinstance(robot.drive, BalancingDrive):
+            wheels = robot.drive.driven_wheels
+            told[f"{robot.name}/drive"] = [_facts(name, False, -math.inf, math.inf) for name in wheels]
+    for mechanism in world.mechanisms:
+        found, led = mechanism.assembly, led_joints(mechanism)
+        told[mechanism.name] = [
+            _facts(name, *led.get(name, (bool(slides), -math.inf, math.inf)))
+            for name, slides in zip(found.names, found.slides, strict=True)
+        ]
+    return told
+
+
+def arm_facts(item: RobotArm) -> list[JointFacts]:
+    """Return the joints of an arm."""
+    links = enumerate(item.arm.links, start=1)
+    return [_facts(f"joint{number}", link.slide, link.lower, link.upper) for number, link in links]
+
+
+def led_facts(mechanism: Mechanism) -> list[JointFacts]:
+    """Return the joints of a mechanism that motions lead."""
+    return [_facts(name, slides, lower, upper) for name, (slides, lower, upper) in led_joints(mechanism).items()]
+
+
+def _facts(name: str, slides: bool, lower: float, upper: float) -> JointFacts:
+    bounds = (bound if math.isfinite(bound) else None for bound in (lower, upper))
+    return {"name": name, "slides": slides, "lower": next(bounds), "upper": next(bounds)}
+
+
+def rows_told(motions: Mapping[str, JointMotion]) -> dict[str, dict[str, JointRow]]:
+    """Return how joints move."""
+    return {
+        name: joint_rows(motion.names, motion.positions, motion.velocities, motion.torques)
+        for name, motion in motions.items()
+    }
+
+
+def joint_rows(names: tuple[str, ...], positions: Array, velocities: Array, torques: Array) -> dict[str, JointRow]:
+    """Return how some joints move; each array has shape (n,)."""
+    rows = plain(np.column_stack([positions, velocities, torques]), 5)
+    return {name: cast(JointRow, tuple(row)) for name, row in zip(names, rows, strict=True)}
+
+
+def bodies_told(world: World, values: Values, places: Mapping[str, Pose]) -> dict[str, list[Array]]:
+    """Return what arms, and mechanisms that do not stand as at the start, look like from above, the lowest part first.
+
+    Args:
+        world: Where they are.
+        values: Of their joints; those that are not known are left out.
+        places: Of robots.
+
+    Returns:
+        Outlines by `ROBOT/ARM` or mechanism, world frame, shape (n, 2) each [m].
+    """
+    known = {name: each for name, each in values.items() if np.isfinite(each).all()}
+    told: dict[str, list[Array]] = {}
+    for mechanism in world.mechanisms:
+        now, start = known.get(mechanism.name), mechanism.assembly.start
+        if now is not None and np.abs(now - start).max(initial=0.0) > MOVED:
+            told[mechanism.name] = [outline for _, outline in body_outlines(posed(mechanism, now))]
+    for key, robot, item in _arms(world):
+        if key in known and robot.name in places:
+            told[key] = [places[robot.name].transform(outline) for outline in arm_outlines(item, known[key])]
+    return told
+
+
+def grips_told(world: World, values: Values, poses: Mapping[str, Pose3]) -> list[JointGrip]:
+    """Return by which points a hand moves the joints of arms, and those of mechanisms that motions lead."""
+    told = [
+        grip
+        for mechanism in world.mechanisms
+        if mechanism.name in values
+        for grip in _mechanism_grips(mechanism, values[mechanism.name])
+    ]
+    for key, robot, item in _arms(world):
+        if key in values and robot.name in poses:
+            told += _arm_grips(key, item, values[key], poses[robot.name].matrix())
+    return told
+
+
+def _arms(world: World) -> Iterator[tuple[str, Robot, RobotArm]]:
+    return ((f"{robot.name}/{item.name}", robot, item) for robot in world.robots for item in robot.arms)
+
+
+def _mechanism_grips(mechanism: Mechanism, values: Array) -> Iterator[JointGrip]:
+    found, ground = mechanism.assembly, mechanism.world_from_ground
+    placed = found.linkage.place(values)
+    in_tree = {each.name for each in found.linkage.joints}
+    led = led_joints(mechanism)
+    for joint in mechanism.joints:
+        if joint.name not in in_tree:
+            continue
+        body = carried_body(found, joint)
+        points = _hull(mechanism, found.bodies[body])
+        world_points = _moved(ground @ placed.poses[body], points)
+        for column in found.columns[joint.name]:
+            if found.names[column] in led:
+                at = _moved(ground, placed.anchors[column])
+                axis = ground[:3, :3] @ placed.axes[column]
+                slides = bool(found.slides[column])
+                grip = world_points.mean(axis=0) if slides else _farthest(world_points, at, axis)
+                yield _grip(mechanism.name, found.names[column], slides, at=at, axis=axis, grip=grip)
+
+
+def _hull(mechanism: Mechanism, name: str) -> Array:
+    """Return points that span a body, in its own frame, shape (n, 3) [m]; its origin for what is no body."""
+    own = next((body for body in mechanism.bodies if body.name == name), None)
+    return np.zeros((1, 3)) if own is None else own.hull()[0]
+
+
+def _farthest(points: Array, at: Array, axis: Array) -> Array:
+    """Return the point that is farthest from an axis; one beside it where none is."""
+    levers = _levers(points, at, axis)
+    far = int(np.linalg.norm(levers, axis=1).argmax())
+    if np.linalg.norm(levers[far]) > NO_LEVER:
+        return np.asarray(points[far])
+    return np.asarray(at + SHORTEST * _aside(axis))
+
+
+def _arm_grips(key: str, item: RobotArm, values: Array, world_from_robot: Array) -> Iterator[JointGrip]:
+    posture = item.arm.posture(values)
+    points = _moved(world_from_robot, posture.points)
+    axes = posture.axes @ world_from_robot[:3, :3].T
+    beyond = np.vstack([points, _moved(world_from_robot, posture.tool[:3, 3])])
+    for number, link in enumerate(item.arm.links):
+        at, axis = points[number], axes[number]
+        if link.slide:
+            grip = at + SHORTEST * axis
+        else:
+            levers = _levers(beyond[number + 1 :], at, axis)
+            lengths = np.linalg.norm(levers, axis=1)
+            far = next((k for k, length in enumerate(lengths) if length > NO_LEVER), None)
+            # What turns with the joint, where nothing beyond it lies aside.
+            own = world_from_robot[:3, :3] @ posture.joints[number, :3, 0]
+            way, length = (own, 0.0) if far is None else (levers[far] / lengths[far], float(lengths[far]))
+            grip = at + min(max(length / 2.0, SHORTEST), LONGEST) * way
+        yield _grip(key, f"joint{number + 1}", link.slide, at=at, axis=axis, grip=grip)
+
+
+def _levers(points: Array, at: Array, axis: Array) -> Array:
+    """Return the ways from an axis to points, shape (n, 3) [m]."""
+    ways = points - at
+    return np.asarray(ways - np.outer(ways @ axis, axis))
+
+
+def _aside(axis: Array) -> Array:
+    """Return a direction across an axis, shape (3,)."""
+    way = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+    return np.asarray(way / np.linalg.norm(way))
+
+
+def _moved(pose: Array, points: Array) -> Array:
+    return np.asarray(points @ pose[:3, :3].T + pose[:3, 3])
+
+
+def _grip(key: str, joint: str, slides: bool, *, at: Array, axis: Array, grip: Array) -> JointGrip:
+    return {
+        "of": key,
+        "joint": joint,
+        "slides": slides,
+        "at": plain(at, 4),
+        "axis": plain(axis, 5),
+        "grip": plain(grip, 4),
+    }

@@ -1,0 +1,123 @@
+/** Joints that a hand moves on the plan and in 3-D: where their handles are, and which value brings one to a place. */
+
+import type { Point, Values } from "../api";
+import type { Place } from "../scene/grip";
+import { rounded, shown, unit } from "./joint_units";
+import type { JointFacts, JointGrip, JointRow, RobotTick } from "./protocol";
+
+/** Values of a joint that turns are tried so far apart, all the way round [rad]. */
+const TRIED = Math.PI / 90;
+/** Then the nearest one is found in so many steps, by slopes over so much [rad, m]. */
+const STEPS = 12;
+const SLOPE = 1e-4;
+/** What turns about an axis, or slides along one, that stands nearer to upright than this does or does not show from above. */
+const FLAT = 0.05;
+
+/** A joint that a hand holds. */
+export interface HeldJoint {
+  grip: JointGrip;
+  facts: JointFacts;
+  /** Where it is, or shall be [rad, m]. */
+  value: number;
+}
+
+/** What is known of joints at a moment. */
+export interface Joints {
+  facts: Record<string, JointFacts[]>;
+  grips: JointGrip[];
+  rows: Record<string, Record<string, JointRow>>;
+}
+
+/** All joints that can be moved; arms have goals, of which one is changed. */
+export function heldJoints({ facts, grips, rows }: Joints, robots: Record<string, RobotTick>): HeldJoint[] {
+  return grips.flatMap((grip) => {
+    const own = facts[grip.of] ?? [];
+    const k = own.findIndex(({ name }) => name === grip.joint);
+    const goal = goalsOf(grip, robots)?.[k];
+    const value = goal ?? rows[grip.of]?.[grip.joint]?.[0];
+    const found = own[k];
+    return found && value != null ? [{ grip, facts: found, value }] : [];
+  });
+}
+
+/** Whether its motion is seen from above. */
+export function showsOnPlan({ slides, axis: [x, y, z] }: JointGrip): boolean {
+  return slides ? Math.hypot(x, y) > FLAT : Math.abs(z) > FLAT;
+}
+
+/** Where the handle is once the value has changed by so much [rad, m]. */
+export function gripAfter({ slides, at, axis, grip }: JointGrip, by: number): Place {
+  if (slides) return [grip[0] + by * axis[0], grip[1] + by * axis[1], grip[2] + by * axis[2]];
+  const way = minus(grip, at);
+  // Rodrigues' formula.
+  const [across, along] = [crossed(axis, way), axis[0] * way[0] + axis[1] * way[1] + axis[2] * way[2]];
+  const [cos, sin] = [Math.cos(by), Math.sin(by)];
+  const turned = (k: 0 | 1 | 2): number => at[k] + way[k] * cos + across[k] * sin + axis[k] * along * (1 - cos);
+  return [turned(0), turned(1), turned(2)];
+}
+
+/** By how much the value changes when the handle is taken as near as it can be to a place of a picture [rad, m]. */
+export function changeTo({ grip, facts, value }: HeldJoint, draw: (place: Place) => Point, to: Point): number {
+  const missed = (by: number): Point => {
+    const [x, y] = draw(gripAfter(grip, by));
+    return [x - to[0], y - to[1]];
+  };
+  const far = (by: number): number => Math.hypot(...missed(by));
+  let best = 0;
+  for (let by = TRIED; !grip.slides && by <= Math.PI; by += TRIED) for (const each of [by, -by]) if (far(each) < far(best) - 1e-9) best = each;
+  for (let step = 0; step < STEPS; step++) {
+    const [x, y] = missed(best);
+    const [u, v] = missed(best + SLOPE);
+    const [dx, dy] = [(u - x) / SLOPE, (v - y) / SLOPE];
+    const next = best - (x * dx + y * dy) / Math.max(dx * dx + dy * dy, 1e-12);
+    if (far(next) >= far(best)) break;
+    best = next;
+  }
+  return within(value + best, facts) - value;
+}
+
+function within(value: number, { lower, upper }: JointFacts): number {
+  return Math.min(Math.max(value, lower ?? value), upper ?? value);
+}
+
+/** The event that takes a joint to its value; that of an arm keeps where its other joints shall be. */
+export function jointEvent({ grip, facts, value }: HeldJoint, all: Record<string, JointFacts[]>, robots: Record<string, RobotTick>): Values {
+  const to_deg = rounded(shown(facts, value));
+  const goals = goalsOf(grip, robots);
+  if (!goals) return { lead: grip.of, joint: grip.joint, to_deg };
+  const [reach, arm] = armOf(grip);
+  const own = all[grip.of] ?? [];
+  const joints_deg = own.map((each, k) => (each.name === grip.joint ? to_deg : rounded(shown(each, goals[k] ?? 0))));
+  return { reach, arm, joints_deg };
+}
+
+/** The event that gives a joint, or the arm that it is of, back. */
+export function releaseEvent({ of, joint }: JointGrip): Values {
+  const [release, arm] = armOf({ of });
+  return arm === undefined ? { release, joint } : { release, arm };
+}
+
+/** What is written beside a joint that is held. */
+export function jointSaid({ grip, facts, value }: HeldJoint): string[] {
+  return [grip.joint, shown(facts, value).toFixed(facts.slides ? 3 : 1), unit(facts)];
+}
+
+/** Where the joints of its arm shall be; null for one of a mechanism. */
+function goalsOf(grip: JointGrip, robots: Record<string, RobotTick>): number[] | null {
+  const [robot, arm] = armOf(grip);
+  return arm === undefined ? null : (robots[robot]?.arms?.[arm]?.goal ?? null);
+}
+
+/** Robot and arm; a mechanism alone. */
+function armOf({ of }: { of: string }): [string, string?] {
+  const cut = of.indexOf("/");
+  return cut < 0 ? [of] : [of.slice(0, cut), of.slice(cut + 1)];
+}
+
+function minus(one: Place, other: Place): Place {
+  return [one[0] - other[0], one[1] - other[1], one[2] - other[2]];
+}
+
+function crossed([a, b, c]: Place, [x, y, z]: Place): Place {
+  return [b * z - c * y, c * x - a * z, a * y - b * x];
+}
