@@ -1,7 +1,7 @@
 """Odometry, scans and truth of a recording as a log of CARMEN, a file for each robot.
 
-    PARAM robot_frontlaser_offset METRES                          and so on
-    PARAM odometry_noise_distance NUMBER                          at the end; _turn, _veer: as odometry claims them
+    PARAM robot_frontlaser_offset METRES                          ...
+    PARAM odometry_noise_distance NUMBER                          ... at the end; _turn, _veer: as odometry claims them
     ODOM x y theta tv rv accel                                    ipc_timestamp host logger_timestamp
     ROBOTLASERn type start fov step max accuracy remission n [ranges] k [remissions] laser x y theta, robot x y theta,
                 tv rv forward_safety side_safety turn_axis        ...
@@ -59,18 +59,21 @@ def _lines(recorded: RecordedRobots, robot: str) -> Iterator[str]:
         raise UsageError(f"robot '{robot}' has {len(lidars)} lidars; CARMEN knows {MOST_LASERS}")
     if moving := recorded.on_arms(robot) & {*lidars}:
         raise UsageError(f"lidar '{min(moving)}' of robot '{robot}' moves with an arm; CARMEN has only fixed ones")
+    yield "# CARMEN Logfile"
     yield f"# a run of mjsim, seed {recorded.recording.seed}; robot {robot}"
     mounts = {
         name: Pose3.from_matrix(recorded.infos[robot].sensors[name].robot_from_sensor).planar() for name in lidars
     }
     for name, word in zip(lidars, ("frontlaser", "rearlaser"), strict=False):
-        yield f"PARAM robot_{word}_offset {mounts[name].x!r}"
+        yield _line("PARAM", f"robot_{word}_offset {mounts[name].x!r}", 0.0)
     track, claims = recorded.recording.robots[robot], list[tuple[float, float, float, float]]()
+    last = 0.0
     for tick in recorded.ticks(robot):
         odometry, seen = planar_pose(track.odometry[tick.row]), tick.seen
         if seen is None or odometry is None:
             continue
         claims.append(_claim(seen.odometry))
+        last = seen.time
         yield _line("ODOM", _numbers(odometry, *_speeds(seen), 0.0), seen.time)
         if tick.truth is not None:
             yield _line("TRUEPOS", f"{_numbers(tick.truth.planar())} {_numbers(odometry)}", seen.time)
@@ -79,7 +82,7 @@ def _lines(recorded: RecordedRobots, robot: str) -> Iterator[str]:
             laser = f"ROBOTLASER{lidars.index(name) + 1}"
             yield _line(laser, _laser(scan, taken, mounts[name], _speeds(seen)), scan.stamp)
     for name, value in _noise(np.array(claims).reshape(-1, 4)).items():
-        yield f"PARAM odometry_noise_{name} {value!r}"
+        yield _line("PARAM", f"odometry_noise_{name} {value!r}", last)
 
 
 def _claim(moved: Odometry) -> tuple[float, float, float, float]:

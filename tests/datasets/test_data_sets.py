@@ -171,7 +171,11 @@ def carmen(run: Recording, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_log_of_carmen_reads_as_its_format_says(carmen: Path, run: Recording):
-    lines = [line.split() for line in carmen.read_text().splitlines() if not line.startswith("#")]
+    text = carmen.read_text().splitlines()
+    assert text[0] == "# CARMEN Logfile"
+    lines = [line.split() for line in text if not line.startswith("#")]
+    # Every message, parameters too, ends in the time of sending, the host, and the time of logging.
+    assert all(float(line[-3]) == float(line[-1]) >= 0.0 and line[-2] == "mjsim" for line in lines)
     assert {line[0] for line in lines} == {"PARAM", "ODOM", "TRUEPOS", "ROBOTLASER1", "ROBOTLASER2"}
     track, seen = run.robots[ROBOT], list(run.observations(ROBOT))
     odometry = [[float(each) for each in line[1:7]] for line in lines if line[0] == "ODOM"]
