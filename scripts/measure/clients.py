@@ -5,6 +5,7 @@
 A line a client: what it did, its figure, ours. Those that are not installed are named with the package to install.
 """
 
+import ctypes
 import importlib.util
 import shutil
 import subprocess
@@ -99,6 +100,10 @@ def small_gicp(run: mjsim.Recording, folder: Path) -> str:
 
 def open3d(run: mjsim.Recording, folder: Path) -> str:
     """Return the same by its ICP."""
+    # Its wheel wants libusb of the system; another wheel brings one where that has none.
+    found = importlib.util.find_spec("libusb_package")
+    for usb in Path(found.origin or "").parent.glob("libusb-1.0*") if found else ():
+        ctypes.CDLL(str(usb), mode=ctypes.RTLD_GLOBAL)
     import open3d as o3d
 
     first, last, expected = two_scans(run)
