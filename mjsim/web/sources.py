@@ -33,7 +33,8 @@ def source_of_use(world: World, use: str) -> Json:
 
 
 def _shipped(module: str) -> str:
-    spec = importlib.util.find_spec(module) if re.fullmatch(r"[\w.]+", module) else None
+    # A name with further dots would import what stands before the last one.
+    spec = importlib.util.find_spec(module) if re.fullmatch(re.escape(SHIPPED) + r"\w+", module) else None
     if spec is None or spec.origin is None:
         raise RefusedError(404, f"mjsim has no module '{module}'")
     return Path(spec.origin).read_text(encoding="utf-8")

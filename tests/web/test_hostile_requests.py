@@ -119,6 +119,13 @@ def test_a_text_that_grows_when_it_is_read_is_refused_at_once(client, tmp_path, 
     assert time.process_time() - before < SECONDS
 
 
+@pytest.mark.parametrize("module", ["ekf_slam.inner", "none.at.all", "", "..cli", "os;x"])
+def test_source_of_a_module_that_is_not_there_is_refused_in_a_line(client, module):
+    asked = {"path": "room.yaml", "text": "mjsim: 1\n", "use": f"mjsim.algorithms.{module}:Any"}
+    answer = client.post("/api/source", json=asked)
+    assert (answer.status_code, answer.json()["error"]) == (404, f"mjsim has no module 'mjsim.algorithms.{module}'")
+
+
 @pytest.mark.parametrize(
     ("range_", "status", "size"),
     [
