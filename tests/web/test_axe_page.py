@@ -80,6 +80,44 @@ def test_every_view_of_the_studio_is_faultless(browser, folder):
         assert_faultless(page)
 
 
+DIALOGS = {
+    "open": lambda page: page.keyboard.press("Control+o"),
+    "keys": lambda page: page.keyboard.press("?"),
+    "new world": lambda page: page.get_by_role("button", name="New world", exact=True).click(),
+    "save as": lambda page: page.keyboard.press("Control+Shift+s"),
+    "another browser": lambda page: page.get_by_role("button", name="Open in another browser").click(),
+    "models": lambda page: (choose(page, "model"), page.locator(".pick").first.click()),
+    "arms": lambda page: (choose(page, "arm"), page.locator(".pick").first.click()),
+    "module": lambda page: (page.get_by_text("mjsim.algorithms.waypoints:Waypoints").click(), page.keyboard.press("F12")),
+}
+"""What opens each dialog of the studio."""
+
+
+def choose(page, kind):
+    page.get_by_role("button", name="More things (M)").click()
+    page.get_by_label("Kind").select_option(kind)
+
+
+def test_every_dialog_menu_and_the_tour_are_faultless(browser, folder):
+    with Studio(folder, world="room.yaml") as studio, page_at(browser, studio.url) as page:
+        expect.set_options(timeout=PATIENCE)
+        page.emulate_media(reduced_motion="reduce")
+        expect(page.locator("#view-edit .plan")).to_have_attribute("data-view", re.compile(","))
+        for show in DIALOGS.values():
+            show(page)
+            expect(page.get_by_role("dialog")).to_be_visible()
+            assert_faultless(page)
+            page.keyboard.press("Escape")
+            expect(page.get_by_role("dialog")).to_have_count(0)
+        page.locator("#view-edit .plan").focus()
+        page.keyboard.press("?")
+        page.get_by_role("button", name="Take the tour").click()
+        for _ in range(6):
+            expect(page.locator(".tour")).to_be_visible()
+            assert_faultless(page)
+            page.keyboard.press("ArrowRight")
+
+
 @pytest.mark.parametrize("size", [(390, 844), (640, 360)], ids=["phone", "200 %"])
 def test_views_on_small_screens_are_faultless(browser, folder, size):
     with Studio(folder, world="room.yaml") as studio, page_at(browser, studio.url) as page:
