@@ -88,7 +88,10 @@ DIALOGS = {
     "another browser": lambda page: page.get_by_role("button", name="Open in another browser").click(),
     "models": lambda page: (choose(page, "model"), page.locator(".pick").first.click()),
     "arms": lambda page: (choose(page, "arm"), page.locator(".pick").first.click()),
-    "module": lambda page: (page.get_by_text("mjsim.algorithms.waypoints:Waypoints").click(), page.keyboard.press("F12")),
+    "module": lambda page: (
+        page.get_by_text("mjsim.algorithms.waypoints:Waypoints").click(),
+        page.keyboard.press("F12"),
+    ),
 }
 """What opens each dialog of the studio."""
 

@@ -7,7 +7,7 @@ from itertools import groupby, pairwise
 from typing import Any, Literal
 
 from mjsim.world.edit.apart import take_apart
-from mjsim.world.edit.edited_text import EditedText, Path, UnwritableError, same, shown_path
+from mjsim.world.edit.edited_text import EditedText, Path, TextPlace, UnwritableError, same, shown_path
 from mjsim.world.edit.singles import make_single
 from mjsim.world.edit.snippet import rounded
 from mjsim.world.files import BUILT, Source
@@ -58,9 +58,13 @@ def edited(text: str, changes: Iterable[Change], *, source: Source = BUILT) -> t
         UnwritableError: A value is not written in this text, or not once, or is computed; nothing is changed then.
     """
     editor = _Editor(EditedText(text, source))
-    for (op, outer), steps in groupby(_joined(changes), key=lambda step: (step[0], step[1][:-1])):
+    for (op, outer), steps in groupby(
+        _joined(changes), key=lambda step: (step[0], () if step[0] == "unset" else step[1][:-1])
+    ):
         if op == "remove":
             editor.remove([path[-1] for _, path, _ in steps], outer)
+        elif op == "unset":
+            editor.unset([path for _, path, _ in steps])
         else:
             for _, path, value in steps:
                 editor.make(op, path, value)
@@ -114,6 +118,16 @@ class _Editor:
         # The last one may leave the list empty.
         for step in steps[len(together) :]:
             self.make("remove", (*outer, step), None)
+
+    def unset(self, paths: Sequence[Path]) -> None:
+        """Unset keys; those of different items are read and taken out at once."""
+        self._settle()
+        places = [self.draft.place(path) for path in paths] if len(paths) > 1 and _are_apart(paths) else []
+        if places and all(_goes_alone(place) for place in places):
+            self.draft.take_out(*places)
+            return
+        for path in paths:
+            self.make("unset", path, None)
 
     def _set(self, path: Path, value: Any) -> None:
         place = self.draft.place(path)
@@ -189,6 +203,19 @@ class _Editor:
             raise UnwritableError(path, "is no key of this text, or the new name is no text")
         if name != path[-1]:
             self.draft.rename(place, name)
+
+
+def _are_apart(paths: Sequence[Path]) -> bool:
+    """Return whether keys stand in mappings that differ, none of which holds another one."""
+    outer = {path[:-1] for path in paths}
+    within = any(path[:count] in outer for path in outer for count in range(len(path)))
+    return len(outer) == len(paths) and not within
+
+
+def _goes_alone(place: TextPlace) -> bool:
+    """Return whether a key is written, and others stay beside it, so that nothing around it goes too."""
+    written = not place.rest and place.elsewhere is None and isinstance(place.path[-1], str)
+    return written and len(place.chain[-2].entries) > 1 and not _says_nothing_empty(place.path[:-1])
 
 
 def _joined(changes: Iterable[Change]) -> list[tuple[str, Path, Any]]:

@@ -93,6 +93,10 @@ class EditedText:
         self._read()
         self._stale = False
         """Whether the text has changed since its places were found; they are found again when they are asked for."""
+        self._grown: set[Path] = set()
+        """Mappings that get a new key by these cuts."""
+        self._lines: set[int] = set()
+        """Where the lines begin in which they get it."""
         self._wanted = self._root.plain  # made anew each time it is asked for
 
     def finished(self) -> tuple[str, Node]:
@@ -136,6 +140,8 @@ class EditedText:
         Raises:
             UnwritableError: It stands in another file, or not once.
         """
+        if self._grown and any(path[:count] in self._grown for count in range(len(path) + 1)):
+            self.settle()
         self._refresh()
         raw = self._raw
         said = None if self._written is None else self._written.value
@@ -219,7 +225,8 @@ class EditedText:
         first, *deeper = map(str, place.rest)
         for key in reversed(deeper):
             value = {key: value}
-        self.settle_at(place)
+        if place.is_empty or not place.span.entries:
+            self.settle_at(place)
         span, holding = place.span, self._at(place.own)
         if place.is_empty:
             self._at(place.own[:-1])[place.own[-1]] = {first: copy.deepcopy(value)}
@@ -234,8 +241,22 @@ class EditedText:
         if not names:
             self._lay(place, {first: value})
             return
-        lines = keyed(first, value, span.column)
-        self._restructure(put_in(self._text, span, index, line=f"{scalar(first)}: {inline(value)}", lines=lines))
+        self._put_key(place, index, first, value)
+
+    def _put_key(self, place: TextPlace, index: int, key: str, value: Any) -> None:
+        """Put a key into a mapping that has others; put off, unless its line is to change already."""
+        line, lines = f"{scalar(key)}: {inline(value)}", keyed(key, value, place.span.column)
+        cuts = put_in(self._text, place.span, index, line=line, lines=lines)
+        if not self._lines.isdisjoint(self._begins(cuts)):
+            # How a line goes on depends on what was put into it before.
+            self.settle_at(place)
+            cuts = put_in(self._text, place.span, index, line=line, lines=lines)
+        self._cuts += cuts
+        self._grown.add(place.path[: len(place.own)])
+        self._lines |= self._begins(cuts)
+
+    def _begins(self, cuts: Sequence[Cut]) -> set[int]:
+        return {line_start(self._text, start) for start, _, _ in cuts}
 
     def take_out(self, *places: TextPlace) -> None:
         """Take out a key or an item, with the comments beside it and in it.
@@ -307,6 +328,7 @@ class EditedText:
 
     def _restructure(self, cuts: Sequence[Cut]) -> None:
         self._text, self._cuts, self._stale = applied(self._text, [*self._cuts, *cuts]), [], True
+        self._grown, self._lines = set(), set()
 
     def _own_index(self, place: TextPlace, raw: Node | None, path: Path) -> int:
         """Return which item of a list in the text one of the world is."""

@@ -89,7 +89,7 @@ function spunTogether(items: Item[], pivot: Point, degrees: number, all: Item[])
     const place = add(pivot, rotate(minus(from, pivot), degrees));
     const put = moved(own.ghost, minus(place, to), all);
     // A wall has its corners alone: those of both steps would be written twice.
-    return { ghost: put.ghost, changes: isWall(item) ? cornersSet(put.ghost) : [...own.changes, ...put.changes] };
+    return { ghost: put.ghost, changes: isWall(item) ? cornersSet(put.ghost) : [...put.changes, ...own.changes] };
   });
 }
 
