@@ -1,4 +1,4 @@
-"""Arms from files as the mechanics have them."""
+"""Arms read from files, as `mjsim.mechanics` represents them."""
 
 from typing import TYPE_CHECKING
 
@@ -6,20 +6,20 @@ import numpy as np
 
 from mjsim.geometry import Array
 
-if TYPE_CHECKING:  # and below where it is used: worlds without arms start without it
+if TYPE_CHECKING:  # Imported again where it is used, so that worlds that do not need it load faster.
     from mjsim.mechanics import Arm, Link
     from mjsim.models import FileArm
 
 POSTURES = 4
-"""At so many postures each joint is tried for something to move."""
+"""Number of postures at which each joint is checked for mass that it moves."""
 LEAST_INERTIA = 1e-12
-"""That a joint must move [kg m^2, kg]."""
+"""Smallest inertia or mass that a joint must move [kg m^2, kg]."""
 THIN, THINNEST = 0.04, 0.01
-"""Radius of a link that is drawn as a line or has no mass: a share of the length of the arm, and the least [m]."""
+"""Radius of a link that is drawn as a line or has no mass: as a fraction of the arm's length, and the minimum [m]."""
 
 
 def arm_of(file: "FileArm", name: str) -> "Arm":
-    """Return the arm of a file, its base at the origin of the file and without a tool."""
+    """Return the arm of a file, with its base at the origin of the file and without a tool."""
     from mjsim.mechanics import Arm
 
     length = sum(float(np.linalg.norm(link.before[:3, 3])) for link in file.links)
@@ -29,7 +29,7 @@ def arm_of(file: "FileArm", name: str) -> "Arm":
 
 
 def faulty_joint(arm: "Arm") -> int | None:
-    """Return the number of a joint that moves nothing with mass, from 0; None where there is none."""
+    """Return the index of a joint that moves no mass, from 0; None if there is none."""
     q = np.random.default_rng(0).uniform(-1.0, 1.0, (POSTURES, arm.n))
     moved = np.diagonal(arm.inertia(q), axis1=-2, axis2=-1).max(axis=0)
     return next((number for number, inertia in enumerate(moved.tolist()) if inertia < LEAST_INERTIA), None)
@@ -66,7 +66,7 @@ def _link(file: "FileArm", number: int, radius: float) -> "Link":
 
 
 def _far_end(file: "FileArm", number: int) -> Array:
-    """Return where the line that stands for a link ends, in its frame, shape (3,) [m]: a joint, flange, or its mass."""
+    """Return the end of a link's line, link frame, shape (3,) [m]: the next joint, the flange or the centre of mass."""
     ahead = [link.before[:3, 3] for link in file.links if link.parent == number]
     if number == file.end:
         return np.asarray(file.flange[:3, 3], dtype=float)

@@ -15,14 +15,14 @@ from mjsim.world.ground import Color, Degrees, Metres, Model, ModelPath, Name, P
 from mjsim.world.items.arm_models import arm_of, faulty_joint
 from mjsim.world.items.shipped import shipped_keys, shipped_names
 
-if TYPE_CHECKING:  # and below where it is used: worlds without arms start without it
+if TYPE_CHECKING:  # Imported again where it is used, so that worlds that do not need it load faster.
     from mjsim.mechanics import Arm
     from mjsim.models import FileArm
 
 MOST_JOINTS = 32
-"""Of one arm."""
+"""Largest number of joints of an arm."""
 IN_DOUBT = (("friction", "coulomb"), ("center",), ("inertia",), ("gear",))
-"""Keys of a row that the mechanics may refuse."""
+"""Keys of a row that `mjsim.mechanics` may reject."""
 InUnit = Annotated[float, Field(ge=-1e6, le=1e6)]
 """A length in the unit of the table."""
 Figure = Annotated[float, Field(ge=0, le=1e6)]
@@ -36,7 +36,7 @@ def _ascending(bounds: tuple[float, ...]) -> tuple[float, ...]:
 
 
 def _both_ways(value: Any) -> Any:
-    """Return dry friction both ways as a list; one number means the same both ways."""
+    """Return dry friction in both directions as a list; a single number applies to both."""
     return [value, -value] if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 
@@ -90,7 +90,7 @@ class DhRow(Model):
         Annotated[tuple[Annotated[float, Field(ge=-1e6, le=1e6)], ...], Field(strict=False, min_length=6, max_length=6)]
         | None
     ) = None
-    """[ixx, iyy, izz, ixy, iyz, ixz] about the centre of mass, along the axes of the link [kg m^2]."""
+    """Inertia [ixx, iyy, izz, ixy, iyz, ixz] about the centre of mass, along the axes of the link [kg m^2]."""
     radius: Annotated[float, Field(gt=0, le=1e6)] | None = None
     """Radius of the capsule, in the unit of the table; default: 4 % of the arm's length."""
     gear: Annotated[float, Field(ge=-1e6, le=1e6)] = 1.0
@@ -116,7 +116,7 @@ class DhRow(Model):
         return self
 
     def as_row(self) -> dict[str, Any]:
-        """Return the row as `mjsim.mechanics` has it."""
+        """Return the row in the form of `mjsim.mechanics`."""
         return self.model_dump(exclude_none=True)
 
 
@@ -142,7 +142,7 @@ class DhTable(Model):
         return self
 
     def arm(self, name: str) -> "Arm":
-        """Return the arm of the table, its base at the origin and without a tool."""
+        """Return the arm of the table, with its base at the origin and without a tool."""
         from mjsim.mechanics import Arm
 
         return Arm.from_dh([row.as_row() for row in self.rows], self.convention, self.unit, name=name)
@@ -169,7 +169,7 @@ class RobotArm(Model):
     name: Name = "arm"
     """Name in commands, recordings and `on` of sensors."""
     preset: Name | None = None
-    """An arm of `assets/arms`; keys beside this one override it."""
+    """Preset from `assets/arms`; keys given here override it."""
     dh: DhTable | None = None
     """Its joints and links, unless a preset or a model gives them."""
     model: ModelPath | None = None
@@ -212,7 +212,7 @@ class RobotArm(Model):
             return self
         context = info.context or {}
         self._source = context.get("source") or BUILT
-        # Many arms of one file are read once, also when it is broken.
+        # Arms of the same file share one reading of it, also if the file is broken.
         read: dict[Any, Any] = context.setdefault("models", {})
         key = ("arm", self.model, self.end)
         if key not in read:
@@ -227,7 +227,7 @@ class RobotArm(Model):
         return self
 
     def _check_joints(self) -> None:
-        """Raise ValueError when the file has too many joints, or one that moves nothing."""
+        """Raise ValueError if the file has too many joints, or one that moves no mass."""
         arm = self.arm
         if arm.n > MOST_JOINTS:
             raise ValueError(f"'{self.model}' has {arm.n} joints; an arm has at most {MOST_JOINTS}")
@@ -238,7 +238,7 @@ class RobotArm(Model):
 
     @cached_property
     def file_arm(self) -> "FileArm":
-        """The arm as its file has it, of one that has a model; ValueError when it cannot be read."""
+        """The arm as its file defines it, if it has a model; ValueError if the file cannot be read."""
         from mjsim.models import read_arm
 
         assert self.model is not None, "asked of arms with a model only"
@@ -258,7 +258,7 @@ class RobotArm(Model):
 
     @cached_property
     def arm(self) -> "Arm":
-        """The arm in the robot's frame: that is where its base is, and what its poses are in."""
+        """The arm with its base placed in the robot's frame, in which its poses are."""
         from mjsim.mechanics import placed
 
         base = placed(self.at, np.radians(self.rpy_deg))
@@ -266,11 +266,11 @@ class RobotArm(Model):
         return arm.moved(base, tool=self.tool.pose())
 
     def parts(self) -> tuple[str, ...]:
-        """Return what may carry sensors: ARM/link1 and so on, and ARM/tool."""
+        """Return the names of frames that may carry sensors: ARM/link1 and so on, and ARM/tool."""
         return tuple(f"{self.name}/{part}" for part in [*(f"link{k + 1}" for k in range(self.arm.n)), "tool"])
 
     def start(self) -> tuple[float, ...]:
-        """Return the values of the joints at the start [rad, m]."""
+        """Return the joint values at the start [rad, m]."""
         if not self.start_deg:
             return tuple(min(max(0.0, link.lower), link.upper) for link in self.arm.links)
         pairs = zip(self.arm.links, self.start_deg, strict=True)
@@ -281,7 +281,7 @@ def over_arm(name: str, keys: Mapping[str, Any]) -> dict[str, Any]:
     """Return the keys of an arm merged with those of its preset; a key replaces that of the preset as a whole.
 
     Raises:
-        ValueError: There is no such preset.
+        ValueError: The preset does not exist.
     """
     if name not in arm_names():
         raise ValueError(f"no arm preset '{name}'{did_you_mean(name, arm_names())}")
@@ -289,5 +289,5 @@ def over_arm(name: str, keys: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def arm_names() -> tuple[str, ...]:
-    """Return the names of all presets of arms, sorted."""
+    """Return the names of all arm presets, sorted."""
     return shipped_names("arms")

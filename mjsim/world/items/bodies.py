@@ -13,15 +13,15 @@ from mjsim.world.files import BUILT, Source, read_asset
 from mjsim.world.ground import Color, Degrees, Length, Metres, Model, ModelPath, OneOf, Point, Point3, fault, kind_of
 from mjsim.world.items.model_files import shape_in
 
-if TYPE_CHECKING:  # and below where it is used: worlds without models start without it
+if TYPE_CHECKING:  # Imported again where it is used, so that worlds that do not need it load faster.
     from mjsim.models import ModelFiles, ModelShape
 
 CIRCLE_SIDES = 32
-"""Of the outline of a cylinder."""
+"""Number of corners of a cylinder's outline."""
 Mass = Annotated[float, Field(gt=0, le=10000)]
 """[kg]"""
 JointName = Annotated[str, Field(min_length=1, max_length=200)]
-"""A joint, as a file names it."""
+"""Name of a joint in a file."""
 Caster = Annotated[tuple[Metres, ...], Field(strict=False, min_length=3, max_length=3)]
 """[x, y, radius] [m]."""
 
@@ -75,7 +75,7 @@ class CylinderBody(_Body):
     """[m]"""
 
     def outline(self) -> Array:
-        """Return the shape from above, robot frame, counter-clockwise, shape (n, 2) [m]."""
+        """Return the outline seen from above, robot frame, counter-clockwise, shape (n, 2) [m]."""
         angles = np.arange(CIRCLE_SIDES) * (2 * np.pi / CIRCLE_SIDES)
         return self.radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
 
@@ -95,30 +95,30 @@ class BoxBody(_Body):
 
     @property
     def middle(self) -> float | None:
-        """Height of its middle above the floor [m]; None where its lower face is as near to the floor as usual."""
+        """Height of its centre above the floor [m]; None for the usual ground clearance."""
         return None if self.center is None else self._axle + self.center
 
     @property
     def height(self) -> float:
-        """Of its top above the floor [m]."""
+        """Height of its top above the floor [m]."""
         return self.box[2] if self.middle is None else self.middle + self.box[2] / 2
 
     def stand_on(self, axle: float, wheels: tuple[float, float]) -> None:
-        """Note what carries it when it balances.
+        """Set the wheels that carry it, for a balancing base.
 
         Args:
-            axle: Height above the floor that `center` counts from [m].
-            wheels: How far they reach ahead, and to the side [m]; they are part of the outline.
+            axle: Height of the axle above the floor, from which `center` is measured [m].
+            wheels: Their extent forwards and to the side [m]; they are part of the outline.
         """
         self._axle, self._wheels = axle, wheels
 
     @property
     def radius(self) -> float:
-        """Of the circle around the body, about the robot's origin [m]."""
+        """Radius of the circumscribed circle about the robot's origin [m]."""
         return float(np.hypot(*self.outline().T).max())
 
     def outline(self) -> Array:
-        """Return the shape from above, robot frame, counter-clockwise, shape (4, 2) [m]."""
+        """Return the outline seen from above, robot frame, counter-clockwise, shape (4, 2) [m]."""
         half = np.maximum(np.array(self.box[:2]) / 2, self._wheels)
         return np.asarray(self.at + half * [[-1, -1], [1, -1], [1, 1], [-1, 1]], dtype=float)
 
@@ -143,11 +143,11 @@ class PolygonBody(_Body):
 
     @property
     def radius(self) -> float:
-        """Of the circle around the body, about the robot's origin [m]."""
+        """Radius of the circumscribed circle about the robot's origin [m]."""
         return float(np.hypot(*self.outline().T).max())
 
     def outline(self) -> Array:
-        """Return the shape from above, robot frame, counter-clockwise, shape (n, 2) [m]."""
+        """Return the outline seen from above, robot frame, counter-clockwise, shape (n, 2) [m]."""
         corners = np.array(self.polygon, dtype=float)
         return corners if _area(corners) > 0 else corners[::-1]
 
@@ -162,7 +162,7 @@ class PolygonBody(_Body):
 
 
 class ModelWheel(Model):
-    """A wheel of a robot from a file."""
+    """A wheel of a robot that is read from a file."""
 
     joint: JointName
     """The hinge in the file; two wheels on one axle share it."""
@@ -189,7 +189,7 @@ class ModelBody(_Body):
     """Radius of the circle around the robot [m]."""
     height: Length = 0.3
     """[m]"""
-    # Others have a mass of their own where none is given.
+    # Other bodies have a default mass.
     mass: Mass | None = None  # type: ignore[assignment]
     """Mass of the whole robot [kg]; default: that of the file."""
     origin: Point3 = (0.0, 0.0, 0.0)
@@ -206,7 +206,7 @@ class ModelBody(_Body):
 
     @property
     def ready(self) -> bool:
-        """Whether it says which joints are its wheels; else a drive of the user's own knows."""
+        """Whether it names the joints of its wheels; otherwise the user's drive knows them."""
         return bool(self.wheels)
 
     def outline(self) -> Array:
@@ -215,14 +215,14 @@ class ModelBody(_Body):
 
     @cached_property
     def shape(self) -> "ModelShape":
-        """What the file holds, in its own frame; ValueError when it cannot be read."""
+        """Content of the file, in its own frame; ValueError if it cannot be read."""
         from mjsim.models import read_model
 
         return read_model(self.model, self._read)
 
     @cached_property
     def files(self) -> "ModelFiles":
-        """All that it consists of; ValueError when it cannot be read."""
+        """All parts of the file; ValueError if it cannot be read."""
         from mjsim.models import ROBOT, gather_model
 
         return self.shape.files if self.ready else gather_model(self.model, self._read, sections=ROBOT)
@@ -242,13 +242,13 @@ class ModelBody(_Body):
         return self
 
     def _check_joints(self) -> None:
-        """Refuse joints that the file lacks."""
+        """Refuse joints that are not in the file."""
         for path, joint in self._joints():
             if joint not in self.shape.hinges:
                 raise fault(f"no hinge '{joint}' in '{self.model}'{did_you_mean(joint, self.shape.hinges)}", *path)
 
     def _joints(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
-        """Yield each joint that is named, with its path."""
+        """Yield each joint that the keys name, with its path."""
         for name, wheel in self.wheels.items():
             yield ("wheels", name, "joint"), wheel.joint
             yield from ((("wheels", name, "follow", number), other) for number, other in enumerate(wheel.follow))
@@ -263,12 +263,12 @@ class NoBody(_Body):
 
     @property
     def radius(self) -> float:
-        """Of the circle that stands for it in plans [m]."""
+        """Radius of its symbol in plans [m]."""
         return 0.05
 
     @property
     def height(self) -> float:
-        """Of what stands for it in plans [m]."""
+        """Height of its symbol in plans [m]."""
         return 0.05
 
     def outline(self) -> Array:
@@ -277,7 +277,7 @@ class NoBody(_Body):
 
 
 def _area(corners: Array) -> float:
-    """Return the area inside corners, negative when they go clockwise [m^2]."""
+    """Return the signed area of a polygon, negative if its corners run clockwise [m^2]."""
     x, y = corners.T
     return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) / 2)
 
@@ -300,22 +300,23 @@ SHAPES: dict[str, tuple[str, ...]] = {
 
 
 def shape_of(keys: Any) -> str:
-    """Return which shape the keys of a body describe."""
+    """Return the kind of shape that the keys of a body describe."""
     return next((shape for shape in ("box", "polygon", "model") if shape in keys), "cylinder")
 
 
 PROXIMITY_HEIGHT = 0.6
-"""Of the ring of proximity rays on a body, of the body's height."""
+"""Height of the ring of proximity rays, as a fraction of the body's height."""
 
 
 def rims(body: "Body", bearings: Array) -> Array:
-    """Return how far the outermost rim of a body is from its origin along bearings [rad], same shape [m]."""
+    """Return the distance from the origin to the outermost rim along bearings [rad], same shape [m]."""
     if isinstance(body, CylinderBody | ModelBody | NoBody):
         return np.full(np.shape(bearings), body.radius)
     start = body.outline()
     edge = np.roll(start, -1, axis=0) - start
     ahead = np.stack([np.cos(bearings), np.sin(bearings)], axis=-1)[..., None, :]
-    # start + s edge = t ahead, solved by cross products; an edge along the ray ends at corners that others have too.
+    # start + s edge = t ahead, solved by cross products; a ray along an edge meets the corner, which adjacent edges
+    # share.
     across = ahead[..., 0] * edge[:, 1] - ahead[..., 1] * edge[:, 0]
     safe = np.where(across == 0.0, np.inf, across)
     t = (start[:, 0] * edge[:, 1] - start[:, 1] * edge[:, 0]) / safe
@@ -331,7 +332,7 @@ BODY_KINDS: Mapping[str, type[_Body]] = {
     "model": ModelBody,
     "none": NoBody,
 }
-"""Bodies by the key that gives their shape; that of a cylinder has no key of its own."""
+"""Bodies by the key of their shape; a cylinder has no such key."""
 
 
 def _kind_of_body(item: Any, kinds: Mapping[str, type[BaseModel]]) -> str | None:

@@ -141,7 +141,7 @@ class ReachEvent(_Event):
     arm: Name = "arm"
     """Name of the arm."""
     joints_deg: Annotated[tuple[Metres, ...], Field(strict=False, min_length=1, max_length=32)] | None = None
-    """Value of each joint [deg, m]."""
+    """Joint values [deg, m]."""
     tool: Point3 | None = None
     """Tool position [x, y, z] in the robot frame instead, by inverse kinematics [m]."""
     rpy_deg: RollPitchYaw | None = None
@@ -155,11 +155,11 @@ class ReachEvent(_Event):
 
     @property
     def short(self) -> float:
-        """How far the hand stays away from where it was led [m], once it is known; 0 when it gets there."""
+        """Distance between the hand and its target [m], once known; 0 if it reaches it."""
         return self._short
 
     def stays_away(self, short: float) -> Self:
-        """Return the same event, of a hand that stays so far away from where it was led [m]."""
+        """Return the same event with the distance that remains to the target [m]."""
         copy = self.model_copy()
         copy._short = short
         return copy
@@ -267,10 +267,10 @@ _EVENT: TypeAdapter[WorldEvent] = TypeAdapter(WorldEvent)
 
 
 def event_from(keys: Mapping[str, object]) -> WorldEvent:
-    """Return the event of keys as a world file has them.
+    """Return the event given by the keys of a world file.
 
     Raises:
-        UsageError: A key is unknown or missing, or a value does not fit.
+        UsageError: A key is unknown or missing, or a value is not allowed.
     """
     kind = kind_of(dict(keys), EVENT_KINDS)
     if kind is None:

@@ -24,7 +24,7 @@ Misfit = tuple[str, tuple[str | int, ...]]
 def misfits(keys: Mapping[str, Any]) -> Iterator[Misfit]:
     """Yield inconsistencies in the keys of a world, each as a message and the path of the value.
 
-    The values may be of any type: what is wrong on its own is for the models to say.
+    Values may be of any type: the models report values that are wrong by themselves.
     """
     yield from _names_taken(keys)
     yield from _sensors_taken(keys)

@@ -10,7 +10,7 @@ from mjsim.world.ground import Model, fault
 
 Coefficient = Annotated[float, Field(ge=-100, le=100)]
 MOST_ITERATIONS, EXACT = 50, 1e-12
-"""Of Newton's method."""
+"""Iterations of Newton's method."""
 
 
 class Lens(Model):
@@ -28,7 +28,7 @@ class Lens(Model):
         return self
 
     def bend(self, points: Array) -> Array:
-        """Return where a lens puts what a pinhole puts at x/z, y/z, in focal lengths, shapes (n, 2).
+        """Return the distorted image of pinhole points x/z, y/z, in focal lengths, shapes (n, 2).
 
         References:
             Brown, Close-range camera calibration, Photogrammetric Engineering 37(8), 1971; Kannala, Brandt, A generic
@@ -48,7 +48,7 @@ class Lens(Model):
         return np.stack([bent_x, bent_y], axis=-1)
 
     def straighten(self, bent: Array) -> Array:
-        """Return the inverse of `bend`, shape (n, 2); NaN where the lens folds, or sees nothing."""
+        """Return the inverse of `bend`, shape (n, 2); NaN where the lens folds or does not see."""
         return self._angles_straight(bent) if self.fisheye is not None else self._brown_straight(bent)
 
     def _brown(self) -> tuple[float, float, float, float, float]:
@@ -82,7 +82,7 @@ class Lens(Model):
                 d = radial + slope * y * y + 6 * p1 * y + 2 * p2 * x
                 determinant = a * d - b * b
                 error = self.bend(points) - bent
-                # A point at which the picture turns inside out belongs to no way of light.
+                # A point where the picture folds over corresponds to no ray of light.
                 turned = (determinant <= 0.0) | (a <= 0.0)
                 step = np.stack([d * error[:, 0] - b * error[:, 1], a * error[:, 1] - b * error[:, 0]], axis=-1)
                 step /= np.where(turned, np.nan, determinant)[:, None]
@@ -93,7 +93,7 @@ class Lens(Model):
 
 
 def _angle_bent(angles: Array, k: tuple[float, ...]) -> tuple[Array, Array]:
-    """Return the distance from the middle at which an angle from the axis is drawn, and its slope, shapes (n,)."""
+    """Return the image radius of an angle from the axis, and its slope, shapes (n,)."""
     squared = angles * angles
     value, slope = np.ones_like(angles), np.ones_like(angles)
     for power, factor in enumerate(k, start=1):

@@ -11,7 +11,7 @@ from mjsim.world.items.sensor_model import Bought, Bounds, Chance, Latency, Pitc
 
 
 class LidarNoise(Model):
-    """Standard deviations of one beam's reading."""
+    """Standard deviation of one beam's range."""
 
     range: Deviation = 0.0
     """[m]"""
@@ -59,7 +59,7 @@ class Lidar(Bought):
 
 
 MOST_RAYS = 300_000
-"""In one turn of a lidar."""
+"""Largest number of points in one turn of a lidar."""
 Elevation = Annotated[float, Field(ge=-90, le=90)]
 Speed = Annotated[float, Field(ge=-100_000, le=100_000)]
 
@@ -121,13 +121,13 @@ class Lidar3d(Bought):
 
     @property
     def elevations_deg(self) -> tuple[float, ...]:
-        """Of each ring, from the lowest up [deg]."""
+        """Elevation of each ring, from the lowest up [deg]."""
         given = self.elevation_deg
         return given if len(given) == self.rings else tuple(np.linspace(given[0], given[-1], self.rings).tolist())
 
     @property
     def rays(self) -> int:
-        """How many beams one turn has."""
+        """Number of beams per turn."""
         return self.rosette.points if self.rosette is not None else self.columns * len(self.elevations_deg)
 
     @model_validator(mode="after")

@@ -19,14 +19,14 @@ from mjsim.world.items.world import World
 
 @dataclass(frozen=True, slots=True)
 class HandLed:
-    """A hand of a person is led somewhere, or given back."""
+    """A hand of a person is moved to a target, or released."""
 
     time: float
-    """When it sets out [s]."""
+    """Start of the motion [s]."""
     hand: str
     """left or right."""
     to: tuple[float, float, float] | None
-    """Where its grip is to be, world frame [m]; None for where it was at the start."""
+    """Target of its grip, world frame [m]; None for its start position."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,15 +34,15 @@ class Looks:
     """Appearance of a world at an instant, without positions of objects."""
 
     light: float
-    """General light."""
+    """Ambient light."""
     lamps: Mapping[str, float]
     """Brightness of each lamp by its name."""
     removed: frozenset[str] = frozenset()
-    """Names of obstacles and beacons that were taken away, with what they carried."""
+    """Names of removed obstacles and beacons, with all that they carried."""
     reached: Mapping[str, tuple[HandLed, ...]] = field(default_factory=dict)
-    """Of each person whose hands were led: how, in turn."""
+    """For each person whose hands were moved: the motions, in order."""
     time: float = math.inf
-    """The instant, as far as hands are still on their way; they have arrived unless told [s]."""
+    """The instant, for hands that are still moving; by default they have arrived [s]."""
 
     def after(self, event: WorldEvent, world: World) -> "Looks":
         """Return the appearance after an event."""
@@ -78,9 +78,9 @@ def looks_after(world: World, events: Iterable[WorldEvent], *, time: float = mat
     """Return the appearance of a world after events, in their order.
 
     Args:
-        world: As it was written.
-        events: What has happened.
-        time: The instant, for hands that are still on their way; they have arrived unless given [s].
+        world: The world as written.
+        events: Past events.
+        time: The instant, for hands that are still moving; by default they have arrived [s].
     """
     looks = replace(first_looks(world), time=time)
     for event in events:

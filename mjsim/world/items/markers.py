@@ -1,4 +1,4 @@
-"""The dictionaries of square markers that OpenCV knows: how many markers each has, and of how many modules."""
+"""OpenCV's dictionaries of square markers: number of markers, and modules across."""
 
 from mjsim.errors import did_you_mean
 
@@ -11,7 +11,7 @@ DICTIONARIES: dict[str, tuple[int, int]] = {
     "apriltag_36h10": (6, 2320),
     "apriltag_36h11": (6, 587),
 }
-"""By name: modules across without the black border, and markers from 0."""
+"""By name: modules across without the black border, and number of markers."""
 
 
 QUIET = 1
@@ -19,17 +19,17 @@ QUIET = 1
 
 
 def modules_across(dictionary: str) -> int:
-    """Return how many modules the black square of a marker is wide, its border of one module included."""
+    """Return the width of a marker's black square in modules, including its border of one module."""
     return DICTIONARIES[dictionary][0] + 2
 
 
 def printed_share(dictionary: str) -> float:
-    """Return how wide a marker is with its white border, as a multiple of the black square."""
+    """Return the width of a marker with its white border, as a multiple of the black square."""
     return 1.0 + 2 * QUIET / modules_across(dictionary)
 
 
 def check_marker(dictionary: str, number: int) -> tuple[str, str] | None:
-    """Return what is wrong with a marker and under which key; None when there is one."""
+    """Return what is wrong with a marker and under which key; None if it is valid."""
     if dictionary not in DICTIONARIES:
         return f"no dictionary '{dictionary}'{did_you_mean(dictionary, DICTIONARIES)}", "dictionary"
     _, count = DICTIONARIES[dictionary]

@@ -9,7 +9,7 @@ from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 from mjsim.world.files import BUILT, Source, read_asset
 from mjsim.world.ground import Model, ModelPath, fault
 
-if TYPE_CHECKING:  # and below where it is used: worlds without models start without it
+if TYPE_CHECKING:  # Imported again where it is used, so that worlds that do not need it load faster.
     from mjsim.models import ModelShape
 
 
@@ -28,7 +28,7 @@ class FromFile(Model):
         source = context.get("source")
         if isinstance(source, Source):
             self._source = source
-            # Many chairs of one file are read once.
+            # Items of one file share one reading of it.
             vars(self)["shape"] = shape_in(context, self.model, self._read)
         return self
 
@@ -47,12 +47,12 @@ def shape_in(context: dict[str, Any], model: str, read: Callable[[str], bytes]) 
     """Return the contents of a file, read once for all items of a world, even if it is broken.
 
     Args:
-        context: Of the validation of the world; what was read is kept in it.
-        model: Path of the file, as the world has it.
-        read: Where files come from.
+        context: Validation context of the world, which caches files.
+        model: Path of the file, as written in the world.
+        read: Reads files.
 
     Raises:
-        PydanticCustomError: The file cannot be read; a sentence about the key 'model'.
+        PydanticCustomError: The file cannot be read; the message is about the key 'model'.
     """
     from mjsim.models import read_model
 

@@ -51,7 +51,7 @@ def require_same_but_noise(before: World, after: World) -> None:
     """Check that worlds differ only in noise.
 
     Raises:
-        UsageError: They do; names the first key.
+        UsageError: They differ otherwise; the message names the first key.
     """
     different = _difference(_quiet(before), _quiet(after))
     if different is not None:
@@ -62,12 +62,12 @@ def with_noise(world: World, key: str, value: object) -> World:
     """Return the world with one noise parameter changed.
 
     Args:
-        world: Stays as it is.
-        key: As `--set` has it: 'robots.scout.odometry.noise.turn'.
-        value: The new one.
+        world: Not modified.
+        key: As for `--set`: 'robots.scout.odometry.noise.turn'.
+        value: New value.
 
     Raises:
-        UsageError: There is no such key, it is not of noise, or the value does not fit it.
+        UsageError: The key does not exist or is no noise parameter, or the value is not allowed.
     """
     changed = with_values(world, {key: value})
     require_same_but_noise(world, changed)
@@ -75,7 +75,7 @@ def with_noise(world: World, key: str, value: object) -> World:
 
 
 def _step(name: str, number: int) -> str:
-    """Return how a key goes on to an item: by its name, or by its number where the name has dots as keys have."""
+    """Return the part of a key that names an item: its name, or its index if the name contains dots."""
     return str(number) if "." in name else name
 
 
@@ -95,7 +95,7 @@ def _figures(key: str, model: BaseModel, fields: tuple[str, ...], about: str = "
 
 
 def _quiet(world: World) -> dict[str, Any]:
-    """Return all that a world says but for its noise."""
+    """Return the content of a world without its noise."""
     tree = world.model_dump()
     for robot in tree["robots"]:
         for part in ("drive", "odometry"):
@@ -104,14 +104,14 @@ def _quiet(world: World) -> dict[str, Any]:
             depth = sensor.get("depth")
             kind = next(kind for kind in SENSOR_KINDS if isinstance(sensor.get(kind), str))
             sensor |= dict.fromkeys(SENSOR_KINDS[kind].noise_keys)
-            # Of a depth camera's depth, only the noise may change.
+            # Of the depth of a depth camera, only the noise may change.
             if depth:
                 sensor["depth"] = {"range": Depth().range if depth is True else depth["range"]}
     return tree
 
 
 def _difference(one: Any, other: Any, path: str = "") -> str | None:
-    """Return the key of the first value that differs, None when there is none."""
+    """Return the key of the first value that differs, None if there is none."""
     if isinstance(one, dict) and isinstance(other, dict):
         pairs = [(str(key), one.get(key), other.get(key)) for key in {**one, **other}]
     elif isinstance(one, list | tuple) and isinstance(other, list | tuple) and len(one) == len(other):

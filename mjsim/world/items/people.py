@@ -11,13 +11,13 @@ from mjsim.errors import did_you_mean
 from mjsim.world.ground import RESERVED, Color, Degrees, Model, Name, Point, fault
 from mjsim.world.items.targets import Feet, Hands, TargetRef
 
-if TYPE_CHECKING:  # worlds without people start without it
+if TYPE_CHECKING:  # Imported where it is used: worlds without people load faster.
     from mjsim.geometry import Array, Pose
     from mjsim.people import Figure, Mesh
     from mjsim.world.items.things import Obstacle
 
 Percentile = Annotated[float, Field(ge=1, le=99)]
-"""Of the people of the survey."""
+"""Percentile in the survey."""
 
 WORN = {
     **dict.fromkeys(("thorax", "abdomen", "upper_arm"), "top"),
@@ -130,14 +130,14 @@ class Person(Model):
         return self
 
     def _path(self, measure: str) -> tuple[str, ...]:
-        """Return what to blame for a measure that no body has."""
+        """Return the key to blame for an impossible measure."""
         if measure in self.measures:
             return ("measures", measure)
         return ("measures",) if self.measures else (measure,) if measure in type(self).model_fields else ("percentile",)
 
     @cached_property
     def figure(self) -> "Figure":
-        """The body; MeasureError when none has these measures."""
+        """The body; MeasureError if no body has these measures."""
         from mjsim.people import Figure, Measures
 
         if self.measures:
@@ -149,16 +149,16 @@ class Person(Model):
         return Figure.of(found)
 
     def sit_on(self, thing: "Obstacle") -> None:
-        """Note the thing that `seat` names."""
+        """Set the thing that `seat` names."""
         self._thing = thing
 
     @property
     def floors(self) -> "tuple[Obstacle, ...]":
-        """Things on which people stand in the world of this one."""
+        """Things in its world that people can stand on."""
         return self._floors
 
     def stand_among(self, floors: "tuple[Obstacle, ...]") -> None:
-        """Note the things on which people stand; see `floors`."""
+        """Set the things that people can stand on; see `floors`."""
         self._floors = floors
 
     def color_of(self, segment: str) -> str:
@@ -166,7 +166,7 @@ class Person(Model):
         return str(getattr(self.colors, WORN.get(segment.removeprefix("left_").removeprefix("right_"), "skin")))
 
     def posture(self) -> "Array":
-        """Return the values of the figure's joints, in their order, shape (n,) [rad]."""
+        """Return the joint values of the figure, in order, shape (n,) [rad]."""
         figure = self.figure
         values, names = figure.at_ease, list(figure.joints)
         for name, degrees in self.joints_deg.items():
@@ -174,10 +174,10 @@ class Person(Model):
         return values
 
     def poses(self) -> "dict[str, Array]":
-        """Return world from segment by the segment's name, shape (4, 4) each [m]; a sole touches what is below it.
+        """Return world_from_segment by the segment's name, shape (4, 4) each [m]; soles touch the ground.
 
-        On ramps and steps see `mjsim.people.stand`. Of one who sits with thighs level and shanks upright;
-        `mjsim.posture` finds the posture that seat and targets ask for.
+        For ramps and steps see `mjsim.people.stand`. A sitting person has level thighs and upright shanks here;
+        `mjsim.posture` finds the posture that fits seat and targets.
         """
         from mjsim.mechanics import placed
 
@@ -196,7 +196,7 @@ class Person(Model):
         return self.figure.poses(values, root)
 
     def place(self) -> "Pose":
-        """Return where the hips are and where the person looks, from above, world frame."""
+        """Return the position of the hips and the heading, from above, world frame."""
         from mjsim.geometry import Pose
 
         pelvis = self.poses()["pelvis"]
@@ -204,24 +204,24 @@ class Person(Model):
 
     @cached_property
     def skins(self) -> "dict[str, tuple[Mesh, ...]]":
-        """Surfaces of the segments by their names, each in the frame of its segment."""
+        """Surfaces of the segments by name, each in the frame of its segment."""
         from mjsim.people import surfaces
 
         return surfaces(self.figure)
 
     @cached_property
     def prisms(self) -> "dict[str, tuple[Array, float, float]]":
-        """Upright prisms that hold the segments, by their names, the lowest first.
+        """Upright prisms that enclose the segments, by name, the lowest first.
 
-        Of each its outline, convex, world frame, counter-clockwise, shape (n, 2) [m], and the heights of its lower and
-        its upper face above the floor [m].
+        For each its convex outline, world frame, counter-clockwise, shape (n, 2) [m], and the heights of its lower and
+        upper faces above the floor [m].
         """
         from mjsim.people import columns
 
         return columns(self.skins, self.poses())
 
     def spanned(self) -> "Array":
-        """Return corners of the prisms that hold the body, world frame, shape (n, 3) [m]."""
+        """Return the corners of the prisms that enclose the body, world frame, shape (n, 3) [m]."""
         import numpy as np
 
         return np.concatenate([np.insert(outline, 2, high, axis=1) for outline, _, high in self.prisms.values()])

@@ -9,7 +9,7 @@ from mjsim.world.ground import Model, Name, fault
 from mjsim.world.items.signals import Signal
 
 MOST_STATES = 50
-"""Of a plant in formulas."""
+"""Largest number of states of a mathematical model."""
 PART_OF_PLANT = r"^[A-Za-z0-9_][A-Za-z0-9_.-]*(/[A-Za-z0-9_][A-Za-z0-9_.-]*)?$"
 Figure = Annotated[float, Field(ge=-1e12, le=1e12)]
 Coefficients = Annotated[tuple[Figure, ...], Field(strict=False, min_length=1, max_length=MOST_STATES + 1)]
@@ -68,12 +68,12 @@ class StateSpace(Model):
 
     @property
     def inputs(self) -> list[str]:
-        """How its inputs are called: u, or u1, u2, ..."""
+        """Names of its inputs: u, or u1, u2, ..."""
         return _numbered("u", len(self.b[0]))
 
     @property
     def outputs(self) -> list[str]:
-        """How its outputs are called: y, or y1, y2, ..."""
+        """Names of its outputs: y, or y1, y2, ..."""
         return _numbered("y", len(self.c))
 
 
@@ -128,7 +128,7 @@ class Plant(Model):
         return self
 
     def _check_names(self, model: StateSpace) -> None:
-        """Raise a fault for an input or output that a state space does not have."""
+        """Raise a fault for an input or output that a state space model does not have."""
         if self.input is None and len(model.inputs) > 1:
             raise fault(f"input is missing; the state space has {', '.join(model.inputs)}, so say which", "ss")
         for key, given, known in (

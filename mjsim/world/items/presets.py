@@ -20,12 +20,12 @@ def over_preset(name: str, keys: Mapping[str, Any], source: Source) -> dict[str,
     """Return the keys of a robot merged with those of its preset.
 
     Args:
-        name: Of a robot that comes with mjsim, or the path of a file from the folder of the world.
+        name: Of a robot that comes with mjsim, or the path of a file relative to the world's folder.
         keys: The user's own.
-        source: Of the world, for the file.
+        source: Source of the world, to locate the file.
 
     Raises:
-        ValueError: There is no such preset, or its file is wrong.
+        ValueError: The preset does not exist, or its file is invalid.
     """
     if is_preset_file(name):
         below = _from_file(name, source)
@@ -36,7 +36,7 @@ def over_preset(name: str, keys: Mapping[str, Any], source: Source) -> dict[str,
     _check_drive(name, below.get("drive", {}), keys.get("drive"))
     body = keys.get("body")
     if isinstance(body, Mapping) and any(key in body for key in _OTHER_SHAPES):
-        # Another shape takes the place of the preset's with all its keys, the look of the old one among them.
+        # Another shape replaces that of the preset with all its keys, including the look of the old one.
         of_shape = {key for shape in SHAPES.values() for key in shape}
         below["body"] = {key: value for key, value in below["body"].items() if key not in {*of_shape, "look"}}
     merged: dict[str, Any] = _merged(below, keys)

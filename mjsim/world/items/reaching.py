@@ -23,11 +23,11 @@ def reached_joints(item: RobotArm, event: ReachEvent, start: ArrayLike) -> tuple
 
     Args:
         item: The arm.
-        event: Its values, or the pose of its tool, of which the nearest is returned where it is out of reach.
-        start: From which inverse kinematics begin, shape (n,) [rad, m].
+        event: Its joint values, or the pose of its tool; if out of reach, the nearest one is used.
+        start: Initial guess for inverse kinematics, shape (n,) [rad, m].
 
     Returns:
-        Values within the limits, those of `start` where they do not fit the arm, shape (n,) [rad, m]; and a sentence.
+        Values within the limits, or those of `start` if they do not suit the arm, shape (n,) [rad, m]; and a sentence.
     """
     if event.joints_deg is not None:
         return _joints(item, event.joints_deg, np.asarray(start, dtype=float))

@@ -40,7 +40,7 @@ class SensorModel(Model):
         return None
 
     def misfit(self, robot: Any) -> str | None:
-        """Return in a sentence why a robot cannot carry this sensor; None if it can."""
+        """Return a sentence that says why a robot cannot carry this sensor; None if it can."""
         return None
 
     @model_validator(mode="before")
@@ -58,7 +58,7 @@ class OnArm(SensorModel):
     """Part of an arm that carries it, ARM/link1 and so on or ARM/tool, which defines its frame; default: the body."""
 
     def misfit(self, robot: Any) -> str | None:
-        """Return in a sentence why a robot cannot carry this sensor; None if it can."""
+        """Return a sentence that says why a robot cannot carry this sensor; None if it can."""
         parts = [part for arm in robot.arms for part in arm.parts()]
         if self.on is None or self.on in parts:
             return None
@@ -69,7 +69,7 @@ class Bought(OnArm):
     """A sensor with presets of real devices."""
 
     preset: Name | None = None
-    """A sensor of `assets/sensors`; keys beside this one override it."""
+    """Preset from `assets/sensors`; keys given here override it."""
 
     @model_validator(mode="before")
     @classmethod

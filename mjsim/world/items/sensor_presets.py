@@ -16,7 +16,7 @@ def over_sensor(kind: str, name: str, keys: Mapping[str, Any]) -> dict[str, Any]
         keys: The user's own.
 
     Raises:
-        ValueError: There is no such preset.
+        ValueError: The preset does not exist.
     """
     known = sensor_names(kind)
     if name not in known:

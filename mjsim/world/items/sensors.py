@@ -178,7 +178,7 @@ class Imu(OnArm):
     range: ImuRange = ImuRange()
     """Measurement range; readings saturate beyond it."""
     noise: ImuError = ImuError()
-    """White noise of each reading."""
+    """White noise of each reading (standard deviation)."""
     bias: ImuError = ImuError()
     """Standard deviation of the constant bias, drawn once per run."""
     walk: ImuError = ImuError()
@@ -246,7 +246,7 @@ class Uwb(SensorModel):
     latency: Latency = 0
     """Delay of a reading, in ticks."""
     noise: RangeNoise = RangeNoise()
-    """White noise of each range."""
+    """White noise of each range (standard deviation)."""
     bias: Deviation = 0.0
     """Standard deviation of the constant bias of each anchor, drawn once per run [m]."""
     nlos: Nlos = Nlos()

@@ -16,7 +16,7 @@ def shipped_names(folder: str) -> tuple[str, ...]:
 
 @cache
 def shipped_keys(folder: str, name: str) -> dict[str, Any]:
-    """Return the keys of a preset; copy them before you change them."""
+    """Return the keys of a preset; copy them before changing them."""
     file = resources.files("mjsim.assets") / folder / f"{name}.yaml"
     node, problems = read_text(file.read_text(encoding="utf-8"), file=str(file))
     assert node is not None, problems

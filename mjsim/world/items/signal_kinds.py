@@ -1,7 +1,7 @@
 """The kinds of signals, each with its keys.
 
 Every quantity has two keys, such as `amplitude` and `amplitude_deg`: the second one is for angles and their rates. What
-a signal drives says which of the two it takes.
+the signal drives determines which of the two is used.
 """
 
 import math
@@ -21,7 +21,7 @@ from pydantic import (
 from mjsim.world.files import BUILT, read_asset, read_columns
 from mjsim.world.ground import Model, Rate, fault
 
-if TYPE_CHECKING:  # worlds without signals start without it
+if TYPE_CHECKING:  # Imported where it is used: worlds without signals load faster.
     from numpy.random import Generator
 
     from mjsim.mechanics import TimeSignal
@@ -38,15 +38,15 @@ Column = Annotated[
 Row = Annotated[tuple[Value, ...], Field(strict=False, min_length=2, max_length=2)]
 Points = Annotated[tuple[Row, ...], Field(strict=False, min_length=1, max_length=10_000)]
 Read = Callable[[str], bytes]
-"""Returns a file that a world names."""
+"""Returns a file that a world refers to."""
 M = TypeVar("M", bound="AnySignal")
 
 
 class AnySignal(Model):
-    """What all kinds of signals share: quantities in one of two keys each."""
+    """Base class of all signals: quantities with one of two keys each."""
 
     needs: ClassVar[tuple[str, ...]] = ()
-    """Quantities that must be given."""
+    """Required quantities."""
     may_have: ClassVar[tuple[str, ...]] = ()
 
     @model_validator(mode="after")
@@ -62,28 +62,28 @@ class AnySignal(Model):
         return self
 
     def given(self) -> list[str]:
-        """Return the keys of its quantities that are given."""
+        """Return the keys of its given quantities."""
         names = (*self.needs, *self.may_have)
         return [key for name in names for key in (name, f"{name}_deg") if getattr(self, key) is not None]
 
     @property
     def in_degrees(self) -> bool | None:
-        """Whether its values are angles; None when its keys leave that open."""
+        """Whether its values are angles; None if its keys do not tell."""
         given = self.given()
         return given[0].endswith("_deg") if given else None
 
     def quantity(self, name: str) -> float:
-        """Return a quantity, 0 unless given; an angle in radians."""
+        """Return a quantity, 0 by default; an angle in radians."""
         degrees, plain = getattr(self, f"{name}_deg"), getattr(self, name)
         return math.radians(degrees) if degrees is not None else plain or 0.0
 
     @abstractmethod
     def made(self, read: Read, rng: "Generator | None", *, angle: bool) -> "TimeSignal":
-        """Return the signal itself, its values in radians where they are angles."""
+        """Return the signal; values of angles are in radians."""
 
 
 def _with_from(kind: type[M]) -> type[M]:
-    """Add the key `from`, which no class can define as it is a word of Python's own."""
+    """Add the key `from`, which is a reserved word in Python."""
     text = "Value at the start; 0 unless given."
     extra: Any = {"from": (Value | None, Field(default=None, description=text))}
     return create_model(kind.__name__, __base__=kind, __module__=kind.__module__, __doc__=kind.__doc__, **extra)
@@ -99,7 +99,7 @@ class ConstantSignal(AnySignal):
     """The same for an angle."""
 
     def made(self, read: Read, rng: "Generator | None", *, angle: bool) -> "TimeSignal":
-        """Return the signal itself."""
+        """Return the signal."""
         from mjsim.mechanics import Constant
 
         return Constant(level=self.quantity("value"))
@@ -107,7 +107,7 @@ class ConstantSignal(AnySignal):
 
 @_with_from
 class StepSignal(AnySignal):
-    """One value before a time, another from it on."""
+    """One value before a time, another one from then on."""
 
     needs, may_have = ("to",), ("from",)
     from_deg: Value | None = None
@@ -120,7 +120,7 @@ class StepSignal(AnySignal):
     """Time [s]."""
 
     def made(self, read: Read, rng: "Generator | None", *, angle: bool) -> "TimeSignal":
-        """Return the signal itself."""
+        """Return the signal."""
         from mjsim.mechanics import StepChange
 
         return StepChange(before=self.quantity("from"), after=self.quantity("to"), when=self.at)
@@ -143,7 +143,7 @@ class RampSignal(AnySignal):
     """Duration; default: unlimited [s]."""
 
     def made(self, read: Read, rng: "Generator | None", *, angle: bool) -> "TimeSignal":
-        """Return the signal itself."""
+        """Return the signal."""
         from mjsim.mechanics import Ramp
 
         seconds = math.inf if self.seconds is None else self.seconds
@@ -151,7 +151,7 @@ class RampSignal(AnySignal):
 
 
 class _Swing(AnySignal):
-    """What goes up and down about a mean."""
+    """A periodic signal about a mean."""
 
     needs, may_have = ("amplitude",), ("offset",)
     amplitude: Value | None = None
@@ -175,7 +175,7 @@ class SineSignal(_Periodic):
     """A sine: offset + amplitude sin(2 pi frequency t + phase)."""
 
     def made(self, read: Read, rng: "Generator | None", *, angle: bool) -> "TimeSignal":
-        """Return the signal itself."""
+        """Return the signal."""
         from mjsim.mechanics import Sine
 
         amplitude, offset = self.quantity("amplitude"), self.quantity("offset")
@@ -190,7 +190,7 @@ class SquareSignal(_Periodic):
     """Fraction of the period for which it is up."""
 
     def made(self, read: Read, rng: "Generator | None", *, angle: bool) -> "TimeSignal":
-        """Return the signal itself."""
+        """Return the signal."""
         from mjsim.mechanics import Square
 
         amplitude, offset = self.quantity("amplitude"), self.quantity("offset")
@@ -205,7 +205,7 @@ class SawtoothSignal(_Periodic):
     """Fraction of the period in which it rises: 1 falls at once, 0.5 is a triangle."""
 
     def made(self, read: Read, rng: "Generator | None", *, angle: bool) -> "TimeSignal":
-        """Return the signal itself."""
+        """Return the signal."""
         from mjsim.mechanics import Sawtooth
 
         amplitude, offset = self.quantity("amplitude"), self.quantity("offset")
@@ -230,7 +230,7 @@ class PulseSignal(_Swing):
         return self
 
     def made(self, read: Read, rng: "Generator | None", *, angle: bool) -> "TimeSignal":
-        """Return the signal itself."""
+        """Return the signal."""
         from mjsim.mechanics import Pulse
 
         amplitude, offset = self.quantity("amplitude"), self.quantity("offset")
@@ -250,7 +250,7 @@ class ChirpSignal(_Swing):
     """Course of the frequency."""
 
     def made(self, read: Read, rng: "Generator | None", *, angle: bool) -> "TimeSignal":
-        """Return the signal itself."""
+        """Return the signal."""
         from mjsim.mechanics import Chirp
 
         return Chirp(
@@ -281,7 +281,7 @@ class RandomSignal(AnySignal):
     """Distribution; binary has only two values, which suits identification."""
 
     def made(self, read: Read, rng: "Generator | None", *, angle: bool) -> "TimeSignal":
-        """Return the signal itself."""
+        """Return the signal."""
         from numpy.random import default_rng
 
         from mjsim.mechanics import Random
@@ -329,7 +329,7 @@ class TableSignal(AnySignal):
         return self
 
     def made(self, read: Read, rng: "Generator | None", *, angle: bool) -> "TimeSignal":
-        """Return the signal itself; a table that does not say it is in degrees where it drives an angle."""
+        """Return the signal; a table that drives an angle must be in degrees."""
         import numpy as np
 
         from mjsim.mechanics import Table

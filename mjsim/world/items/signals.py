@@ -21,7 +21,7 @@ from mjsim.world.items.signal_kinds import (
     TableSignal,
 )
 
-if TYPE_CHECKING:  # worlds without signals start without it
+if TYPE_CHECKING:  # Imported where it is used: worlds without signals load faster.
     from numpy.random import Generator
 
     from mjsim.mechanics import TimeSignal
@@ -85,15 +85,15 @@ class Signal(Model):
         return f"{what}; write {right} for {key}", (self.kind, key)
 
     def made(self, read: Read, rng: "Generator | None" = None, *, angle: bool = False) -> "TimeSignal":
-        """Return the signal itself, with its value and derivatives at any time.
+        """Return the signal, with its value and derivatives at any time.
 
         Args:
             read: Returns the file of a table, such as `World.read_asset`.
-            rng: Its own source of chance, if it is random; one that is always the same unless given.
-            angle: Whether it drives an angle; its values are in radians then.
+            rng: Random generator of a random signal; by default one with a fixed seed.
+            angle: Whether it drives an angle; its values are then in radians.
 
         Raises:
-            ValueError: Its keys are not those of an angle, or of something else; its file is gone.
+            ValueError: Its keys do not match `angle`, or its file is missing.
         """
         if (wrong := self.misfit(angle=angle)) is not None:
             raise ValueError(wrong[0])
@@ -105,11 +105,11 @@ def signal_of(keys: Mapping[str, Any], *, angle: bool = False, rng: "Generator |
 
     Args:
         keys: Such as {"sine": {"amplitude": 0.3, "frequency_hz": 0.5}}.
-        angle: Whether it is an angle or its rate: keys end in _deg then, values are in radians.
-        rng: For a random one.
+        angle: Whether it is an angle or its rate: keys then end in _deg, and values are in radians.
+        rng: For a random signal.
 
     Raises:
-        ValueError: Something in them is wrong; the sentence says what.
+        ValueError: A key is invalid; the message says which.
     """
     try:
         signal = Signal.model_validate(keys)
@@ -126,7 +126,7 @@ def _no_file(name: str) -> bytes:
 
 
 def table_files(part: Any) -> Iterator[str]:
-    """Yield the files of all tables in a part of a world, in its items and in theirs."""
+    """Yield the files of all tables in a part of a world, nested items included."""
     if isinstance(part, TableSignal):
         if part.file is not None:
             yield part.file

@@ -149,7 +149,7 @@ class Floor(Model):
 
 
 class Ceiling(Model):
-    """A level ceiling over all walls, seen from below."""
+    """A level ceiling above all walls, seen from below."""
 
     height: Length | None = None
     """Height above the floor [m]; default: that of the highest wall."""

@@ -10,7 +10,7 @@ from mjsim.world.items.markers import check_marker
 from mjsim.world.items.model_files import FromFile
 from mjsim.world.items.targets import Seat, Targets, check_names
 
-if TYPE_CHECKING:  # and below where it is used: worlds without models start without it
+if TYPE_CHECKING:  # Imported again where it is used, so that worlds that do not need it load faster.
     from mjsim.geometry import Array
 
 
@@ -28,7 +28,7 @@ class ScriptedPath(Model):
 
 
 Mass = Annotated[float, Field(ge=1e-3, le=1e5)]
-"""Of what can be pushed [kg]."""
+"""Mass of a movable thing [kg]."""
 SMALLEST = 1e-3
 """Minimum size of a movable object [m]: the physics cannot handle smaller ones."""
 
@@ -65,7 +65,7 @@ class _Obstacle(Model):
         return self.elevation
 
     def world_from_thing(self) -> "Array":
-        """Return its frame at the start: origin in the middle of its underside, x along its heading, shape (4, 4)."""
+        """Return its pose at the start: origin at the centre of the underside, x along its heading, shape (4, 4)."""
         from mjsim.mechanics import placed
 
         return placed((*self.at, self.origin_height), (0.0, 0.0, math.radians(self.heading_deg)))
@@ -148,7 +148,7 @@ class StepsObstacle(_Fixed):
 class ModelObstacle(FromFile, _Obstacle):
     """An object from an MJCF or URDF file; its origin is placed at `at`, its lowest point at `elevation`."""
 
-    # Others have a mass of their own where none is given.
+    # Other things have a default mass.
     mass: Mass | None = None  # type: ignore[assignment]
     """Mass of a movable object [kg]; default: that of the file."""
 
@@ -209,7 +209,7 @@ class Beacon(Model):
     image: AssetPath | None = None
     """The picture; its height follows from its aspect ratio."""
     marker: Marker | None = None
-    """A marker instead of a picture."""
+    """Marker in place of a picture."""
     width: Length = 0.6
     """Printed width [m]; for a marker, width of its black square."""
     center: Distance = 1.2

@@ -17,9 +17,9 @@ from mjsim.world.items.things import (
 )
 
 PLATFORM = 0.5
-"""What is level and no higher is stood on; what is higher is in the way [m]; assumed."""
+"""People stand on level things up to this height; higher ones are obstacles [m]; assumed."""
 EDGE = 1e-9
-"""Places on an edge are on the thing, whatever rounding does [m]."""
+"""Tolerance within which points on an edge count as on the thing [m]."""
 
 
 def floors(things: Iterable[Obstacle]) -> tuple[Obstacle, ...]:
@@ -28,12 +28,12 @@ def floors(things: Iterable[Obstacle]) -> tuple[Obstacle, ...]:
 
 
 def height_under(things: Sequence[Obstacle], spot: Array, *, most: float = math.inf) -> float:
-    """Return how high the floor is, or the highest of the things on it, at a place [m].
+    """Return the height of the floor, or of the highest of the things on it, at a place [m].
 
     Args:
         things: On the floor.
         spot: World frame, shape (2,) [m].
-        most: What is higher there is left out [m].
+        most: Things that are higher there are ignored [m].
     """
     return max((top for thing in things for top in _tops(thing, spot) if top <= most), default=0.0)
 
@@ -51,7 +51,7 @@ def _is_floor(thing: Obstacle) -> bool:
 
 
 def _tops(thing: Obstacle, spot: Array) -> Iterator[float]:
-    """Yield the heights of a thing above the floor at a place, none where it is not below the place [m]."""
+    """Yield the height of a thing above the floor at a place, nothing if it is not below the place [m]."""
     angle = math.radians(thing.heading_deg)
     away, c, s = spot - thing.at, math.cos(angle), math.sin(angle)
     x, y = float(c * away[0] + s * away[1]), float(c * away[1] - s * away[0])
@@ -83,6 +83,6 @@ def _within(along: float, length: float) -> bool:
 
 
 def _holds(outline: Array, x: float, y: float) -> bool:
-    """Return whether a convex outline, counter-clockwise, shape (n, 2), has a point in it [m]."""
+    """Return whether a convex outline, counter-clockwise, shape (n, 2), contains a point [m]."""
     sides, ahead = np.roll(outline, -1, axis=0) - outline, np.array([x, y]) - outline
     return bool(np.all(sides[:, 0] * ahead[:, 1] - sides[:, 1] * ahead[:, 0] >= 0.0))

@@ -15,7 +15,7 @@ def with_values(world: World, values: Mapping[str, Any]) -> World:
     """Return the world with values changed, with keys as in `with_settings`; without checks for plausibility.
 
     Raises:
-        UsageError: There is no such key, or the value does not fit it.
+        UsageError: The key does not exist, or the value is not allowed.
     """
     parts = [(key.split("."), value, key) for key, value in values.items()]
     return with_parts(world, parts, ", ".join(values))
@@ -25,12 +25,12 @@ def with_parts(world: World, given: Sequence[tuple[list[str], Any, str]], what: 
     """Return the world with values changed.
 
     Args:
-        world: Stays as it is.
-        given: Of each value its path, itself, and what errors call it.
-        what: What errors call all of them.
+        world: Not modified.
+        given: For each value its path, the value, and its name in errors.
+        what: The name in errors of all of them.
 
     Raises:
-        UsageError: There is no such key, or the value does not fit it.
+        UsageError: The key does not exist, or the value is not allowed.
     """
     tree = world.model_dump(exclude_unset=True)
     full = world.model_dump()

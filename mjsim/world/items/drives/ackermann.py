@@ -1,4 +1,4 @@
-"""Ackermann steering: a car."""
+"""Ackermann steering, as in a car."""
 
 import math
 from typing import Annotated, Literal, Self
@@ -12,7 +12,7 @@ from mjsim.world.items.drives.base import SIDES, AnyDrive, TurnRate, Wheel, gear
 class AckermannDrive(AnyDrive):
     """A car: two driven rear wheels, and two front wheels that steer about a common centre.
 
-    Its origin is midway between the wheels behind. It cannot turn on the spot.
+    Its origin is midway between the rear wheels. It cannot turn on the spot.
     """
 
     type: Literal["ackermann"]
@@ -43,7 +43,7 @@ class AckermannDrive(AnyDrive):
 
     @property
     def wheels(self) -> tuple[Wheel, ...]:
-        """Two driven ones under the origin, two steered ones ahead."""
+        """Two driven wheels at the origin, two steered wheels ahead."""
         radius, half = self.wheel_radius, half_width(self.wheel_width, radius=self.wheel_radius, track=self.track)
         rear = [
             Wheel(
@@ -76,5 +76,5 @@ class AckermannDrive(AnyDrive):
 
     @property
     def max_curvature(self) -> float:
-        """That of the largest steering angle [1/m]."""
+        """Curvature at the largest steering angle [1/m]."""
         return math.tan(math.radians(self.max_steer_deg)) / self.wheelbase

@@ -18,7 +18,7 @@ class OwnImu(Model):
     """Noise of the built-in inertial sensor of a balancing base, at the axle and read at 250 Hz."""
 
     noise: ImuError = ImuError()
-    """White noise of each reading."""
+    """White noise of each reading (standard deviation)."""
     bias: ImuError = ImuError()
     """Standard deviation of the constant bias, drawn once per run."""
     walk: ImuError = ImuError()
@@ -29,7 +29,7 @@ class BalancingDrive(AnyDrive):
     """Only two wheels on one axle; a controller balances the body with the torque of both motors."""
 
     controller: ClassVar[str | None] = "mjsim.algorithms.balance:Lqr"
-    """A linear quadratic regulator, designed from the numbers of the robot."""
+    """Linear quadratic regulator, designed from the parameters of the robot."""
 
     type: Literal["balancing"]
     """Kind of drive."""
@@ -75,5 +75,5 @@ class BalancingDrive(AnyDrive):
 
     @property
     def slip(self) -> Slip:
-        """Of two wheels that bear everything."""
+        """Slip of two wheels that carry the whole weight."""
         return Slip()

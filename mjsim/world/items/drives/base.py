@@ -18,9 +18,9 @@ Acceleration = Annotated[float, Field(gt=0, le=100)]
 TurnAcceleration = Annotated[float, Field(gt=0, le=36000)]
 """[deg/s^2]"""
 SIDES = (("left", 1.0), ("right", -1.0))
-"""Of an axle: name and sign of y."""
+"""Wheels of an axle: name and sign of y."""
 CORNERS = tuple((f"{end}_{side}", x, y) for end, x in (("front", 1.0), ("rear", -1.0)) for side, y in SIDES)
-"""Of a rectangle: name and signs of x and y."""
+"""Wheels of a rectangle: name and signs of x and y."""
 
 
 class DriveNoise(Model):
@@ -58,11 +58,11 @@ class Motor:
     """The motor of a driven wheel: a velocity servo."""
 
     inertia: float
-    """Of the rotor and the gear about the axle, as a multiple of the robot's mass at the wheel's rim."""
+    """Inertia of rotor and gear about the axle, as a multiple of the robot's mass at the wheel's rim."""
     share: float | None
-    """Share of the robot that its torque has to move; None for a torque without limit."""
+    """Fraction of the robot's mass that its torque has to move; None for an unlimited torque."""
     follows_load: bool = False
-    """Whether its lag grows with the load; else it is the same whatever the load."""
+    """Whether its lag grows with the load; otherwise it is the same for any load."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,9 +70,9 @@ class TorqueMotor:
     """The torque motor of a wheel driven by a controller."""
 
     torque: float
-    """Largest, either way [N m]."""
+    """Largest torque in either direction [N m]."""
     inertia: float = 0.0
-    """Of the rotor and the gear about the axle, as a multiple of the robot's mass at the wheel's rim."""
+    """Inertia of rotor and gear about the axle, as a multiple of the robot's mass at the wheel's rim."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,7 +80,7 @@ class Rollers:
     """The rollers of an omnidirectional wheel."""
 
     angle: float
-    """From the wheel's axle to the axis of the lowest roller, about the vertical, left positive [rad]."""
+    """Angle from the wheel's axle to the axis of the lowest roller, about the vertical, left positive [rad]."""
     count: int
 
 
@@ -90,33 +90,33 @@ class Wheel:
 
     name: str
     at: tuple[float, float]
-    """Of its middle, robot frame [m]."""
+    """Position of its centre, robot frame [m]."""
     radius: float
     """[m]"""
     half_width: float
     """[m]"""
     heading: float = 0.0
-    """Direction in which it rolls, robot frame, left positive [rad]."""
+    """Rolling direction, robot frame, left positive [rad]."""
     load: Literal["full", "shared", "heavy", "light"] = "full"
-    """How much of the robot it bears, which tells how deep it stands in the floor: less where steered wheels bear some,
-    heavy for a single steered wheel that drives; light for one of a mass of its own without a gear."""
+    """Its share of the robot's weight, which sets how deep its contact sinks in: less where steered wheels carry some,
+    heavy for a single steered and driven wheel; light for one with a mass of its own and no gear."""
     mass: float | None = None
-    """Of its own, as a solid cylinder [kg]; None for a share of the robot's."""
+    """Its own mass, as a solid cylinder [kg]; None for a fraction of the robot's mass."""
     motor: Motor | TorqueMotor | None = None
-    """None for a wheel that turns freely."""
+    """None for a passive wheel."""
     steer: str | None = None
     """Name of the hinge that steers it, `ROBOT/steer_...`; None for a fixed wheel."""
     rollers: Rollers | None = None
     """None for a plain tyre."""
     spokes: bool = True
-    """Whether its rim is drawn, so that one sees it turn."""
+    """Whether its rim is drawn, so that its rotation is visible."""
 
 
 class AnyDrive(Model):
     """Base class of drives: limits and noise."""
 
     controller: ClassVar[str | None] = None
-    """What drives its motors between ticks when a world names nothing, as `use`; None where servos do."""
+    """Default controller of its motors between ticks, as `use`; None where servos drive them."""
 
     max_speed: Speed = 0.7
     """[m/s]"""
@@ -131,32 +131,32 @@ class AnyDrive(Model):
 
     @property
     def wheels(self) -> tuple[Wheel, ...]:
-        """The wheels that carry the base, in the order in which they are built; empty where its own file has them."""
+        """The wheels that carry the base, in the order in which they are built; empty if its own file has them."""
         return ()
 
     @property
     def driven_wheels(self) -> tuple[str, ...]:
-        """Names of the driven wheels, in the order of the speeds of a command."""
+        """Names of the driven wheels, in the order of a command's wheel speeds."""
         return tuple(f"wheel_{wheel.name}" for wheel in self.wheels if wheel.motor is not None)
 
     @property
     def driven_radius(self) -> float:
-        """Radius of the driven wheels [m]; 0 where it is not known."""
+        """Radius of the driven wheels [m]; 0 if unknown."""
         return next((wheel.radius for wheel in self.wheels if wheel.motor is not None), 0.0)
 
     @property
     def steering(self) -> tuple[str, ...]:
-        """Names of the hinges that are steered, in the order of their angles."""
+        """Names of the steered hinges, in the order of their angles."""
         return tuple(wheel.steer for wheel in self.wheels if wheel.steer is not None)
 
     @property
     def on_casters(self) -> bool:
-        """Whether casters ahead and behind keep it upright, so that its mass must lie over its wheels."""
+        """Whether casters in front and behind keep it upright, so that its centre of mass must lie above its wheels."""
         return False
 
     @property
     def own_imu(self) -> Imu | None:
-        """The inertial sensor that its controller needs; None where it needs none."""
+        """The inertial sensor that its controller needs; None if it needs none."""
         return None
 
     @property
@@ -173,13 +173,13 @@ class AnyDrive(Model):
     def slip(self) -> Slip:
         """Slip assumed in the covariance of odometry.
 
-        Fitted to drives without noise at changing speeds and turns (scripts/measure/odometry.py).
+        Fitted to noise-free drives at changing speeds and turns (scripts/measure/odometry.py).
         """
         return Slip()
 
     @property
     def max_curvature(self) -> float:
-        """Of the sharpest arc that it can drive [1/m]; infinite where it can turn on the spot."""
+        """Curvature of the tightest arc that it can drive [1/m]; infinite if it can turn on the spot."""
         return math.inf
 
 
@@ -189,5 +189,5 @@ def half_width(width: float | None, *, radius: float, track: float = math.inf) -
 
 
 def geared_motor(*, share: float) -> Motor:
-    """Return a motor that follows with the same lag whatever the load, and moves a share of the robot."""
+    """Return a motor whose lag does not depend on the load and that moves a fraction of the robot."""
     return Motor(inertia=0.3, share=share)

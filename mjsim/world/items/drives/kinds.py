@@ -30,7 +30,7 @@ KINDS: Mapping[str, type[AnyDrive]] = {
 
 
 def _kind_of_drive(item: Any, kinds: Mapping[str, type[BaseModel]]) -> str | None:
-    """Return the type of a drive, which need not be said of a differential one, or `use` for the user's own."""
+    """Return the type of a drive (differential by default), or `use` for the user's own."""
     if isinstance(item, UserDrive) or (isinstance(item, dict) and "use" in item):
         return "use"
     kind = item.get("type", "differential") if isinstance(item, dict) else getattr(item, "type", None)

@@ -24,7 +24,7 @@ class MecanumDrive(RollerDrive):
 
     @property
     def wheels(self) -> tuple[Wheel, ...]:
-        """One at each corner; the rollers on the floor lie across the lines to the robot's middle."""
+        """One at each corner; the axes of the rollers on the floor are across the lines to the robot's centre."""
         return tuple(
             Wheel(
                 name=name,
@@ -44,5 +44,5 @@ class MecanumDrive(RollerDrive):
 
     @property
     def slip(self) -> Slip:
-        """Of wheels that roll from one roller onto the next, beside what `strafe` and `spin` tell."""
+        """Slip of wheels that roll from one roller onto the next, in addition to `strafe` and `spin`."""
         return Slip(forward=0.0033, left=0.0043, turn=0.0037, outward=0.0)

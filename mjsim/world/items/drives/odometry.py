@@ -9,7 +9,7 @@ from mjsim.world.items.drives.base import Slip
 
 
 class OdometryNoise(Model):
-    """Independent increments with variance distance^2 |d| and turn^2 |turn|."""
+    """Independent increments with variances distance^2 |d| and turn^2 |turn|."""
 
     distance: Deviation = 0.0
     """[m/sqrt(m)]"""

@@ -21,7 +21,7 @@ class Omni3Drive(RollerDrive):
 
     @property
     def wheels(self) -> tuple[Wheel, ...]:
-        """On the circle, rolling along it; their rollers lie across it."""
+        """On the circle, rolling along its tangent; their rollers are at 90 degrees."""
         return tuple(
             Wheel(
                 name=name,
@@ -42,5 +42,5 @@ class Omni3Drive(RollerDrive):
 
     @property
     def slip(self) -> Slip:
-        """Of wheels whose rollers lie across, and which creep every way alike."""
+        """Slip of wheels with rollers at 90 degrees, which creep equally in all directions."""
         return Slip(forward=0.0015, left=0.0015, outward=0.0)

@@ -24,7 +24,7 @@ class SkidSteerDrive(AnyDrive):
 
     @property
     def wheels(self) -> tuple[Wheel, ...]:
-        """One at each corner; no load slows them down: the tyres give way first."""
+        """One at each corner; no load slows them down, since the tyres slip first."""
         return tuple(
             Wheel(
                 name=name,
@@ -40,13 +40,13 @@ class SkidSteerDrive(AnyDrive):
     def turning_track(self) -> float:
         """Track of the differential drive that turns as this one does [m].
 
-        Four like wheels, which carry the same weight, at (+-a, +-b) from the middle. While the robot turns at w, a
-        wheel whose rim runs at u slips by u - w b along and w a aside. Friction acts against the slip; what all four
-        give together has no moment when (u - w b) b = w a^2, so u = w (a^2 + b^2) / b: a track of 2 (a^2 + b^2) / b.
+        Four equal wheels with equal loads at (+-a, +-b) from the centre. While the robot turns at w, a wheel with rim
+        speed u slips by u - w b along and by w a across. Friction opposes the slip; the sum of all four has no moment
+        when (u - w b) b = w a^2, so u = w (a^2 + b^2) / b: a track of 2 (a^2 + b^2) / b.
         """
         return self.effective_track or self.track * (1.0 + (self.wheelbase / self.track) ** 2)
 
     @property
     def slip(self) -> Slip:
-        """Of four fixed wheels, which turn by slipping sideways."""
+        """Slip of four fixed wheels, which turn by slipping sideways."""
         return Slip(forward=0.019, left=0.015, turn=0.028, outward=0.0, surge=0.029, swing=0.02)

@@ -36,7 +36,7 @@ class TricycleDrive(AnyDrive):
 
     @property
     def wheels(self) -> tuple[Wheel, ...]:
-        """Two on the fixed axle under the origin, and the one that is driven and steered."""
+        """Two on the fixed axle at the origin, and the driven and steered one."""
         load_radius = self.load_wheel_radius or self.wheel_radius
         fixed = [
             Wheel(
@@ -61,7 +61,7 @@ class TricycleDrive(AnyDrive):
 
     @property
     def driven_x(self) -> float:
-        """Where the driven wheel is, ahead of the fixed axle positive [m]."""
+        """Position of the driven wheel, ahead of the fixed axle positive [m]."""
         return self.wheelbase if self.driven == "front" else -self.wheelbase
 
     @property
@@ -71,10 +71,10 @@ class TricycleDrive(AnyDrive):
 
     @property
     def max_curvature(self) -> float:
-        """That of the largest steering angle [1/m]; infinite from 90 degrees."""
+        """Curvature at the largest steering angle [1/m]; infinite from 90 degrees."""
         return math.inf if self.max_steer_deg >= 90.0 else math.tan(math.radians(self.max_steer_deg)) / self.wheelbase
 
     @property
     def slip(self) -> Slip:
-        """Of one wheel that drives and steers, while its angle changes."""
+        """Slip of one wheel that drives and steers, while its angle changes."""
         return Slip(forward=0.002, turn=0.0045)

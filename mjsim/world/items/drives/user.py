@@ -21,7 +21,7 @@ class UserDrive(AnyDrive, Use):
 
     @property
     def type(self) -> str:
-        """What modules are told: the name of the class."""
+        """Its type, as modules know it: the name of the class."""
         return self.use.rpartition(":")[2]
 
     @property

@@ -1,4 +1,4 @@
-"""Mechanisms as a world file describes them: bodies, joints, constraints, actuators and sensors."""
+"""Mechanisms in a world file: bodies, joints, constraints, actuators and sensors."""
 
 from mjsim.faces import face
 

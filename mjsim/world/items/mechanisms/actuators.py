@@ -16,7 +16,7 @@ class _Actuator(Model):
 
     @property
     def target(self) -> str:
-        """What it acts on, as sensors name it."""
+        """What it acts on, in the notation of sensors."""
         return str(getattr(self, actuator_kind(self)))
 
 
@@ -124,11 +124,11 @@ ACTUATORS: dict[str, type[_Actuator]] = {
 }
 """Actuators by the key that names what they act on."""
 MOTIONS = ("angle", "position", "velocity", "distance")
-"""Those that a joint follows, whatever it takes."""
+"""Actuators that prescribe a motion, with whatever force it takes."""
 
 
 def actuator_kind(actuator: _Actuator) -> str:
-    """Return the key of an actuator's kind."""
+    """Return the key that names the kind of an actuator."""
     return next(kind for kind, model in ACTUATORS.items() if isinstance(actuator, model))
 
 

@@ -1,4 +1,4 @@
-"""How a mechanism hangs together: its bodies by number, its values, and where its loops are cut."""
+"""Assembly of a mechanism: its bodies by number, its values, and where its loops are cut."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -12,19 +12,19 @@ from mjsim.mechanics import BodyPoint, Coincide, Linkage, Meet, Rows, TimeSignal
 from mjsim.world.items.mechanisms.points import Place
 
 TURNED = 0.05
-"""Angles below this are not told of a loop that does not close [deg]."""
+"""Smaller angles are not reported for a loop that does not close [deg]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Motion:
-    """A motion that a joint or a distance follows."""
+    """A prescribed motion of a joint or a distance."""
 
     number: int
-    """Among the actuators."""
+    """Index of its actuator."""
     kind: str
     """'angle', 'position', 'velocity' or 'distance'."""
     column: int
-    """Of the value; -1 for a distance."""
+    """Column of the value; -1 for a distance."""
     ends: tuple[BodyPoint, BodyPoint] | None
     """Of a distance."""
     signal: TimeSignal
@@ -35,7 +35,7 @@ class Motion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Coupling:
-    """A value that goes with another one from where both start: first = ratio times second."""
+    """A value coupled to another one, relative to their start: first = ratio times second."""
 
     name: str
     first: int
@@ -46,12 +46,12 @@ class Coupling:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Rod:
-    """Two points that stay as far apart as they start."""
+    """Two points at a constant distance."""
 
     name: str
     ends: tuple[BodyPoint, BodyPoint]
     length: float | None
-    """As at the start unless given [m]."""
+    """By default the distance at the start [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -65,7 +65,7 @@ class Spring:
     damping: float
     """[N s/m]"""
     rest: float | None
-    """As at the start unless given [m]."""
+    """By default the distance at the start [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -73,29 +73,30 @@ class CurvePoint:
     """A point that slides along a curve."""
 
     name: str
-    """Of its value, the length along the curve."""
+    """Column of its value, the length along the curve."""
     column: int
     ghost: int
-    """Number of the body that stands on the curve where the point is, for the sake of the linkage alone."""
+    """Number of the auxiliary body on the curve at the point, which only the linkage needs."""
     spot: BodyPoint
     """The point."""
     number: int
-    """Among the constraints."""
+    """Index of its constraint."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Assembly:
-    """A mechanism as `mjsim.mechanics` has it, and how it starts."""
+    """A mechanism in the form of `mjsim.mechanics`, and how it starts."""
 
     bodies: tuple[str, ...]
-    """By number; the ground first; of ghosts beyond cuts `JOINT.ghost`, or '' where the physics needs none."""
+    """Names by number, the ground first; for ghosts beyond cuts `JOINT.ghost`, or '' if the physics does not need
+    one."""
     linkage: Linkage
     rows: tuple[Rows, ...]
-    """What holds at all times: closed loops and constraints."""
+    """Equations that always hold: closed loops and constraints."""
     cuts: Mapping[str, tuple[int, int]]
-    """By joint at which a loop is cut: the ghost and the body that it stands for."""
+    """By joint where a loop is cut: the ghost and the body that it represents."""
     places: Mapping[str, tuple[Place, Place]]
-    """By joint: the points that meet."""
+    """By joint: the points that coincide."""
     names: tuple[str, ...]
     """Of the values."""
     columns: Mapping[str, range]
@@ -112,11 +113,11 @@ class Assembly:
     speeds: Array
     """At the start, shape (values,) [1/s]."""
     found: Mapping[int, float] = field(default_factory=dict)
-    """Torques and forces that trimming found, by the number of their actuator [N m, N]."""
+    """Torques and forces found by trimming, by the number of their actuator [N m, N]."""
 
     @property
     def closures(self) -> tuple[Rows, ...]:
-        """Loops that close, and points that are on their curves."""
+        """Closed loops, and points that lie on their curves."""
         loops = (Coincide(*pair) for pair in self.cuts.values())
         return (*loops, *(Meet(each.ghost, each.spot) for each in self.tracks))
 
@@ -125,7 +126,7 @@ class Assembly:
         return self.bodies.index(body)
 
     def gap(self, values: Array) -> tuple[str, str]:
-        """Return the loop or curve that is missed by most, by name, and by how much, in words; '' where there is none.
+        """Return the loop or curve with the largest error, and that error, in words; '' if there is none.
 
         Args:
             values: Shape (values,) [rad, m].
@@ -144,10 +145,10 @@ class Assembly:
         return worst, how
 
     def needs_axis(self, name: str) -> bool:
-        """Return whether a cut joint must be held at a second point of its axis, beside the one where its bodies meet.
+        """Return whether a cut joint needs a second point on its axis held, besides the one where its bodies meet.
 
-        In a plane mechanism all other joints keep the axes parallel already, and a second point would only share the
-        forces in a way that is left to chance.
+        In a planar mechanism all other joints already keep the axes parallel, and a second point would make the
+        distribution of the forces indeterminate.
         """
         others = [row for row in self.rows if row != Coincide(*self.cuts[name])]
         for values in self._postures():
@@ -158,15 +159,15 @@ class Assembly:
             point = np.concatenate([jacobian(self.linkage, others, values), at[:3]])
             own = list(self.columns[name])
             kept = np.setdiff1d(np.arange(self.linkage.size), own)
-            # The joint's own turn is free in any case.
+            # The rotation of the joint itself is free in any case.
             if rank_of(point[:, kept]) + len(own) < rank_of(whole):
                 return True
         return False
 
     def across(self, track: CurvePoint) -> tuple[int, ...]:
-        """Return which of the two directions across a curve the physics must hold its point in: 0, 1 or both.
+        """Return the directions across a curve in which the physics must constrain its point: 0, 1 or both.
 
-        In a plane mechanism one does, and the other would only be a demand for what holds anyhow.
+        In a planar mechanism one is enough; the other would be redundant.
         """
         joint = self.linkage.joints[track.ghost - 1]
         curve = joint.primitives[0].curve
@@ -186,7 +187,7 @@ class Assembly:
         return (min(needed),) if needed else (0, 1)
 
     def _postures(self) -> Iterator[Array]:
-        """Yield the values at the start, and some that hold as well near them."""
+        """Yield the values at the start, and some valid values near them."""
         rng, values = np.random.default_rng(0), self.start
         for _ in range(3):
             yield values
@@ -194,10 +195,10 @@ class Assembly:
             values = closed.values if closed.good else self.start
 
     def column(self, name: str) -> int:
-        """Return the column of a value, named as a joint of one value or as `JOINT.VALUE`.
+        """Return the column of a value, named by a joint of one value or as `JOINT.VALUE`.
 
         Raises:
-            ValueError: There is none, or the joint has several.
+            ValueError: It does not exist, or the joint has several.
         """
         if name in self.names:
             return self.names.index(name)
@@ -210,10 +211,10 @@ class Assembly:
         )
 
     def moved_column(self, name: str) -> int:
-        """Return the column of a value that an actuator or a gear may act on, named as `column` has it.
+        """Return the column of a value that an actuator or a gear may act on, named as for `column`.
 
         Raises:
-            ValueError: There is none, or it is how far a point is along a curve.
+            ValueError: It does not exist, or it is the position of a point along a curve.
         """
         column = self.column(name)
         if column in [track.column for track in self.tracks]:
@@ -224,5 +225,5 @@ class Assembly:
 
 
 def rank_of(matrix: Array) -> int:
-    """Return the rank of a matrix, 0 of an empty one."""
+    """Return the rank of a matrix, 0 for an empty one."""
     return int(np.linalg.matrix_rank(matrix, rtol=1e-8)) if matrix.size else 0

@@ -1,4 +1,4 @@
-"""A mechanism put together: its assembly, and the values and speeds that it starts from."""
+"""Assembling a mechanism, with its values and speeds at the start."""
 
 import dataclasses
 import math
@@ -21,18 +21,18 @@ from mjsim.world.items.mechanisms.tracks import begin_tracks, track_speeds, trac
 from mjsim.world.items.mechanisms.tree import Points, linkage_of, places_of, tree_of, values_of
 
 SAME = 1e-6
-"""Values at the start that differ less are the same [rad, m]."""
+"""Start values that differ by less are equal [rad, m]."""
 
 
 def assemble(mechanism: MechanismParts, read: Read) -> Assembly:
-    """Return how a mechanism hangs together.
+    """Return the assembly of a mechanism.
 
     Args:
-        mechanism: As it is written.
+        mechanism: As written.
         read: Returns the file of a table of a signal.
 
     Raises:
-        PydanticCustomError: Something does not fit; says where.
+        PydanticCustomError: Something does not fit; its path is given.
     """
     points: Points = {GROUND: {}, **{body.name: body.points() for body in mechanism.bodies}}
     places = places_of(mechanism, points)
@@ -70,7 +70,7 @@ def _started(mechanism: MechanismParts, found: Assembly) -> Assembly:
     begin, held = _given(mechanism, found)
     begin_tracks(mechanism, found, begin, held)
     rows = first_rows(found)
-    # Where a loop is cut, the joint follows what is said of the others.
+    # Where a loop is cut, the joint follows from the other values.
     begin = tracked(found.linkage, rows, begin, columns=_unsaid_at_cuts(mechanism, found, held))
     closed = close(found.linkage, rows, begin, held=sorted(held))
     if not closed.good:
@@ -86,7 +86,7 @@ def _started(mechanism: MechanismParts, found: Assembly) -> Assembly:
 
 
 def _unsaid_at_cuts(mechanism: MechanismParts, found: Assembly, held: set[int]) -> list[int]:
-    """Return the columns of joints at which loops are cut that are neither given nor said to be near something."""
+    """Return the columns of joints at cuts whose values are neither given nor given approximately."""
     columns = list[int]()
     for joint in mechanism.all_joints:
         if joint.name in found.cuts and not any(joint.spread("near")):
@@ -95,12 +95,12 @@ def _unsaid_at_cuts(mechanism: MechanismParts, found: Assembly, held: set[int]) 
 
 
 def first_rows(found: Assembly) -> list[Rows]:
-    """Return what holds at the start, whatever its values are."""
+    """Return the constraints at the start that hold for all values."""
     return [*found.closures, *tied_rows(found, None), *driver_rows(found, 0.0)]
 
 
 def driver_rows(found: Assembly, time: float) -> list[Rows]:
-    """Return what drives of angles, positions and distances demand at a time [s]."""
+    """Return the prescribed angles, positions and distances at a time [s]."""
     rows = list[Rows]()
     for drive in found.drives:
         if drive.kind == "distance":
@@ -112,7 +112,7 @@ def driver_rows(found: Assembly, time: float) -> list[Rows]:
 
 
 def _given(mechanism: MechanismParts, found: Assembly) -> tuple[Array, set[int]]:
-    """Return where the search for the start begins, shape (values,), and the columns that are given."""
+    """Return the initial guess of the start values, shape (values,), and the columns that are given."""
     begin, held = np.zeros(found.linkage.size), set[int]()
     led = {
         drive.column: float(drive.signal.value(0.0)) for drive in found.drives if drive.kind in ("angle", "position")
@@ -177,7 +177,7 @@ def _within(mechanism: MechanismParts, found: Assembly, values: Array) -> None:
 
 
 def _check_drives(mechanism: MechanismParts, found: Assembly, values: Array) -> None:
-    """Check that each motion has a freedom of its own."""
+    """Check that each prescribed motion has a degree of freedom of its own."""
     matrix = jacobian(found.linkage, found.rows, values)
     rank = rank_of(matrix)
     free = found.linkage.size - rank
@@ -209,7 +209,7 @@ def _drive_row(found: Assembly, drive: Motion) -> Rows:
 
 
 def _speeds(mechanism: MechanismParts, found: Assembly, values: Array) -> Array:
-    """Return the speeds at the start: those given, those of motions, and what follows from loops."""
+    """Return the speeds at the start: given ones, prescribed ones, and those that follow from loops."""
     held: dict[int, float] = {}
     for joint in mechanism.all_joints:
         for column, speed in zip(found.columns[joint.name], joint.spread("speed"), strict=True):

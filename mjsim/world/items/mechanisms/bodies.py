@@ -1,4 +1,4 @@
-"""Bodies of mechanisms: rods, boxes, cylinders, balls and models, each with its mass."""
+"""Bodies of mechanisms: rods, boxes, cylinders, balls and models, with their masses."""
 
 import math
 from abc import abstractmethod
@@ -10,19 +10,19 @@ from mjsim.world.ground import Color, Length, Model, OneOf, Point3, RollPitchYaw
 from mjsim.world.items.mechanisms.points import GROUND, PartName
 from mjsim.world.items.model_files import FromFile
 
-if TYPE_CHECKING:  # worlds without mechanisms start without it
+if TYPE_CHECKING:  # Imported where it is used: worlds without mechanisms load faster.
     from mjsim.geometry import Array
     from mjsim.mechanics import Solid
 
 DENSITY = 1000.0
-"""Of a body whose mass is not given [kg/m^3]."""
+"""Density of a body without a given mass [kg/m^3]."""
 
 LIGHTEST = 1e-9
-"""Mass of a body that the physics can move [kg]."""
+"""Smallest mass of a moving body in the physics [kg]."""
 SHORTEST = 1e-5
-"""Length of a rod that has a direction for the physics [m]."""
+"""Smallest length of a rod with a direction in the physics [m]."""
 RIM = 24
-"""Points of the rim of a cylinder."""
+"""Number of points on the rim of a cylinder."""
 
 
 class _Body(Model):
@@ -59,7 +59,7 @@ class _Body(Model):
 
     @abstractmethod
     def own_mass(self) -> float:
-        """Return that of its shape [kg]."""
+        """Return the mass of its shape [kg]."""
 
     def middle(self) -> tuple[float, float, float]:
         """Return the centre of mass of its shape, frame of the shape [m]."""
@@ -67,7 +67,7 @@ class _Body(Model):
 
     @abstractmethod
     def own_tensor(self) -> "Array":
-        """Return the inertia of its shape about that centre for 1 kg, axes of the shape, shape (3, 3) [m^2]."""
+        """Return the inertia of its shape about its centre of mass for 1 kg, axes of the shape, shape (3, 3) [m^2]."""
 
     @abstractmethod
     def ends(self) -> dict[str, tuple[float, float, float]]:
@@ -75,7 +75,7 @@ class _Body(Model):
 
     @abstractmethod
     def spans(self) -> tuple[list[tuple[float, float, float]], float]:
-        """Return points and a radius [m]: its shape is the convex hull of balls about them, frame of the shape."""
+        """Return points and a radius [m]: its shape is the convex hull of balls at the points, frame of the shape."""
 
     def hull(self) -> "tuple[Array, float]":
         """Return the points of `spans` in the frame of the body, shape (n, 3) [m], and the radius of the balls [m]."""
@@ -131,18 +131,18 @@ def _check_inertia(inertia: tuple[float, ...]) -> None:
 
 
 class _Even(_Body):
-    """A body of even density."""
+    """A body of uniform density."""
 
     @abstractmethod
     def volume(self) -> float:
-        """Return that of its shape [m^3]."""
+        """Return the volume of its shape [m^3]."""
 
     @abstractmethod
     def squares(self) -> tuple[float, float, float]:
         """Return the moments of inertia of its shape about its centre, for a mass of 1 kg [m^2]."""
 
     def own_mass(self) -> float:
-        """Return that of its shape at 1000 kg/m^3 [kg]."""
+        """Return the mass of its shape at 1000 kg/m^3 [kg]."""
         return DENSITY * self.volume()
 
     def own_tensor(self) -> "Array":
@@ -165,7 +165,7 @@ class MechanismRod(_Even):
         return self
 
     def volume(self) -> float:
-        """Return that of a cylinder [m^3]."""
+        """Return the volume of a cylinder [m^3]."""
         return math.pi * self.rod[1] ** 2 * self.rod[0]
 
     def middle(self) -> tuple[float, float, float]:
@@ -203,7 +203,7 @@ class MechanismBox(_Even):
         return (y + z, x + z, x + y)
 
     def ends(self) -> dict[str, tuple[float, float, float]]:
-        """Return the middles of four faces [m]."""
+        """Return the centres of four faces [m]."""
         x, _, z = (size / 2 for size in self.box)
         return {"end": (x, 0.0, 0.0), "start": (-x, 0.0, 0.0), "top": (0.0, 0.0, z), "bottom": (0.0, 0.0, -z)}
 
@@ -230,7 +230,7 @@ class MechanismCylinder(_Even):
         return (across, across, radius**2 / 2)
 
     def ends(self) -> dict[str, tuple[float, float, float]]:
-        """Return the middles of its faces [m]."""
+        """Return the centres of its faces [m]."""
         return {"top": (0.0, 0.0, self.cylinder[1] / 2), "bottom": (0.0, 0.0, -self.cylinder[1] / 2)}
 
     def spans(self) -> tuple[list[tuple[float, float, float]], float]:
@@ -248,7 +248,7 @@ class MechanismBall(_Even):
     """Its radius [m]."""
 
     def volume(self) -> float:
-        """Return that of a ball [m^3]."""
+        """Return the volume of a ball [m^3]."""
         return 4.0 / 3.0 * math.pi * self.sphere**3
 
     def squares(self) -> tuple[float, float, float]:
@@ -256,7 +256,7 @@ class MechanismBall(_Even):
         return (0.4 * self.sphere**2,) * 3
 
     def ends(self) -> dict[str, tuple[float, float, float]]:
-        """Return nothing but its centre, which all bodies have."""
+        """Return an empty mapping: all bodies have a centre."""
         return {}
 
     def spans(self) -> tuple[list[tuple[float, float, float]], float]:
@@ -270,13 +270,13 @@ class MechanismModel(FromFile, _Body):
     @model_validator(mode="after")
     def _weighs(self) -> Self:
         said = None not in (self.mass, self.center, self.inertia)
-        # Only a file that was read with its world is known to be there.
+        # The file is known to exist only if it was read with its world.
         if not said and "shape" in vars(self) and self.shape.whole.mass <= 0.0:
             raise fault(f"'{self.model}' has no mass; give the body mass, center and inertia", "model")
         return self
 
     def own_mass(self) -> float:
-        """Return that of the file, which grows with the cube of `scale` [kg]."""
+        """Return the mass of the file, which is proportional to the cube of `scale` [kg]."""
         return self.shape.whole.mass * self.scale**3
 
     def middle(self) -> tuple[float, float, float]:
@@ -290,11 +290,11 @@ class MechanismModel(FromFile, _Body):
         return whole.inertia * (self.scale**2 / whole.mass) if whole.mass > 0.0 else whole.inertia
 
     def ends(self) -> dict[str, tuple[float, float, float]]:
-        """Return nothing but its centre; other points are written as {BODY: [x, y, z]}."""
+        """Return an empty mapping: all bodies have a centre; other points are written as {BODY: [x, y, z]}."""
         return {}
 
     def spans(self) -> tuple[list[tuple[float, float, float]], float]:
-        """Return corners of the convex hull of all that can be touched [m]."""
+        """Return corners of the convex hull of all collision shapes [m]."""
         return [(x, y, z) for x, y, z in (self.shape.whole.corners * self.scale).tolist()], 0.0
 
 
@@ -305,7 +305,7 @@ BODIES: dict[str, type[_Body]] = {
     "sphere": MechanismBall,
     "model": MechanismModel,
 }
-"""Bodies by the key that gives their shape."""
+"""Bodies by the key of their shape."""
 
 MechanismBody = Annotated[
     MechanismRod | MechanismBox | MechanismCylinder | MechanismBall | MechanismModel,

@@ -14,7 +14,7 @@ class _Constraint(Model):
     """Name in errors."""
 
     def called(self, number: int) -> str:
-        """Return its name, or what stands for one where it is of that number among the constraints, from 0."""
+        """Return its name, or a substitute made from its index among the constraints, from 0."""
         kind = next(key for key, model in CONSTRAINTS.items() if isinstance(self, model))
         return self.name or f"{kind if kind in ('parallel', 'curve') else 'constraint'}{number + 1}"
 

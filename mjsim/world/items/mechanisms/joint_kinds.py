@@ -23,7 +23,7 @@ JOINTS: dict[str, type[MechanismJoint]] = {
     "six_dof": many_joints.SixDofJoint,
     "custom": many_joints.CustomJoint,
 }
-"""Joints by the key that names them."""
+"""Joints by the key that names their kind."""
 
 
 Jointed = Annotated[

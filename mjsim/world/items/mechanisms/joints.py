@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from mjsim.world.ground import Metres, Model, RollPitchYaw, fault
 from mjsim.world.items.mechanisms.points import Axis, End, PartName
 
-if TYPE_CHECKING:  # worlds without mechanisms start without it
+if TYPE_CHECKING:  # Imported where it is used: worlds without mechanisms load faster.
     from mjsim.mechanics import Primitive
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
@@ -35,8 +35,8 @@ AnglePair = Annotated[tuple[Angle, ...], Field(strict=False, min_length=2, max_l
 class MechanismJoint(Model):
     """Base class of all joints; a number stands for a list of one.
 
-    Lists have one number for each slide, or for each turn (`_deg`); a ball has three turns. `stiffness`, `damping` and
-    `friction` have one number for all, or one for each slide and then each turn.
+    Lists have one number per slide, or per rotation (`_deg`); a ball has three rotations. `stiffness`, `damping` and
+    `friction` have one number for all, or one per slide and then per rotation.
     """
 
     of: Annotated[tuple[End, ...], Field(strict=False, min_length=2, max_length=2)]
@@ -72,20 +72,20 @@ class MechanismJoint(Model):
 
     @property
     def kind(self) -> str:
-        """The key that names it: `revolute` and so on."""
+        """The key that names its kind: `revolute` and so on."""
         return next(key for key, field in type(self).model_fields.items() if field.annotation is str)
 
     @property
     def name(self) -> str:
-        """In the scene, `MECHANISM/JOINT`."""
+        """Its name; `MECHANISM/JOINT` in the scene."""
         return str(getattr(self, self.kind))
 
     @abstractmethod
     def primitives(self, axis: tuple[float, ...]) -> "tuple[Primitive, ...]":
-        """Return its motions in order, from the first body to the second.
+        """Return its elementary motions in order, from the first body to the second.
 
         Args:
-            axis: The one that it has unless it gives its own, in the frame of the first body.
+            axis: Its default axis, in the frame of the first body.
         """
 
     @model_validator(mode="after")
@@ -124,13 +124,13 @@ class MechanismJoint(Model):
                     yield name, value
 
     def _counts(self) -> tuple[int, int]:
-        """Return how many values slide and how many turn."""
+        """Return the numbers of slides and of rotations."""
         parts = self.primitives(Z)
         slides = sum(part.kind == "slide" for part in parts)
         return slides, sum(part.width for part in parts) - slides
 
     def spread(self, key: str) -> list[float | None]:
-        """Return what `key` and `key_deg` say of each value [m, rad], None for what they do not, in order."""
+        """Return the numbers of `key` and `key_deg` for each value [m, rad], None if not given, in order."""
         slides, turns = iter(getattr(self, key) or ()), iter(getattr(self, f"{key}_deg") or ())
         found: list[float | None] = []
         for part in self.primitives(Z):
@@ -142,7 +142,7 @@ class MechanismJoint(Model):
         return found
 
     def figures(self, key: str) -> list[float]:
-        """Return stiffness, damping or friction of each value, in order; 0 where there is none."""
+        """Return stiffness, damping or friction of each value, in order; 0 by default."""
         parts = self.primitives(Z)
         width = sum(part.width for part in parts)
         given = getattr(self, key) or (0.0,)
@@ -160,7 +160,7 @@ class OneAxis(MechanismJoint):
     """Axis in the frame of the first body; default: that of the mechanism's first joint."""
 
     def direction(self, axis: tuple[float, ...]) -> tuple[float, float, float]:
-        """Return its axis as a unit vector; the one given unless it has its own."""
+        """Return its axis as a unit vector; the default axis unless it has its own."""
         return unit(axis if self.axis is None else self.axis)
 
 
@@ -182,7 +182,7 @@ class RevoluteJoint(OneAxis):
     """Its name."""
 
     def primitives(self, axis: tuple[float, ...]) -> "tuple[Primitive, ...]":
-        """Return the turn."""
+        """Return the rotation."""
         return chain(("turn", self.direction(axis), ""))
 
 
@@ -204,7 +204,7 @@ class CylindricalJoint(OneAxis):
     """Its name; its values are `NAME.slide` and `NAME.turn`."""
 
     def primitives(self, axis: tuple[float, ...]) -> "tuple[Primitive, ...]":
-        """Return slide and turn."""
+        """Return slide and rotation."""
         along = self.direction(axis)
         return chain(("slide", along, "slide"), ("turn", along, "turn"))
 
@@ -216,7 +216,7 @@ class PlanarJoint(OneAxis):
     """Its name; its values are `NAME.x`, `NAME.y` and `NAME.turn`."""
 
     def primitives(self, axis: tuple[float, ...]) -> "tuple[Primitive, ...]":
-        """Return both slides and the turn."""
+        """Return both slides and the rotation."""
         normal = self.direction(axis)
         first, second = across(normal)
         return chain(("slide", first, "x"), ("slide", second, "y"), ("turn", normal, "turn"))
@@ -260,7 +260,7 @@ def unit(vector: tuple[float, ...]) -> tuple[float, float, float]:
 
 
 def across(normal: tuple[float, float, float]) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Return two axes in the plane of a normal, right-handed with it: x as it is where the normal is z."""
+    """Return two axes in the plane of a normal, right-handed with it: x is kept if the normal is z."""
     start = X if abs(normal[0]) < 0.9 else Y
     along = sum(a * b for a, b in zip(start, normal, strict=True))
     first = unit(tuple(a - along * b for a, b in zip(start, normal, strict=True)))

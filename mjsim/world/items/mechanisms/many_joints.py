@@ -8,11 +8,11 @@ from mjsim.world.ground import Model, fault
 from mjsim.world.items.mechanisms.joints import MechanismJoint, OneAxis, X, Y, Z, chain, unit
 from mjsim.world.items.mechanisms.points import Axis, PartName
 
-if TYPE_CHECKING:  # worlds without mechanisms start without it
+if TYPE_CHECKING:  # Imported where it is used: worlds without mechanisms load faster.
     from mjsim.mechanics import Primitive
 
 LEAST_SINE = 1e-3
-"""Of the angle between two axes that are not one."""
+"""Smallest sine of the angle between two distinct axes."""
 
 
 class _TurnAxes(MechanismJoint):
@@ -36,7 +36,7 @@ class _TurnAxes(MechanismJoint):
         return (X, Y, Z)
 
     def turns(self) -> list[tuple[Any, tuple[float, float, float], str]]:
-        """Return its turns in order."""
+        """Return its rotations in order."""
         axes = self._usual() if self.axes is None else tuple(unit(axis) for axis in self.axes)
         return [("turn", axis, str(number)) for number, axis in enumerate(axes, start=1)]
 
@@ -51,7 +51,7 @@ class UniversalJoint(_TurnAxes):
         return (Y, Z)
 
     def primitives(self, axis: tuple[float, ...]) -> "tuple[Primitive, ...]":
-        """Return both turns."""
+        """Return both rotations."""
         return chain(*self.turns())
 
 
@@ -62,7 +62,7 @@ class GimbalJoint(_TurnAxes):
     """Its name; its values are `NAME.1`, `NAME.2` and `NAME.3`."""
 
     def primitives(self, axis: tuple[float, ...]) -> "tuple[Primitive, ...]":
-        """Return the turns."""
+        """Return the rotations."""
         return chain(*self.turns())
 
 
@@ -73,7 +73,7 @@ class BearingJoint(_TurnAxes):
     """Its name; its values are `NAME.slide`, `NAME.1`, `NAME.2` and `NAME.3`."""
 
     def primitives(self, axis: tuple[float, ...]) -> "tuple[Primitive, ...]":
-        """Return slide and turns."""
+        """Return slide and rotations."""
         turns = self.turns()
         return chain(("slide", turns[0][1], "slide"), *turns)
 
@@ -85,7 +85,7 @@ class BushingJoint(_TurnAxes):
     """Its name; its values are `NAME.x`, `NAME.y`, `NAME.z`, `NAME.1`, `NAME.2` and `NAME.3`."""
 
     def primitives(self, axis: tuple[float, ...]) -> "tuple[Primitive, ...]":
-        """Return slides and turns."""
+        """Return slides and rotations."""
         return chain(("slide", X, "x"), ("slide", Y, "y"), ("slide", Z, "z"), *self.turns())
 
 
@@ -126,13 +126,13 @@ class ScrewJoint(OneAxis):
         return self
 
     def primitives(self, axis: tuple[float, ...]) -> "tuple[Primitive, ...]":
-        """Return turn and slide."""
+        """Return rotation and slide."""
         along = self.direction(axis)
         return chain(("turn", along, "turn"), ("slide", along, "slide"))
 
 
 class CustomMotion(Model):
-    """One motion of a custom joint: exactly one of these keys."""
+    """One elementary motion of a custom joint: exactly one of these keys."""
 
     slide: Axis | None = None
     """Translation along this axis, in the frame of the first body at joint values 0."""
@@ -153,14 +153,14 @@ class CustomJoint(MechanismJoint):
     """Up to three translations and three rotations in any order, or translations and a ball joint."""
 
     custom: PartName
-    """Its name; its values are `NAME.1`, `NAME.2` and so on, of a ball `NAME.rx`, `NAME.ry`, `NAME.rz`."""
+    """Its name; its values are `NAME.1`, `NAME.2` and so on; of a ball `NAME.rx`, `NAME.ry`, `NAME.rz`."""
     motions: Annotated[tuple[CustomMotion, ...], Field(strict=False, min_length=1, max_length=6)]
     """Motions in sequence, from the first body to the second."""
 
     @model_validator(mode="before")
     @classmethod
     def _counted(cls, keys: Any) -> Any:
-        """Count before the lists of values are compared with what moves."""
+        """Check the number of motions before the lists of values are compared with it."""
         motions = keys.get("motions") if isinstance(keys, dict) else None
         if isinstance(motions, (list, tuple)) and all(isinstance(each, dict) for each in motions):
             slides, turns = (sum(key in each for each in motions) for key in ("slide", "turn"))
@@ -174,7 +174,7 @@ class CustomJoint(MechanismJoint):
         return keys
 
     def primitives(self, axis: tuple[float, ...]) -> "tuple[Primitive, ...]":
-        """Return its motions."""
+        """Return its elementary motions."""
         parts: list[tuple[Any, tuple[float, float, float], str]] = []
         for number, each in enumerate(self.motions, start=1):
             along = each.slide or each.turn

@@ -1,4 +1,4 @@
-"""Whether all that moves has mass or inertia, without which no force tells how it moves."""
+"""Checks that everything that moves has mass or inertia, without which forces determine no motion."""
 
 import numpy as np
 
@@ -9,16 +9,16 @@ from mjsim.world.items.mechanisms.assembly import Assembly
 from mjsim.world.items.mechanisms.parts import MechanismParts
 
 LEAST = 1e-14
-"""What a joint moves at least: MuJoCo's own bound is a tenth of it [kg, kg m^2]."""
+"""Smallest mass or inertia that a joint must move: MuJoCo's own limit is a tenth of it [kg, kg m^2]."""
 SINGULAR = 1e-12
-"""Values that move nothing together have an eigenvalue of the scaled mass matrix below this."""
+"""A combination of values that moves no mass has an eigenvalue of the scaled mass matrix below this."""
 
 
 def check_inertias(mechanism: MechanismParts, found: Assembly, values: Array) -> None:
-    """Raise a fault for a joint that moves nothing with a mass or an inertia.
+    """Raise a fault for a joint that moves no mass and no inertia.
 
     Args:
-        mechanism: As it is written.
+        mechanism: As written.
         found: Its assembly.
         values: At the start, shape (values,).
     """

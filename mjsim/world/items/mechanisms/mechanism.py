@@ -1,4 +1,4 @@
-"""A mechanism: its bodies, what joins them, what moves them, and what is measured."""
+"""A mechanism: its bodies, joints, actuators and sensors."""
 
 import math
 from collections.abc import Iterator
@@ -15,12 +15,12 @@ from mjsim.world.items.mechanisms.joint_kinds import Jointed
 from mjsim.world.items.mechanisms.parts import MechanismParts
 from mjsim.world.items.mechanisms.points import GROUND
 
-if TYPE_CHECKING:  # worlds without mechanisms start without it
+if TYPE_CHECKING:  # Imported where it is used: worlds without mechanisms load faster.
     from mjsim.geometry import Array
     from mjsim.world.items.mechanisms.assembly import Assembly
 
 DRAWN = 64
-"""Pieces into which curves are cut, to know how large they are."""
+"""Number of segments of a curve, to find its extent."""
 
 
 class Mechanism(MechanismParts):
@@ -66,14 +66,14 @@ class Mechanism(MechanismParts):
 
     @cached_property
     def assembly(self) -> "Assembly":
-        """How it hangs together, and how it starts."""
+        """Its assembly, and how it starts."""
         from mjsim.world.items.mechanisms.beginning import assemble
 
         return assemble(self, lambda name: read_asset(name, self._source))
 
     @cached_property
     def world_from_ground(self) -> "Array":
-        """Where its frame is, shape (4, 4) [m]."""
+        """Pose of its frame, world_from_mechanism, shape (4, 4) [m]."""
         from mjsim.mechanics import placed
 
         return placed((*self.at, self.elevation), (0.0, 0.0, math.radians(self.heading_deg)))
@@ -82,14 +82,14 @@ class Mechanism(MechanismParts):
         """Return world_from_body of each body by its name, shape (4, 4) [m].
 
         Args:
-            values: Of its joints, shape (values,) [rad, m]; those of the start unless given.
+            values: Joint values, shape (values,) [rad, m]; by default those at the start.
         """
         found = self.assembly
         placed = found.linkage.place(found.start if values is None else values).poses
         return {body.name: self.world_from_ground @ placed[found.number(body.name)] for body in self.bodies}
 
     def spanned(self, values: "Array | None" = None) -> "Array":
-        """Return the corners of a box around its bodies and curves for some values of its joints, shape (2, 3) [m]."""
+        """Return the corners of a bounding box of its bodies and curves for joint values, shape (2, 3) [m]."""
         import numpy as np
 
         lows, highs = [], []
@@ -104,7 +104,7 @@ class Mechanism(MechanismParts):
         return np.array([np.min(lows, axis=0), np.max(highs, axis=0)])
 
     def _curves(self, values: "Array | None") -> "Iterator[Array]":
-        """Yield points of the curves on which points slide, world frame, shape (n, 3) [m]."""
+        """Yield points of its curves, world frame, shape (n, 3) [m]."""
         found = self.assembly
         placed = found.linkage.place(found.start if values is None else values) if found.tracks else None
         for track in found.tracks:
@@ -122,7 +122,7 @@ class Mechanism(MechanismParts):
         """Return a joint by its name.
 
         Raises:
-            ValueError: There is none.
+            ValueError: It does not exist.
         """
         for joint in self.joints:
             if joint.name == name:

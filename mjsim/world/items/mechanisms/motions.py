@@ -1,4 +1,4 @@
-"""What the actuators of a mechanism act on, and the motions that its joints follow."""
+"""What the actuators of a mechanism act on, and the prescribed motions of its joints."""
 
 from collections.abc import Callable, Sequence
 
@@ -16,7 +16,7 @@ Read = Callable[[str], bytes]
 
 
 def motions_of(mechanism: MechanismParts, found: Assembly, points: Points, read: Read) -> tuple[Motion, ...]:
-    """Return what joints and distances follow; every actuator is checked."""
+    """Return the prescribed motions of joints and distances; every actuator is checked."""
     drives = list[Motion]()
     taken = dict[str, int]()
     for number, actuator in enumerate(mechanism.actuators):
@@ -47,7 +47,7 @@ def motions_of(mechanism: MechanismParts, found: Assembly, points: Points, read:
 
 
 def _check_found(mechanism: MechanismParts, found: Assembly, number: int, kind: str, column: int) -> None:
-    """Check an actuator whose value trimming finds, or a controller says."""
+    """Check an actuator whose value is found by trimming or set by a controller."""
     actuator = mechanism.actuators[number]
     if getattr(actuator, "controller", None) is not None:
         if mechanism.mode != "forward":
@@ -102,13 +102,13 @@ def spots_of(
     points: Points,
     path: tuple[str | int, ...],
 ) -> tuple[BodyPoint, BodyPoint]:
-    """Return two points of two bodies.
+    """Return points of two different bodies.
 
     Args:
-        ends: As they are written.
+        ends: As written.
         found: The mechanism.
         points: By body, its named points.
-        path: Where they stand, for errors.
+        path: Their path in the file, for errors.
     """
     spots = []
     for which, end in enumerate(ends):

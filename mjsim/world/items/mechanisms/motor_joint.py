@@ -1,4 +1,4 @@
-"""Mechanisms: bodies that joints hold to the world and to each other; doors are the first kind."""
+"""Joints with a motor, as of doors."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -8,14 +8,14 @@ from typing import Literal
 class MotorJoint:
     """A joint with one degree of freedom and a motor; its value is an angle [rad] or a distance [m].
 
-    Below, N stands for N m, kg for kg m^2 and so on where the joint is revolute.
+    Below, N stands for N m, kg for kg m^2 and so on if the joint is revolute.
     """
 
     name: str
-    """In the scene, that of its motor and of its lock too: `MECHANISM/JOINT`."""
+    """Its name in the scene, also of its motor and its lock: `MECHANISM/JOINT`."""
     kind: Literal["revolute", "prismatic"] = "revolute"
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
-    """In the frame of the body that it moves, right-handed."""
+    """Axis in the frame of the body that it moves, right-handed."""
     start: float = 0.0
     """Its value at the start."""
     lower: float
@@ -23,16 +23,16 @@ class MotorJoint:
     damping: float = 0.0
     """[N s]"""
     stiffness: float = 0.0
-    """Of a spring that pulls it to 0 [N]."""
+    """Stiffness of a spring that pulls it to 0 [N]."""
     locked: bool = False
-    """Whether it is held where it is while its motor does not move it; else it moves freely."""
+    """Whether it is locked while its motor does not move it; otherwise it moves freely."""
     inertia: float
-    """That its motor moves [kg]."""
+    """Mass that its motor moves [kg]."""
     effort: float
-    """Largest of its motor [N]."""
+    """Largest force of its motor [N]."""
     speed: float
-    """At which its motor moves it [1/s]."""
+    """Speed at which its motor moves it [1/s]."""
     lead: float
-    """How far the motor's set-point may go ahead of a joint that something holds up."""
+    """Largest lead of the motor's set-point over a joint that is obstructed."""
     tolerance: float
-    """The motor has done its work when the joint is as near to its goal as this, and as slow [1/s]."""
+    """The motion has ended when the joint is this close to its goal, and this slow [1/s]."""

@@ -40,7 +40,7 @@ class MechanismParts(Model):
         return keys
 
     def written(self, number: int) -> tuple[str | int, ...]:
-        """Return where the bodies of one of all joints are written: as a joint's, or as a constraint's."""
+        """Return the path of the bodies of one of all joints: that of a joint, or of a constraint."""
         if number < len(self.joints):
             return ("joints", number, "of")
         parallel = [place for place, item in enumerate(self.constraints) if isinstance(item, ParallelConstraint)]
@@ -48,7 +48,7 @@ class MechanismParts(Model):
 
     @cached_property
     def all_joints(self) -> tuple[MechanismJoint, ...]:
-        """Its joints, and those that constraints stand for: a parallel axis is three slides and a turn."""
+        """Its joints, and those equivalent to constraints: a parallel axis is three slides and a rotation."""
         found: list[MechanismJoint] = list(self.joints)
         for number, item in enumerate(self.constraints):
             if isinstance(item, ParallelConstraint):

@@ -1,4 +1,4 @@
-"""Points of mechanisms: a body, a named point of it, or one by its coordinates."""
+"""Points of mechanisms: a body, a named point of it, or coordinates on it."""
 
 import math
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ from mjsim.errors import did_you_mean
 from mjsim.world.ground import JOINT_PATTERN, POINT_PATTERN, Name, Point3
 
 GROUND = "ground"
-"""The name of what does not move."""
+"""Name of the fixed ground."""
 
 
 def _pointing(axis: tuple[float, ...]) -> tuple[float, ...]:
@@ -21,7 +21,7 @@ def _pointing(axis: tuple[float, ...]) -> tuple[float, ...]:
 
 
 PartName = Annotated[str, Field(pattern=JOINT_PATTERN, max_length=64)]
-"""Of a body or a joint: letters, digits, `_` and `-`; a point separates it from what is on it."""
+"""Name of a body or a joint: letters, digits, `_` and `-`; a dot precedes the name of a point or value."""
 Axis = Annotated[Point3, AfterValidator(_pointing)]
 """A direction, of any length."""
 Named = Annotated[str, Field(pattern=POINT_PATTERN, max_length=130)]
@@ -54,14 +54,14 @@ class Place:
 def place_of(
     end: str | Mapping[str, tuple[float, ...]], points: Mapping[str, Mapping[str, tuple[float, ...]]]
 ) -> Place:
-    """Return the point that an end means.
+    """Return the point that an end refers to.
 
     Args:
-        end: As it is written.
+        end: As written.
         points: By body, its named points.
 
     Raises:
-        ValueError: There is no such body, or no such point of it.
+        ValueError: The body or its point does not exist.
     """
     if isinstance(end, Mapping):
         name, at = next(iter(end.items()))

@@ -1,4 +1,4 @@
-"""What SimMechanics has and mechanisms here do not: what to use in its place."""
+"""Features of SimMechanics that mechanisms here lack: what to use instead."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -15,10 +15,10 @@ INSTEAD = {
 
 
 def refuse(keys: Any) -> None:
-    """Raise a fault for what stands in a mechanism and cannot be simulated.
+    """Raise a fault for keys of a mechanism that cannot be simulated.
 
     Args:
-        keys: Of the mechanism, as they are written.
+        keys: Of the mechanism, as written.
     """
     for (part, key), line in INSTEAD.items():
         items = keys.get(part) if isinstance(keys, Mapping) else None

@@ -1,4 +1,4 @@
-"""Trimming: values of joints, and torques and forces, at which a mechanism stays at rest."""
+"""Trimming: joint values, torques and forces for which a mechanism is in equilibrium."""
 
 import dataclasses
 
@@ -13,25 +13,25 @@ from mjsim.world.items.mechanisms.parts import MechanismParts
 from mjsim.world.items.mechanisms.ties import apart
 
 GRAVITY = 9.81
-"""MuJoCo's own [m/s^2]."""
+"""MuJoCo's default [m/s^2]."""
 AT_REST = 1e-9
-"""Forces that are left over, as a share of the weight."""
+"""Tolerated residual forces, as a fraction of the weight."""
 ROUNDS, STEP = 100, 1e-6
 LONGEST = 0.3
-"""Change of a value in one round [rad, m]."""
+"""Largest change of a value in one iteration [rad, m]."""
 
 
 def trimmed(mechanism: MechanismParts, found: Assembly, values: Array, held: set[int]) -> Assembly:
-    """Return the assembly at rest: joints whose start is given stay, all others and what is to be found follow.
+    """Return the assembly in equilibrium: joints with a given start stay, all other values are found.
 
     Args:
-        mechanism: As it is written.
+        mechanism: As written.
         found: With all rows that hold.
-        values: Near which rest is sought, shape (values,).
+        values: Initial guess, shape (values,).
         held: Columns that stay.
 
     Raises:
-        PydanticCustomError: There is no rest near them.
+        PydanticCustomError: There is no equilibrium near them.
     """
     for number, actuator in enumerate(mechanism.actuators):
         if number in {drive.number for drive in found.drives}:
@@ -60,7 +60,7 @@ def trimmed(mechanism: MechanismParts, found: Assembly, values: Array, held: set
 
 
 class _Balance:
-    """The forces on each value of a mechanism at rest."""
+    """Forces on each value of a mechanism at rest."""
 
     def __init__(self, mechanism: MechanismParts, found: Assembly) -> None:
         self._found = found
@@ -102,7 +102,7 @@ class _Balance:
         return np.asarray(total)
 
     def left(self, values: Array, efforts: Array, pulls: Array) -> Array:
-        """Return forces that are left over, and by how much rows are missed, shape (values + rows,)."""
+        """Return the residual forces and the errors of the rows, shape (values + rows,)."""
         found = self._found
         total = self.forces(values) + jacobian(found.linkage, found.rows, values).T @ pulls
         np.add.at(total, self.columns, efforts)
@@ -110,7 +110,7 @@ class _Balance:
 
     @property
     def rows(self) -> int:
-        """How many rows hold the mechanism."""
+        """Number of rows that constrain the mechanism."""
         return len(residual(self._found.linkage, self._found.rows, self._found.start))
 
 
@@ -119,7 +119,7 @@ def _no_file(name: str) -> bytes:
 
 
 def _newton(balance: _Balance, values: Array, free: Array) -> tuple[Array, Array, float]:
-    """Return values, efforts sought, and what is left over; derivatives are central differences."""
+    """Return values, unknown efforts, and the residual; derivatives are central differences."""
     count, rows = len(balance.sought), balance.rows
     unknown = np.concatenate([values[free], np.zeros(count + rows)])
 

@@ -1,4 +1,4 @@
-"""Another start of a mechanism: joints moved by hand, loops closed again, and the keys of the text that say so."""
+"""Moving the start of a mechanism: joints moved by hand, loops closed again, and the keys to write."""
 
 import math
 from collections.abc import Collection, Iterator, Mapping
@@ -15,33 +15,33 @@ from mjsim.world.items.mechanisms.joints import MechanismJoint
 from mjsim.world.items.mechanisms.mechanism import Mechanism
 
 PLACES, EXACT = (4, 2), (9, 7)
-"""Decimals of what is written, of metres and of degrees; and of values that close a loop together."""
+"""Decimals written for metres and for degrees; and for values that close a loop together."""
 NO_RANK = 1e-8
-"""Singular values, and parts of a motion, below this share are none."""
+"""Singular values, and components of a motion, below this fraction count as zero."""
 MOVED = 1e-7
 """Values that differ by less did not move [rad, m]."""
 ASTRAY = 0.02
-"""Loops that come to lie so far from where they were followed to closed another way [rad, m]."""
+"""A loop that ends this far from the followed motion has closed in another configuration [rad, m]."""
 STILL = 1e-10
-"""A search for the place of a point ends with relative steps below this."""
+"""The search for the position of a point ends with relative steps below this."""
 FLAT = 0.05
-"""A value that moves a point by less than this share of its way in a drawing does not show there."""
+"""A value that moves a point by less than this fraction of its path in a drawing is not visible there."""
 
 Keys = Mapping[tuple[int, str], float | list[float]]
-"""By the number of a joint and its key: what is to be written there [deg, m]."""
+"""By the number of a joint and its key: the value to write [deg, m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Restart:
-    """A mechanism that starts elsewhere."""
+    """A mechanism with other start values."""
 
     mechanism: Mechanism
     keys: Keys
-    """Of its text, to start there."""
+    """Keys of its text that make it start there."""
 
 
 def free_columns(mechanism: Mechanism) -> set[int]:
-    """Return the columns of values that may start elsewhere: no actuator leads them, by themselves or through loops."""
+    """Return the columns of values with a free start: not prescribed by actuators, directly or through loops."""
     found = mechanism.assembly
     matrix = jacobian(found.linkage, first_rows(found), found.start)
     *_, singular, ways = np.linalg.svd(np.concatenate([matrix, np.zeros((1, found.linkage.size))]))
@@ -50,14 +50,14 @@ def free_columns(mechanism: Mechanism) -> set[int]:
 
 
 def restarted(mechanism: Mechanism, wanted: Mapping[int, float]) -> Restart:
-    """Return a mechanism that starts with some values of its joints elsewhere; loops follow.
+    """Return a mechanism with some start values changed; loops follow.
 
     Args:
         mechanism: As it starts now.
         wanted: Values by column [rad, m].
 
     Raises:
-        ValueError: It cannot start so; says why, and by how much a loop misses.
+        ValueError: It cannot start there; the message says why, and by how much a loop does not close.
     """
     values = _followed(mechanism, wanted)
     changed = _changed(mechanism, values, own=wanted)
@@ -65,11 +65,11 @@ def restarted(mechanism: Mechanism, wanted: Mapping[int, float]) -> Restart:
     try:
         begun = _with(mechanism, keys)
     except ValueError:
-        # Values that a loop ties together are given to more places than that.
+        # Values coupled by a loop are written with more decimals than that.
         keys = dict(_written(mechanism, values, changed, key="start", places=EXACT))
         begun = _with(mechanism, keys)
     if np.abs(begun.assembly.start - values).max(initial=0.0) > ASTRAY:
-        # Say near what the others are, so that the loop closes the way that it was followed.
+        # Write approximate values of the others, so that the loop closes in the same configuration.
         keys = {**keys, **_nearby(mechanism, values, own=wanted)}
         begun = _with(mechanism, keys)
     return Restart(mechanism=begun, keys=keys)
@@ -78,17 +78,17 @@ def restarted(mechanism: Mechanism, wanted: Mapping[int, float]) -> Restart:
 def pulled_values(
     mechanism: Mechanism, joint: MechanismJoint, *, look: Array, start: Array, end: Array
 ) -> dict[int, float]:
-    """Return the values of a joint at which a point of the body that it carries is nearest to a place of a drawing.
+    """Return the joint values that bring a point of the carried body nearest to a place in a drawing.
 
     Args:
         mechanism: As it starts.
         joint: One of its own at which no loop is cut.
-        look: drawing_from_world: to the right, up, towards who looks, shape (3, 4) [m].
-        start: Where the point is in the drawing, shape (2,) [m]; it lies in the middle of the body's depth.
-        end: Where it is to be, shape (2,) [m].
+        look: drawing_from_world: to the right, up, towards the viewer, shape (3, 4) [m].
+        start: The point in the drawing, shape (2,) [m]; its depth is the middle of the body's depth.
+        end: Its target, shape (2,) [m].
 
     Returns:
-        By column [rad, m]; values that do not show in the drawing stay.
+        By column [rad, m]; values that are not visible in the drawing stay.
     """
     from scipy.optimize import least_squares
 
@@ -115,7 +115,7 @@ def pulled_values(
 
 
 def shows_motion(mechanism: Mechanism, joint: MechanismJoint, look: Array) -> bool:
-    """Return whether what a joint moves is seen to move in a drawing, `look` as `pulled_values` takes it."""
+    """Return whether the motion of a joint is visible in a drawing, `look` as for `pulled_values`."""
     found = mechanism.assembly
     placed = found.linkage.place(found.start)
     axes = placed.axes[list(found.columns[joint.name])] @ mechanism.world_from_ground[:3, :3].T @ look[:, :3].T
@@ -125,12 +125,12 @@ def shows_motion(mechanism: Mechanism, joint: MechanismJoint, look: Array) -> bo
 
 
 def carried_body(found: Assembly, joint: MechanismJoint) -> int:
-    """Return the number of the body that a joint carries: of the two the one that is farther from the ground."""
+    """Return the number of the body that a joint carries: the one of the two farther from the ground."""
     return next(place for place, each in enumerate(found.linkage.joints, start=1) if each.name == joint.name)
 
 
 def _freedoms(found: Assembly, joint: MechanismJoint) -> Array:
-    """Return how the values of a joint change with its freedoms, shape (values, freedoms): a screw has one."""
+    """Return the derivative of a joint's values by its freedoms, shape (values, freedoms): a screw has one freedom."""
     first = found.columns[joint.name].start
     for tie in found.couplings:
         if tie.name == f"{joint.name}.thread":
@@ -141,7 +141,7 @@ def _freedoms(found: Assembly, joint: MechanismJoint) -> Array:
 
 
 def _grabbed(mechanism: Mechanism, number: int, look: Array, start: Array) -> BodyPoint:
-    """Return the point of a body that lies at a place of a drawing, `look` being drawing_from_ground."""
+    """Return the point of a body at a place in a drawing; `look` is drawing_from_ground."""
     found = mechanism.assembly
     pose = found.linkage.place(found.start).poses[number]
     points, _ = mechanism.body(found.bodies[number]).hull()
@@ -159,7 +159,7 @@ def _clamped(joint: MechanismJoint, found: Assembly, column: int, value: float) 
 
 
 def _followed(mechanism: Mechanism, wanted: Mapping[int, float]) -> Array:
-    """Return all values when some are elsewhere, shape (values,) [rad, m]: of the others as few as can be move."""
+    """Return all values after some are changed, shape (values,) [rad, m]; as few others as possible move."""
     found, free = mechanism.assembly, free_columns(mechanism)
     for column in wanted:
         if column not in free:
@@ -185,7 +185,7 @@ def _told(mechanism: Mechanism) -> Iterator[int]:
 
 
 def _changed(mechanism: Mechanism, values: Array, *, own: Collection[int]) -> set[int]:
-    """Return the columns to be written: of values that the text gives already, else of those moved by hand."""
+    """Return the columns to write: of values that the text gives already, otherwise of those moved by hand."""
     moved = set(np.flatnonzero(np.abs(values - mechanism.assembly.start) > MOVED).tolist())
     return moved & set(_told(mechanism)) or moved & set(own)
 
@@ -200,7 +200,7 @@ def _nearby(mechanism: Mechanism, values: Array, *, own: Collection[int]) -> Key
 def _written(
     mechanism: Mechanism, values: Array, columns: Collection[int], *, key: str, places: tuple[int, int] = PLACES
 ) -> Iterator[tuple[tuple[int, str], float | list[float]]]:
-    """Yield the keys of joints with values among these columns, of slides and of turns [m, deg]."""
+    """Yield the keys of joints with values among these columns, of slides and of rotations [m, deg]."""
     found = mechanism.assembly
     for number, joint in enumerate(mechanism.joints):
         for slides, name, digits in ((True, key, places[0]), (False, f"{key}_deg", places[1])):
@@ -216,7 +216,7 @@ def _with(mechanism: Mechanism, keys: Keys) -> Mechanism:
     """Return the mechanism with other keys of its joints.
 
     Raises:
-        ValueError: It does not hold together so.
+        ValueError: It cannot be assembled like this.
     """
     joints = [joint.model_dump(exclude_unset=True) for joint in mechanism.joints]
     for (number, key), value in keys.items():

@@ -37,7 +37,7 @@ class BodySensor(Model):
 
     @property
     def called(self) -> str:
-        """With what the names of its numbers begin."""
+        """Prefix of the names of its numbers."""
         if self.name is not None:
             return self.name
         return self.body if isinstance(self.body, str) else next(iter(self.body))

@@ -1,4 +1,4 @@
-"""What the constraints of a mechanism tie together."""
+"""Couplings that the constraints of a mechanism stand for."""
 
 import math
 
@@ -21,7 +21,7 @@ from mjsim.world.items.mechanisms.tree import Points
 
 
 def couplings_of(mechanism: MechanismParts, found: Assembly) -> tuple[Coupling, ...]:
-    """Return the values that go together: those of screw joints, and of gears and screws between joints."""
+    """Return the coupled values: those of screw joints, and of gears and screws between joints."""
     made = list[Coupling]()
     for joint in mechanism.all_joints:
         if isinstance(joint, ScrewJoint):
@@ -58,7 +58,7 @@ def _columns(
 
 
 def rods_of(mechanism: MechanismParts, found: Assembly, points: Points) -> tuple[Rod, ...]:
-    """Return the distances that stay."""
+    """Return the constant distances."""
     made = list[Rod]()
     for number, item in enumerate(mechanism.constraints):
         if isinstance(item, DistanceConstraint):
@@ -83,12 +83,12 @@ def springs_of(mechanism: MechanismParts, found: Assembly, points: Points) -> tu
 
 
 def tied_rows(found: Assembly, start: Array | None) -> list[Rows]:
-    """Return what the ties demand.
+    """Return the equations of the couplings.
 
     Args:
         found: The mechanism.
-        start: Values at the start, shape (values,), from which gears and distances count; None while they are sought,
-            for what holds in any case.
+        start: Values at the start, shape (values,), which gears and distances are relative to; None while they are
+            unknown, for the equations that hold in any case.
     """
     rows = list[Rows]()
     for each in found.couplings:
@@ -106,6 +106,6 @@ def tied_rows(found: Assembly, start: Array | None) -> list[Rows]:
 
 
 def apart(found: Assembly, ends: tuple[BodyPoint, BodyPoint], values: Array) -> float:
-    """Return how far apart two points are [m]."""
+    """Return the distance of two points [m]."""
     placement = found.linkage.place(values)
     return float(np.linalg.norm(ends[1].place(placement) - ends[0].place(placement)))

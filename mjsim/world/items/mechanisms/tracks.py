@@ -18,14 +18,14 @@ from mjsim.world.items.mechanisms.tree import Points
 def tracks_of(
     mechanism: MechanismParts, bodies: tuple[str, ...], points: Points, axis: tuple[float, ...], *, column: int
 ) -> list[tuple[CurvePoint, TreeJoint]]:
-    """Return the points on curves, each with the joint that places its ghost on the curve.
+    """Return the points on curves, each with the joint that positions its ghost on the curve.
 
     Args:
-        mechanism: As it is written.
-        bodies: By number, as an `Assembly` has them; those of the ghosts follow.
+        mechanism: As written.
+        bodies: By number, as in an `Assembly`; those of the ghosts follow.
         points: By body, its named points.
-        axis: Normal of circles and ellipses that give none.
-        column: Of the first of their values.
+        axis: Default normal of circles and ellipses.
+        column: Column of the first of their values.
     """
     made = list[tuple[CurvePoint, TreeJoint]]()
     for number, item in enumerate(mechanism.constraints):
@@ -71,13 +71,13 @@ def _curve(item: CurveConstraint, axis: tuple[float, ...], path: tuple[str | int
 
 
 def begin_tracks(mechanism: MechanismParts, found: Assembly, begin: Array, held: set[int]) -> None:
-    """Write where the search for the places along curves begins: as they are given, or nearest to their points.
+    """Write the initial guess of the positions along curves: as given, or nearest to their points.
 
     Args:
-        mechanism: As it is written.
+        mechanism: As written.
         found: Its assembly.
-        begin: Where the search begins, shape (values,); changed.
-        held: Columns that are given; changed.
+        begin: Initial guess, shape (values,); modified.
+        held: Columns that are given; modified.
     """
     placement = found.linkage.place(begin)
     for track in found.tracks:
@@ -93,7 +93,7 @@ def begin_tracks(mechanism: MechanismParts, found: Assembly, begin: Array, held:
 
 
 def track_speeds(mechanism: MechanismParts, found: Assembly) -> dict[int, float]:
-    """Return the speeds along curves that are given, by column [m/s]."""
+    """Return the given speeds along curves, by column [m/s]."""
     speeds = {track.column: _written(mechanism, track).speed for track in found.tracks}
     return {column: speed for column, speed in speeds.items() if speed is not None}
 

@@ -10,13 +10,13 @@ from mjsim.world.items.mechanisms.parts import MechanismParts
 from mjsim.world.items.mechanisms.points import GROUND, Place, place_of
 
 SOFT_CUTS = ("revolute", "spherical")
-"""Joints at which a loop is cut rather than at others: points that stay together are all that they need."""
+"""Joints preferred for cutting a loop: they only need coincident points."""
 Points = Mapping[str, Mapping[str, tuple[float, ...]]]
 """By body, its named points."""
 
 
 def places_of(mechanism: MechanismParts, points: Points) -> dict[str, tuple[Place, Place]]:
-    """Return by joint the points that meet."""
+    """Return by joint the points that coincide."""
     found = {}
     for number, joint in enumerate(mechanism.all_joints):
         ends = []
@@ -34,7 +34,7 @@ def places_of(mechanism: MechanismParts, points: Points) -> dict[str, tuple[Plac
 
 
 def tree_of(mechanism: MechanismParts, places: Mapping[str, tuple[Place, Place]]) -> list[tuple[MechanismJoint, bool]]:
-    """Return the joints that place a body, parents first, each with whether it is passed backwards."""
+    """Return the joints that place a body, parents first, each with whether it is traversed backwards."""
     chosen = _spanning(mechanism, places)
     reached, order, left = {GROUND}, list[tuple[MechanismJoint, bool]](), list(chosen)
     while left:
@@ -58,7 +58,7 @@ def tree_of(mechanism: MechanismParts, places: Mapping[str, tuple[Place, Place]]
 
 
 def _spanning(mechanism: MechanismParts, places: Mapping[str, tuple[Place, Place]]) -> list[MechanismJoint]:
-    """Return joints that hold all bodies without a loop: those first at which a loop had better not be cut."""
+    """Return a spanning tree of joints; joints that are poor choices for a cut come first."""
     driven = needed(mechanism)
     group = {GROUND: GROUND} | {body.name: body.name for body in mechanism.bodies}
 
@@ -77,7 +77,7 @@ def _spanning(mechanism: MechanismParts, places: Mapping[str, tuple[Place, Place
 
 
 def needed(mechanism: MechanismParts) -> set[str]:
-    """Return the joints that something acts on, so that the physics must have them as they are."""
+    """Return the joints that something acts on, which the physics must therefore contain."""
     names = [actuator.target for actuator in mechanism.actuators]
     for item in mechanism.constraints:
         names += getattr(item, "gear", None) or getattr(item, "screw", None) or ()
