@@ -77,7 +77,7 @@ def main() -> None:
 def begin(walk: Walk) -> None:
     """Take a world to begin with."""
     walk.keep("the empty page")
-    walk.press("Begin with a template")
+    walk.press("Start from a template")
     card = walk.page.get_by_role("dialog").get_by_role("button", name="The smallest world")
     expect(card).to_be_visible()
     walk.keep("templates, with a word about each")

@@ -147,14 +147,14 @@ def test_a_hand_is_led_on_the_plan_and_in_3d_and_that_is_kept(tmp_path):
         page.get_by_role("button", name="Touch: drag").click()
         # What is out of reach is told in a line, and among the events.
         drag(page, (2.3, 2.3), (3.8, 3.8))
-        line = page.locator(".toast.done", has_text="The right hand of anna does not reach there: it stays")
+        line = page.locator(".toast.done", has_text="The right hand of anna cannot reach that point:")
         expect(line).to_be_visible(timeout=PATIENCE)
-        away = float(re.search(r"stays ([\d.]+) m", line.inner_text())[1])
+        away = float(re.search(r": ([\d.]+) m", line.inner_text())[1])
         until(studio, page, lambda tick: abs(np.linalg.norm(hand(tick) - (3.8, 3.8, start[2])) - away) < 0.06)
         until(studio, page, rests())
         with listener(studio.url) as watcher:
             x, y, _ = hand(watcher.until("tick"))
-        pick(page, (x, y), "Give back")
+        pick(page, (x, y), "Release")
         until(studio, page, lambda tick: np.linalg.norm(hand(tick) - start) < 1e-3)
         page.get_by_role("button", name="Touch: drag").click()
         page.mouse.move(*screen(page, 1, 1))

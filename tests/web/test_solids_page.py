@@ -57,7 +57,9 @@ def test_things_are_picked_in_3d_measured_and_followed_through_a_run(sheet):
     box = canvas.bounding_box()
     canvas.click(position={"x": box["width"] / 2 - 5, "y": box["height"] / 2})
     canvas.click(position={"x": box["width"] / 2 + 5, "y": box["height"] / 2})
-    expect(page.locator(".scene-said")).to_have_text(re.compile(r"^\d+\.\d{3} m; level \d+\.\d{3} m, up -?\d"))
+    expect(page.locator(".scene-said")).to_have_text(
+        re.compile(r"^\d+\.\d{3} m; horizontal \d+\.\d{3} m, vertical -?\d")
+    )
     expect(canvas).to_have_attribute("data-selected", "tower")
     page.get_by_role("tab", name="Run").click()
     page.locator(".run-main").click()
@@ -80,10 +82,12 @@ def test_3d_that_slows_a_run_goes_off_and_says_so_until_it_is_wanted_nonetheless
     page.locator(".run-main").click()
     page.locator("#view-run").get_by_title("View in 3-D").click()
     rest = page.locator("#view-run .scene-rest")
-    expect(rest).to_contain_text(re.compile(r"^3-D draws [\d.]+ pictures a second here; it is off"), timeout=PATIENCE)
+    expect(rest).to_contain_text(
+        re.compile(r"^3-D reaches only [\d.]+ pictures per second here; it is off"), timeout=PATIENCE
+    )
     expect(page.locator("#view-run .scene")).to_be_hidden()
     drawn = page.locator("#view-run .scene canvas").get_attribute("data-frames")
-    rest.get_by_role("button", name="Show it nonetheless").click()
+    rest.get_by_role("button", name="Show it anyway").click()
     expect(rest).to_be_hidden()
     expect(page.locator("#view-run .scene canvas")).not_to_have_attribute("data-frames", drawn, timeout=PATIENCE)
     assert page.evaluate("() => localStorage.getItem('mjsim.run.scene')") == "yes"
@@ -93,7 +97,7 @@ def test_a_browser_without_3d_says_so_in_one_line_and_runs_all_the_same(sheet):
     page = sheet.page
     page.evaluate(NONE)
     page.locator("#view-edit").get_by_title("View in 3-D").click()
-    line = "This browser draws nothing in 3-D here: switch on its graphics acceleration (WebGL 2)."
+    line = "This browser cannot draw 3-D here: switch on its graphics acceleration (WebGL 2)."
     expect(page.locator("#view-edit .scene-door")).to_have_text(line, timeout=PATIENCE)
     sheet.click(8, 0)
     expect(sheet.title).to_have_text("post")
@@ -109,7 +113,7 @@ def test_before_a_run_the_place_of_the_scene_says_when_it_comes(sheet):
     page.get_by_role("tab", name="Run").click()
     page.locator("#view-run").get_by_title("View in 3-D").click()
     rest = page.locator("#view-run .scene-rest")
-    expect(rest).to_have_text("The scene comes here with a run.")
+    expect(rest).to_have_text("The scene appears here with a run.")
     page.locator(".run-main").click()
     expect(page.locator("#view-run .scene")).to_be_visible(timeout=PATIENCE)
     expect(rest).to_be_hidden()

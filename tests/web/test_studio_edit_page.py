@@ -222,7 +222,7 @@ def test_a_file_that_changed_on_disk_is_not_overwritten_unasked(sheet, tmp_path)
     dialog = sheet.page.get_by_role("dialog")
     expect(dialog).to_contain_text("not as it was read")
     assert (tmp_path / "room.yaml").read_text() == other
-    dialog.get_by_role("button", name="Load the one on disk").click()
+    dialog.get_by_role("button", name="Load the file on disk").click()
     sheet.reads("closed: false", "at: [2, 2]")
     expect(sheet.unsaved).to_be_hidden()
     sheet.press("Control+z")  # what was here is a step back

@@ -177,7 +177,7 @@ def test_two_browsers_see_the_same_run_also_who_comes_late(chrome, started):
         agreed(page, page.locator(".run-time").inner_text, late.locator(".run-time").inner_text)
         agreed(page, lambda: picture_of(late, "scout/front"), lambda: picture_of(page, "scout/front"))
         assert agreed(page, lambda: modules_of(late), lambda: modules_of(page)).count("rgb") > 1
-        late.get_by_role("button", name="Go on").click()
+        late.get_by_role("button", name="Resume").click()
         is_in(page, "Running")
 
 
@@ -225,9 +225,9 @@ def test_the_page_finds_back_to_a_server_that_was_killed(chrome, folder):
         expect(page.get_by_role("button", name="Start", exact=True)).to_be_enabled(timeout=PATIENCE)
         first.send_signal(signal.SIGKILL)
         first.wait()
-        is_in(page, "Server lost; trying again")
+        is_in(page, "Connection lost; trying again")
         with Studio(folder, world="room.yaml", port=port) as again:
-            is_in(page, "Not let in")
+            is_in(page, "No access")
             expect(page.get_by_text("Open the address that it printed")).to_be_visible()
             # It lets in all pages of the browser.
             open_in(page.context, again.url)

@@ -158,7 +158,7 @@ def test_beside_a_large_view_it_is_said_whose_run_it_is_and_all_of_a_far_world_i
         expect(page.locator(".world .name")).to_have_text("near.yaml")
         expect(page.locator("#view-edit")).to_be_visible()  # what was opened is shown there
         page.get_by_role("tab", name="Run", exact=True).click()
-        expect(page.get_by_text("This is the run of far.yaml")).to_be_visible(timeout=PATIENCE)
+        expect(page.get_by_text("This is a run of far.yaml")).to_be_visible(timeout=PATIENCE)
 
 
 def test_a_further_opening_is_written_where_a_person_would(tmp_path):

@@ -40,7 +40,7 @@ def test_every_kind_of_thing_is_put_down(sheet, tmp_path):
     sheet.page.keyboard.type("own stool")
     expect(cards.locator("visible=true")).to_have_text(["stoolown/stool.xml"])
     sheet.page.get_by_label("Search").and_(sheet.page.get_by_role("dialog").locator("input")).fill("nothing")
-    expect(sheet.page.get_by_role("dialog")).to_contain_text("Nothing is called 'nothing'; clear the search")
+    expect(sheet.page.get_by_role("dialog")).to_contain_text("Nothing matches 'nothing'; clear the search")
     sheet.page.keyboard.press("Control+a")
     sheet.page.keyboard.type("SHELF")
     sheet.page.keyboard.press("ArrowDown")

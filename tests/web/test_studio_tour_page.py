@@ -16,7 +16,7 @@ TITLES = ("Build", "Find and change", "The text is the world", "Run", "Review an
 def test_the_tour_is_offered_once_goes_by_keys_and_is_found_again(browser, tmp_path):
     expect.set_options(timeout=PATIENCE)
     with Studio(tmp_path) as studio, page_at(browser, studio.url, width=1280, height=800) as page:
-        offer = page.get_by_role("button", name="Take the tour in six steps")
+        offer = page.get_by_role("button", name="Take the six-step tour")
         offer.focus()
         page.keyboard.press("Enter")
         for number, title in enumerate(TITLES):
