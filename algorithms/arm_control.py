@@ -1,7 +1,7 @@
 """Controllers of arms, which compute torques that make the joints follow their goals.
 
-All are made alike: an error of a joint dies away as that of a critically damped oscillator with `frequency`. They know
-the arm as its data sheet gives it, `RobotInfo.arms`; `mass_scale` makes them believe in other masses.
+They share one design: joint errors decay like those of a critically damped oscillator with `frequency`. They know the
+arm from its data sheet, `RobotInfo.arms`; `mass_scale` makes them assume other masses.
 """
 
 from abc import ABC, abstractmethod
@@ -47,7 +47,7 @@ class _ArmController(ABC):
         """Set the gains.
 
         Args:
-            frequency: Natural frequency with which errors die away [rad/s].
+            frequency: Natural frequency at which errors decay [rad/s].
             mass_scale: Masses that it believes in, as multiples of those of the data sheet.
 
         Raises:
@@ -83,7 +83,8 @@ class _ArmController(ABC):
     def _friction(self, qd: Array) -> Array:
         """Return the torques that friction will take at the rates of a goal, shape (joints,).
 
-        At rest dry friction is anything between what it is to minus and to plus; the middle is the best guess.
+        At rest, dry friction can have any value between its limits in the two directions; the mean is the best
+        estimate.
         """
         return np.where(np.abs(qd) < STILL, self._at_rest, self._arm.friction(qd))
 
@@ -97,7 +98,7 @@ class PdGravity(_ArmController):
     """PD control of joints with gravity compensation, the default controller of arms.
 
     tau = Kp (q_goal - q) + Kd (qd_goal - qd) + g(q), with Kp = w^2 m and Kd = 2 w m for the largest inertia m of each
-    joint. Friction and inertia are not made up for, so it lags while it moves.
+    joint. Friction and inertia are not compensated, so it lags during motion.
 
     References:
         Takegaki and Arimoto, A new feedback method for dynamic control of manipulators, ASME J. Dynamic Systems 103,
@@ -151,7 +152,7 @@ class Adaptive(_ArmController):
         """Set the gains.
 
         Args:
-            frequency: Natural frequency with which errors die away [rad/s].
+            frequency: Natural frequency at which errors decay [rad/s].
             mass_scale: Masses that it begins with, as multiples of those of the data sheet.
             adaptation: How fast parameters change: a factor of P at the start, which takes them to be 20 % off.
 

@@ -17,7 +17,7 @@ from mjsim.geometry import Array, wrap_angles
 from .ekf_filter import EkfSlamFilter
 
 MOST_HYPOTHESES = 20_000
-"""After so many the search takes the best it has; a room needs some dozens a moment."""
+"""Largest number of steps, after which the search takes the best pairing so far; a room needs some dozens per tick."""
 
 
 def chi_square(share: float, freedoms: ArrayLike) -> Array:
@@ -42,12 +42,12 @@ def nearest_neighbour(
         slam: The belief.
         measurements: Range [m] and bearing [rad, left positive], shape (k, 2).
         measurement_covariance: Of each (k, 2, 2), or one for all (2, 2).
-        among: Landmarks that they may be of; all unless given.
-        confidence: Share of right pairs that the gate lets through.
+        among: Candidate landmarks; all by default.
+        confidence: Probability that the gate accepts a correct pair.
 
     Returns:
-        The name of a landmark, or None, for each sighting. The sum of squared Mahalanobis distances is least among
-        the pairings that pair as many as can be.
+        The name of a landmark, or None, for each sighting. Among the pairings with the most pairs, the one with the
+        smallest sum of squared Mahalanobis distances.
 
     References:
         Bar-Shalom, Li, Estimation and Tracking (1993), section 6.3: global nearest neighbour.
@@ -72,19 +72,19 @@ def joint_compatibility(
 ) -> list[Hashable | None]:
     """Find the largest set of pairs that can be true together, by branch and bound.
 
-    All errors of one moment share that of the robot's pose: a pairing that each sighting would accept may be
-    impossible as a whole, and around a loop that closes only the whole tells.
+    All sightings of one tick share the error of the robot's pose: a pairing that is plausible for each sighting alone
+    may be impossible jointly. When a loop closes, only the joint test is decisive.
 
     Args:
         slam: The belief.
         measurements: Range [m] and bearing [rad, left positive], shape (k, 2).
         measurement_covariance: Of each (k, 2, 2), or one for all (2, 2).
-        among: Landmarks that they may be of; all unless given.
-        confidence: Share of right pairings that the joint gate lets through.
+        among: Candidate landmarks; all by default.
+        confidence: Probability that the joint gate accepts a correct pairing.
 
     Returns:
-        The name of a landmark, or None, for each sighting; of pairings with equally many pairs that with the
-        least joint Mahalanobis distance.
+        The name of a landmark, or None, for each sighting; among the largest pairings, the one with the smallest joint
+        Mahalanobis distance.
 
     References:
         Neira, Tardos, Data Association in Stochastic Mapping Using the Joint Compatibility Test,

@@ -12,9 +12,9 @@ from mjsim import BalancingInfo, Command, FastReading, ImuReading, Observation, 
 GRAVITY = 9.81
 """[m/s^2]"""
 FALLEN = math.radians(50.0)
-"""A body that leans farther is not caught again; the motors stop [rad]."""
+"""A body that leans farther cannot recover; the motors stop [rad]."""
 FARTHEST, WIDEST = 0.6, 1.0
-"""How far behind its set-point a base may be before the set-point waits for it [m], [rad]."""
+"""Largest lag behind its set-point before the set-point waits for the base [m], [rad]."""
 CORRECTION = 0.3
 """How fast the accelerometer corrects the pitch that the gyroscope tells [rad/s]."""
 
@@ -22,10 +22,10 @@ CORRECTION = 0.3
 class Lqr:
     """Balances a base and follows forward and turn commands with state feedback.
 
-    The state is the way of the axle, the pitch of the body, and their rates; beside it the heading and its rate. The
-    feedback minimises the integral of x' Q x + R u^2 of the linear model, sampled at the rate of the controller. The
-    pitch is the gyroscope's rate summed, corrected slowly by the direction of gravity; the way and the heading are
-    those of the wheels, whose encoders count relative to the body.
+    The state is the distance travelled by the axle, the pitch of the body, and their rates; in addition the heading and
+    its rate. The feedback minimises the integral of x' Q x + R u^2 of the linear model, sampled at the rate of the
+    controller. The pitch is the integrated gyroscope rate, slowly corrected by the direction of gravity; distance and
+    heading come from the wheel encoders, which count relative to the body.
 
     References:
         Grasser, D'Arrigo, Colombi, Rufer, JOE: A Mobile, Inverted Pendulum, IEEE Transactions on Industrial Electronics
@@ -114,8 +114,9 @@ class Lqr:
 class Lean:
     """The pitch of a body from its inertial sensor: the gyroscope's rate summed, corrected slowly by the accelerometer.
 
-    The accelerometer feels f = a - g. Of a sensor at the height h above the axle, whose axle gains speed with a, the
-    part along the body's x axis is a cos(pitch) + h pitch'' - g sin(pitch). The error e of the pitch corrects it with
+    The accelerometer measures f = a - g. For a sensor at height h above the axle, with acceleration a of the axle, the
+    component along the body's x axis is a cos(pitch) + h pitch'' - g sin(pitch). The error e of the pitch corrects it
+    with
     2 w e, and the gyroscope's bias with w^2 e, for both poles at w.
     """
 
@@ -169,7 +170,7 @@ class Lean:
 class TickLean:
     """The pitch of a body at each tick, for modules whose camera leans with it; 0 where nothing tells of it.
 
-    The robot is taken to stand upright at the first tick; the accelerometer corrects that within seconds.
+    The robot is assumed to be upright at the first tick; the accelerometer corrects this within seconds.
     """
 
     def __init__(self, robot: RobotInfo) -> None:

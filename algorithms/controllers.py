@@ -12,8 +12,8 @@ from mjsim.interface import Command
 class Pid:
     """Proportional, integral and derivative action on one error, with limits.
 
-    The derivative is that of a first-order low pass, as the error's own would be mostly noise. When the output is at
-    its limit, the integral is led back so that it does not wind up.
+    The derivative is low-pass filtered (first order), since that of the raw error would be mostly noise.
+    Back-calculation prevents windup of the integral while the output is at its limit.
 
     References:
         Astrom, Murray, Feedback Systems (2008), section 10.4: setpoint, anti-windup by back-calculation, and the
@@ -58,7 +58,8 @@ class Pid:
 def feedback_linearisation(pose: Pose, velocity: Array, *, ahead: float) -> Command:
     """Return the twist that gives a point ahead of the robot a wanted velocity.
 
-    A unicycle cannot move sideways, but a point ahead of its wheels can: forward and turn give it any velocity.
+    A unicycle cannot move sideways, but a point ahead of its axle can: forward speed and turn rate give it any
+    velocity.
 
     Args:
         pose: Of the robot.

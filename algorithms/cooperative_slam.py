@@ -1,9 +1,9 @@
 """Cooperative SLAM: two robots exchange their maps by radio, and each merges both.
 
-Each robot runs an EKF-SLAM of its own sightings alone, and tells the map of it: the sum of all it has sighted, in one
-message. What it hears it keeps beside its own map and merges again at every tick for what it believes; merged maps are
-never told. So each sighting counts once, however often a report comes, late or never: who passes on what he has heard
-needs covariance intersection (Julier, Uhlmann 1997), which is safe and gives much of the knowledge away.
+Each robot runs EKF-SLAM on its own sightings only and sends the resulting map, which summarizes them all in one
+message. It keeps received maps separate from its own and merges them anew at every tick for its estimate; merged maps
+are never sent. So each sighting counts once, even if reports are repeated, late or lost. Passing on received
+information would need covariance intersection (Julier, Uhlmann 1997), which is conservative and loses much of it.
 """
 
 import functools
@@ -70,8 +70,8 @@ class CooperativeSlam:
         """Set the rules.
 
         Args:
-            frame: Whether all robots' priors are given in one frame, or how their frames stand to each other must be
-                found out from the beacons on both maps; that takes two.
+            frame: Whether all robots' priors are given in one common frame; otherwise the transform between their
+                frames is estimated from beacons on both maps, at least two.
             period: From one report to the next [s].
             jacobians: As those of `EkfSlam`.
         """
@@ -112,8 +112,8 @@ class ReportingWaypoints(Waypoints):
 def merge(own: Map, other: Map, *, common: bool) -> Map:
     """Return what one map with a pose and another of disjoint sightings tell together, in the frame of the first.
 
-    A landmark on both maps is one: own = T(other), where T, the other's frame, is the identity or unknown. The state
-    (own, T, other) is conditioned on that, as by a measurement without error; iterated, for T is not linear.
+    A landmark on both maps is the same one: own = T(other), where T, the other's frame, is the identity or unknown. The
+    state (own, T, other) is conditioned on this as by a measurement without error, iterated since T is nonlinear.
 
     Args:
         own: Pose and n landmarks.

@@ -12,8 +12,8 @@ from mjsim.interface import Command, Estimate, Observation, RobotInfo, WorldMap
 class Crab:
     """Drives straight to each point in turn with constant heading; stops at the last one.
 
-    The velocity points at the goal, slows down before it as braking with half of the largest acceleration allows, and
-    is turned into the robot's frame; the heading is held by a proportional law.
+    The velocity points at the goal, decreases before it so that half of the largest acceleration suffices to brake, and
+    is rotated into the robot's frame; a proportional law holds the heading.
     """
 
     def __init__(self, points: Sequence[Sequence[float]], *, speed: float = 0.4, tolerance: float = 0.05) -> None:

@@ -28,7 +28,7 @@ class DistanceGrid:
             occupied: What holds something, shape (finer * rows, finer * columns), the first row at the smallest y.
             lower: Corner of the grid with the smallest x and y, shape (2,) [m].
             cell: Side of a cell [m].
-            finer: Into so many parts, an odd number, each side of a cell is divided in `occupied`.
+            finer: Number of parts, odd, into which `occupied` divides each side of a cell.
         """
         self.lower, self.cell = np.asarray(lower, dtype=float), cell
         free = np.where(occupied, 0, 255).astype(np.uint8)
@@ -89,7 +89,7 @@ class DistanceGrid:
         Args:
             clearance: How far from any wall they keep [m].
 
-        Where walls enclose nothing, it is the region around them.
+        If the walls enclose nothing, it is the region around them.
         """
         reached = (self.distance > self.cell).astype(np.uint8)
         cv2.floodFill(reached, None, (0, 0), 2)

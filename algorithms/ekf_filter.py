@@ -25,14 +25,14 @@ ITERATIONS, STILL = 10, 1e-3
 class EkfSlamFilter:
     """The pose and all landmarks in one Gaussian: mean (x, y, heading, x_1, y_1, ...), joint covariance P.
 
-    A robot that only sees landmarks relative to itself cannot know where the world's origin is, nor how the world
-    is turned. The standard filter takes each derivative at the newest estimate; as estimates move, the derivatives
-    of one landmark at different times contradict each other, and the filter wins a confidence in its heading that
-    nothing measured has given. With first-estimates Jacobians every derivative is taken at the first estimate of
-    the pose (before its update) and of the landmark (when it was added); what cannot be observed stays unobserved.
-    A first look that the next ones show to have been poor is not kept.
+    A robot that only sees landmarks relative to itself cannot observe the origin and orientation of the world. The
+    standard filter evaluates each Jacobian at the newest estimate; as estimates move, the Jacobians of one landmark at
+    different times become inconsistent, and the filter gains spurious information about its heading: it becomes
+    overconfident. With first-estimates Jacobians, every Jacobian is evaluated at the first estimate of the pose (before
+    its update) and of the landmark (when it was added), so that unobservable directions stay unobservable. A first
+    estimate that later sightings show to have been poor is replaced.
 
-    Mean and covariance live in arrays that double when they are full; adding a landmark writes its rows alone.
+    Mean and covariance are stored in arrays that double when full; adding a landmark writes only its own rows.
 
     References:
         Thrun, Burgard, Fox, Probabilistic Robotics (2005), table 10.1.
@@ -53,14 +53,16 @@ class EkfSlamFilter:
         """Start without landmarks.
 
         Args:
-            jacobians: Where derivatives are taken: at the newest estimates or at the first ones.
+            jacobians: Where Jacobians are evaluated: at the newest estimates or at the first ones.
             pose: Mean of (x, y, heading), shape (3,) [m, m, rad].
             covariance: Of the pose, shape (3, 3); None for zeros, which makes the start the origin of the map.
-            parameters: Number p of the motion's constant errors, which are estimated too; 0 at the start, and certain.
-            renew: A first estimate is given up that the newest one has left by more than this share of the way to the
-                landmark: its derivatives describe no measurement any more.
-            far: A correction is iterated that turns the robot by more than this [rad], or moves it or a landmark that
-                it sees by more than this share of the way between them: derivatives taken before do not hold after it.
+            parameters: Number p of systematic errors of the motion, which are estimated too; initially 0 with zero
+            variance.
+            renew: A first estimate is replaced if the newest one differs by more than this fraction of the distance to
+                the landmark: its Jacobians no longer describe the measurement.
+            far: A correction is iterated if it turns the robot by more than this [rad], or moves the robot or a visible
+                landmark by more than this fraction of the distance between them: Jacobians from before do not hold
+                after it.
         """
         if jacobians not in ("standard", "first-estimates"):
             raise ValueError(f"jacobians is {jacobians!r}; it must be 'standard' or 'first-estimates'")
@@ -134,8 +136,9 @@ class EkfSlamFilter:
                 where the world's origin is, as with any motion in the robot's frame.
             control: Shape (m,).
             control_covariance: Shape (m, m).
-            slopes: How the control changes with the constant errors, shape (m, p): control + slopes @ errors acts.
-            wander: By how much the variances of the constant errors grow, shape (p,); they are constant unless given.
+            slopes: Derivative of the control by the systematic errors, shape (m, p): control + slopes @ errors is
+            applied.
+            wander: Growth of the variances of the systematic errors, shape (p,); by default none.
 
         References:
             Probabilistic Robotics, table 10.1 lines 2 to 5. First estimates: F depends on the pose by the
@@ -286,7 +289,7 @@ class EkfSlamFilter:
     def _correct(self, places: Places, Z: Array, R: Array) -> None:
         """Update mean and covariance: P - K S K^T as P - W^T W with S = L L^T and W = L^-1 H P.
 
-        H has five columns a row that are not zero, so H P costs O(n k) and the whole O(n^2 k). W^T W is symmetric
+        Each row of H has five nonzero columns, so H P costs O(n k) and the whole O(n^2 k). W^T W is symmetric
         to the last bit, and so stays P.
         """
         expected, H_pose, H_landmark = self._expect(places)

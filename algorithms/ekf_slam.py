@@ -1,13 +1,13 @@
 """EKF-SLAM with beacons.
 
-`EkfSlamFilter` is the mathematics, `EkfSlam` the estimator that brings it to a robot: odometry moves the belief,
-sightings correct it. Two rules keep bad sightings out, for one wrong picture would bend the whole map:
+`EkfSlamFilter` is the mathematics, `EkfSlam` the estimator on a robot: odometry predicts, sightings correct. Two rules
+reject outliers, since a single wrong sighting would distort the whole map:
 
-- a sighting of a landmark in the map counts only if it lies within the gate of what is expected;
-- a beacon enters the state at its first sighting, when the robot knows best where it is, but the map that is told only
-  when some sightings agree about its place; if the next ones disagree it leaves the state again.
+- a sighting of a landmark in the map is used only if it lies within the gate around the expected measurement;
+- a beacon enters the state at its first sighting, when the pose is most certain, but the published map only after
+  several sightings agree on its position; if the next ones disagree, it is removed from the state.
 
-Sightings come with the name of their beacon or without; those without are paired with the map, or left alone.
+Sightings may lack the name of their beacon; those are associated with the map, or ignored.
 """
 
 import itertools
@@ -82,24 +82,22 @@ class EkfSlam:
             jacobians: 'first-estimates' and 'invariant' stay consistent when loops close; 'standard' is the textbook's.
             gate: Largest squared Mahalanobis distance of a sighting that counts; 13.8 keeps 99.9 % of good ones
                 (chi-square, two degrees of freedom).
-            confirmations: How many sightings must agree before a beacon enters the map; they count from the first.
-            patience: Within which time they must [s]; a landmark without a name that is not seen again is forgotten.
-            odometry_scale: Factor on the standard deviation of odometry, for slip that its data sheet leaves out.
+            confirmations: Number of consistent sightings, the first included, before a beacon enters the map.
+            patience: Time within which they must agree [s]; an unnamed landmark that is not seen again is forgotten.
+            odometry_scale: Factor on the standard deviation of odometry, for slip that its data sheet does not include.
             sighting_scale: Factor on the standard deviation of sightings.
-            nod_deg: How far the robot nods and sways while it drives at a steady speed, standard deviation; what a
-                camera sees at one moment shifts together then. As its speed changes it nods farther.
-            repeat: Share of the variance of a camera's sightings that repeats from image to image, times the way over
-                which it does [m]; a Kalman filter takes each sighting for a new one.
-            systematic: Way over which systematic errors of odometry, of its way, of its turn and to one side, are
-                taken to make as much as the noise that it claims [m]; they are part of the state. Infinite: there are
-                none. Unless given 1 m with names; without, none: a robot that takes its way for uncertain pairs with
-                what is not there.
-            delay: How much later, or earlier, than odometry tells the robot may move, standard deviation; this too is
-                part of the state, unless `systematic` is infinite [s].
-            association: What becomes of sightings without a name: with 'known' nothing; 'nearest' pairs each with
-                the landmark that fits it best, 'joint' finds the largest pairing that can be true as a whole.
-                Landmarks without a name are numbered from 0.
-            joint_covariance: Whether the estimate carries the covariance of pose and map together.
+            nod_deg: Pitch and roll of the robot at constant speed, standard deviation; they shift all sightings of one
+                picture together. The pitch is larger while the speed changes.
+            repeat: Fraction of the variance of a camera's sightings that is correlated from image to image, times the
+                distance over which it is [m]; a Kalman filter assumes independent sightings.
+            systematic: Distance after which the systematic errors of odometry (distance, turn and veer) are assumed to
+                equal its stated noise [m]; they are part of the state. Infinite: none. By default 1 m for named
+                sightings, and none for unnamed ones: with a more uncertain pose, wrong associations would be accepted.
+            delay: Standard deviation of the delay, positive or negative, between odometry and the motion; also part of
+                the state, unless `systematic` is infinite [s].
+            association: Association of unnamed sightings: 'known' ignores them, 'nearest' pairs each with the best
+                landmark, 'joint' finds the largest jointly compatible pairing. Unnamed landmarks are numbered from 0.
+            joint_covariance: Whether the estimate includes the joint covariance of pose and map.
         """
         if confirmations < 1:
             raise ValueError(f"confirmations is {confirmations}; it must be at least 1")
@@ -162,7 +160,7 @@ class EkfSlam:
     def systematic_errors(self) -> Array:
         """Estimated systematic errors of odometry, shape (4,).
 
-        A share of the way, a turn [rad/m], a share of the turn, and how much later the robot moves than it is told [s].
+        A fraction of the distance, a turn per metre [rad/m], a fraction of the turn, and the delay of the motion [s].
         """
         return self._filter.parameters
 
@@ -190,8 +188,8 @@ class EkfSlam:
     def _steadied(self, claimed: Array) -> Array:
         """Return the covariance of odometry, no variance less than half of its average over the last ticks.
 
-        The noise of wheels grows with the motion that they made, what they claim with the motion that they measured.
-        A tick in which noise hides the motion claims next to no error; then every sighting would look like an outlier.
+        The actual noise of the wheels grows with the true motion, the stated one with the measured motion. In a tick
+        where noise cancels the motion, the stated error is almost zero, and every sighting would look like an outlier.
         """
         self._usual = (1.0 - _MEMORY) * self._usual + _MEMORY * np.diag(claimed)
         return np.asarray(claimed + np.diag(np.maximum(_LEAST * self._usual - np.diag(claimed), 0.0)))
@@ -234,8 +232,8 @@ class EkfSlam:
     def _associate(self, sightings: Sequence[Sighting], time: float) -> Innovations:
         """Correct by sightings without names, and add new landmarks; return the innovations.
 
-        Landmarks of the map come first: one on probation gets what none of those can explain, or it would grow
-        beside the landmark whose poor sighting began it.
+        Confirmed landmarks come first: a provisional one gets only sightings that no confirmed one explains. Otherwise
+        a poor sighting of a landmark could start a duplicate beside it.
         """
         Z, R = self._measured(sightings)
         told = self._told()

@@ -41,8 +41,8 @@ class Explore:
         Args:
             lidar: Name of the lidar; None for the first.
             speed: On straight lines, if the robot can [m/s].
-            clearance: What the way keeps between the robot's rim and walls [m].
-            smallest: Frontiers shorter than this are left alone [m].
+            clearance: Clearance between the robot's rim and walls [m].
+            smallest: Shorter frontiers are ignored [m].
             grid: Keys of `OccupancyGrid`.
         """
         self._lidar, self._speed, self._clearance, self._smallest = lidar, speed, clearance, smallest

@@ -1,7 +1,7 @@
 """FastSLAM 2.0: particles over the trajectory, each with its own map.
 
-Given the way, landmarks do not depend on one another; so each particle carries a pose and a small Gaussian for each
-landmark, and the cost of a sighting does not grow with the map. All particles are moved and corrected at once.
+Given the trajectory, landmarks are independent; so each particle has a pose and a small Gaussian per landmark, and the
+cost of a sighting does not grow with the map. All particles are moved and corrected in one vectorized step.
 """
 
 from collections.abc import Hashable, Mapping
@@ -33,7 +33,7 @@ class FastSlam:
         """Set the rules.
 
         Args:
-            particles: How many guesses of the way.
+            particles: Number of particles.
             odometry_scale: Factor on the standard deviation of odometry.
             sighting_scale: Factor on the standard deviation of sightings.
         """
@@ -132,8 +132,8 @@ class FastSlam:
     def _belief(self) -> Estimate:
         """Return mean and covariance over the particles, of the pose and of each landmark.
 
-        A particle stands for the Gaussian that it was drawn from: where one of them has nearly all of the weight, the
-        spread of the others says nothing of how far that one may be off.
+        A particle represents the Gaussian that it was drawn from: if one has nearly all of the weight, the spread of
+        the others says nothing about the error of that one.
         """
         w = self._weights
         apart = self._poses - self._poses[np.argmax(w)]

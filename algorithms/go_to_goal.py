@@ -26,9 +26,9 @@ NEW_THING = 0.15
 class GoToGoal:
     """Drives to goals by the shortest way that keeps clear of walls, and stops at the last.
 
-    Without a map (`map: unknown`) it takes all for free that it has not seen otherwise. What the lidars and the ring
-    of proximity rays hit beyond the map's walls is held for an obstacle for a while; when one comes to lie on the way
-    ahead, a new way is planned; when there is none, the robot waits.
+    Without a map (`map: unknown`), unseen space counts as free. Hits of lidars and proximity rays that the map's walls
+    do not explain are kept as obstacles for a while; if one blocks the path ahead, a new path is planned; if there is
+    none, the robot waits.
 
     References:
         Latombe, Robot Motion Planning (1991), chapter 4, cell decomposition; A* in `grid_search`.
@@ -48,8 +48,8 @@ class GoToGoal:
         Args:
             goals: Each (x, y) [m], in the frame of the estimate; one pair alone is one goal.
             speed: On straight lines, if the robot can [m/s].
-            clearance: What the way keeps between the robot's rim and walls [m].
-            tolerance: How near a goal counts as reached [m].
+            clearance: Clearance between the robot's rim and walls [m].
+            tolerance: Distance at which a goal counts as reached [m].
             cell: Side of a cell of the planning grid [m].
         """
         self._goals = np.atleast_2d(np.asarray(goals, dtype=float))

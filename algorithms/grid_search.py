@@ -24,15 +24,15 @@ def a_star(grid: DistanceGrid, start: Array, goal: Array, *, clearance: float, s
         grid: Distances to walls.
         start: Where from, shape (2,) [m].
         goal: Where to, shape (2,) [m].
-        clearance: How far from any wall the way keeps [m]; the cells of start and goal may be nearer.
-        shyness: What a metre costs more at the clearance than far from walls; 0 for the shortest way.
+        clearance: Distance that the path keeps from walls [m]; the cells of start and goal may be nearer.
+        shyness: Extra cost per metre at the clearance compared with far from walls; 0 for the shortest path.
 
     Returns:
         Points of the way, shape (n, 2) [m], start and goal the first and the last; None when there is no way.
 
     References:
         Hart, Nilsson, Raphael, A Formal Basis for the Heuristic Determination of Minimum Cost Paths, IEEE TSSC 4(2),
-        1968. The octile distance never overrates the cost left, so that the way is the cheapest on this grid.
+        1968. The octile distance never overestimates the remaining cost, so the path is optimal on this grid.
     """
     rows, columns = grid.distance.shape
     first, last = (tuple(grid.cells(np.asarray(point)).tolist()) for point in (start, goal))

@@ -16,17 +16,17 @@ BLOCK = 64
 class InvariantEkfSlamFilter(EkfSlamFilter):
     """The right-invariant EKF: consistent with Jacobians at the newest estimates.
 
-    Pose and landmarks together are an element X of the group SE_(1+n)(2), and the error is e with
-    X = exp(e) X_mean, e = (turn, shift, shift of each landmark): the turn is about the world's origin and takes
-    robot and landmarks along. In these errors the derivatives of motion and measurement do not depend on where the
-    robot believes to be, so nothing can be gained in directions that nobody observes.
+    Pose and landmarks together are an element X of the group SE_(1+n)(2), and the error is e with X = exp(e) X_mean, e
+    = (turn, shift, shift of each landmark): the turn is about the world's origin and moves robot and landmarks
+    together. For these errors the Jacobians of motion and measurement do not depend on the estimated pose, so the
+    filter cannot gain spurious information in unobservable directions.
 
     To first order e is a linear map T of the textbook's errors (dx, dy, dheading, dx_1, ...):
 
         shift = d - J mean * dheading,    J = [[0, -1], [1, 0]]
 
-    which changes with the mean. So this filter keeps P in the textbook's errors, where motion touches three rows
-    only, and differs from the standard filter in the correction alone: the mean moves along exp, and P goes from
+    which changes with the mean. This filter therefore keeps P in the textbook's errors, where motion changes only three
+    rows, and differs from the standard filter only in the correction: the mean moves along exp, and P goes from
     the T of the old mean to that of the new, P <- T_new^-1 T_old P (...)^T.
 
     References:

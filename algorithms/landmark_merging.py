@@ -1,9 +1,9 @@
 """Merging of unnamed landmarks that were mapped twice.
 
-A robot that comes back with a wrong idea of where it is takes what it sees for new, and maps it again beside the old.
-As the map settles the two come to lie in one place. Two things tell them from neighbours: they lie nearer to each other
-than sightings err, and they were never seen at one moment. How sure the belief is of their places is not asked: one
-that has taken old for new is too sure, and one that is unsure would take neighbours for one.
+A robot that returns with a wrong pose estimate takes known landmarks for new ones and maps them twice. As the map
+converges, the duplicates move to the same place. Two facts distinguish them from neighbours: their distance is within
+the errors of sightings, and they were never seen in the same tick. The covariance of their positions is not used: a
+filter that created duplicates is overconfident, and an uncertain one would merge neighbours.
 """
 
 from collections import defaultdict

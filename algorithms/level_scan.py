@@ -31,7 +31,7 @@ class LevelScan:
 class LevelLidar:
     """Gives the scans of one lidar as a level one would: without what came back from the floor.
 
-    A body that balances leans by what its inertial sensor tells. A lidar that is level at all times costs nothing.
+    For a balancing body, the lean comes from its inertial sensor. A lidar that is always level costs nothing.
     """
 
     def __init__(self, robot: RobotInfo, name: str | None) -> None:
@@ -68,8 +68,8 @@ class LevelLidar:
 def level_scan(scan: Scan, level_from_lidar: Array) -> LevelScan:
     """Return a scan as from a level lidar at the same place; a beam that may have met the floor tells nothing (-inf).
 
-    Each range is the beam's length on the floor. Beams keep their angles: of a lidar that is tilted by t they are off
-    by t^2 / 4 at most, 0.04 degrees at a tilt of 3 degrees.
+    Each range is the horizontal length of the beam. Beams keep their angles: for a tilt of t, the error is at most t^2
+    / 4, 0.04 degrees at a tilt of 3 degrees.
 
     Args:
         scan: In the frame of the lidar.

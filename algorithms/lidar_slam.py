@@ -30,10 +30,10 @@ STILL = 1e-6
 class LidarSlam:
     """Estimates the pose from odometry and a lidar, and keeps a map of scans.
 
-    A scan becomes part of the map when the robot has moved far enough. All poses that odometry allows are tried for it
-    on the walls of the last few scans; how sure the answer is depends on what else would fit. A few scans make a part
-    of the map, which is a pose of a graph. A part that is finished is searched for in old ones; what fits there, and
-    nowhere else, closes a loop.
+    A scan becomes a keyframe when the robot has moved far enough. It is matched against the walls of the last few
+    keyframes over all poses that odometry allows; the covariance accounts for competing hypotheses. A few keyframes
+    form a submap, which is a node of the pose graph. A finished submap is searched for in old ones; an unambiguous
+    match closes a loop.
 
     References:
         Lu, Milios, Globally Consistent Range Scan Alignment for Environment Mapping, Autonomous Robots 4, 1997. Olson,
@@ -55,13 +55,13 @@ class LidarSlam:
 
         Args:
             lidar: Name of the lidar; None for the first.
-            distance: How far the robot drives between two scans of the map [m].
-            turn_deg: Or how far it turns.
-            loop_distance: How near an old part of the map must be to be tried for a loop [m]; farther by as much as
-                the robot may have drifted.
-            loop_share: Of the walls seen near old ones, the share that must lie on them for a loop to count.
-            odometry_scale: Factor on the standard deviation of odometry, for slip that its data sheet leaves out.
-            show_every: The map is shown as a grid, made anew after so long [s]; 0: never.
+            distance: Distance between two keyframes [m].
+            turn_deg: Turn between two keyframes.
+            loop_distance: Distance within which old submaps are tried for a loop closure [m], increased by the possible
+                drift.
+            loop_share: Fraction of the walls seen near old ones that must match them for a loop closure.
+            odometry_scale: Factor on the standard deviation of odometry, for slip that its data sheet does not include.
+            show_every: Period at which the map is shown as a grid [s]; 0: never.
         """
         if show_every < 0.0:
             raise ValueError(f"show_every is {show_every:g} s; it must be at least 0")

@@ -1,7 +1,7 @@
 """Localization with known beacons: Kalman filters of filterpy with three states.
 
-The world must say `map: known`; each beacon's place then stands in the catalogue. `EkfLocalization` linearises at
-the mean, `UkfLocalization` carries seven points through motion and measurement instead of derivatives.
+The world must say `map: known`; the catalogue then contains the position of each beacon. `EkfLocalization` linearises
+at the mean, `UkfLocalization` propagates seven sigma points through motion and measurement.
 """
 
 from abc import ABC, abstractmethod
@@ -47,7 +47,7 @@ class _Localization(ABC):
         """Set the gate.
 
         Args:
-            confidence: Share of good sightings that count; others are taken for mistakes.
+            confidence: Probability that a correct sighting passes the gate; others are rejected as outliers.
         """
         self._gate = float(chi_square(confidence, 2))
         self._places: dict[str, Array] = {}

@@ -1,4 +1,4 @@
-"""Has the robot been here before? Parts of the map are searched for in older ones; only what is certain counts."""
+"""Loop closure: searches for new submaps in older ones; only unambiguous matches are accepted."""
 
 from dataclasses import dataclass
 
@@ -48,7 +48,7 @@ def find_loop(
         scan: Walls of the new part, in its own frame.
         guess: Of the step between them, shape (3,).
         covariance: Of the guess, shape (3, 3).
-        share: Of the elements near old walls, how many must lie on them.
+        share: Fraction of the elements near old walls that must lie on them.
     """
     thin = scan.thinned(250)
     if min(len(walls.points), len(thin.points)) < LEAST:

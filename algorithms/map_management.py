@@ -1,8 +1,8 @@
 """Provisional landmarks: those in the state of a filter not yet seen often enough for the published map.
 
-A landmark enters the state at its first look, when the robot knows best where it is, and keeps its correlation with the
-pose. But one bad look would bend the whole map: so the landmark is told only when enough looks agree, and leaves the
-state again if the next ones disagree.
+A landmark enters the state at its first sighting, when the pose is most certain, and keeps its correlation with the
+pose. But one outlier would distort the whole map: so the landmark is published only when enough sightings agree, and is
+removed from the state if the next ones disagree.
 """
 
 from collections.abc import Hashable

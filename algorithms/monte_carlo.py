@@ -1,9 +1,8 @@
 """Monte Carlo localization: where am I on this map, from a lidar, the wheels, and beacons where some are seen?
 
-The world must say `map: known`. In a room that looks alike from two sides a lidar cannot tell which is which; one
-sighting of a beacon can. A cloud of poses is moved as odometry says, weighed by how well the scan fits the
-map at each, and drawn anew. It starts anywhere (`start: global`) or at the prior, and finds itself again when
-somebody has carried the robot away.
+The world must say `map: known`. In a symmetric room a lidar cannot resolve the ambiguity; one sighting of a beacon can.
+Particles are moved by odometry, weighted by how well the scan fits the map, and resampled. They start anywhere (`start:
+global`) or at the prior, and recover after the robot has been kidnapped.
 """
 
 from collections.abc import Mapping
@@ -44,8 +43,8 @@ BIN = np.array([0.5, 0.5, np.radians(15.0)])
 class MonteCarloLocalization:
     """Estimates the pose by particles: augmented MCL, with as many particles as the spread of the belief needs.
 
-    Particles that are put somewhere new, at the start or when scans fit worse than they used to, are not thrown
-    at random: of several random places the ones are drawn that the scan makes likely.
+    New particles, at the start or when scans fit worse than before, are not placed at random: they are drawn from
+    several random poses according to the likelihood of the scan.
 
     References:
         Thrun, Burgard, Fox, Probabilistic Robotics (2005), tables 8.2 and 8.3 (augmented MCL), 6.3 (likelihood
@@ -70,16 +69,16 @@ class MonteCarloLocalization:
 
         Args:
             lidar: Name of the lidar; None for the first.
-            start: Whether the prior is believed, or the robot may be anywhere inside the walls.
-            particles: The most that are carried; a belief that knows where it is needs far fewer.
-            beams: How many of a scan's beams are looked at.
+            start: Whether to start from the prior, or anywhere inside the walls.
+            particles: Largest number of particles; a converged belief needs far fewer.
+            beams: Number of beams used per scan.
             sigma: Standard deviation of a beam's end from its wall: noise, and errors of the map [m].
-            random: Share of beams that end on things that the map lacks.
-            weight: How many independent beams a scan counts for; neighbours tell the same story, and so does the next
-                scan from nearly the same place: one from where the last one was taken counts for none. With more the
-                belief is surer of itself than it is right.
+            random: Fraction of beams that end on things that are not in the map.
+            weight: Number of independent beams that a scan counts for; the errors of neighbouring beams are correlated,
+                and so are those of the next scan from nearly the same place: a scan from the same place as the last one
+                counts for none. Larger values make the belief overconfident.
             odometry_scale: Factor on the standard deviation of odometry.
-            show: With each scan so many of the particles are shown, and the scan itself; 0: none.
+            show: Number of particles shown with each scan, and the scan itself; 0: none.
         """
         if start not in ("prior", "global"):
             raise ValueError(f"start is {start!r}; it must be 'prior' or 'global'")
@@ -225,8 +224,8 @@ class MonteCarloLocalization:
     def _likely_places(self, points: Array, looks: list[Sighting], number: int) -> Array:
         """Return poses anywhere that a scan and sightings make likely, shape (number, 3).
 
-        Drawn from many by a broad likelihood, then led uphill while it narrows: a place that is only nearly right
-        would at once be weighed away by the sharp likelihood of a wrong one that fits by chance.
+        Drawn from many with a broad likelihood, then moved uphill while it narrows: with a sharp likelihood, a wrong
+        pose that fits by chance would immediately outweigh one that is nearly right.
         """
         tried = self._anywhere(CANDIDATES)
         fit = SHARP * self._scan_fit(tried, points, BROAD) + self._sighting_fit(tried, looks)

@@ -1,4 +1,4 @@
-"""What is free and what is not: a grid of log-odds, filled from lidar scans."""
+"""Occupancy grids: log-odds of free and occupied cells, filled from lidar scans."""
 
 from collections.abc import Mapping
 from typing import Any

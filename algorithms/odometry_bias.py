@@ -1,4 +1,4 @@
-"""What odometry errs by all the time, in length and in heading, learnt from how scans lie on one another."""
+"""Systematic errors of odometry, in distance and heading, estimated from scan matches."""
 
 import numpy as np
 
@@ -35,7 +35,7 @@ class OdometryBias:
         """Return the motion of a tick without what odometry errs by, shape (3,) [m, m, rad].
 
         Args:
-            told: By odometry, shape (3,).
+            told: Motion by odometry, shape (3,).
             seconds: How long the robot moved [s].
         """
         return told - _effects(told, float(np.hypot(told[0], told[1])), seconds) @ self.errors

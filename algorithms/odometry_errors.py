@@ -1,9 +1,9 @@
-"""Systematic errors of odometry, which a filter estimates beside the pose: they are the same from tick to tick.
+"""Systematic errors of odometry, which a filter estimates along with the pose.
 
-A data sheet of odometry tells noise that is new in each tick. But worn wheels report too long a way all along, a wrong
-track too small a turn, and a flat tyre turns the robot a little with each metre. Over a long way that adds up to more
-than noise does, and a filter that takes it for noise is too sure of its heading. Odometry may also come late, or early
-where commands are told in its place: then the motion of each tick is partly that of another.
+The data sheet of odometry gives white noise. But worn wheels always overestimate the distance, a wrong track
+underestimates turns, and a flat tyre makes the robot veer. Over a long distance these errors exceed the noise, and a
+filter that treats them as noise is overconfident in its heading. Odometry may also be late, or early if commands are
+used in its place: then the motion of a tick partly belongs to another one.
 """
 
 import math
@@ -28,8 +28,8 @@ BEGIN = 0.05
 class OdometryErrors:
     """How far off odometry may be at every tick, as far as its claims of noise tell.
 
-    Noise of rate q adds q d to the variance over a way d, a constant share s of it s^2 d^2. Both make as much over a
-    given way L if the variance of s is q / L. For the turn a radian turned counts as a metre of way.
+    Noise of rate q adds q d to the variance over a distance d, a constant scale error s adds s^2 d^2. Both are equal
+    over a given distance L if the variance of s is q / L. For the turn, one radian counts as one metre.
     """
 
     def __init__(self, way: float, *, delay: float = DELAY) -> None:

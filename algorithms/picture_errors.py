@@ -1,12 +1,12 @@
-"""What sightings in a camera's pictures err by beyond their own covariance: errors that are shared, and that repeat.
+"""Errors of camera sightings beyond their own covariance: errors shared within an image, or repeated across images.
 
-The covariance of a picture's place is honest for one look at it. Two more things count for a filter that believes
-each sighting to be a new one:
+The covariance of a picture's position is consistent for a single sighting. For a filter that assumes independent
+sightings, two more effects matter:
 
-- A robot nods and sways as its speed changes. All that its camera sees at one moment shifts together, by the angle
-  times the height of the camera: a tenth of a degree is 2 mm at 1 m, several times what a picture by itself errs by.
-- From one image to the next a picture is seen nearly from the same place, and a part of its error stays the same.
-  A hundred looks from there tell no more than a few.
+- A robot pitches and rolls as its speed changes. Everything in one image shifts together, by the angle times the height
+  of the camera: a tenth of a degree is 2 mm at 1 m, several times the error of a single picture.
+- Consecutive images show a picture from nearly the same place, and part of its error stays the same. A hundred
+  sightings from there contain no more information than a few.
 """
 
 import math

@@ -1,7 +1,7 @@
-"""Where the robot was a moment ago, and what it saw then as it would be seen now.
+"""Recent poses of the robot by odometry, and past sightings transformed to the current pose.
 
-A picture takes time: what a camera tells is older than the tick that tells it. And a robot that has lost its way needs
-the looks of the last seconds together, as if all were taken from where it stands.
+Images have latency: a sighting is older than the tick in which it arrives. And a lost robot needs the sightings of the
+last seconds together, as if all were taken from its current pose.
 """
 
 import math

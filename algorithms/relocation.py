@@ -1,8 +1,8 @@
-"""Finds a robot again that has lost its way on its own map.
+"""Relocalization of a robot that is lost on its own map.
 
-A filter that is wrong by more than its covariance allows takes every good sighting for an outlier, and stays wrong.
-When nearly all of the last sightings fail, it is the pose that is wrong: somebody carried the robot away, it slipped,
-or was pushed. The looks of the last seconds, carried along by odometry, then tell where on the map they fit.
+A filter with an error far beyond its covariance rejects every correct sighting as an outlier, and stays wrong. If
+nearly all recent sightings fail the gate, the pose is wrong: the robot was kidnapped, slipped, or was pushed. The
+sightings of the last seconds, propagated by odometry, are then matched with the map.
 """
 
 import itertools

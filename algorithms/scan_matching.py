@@ -1,4 +1,4 @@
-"""How must a scan be moved to lie on walls that were seen before? Walls, a field around them, and the alignment."""
+"""Scan matching: walls extracted from scans, a distance field around them, and the alignment of a scan to walls."""
 
 import math
 from dataclasses import dataclass
@@ -208,8 +208,8 @@ class Match:
 def align(field: WallField, scan: Surface, guess: Array, information: Array, *, start: Array | None = None) -> Match:
     """Return the pose at which a scan lies best on a surface, near where it starts.
 
-    Each element is led to the line through the nearest element of the surface that faces the same side; the guess
-    counts as a measurement, so that along a bare corridor, where walls tell nothing, the guess decides.
+    Point-to-line ICP: each element moves to the line through the nearest element of the surface that faces the same
+    side. The guess counts as a measurement, so that it decides along a bare corridor, where walls give no information.
 
     Args:
         field: Of the walls seen before.
@@ -249,7 +249,8 @@ def align(field: WallField, scan: Surface, guess: Array, information: Array, *, 
 def _trusted(J: Array, weight: Array) -> Array:
     """Return the matrix that takes from a shift what only the noise of normals seems to tell, shape (2, 2).
 
-    Along a bare corridor normals are not quite square to the way; a match would hold on to how they err.
+    Along a bare corridor the normals are not exactly perpendicular to it; a match would take their errors for
+    information.
 
     References:
         Zhang, Kaess, Singh, On Degeneracy of Optimization-based State Estimation Problems, ICRA 2016.

@@ -1,4 +1,4 @@
-"""How far the ranges of a scan err, as neighbours on straight walls show it, and the scan with less of that."""
+"""Range noise of a scan, estimated from neighbours on straight walls, and smoothing of the scan."""
 
 from dataclasses import replace
 
@@ -42,7 +42,7 @@ def range_noise(scan: Scan) -> float:
 def smoothed(scan: Scan, noise: float) -> Scan:
     """Return a scan whose ranges are averaged over neighbours on the same wall, over more of them the more they err.
 
-    It is the inverse of the range that is averaged, which does not bend straight walls.
+    The inverse of the range is averaged, which keeps straight walls straight.
 
     Args:
         scan: As it came.

@@ -1,4 +1,4 @@
-"""Where does a scan lie on walls that were seen before? All hypotheses within a window are tried, coarse to fine."""
+"""Correlative scan search: tries all poses within a window against earlier walls, coarse to fine."""
 
 from dataclasses import dataclass
 
@@ -53,9 +53,9 @@ class Laid:
 def lay(scan: Surface, walls: Surface, step: Array, noise: Array, *, doubt: Array | None = None) -> Laid:
     """Return where a new scan lies in the frame of older walls, by the walls and by odometry, and how sure that is.
 
-    A match must hold much of the scan and be one that odometry allows. If none does, the scan is looked for farther
-    away, and believed against odometry only if most of it fits, and nowhere else. What other hypotheses are nearly as
-    likely makes the answer less sure. Without any match the answer is odometry's.
+    A match must explain much of the scan and be compatible with odometry. If there is none, the window is enlarged, and
+    a match that contradicts odometry is accepted only if most of the scan fits and the match is unambiguous. Competing
+    hypotheses of nearly equal likelihood increase the covariance. Without any match, the result is that of odometry.
 
     Args:
         scan: In its own frame.

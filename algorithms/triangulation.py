@@ -1,4 +1,4 @@
-"""Pose from bearings to beacons whose places are known: no map is made, no past is needed.
+"""Pose from bearings to beacons at known positions, without a map or a past.
 
 `bearings_only` solves one moment, `Triangulation` brings it to a robot: each moment with three beacons in view gives
 a pose, and odometry carries it on to the next.

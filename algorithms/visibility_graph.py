@@ -1,4 +1,4 @@
-"""The shortest way past walls, exactly: along the corners that see each other."""
+"""Exact shortest paths among walls, along a visibility graph of their corners."""
 
 import itertools
 

@@ -1,4 +1,4 @@
-"""Follows walls: the oldest way to see all of a building."""
+"""Follows walls: the simplest way to see a whole building."""
 
 import math
 from typing import Literal

@@ -1,4 +1,4 @@
-"""Drives about at random, as a robot does that explores without a plan."""
+"""Drives at random, as a robot that explores without a plan."""
 
 import math
 
@@ -14,8 +14,8 @@ AHEAD = (15, 0, 1)
 class Wander:
     """Drives straight on; before an obstacle it turns on the spot by an angle drawn at random.
 
-    It asks for nothing but the ring of proximity rays; with `avoidance: true` beside it no corner of an obstacle
-    between two rays is hit either.
+    It needs only the ring of proximity rays; with `avoidance: true` it also avoids corners of obstacles between two
+    rays.
     """
 
     def __init__(self, *, speed: float = 0.4, distance: float = 0.5) -> None:

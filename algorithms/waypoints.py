@@ -14,8 +14,8 @@ from mjsim.interface import Command, Estimate, Observation, RobotInfo, WorldMap
 class Waypoints:
     """Follows a path of straight lines by pure pursuit; at a sharp corner it turns on the spot; it stops at the end.
 
-    The path begins where the robot starts and leads through the points. It is cut into legs at its sharp corners. On
-    a leg the robot steers along the circle that leads from where it is to a point of the path a little way ahead.
+    The path starts at the robot and leads through the points. It is split into legs at sharp corners. On a leg the
+    robot steers along the circle to a point of the path a lookahead distance ahead.
 
     References:
         Coulter, Implementation of the Pure Pursuit Path Tracking Algorithm, CMU-RI-TR-92-01, 1992, section 2.
@@ -37,8 +37,8 @@ class Waypoints:
             points: Where to go, each (x, y) [m], in the frame of the estimate.
             laps: How many times to visit all points in their order.
             speed: On straight lines, if the robot can [m/s].
-            tolerance: How near a sharp corner counts as reached [m].
-            lookahead: How far ahead on the path the point is that is steered for [m].
+            tolerance: Distance at which a sharp corner counts as reached [m].
+            lookahead: Lookahead distance along the path [m].
             sharp_deg: Corners that turn by more than this are taken on the spot.
         """
         self._points = np.asarray(points, dtype=float)
