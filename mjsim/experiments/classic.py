@@ -43,15 +43,15 @@ def bump(recording: Recording) -> Result:
     return Result(
         name="bump",
         title="1. Into the wall",
-        question="Avoidance off, told only to go forward: what does the robot do?",
+        question="Avoidance off, commanded only to drive forward: what does the robot do?",
         findings=(
             at_least("bumps", sum(event.kind == "bump" for event in track.events), 1),
-            at_most("it gets no further, after the bump [m]", travel.max(), 0.05),
-            at_least("it wriggles: turns to and fro by [deg]", np.degrees(turned), 1.0),
-            at_most("deepest its body comes into a wall [m]", _deepest(recording), 0.005),
+            at_most("distance travelled after the bump [m]", travel.max(), 0.05),
+            at_least("it wriggles: turns back and forth by [deg]", np.degrees(turned), 1.0),
+            at_most("deepest penetration of a wall [m]", _deepest(recording), 0.005),
         ),
         pictures=(
-            plots.way("bump", "The way into the wall", recording),
+            plots.way("bump", "The path into the wall", recording),
             plots.wriggling("bump", "Speed and heading: it stops, and wriggles", track, first),
         ),
     )
@@ -79,14 +79,18 @@ def odometry(recording: Recording, repeats: tuple[Array, Array, Array]) -> Resul
         title="2. Odometry alone",
         question="No beacons: do the error and its predicted covariance grow together?",
         findings=(
-            at_least("error at the end, over that after a quarter", error[-1] / error[quarter], 1.5),
-            at_least("predicted deviation at the end, over that after a quarter", sigma[-1] / sigma[quarter], 1.5),
-            within("error at the end, over the predicted deviation", error[-1] / sigma[-1], 0.7, 1.3),
-            at_least(f"share of times when the NEES of {runs} runs is in its 95 % band", _share(mean, low, high), 0.8),
+            at_least("error at the end, relative to that after a quarter", error[-1] / error[quarter], 1.5),
+            at_least(
+                "predicted deviation at the end, relative to that after a quarter", sigma[-1] / sigma[quarter], 1.5
+            ),
+            within("error at the end, relative to the predicted deviation", error[-1] / sigma[-1], 0.7, 1.3),
+            at_least(
+                f"fraction of time when the NEES of {runs} runs is in its 95 % band", _share(mean, low, high), 0.8
+            ),
         ),
         pictures=(
-            plots.way("odometry", "Where the robot believes it goes, and where it goes; 95 % ellipses", recording),
-            plots.growth("odometry", f"Error of {runs} runs, and what was predicted", recording.time, repeats),
+            plots.way("odometry", "Dead-reckoned and true path, with 95 % ellipses", recording),
+            plots.growth("odometry", f"Error of {runs} runs, and prediction", recording.time, repeats),
         ),
     )
 
@@ -98,14 +102,14 @@ def avoidance(recording: Recording) -> Result:
     return Result(
         name="avoidance",
         title="3. Avoidance",
-        question="Avoidance on, told only to go forward: does it come to every corner without a bump?",
+        question="Avoidance on, commanded only to drive forward: does it reach every corner without a bump?",
         findings=(
             at_least("minutes driven", track.time[-1] / 60.0, 10),
             exactly("bumps", figures["bumps"], 0),
-            exactly("corners of the room that it came to", _corners(recording.world, track), 4),
-            at_least("coverage of the floor that it can reach", figures["coverage"], 0.75),
+            exactly("corners of the room that it reached", _corners(recording.world, track), 4),
+            at_least("coverage of the reachable floor", figures["coverage"], 0.75),
         ),
-        pictures=(plots.trail("avoidance", "A quarter of an hour", recording),),
+        pictures=(plots.trail("avoidance", "The path in 15 minutes", recording),),
     )
 
 
@@ -116,12 +120,12 @@ def triangulation(recording: Recording) -> Result:
     return Result(
         name="triangulation",
         title="4. Triangulation",
-        question="Recorded pictures, triangulated offline: how far is the estimated from the true position?",
+        question="Recorded pictures, triangulated offline: how large is the position error?",
         findings=(
             at_least("positions triangulated", len(errors), 100),
             at_most("error, mean [m]", errors.mean(), 0.10),
             at_most("error, largest [m]", errors.max(), 0.50),
-            exactly("pictures taken for another one", fixes.wrong, 0),
+            exactly("pictures confused with another", fixes.wrong, 0),
         ),
         pictures=(
             plots.fixes("triangulation", "True and triangulated positions", recording, fixes),
@@ -140,16 +144,16 @@ def slam(recording: Recording) -> Result:
     return Result(
         name="slam",
         title="5. SLAM",
-        question="Nothing known of the room: does the robot find itself, and what hangs on the walls?",
+        question="Unknown room: does the robot localise itself and map the pictures on the walls?",
         findings=(
             at_most("position error, mean [m]", errors.mean(), 0.10),
-            at_most("on the last round, over that of odometry", errors[last].mean() / drift[last].mean(), 0.25),
+            at_most("on the last lap, relative to odometry", errors[last].mean() / drift[last].mean(), 0.25),
             exactly("pictures in the map", figures["landmark_error_m"]["count"], beacons),
             at_most("error of the map, aligned [m]", figures["landmark_error_m"]["aligned_rms"], 0.05),
         ),
         pictures=(
             plots.way("slam", "Whole view: path and map, with 95 % ellipses", recording),
-            plots.enlarged("slam", "Enlarged view: ellipses of robot and pictures, four times as large", recording),
+            plots.enlarged("slam", "Enlarged view: ellipses of robot and pictures, magnified four times", recording),
             plots.transient("slam", "Transient localization error, with 3-sigma bounds", track),
         ),
     )
