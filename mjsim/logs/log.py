@@ -176,13 +176,8 @@ def record_logs(
         )
     _require_sizes(logs, source)
     notes = {key: value for log in logs for key, value in (*log.notes.items(), *_missed_truth(log, span))}
-    try:
-        world = world_of(logs, name_from(source), span=span, rate_hz=rate, wishes=wishes)
-    except WorldError as error:
-        # Places in a text that nobody wrote tell nothing.
-        raise UsageError(f"'{source}' makes no recording: {error.problems[0].message}"[:LONGEST_MESSAGE]) from None
     return write_robot_logs(
-        world,
+        world_of(logs, name_from(source), span=span, rate_hz=rate, wishes=wishes, source=f"readings of '{source}'"),
         {log.name: log.robot for log in logs},
         span=span,
         noise=wishes.motion_over(logs[0].motion),
@@ -215,8 +210,30 @@ def _missed_truth(log: Log, span: tuple[float, float]) -> Iterator[tuple[str, st
         yield (f"truth of {log.name} left out", fact)
 
 
-def world_of(logs: Sequence[Log], name: str, *, span: tuple[float, float], rate_hz: float, wishes: Wishes) -> World:
-    """Return the room of logs: no walls, their landmarks as reflectors, their robots where they begin."""
+def world_of(
+    logs: Sequence[Log],
+    name: str,
+    *,
+    span: tuple[float, float],
+    rate_hz: float,
+    wishes: Wishes,
+    source: str,
+    step_ms: int = 4,
+) -> World:
+    """Return the room of logs: no walls, their landmarks as reflectors, their robots where they begin.
+
+    Args:
+        logs: One for each robot.
+        name: Of the world.
+        span: First and last time of the log's clock [s].
+        rate_hz: Ticks a second.
+        wishes: Of the user.
+        source: What they are from, for the message of an error.
+        step_ms: Of the world's physics, of which ticks are a whole number.
+
+    Raises:
+        UsageError: A world cannot have a name or a number of the logs.
+    """
     marks = {mark: place for log in logs for mark, place in log.landmarks.items()}
     beacons = [f"  - {{name: {json.dumps(mark)}, at: [{x!r}, {y!r}], width: 0.1}}" for mark, (x, y) in marks.items()]
     robots = [line for log in logs for line in _robot_lines(log, span[0], rate_hz, wishes)]
@@ -227,10 +244,14 @@ def world_of(logs: Sequence[Log], name: str, *, span: tuple[float, float], rate_
         *(["beacons:", *beacons] if beacons else []),
         "robots:",
         *robots,
-        f"run: {{seconds: {span[1] - span[0]!r}, rate_hz: {rate_hz!r},",
+        f"run: {{seconds: {span[1] - span[0]!r}, rate_hz: {rate_hz!r}, step_ms: {step_ms},",
         f"      map: {'known' if wishes.known_map else 'unknown'}}}",
     ]
-    return parse_world("\n".join(lines) + "\n")
+    try:
+        return parse_world("\n".join(lines) + "\n")
+    except WorldError as error:
+        # Places in a text that nobody wrote tell nothing.
+        raise UsageError(f"{source} make no recording: {error.problems[0].message}"[:LONGEST_MESSAGE]) from None
 
 
 def _robot_lines(log: Log, time: float, rate_hz: float, wishes: Wishes) -> list[str]:

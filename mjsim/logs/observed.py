@@ -28,10 +28,12 @@ from mjsim.logs.robot_log import RobotLog
 from mjsim.logs.ticks import write_ticks
 from mjsim.output import require_free
 from mjsim.record import LoggedCamera, LoggedFrame, Recording, check_fit, logged_frame
-from mjsim.world import Camera, World
+from mjsim.world import Camera, World, step_misfit
 
 JITTER = 1e-3
 """Share of a tick by which times may be off an even rate."""
+WHOLE = 1e-3
+"""What is nearer to a whole number of milliseconds is one [ms]."""
 FASTEST = 250.0
 """Ticks a second."""
 Timed = TypeVar(
@@ -70,12 +72,14 @@ def write_log(
         progress: Called with how much of it is done [%].
 
     Raises:
-        UsageError: The file exists, times are not even, the truth has another shape, the pictures of a camera have
-            several sizes, or the world lacks the robot or a sensor that gave a reading.
-        WorldError: A name is none that a world may have.
+        UsageError: The file exists, odometry or a scan is none, times are not even, the truth has another shape, the
+            pictures of a camera have several sizes, a world cannot have a rate or a name, or it lacks the robot or a
+            sensor that gave a reading.
         RecordingError: The file cannot be written.
     """
     require_free(Path(record), overwrite=overwrite)
+    observations = tuple(observations)
+    _require_numbers(observations)
     rate = _rate_of(observations)
     poses, cameras = _poses(truth, len(observations)), _cameras(observations, placed=world is None)
     room = world if world is not None else _room(observations, robot, poses, landmarks or {}, cameras, rate)
@@ -90,7 +94,7 @@ def write_log(
     return write_ticks(
         room,
         {robot: _Observed(observations, poses, first, room.run.steps_per_tick * room.run.step)},
-        metadata={"log": "observations", "log start": repr(first), **(metadata or {})},
+        metadata={"log": "observations", "log start": repr(first), **{k: str(v) for k, v in (metadata or {}).items()}},
         cameras={(robot, name): camera for name, camera in cameras.items()},
         record=record,
         overwrite=overwrite,
@@ -163,6 +167,10 @@ def _cameras(observations: Sequence[Observation], *, placed: bool) -> dict[str, 
             camera = found.setdefault(name, LoggedCamera(frame.intrinsics, AHEAD if placed else None))
             if frame.depth is not None and not camera.has_depth:
                 found[name] = replace(camera, has_depth=True)
+            if frame.image.dtype != np.uint8:
+                raise UsageError(
+                    f"observation {row}: a picture of '{name}' is of {frame.image.dtype}; it must be uint8"
+                )
             intrinsics = camera.intrinsics
             size = (intrinsics.height, intrinsics.width)
             for shape in (frame.image.shape[:2], size if frame.depth is None else np.shape(frame.depth)):
@@ -207,6 +215,26 @@ def _require_sensors(world: World, robot: str, observations: Sequence[Observatio
             raise UsageError(f"observation {row}: {error}"[:LONGEST_MESSAGE]) from None
 
 
+def _require_numbers(observations: Sequence[Observation]) -> None:
+    """Return when odometry and scans are arrays of the shapes and the ends that recordings hold.
+
+    Raises:
+        UsageError: They are not.
+    """
+    for row, seen in enumerate(observations):
+        moved = seen.odometry
+        if np.shape(moved.covariance) != (3, 3):
+            shape = np.shape(moved.covariance)
+            raise UsageError(f"observation {row}: the covariance of its odometry has shape {shape}; it must be (3, 3)")
+        if not np.isfinite([moved.forward, moved.left, moved.turn, *np.ravel(moved.covariance)]).all():
+            raise UsageError(f"observation {row}: its odometry holds a number that is not finite")
+        for name, scan in seen.scans.items():
+            if not isinstance(scan.ranges, np.ndarray):
+                raise UsageError(f"observation {row}: the ranges of scan '{name:.40}' are no array")
+            if not np.isfinite([scan.range_min, scan.range_max]).all():
+                raise UsageError(f"observation {row}: the limits of scan '{name:.40}' are not finite")
+
+
 def _rate_of(observations: Sequence[Observation]) -> float:
     """Return how many observations there are a second."""
     if len(observations) < 2:
@@ -222,8 +250,9 @@ def _rate_of(observations: Sequence[Observation]) -> float:
             f"observation {worst} is at {times[worst]:.6g} s, {off[worst]:.3g} s off a rate of {1 / step:.6g} Hz;"
             " give one observation a tick at an even rate"
         )
-    # Times that were stored with few digits still mean a whole rate.
-    rate = round(1.0 / step, 3)
+    milliseconds = round(1e3 * step)
+    # Times that were stored with few digits still mean whole milliseconds, or a whole rate.
+    rate = 1e3 / milliseconds if abs(1e3 * step - milliseconds) < WHOLE else round(1.0 / step, 3)
     if rate > FASTEST:
         raise UsageError(f"{rate:g} observations a second; at most {FASTEST:g} can be recorded")
     return rate
@@ -233,7 +262,10 @@ def _poses(truth: ArrayLike | None, count: int) -> Array:
     """Return the truth as an array of floats, shape (count, 3)."""
     if truth is None:
         return np.full((count, 3), np.nan)
-    poses = np.asarray(truth, dtype=float)
+    try:
+        poses = np.asarray(truth, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise UsageError(f"the truth is no table of numbers: {error}"[:LONGEST_MESSAGE]) from None
     if poses.shape != (count, 3):
         raise UsageError(f"the truth has shape {poses.shape}; with {count} observations it must be ({count}, 3)")
     return poses
@@ -281,4 +313,15 @@ def _room(
         span=span,
         rate_hz=rate,
         wishes=Wishes(),
+        source="observations",
+        step_ms=_step_ms(rate),
     )
+
+
+def _step_ms(rate: float) -> int:
+    """Return the longest step of a world's physics of which ticks at a rate are a whole number."""
+    steps = (4, 2, 1)
+    misfits = [step_misfit("a tick", rate, step / 1000) for step in steps]
+    if all(misfits):
+        raise UsageError(f"observations: {misfits[-1]}; give them at such a rate")
+    return steps[misfits.index(None)]

@@ -25,10 +25,12 @@ class WholeFile(NewFile):
     """A recording that appears when it is whole; until then, and for good if it never is, what was there stays."""
 
     is_whole = False
+    is_spoilt = False
+    """Whether something could not be written, whatever `is_whole` says."""
 
     def publish(self) -> None:
         """Move the file to its destination if it is whole."""
-        if self.is_whole:
+        if self.is_whole and not self.is_spoilt:
             super().publish()
 
 

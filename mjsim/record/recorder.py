@@ -221,6 +221,9 @@ class Recorder:
         try:
             try:
                 self._write_batches()
+            except BaseException:
+                self._writer.spoil()
+                raise
             finally:
                 self._writer.close()
         # Whatever it is, it is raised again in the thread of the loop.

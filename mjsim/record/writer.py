@@ -23,6 +23,7 @@ from mjsim.record.json_schema import Schema
 from mjsim.record.map import looks_update, map_update
 from mjsim.record.messages import covariance_message, encode
 from mjsim.record.numbers import Message, nanoseconds
+from mjsim.record.place import WholeFile
 from mjsim.record.readings import CODECS, DrawnTopic
 from mjsim.record.scene import frames_message, mount
 from mjsim.record.schemas import (
@@ -190,6 +191,11 @@ class Writer:
         with self._place, self._file, self._reporting():
             self._mcap.close()
             self._publish()
+
+    def spoil(self) -> None:
+        """Note that something could not be written: a recording that has to be whole is none."""
+        if isinstance(self._place, WholeFile):
+            self._place.is_spoilt = True
 
     def _publish(self) -> None:
         if self._whole_ticks:

@@ -1,5 +1,7 @@
 """Tables and folders as people leave them: names with blanks, empty cells, a description with a comment."""
 
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -113,3 +115,41 @@ def test_a_fault_of_a_landmark_or_a_sighting_names_its_line(tmp_path):
     text = f"{LOG}sightings: {{file: seen.csv, time: t, range: r, bearing: b}}\n"
     with pytest.raises(UsageError, match=r"seen\.csv:3: a range is 0 m; it must be above 0"):
         mjsim.import_log(write(tmp_path, text, seen="t,r,b\n0,1,0\n1,0,0\n"))
+
+
+def drive(count: int = 20, *, dt: float = 0.1, **changes) -> list[mjsim.Observation]:
+    """Return observations of a drive at an even rate; changes are of the last."""
+    moved = mjsim.Odometry(0.02, 0.0, 0.0, np.diag([1e-6, 1e-8, 1e-6]))
+    seen = [mjsim.Observation(dt * k, dt, moved) for k in range(count)]
+    return [*seen[:-1], replace(seen[-1], **changes)]
+
+
+@pytest.mark.parametrize("rate", [3.0 + 1.0 / 3.0, 12.5, 20.0, 40.0, 200.0, 250.0])
+def test_observations_come_at_any_rate_of_whole_milliseconds(rate, tmp_path):
+    run = mjsim.write_log(tmp_path / "own.mcap", drive(dt=1.0 / rate))
+    np.testing.assert_allclose(run.time, np.arange(20) / rate, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("observations", "said"),
+    [
+        (drive(dt=1.0 / 30.0), "a tick must be a whole number of 1 ms steps, the nearest rate is 30.303 Hz"),
+        (
+            drive(odometry=mjsim.Odometry(np.nan, 0.0, 0.0, np.eye(3))),
+            "observation 19: its odometry holds a number that",
+        ),
+        (drive(odometry=mjsim.Odometry(0.0, 0.0, 0.0, np.eye(2))), "has shape (2, 2); it must be (3, 3)"),
+        (drive(scans={"my scan": mjsim.Scan(1.9, np.ones(3), 0.0, 0.1, 0.1, 8.0)}), "recording: lidar is 'my scan'"),
+        (
+            drive(scans={"scan": mjsim.Scan(1.9, np.ones(3), 0.0, 0.1, 0.1, np.inf)}),
+            "limits of scan 'scan' are not finite",
+        ),
+        (drive(scans={"scan": mjsim.Scan(1.9, [1.0, 2.0], 0.0, 0.1, 0.1, 8.0)}), "ranges of scan 'scan' are no array"),
+        (drive(sightings=(mjsim.Sighting(1.9, "a", np.nan, 0.0, np.eye(2)),)), "holds NaN"),
+    ],
+)
+def test_an_observation_that_cannot_be_recorded_is_named_and_leaves_no_file(observations, said, tmp_path):
+    with pytest.raises(MjsimError, match=re.escape(said)) as caught:
+        mjsim.write_log(tmp_path / "own.mcap", observations)
+    assert "world.yaml" not in str(caught.value)
+    assert list(tmp_path.iterdir()) == []
