@@ -21,7 +21,7 @@ MOST_HYPOTHESES = 20_000
 
 
 def chi_square(share: float, freedoms: ArrayLike) -> Array:
-    """Return what this share of chi-square deviates with some degrees of freedom (...) stays below, shape (...).
+    """Return what this fraction of chi-square deviates with some degrees of freedom (...) stays below, shape (...).
 
     `scipy.stats.chi2.ppf` is the same, but slow to import.
     """

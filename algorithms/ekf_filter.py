@@ -16,7 +16,7 @@ Places = np.ndarray[tuple[int], np.dtype[np.intp]]
 """Where the x of k landmarks stand in the mean, shape (k,)."""
 
 YOUNG, STRAYED = 3, 0.2
-"""Up to so many looks a first estimate is renewed that the newest one has left by more than this share of the way to
+"""Up to so many looks a first estimate is renewed that the newest one has left by more than this fraction of the way to
 the landmark: its first look was poor. Later both move together as loops close, and derivatives should not follow."""
 ITERATIONS, STILL = 10, 1e-3
 """At most so many, until the pose moves by less than that from one to the next [m, rad]."""
@@ -109,7 +109,7 @@ class EkfSlamFilter:
         return name in self._order
 
     def landmarks(self, names: Sequence[Hashable] | None = None) -> dict[Hashable, tuple[Array, Array]]:
-        """Return mean (2,) [m] and covariance (2, 2) [m^2] of landmarks by name; of all, oldest first, unless given."""
+        """Return mean (2,) [m] and covariance (2, 2) [m^2] of landmarks by name; by default of all, oldest first."""
         return {
             name: (self._mean[at : at + 2].copy(), self._P[at : at + 2, at : at + 2].copy())
             for name in (self._order if names is None else names)

@@ -39,7 +39,7 @@ _MEMORY = 0.2
 """Weight of the newest tick in the running average of the odometry covariance."""
 
 _LEAST = 0.5
-"""Share of that average which a tick claims at least. All of it would be on average a third more than is claimed."""
+"""Fraction of that average which a tick claims at least. All of it would be on average a third more than is claimed."""
 
 RENEW = 0.5
 """Share of the way to a landmark by which its place may change before derivatives follow: they are 27 degrees off."""

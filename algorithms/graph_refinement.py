@@ -115,7 +115,7 @@ def systematic_errors(drive: MeasuredGraph, poses: Array, known: Array) -> Array
 
 
 def sighting_scales(drive: MeasuredGraph, poses: Array, landmarks: Mapping[str, Array]) -> Array:
-    """Return how far ranges and bearings scatter, as a share of what they claim, shape (2,)."""
+    """Return how far ranges and bearings scatter, as a fraction of what they claim, shape (2,)."""
     if not drive.looks:
         return np.ones(2)
     off = []

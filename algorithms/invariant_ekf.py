@@ -88,7 +88,7 @@ class InvariantEkfSlamFilter(EkfSlamFilter):
         """Take W^T W from P, then add `moved` times the heading's error to that of each point: P <- S P S^T.
 
         With c the column of S and h the heading's row of P, S P S^T = P + c h^T + h c^T, h having half of its own
-        share of c in it. That is P + u u^T - v v^T, which stays symmetric to the last bit and goes over P once.
+        fraction of c in it. That is P + u u^T - v v^T, which stays symmetric to the last bit and goes over P once.
 
         Args:
             moved: Of position and landmarks, shape (1 + n, 2) [m/rad].

@@ -20,7 +20,7 @@ Law = Literal["linear", "cubic", "quintic", "trapezoidal"]
 PEAKS: Mapping[Law, float] = {"linear": 1.0, "cubic": 1.5, "quintic": 1.875, "trapezoidal": 1.5}
 """Largest speed of each law from rest to rest, as a multiple of the mean."""
 BLEND = 1.0 / 3.0
-"""Share of a trapezoidal leg in which it gains speed, and in which it loses it."""
+"""Fraction of a trapezoidal leg in which it gains speed, and in which it loses it."""
 FINE = 2
 """Points of a tool's path for each tick."""
 MISS = 1e-6

@@ -184,7 +184,7 @@ class LidarSlam:
         self._rest()
 
     def _slip(self) -> Array:
-        """Return the covariance of what odometry errs by beyond its data sheet, shape (3, 3)."""
+        """Return the covariance of the errors of odometry beyond its data sheet, shape (3, 3)."""
         way = float(np.hypot(*self._step[:2]))
         amount = np.array([way, way, abs(self._step[2])])
         return np.diag((FLOOR + SLIP * amount) ** 2)

@@ -178,7 +178,7 @@ class MechanismLoop:
         """Return the torque or force.
 
         Raises:
-            ValueError: A joint of the gains is not there.
+            ValueError: A joint of the gains does not exist.
         """
         goal = wanted.joints[self._part]
         if self._transfer is not None:

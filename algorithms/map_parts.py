@@ -51,12 +51,12 @@ class Keyframe:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UncertainPlace:
-    """A pose that is known the better, the better it is known what odometry errs by all the time."""
+    """A pose that is known the better, the better it is known the systematic errors of odometry."""
 
     at: Array
-    """Where it is if odometry errs by nothing, shape (3,)."""
+    """Where it is if odometry has no systematic error, shape (3,)."""
     slopes: Array
-    """How it changes with what odometry errs by, shape (3, 4)."""
+    """How it changes with the errors of odometry, shape (3, 4)."""
 
     def given(self, errors: Array) -> Array:
         """Return the pose if odometry errs by this (4,), shape (3,)."""
@@ -78,7 +78,7 @@ class PartsMap:
         Args:
             prior: Where the robot starts, world frame, shape (3,) [m, m, rad].
             prior_covariance: Of it, shape (3, 3).
-            bias: What is known of what odometry errs by all the time, kept up by others.
+            bias: What is known of the systematic errors of odometry, kept up by others.
             loop_distance: How near an old part must be to be tried for a loop [m].
             loop_share: Of the walls seen near old ones, the share that must lie on them for a loop to count.
         """
@@ -122,7 +122,7 @@ class PartsMap:
             looked: As it came.
             surface: The walls that it shows, in the robot's frame.
             laid: The robot in the frame of the scan before, or of the prior.
-            slopes: How that changes with what odometry errs by all the time, shape (3, 4).
+            slopes: How that changes with the systematic errors of odometry, shape (3, 4).
         """
         errors = self._errors
         place = self._place.given(errors)
@@ -149,7 +149,7 @@ class PartsMap:
 
     @property
     def _errors(self) -> Array:
-        """What odometry errs by all the time, by scans that follow one another and by loops, shape (4,)."""
+        """Systematic errors of odometry, by scans that follow one another and by loops, shape (4,)."""
         return self._bias.errors + self._by_loops
 
     def poses(self) -> Array:
@@ -196,7 +196,7 @@ class PartsMap:
         return moved, F @ covariance @ F.T + G @ spread @ G.T
 
     def _begin_part(self) -> None:
-        """Finish the part at hand, and begin another at the newest place."""
+        """Finish the current part, and begin another at the newest place."""
         part, members = len(self._begins) - 1, self.keyframes[self._begins[-1] :]
         errors = self._errors
         self._walls.append(joined([each.surface.moved(each.place.given(errors)) for each in members]))
@@ -233,7 +233,7 @@ class PartsMap:
 
         Args:
             step: To the newest part of that solution, shape (3,).
-            joint: Covariance of it and of what odometry errs by all the time, shape (7, 7).
+            joint: Covariance of it and of the systematic errors of odometry, shape (7, 7).
         """
         since, covariance, slopes = self._since
         _, F, G = self._motion(step, since)
@@ -298,7 +298,7 @@ class PartsMap:
             dropped = self.graph.drop_misfits(MISFIT)
             self.loops, self._moving = self.loops - dropped, dropped > 0
         newest = len(self.graph.poses) - 1
-        # The graph holds its first pose; how unsure that one is turns and shifts all.
+        # The graph holds its first pose; how uncertain that one is turns and shifts all.
         by_first = carried(self.graph.poses[newest], self.graph.poses[0])
         joint = self.graph.joint_covariance(newest)
         self._slopes = np.asarray(np.linalg.solve(joint[3:, 3:], joint[3:, :3]).T)
@@ -307,5 +307,5 @@ class PartsMap:
 
 
 def _total(own: Array, slopes: Array, bias: OdometryBias) -> Array:
-    """Return the covariance (3, 3) of a pose with a covariance of its own that changes with what odometry errs by."""
+    """Return the covariance (3, 3) of a pose with a covariance of its own that changes with the errors of odometry."""
     return np.asarray(own + slopes @ bias.covariance @ slopes.T)

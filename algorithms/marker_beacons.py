@@ -45,7 +45,7 @@ class MarkerBeacons:
             names: Name by number; only these are reported. None for all markers, called by their numbers.
 
         Raises:
-            ValueError: There is no such dictionary.
+            ValueError: The dictionary does not exist.
         """
         if dictionary not in DICTIONARIES:
             raise ValueError(f"no dictionary '{dictionary}'; it must be one of {', '.join(DICTIONARIES)}")

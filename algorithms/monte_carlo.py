@@ -20,7 +20,7 @@ from .distance_grid import DistanceGrid
 from .level_scan import LevelLidar, LevelScan
 
 FAST, SLOW, LOSING = 0.3, 0.03, 0.0005
-"""Share of the newest scan in the fast average of the likelihood, and in the slow one when scans fit better and when
+"""Fraction of the newest scan in the fast average of the likelihood, and in the slow one when scans fit better and when
 they fit worse than that: a robot that is lost for a minute still knows how well scans fit when it was not."""
 CANDIDATES = 20000
 """Places tried for particles that are put somewhere new."""
@@ -196,7 +196,7 @@ class MonteCarloLocalization:
     def _sighting_fit(self, poses: Array, looks: list[Sighting]) -> Array:
         """Return the logarithm of the likelihood of sightings of known beacons from poses (k, 3), shape (k,).
 
-        Thrun, Burgard, Fox, Probabilistic Robotics (2005), table 6.4, with a share of sightings that are wrong.
+        Thrun, Burgard, Fox, Probabilistic Robotics (2005), table 6.4, with a fraction of sightings that are wrong.
         """
         total = np.zeros(len(poses))
         for look in looks:
@@ -209,7 +209,7 @@ class MonteCarloLocalization:
         return total
 
     def _draw(self, points: Array, looks: list[Sighting], lost: float) -> None:
-        """Draw particles by weight, as many as their spread needs; a share of those lost goes somewhere new."""
+        """Draw particles by weight, as many as their spread needs; a fraction of those lost goes somewhere new."""
         kept = self._particles[systematic_resample_with(self._weights, self._rng)]
         number = self._needed(kept)
         self._particles = kept[self._rng.permutation(len(kept))[:number]] if number < len(kept) else kept
@@ -273,7 +273,7 @@ def log_likelihood(field: DistanceGrid, points: Array, *, sigma: float, random: 
         field: Distances to the map's walls.
         points: Ends of beams in the map's frame, shape (..., beams, 2) [m].
         sigma: Standard deviation of an end's distance from its wall [m].
-        random: Share of beams that end anywhere.
+        random: Fraction of beams that end anywhere.
 
     Returns:
         Shape (...); 0 for a scan that fits perfectly.

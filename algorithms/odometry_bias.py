@@ -10,13 +10,13 @@ PRIOR = np.array([0.05, 0.05, 0.01, 0.02])
 DRIFT = 0.01
 """Of those standard deviations, by what share they may change from one scan to the next; tyres and floors do."""
 CLEAR = 0.1
-"""Shifts in a direction of which scans tell less than this share of what they tell of any other teach nothing."""
+"""Shifts in a direction of which scans tell less than this fraction of what they tell of any other teach nothing."""
 GATE = 9.0
 """A step that is farther off, in units squared, is a slip and teaches nothing."""
 
 
 class OdometryBias:
-    """Estimates what odometry errs by, a Kalman filter of four states that changes slowly.
+    """Estimates the errors of odometry, a Kalman filter of four states that changes slowly.
 
     References:
         Martinelli, Tomatis, Siegwart, Simultaneous Localization and Odometry Self Calibration for Mobile Robot,
@@ -32,7 +32,7 @@ class OdometryBias:
         """Of them, shape (4, 4)."""
 
     def corrected(self, told: Array, seconds: float) -> Array:
-        """Return the motion of a tick without what odometry errs by, shape (3,) [m, m, rad].
+        """Return the motion of a tick without the errors of odometry, shape (3,) [m, m, rad].
 
         Args:
             told: Motion by odometry, shape (3,).
@@ -41,7 +41,7 @@ class OdometryBias:
         return told - _effects(told, float(np.hypot(told[0], told[1])), seconds) @ self.errors
 
     def slopes(self, told: Array, way: float, seconds: float) -> Array:
-        """Return how a corrected step changes with what odometry errs by, shape (3, 4).
+        """Return how a corrected step changes with the errors of odometry, shape (3, 4).
 
         Args:
             told: The step by odometry alone, shape (3,) [m, m, rad].

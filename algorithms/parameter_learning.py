@@ -7,13 +7,13 @@ from mjsim.interface import ArmInfo, JointState
 from mjsim.mechanics import Arm
 
 DOUBT, PART = 0.2, 0.05
-"""How far a parameter may be off: as a share of itself, and of what its link's mass would give it at LEVER."""
+"""How far a parameter may be off: as a fraction of itself, and of what its link's mass would give it at LEVER."""
 LEVER = 0.3
 """Of parts of a link about its origin [m]."""
 FORGETTING = 0.1
 """How fast it becomes as doubtful as at the start again [1/s]."""
 MODEL = 0.01
-"""How far the equations of an arm may be off, as a share of the largest torque of each joint."""
+"""How far the equations of an arm may be off, as a fraction of the largest torque of each joint."""
 CREEP = 0.02
 """Dry friction is anyone's guess of a joint that is not much faster [rad/s, m/s]."""
 POSTURES = 50
@@ -96,7 +96,7 @@ class Filtered:
         self._weight = 0.0
 
     def add(self, arrays: tuple[Array, ...], share: float) -> tuple[Array, ...]:
-        """Take new arrays with a share of the weight, and return the means."""
+        """Take new arrays with a fraction of the weight, and return the means."""
         sums = self._sums or tuple(np.zeros_like(array) for array in arrays)
         self._sums = tuple(total + share * (array - total) for total, array in zip(sums, arrays, strict=True))
         self._weight += share * (1.0 - self._weight)

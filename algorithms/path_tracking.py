@@ -36,7 +36,7 @@ class PathTracking:
             points: Where to go, each (x, y) [m], in the frame of the estimate; the curve begins at the robot.
             controller: What keeps the robot on the curve.
             speed: Top speed, if the robot can [m/s].
-            limits: Share of the robot's turn rate and accelerations that the plan uses; the rest is for control.
+            limits: Fraction of the robot's turn rate and accelerations that the plan uses; the rest is for control.
         """
         if controller not in ("lqr", "linearisation"):
             raise ValueError(f"controller is {controller!r}; it must be 'lqr' or 'linearisation'")

@@ -32,7 +32,7 @@ REACH = 7
 STEPS = 8
 """Gauss-Newton steps at most for one template."""
 LEAST_SEEN = 0.6
-"""Share of a picture that must be seen."""
+"""Fraction of a picture that must be seen."""
 TILE_MISFIT = 0.4
 """Energy of a tile's difference, relative to the picture's contrast, above which it is taken for hidden."""
 NEEDED_CORRELATION = 0.8

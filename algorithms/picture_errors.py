@@ -45,7 +45,7 @@ class PictureErrors:
         Args:
             robot: Its highest camera tells how far the view shifts as it nods; without one it is taken for level.
             nod: How far it nods and sways at a steady speed, standard deviation [rad].
-            repeat: Share of the variance that repeats times the way over which it does [m].
+            repeat: Fraction of the variance that repeats times the way over which it does [m].
         """
         cameras = [sensor for sensor in robot.sensors.values() if sensor.intrinsics is not None]
         self._usual = nod * max((float(camera.robot_from_sensor[2, 3]) for camera in cameras), default=0.0)

@@ -11,7 +11,7 @@ from scipy.sparse.linalg import SuperLU, splu
 from mjsim.geometry import Array, wrap_angle, wrap_angles
 
 COMMON = 4
-"""Errors that all steps may have in common: what odometry errs by all the time."""
+"""Errors that all steps may have in common: the systematic errors of odometry."""
 HUBER = 2.0
 """Beyond so many standard deviations a step between far poses counts less than its square."""
 
@@ -69,8 +69,8 @@ class PoseGraph:
             other: Number of the pose that it leads to.
             step: Pose of the second in the frame of the first if the errors in common were 0, shape (3,).
             information: Its weight, shape (3, 3).
-            spread: Covariance of what it errs by for itself, shape (3, 3); the inverse of the weight unless given.
-            slopes: How it changes with the errors in common, shape (3, 4); not at all unless given.
+            spread: Covariance of what it errs by for itself, shape (3, 3); by default the inverse of the weight.
+            slopes: How it changes with the errors in common, shape (3, 4); by default not at all.
         """
         spread = np.asarray(np.linalg.inv(information), dtype=float) if spread is None else spread
         self.ends = np.concatenate([self.ends, np.array([[one, other]], dtype=np.intp)])

@@ -21,7 +21,7 @@ from .recent_motion import MEMORY, RecentMotion
 COUNTED, FAILING = 12, 9
 """Of so many sightings of the map at least so many must fail; fewer do where every other one is wrong."""
 AGREEING = 0.7
-"""Share of the looks that a new pose must explain."""
+"""Fraction of the looks that a new pose must explain."""
 APART = 0.5
 """Two looks that give a pose are at least so far from each other [m]."""
 MOST_LOOKS = 40

@@ -40,7 +40,7 @@ def rrt_star(
         rng: Where chance comes from.
         samples: How many places to try.
         reach: The longest branch [m].
-        goal_share: Share of samples that are the goal itself.
+        goal_share: Fraction of samples that are the goal itself.
 
     Returns:
         Corners of the way, shape (n, 2) [m]; None when none was found.

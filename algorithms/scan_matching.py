@@ -25,7 +25,7 @@ SIGMA, FINEST = 0.03, 0.01
 """Standard deviation of an element's distance from its wall, noise and walls that are not quite lines, and the least
 that it may turn out to be [m]."""
 EFFECTIVE = 0.3
-"""Share of the elements of a scan that count as independent; neighbours err alike."""
+"""Fraction of the elements of a scan that count as independent; neighbours err alike."""
 ALONG = 0.01
 """Mean square of the component of walls' normals along a direction that is put down to their noise."""
 WEIGHED = 0.1
@@ -202,7 +202,7 @@ class Match:
     cost: float
     """Minus twice the log-likelihood of scan and guess, up to a constant."""
     conflict: float
-    """Share of the elements that lie near the surface, but not on it."""
+    """Fraction of the elements that lie near the surface, but not on it."""
 
 
 def align(field: WallField, scan: Surface, guess: Array, information: Array, *, start: Array | None = None) -> Match:
@@ -216,7 +216,7 @@ def align(field: WallField, scan: Surface, guess: Array, information: Array, *, 
         scan: In its own frame.
         guess: Of the pose, shape (3,).
         information: Inverse of the guess's covariance, shape (3, 3).
-        start: Where to begin; at the guess unless given.
+        start: Where to begin; by default at the guess.
 
     References:
         Censi, An ICP Variant Using a Point-to-Line Metric, ICRA 2008.

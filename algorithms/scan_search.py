@@ -43,7 +43,7 @@ class Laid:
     covariance: Array
     """Of the pose, shape (3, 3)."""
     own: Array
-    """Of the pose if it were known what odometry errs by all the time, shape (3, 3)."""
+    """Of the pose if it were known the systematic errors of odometry, shape (3, 3)."""
     lasting: Array
     """The part of `own` that adds up along a way of such poses, shape (3, 3)."""
     follows: Array
@@ -51,7 +51,7 @@ class Laid:
 
 
 def lay(scan: Surface, walls: Surface, step: Array, noise: Array, *, doubt: Array | None = None) -> Laid:
-    """Return where a new scan lies in the frame of older walls, by the walls and by odometry, and how sure that is.
+    """Return where a new scan lies in the frame of older walls, by the walls and by odometry, and how certain that is.
 
     A match must explain much of the scan and be compatible with odometry. If there is none, the window is enlarged, and
     a match that contradicts odometry is accepted only if most of the scan fits and the match is unambiguous. Competing
@@ -62,7 +62,7 @@ def lay(scan: Surface, walls: Surface, step: Array, noise: Array, *, doubt: Arra
         walls: Seen before.
         step: What odometry tells, shape (3,) [m, m, rad].
         noise: Covariance of it by what is new at each step, shape (3, 3).
-        doubt: By what odometry may err by all the time, shape (3, 3); nothing unless given.
+        doubt: By what odometry may err by all the time, shape (3, 3); by default nothing.
     """
     covariance = noise if doubt is None else noise + doubt
     if len(walls.points) < FEWEST or len(scan.points) < FEWEST:

@@ -56,7 +56,7 @@ class WallFollow:
         return Command(forward=share * self._forward, turn=self._sign * min(max(turn, -fastest), fastest))
 
     def _steer(self, ring: Array) -> tuple[float, float]:
-        """Return the turn rate towards a wall at the left [rad/s], and the share of the speed."""
+        """Return the turn rate towards a wall at the left [rad/s], and the fraction of the speed."""
         ahead = float(min(ring[15], ring[0], ring[1]))
         needed = self._distance + 0.1
         if ahead < needed:

@@ -51,16 +51,16 @@ class Bridge(Closes):
 
         Args:
             world: What is simulated.
-            seed: Of all chance; that of the world unless given.
-            seconds: How long, simulated [s]; without end unless given.
-            speed: Simulated seconds a second; None for as fast as it goes.
+            seed: Seed of all random numbers; by default that of the world.
+            seconds: Simulated duration [s]; by default without end.
+            speed: Simulated seconds per second; None for as fast as it goes.
             modules: Whether the world's own modules are at work, and drive while no commands come; else robots stand
                 and wait for commands, and nobody estimates.
             watchdog: How long a command is obeyed unless another one comes, simulated [s].
-            record: The MCAP file to write, or its name from `reserve`; none unless given.
+            record: The MCAP file to write, or its name from `reserve`; by default none.
             overwrite: Whether `record` may replace a file.
-            domain: Of DDS; as `ROS_DOMAIN_ID` says unless given.
-            interface: Name or address of the network interface; loopback unless given.
+            domain: Of DDS; by default as `ROS_DOMAIN_ID` says.
+            interface: Name or address of the network interface; by default loopback.
 
         Raises:
             UsageError: Something of it cannot be; cyclonedds or rosbags is not installed.

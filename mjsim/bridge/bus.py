@@ -42,10 +42,10 @@ class Bus(Closes):
 
         Args:
             domain: Its number.
-            interface: Name or address of the network interface; loopback unless given.
+            interface: Name or address of the network interface; by default loopback.
 
         Raises:
-            UsageError: There is no such interface, cyclonedds is not installed, or this process is in that domain.
+            UsageError: The interface does not exist, cyclonedds is not installed, or this process is in that domain.
         """
         place = _place(interface)
         try:

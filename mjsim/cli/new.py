@@ -206,7 +206,7 @@ def _preset(name: str, folder: Path) -> str:
     """Return the name of a shipped robot preset, or the path of a preset file relative to the folder of the world.
 
     Raises:
-        UsageError: There is no such preset, or its file is outside the folder of the world.
+        UsageError: The preset does not exist, or its file is outside the folder of the world.
     """
     from mjsim.errors import did_you_mean
     from mjsim.world import preset_names
@@ -227,7 +227,7 @@ def _estimator(spec: str, output: Path | None) -> "Use":
     """Return the module that a text names, as the new world will name it; the class is loaded only to check it.
 
     Raises:
-        UsageError: There is no such module, or its file is outside the folder of the world.
+        UsageError: The module does not exist, or its file is outside the folder of the world.
     """
     from mjsim.exchange import ESTIMATORS
     from mjsim.modules import module_of

@@ -115,7 +115,7 @@ def film(
     Args:
         recording: What is shown.
         path: The video.
-        draw: `make_video` with its options; the view of the world file unless given.
+        draw: `make_video` with its options; by default the view of the world file.
         begin: Start of the video in the recording [s].
         end: End of the video in the recording [s].
         overwrite: Whether the video may replace a file.

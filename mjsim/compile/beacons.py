@@ -22,7 +22,7 @@ from mjsim.models import bounded, read_picture
 from mjsim.world import Beacon, Hung, Marker, Robot, World, hung, printed_share
 
 GIVEN_BACK = 0.25
-"""Share of the lamps' light that a picture gives back; it shines by itself, so that its colours are its own at
+"""Fraction of the lamps' light that a picture gives back; it shines by itself, so that its colours are its own at
 any angle and only a little brighter where a lamp of high quality adds to it."""
 MOST_PICTURES = 900
 """MuJoCo holds 1000 textures and as many materials."""
@@ -179,7 +179,7 @@ class _Solid:
         self._cos, self._sin = np.cos(headings), np.sin(headings)
 
     def holds(self, point: Array) -> bool:
-        """Say whether a point, shape (3,) [m], is inside a wall."""
+        """Return whether a point, shape (3,) [m], is inside a wall."""
         dx, dy, dz = (point - self._center).T
         c, s = self._cos, self._sin
         p_walls = np.column_stack([c * dx + s * dy, c * dy - s * dx, dz])

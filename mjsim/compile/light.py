@@ -22,14 +22,14 @@ PICTURES = "beacon/"
 LEVEL = "light"
 """Name of the number in the scene that holds the general light."""
 GIVEN_BACK = 0.25
-"""Share of the general light that a picture gives back; it shines by itself, so that its colours are its own at
+"""Fraction of the general light that a picture gives back; it shines by itself, so that its colours are its own at
 any angle and only a little brighter where a lamp of high quality adds to it."""
 MEAN_LIGHT = 0.92
 """Of what faces all sides, in full general light."""
 NEAR_SHARE = 0.2
 """A lamp lights in proportion to 1 / (0.2 + 0.2 d^2) at d metres: once at 2 m, never more than five times."""
 INDIRECT = 0.2
-"""Share of a lamp's light that comes from all sides, as walls throw it back."""
+"""Fraction of a lamp's light that comes from all sides, as walls throw it back."""
 MOST_LIGHTS = 8
 """As many lights as OpenGL draws with."""
 FINE, MOST_TRIANGLES = 0.4, 60_000
@@ -114,7 +114,7 @@ def lamp_light(lamp: Lamp, brightness: float) -> tuple[Array, Array]:
 
 
 def given_back(world: World) -> float:
-    """Return the share of light that pictures reflect: all of it where they are to show the light of lamps."""
+    """Return the fraction of light that pictures reflect: all of it where they are to show the light of lamps."""
     return 1.0 if world.lamps else GIVEN_BACK
 
 

@@ -12,7 +12,7 @@ from mjsim.mechanics import Solid, is_valid, nearest_valid
 from mjsim.world import MechanismBody
 
 COMPACT = 0.3
-"""Thickness of a body that is no rod, as a share of its least half size, so that joints do not hide it."""
+"""Thickness of a body that is no rod, as a fraction of its least half size, so that joints do not hide it."""
 
 
 def lowest(body: MechanismBody, world_from_shape: Array) -> float:
@@ -42,7 +42,7 @@ def pose_keys(pose: Array) -> dict[str, Array]:
 
 
 def thickness(body: MechanismBody) -> float:
-    """Return the radius of a rod, or a share of the least half size of another body [m]."""
+    """Return the radius of a rod, or a fraction of the least half size of another body [m]."""
     match body:
         case _ if hasattr(body, "rod"):
             return float(body.rod[1])

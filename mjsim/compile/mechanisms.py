@@ -41,7 +41,7 @@ GHOST = ".ghost"
 GHOSTLY = 1e-4
 """Mass and moments of such a body, as shares of the least mass and of the largest moment of its mechanism."""
 SHOWN, WIRE = 64, 1.5e-3
-"""Pieces in which a curve is shown, and their radius as a share of its length."""
+"""Pieces in which a curve is shown, and their radius as a fraction of its length."""
 BELOW = 1e-3
 """A body that begins this much below the floor passes through it [m]."""
 

@@ -37,7 +37,7 @@ from mjsim.models import AtRest, Rigid, at_rest, seen_and_touched
 from mjsim.world import Camera, ModelBody, Robot, Wheel
 
 LOWEST = 0.2
-"""What of a body hangs lower, as a share of the wheels' radius, does not touch: casters stand for it."""
+"""What of a body hangs lower, as a fraction of the wheels' radius, does not touch: casters stand for it."""
 LIGHTEST = 1e-3
 """Mass of a moving part, at least, of the robot's."""
 LARGEST_FITTING = 0.25

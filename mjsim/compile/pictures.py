@@ -42,7 +42,7 @@ def add_material(spec: mujoco.MjSpec, name: str, picture: Picture, *, emission: 
         name: A path without suffix, unique in the scene.
         picture: RGB.
         emission: Light of its own, as a multiple of `gray`.
-        gray: Share of the light that it gives back.
+        gray: Fraction of the light that it gives back.
     """
     file = f"{name}.png"
     spec.assets[file] = encode_png(picture)

@@ -31,7 +31,7 @@ robots that accelerate faster."""
 RESERVE = 1.2
 """Push of the motors, as a multiple of what the largest acceleration needs."""
 CASTERS = 0.7
-"""How far ahead and behind casters stand, as a share of the body's reach."""
+"""How far ahead and behind casters stand, as a fraction of the body's reach."""
 MOST_CLEARANCE = 0.03
 """Of a body above the floor [m]."""
 
@@ -97,7 +97,7 @@ def add_motor(
         torque = max(PUSH, RESERVE * drive.max_acceleration) * load * wheel.radius * motor.share
     if motor.follows_load:
         assert motor.share is not None, "a motor that moves a load has a share of it"
-        # Its share of the robot, and the wheel's own rotation (2/5 m r^2 of an ellipsoid) with its motor's.
+        # Its fraction of the robot, and the wheel's own rotation (2/5 m r^2 of an ellipsoid) with its motor's.
         inertia = (motor.share + 0.4 * wheel.mass / load + motor.inertia) * load * wheel.radius**2
         add_soft_servo(spec, wheel.name, inertia=inertia, torque=torque)
     else:

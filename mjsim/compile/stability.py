@@ -8,7 +8,7 @@ import numpy as np
 from mjsim.geometry import Array
 
 MOST_DAMPED = 2.0
-"""Share of a speed that a servo may take away in one step; beyond, it swings ever farther."""
+"""Fraction of a speed that a servo may take away in one step; beyond, it swings ever farther."""
 MOST_PULLED = 4.0
 """The same of a position, in a step squared."""
 LIGHT = 1e-5

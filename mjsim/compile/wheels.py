@@ -16,7 +16,7 @@ LAG = 0.05
 LONGEST_STEP = 0.004
 """Of the physics that a world may ask for [s]; what is as stiff as can be is so for all steps alike."""
 STIFFNESS = 0.5
-"""Share of a free wheel's missing speed that those servos give it in the longest step; well below 2, where Euler's
+"""Fraction of a free wheel's missing speed that those servos give it in the longest step; well below 2, where Euler's
 steps explode."""
 STEERING_RATE = 40.0
 """Natural frequency of a steering servo [rad/s]."""
@@ -35,7 +35,7 @@ MuJoCo's contacts are as soft as what touches is light; rollers that are heavy w
 SPRUNG = ([0.06, 1.0], [0.5, 0.5, 0.001, 0.5, 2.0])
 """MuJoCo's `solref` and `solimp` of a caster that gives way as on springs."""
 STEADY = ([0.02, 1.0], [0.9, 0.95, 0.001, 0.5, 2.0])
-"""Those of a caster that bears a share of the robot; MuJoCo's own."""
+"""Those of a caster that bears a fraction of the robot; MuJoCo's own."""
 HUB, HUB_COLOR = 0.55, (0.42, 0.43, 0.45, 1.0)
 """Radius of what is seen of a rim, of the wheel's."""
 ACROSS = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
@@ -157,7 +157,7 @@ def add_roller_wheel(
     for number in range(count):
         name = f"{wheel.name}/roller{number + 1}"
         place, sizes = number * 2 * math.pi / count, (big - small, small, length)
-        # The wheel's mass is a known share of the robot's.
+        # The wheel's mass is a known fraction of the robot's.
         inertia = ROLLER_INERTIA * wheel.mass / WHEEL_SHARE * small**2
         roller = _add_roller(body, name, place=place, angle=angle, inertia=inertia, sizes=sizes)
         if seen:

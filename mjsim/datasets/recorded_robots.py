@@ -27,7 +27,7 @@ Depth = tuple[float, NDArray[Any]]
 
 
 class PictureFile(NamedTuple):
-    """A picture as it stands in a file."""
+    """A picture as stored in a file."""
 
     data: bytes
     suffix: str
@@ -143,7 +143,7 @@ class RecordedRobots(Closes):
         return None if found is None or found[0] > stamp + SAME_TIME else found[1]
 
     def frame(self, robot: str, camera: str, stamp: float) -> CameraFrame:
-        """Return what a camera gave at the tick at hand: drawn again from the recorded states, or what a log tells."""
+        """Return what a camera gave at the current tick: drawn again from the recorded states, or what a log tells."""
         if (robot, camera) in self._logged:
             return self._takes[robot](camera, stamp)
         if robot not in self._retakes:

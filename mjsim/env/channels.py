@@ -41,8 +41,8 @@ class Channel:
 
         Args:
             read: Returns a reading, None when there is none at this tick.
-            low: What is smaller is told as this; broadcast to the shape.
-            high: What is larger is told as this.
+            low: What is smaller is given as this; broadcast to the shape.
+            high: What is larger is given as this.
             shape: Of the array.
             dtype: Of the array.
             first: What fills it before the first reading.
@@ -75,7 +75,7 @@ def channels_of(robot: Robot, info: RobotInfo, world: World, chosen: Sequence[st
         robot: As the world file has it.
         info: Its data sheet.
         world: Where it is.
-        chosen: Names of what is observed; all but its belief unless given.
+        chosen: Names of what is observed; by default all but its belief.
 
     Raises:
         UsageError: It has no such thing, or two things of one name.

@@ -26,7 +26,7 @@ class DmEnvironment(control.Environment):
 
         Args:
             task: What is to be learned.
-            seed: Of the first episode, from which those of all others are drawn; that of the world unless given.
+            seed: Of the first episode, from which those of all others are drawn; by default that of the world.
 
         Raises:
             MjsimError: The world cannot be read, or what the task names is not there.

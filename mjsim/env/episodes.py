@@ -157,7 +157,7 @@ class Episodes:
         return number
 
     def terminated(self) -> bool:
-        """Say whether the last step ended the episode.
+        """Return whether the last step ended the episode.
 
         Raises:
             ModuleFault: The task's function raised, or returned something else than True or False.
@@ -239,7 +239,7 @@ class Episodes:
             return function(step)
         except KeyboardInterrupt:
             raise
-        # This is the boundary to the user's code: whatever it raises is told in one line.
+        # This is the boundary to the user's code: whatever it raises is reported in one line.
         except BaseException as error:
             raise self._fault(part, function, said_of(error)) from error
 

@@ -35,7 +35,7 @@ class Task:
     the world unless given."""
     observations: Sequence[str] | None = None
     """What a driven robot observes: 'proximity', 'bump', 'odometry', 'sightings', 'estimate', and its lidars, cameras
-    and inertial sensors by name; all that it has but 'estimate' unless given. What is left out costs nothing."""
+    and inertial sensors by name; by default all that it has but 'estimate'. What is left out costs nothing."""
     actions: Literal["twist", "wheels"] = "twist"
     """What an action is: (forward, turn), or (forward, left, turn) for robots that go sideways, or the speed of each
     wheel; in shares of the largest, from -1 to 1."""
@@ -44,7 +44,7 @@ class Task:
     terminated: Callable[[Step], bool] = never
     """Called once after each step; true ends the episode because something was reached or lost."""
     seconds: float | None = None
-    """After which an episode is cut off, simulated [s]; as the world file says unless given."""
+    """After which an episode is cut off, simulated [s]; by default as the world file says."""
     random_starts: bool = False
     """Whether driven robots begin at random free places that they could reach from where the world has them."""
 

@@ -47,7 +47,7 @@ class VectorEnvironment(VectorEnv[Any, Any, Any]):
         Args:
             task: What is to be learned; its functions are sent to the processes.
             count: How many environments.
-            processes: How many processes share them; as many as there are processors unless given.
+            processes: How many processes share them; by default as many as there are processors.
 
         Raises:
             UsageError: There is not one environment or not one process.
@@ -183,7 +183,7 @@ def _work(make: Make, space: Space[Any], memory: Any, numbers: Sequence[int], pi
                 pipe.send(share.do(what, values))
             except MjsimError as error:
                 pipe.send(error)
-            # Whatever the functions of a task raise is told in one line; this is the boundary to that code.
+            # Whatever the functions of a task raise is reported in one line; this is the boundary to that code.
             except Exception as error:
                 frame = traceback.extract_tb(error.__traceback__)[-1]
                 where = f"{frame.filename.rpartition('/')[2]}:{frame.lineno}"

@@ -48,7 +48,7 @@ class DisplayView:
     """Visible share by eye, 'left' and 'right', of 'both' at once, and of 'either'."""
     hidden_by: Mapping[str, float]
     """Share that neither eye sees, by what is in the way of each eye, half and half; 'outside the field' and 'facing
-    away' stand for that. Their sum is 1 minus the share of 'either'."""
+    away' stand for that. Their sum is 1 minus the fraction of 'either'."""
     distance: float
     """From between the eyes to the middle of the display [m]."""
     incidence_deg: float
@@ -61,7 +61,7 @@ def eyes_of(figure: Figure, poses: Mapping[str, Array], *, gaze: Array | None = 
     Args:
         figure: The body.
         poses: World from segment.
-        gaze: What they look at, world frame, shape (3,) [m]; along the normal line of sight unless given.
+        gaze: What they look at, world frame, shape (3,) [m]; by default along the normal line of sight.
     """
     spots, head = figure.spots(poses), poses["head"][:3, :3]
     found = []

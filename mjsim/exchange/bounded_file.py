@@ -9,7 +9,7 @@ def read_bounded(path: Path, *, most: int, kind: str) -> bytes:
     """Return what a file holds.
 
     Raises:
-        UsageError: It is not there, is no file, or has more bytes than allowed.
+        UsageError: It does not exist, is no file, or has more bytes than allowed.
     """
     try:
         if not path.is_file():

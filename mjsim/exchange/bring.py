@@ -216,7 +216,7 @@ def bring_template(template: str, *, name: str | None) -> Brought:
     """Return a shipped world under a name of one's own.
 
     Raises:
-        UsageError: There is no such template.
+        UsageError: The template does not exist.
     """
     return Brought(template_text(template, name=name))
 

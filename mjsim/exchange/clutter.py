@@ -148,7 +148,7 @@ def _sine(degrees: float) -> float:
 
 
 def _fits(shape: "BaseGeometry", taken: "BaseGeometry", room: "BaseGeometry") -> bool:
-    """Say whether a thing has a place: inside, apart from all others, and it parts no free place from the rest."""
+    """Return whether a thing has a place: inside, apart from all others, and it parts no free place from the rest."""
     import shapely
 
     if not room.buffer(-APART).contains(shape) or taken.distance(shape) < APART:

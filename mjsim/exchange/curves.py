@@ -95,7 +95,7 @@ def walls_of(curves: Sequence[Curve], bars: Sequence[Bar], thickness: float | No
     Args:
         curves: In metres.
         bars: The straight walls.
-        thickness: Of the walls; as they are drawn unless given.
+        thickness: Of the walls; by default as they are drawn.
     """
     found = []
     for curve in curves:

@@ -30,7 +30,7 @@ STRAY = 0.005
 SHORTEST = 0.01
 """Shorter lines are left out [m]."""
 BOW = 0.002
-"""Curves become straight lines that stray from them by this share of the curve's size at most."""
+"""Curves become straight lines that stray from them by this fraction of the curve's size at most."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -32,7 +32,7 @@ BINARY = b"AutoCAD Binary DXF\r\n\x1a\x00"
 _BROKEN = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 """What ezdxf raises on entities that are none, besides errors of its own."""
 FLAT = 1e-9
-"""Lengths below this share of the size of a drawing are none; areas, below this share of its square."""
+"""Lengths below this fraction of the size of a drawing are none; areas, below this fraction of its square."""
 BODIES = ("3DFACE", "MESH")
 """Kinds of the faces of bodies in space, of which many make one wall."""
 
@@ -45,8 +45,8 @@ def world_from_dxf(
     Args:
         path: The file.
         scale: Metres to one unit of the drawing; must be given unless the file says it.
-        thickness: Of the walls [m]; as they are drawn unless given, 0.1 when that is by one hair line.
-        layers: That hold walls; those whose names say so unless given, or all that are switched on.
+        thickness: Of the walls [m]; by default as they are drawn, 0.1 when that is by one hair line.
+        layers: That hold walls; by default those whose names say so, or all that are switched on.
 
     Raises:
         UsageError: It cannot be read, or does not show the walls of a building.
@@ -59,10 +59,10 @@ def read_dxf(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
 
     Args:
         path: The file, as text or binary.
-        layers: That hold walls; those whose names say so unless given, or all that are switched on.
+        layers: That hold walls; by default those whose names say so, or all that are switched on.
 
     Raises:
-        UsageError: It is not there, too large, no DXF, or has no such layer; or ezdxf is not installed.
+        UsageError: It does not exist, is too large, no DXF, or has no such layer; or ezdxf is not installed.
     """
     try:
         from ezdxf import units
@@ -119,7 +119,7 @@ def _hidden_layers(document: Any, names: Sequence[str], path: Path) -> set[str]:
     """Return the names of the layers that are off or frozen, in lower case.
 
     Raises:
-        UsageError: A layer that the user says holds walls is not there.
+        UsageError: A layer that the user says holds walls does not exist.
     """
     there = {layer.dxf.name.lower(): layer.dxf.name for layer in document.layers}
     # A file may leave layers out of its table; the model space is one of the blocks.
@@ -208,7 +208,7 @@ def _faces_of(entity: Any) -> list[Array]:
 
 
 def _is_external(insert: Any) -> bool:
-    """Say whether what is placed is another file, or a block that is not there."""
+    """Return whether what is placed is another file, or a block that is not there."""
     block = insert.block()
     return block is None or bool(block.block.is_xref or block.block.is_xref_overlay)
 

@@ -28,7 +28,7 @@ OUTERMOST = 2.5
 COVERED = 0.3
 """A pair of which longer parallel walls cover more is none."""
 COMMON, ALIKE = 0.08, 0.015
-"""A usual thickness is that of this share of the length of all pairs; others count when they differ by less [m]."""
+"""A usual thickness is that of this fraction of the length of all pairs; others count when they differ by less [m]."""
 ROOM, ENCLOSED = 1.5, 0.25
 """A closed line is that of a room when it is as wide [m], and so much of it is faces of walls [share of its length]."""
 WIDEST_GAP = 0.7
@@ -140,7 +140,7 @@ def _between(one: Array, other: Array) -> Bar:
 
 
 def _usual(apart: Array, overlap: Array) -> list[float]:
-    """Return the distances that a good share of the length of all pairs has."""
+    """Return the distances that a large part of the length of all pairs has."""
     order = np.argsort(apart)
     apart, weights = apart[order], overlap[order]
     first, last = np.searchsorted(apart, apart - ALIKE), np.searchsorted(apart, apart + ALIKE, side="right")
@@ -283,7 +283,7 @@ def _overlaps(one: Bar, other: Bar) -> bool:
 
 
 def _spanned_by(bar: Bar, ends: Array, pieces: Pieces) -> bool:
-    """Say whether a face of a wall goes on over a gap."""
+    """Return whether a face of a wall goes on over a gap."""
     middle, unit = ends.mean(axis=0), bar.along
     half = math.dist(*ends) / 2
     places = pieces.ends - middle

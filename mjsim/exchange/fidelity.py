@@ -29,11 +29,11 @@ class Fidelity:
     solid: int
     """Cells whose middle is in something solid."""
     false_walls: float
-    """Share of the length of all walls that has no occupied cell within one cell of their faces, 0 to 1."""
+    """Fraction of the length of all walls that has no occupied cell within one cell of their faces, 0 to 1."""
 
     @property
     def share(self) -> float:
-        """Share of the occupied cells that is explained, 0 to 1."""
+        """Fraction of the occupied cells that is explained, 0 to 1."""
         return self.explained / self.occupied if self.occupied else 1.0
 
 
@@ -54,7 +54,7 @@ def fidelity(world: World, grid: Grid) -> Fidelity:
 
 
 def _false_share(world: World, grid: Grid) -> float:
-    """Return the share of the length of walls near which the map has nothing, 0 to 1."""
+    """Return the fraction of the length of walls near which the map has nothing, 0 to 1."""
     import cv2
 
     away = np.asarray(cv2.distanceTransform((~np.pad(grid.occupied, 1)).astype(np.uint8), cv2.DIST_L2, 5), dtype=float)

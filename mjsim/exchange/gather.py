@@ -15,7 +15,7 @@ COVERED = 0.4
 PAIRED = 0.6
 """Two alone must cover so much of it: those farther apart are two things, as legs of a chair are."""
 HELD = 0.95
-"""Share of their cells that what stands for them must hold, with a cell around it."""
+"""Fraction of their cells that what stands for them must hold, with a cell around it."""
 BULGE = 1.0
 """One may be so much wider than the wider of its fragments [cells]."""
 MOST_FRAGMENTS = 6_000
@@ -39,7 +39,7 @@ class _Line:
 
     @property
     def covered(self) -> float:
-        """Share of the length along which there are cells, 0 to 1."""
+        """Fraction of the length along which there are cells, 0 to 1."""
         u = (self.points - [self.bar.x, self.bar.y]) @ self.bar.along
         return len(np.unique(np.round(u))) / max(1.0, self.bar.length)
 

@@ -24,7 +24,7 @@ MOST_BYTES = 200_000_000
 OCCUPIED, UNKNOWN, FREE = 0, 205, 254
 """Gray values, as map_saver writes them."""
 MIDDLE = 0.6 / 255
-"""So near to the middle is middle gray, of 8 bits too [share of white]."""
+"""So near to the middle is middle gray, of 8 bits too [fraction of white]."""
 PICTURES = (".pgm", ".ppm", ".pbm", ".pnm", ".png", ".jpg", ".jpeg", ".bmp")
 """Kinds of pictures of maps."""
 FILES = ("map.pgm", "map.yaml")
@@ -39,7 +39,7 @@ def read_grid(path: str | Path, *, resolution: float | None = None) -> Grid:
         resolution: Side of a cell of a picture alone [m].
 
     Raises:
-        UsageError: The map is not there, too large, or not a map.
+        UsageError: The map does not exist, is too large, or is not a map.
 
     References:
         Nav2, nav2_map_server, map_io.cpp: how a pixel becomes a cell in the modes trinary, scale and raw.
@@ -54,7 +54,7 @@ def read_grid(path: str | Path, *, resolution: float | None = None) -> Grid:
 
 
 def is_picture(path: Path) -> bool:
-    """Say whether a file is the picture of a map, by its name."""
+    """Return whether a file is the picture of a map, by its name."""
     return path.suffix.lower() in PICTURES
 
 

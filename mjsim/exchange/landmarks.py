@@ -78,12 +78,12 @@ def world_from_landmarks(
     Args:
         map: Of landmarks.
         name: Of the world.
-        preset: Of the robot; none unless given.
+        preset: Of the robot; by default none.
         folder: In which the world will be, with the file of the preset if it is one.
         estimator: An EKF-SLAM unless given.
 
     Raises:
-        UsageError: There is no such preset.
+        UsageError: The preset does not exist.
     """
     beacons = tuple(Beacon(name=f"lm{k}", at=_at(point)) for k, point in enumerate(map.landmarks, start=1))
     world = World(name=name, beacons=beacons)

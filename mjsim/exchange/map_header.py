@@ -44,7 +44,7 @@ def read_header(path: Path) -> MapHeader:
     """Return what the YAML file of a map says: image, resolution, origin, negate, occupied_thresh, free_thresh, mode.
 
     Raises:
-        UsageError: It is not there, too large, or not that of a map; with line and column where there are any.
+        UsageError: It does not exist, is too large, or is no map; with line and column where there are any.
     """
     data = read_bounded(path, most=MOST_YAML, kind="the YAML file of a map")
     node, problems = read_text(data.decode("utf-8-sig", "replace"), file=str(path))
@@ -116,7 +116,7 @@ def picture_beside(path: Path, name: str) -> Path:
 
 
 def _absolute(name: str) -> bool:
-    """Say whether a name is a whole path: map_saver of ROS 1 writes that of the machine it ran on."""
+    """Return whether a name is a whole path: map_saver of ROS 1 writes that of the machine it ran on."""
     return name.startswith(("/", "~", "file:")) or name[1:3] in (":\\", ":/")
 
 

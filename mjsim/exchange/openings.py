@@ -123,7 +123,7 @@ def _along(ends: Array, points: Array) -> tuple[Array, Array]:
 
 
 def _spans(ends: Array, corners: Array, reach: float, *, share: float = SHARE) -> bool:
-    """Say whether a symbol lies in a gap: beside its line, and along enough of it."""
+    """Return whether a symbol lies in a gap: beside its line, and along enough of it."""
     u, v = _along(ends, corners)
     length = math.dist(*ends)
     if np.abs(v).min() > reach or (len(corners) == 2 and np.abs(v).max() > reach):
@@ -133,7 +133,7 @@ def _spans(ends: Array, corners: Array, reach: float, *, share: float = SHARE) -
 
 
 def _has_panes(ends: Array, width: float, pieces: Pieces) -> bool:
-    """Say whether at least two lines lead from one side of a gap to the other within the thickness of the wall."""
+    """Return whether at least two lines lead from one side of a gap to the other within the thickness of the wall."""
     return lines_through(ends, width, pieces) >= 2
 
 

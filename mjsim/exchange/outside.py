@@ -16,7 +16,7 @@ LARGE = 0.35
 REACH = 0.6
 """What is no farther from the building belongs to it [m]."""
 SMALL, SLIM = 0.2, 0.35
-"""What lies outside is no part of the building when it is smaller than this share of it, or as slim as a bar [m]."""
+"""What lies outside is no part of the building when it is smaller than this fraction of it, or as slim as a bar [m]."""
 
 
 def without_frames(lines: Sequence[Line]) -> list[Line]:
@@ -43,7 +43,7 @@ def _apart(lines: Sequence[Line], frames: Sequence[Line]) -> list[Line]:
 
 
 def _is_building(inner: Sequence[Line], lines: Sequence[Line], low: Array, high: Array) -> bool:
-    """Say whether lines keep away from all sides of a frame, and are most of what it holds."""
+    """Return whether lines keep away from all sides of a frame, and are most of what it holds."""
     if not inner:
         return False
     boxes = np.array([_box(line.points) for line in inner])

@@ -19,7 +19,7 @@ PEN = 0.02
 WITHIN = 0.05
 """What reaches no farther beyond a patch belongs to it [m]."""
 AGAIN = 0.5
-"""What is drawn later over so much of a patch stands [share of its length]."""
+"""What is drawn later over so much of a patch stands [fraction of its length]."""
 
 
 def painted_over(

@@ -95,9 +95,9 @@ def with_robot(
     Args:
         world: It has no robot yet.
         preset: A robot of `assets/robots`, or the file of one in the folder of the world.
-        lidar: A lidar of `assets/sensors/lidar`, mounted on top; none unless given.
-        estimator: Module that finds out where the robot is; the truth is used unless given.
-        grid: What is known to be free; the inside of the walls unless given.
+        lidar: A lidar of `assets/sensors/lidar`, mounted on top; by default none.
+        estimator: Module that finds out where the robot is; by default the truth is used.
+        grid: What is known to be free; by default the inside of the walls.
         folder: In which the world will be.
 
     Raises:
@@ -140,7 +140,7 @@ def _robot(
     """Return the robot at a place, with a lidar on top and odometry that errs where these are asked for.
 
     Raises:
-        UsageError: There is no such preset.
+        UsageError: The preset does not exist.
     """
     keys: dict[str, Any] = {"name": ROBOT, "preset": preset, "at": list(at), "heading_deg": heading}
     bare = robot_of(keys, folder)

@@ -54,7 +54,7 @@ from mjsim.world import Wall, World, solid
 UNIT = 0.05
 """Walls are joined at corners as those of a map with cells of this size are [m]."""
 BY_FACES = 0.3
-"""Walls are drawn by their faces when this share of the length of all lines is faces."""
+"""Walls are drawn by their faces when this fraction of the length of all lines is faces."""
 ALONE = 0.5
 """A line on a layer of walls is a wall by itself when it is this long at least [m]."""
 BY_SIZE = (0.3, 3.0)
@@ -62,13 +62,13 @@ BY_SIZE = (0.3, 3.0)
 
 
 DOUBLED = 0.03
-"""Lines that lie on each other are made one when they are so much of all [share of the length]."""
+"""Lines that lie on each other are made one when they are so much of all [fraction of the length]."""
 BROAD = 0.5
 """Where no names say what walls are, hair lines are none when broad lines are so many times as long as they are."""
 MOSTLY = 2.0
 """Where filled walls are so many times as long as others that no name says, these are none."""
 TWICE = 0.8
-"""A wall of which filled shapes cover so much is one of them [share of its area]."""
+"""A wall of which filled shapes cover so much is one of them [fraction of its area]."""
 _LEFT: dict[Role | None, str] = {"note": "lines of notes", "stairs": "lines of stairs"}
 """Roles that have no part in the world."""
 
@@ -99,8 +99,8 @@ def read_plan(
     Args:
         drawing: Its lines.
         name: Of the world.
-        scale: Metres to one unit of the drawing; as the drawing says unless given.
-        thickness: Of the walls [m]; as they are drawn unless given, 0.1 when that is by one hair line.
+        scale: Metres to one unit of the drawing; by default as the drawing says.
+        thickness: Of the walls [m]; by default as they are drawn, 0.1 when that is by one hair line.
         furniture: Whether furniture becomes obstacles.
 
     Raises:
@@ -273,7 +273,7 @@ def _by_lines(lines: Sequence[Line], thickness: float | None) -> list[Wall]:
 
 
 def _is_doubled(pieces: Pieces) -> bool:
-    """Say whether lines lie on each other: rooms side by side, each with its own outline."""
+    """Return whether lines lie on each other: rooms side by side, each with its own outline."""
     import shapely
 
     whole = float(pieces.lengths.sum())

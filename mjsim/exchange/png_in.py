@@ -69,7 +69,7 @@ def _passes(columns: int, rows: int) -> list[tuple[int, int]]:
 
 
 def _holds(parts: Sequence[bytes], size: int) -> bool:
-    """Say whether packed data holds so many bytes, without keeping them."""
+    """Return whether packed data holds so many bytes, without keeping them."""
     unpacker, left = zlib.decompressobj(), size
     try:
         for part in parts:

@@ -19,7 +19,7 @@ def robot_of(keys: Mapping[str, Any], folder: Path | None) -> Robot:
         folder: Where that will be, for the file of a preset.
 
     Raises:
-        UsageError: There is no such preset, or its file is wrong.
+        UsageError: The preset does not exist, or its file is wrong.
     """
     try:
         return Robot.model_validate(dict(keys), context={"source": Source(folder=folder)})

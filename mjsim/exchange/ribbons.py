@@ -19,7 +19,7 @@ LONGEST_STEP = 0.1
 SHORTEST, SHORTEST_NAMED = 6.0, 1.0
 """Of a wall along its middle, where no name says what walls are and where one does [m]."""
 EVEN = 0.2
-"""Its thickness is nowhere more different from the usual [share of it]."""
+"""Its thickness is nowhere more different from the usual [fraction of it]."""
 BOW = 0.005
 """Straight lines stray so far from the curve at most [m]."""
 SLACK = 0.015

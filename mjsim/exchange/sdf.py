@@ -45,7 +45,7 @@ CEILING = 0.05
 GAP = 0.006
 """Around the leaf of a door [m]."""
 DAMPING = 0.6
-"""Of a hinge, as a share of the leaf's inertia [1/s]."""
+"""Of a hinge, as a fraction of the leaf's inertia [1/s]."""
 
 
 def write_sdf(world: World, path: str | Path, *, overwrite: bool = False) -> Path:

@@ -53,7 +53,7 @@ def add_link(
         at: x, y, z, and roll, pitch, yaw when it is turned [m], [rad].
         mass: Of what moves [kg]; None for what stays.
         size: Of the box whose inertia it has, x, y, z [m].
-        center: Of mass, in the link's frame; the middle of the box on the floor unless given [m].
+        center: Of mass, in the link's frame; by default the middle of the box on the floor [m].
     """
     model = SubElement(place, "model", name=name)
     if mass is None:

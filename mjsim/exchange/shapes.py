@@ -63,7 +63,7 @@ def fitted_bar(points: Array) -> tuple[Bar, float]:
         points: Middles of the cells, shape (n, 2).
 
     Returns:
-        The rectangle; and how many cells both have, as a share of those that either has.
+        The rectangle; and how many cells both have, as a fraction of those that either has.
     """
     middle = points.mean(axis=0)
     x, y = middle.tolist()

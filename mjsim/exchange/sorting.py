@@ -166,7 +166,7 @@ def _between(light: Sequence[Line], filled: Sequence[Line]) -> list[Line]:
 
 
 def _abuts(bar: Bar, shape: "BaseGeometry") -> bool:
-    """Say whether a shape lies behind both ends of a bar."""
+    """Return whether a shape lies behind both ends of a bar."""
     import shapely
 
     corners = bar.outline()
@@ -185,7 +185,7 @@ def length_of_lines(lines: Sequence[Line]) -> float:
 
 
 def _are_faces(lines: Sequence[Line]) -> bool:
-    """Say whether broad lines lie in pairs that are clearly farther apart than they are broad."""
+    """Return whether broad lines lie in pairs that are clearly farther apart than they are broad."""
     pieces, _ = split([line.points for line in lines], [line.closed for line in lines])
     pieces = merged(pieces)
     found = paired(pieces)

@@ -15,7 +15,7 @@ REACHES = (4, 2, 1)
 SPARSE = 0.5
 """Noise has fewer cells than this near each of its own, or its groups grow without bound."""
 SOLVED = 20
-"""Steps after which the share of noise no longer changes."""
+"""Steps after which the fraction of noise no longer changes."""
 MORE, SOME = 3.0, 2.0
 """So many times as many, and so many more, as chance makes are no noise."""
 MOST_SPECK = 12
@@ -31,7 +31,7 @@ class Cleaned:
     cells: Cells
     """Shape (rows, columns)."""
     noise: float
-    """Share of the free ground that noise occupies, 0 to 1."""
+    """Fraction of the free ground that noise occupies, 0 to 1."""
 
 
 def without_specks(grid: Grid) -> Cleaned:
@@ -55,12 +55,12 @@ def without_specks(grid: Grid) -> Cleaned:
 
 
 def has_lone_things(grid: Grid, single: int, *, noise: float) -> bool:
-    """Say whether a map has more single cells near others than noise puts there: legs, edges that few beams hit.
+    """Return whether a map has more single cells near others than noise puts there: legs, edges that few beams hit.
 
     Args:
         grid: The map.
         single: How many single cells there are that hang together with nothing, near others.
-        noise: Share of the free ground that noise occupies, 0 to 1.
+        noise: Fraction of the free ground that noise occupies, 0 to 1.
     """
     import cv2
 
@@ -78,7 +78,7 @@ def _ground(grid: Grid) -> Cells:
 
 
 def _noise(occupied: Cells, ground: Cells, reach: int) -> float:
-    """Return the share of the ground that noise occupies, by how many cells on it have no other near, 0 to 1.
+    """Return the fraction of the ground that noise occupies, by how many cells on it have no other near, 0 to 1.
 
     Noise of share p leaves p (1 - p)^n of the cells alone among n neighbours, at most where p is 1 / (n + 1).
     """

@@ -14,9 +14,9 @@ ALONG = 0.15
 GAP = 1.5
 """Between two of one thing at most [cells]."""
 SAME = 0.7
-"""Each of two is at least so long, and lies beside the other for so much of it [share of the longer]."""
+"""Each of two is at least so long, and lies beside the other for so much of it [fraction of the longer]."""
 FILLED = 0.85
-"""Share of what both cover together that is occupied."""
+"""Fraction of what both cover together that is occupied."""
 
 
 def unstacked(bars: Sequence[Bar], cells: Cells) -> list[Bar]:

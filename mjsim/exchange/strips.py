@@ -22,7 +22,7 @@ LEVEL = math.radians(0.3)
 NEW = 0.3
 """A wall is taken when so much of it is not explained by those before."""
 MOST_FREE = 0.2
-"""Share of a wall that may lie where the map is free."""
+"""Fraction of a wall that may lie where the map is free."""
 
 
 def along_walls(slim: Cells, cells: Cells, lines: Sequence[Array], free: Cells, *, thickest: float) -> list[Bar]:

@@ -19,7 +19,7 @@ DOOR_RADII = (0.45, 1.7)
 DOOR_SWEEP = (math.radians(40.0), math.radians(125.0))
 """How far a leaf is drawn to swing [rad]."""
 ROUND = 0.03
-"""An arc strays so far from its circle at most, as a share of its radius."""
+"""An arc strays so far from its circle at most, as a fraction of its radius."""
 STEP_SPACING = (0.18, 0.42)
 """Between the steps of stairs [m]."""
 EVEN = 0.15
@@ -127,7 +127,7 @@ def arc_through(points: Array, owner: int) -> Arc | None:
 
 
 def is_door_arc(arc: Arc) -> bool:
-    """Say whether an arc may be the way of a door's leaf."""
+    """Return whether an arc may be the way of a door's leaf."""
     return DOOR_RADII[0] <= arc.radius <= DOOR_RADII[1] and DOOR_SWEEP[0] <= arc.sweep <= DOOR_SWEEP[1]
 
 

@@ -69,8 +69,8 @@ def world_from_svg(
     Args:
         path: The file.
         scale: Metres to one user unit; must be given unless the file tells it.
-        thickness: Of the walls [m]; as they are drawn unless given, 0.1 when that is by one hair line.
-        layers: Ids or Inkscape labels of the groups that hold walls; those whose names say so unless given, or all.
+        thickness: Of the walls [m]; by default as they are drawn, 0.1 when that is by one hair line.
+        layers: Ids or Inkscape labels of the groups that hold walls; by default those whose names say so, or all.
 
     Raises:
         UsageError: It cannot be read, or does not show the walls of a building.
@@ -83,10 +83,10 @@ def read_svg(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
 
     Args:
         path: The file.
-        layers: Ids or Inkscape labels of the groups that hold walls; those whose names say so unless given, or all.
+        layers: Ids or Inkscape labels of the groups that hold walls; by default those whose names say so, or all.
 
     Raises:
-        UsageError: It is not there, too large, no SVG, or has no such layer.
+        UsageError: It does not exist, is too large, is no SVG, or lacks the layer.
     """
     path = Path(path)
     root = _root_of(read_bounded(path, most=MOST_BYTES, kind="a drawing"), path)

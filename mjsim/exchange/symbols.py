@@ -84,14 +84,14 @@ def _groups(lines: Sequence[tuple[int, Line]], reach: float) -> list[list[int]]:
 
 
 def _is_door(symbol: Sequence[Line]) -> bool:
-    """Say whether a symbol has the way of a leaf and is no larger than a door."""
+    """Return whether a symbol has the way of a leaf and is no larger than a door."""
     size = float(np.ptp(np.concatenate([line.points for line in symbol]), axis=0).max())
     arcs = split([line.points for line in symbol], [line.closed for line in symbol])[1]
     return any(size <= LARGER * arc.radius for arc in arcs)
 
 
 def _has_panes(symbol: Sequence[Line]) -> bool:
-    """Say whether more lines than those of a rectangle lead from one end of a symbol to the other."""
+    """Return whether more lines than those of a rectangle lead from one end of a symbol to the other."""
     pieces, _ = split([line.points for line in symbol], [line.closed for line in symbol])
     points = pieces.ends.reshape(-1, 2)
     span = float(np.hypot(*np.ptp(points, axis=0))) if len(points) else 0.0

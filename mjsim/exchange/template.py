@@ -14,10 +14,10 @@ def template_text(template: str, *, name: str | None = None) -> str:
 
     Args:
         template: One of `TEMPLATES`.
-        name: Of the new world; that of the template unless given.
+        name: Of the new world; by default that of the template.
 
     Raises:
-        UsageError: There is no such template.
+        UsageError: The template does not exist.
     """
     if template not in TEMPLATES:
         raise UsageError(f"no template '{template:.40}'; templates are {', '.join(TEMPLATES)}")

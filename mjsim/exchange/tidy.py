@@ -13,7 +13,7 @@ BETWEEN = 0.30
 HOLLOW = 2.0
 """What stands alone, is no wider and encloses hardly anything known as free is solid [m]."""
 MOST_FREE = 0.15
-"""Share of what a thing encloses that may be known as free."""
+"""Fraction of what a thing encloses that may be known as free."""
 MOST_SWOLLEN, FEW = 0.7, 1000
 """Closed gaps add more of its cells to noise where these are crowded; a map of fewer cells is not asked."""
 AROUND, CROWDED = 3 * BETWEEN, 0.6

@@ -101,7 +101,7 @@ def _thickest(network: Cells) -> float:
 
 
 def _is_slender(bar: Bar, thick: float, resolution: float) -> bool:
-    """Say whether a rectangle that is no part of the walls that hang together is a wall by itself."""
+    """Return whether a rectangle that is no part of the walls that hang together is a wall by itself."""
     if bar.length < max(SLENDER * bar.width, SHORTEST / resolution) or bar.width > THICKEST / resolution:
         return False
     return bar.width <= thick or bar.length >= LONG * bar.width
@@ -167,7 +167,7 @@ def _middles(window: tuple[slice, slice], part: Cells) -> Array:
 
 
 def _taken(points: Array, found: Traced) -> bool:
-    """Say whether cells are one rectangle or one disc, which is added to what is found."""
+    """Return whether cells are one rectangle or one disc, which is added to what is found."""
     shape = _one_shape(points)
     if isinstance(shape, Bar):
         found.boxes.append(shape)

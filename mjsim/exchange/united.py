@@ -52,7 +52,7 @@ def united(lines: Sequence[Line]) -> list[Line]:
 
 
 def is_compact(points: Array) -> bool:
-    """Say whether an outline, shape (n, 2), is that of a column: not slender, and without corners that go inward."""
+    """Return whether an outline, shape (n, 2), is that of a column: not slender, and without corners that go inward."""
     import shapely
 
     shape = shapely.Polygon(points)

@@ -182,12 +182,12 @@ def run_experiments(
 
     Args:
         folder: Where `index.html`, `results.json`, and a folder for each experiment go; made if need be.
-        only: Names of those to make; all of them unless given.
+        only: Names of those to make; by default all of them.
         progress: Told how far it is.
         overwrite: Whether the files of earlier experiments may be replaced.
 
     Raises:
-        UsageError: There is no such experiment, or a file exists or cannot be written.
+        UsageError: The experiment does not exist, or a file exists or cannot be written.
         MjsimError: A run failed.
     """
     for name in only:

@@ -35,19 +35,19 @@ class Intrinsics:
     lens: str = "pinhole"
     """'pinhole', 'brown' or 'fisheye'."""
     distortion: tuple[float, ...] = ()
-    """As OpenCV orders them: k1, k2, p1, p2, k3 of Brown's model, then k4, k5, k6 where it is a rational one; k1 to k4
-    of a fisheye; none for a pinhole."""
+    """Coefficients in OpenCV's order: k1, k2, p1, p2, k3 of Brown's model, then k4, k5, k6 of the rational one; k1 to
+    k4 of a fisheye; none for a pinhole."""
 
     def matrix(self) -> Array:
         """Return the calibration matrix, shape (3, 3) [px]."""
         return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
 
     def is_rational(self) -> bool:
-        """Say whether Brown's model is divided by one of k4, k5 and k6."""
+        """Return whether Brown's model is the rational one, with k4, k5 and k6."""
         return self.lens == "brown" and any(self.distortion[5:])
 
     def coefficients(self) -> list[float]:
-        """Return the distortion as formats hold it, zeros where there is none: 4 numbers of a fisheye, else 5 or 8."""
+        """Return the distortion as stored in files, zeros if there is none: 4 numbers for a fisheye, else 5 or 8."""
         count = 4 if self.lens == "fisheye" else 8 if self.is_rational() else 5
         return [*map(float, self.distortion), *([0.0] * count)][:count]
 
@@ -74,7 +74,7 @@ class CameraFrame:
 class Scan:
     """One scan of a 2-D lidar: a range per beam, from right to left.
 
-    +inf where nothing came back, -inf where something is too near to be measured.
+    +inf for no return, -inf for something too near to be measured.
 
     References:
         ROS REP 117, Informational Distance Measurements.
@@ -87,7 +87,7 @@ class Scan:
     angle_min: float
     """Angle of the first beam in the sensor frame, left positive [rad]."""
     angle_increment: float
-    """From one beam to the next [rad]."""
+    """Angle between neighbouring beams [rad]."""
     range_min: float
     """[m]"""
     range_max: float
@@ -100,7 +100,7 @@ class Scan:
         return np.asarray(self.angle_min + self.angle_increment * np.arange(len(self.ranges)), dtype=float)
 
     def points(self) -> Array:
-        """Return where beams met something, in the plane of the sensor's frame, shape (n, 2) [m]."""
+        """Return the points hit by the beams, in the plane of the sensor's frame, shape (n, 2) [m]."""
         met = np.isfinite(self.ranges)
         angles, ranges = self.angles()[met], self.ranges[met]
         return np.stack([ranges * np.cos(angles), ranges * np.sin(angles)], axis=-1)
@@ -114,7 +114,7 @@ CLOUD_FIELDS = {"x": "<f4", "y": "<f4", "z": "<f4", "intensity": "<f4", "time": 
 class PointCloud:
     """One revolution of a 3-D lidar: the points hit by its beams, one per row, in firing order.
 
-    The sensor moves while it turns, and each point lies in its frame as it was at the time of that point. Beams
+    The sensor moves while it turns, and each point is in the sensor's frame at the time of that point. Beams
     without a return are left out.
     """
 
@@ -130,7 +130,7 @@ class PointCloud:
     """Ring of each point, 0 for the lowest; 0 for a rosette, shape (n,)."""
 
     def rows(self) -> NDArray[np.void]:
-        """Return a record a point with the fields of `CLOUD_FIELDS`, shape (n,)."""
+        """Return one record per point with the fields of `CLOUD_FIELDS`, shape (n,)."""
         rows = np.empty(len(self.points), dtype=[*CLOUD_FIELDS.items()])
         rows["x"], rows["y"], rows["z"] = self.points.T
         rows["intensity"], rows["time"], rows["ring"] = self.intensities, self.times, self.rings
@@ -148,7 +148,7 @@ class ImuReading:
     turn: Array
     """Angular velocity about x, y and z, shape (3,) [rad/s]; NaN from a sensor of a log that has no gyroscopes."""
     name: str = "imu"
-    """Of the sensor."""
+    """Name of the sensor."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -162,7 +162,7 @@ class Odometry:
     turn: float
     """[rad]"""
     covariance: Array
-    """Of (forward, left, turn), shape (3, 3) [m, m, rad]."""
+    """Covariance of (forward, left, turn), shape (3, 3) [m, m, rad]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -176,9 +176,9 @@ class Sighting:
     range: float
     """Horizontal distance from the robot's origin [m]."""
     bearing: float
-    """From the robot's x axis, left positive, in [-pi, pi) [rad]."""
+    """Bearing from the robot's x axis, left positive, in [-pi, pi) [rad]."""
     covariance: Array
-    """Of (range, bearing), shape (2, 2)."""
+    """Covariance of (range, bearing), shape (2, 2)."""
     corners: Array | None = None
     """Outline in the image, shape (4, 2) [px], clockwise from the picture's own top left."""
 
@@ -216,7 +216,7 @@ class WheelTicks:
         )
 
     def rotations(self, before: "WheelTicks") -> Array:
-        """Return how far each wheel has turned since an earlier reading, shape (wheels,) [rad]."""
+        """Return the rotation of each wheel since an earlier reading, shape (wheels,) [rad]."""
         return np.array(self.since(before), dtype=float) * (2.0 * np.pi / self.resolution)
 
 
@@ -231,7 +231,7 @@ class JointState:
     velocities: Array
     """[rad/s], or [m/s]."""
     torques: Array
-    """Of the motors, on the side of the joint, as they are applied now [N m], or [N]."""
+    """Torques of the motors on the side of the joint, as currently applied [N m], or [N]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -304,7 +304,7 @@ def message_text(content: object) -> str:
     """Return a message's content as JSON, exactly.
 
     Raises:
-        ValueError: It holds what JSON has no word for, or is too long.
+        ValueError: It contains a value that JSON cannot represent, or is too long.
     """
     try:
         text = json.dumps(content, allow_nan=False, separators=(",", ":"), default=_plain)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from mjsim.geometry import Array, Pose
 
 MOST_ITEMS = 64
-"""Of one estimate."""
+"""Largest number of items of one estimate."""
 MOST_POINTS = 20_000
 """Of all items of an estimate together."""
 MOST_CELLS = 1 << 20
@@ -63,7 +63,7 @@ class ShownPoints(Shown):
     points: Array
     """Shape (n, 2) on the floor, or (n, 3) [m]; kept as (n, 3)."""
     size: float = 0.05
-    """Across each of them [m]."""
+    """Diameter of each point [m]."""
 
     def __post_init__(self) -> None:
         """Check it; ValueError says what is wrong."""
@@ -107,11 +107,12 @@ class ShownGrid(Shown):
     """A grid of cells on the floor, such as an occupancy map."""
 
     cells: Array
-    """From 0 for free to 1 for occupied, NaN for unknown, shape (rows, columns): columns along x, rows along y."""
+    """Occupancy from 0 for free to 1 for occupied, NaN for unknown, shape (rows, columns): columns along x, rows along
+    y."""
     resolution: float
     """Side of a cell [m]."""
     origin: Pose = _ORIGIN
-    """Of the outer corner of cell (0, 0), x along its row."""
+    """Pose of the outer corner of cell (0, 0), x along its row."""
 
     def __post_init__(self) -> None:
         """Check it; ValueError says what is wrong."""
@@ -139,7 +140,7 @@ class ShownText(Shown):
 
     text: str
     at: Array
-    """Where it begins, shape (2,) on the floor, or (3,) [m]; kept as (3,)."""
+    """Start of the text, shape (2,) on the floor, or (3,) [m]; kept as (3,)."""
 
     def __post_init__(self) -> None:
         """Check it; ValueError says what is wrong."""

@@ -139,11 +139,11 @@ def _number_or_stack(value: Any) -> Tree:
 _OWN_FORM = {"time", "dt", "odometry", "sightings", "cameras", "scans", "imu", "ranges", "joints", "proximity", "bump"}
 _OWN_FORM |= {"messages"}
 _PLAIN = tuple(part.name for part in fields(Observation) if part.name not in _OWN_FORM)
-"""Kinds of readings that are told field by field; a new kind is one of them unless it is given a form of its own."""
+"""Kinds of readings that are encoded field by field; new kinds are, unless they have a form of their own."""
 
 
 def estimate_tree(belief: Estimate, numbers: Numbers) -> dict[str, Tree]:
-    """Return an estimate; landmarks that have a number instead of a name keep it where no beacon has that one."""
+    """Return an estimate; a landmark number that belongs to no beacon is kept as its name."""
     return {
         "pose": belief.pose.as_array(),
         "covariance": belief.covariance,

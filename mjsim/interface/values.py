@@ -22,7 +22,7 @@ class JointGoal:
     positions: tuple[float, ...]
     """[rad], or [m] of joints that slide."""
     velocities: tuple[float, ...] | None = None
-    """[rad/s], or [m/s]; at rest unless given."""
+    """[rad/s], or [m/s]; by default at rest."""
     accelerations: tuple[float, ...] | None = None
     """[rad/s^2], or [m/s^2]; 0 unless given."""
     torques: tuple[float, ...] | None = None
@@ -88,13 +88,14 @@ class Estimate:
     pose: Pose
     """Mean pose, in the frame of the prior of `RobotInfo`."""
     covariance: Array
-    """Of (x, y, heading), shape (3, 3) [m, m, rad]."""
+    """Covariance of (x, y, heading), shape (3, 3) [m, m, rad]."""
     landmarks: Mapping[Hashable, tuple[Array, Array]] = field(default_factory=dict)
     """Name or index -> mean (2,) [m], covariance (2, 2) [m^2]."""
     innovations: tuple[tuple[Hashable, Array, Array], ...] = ()
-    """Of this tick: name, nu (2,) [m, rad], S (2, 2)."""
+    """Innovations of this tick: name, nu (2,) [m, rad], S (2, 2)."""
     joint_covariance: Array | None = None
-    """Of the pose, then each landmark in the order of `landmarks`, shape (3 + 2 n, 3 + 2 n); optional."""
+    """Joint covariance of the pose, then each landmark in the order of `landmarks`, shape (3 + 2 n, 3 + 2 n);
+    optional."""
     show: tuple[Shown, ...] = field(default=(), kw_only=True)
     """Items to display: points, lines, grids and texts; recorded, and drawn by the studio and Foxglove."""
 
@@ -104,7 +105,7 @@ class MarkerInfo:
     """A square fiducial marker."""
 
     dictionary: str
-    """As the world file names it: '4x4_50', 'apriltag_36h11' and so on."""
+    """Dictionary as in the world file: '4x4_50', 'apriltag_36h11' and so on."""
     id: int
     """Its number in the dictionary."""
 
@@ -121,8 +122,8 @@ class BeaconInfo:
     height: float
     """The same [m]."""
     pose: Pose | None = None
-    """World frame, facing along its heading; only when the world says `map: known`, and it hangs on nothing that
-    moves."""
+    """Pose in the world frame, facing along its heading; only if the world says `map: known` and its carrier does not
+    move."""
     center: float | None = None
     """Height of its centre above the floor [m]; only with a pose."""
     marker: MarkerInfo | None = None
@@ -158,21 +159,21 @@ class BalancingInfo:
     """The data sheet of a balancing base; the body is everything except the wheels."""
 
     wheel_mass: float
-    """Of each wheel [kg]."""
+    """Mass of each wheel [kg]."""
     wheel_inertia: float
-    """Of each wheel about the axle [kg m^2]."""
+    """Inertia of each wheel about the axle [kg m^2]."""
     wheel_across: float
-    """Of each wheel about the vertical through its middle [kg m^2]."""
+    """Inertia of each wheel about the vertical through its centre [kg m^2]."""
     body_mass: float
     """[kg]"""
     center: float
     """Height of the body's centre of mass above the axle [m]."""
     pitch_inertia: float
-    """Of the body about an axis along the axle through its centre of mass [kg m^2]."""
+    """Inertia of the body about an axis parallel to the axle through its centre of mass [kg m^2]."""
     yaw_inertia: float
-    """Of the body about the vertical through its centre of mass [kg m^2]."""
+    """Inertia of the body about the vertical through its centre of mass [kg m^2]."""
     max_torque: float
-    """Of the motor of each wheel [N m]."""
+    """Maximum torque of each wheel's motor [N m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -182,13 +183,13 @@ class ArmInfo:
     joints: tuple[str, ...]
     """Names, from the base outwards."""
     lower: Array
-    """Least values, infinite where there is no limit [rad], or [m] of joints that slide."""
+    """Lower limits, infinite if there is none [rad], or [m] of joints that slide."""
     upper: Array
-    """Largest values."""
+    """Upper limits."""
     max_velocity: Array
-    """Infinite where it is not known [rad/s], or [m/s]."""
+    """Maximum speeds, infinite if unknown [rad/s], or [m/s]."""
     max_torque: Array
-    """At the joint, infinite where it is not known [N m], or [N]."""
+    """Maximum torques at the joint, infinite if unknown [N m], or [N]."""
     model: "Arm"
     """Its kinematics and dynamics, in the robot frame."""
 
@@ -228,9 +229,10 @@ class RobotInfo:
     max_curvature: float = math.inf
     """Maximum curvature [1/m]; infinite for robots that can turn on the spot."""
     twist_from_wheels: Array | None = None
-    """Twist (forward, left, turn) of wheel speeds, a matrix, shape (3, wheels) [m/rad, m/rad, 1]; steering straight."""
+    """Matrix from wheel speeds to the twist (forward, left, turn), shape (3, wheels) [m/rad, m/rad, 1], for straight
+    steering."""
     outline: Array | None = None
-    """Of the body from above, in its frame, counter-clockwise, shape (n, 2) [m]; None means the circle."""
+    """Outline of the body from above, in its frame, counter-clockwise, shape (n, 2) [m]; None means the circle."""
     balancing: BalancingInfo | None = None
     """Masses of a balancing base; its wheel encoders measure relative to the pitching body."""
     arms: Mapping[str, ArmInfo] = field(default_factory=dict)
@@ -258,7 +260,7 @@ def sightings_from(
         stamp: When the picture was taken [s].
 
     Returns:
-        One sighting a detection, its covariance carried over to first order.
+        One sighting per detection, with its covariance propagated to first order.
 
     References:
         Thrun, Burgard, Fox, Probabilistic Robotics (2005), section 6.6 for range and bearing; section 3.3

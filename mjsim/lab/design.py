@@ -49,7 +49,7 @@ def pid_design(plant: LinearPlant, rule: str) -> Design:
     """Return a PID for the first output by a tuning rule.
 
     Raises:
-        UsageError: There is no such rule, or it does not suit the plant.
+        UsageError: The rule does not exist, or it does not suit the plant.
     """
     if rule not in RULES:
         raise UsageError(f"no tuning rule '{rule}'{did_you_mean(rule, RULES)}")

@@ -73,7 +73,7 @@ def settled(world: World, of: str) -> tuple[mujoco.MjModel, Setting, Array]:
     radius that its drive says; at rest they have sunk in by some 0.05 mm more or less.
 
     Raises:
-        UsageError: There is no such part.
+        UsageError: The part does not exist.
     """
     run = world.run.model_copy(update={"events": (), "drivers": {}})
     # A robot is looked at upright; where its plant leans is found from there.
@@ -118,7 +118,7 @@ def working_point(model: mujoco.MjModel, part: PlantPart, plant: Plant) -> dict[
     """Return the values of joints at the working point, by their numbers [m, rad].
 
     Raises:
-        UsageError: There is no such joint, or an angle does not say that it is in degrees.
+        UsageError: The joint does not exist, or an angle does not say that it is in degrees.
     """
     found = {}
     for key, value in plant.around.items():

@@ -85,7 +85,7 @@ class Reduced:
 
         Args:
             setting: Where.
-            rates: Of the coordinates, shape (n,); at rest unless given. What constraints add with the square of rates
+            rates: Of the coordinates, shape (n,); by default at rest. What constraints add with the square of rates
                 is left out, so that only differences about rest mean something.
         """
         self._place(setting)

@@ -113,7 +113,7 @@ def study(plant: LinearPlant, *, seconds: float | None = None) -> Study:
 
     Args:
         plant: Linear.
-        seconds: How long responses last; as the poles need unless given.
+        seconds: How long responses last; by default as the poles need.
     """
     control = theory()
     system = control.ss(plant.A, plant.B, plant.C, plant.D)

@@ -24,13 +24,13 @@ def write_lab(
     Args:
         world: Where the plants are.
         folder: Where the files go; made if need be.
-        plant: The one that is looked at; all unless given.
+        plant: The one that is looked at; by default all.
         designers: Give controllers for each, such as `lambda plant: lqr_design(plant, weights, effort)`.
         recording: Of a run, to identify the plant from.
         overwrite: Whether files may be replaced.
 
     Raises:
-        UsageError: There is no such plant, it cannot be made linear, or a file exists.
+        UsageError: The plant does not exist, it cannot be made linear, or a file exists.
     """
     from mjsim.lab.page import figures_of, page_files
 

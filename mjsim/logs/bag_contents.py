@@ -77,7 +77,7 @@ class Moves:
         return np.array([[time, *place] for time, place in zip(rows[:, 0].tolist(), places, strict=True)])
 
     def by_twists(self) -> bool:
-        """Say whether its twists alone tell how it moved: it has no poses, or they never change."""
+        """Return whether its twists alone tell how it moved: it has no poses, or they never change."""
         return any(any(row[1:]) for row in self.twists) and all(row[1:] == self.rows[0][1:] for row in self.rows)
 
     def table(self, rows: Sequence[tuple[float, ...]]) -> Array:

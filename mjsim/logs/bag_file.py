@@ -49,7 +49,7 @@ class RosMessage:
 
 
 def is_bag(path: Path) -> bool:
-    """Say whether a file begins as bags do, or a folder holds one."""
+    """Return whether a file begins as bags do, or a folder holds one."""
     if path.is_dir():
         return (path / METADATA).is_file() or bool(_files_in(path))
     return path.is_file() and _kind_of(path) is not None

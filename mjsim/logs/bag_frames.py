@@ -63,7 +63,7 @@ class FrameTree:
         return tree
 
     def __contains__(self, frame: str) -> bool:
-        """Say whether anything is known of a frame."""
+        """Return whether anything is known of a frame."""
         return frame in self._inner
 
     def base(self, namespace: str) -> str | None:

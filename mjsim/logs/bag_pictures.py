@@ -44,14 +44,14 @@ SHOWN = 10.0
 
 
 def is_depth(message: Any, topic: str) -> bool:
-    """Say whether a picture holds distances."""
+    """Return whether a picture holds distances."""
     if hasattr(message, "encoding"):
         return message.encoding in DEPTH or (message.encoding == "mono16" and "depth" in topic)
     return "compressedDepth" in message.format or any(message.format.startswith(kind) for kind in DEPTH)
 
 
 def is_read(encoding: str) -> bool:
-    """Say whether the pictures of a `sensor_msgs/Image` of an encoding can be read."""
+    """Return whether the pictures of a `sensor_msgs/Image` of an encoding can be read."""
     known = encoding.lower()
     return encoding in DEPTH or known in PLAIN or known in YUV or bool(BAYER.fullmatch(known))
 

@@ -74,10 +74,10 @@ def robots_of(
     Args:
         types: Topic -> type.
         asked: What is read -> the topics that the user named.
-        names: Robots that the user named; all unless given.
+        names: Robots that the user named; by default all.
 
     Raises:
-        UsageError: A topic or robot that was named is not there, or several topics are possible where one is read.
+        UsageError: A topic or robot that was named does not exist, or several topics are possible where one is read.
     """
     _check(types, asked)
     spaces = _namespaces(types, asked)

@@ -341,7 +341,7 @@ def _is_of_depth(stream: Stream) -> bool:
 
 
 def _belong(pictures: Stream, depths: Stream) -> bool:
-    """Say whether depth was made for the pixels of a camera."""
+    """Return whether depth was made for the pixels of a camera."""
     frames = [frame_name(stream.first.header.frame_id) for stream in (pictures, depths)]
     return frames[0] == frames[1] and _size(pictures) == _size(depths)
 

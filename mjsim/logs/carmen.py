@@ -65,7 +65,7 @@ class _Found:
 
 
 def is_carmen(path: Path) -> bool:
-    """Say whether the first lines of a file are messages of CARMEN."""
+    """Return whether the first lines of a file are messages of CARMEN."""
     if not path.is_file():
         return False
     known = 0

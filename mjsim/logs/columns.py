@@ -167,7 +167,7 @@ class Marks(Model):
 
 
 class Noise(Model):
-    """How far readings are off, as standard deviations; guesses unless given."""
+    """How far readings are off, as standard deviations; by default guesses."""
 
     distance: Annotated[float, Field(ge=0, le=10)] = MOTION.distance
     """Of odometry [m/sqrt(m)]."""
@@ -206,7 +206,7 @@ class Description(Model):
 
 
 def is_description(path: Path) -> bool:
-    """Say whether a file describes the tables of a log."""
+    """Return whether a file describes the tables of a log."""
     if path.suffix.lower() not in (".yaml", ".yml") or not path.is_file():
         return False
     return any(OURS.match(line) for line in lines_of(path))
@@ -217,7 +217,7 @@ def read_columns(path: Path, wishes: Wishes) -> Log:
 
     Raises:
         WorldError: Something in the description is wrong.
-        UsageError: A table is not there or not as described (names file and line).
+        UsageError: A table does not exist or differs from its description (names file and line).
     """
     told = read_described(path, Description)
     tables = _Tables(path.parent, UNITS[told.time_unit], LENGTHS[told.length_unit])

@@ -33,7 +33,7 @@ class CsvTable:
         """Return the numbers of a column, shape (N,).
 
         Raises:
-            UsageError: There is no such column, or a value is no finite number (names file and line).
+            UsageError: The column does not exist, or a value is no finite number (names file and line).
         """
         return self._numbers([self._index(name)])[:, 0]
 

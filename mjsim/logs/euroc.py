@@ -48,7 +48,7 @@ LENSES = {"radial-tangential": "brown", "radtan": "brown", "plumb_bob": "brown",
 
 
 def is_euroc(path: Path) -> bool:
-    """Say whether a folder holds a camera or an inertial sensor of such a data set."""
+    """Return whether a folder holds a camera or an inertial sensor of such a data set."""
     return bool(path.is_dir() and _sensors(path, "cam", "imu"))
 
 
@@ -56,7 +56,7 @@ def read_euroc(path: Path) -> Log:
     """Return what the sensors of a folder gave.
 
     Raises:
-        UsageError: A file is not there or not as it must be; names file and line.
+        UsageError: A file does not exist or is invalid; names file and line.
     """
     notes: dict[str, str] = {}
     cameras: dict[str, LoggedCamera] = {}

@@ -70,7 +70,7 @@ def import_log(
     Args:
         source: A file or a folder; one that is no log, but holds a single one, stands for that.
         wishes: What is taken of it, and the noise that is told to modules.
-        record: The MCAP file to write; a temporary one, gone with the recording, unless given.
+        record: The MCAP file to write; by default a temporary one, gone with the recording.
         progress: Called with how much of it is done [%].
         overwrite: Whether `record` may replace a file.
 
@@ -141,7 +141,7 @@ def _is_folder_of_files(path: Path) -> bool:
 
 
 def _is_any(path: Path) -> bool:
-    """Say whether a path is of one of `KINDS`; what cannot be read is none."""
+    """Return whether a path is of one of `KINDS`; what cannot be read is none."""
     with suppress(UsageError, OSError):
         return any(kind.is_one(path) for kind in KINDS)
     return False

@@ -45,13 +45,13 @@ class Wishes:
     """Options of an import; those that a log does not support are refused."""
 
     rate_hz: float | None = None
-    """Ticks a second; chosen by the log unless given."""
+    """Ticks a second; by default chosen by the log."""
     begin: float = 0.0
     """How much of the beginning is left out [s]."""
     seconds: float | None = None
-    """How much is taken [s]; all unless given."""
+    """How much is taken [s]; by default all."""
     robots: Sequence[str] = ()
-    """Of a log of several, by number or name; all unless given."""
+    """Of a log of several, by number or name; by default all."""
     topics: Mapping[str, Sequence[str]] = field(default_factory=dict)
     """Of a bag: what is read, such as 'odometry' or 'scan' -> the topics that it is read from."""
     known_map: bool = False

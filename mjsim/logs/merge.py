@@ -176,7 +176,7 @@ def longest_gap(truth: Array | None) -> float:
 
 
 def _between(times: Array, since: Array, gap: float) -> tuple[NDArray[np.intp], Array, NDArray[np.bool_]]:
-    """Return the row before each time, the share of the way to the next, and whether anything is known then.
+    """Return the row before each time, the fraction of the way to the next, and whether anything is known then.
 
     Args:
         times: Shape (K,) [s].

@@ -23,7 +23,7 @@ def listed_pictures(
         path: The list: a time and a path a line.
         notes: Facts about the log.
         folder: That paths start from, seen from the list.
-        separator: Between time and path; blanks unless given.
+        separator: Between time and path; by default blanks.
         second: Seconds in the unit of time.
 
     Raises:

@@ -51,7 +51,7 @@ USUAL = (525.0, 525.0, 319.5, 239.5)
 
 
 def is_rgbd(path: Path) -> bool:
-    """Say whether a folder holds a list of pictures."""
+    """Return whether a folder holds a list of pictures."""
     return path.is_dir() and any((path / name).is_file() for name in ("rgb.txt", ASSOCIATIONS))
 
 
@@ -59,7 +59,7 @@ def read_rgbd(path: Path) -> Log:
     """Return what the camera of a folder gave.
 
     Raises:
-        UsageError: A file is not there or not as it must be; names file and line.
+        UsageError: A file does not exist or is invalid; names file and line.
     """
     notes: dict[str, str] = {}
     (stamps, pictures), (depth_stamps, depths) = _lists(path, notes)

@@ -112,7 +112,7 @@ def cut(first: float, last: float, *, begin: float, seconds: float | None, rate_
         first: When it begins, by its own clock [s].
         last: When it ends [s].
         begin: How much of the beginning is left out [s].
-        seconds: How much is taken; all unless given [s].
+        seconds: How much is taken; by default all [s].
         rate_hz: Ticks a second.
 
     Raises:

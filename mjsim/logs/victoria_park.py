@@ -79,16 +79,16 @@ def import_victoria_park(
         folder: Where the text files are.
         rate_hz: Ticks a second.
         begin: How much of the beginning is left out [s].
-        seconds: How much is taken [s]; all unless given.
+        seconds: How much is taken [s]; by default all.
         motion: How far the motion that the log tells is off.
         sighting: Standard deviations of range and bearing by the scanner [m, rad].
         bias: Systematic errors that are taken away from odometry and sightings.
-        record: The MCAP file to write; a temporary one, gone with the recording, unless given.
+        record: The MCAP file to write; by default a temporary one, gone with the recording.
         progress: Called with how much of it is done [%].
         overwrite: Whether `record` may replace a file.
 
     Raises:
-        UsageError: A file is not there or not as it must be (names file and line), or `record` exists.
+        UsageError: A file does not exist or is invalid (names file and line), or `record` exists.
         RecordingError: The file cannot be written.
     """
     folder = Path(folder)

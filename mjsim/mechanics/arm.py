@@ -43,7 +43,7 @@ class Arm:
     flange: Array = field(default_factory=lambda: IDENTITY)
     """Frame of the flange in that of the link that carries it, link_from_flange, shape (4, 4) [m]."""
     end: int | None = None
-    """Number of the link that carries the flange, counted from 0; the last one unless given. Links that it carries are
+    """Number of the link that carries the flange, counted from 0; by default the last one. Links that it carries are
     fingers: they weigh and move, and no pose of the tool depends on them."""
     gravity: tuple[float, float, float] = GRAVITY
     """World frame [m/s^2]."""
@@ -158,7 +158,7 @@ class Arm:
 
         Args:
             T: world_from_tool, shape (..., 4, 4) [m].
-            q0: Where to start, shape (..., n) or (n,); the middle of the limits, or 0, unless given.
+            q0: Where to start, shape (..., n) or (n,); by default the middle of the limits, or 0.
             mask: Weights of x, y, z and of the rotation about them; 0 where any value is well, as for an arm with
                 fewer than six joints.
 

@@ -22,11 +22,11 @@ FINE = 40
 ROUND = 1440
 """Pieces of a circle or an ellipse."""
 STRAIGHT = 1e-9
-"""Width of a curve that is a straight line, as a share of its length."""
+"""Width of a curve that is a straight line, as a fraction of its length."""
 ROUNDS = 30
 """Steps of Newton's method towards the nearest point."""
 NEAR = 1e-8
-"""A step towards the nearest point shorter than this share of the curve is the last: its error is the square."""
+"""A step towards the nearest point shorter than this fraction of the curve is the last: its error is the square."""
 
 
 class SpaceCurve:

@@ -27,7 +27,7 @@ FIGURES = ("torque", "mass", "inertia", "gear", "rotor_inertia", "friction", "sl
 KEYS = (*ANGLES, *LENGTHS, *FIGURES)
 IN_DEGREES = tuple(f"{name}_deg" for name in ANGLES)
 THIN, THINNEST = 0.04, 0.01
-"""Radius of a link, unless given: a share of the length of the whole arm, and the least [m]."""
+"""Radius of a link, unless given: a fraction of the length of the whole arm, and the least [m]."""
 Row = Mapping[str, Any] | Sequence[float]
 
 

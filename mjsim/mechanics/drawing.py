@@ -16,7 +16,7 @@ COLORS = ("#d62728", "#2ca02c", "#1f77b4")
 """Of the axes x, y and z of the tool."""
 BONE, JOINT, SHADOW = "#5b6470", "#e8a33d", "#c9ced6"
 FRAME = 0.15
-"""Length of the drawn axes as a share of the arm's reach."""
+"""Length of the drawn axes as a fraction of the arm's reach."""
 
 
 def drawing(name: str, links: tuple[Link, ...], chain: Chain, posture: Posture) -> "Figure":

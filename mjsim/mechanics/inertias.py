@@ -13,7 +13,7 @@ from mjsim.geometry import Array
 DENSITY = 1000.0
 """Of a link whose mass nobody gives [kg/m^3]."""
 ROUNDING = 1e-9
-"""A principal moment may lie below 0 by this share of the largest, which is rounding."""
+"""A principal moment may lie below 0 by this fraction of the largest, which is rounding."""
 LEAST_MASS, LEAST_MOMENT = 1e-6, 1e-9
 """Of a body that plain MuJoCo is given [kg, kg m^2]."""
 

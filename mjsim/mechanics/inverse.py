@@ -19,7 +19,7 @@ NEAR = 1e-10
 STEPS, TRIES = 60, 40
 """Of one try, and tries: the first from where the caller says, the others from chance."""
 DAMPING = 1e-2
-"""Share of the squared error that is added to the diagonal, and the least of it below."""
+"""Fraction of the squared error that is added to the diagonal, and the least of it below."""
 LEAST_DAMPING = 1e-14
 TURN = 2.0 * np.pi
 

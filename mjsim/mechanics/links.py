@@ -55,7 +55,7 @@ class Link:
     label: str = ""
     """Name of its joint in the file that it comes from."""
     parent: int | None = None
-    """Number of the link that carries it, counted from 0, -1 for the base; the one before it unless given."""
+    """Number of the link that carries it, counted from 0, -1 for the base; by default the one before it."""
 
     def __post_init__(self) -> None:
         """Check what does not depend on other links."""

@@ -23,11 +23,11 @@ ROUNDS, STARTS = 60, 6
 EFFORT, LEAST_EFFORT = 8000, 40
 """How often joints may be placed in one search, and residuals worked out at least: it must end within a second."""
 SLOW, PATIENCE = 0.995, 4
-"""A start is given up after so many steps in a row that leave more than this share of the residuals."""
+"""A start is given up after so many steps in a row that leave more than this fraction of the residuals."""
 LONGEST_STEP = 0.6
 """Of Newton's method in one value [rad, m]."""
 NO_RANK = 1e-9
-"""Singular values below this share of the largest are none."""
+"""Singular values below this fraction of the largest are none."""
 SMALL = 1e-5
 """Of the step by which the change of a Jacobian is found."""
 

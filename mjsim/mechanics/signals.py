@@ -122,10 +122,10 @@ class Sine(Periodic):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Square(Periodic):
-    """Up for a share of each period, then down by as much."""
+    """Up for a fraction of each period, then down by as much."""
 
     duty: float = 0.5
-    """The share of a period for which it is up."""
+    """The fraction of a period for which it is up."""
 
     @property
     def jumps(self) -> bool:
@@ -141,10 +141,10 @@ class Square(Periodic):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sawtooth(Periodic):
-    """Up along a straight line for a share of each period, then down along another; at phase 0 it begins to rise."""
+    """Up along a straight line for a fraction of each period, then down along another; at phase 0 it begins to rise."""
 
     rise: float = 1.0
-    """The share of a period in which it rises; 0.5 is a triangle."""
+    """The fraction of a period in which it rises; 0.5 is a triangle."""
 
     @property
     def jumps(self) -> bool:

@@ -94,7 +94,7 @@ def read_arm(path: str, read: Read, end: str | None = None) -> FileArm:
     Args:
         path: Of a file of MJCF or URDF, as `read` knows it.
         read: Returns a file by its path from the folder of the world.
-        end: Body, site or joint at the end of the chain; found where there is only one way unless given.
+        end: Body, site or joint at the end of the chain; by default found where there is only one way.
 
     Raises:
         ValueError: It cannot be read, or is no arm; a sentence that names the file.

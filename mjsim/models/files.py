@@ -103,7 +103,7 @@ def gather_model(path: str, read: Read, *, sections: Sections = THING) -> ModelF
         sections: Of MJCF, what is kept.
 
     Raises:
-        ValueError: A file is not there, is not what it should be, or is too large; in a sentence that names it.
+        ValueError: A file does not exist, is not what it should be, or is too large; in a sentence that names it.
     """
     gatherer = Gatherer(path, read)
     root = gatherer.parse(path)

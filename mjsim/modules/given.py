@@ -39,7 +39,7 @@ def sealed_observation(seen: Observation) -> Observation:
 
 
 def sealed_robot(robot: RobotInfo) -> RobotInfo:
-    """The same for what modules are told of their robot."""
+    """The same for what modules know of their robot."""
     seal(robot)
     return replace(robot, sensors=_sealed(robot.sensors), arms=_sealed(robot.arms))
 

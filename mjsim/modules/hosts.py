@@ -96,7 +96,7 @@ class Host(ABC):
         Code beside the world is read by `read_code`, so that what runs is what somebody allowed.
 
         Raises:
-            UsageError: It is not there, or does not take these keys.
+            UsageError: It does not exist, or does not take these keys.
             ModuleFault: It is there, and fails.
         """
 

@@ -67,7 +67,7 @@ def make_module(use: Use, source: Source, *, role: str, robot: str) -> Any:
         robot: For which robot.
 
     Raises:
-        UsageError: It is not there, or does not take these keys.
+        UsageError: It does not exist, or does not take these keys.
         ModuleFault: It is there, and fails, or lacks what its role needs.
     """
     return host_of(use.use).make(use, source, role=role, robot=robot)
@@ -109,7 +109,7 @@ def load_runnable(path: str | Path) -> World:
         path: The file, or the name of a shipped world, as for `load_world`.
 
     Raises:
-        UsageError: There is no such file, or no such world.
+        UsageError: The file does not exist, or is not such a world.
         WorldError: Something in it is wrong; every fault is told.
     """
     world = load_world(path)

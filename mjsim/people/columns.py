@@ -33,7 +33,7 @@ def silhouettes(
     Args:
         skins: Surfaces of the segments, as `surfaces` returns them.
         poses: World from segment, as `Figure.poses` returns them.
-        look: drawing_from_world: to the right, up, towards who looks, shape (3, 4) [m].
+        look: drawing_from_world: to the right, up, towards the viewer, shape (3, 4) [m].
 
     Yields:
         Name, and a convex outline in the drawing, counter-clockwise, shape (n, 2) [m].

@@ -19,11 +19,11 @@ class Share:
     """What a segment is of a body and of its own length."""
 
     mass: float
-    """As a share of the body's mass."""
+    """As a fraction of the body's mass."""
     center: float
     """Distance of its centre of mass from its upper endpoint (of the foot, from the heel), as a share of its length."""
     sagittal: float
-    """Radius of gyration about the axis that points forward, as a share of its length."""
+    """Radius of gyration about the axis that points forward, as a fraction of its length."""
     transverse: float
     """About the axis that points to the left."""
     longitudinal: float
@@ -67,7 +67,7 @@ TRUNK_LEVELS: Mapping[Sex, tuple[float, float]] = {
 
 
 def share_of(sex: Sex, segment: str) -> Share:
-    """Return the share of a segment, whose mass with all others makes up the whole: the table's are rounded."""
+    """Return the fraction of a segment, whose mass with all others makes up the whole: the table's are rounded."""
     table = SHARES[sex]
     whole = sum(each.mass * (2 if name in PAIRED else 1) for name, each in table.items())
     share = table[segment]

@@ -126,7 +126,7 @@ class Figure:
 
     @property
     def at_ease(self) -> Array:
-        """Values of the joints of one who stands at ease: arms hang beside the hips, shape (n,) [rad]."""
+        """Values of the joints of a person standing at ease: arms hang beside the hips, shape (n,) [rad]."""
         shoulder, hip = self.segments["left_upper_arm"], self.landmarks["left_hip_side"]
         thorax = self.poses()["thorax"][:3, 3] + shoulder.at
         way = thorax[2] - self.segments["pelvis"].at[2]
@@ -138,7 +138,7 @@ class Figure:
         """Return values of all joints, shape (n,) [rad]: those given by name, 0 for all others.
 
         Raises:
-            ValueError: There is no such joint.
+            ValueError: The joint does not exist.
         """
         names = list(self.joints)
         found = np.zeros(len(names))
@@ -152,8 +152,8 @@ class Figure:
         """Return where all segments are.
 
         Args:
-            values: Of the joints in their order, shape (..., n) [rad]; zeros unless given.
-            root: World from pelvis, shape (..., 4, 4) [m]; upright above the origin unless given.
+            values: Of the joints in their order, shape (..., n) [rad]; by default zeros.
+            root: World from pelvis, shape (..., 4, 4) [m]; by default upright above the origin.
 
         Returns:
             World from segment by the segment's name, shape (..., 4, 4) [m].
@@ -176,7 +176,7 @@ class Figure:
         """Return the height of the lowest point of the soles [m], the pelvis being where it is upright.
 
         Args:
-            values: Of the joints in their order, shape (n,) [rad]; zeros unless given.
+            values: Of the joints in their order, shape (n,) [rad]; by default zeros.
         """
         spots = self.spots(self.poses(values))
         return min(float(spots[f"{side}_{part}"][2]) for side in SIDES for part in ("heel", "ball", "toe"))

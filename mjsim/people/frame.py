@@ -24,15 +24,15 @@ iliac spines (Bell et al., Human Movement Science 8, 1989), which is taken as 0.
 KNEE_FRONT = 0.6
 """Of the depth of the bent knee, from its hollow to its front, before the joint; assumed."""
 ANKLE_FROM_HEEL = 0.26
-"""As a share of foot length; assumed."""
+"""As a fraction of foot length; assumed."""
 BALL_FROM_HEEL = 0.72
-"""Of the ball of the foot, as a share of foot length; assumed."""
+"""Of the ball of the foot, as a fraction of foot length; assumed."""
 THUMB_TIP = 0.62
-"""From the wrist to the tip of the thumb where that touches the index finger, as a share of hand length; assumed."""
+"""From the wrist to the tip of the thumb where that touches the index finger, as a fraction of hand length; assumed."""
 GRIP = 0.80
-"""From the wrist to the middle of the fist, as a share of palm length; assumed."""
+"""From the wrist to the middle of the fist, as a fraction of palm length; assumed."""
 SPINE = 0.30
-"""Of the joints of the spine before the back, as a share of the trunk's depth; assumed."""
+"""Of the joints of the spine before the back, as a fraction of the trunk's depth; assumed."""
 PUPIL_BEHIND = 0.015
 """Of the pupils behind the glabella [m]; assumed."""
 LEAST = 0.005

@@ -11,9 +11,9 @@ from mjsim.people.frame import BodyFrame, Vector3
 from mjsim.people.measures import Measures
 
 NECK_RADIUS = 0.33
-"""Of the neck, as a share of head length; assumed."""
+"""Of the neck, as a fraction of head length; assumed."""
 SKULL_HEIGHT = 1.7
-"""Of the head, from chin to vertex, as a share of its height above the tragion; assumed."""
+"""Of the head, from chin to vertex, as a fraction of its height above the tragion; assumed."""
 
 
 def solids_of(measures: Measures, frame: BodyFrame) -> dict[str, Solid]:

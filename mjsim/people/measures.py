@@ -66,7 +66,7 @@ class Measures(Mapping[str, float]):
             corpulence: Percentile of weight among people of this stature and sitting height, 1 to 99.
 
         Raises:
-            MeasureError: There is no such sex, or a percentile is outside of the table.
+            MeasureError: The sex does not exist, or a percentile is outside of the table.
         """
         table = _table(sex)
         _check_percentile("percentile", percentile)

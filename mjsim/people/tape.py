@@ -43,7 +43,7 @@ def _standing(figure: Figure) -> dict[str, float]:
 
 
 def _sitting(figure: Figure) -> dict[str, float]:
-    """Return what is measured of one who sits erect, elbows bent to right angles."""
+    """Return what is measured of a sitting person erect, elbows bent to right angles."""
     bent = {**SITTING, "left_elbow_flexion": _RIGHT_ANGLE}
     spots = figure.spots(figure.poses(figure.values(bent)))
     seat, sole, buttock = spots["seat"][2], spots["left_sole"][2], spots["buttock"][0]

@@ -71,7 +71,7 @@ class PlaneContact(_SiteContact):
     normal: Array
     """World frame, shape (3,)."""
     base: str | None = None
-    """A site in the plane; the origin of the world unless given."""
+    """A site in the plane; by default the origin of the world."""
     offset: float = 0.0
     """Of the plane from its base, along its normal [m]."""
     rank: int = BACK

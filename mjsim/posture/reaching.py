@@ -25,7 +25,7 @@ class LedPosture:
     values: Array
     """Of the figure's joints, in their order, shape (n,) [rad]."""
     short: Mapping[str, float]
-    """By side of a hand that does not get there: how far it is away [m]."""
+    """By side of a hand that does not reach its target: how far it is away [m]."""
 
 
 def lead_hands(figure: Figure, values: Array, root: Array, hands: Mapping[str, Array]) -> LedPosture:

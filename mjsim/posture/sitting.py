@@ -77,7 +77,7 @@ class Sitter:
             goals: What must hold.
             contacts: What must hold too.
             aim: What is strived for, such as a point that is out of reach.
-            start: Values of the model's joints to start from, shape (nq,); the preferred ones unless given.
+            start: Values of the model's joints to start from, shape (nq,); by default the preferred ones.
         """
         firm = [*self.contacts(goals), *contacts]
         begin = self.preference.values if start is None else start

@@ -29,7 +29,7 @@ if TYPE_CHECKING:  # brings mink and scipy, which only those need who sit
     from mjsim.posture.sitting import Seated
 
 FEET_AHEAD, LEAST_BELOW = 0.45, 0.25
-"""Of the feet of one who sits, ahead of the hip point, and at least below it [m]; assumed."""
+"""Of the feet of a sitting person, ahead of the hip point, and at least below it [m]; assumed."""
 KEPT = 64
 """Postures that are remembered: a command compiles its world several times, a session at each change."""
 
@@ -134,7 +134,7 @@ def from_above(world: World, person: Person) -> Iterator[tuple[Array, str]]:
 
 
 def _floor_before(world_from_seat: Array, things: Sequence[Obstacle]) -> float:
-    """Return how high that stands on which the feet of one who sits rest [m]: the floor, or a platform on it.
+    """Return how high that stands on which the feet of a sitting person rest [m]: the floor, or a platform on it.
 
     Args:
         world_from_seat: The hip point, x ahead, shape (4, 4) [m].

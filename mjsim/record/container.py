@@ -24,7 +24,7 @@ from mjsim.errors import RecordingError, UsageError
 MAGIC = b"\x89MCAP0\r\n"
 """Begins and ends every MCAP file."""
 MOST_RECORD = 1 << 28
-"""Of one record, as it stands in the file and decompressed [bytes]."""
+"""Of one record, as stored in the file and decompressed [bytes]."""
 MOST_CHUNK = 1 << 27
 """Of what a chunk holds [bytes]; ours hold 1 MB, or one larger picture."""
 MOST_HELD = 1 << 30

@@ -70,7 +70,7 @@ def export_csv(recording: Recording, folder: str | Path, *, overwrite: bool = Fa
     `R_joints_ARM.csv`; and, if there is something to tell, `things.csv` (where doors, movers and movable things were)
     and `events.csv` (what happened to the world).
 
-    A number is written so that it reads back exactly; what is not there is an empty field. The table of landmarks
+    A number is written so that it reads back exactly; missing values are an empty field. The table of landmarks
     has a row for each landmark at each tick at which its mean or covariance changed.
 
     Returns:

@@ -23,7 +23,7 @@ TIMING_TOPIC = "/timing"
 
 @dataclass(frozen=True, slots=True)
 class RawMessage:
-    """A message as it stands in the file."""
+    """A message as stored in the file."""
 
     topic: str
     time: int
@@ -52,7 +52,7 @@ def raw_messages(
 
     Args:
         path: An MCAP file.
-        topics: Only these; all unless given.
+        topics: Only these; by default all.
         head: Filled with attachments and metadata as they come.
 
     Raises:

@@ -1,7 +1,7 @@
 """Parts of the JSON Schemas of topics.
 
 Foxglove reads JSON Schema without unions and without arrays in arrays, so a matrix is a flat list, row by row, and
-what is not there is left out.
+missing values are left out.
 
 A number that may be null needs a union. In draft 7 whatever stands beside `$ref` is ignored, so a validator follows the
 reference to the union, while Foxglove, which knows no references, reads the plain type beside it.

@@ -26,7 +26,7 @@ class LoggedCamera:
 
     intrinsics: Intrinsics
     robot_from_camera: Array | None = None
-    """Of its optical frame (x right, y down, z ahead), shape (4, 4) [m]; as the world has it unless given."""
+    """Of its optical frame (x right, y down, z ahead), shape (4, 4) [m]; by default as the world has it."""
     has_depth: bool = False
     """Whether some of its pictures come with depth."""
 
@@ -78,7 +78,7 @@ def logged_cameras(recording: Recording) -> dict[tuple[str, str], LoggedCamera]:
 def with_logged_cameras(
     robots: Mapping[str, RobotInfo], cameras: Mapping[tuple[str, str], LoggedCamera]
 ) -> dict[str, RobotInfo]:
-    """Return what modules are told of each robot, with the data sheets of the cameras of a log."""
+    """Return what modules know of each robot, with the data sheets of the cameras of a log."""
     told = {}
     for robot, info in robots.items():
         sensors = dict(info.sensors)

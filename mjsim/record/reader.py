@@ -291,7 +291,7 @@ class _Robot:
         self._path: Array = np.zeros((0, 4))
 
     def take(self, kind: str, message: Message) -> None:
-        """Take a message of the tick at hand."""
+        """Take a message of the current tick."""
         value = _READ[kind](message)
         if kind == "events":
             self._events.append(value)

@@ -50,7 +50,7 @@ class Recorder:
         path: The MCAP file, or its reserved name; it appears with the first whole tick. Folders are made as needed.
         world: Where the run takes place; its text and pictures go into the file.
         seed: Of the run.
-        robots: What the modules are told of each robot.
+        robots: What the modules know of each robot.
         metadata: Versions, command line and the like.
         pictures: Whether those of the cameras and the map as a grid are written; both can be made again from the rest.
         overwrite: Whether a file at the path may be replaced.

@@ -145,8 +145,8 @@ class Recording:
         read from the file as it is asked for, such as `pictures` and `observations`, is still all of it.
 
         Args:
-            begin: Of its first tick, or before it [s]; from the start unless given.
-            end: Of its last tick, or after it [s]; to the end unless given.
+            begin: Of its first tick, or before it [s]; by default from the start.
+            end: Of its last tick, or after it [s]; by default to the end.
 
         Raises:
             UsageError: No tick is between them.
@@ -198,7 +198,7 @@ class Recording:
         return looks_after(self.world, (event for event in self.events if event.time <= time), time=time)
 
     def messages(self, topic: str) -> Iterator[bytes]:
-        """Yield the messages of a topic as they stand in the file; none for a topic that is not there."""
+        """Yield the messages of a topic as stored in the file; none for a missing topic."""
         for message in raw_messages(self.path, topics={topic}):
             yield message.data
 

@@ -93,7 +93,7 @@ class Writer:
             place: Where the file goes; closed with this writer, also when this fails.
             world: Where the run takes place.
             seed: Of the run.
-            robots: What the modules are told of each robot.
+            robots: What the modules know of each robot.
             metadata: Versions, command line and the like.
         """
         self._place, self._world, self._whole_ticks = place, world, False
@@ -155,7 +155,7 @@ class Writer:
             GridChannel("/grid", context=self._context).log(message, log_time=0)
 
     def put(self, batch: Batch) -> None:
-        """Add a batch to the chunk at hand."""
+        """Add a batch to the current chunk."""
         log_time = nanoseconds(batch.time)
         for topic, message in batch.messages:
             self._log(topic, message, log_time)
@@ -181,7 +181,7 @@ class Writer:
         self._json[topic].log(data, log_time)
 
     def flush(self) -> None:
-        """End the chunk at hand and give it to the operating system."""
+        """End the current chunk and give it to the operating system."""
         with self._reporting():
             self._mcap.flush()
             self._publish()

@@ -200,7 +200,7 @@ def _robots(runs: Sequence[RunFigures]) -> list[str]:
 
 
 def _comparable(groups: Sequence[Group], a: Group, b: Group) -> bool:
-    """Say whether two groups are of one robot; of several robots, too, where no robot is in two groups."""
+    """Return whether two groups are of one robot; of several robots, too, where no robot is in two groups."""
     robots = [group.robot for group in groups]
     return a.robot == b.robot or len(set(robots)) == len(robots)
 

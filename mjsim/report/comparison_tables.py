@@ -37,7 +37,7 @@ def _verdict_lines(comparison: Comparison) -> Iterator[str]:
 
 
 def comparison_csv(comparison: Comparison) -> str:
-    """Return a row for each group and figure, then one for each difference, with every digit."""
+    """Return a row for each group and figure, then one for each difference, with all digits."""
     columns = ("kind", "label", "robot", "figure", "unit", "count", "mean", "low", "high", "confidence", "verdict")
     spreads = [
         (

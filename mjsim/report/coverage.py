@@ -15,7 +15,7 @@ SPARE = 0.15
 
 
 def coverage(world: World, positions: Array, *, radius: float) -> float | None:
-    """Return the share of the reachable cells that the robot's footprint has touched.
+    """Return the fraction of the reachable cells that the robot's footprint has touched.
 
     Args:
         world: Where it drove.

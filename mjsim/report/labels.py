@@ -112,7 +112,7 @@ def _differing(settings: Sequence[Mapping[str, str]]) -> list[str]:
 
 
 def _told_by_class(key: str, settings: Sequence[Mapping[str, str]]) -> bool:
-    """Say whether an argument of a module is the same wherever its class is, so that the class tells it."""
+    """Return whether an argument of a module is the same wherever its class is, so that the class tells it."""
     use = f"{key.rpartition('.')[0]}.use"
     if key.endswith(".use") or not any(use in each for each in settings):
         return False

@@ -37,7 +37,7 @@ def compare(
             grouped by the settings in which they differ, else by the names of their files; folders among others by
             folder.
         confidence: That all intervals of one figure hold at once.
-        progress: Called with the share of what is to be read that has been.
+        progress: Called with the fraction of what is to be read that has been.
 
     Raises:
         UsageError: A file cannot be read, there is nothing to compare, or one label has a seed twice.

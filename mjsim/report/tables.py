@@ -54,7 +54,7 @@ def key_table(figures: dict[str, Any]) -> list[str]:
 
 
 def csv_table(figures: dict[str, Any]) -> str:
-    """Return a row for each robot and figure, with every digit; a value that is not there is an empty field."""
+    """Return a row for each robot and figure, with all digits; a missing value is an empty field."""
     return csv_text(
         ("robot", "figure", "unit", "estimate", "odometry"),
         (

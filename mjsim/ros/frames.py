@@ -28,7 +28,7 @@ class RobotFrames:
 
         Args:
             robot: As the world has it.
-            info: As its modules are told.
+            info: As known to its modules.
             prefix: '' or 'NAME/'.
 
         Raises:

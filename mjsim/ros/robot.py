@@ -49,7 +49,7 @@ class RosRobot:
 
         Args:
             robot: As the world has it.
-            info: As its modules are told.
+            info: As known to its modules.
             name: In topics.
             prefix: Of its frames: '' or 'NAME/'.
 

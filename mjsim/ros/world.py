@@ -18,7 +18,7 @@ class RosWorld:
 
         Args:
             world: With its robots.
-            infos: What modules are told of each robot.
+            infos: What modules know of each robot.
 
         Raises:
             UsageError: Two robots, or two sensors of one, would have the same name in ROS; or rosbags is missing.

@@ -35,12 +35,12 @@ def ticks(sim: "Simulation", drivers: Mapping[str, Driver], *, steer: Steer | No
     Args:
         sim: Where the robots are.
         drivers: The modules of each robot that is driven.
-        steer: Asked for each of them at each tick; a command that it returns takes the place of the navigator's.
+        steer: Called for each of them at each tick; a command that it returns replaces the navigator's.
 
     Raises:
-        UsageError: A driver is for a robot that is not there.
-        ModuleFault: A module raised, or returned what it must not.
-        PhysicsFault: The simulation is no longer to be trusted.
+        UsageError: A driver is for a robot that does not exist.
+        ModuleFault: A module raised an exception or returned an invalid value.
+        PhysicsFault: The simulation has become unstable.
     """
     for name in drivers:
         if name not in sim.robots:
@@ -109,8 +109,8 @@ def drivers_of(world: World) -> dict[str, Driver]:
     """Return a driver for each robot of a world, its modules made as `run: drivers:` says.
 
     Raises:
-        UsageError: A module or class is not there, or does not take its keys.
-        ModuleFault: It is there, and fails, or lacks what its role needs.
+        UsageError: A module or class does not exist, or does not accept its keys.
+        ModuleFault: It exists but fails, or lacks a method of its role.
     """
     source = world.source.for_run()
     return {robot.name: _driver(world, robot.name, source) for robot in world.robots}
@@ -149,14 +149,14 @@ def run(
 
     Args:
         sim: Where the robots are.
-        drivers: The modules of each robot; those of the world file unless given.
-        seconds: How long, simulated [s]; as the world file says unless given.
-        record: The MCAP file to write, or its name from `reserve`; a temporary one, gone with the recording, unless
-            given. It appears with the first tick.
+        drivers: The modules of each robot; by default those of the world file.
+        seconds: Simulated duration [s]; by default that of the world file.
+        record: The MCAP file to write, or its name from `reserve`; by default a temporary file, deleted with the
+            recording. It is created at the first tick.
         watch: Called with each tick, after it is recorded.
         realtime: Go no faster than the clock.
-        pictures: Whether the recording holds those of the cameras, which are most of it, and the map as a grid; they
-            can be drawn again.
+        pictures: Whether to record camera pictures, which are most of the data, and the map as a grid; they can be
+            rendered again.
         overwrite: Whether `record` may replace a file; that stays until the first tick of the new one is written.
 
     Raises:

@@ -62,8 +62,8 @@ class Driver:
     avoidance: bool | Avoidance = False
     """True for the built-in one."""
     controllers: Mapping[str, Controller | ControlLoop] = field(default_factory=dict)
-    """What drives motors between ticks, by part: 'drive' of a balancing base, or the name of an arm; at 250 Hz and
-    without latency unless a ControlLoop says more. Parts without one have that of mjsim."""
+    """Controllers that drive motors between ticks, by part: 'drive' of a balancing base, or the name of an arm; at 250
+    Hz and without latency unless a ControlLoop says otherwise. By default those of mjsim."""
     push: bool = False
     """Whether it may keep pushing against doors and movable objects; otherwise a bump stops it."""
 
@@ -76,7 +76,7 @@ class Noticed:
     """The observation, including the sightings of the observer."""
     belief: Estimate
     events: tuple[RobotEvent, ...]
-    """The bump that begins now, if one does."""
+    """The bump that starts now, if any."""
 
 
 def controller_of(control: Controller | ControlLoop) -> Controller:
@@ -204,7 +204,8 @@ class Pilot(Closes):
         """Run observer, estimator and navigator, then the safety functions.
 
         Raises:
-            ModuleFault: A module raised, or returned what it must not; names it, the robot and the time.
+            ModuleFault: A module raised an exception or returned an invalid value; the message names it, the robot and
+            the time.
         """
         return self.order(self.notice(seen))
 
@@ -218,14 +219,14 @@ class Pilot(Closes):
     def order(self, noticed: Noticed) -> Order:
         """Run the navigator, then the safety functions."""
         seen, belief = noticed.seen, noticed.belief
-        # The navigator is asked all the same, so that it knows where it is when it drives again.
+        # The navigator is called anyway, so that its state is current when it drives again.
         navigated = self._navigate(seen, belief)
         wanted = self._steered(seen.time) or navigated
         command = wanted
         if self._avoidance is not None and isinstance(wanted, Command):
             command = self._ask("avoidance", self._avoidance, seen.time, "adjust", self._checked_command, wanted, seen)
             if isinstance(command, Command):
-                # Who avoids a wall need not think of the radio, nor of arms.
+                # An avoidance module need not know about messages or arms.
                 command = replace(command, messages=wanted.messages, joints=wanted.joints)
         safe = command if self._driver.push else react_to_bump(command, seen.bump, self._robot)
         return Order(
@@ -273,7 +274,7 @@ class Pilot(Closes):
         return self._steer(self._robot.name, now) if self._steer is not None else None
 
     def _bump(self, seen: Observation) -> tuple[RobotEvent, ...]:
-        """Return the bump that begins now, if one does."""
+        """Return the bump that starts now, if any."""
         if not seen.bump:
             return ()
         begins = seen.time - self._touched > BUMP_ENDS_AFTER
@@ -281,7 +282,7 @@ class Pilot(Closes):
         return (RobotEvent(seen.time, "bump", f"{self._robot.name} bumped", seen.bump[0]),) if begins else ()
 
     def _block(self, seen: Observation, *, blocked: bool) -> tuple[RobotEvent, ...]:
-        """Return the event that the robot is blocked, if that begins now."""
+        """Return the event that the robot is blocked, if that starts now."""
         begins = blocked and not self._blocked
         # Contact flickers while a robot presses against a wall; one episode is one event.
         self._blocked = blocked or (self._blocked and seen.time - self._touched <= BUMP_ENDS_AFTER)

@@ -56,23 +56,23 @@ def replay(
 ) -> Recording:
     """Replay the observations of a robot through other modules, and return the recording with their estimates.
 
-    All numbers are those that the modules of the run were given, exactly; pictures are drawn again from the recorded
-    states when a module looks at them, those of a log are the recorded ones. What the robot did and all other robots
-    stay as they were.
+    All numbers are exactly those that the modules of the run received. Pictures are rendered again from the recorded
+    states when a module accesses them; those of a log are the recorded ones. The motion of this and all other robots is
+    unchanged.
 
     Args:
         recording: A run, or its file.
         robot: Whose observations are replayed.
-        estimator: Gets them all, once, from the first to the last.
-        observer: Looks in place of the run's own; unless given, the estimator gets all sightings of the run.
-        record: The MCAP file to write; a temporary one, gone with the recording, unless given.
+        estimator: Processes all observations once, from first to last.
+        observer: Replaces that of the run; by default the estimator gets all sightings of the run.
+        record: The MCAP file to write; by default a temporary file, deleted with the recording.
         uses: Which classes the modules are of, and their arguments, by 'estimator' and 'observer': kept in the
             recording, so that `compare` tells replays apart; unless given, it tells them by the names of classes.
         progress: Called with the simulated time of each tick once it is done [s].
         overwrite: Whether `record` may replace a file; that stays until the first ticks of the new one are written.
 
     Raises:
-        UsageError: There is no such robot, or `record` exists, is being written, or is the recording itself.
+        UsageError: The robot does not exist, or `record` exists, is being written, or is the recording itself.
         RecordingError: The recording holds no observations of the robot, or a file cannot be read or written.
         ModuleFault: A module raised, or returned what it must not; what was estimated until then stays in `record`.
     """
@@ -101,7 +101,7 @@ def require_observations(run: Recording, robot: str) -> None:
     """Check that a robot has observations to replay.
 
     Raises:
-        UsageError: There is no such robot.
+        UsageError: The robot does not exist.
         RecordingError: Nothing drove it.
     """
     if robot not in run.robots:
@@ -195,12 +195,12 @@ class _Again:
         return float(self._run.time[self._row])
 
     def _is_of_no_whole_tick(self, message: RawMessage) -> bool:
-        """Say whether a message is of the last tick of a file that was cut in it; events need no tick."""
+        """Return whether a message belongs to an incomplete last tick of a truncated file; events need no tick."""
         over = message.time > self._last or self._row == len(self._run.time)
         return over and message.topic.rpartition("/")[2] not in ("events", "path")
 
     def _is_fault(self, message: RawMessage) -> bool:
-        """Say whether a message tells of a module that failed in the run."""
+        """Return whether a message reports a module that failed in the run."""
         return message.topic == f"/{self._robot}/events" and self._run.event_in(message).kind == "fault"
 
     def _decide(self, message: RawMessage) -> None:
@@ -263,9 +263,9 @@ class CameraFrames(Mapping[str, CameraFrame]):
         return self._taken[camera]
 
     def __iter__(self) -> Iterator[str]:
-        """Yield the names of the cameras whose pictures came."""
+        """Yield the names of the cameras with pictures in this tick."""
         return iter(self._stamps)
 
     def __len__(self) -> int:
-        """Return how many pictures came."""
+        """Return the number of pictures."""
         return len(self._stamps)

@@ -23,7 +23,7 @@ def react_to_bump(
     Args:
         command: Of the navigator, or of the avoidance.
         bump: Bearings of contacts now [rad].
-        robot: Whose command it is; a round one with two driven wheels unless given.
+        robot: Whose command it is; by default a round one with two driven wheels.
     """
     if not bump:
         return command
@@ -64,7 +64,7 @@ def _in_the_way(forward: float, left: float, bump: tuple[float, ...]) -> bool:
 
 
 def _swings_into(turn: float, bump: tuple[float, ...], robot: RobotInfo) -> bool:
-    """Say whether turning moves a side of a robot that is not round towards what it touches."""
+    """Return whether turning moves a side of a robot that is not round towards what it touches."""
     if robot.outline is None or is_round(robot.outline):
         return False
     start = robot.outline

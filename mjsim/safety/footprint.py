@@ -101,7 +101,7 @@ class Footprint:
         return self._look(points, x, y, headings, times)
 
     def can_spin(self, points: Array, turn: float) -> bool:
-        """Say whether it can turn on the spot by 20 degrees."""
+        """Return whether it can turn on the spot by 20 degrees."""
         if self._box is None or not len(points):
             return True
         angles, still = math.copysign(1.0, turn) * np.linspace(0.06, 0.36, LOOKS)[None], np.zeros((1, LOOKS))

@@ -11,7 +11,7 @@ ROUND = 1.1
 
 
 def is_round(outline: Array) -> bool:
-    """Say whether an outline around the origin, shape (n, 2), is about a circle."""
+    """Return whether an outline around the origin, shape (n, 2), is about a circle."""
     reach = np.hypot(outline[:, 0], outline[:, 1])
     return bool(reach.max() < ROUND * reach.min()) and len(outline) > 8
 

@@ -133,7 +133,7 @@ class RingAvoidance:
         self._side, self._heading, self._stroke = 0.0, None, 0.0
 
     def _goes_round(self, turn: float, now: float) -> bool:
-        """Say whether a turn on the spot would lead back to what the robot goes round."""
+        """Return whether a turn on the spot would lead back to what the robot goes round."""
         if now - self._held > self.HOLD or now - self._met > self.LONGEST:
             return False
         return self._heading is not None or self._stroke != 0.0 or turn * self._side < 0.0
@@ -148,7 +148,7 @@ class RingAvoidance:
         Args:
             command: To drive ahead or backward.
             now: [s]
-            told: What to give back when nothing is in the way; the command itself unless given.
+            told: What to give back when nothing is in the way; by default the command itself.
         """
         direction, speed = math.copysign(1.0, command.forward), abs(command.forward)
         speed = min(speed, math.sqrt(2.0 * self._deceleration * self.SIGHT))
@@ -184,7 +184,7 @@ class RingAvoidance:
         return replace(command, forward=direction * slow, turn=min(max(chosen, -most), most))
 
     def _wary(self, direction: float) -> float:
-        """Return the speed from which it can stop in its share of the room that rays find ahead now [m/s]."""
+        """Return the speed from which it can stop in its fraction of the room that rays find ahead now [m/s]."""
         nears = direction * self._cosines
         ahead = nears > self.AHEAD
         room = self.OWN * np.maximum(self._ring[ahead] - TOUCHING, 0.0)

@@ -27,7 +27,7 @@ class Gate:
         """Be loading.
 
         Args:
-            speed: Simulated seconds a second; None for as fast as it goes.
+            speed: Simulated seconds per second; None for as fast as it goes.
             tell: Called when the state has changed.
         """
         lock = threading.RLock()

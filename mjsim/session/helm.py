@@ -22,7 +22,7 @@ class Helm:
         """Drive a robot manually from its next tick on, for a simulated time [s]; None returns control.
 
         Raises:
-            UsageError: There is no such robot, or a number is not finite.
+            UsageError: The robot does not exist, or a number is not finite.
         """
         if robot not in self._robots:
             raise UsageError(f"no robot '{robot}' to drive in this world{did_you_mean(robot, self._robots)}")

@@ -51,13 +51,13 @@ class Session(Closes):
 
         Args:
             world: What is simulated.
-            seed: Of all chance; that of the world unless given.
-            seconds: How long, simulated [s]; as the world says unless given.
-            drivers: The modules of each robot; those of the world unless given, created again at each start.
-            record: The MCAP file to write, or its name from `reserve`; none unless given. A restart writes another one,
+            seed: Seed of all random numbers; by default that of the world.
+            seconds: Simulated duration [s]; by default as the world says.
+            drivers: The modules of each robot; by default those of the world, created again at each start.
+            record: The MCAP file to write, or its name from `reserve`; by default none. A restart writes another one,
                 under the next free name: 'run.mcap', 'run-2.mcap' and so on.
             overwrite: Whether `record` may replace a file; then a restart replaces it as well.
-            speed: Simulated seconds a second; as fast as it goes unless given.
+            speed: Simulated seconds per second; by default as fast as it goes.
             on_tick: Called in the session's thread with each tick; the run waits for it.
             on_change: Called from any thread when state, speed or noise have changed.
 
@@ -146,7 +146,7 @@ class Session(Closes):
             hold: How long, simulated, unless it is said again [s].
 
         Raises:
-            UsageError: There is no such robot, or the command is not finite.
+            UsageError: The robot does not exist, or the command is not finite.
         """
         self._helm.take(robot, command, hold=hold)
 
@@ -156,7 +156,7 @@ class Session(Closes):
         It is a touch, as the next one is; see `touch`.
 
         Raises:
-            UsageError: There is no such arm, or it cannot be there.
+            UsageError: The arm does not exist, or it cannot be there.
         """
         self.touch(joints_keys(self.world, robot, arm, positions))
 
@@ -170,7 +170,7 @@ class Session(Closes):
             rpy: Roll, pitch, yaw about fixed axes, right-handed [rad]; counts for arms with six joints or more.
 
         Raises:
-            UsageError: There is no such arm, or its tool does not reach there.
+            UsageError: The arm does not exist, or its tool does not reach there.
         """
         self.touch({"reach": robot, "arm": arm, "tool": [*at], "rpy_deg": [math.degrees(angle) for angle in rpy]})
 
@@ -186,7 +186,7 @@ class Session(Closes):
             How far it stays away from there [m]; 0 when it gets there.
 
         Raises:
-            UsageError: There is no such person, or the hand or the place is none.
+            UsageError: The person does not exist, or the hand or the place is none.
         """
         if at is None:
             self.touch({"release": person, "hand": hand})
@@ -204,7 +204,7 @@ class Session(Closes):
             value: The new one.
 
         Raises:
-            UsageError: There is no such key, it is none of noise, or the value does not fit it.
+            UsageError: The key does not exist, it is none of noise, or the value does not fit it.
         """
         self.touch({"noise": key, "value": value})
 

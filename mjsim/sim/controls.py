@@ -63,7 +63,7 @@ class Controls:
         """Start controllers, each in place of what drives its part now.
 
         Raises:
-            UsageError: There is no such part, or a rate does not fit.
+            UsageError: The part does not exist, or a rate does not fit.
             ModuleFault: A controller lacks a method, or raises when it starts.
         """
         for name, control in controllers.items():

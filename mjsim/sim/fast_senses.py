@@ -23,7 +23,7 @@ class JointEncoders:
             model: The compiled world.
             data: Its state, which is read at each look.
             joints: Names of hinges or slides.
-            step: Of the encoders [rad]; as fine as can be unless given.
+            step: Of the encoders [rad]; by default as fine as can be.
         """
         self._data, self._step = data, step
         self._places = np.array([model.joint(name).qposadr[0] for name in joints], dtype=int)

@@ -28,7 +28,7 @@ class Blend:
     seconds: float
     """How long it takes [s]."""
     factors: Array
-    """Of the powers 0 to 5 of the share of that time, shape (6,)."""
+    """Of the powers 0 to 5 of the fraction of that time, shape (6,)."""
 
     @classmethod
     def to(cls, goal: float, *, begin: float, value: float, speed: float, change: float) -> "Blend":

@@ -75,7 +75,7 @@ class LedPeople:
         Args:
             name: Of the person.
             turns: How its hands were led, in the order of time.
-            time: When [s]; all hands have arrived unless given.
+            time: When [s]; by default all hands have arrived.
         """
         return self._blend(self._course(name, turns), len(turns), time)
 
@@ -250,7 +250,7 @@ def _least_jerk(share: float) -> float: ...
 @overload
 def _least_jerk(share: Array) -> Array: ...
 def _least_jerk(share: float | Array) -> float | Array:
-    """Return how much of its way a motion has gone after a share of its time, 0 to 1."""
+    """Return how much of its way a motion has gone after a fraction of its time, 0 to 1."""
     return share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
 
 

@@ -31,7 +31,7 @@ class MechanismControls:
             seed: Of the run.
 
         Raises:
-            UsageError: A module is not there or does not take its keys, or a rate does not fit.
+            UsageError: A module does not exist or does not take its keys, or a rate does not fit.
             ModuleFault: It fails, or lacks what controllers need.
         """
         self._model, self._data, self._mechanism = model, data, mechanism

@@ -29,7 +29,7 @@ from mjsim.world import ForceActuator, Mechanism, TorqueActuator, led_joints
 UNYIELDING = 1e-5
 """By which constraints yield less in what is read than in the physics."""
 TORN = 0.05
-"""How far apart the sides of a loop are before it is torn, as a share of the mechanism's size."""
+"""How far apart the sides of a loop are before it is torn, as a fraction of the mechanism's size."""
 WIDEST_TURN = 0.2
 """How far joints of loops may turn in one step [rad]: till then they keep their energy within a tenth for a while."""
 SLIP = 1e-6

@@ -83,7 +83,7 @@ class Onlooker(Closes):
             quality: As a camera has it.
 
         Raises:
-            UsageError: There is no such view.
+            UsageError: The view does not exist.
         """
         scene, key = self._shown(), (width, height, quality)
         if key not in self._outside:
@@ -135,7 +135,7 @@ class Onlooker(Closes):
             segmentation: Whether what each pixel shows is given too.
 
         Raises:
-            UsageError: There is no such camera.
+            UsageError: The camera does not exist.
         """
         key = robot, camera, depth, segmentation
         if key not in self._cameras:

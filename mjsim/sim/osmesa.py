@@ -38,7 +38,7 @@ def packaged_osmesa() -> ctypes.CDLL:
 
 
 def package_is_there() -> bool:
-    """Say whether the package lavavu-osmesa is installed."""
+    """Return whether the package lavavu-osmesa is installed."""
     return any(metadata.distributions(name=PACKAGE))
 
 

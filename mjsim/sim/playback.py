@@ -63,7 +63,7 @@ class Playback(Closes):
                 before all events unless given.
 
         Raises:
-            UsageError: There is no such camera.
+            UsageError: The camera does not exist.
         """
         past = 0 if time is None else bisect_right(self._times, time)
         self._scene.show(

@@ -154,7 +154,7 @@ class SimulatedRobot:
         """Let controllers drive parts of the robot from now on.
 
         Raises:
-            UsageError: There is no such part, or a rate does not fit.
+            UsageError: The part does not exist, or a rate does not fit.
             ModuleFault: A controller lacks a method, or raises when it starts.
         """
         self._controls.install(controllers, self.info)

@@ -41,7 +41,7 @@ class Simulation(Closes):
 
         Args:
             world: What is simulated.
-            seed: Of all chance in the run; that of the world unless given.
+            seed: Of all chance in the run; by default that of the world.
 
         Raises:
             UsageError: The seed is negative, a camera's rate does not divide the loop's, or the world is more than
@@ -63,9 +63,9 @@ class Simulation(Closes):
         self._actuations: list[Actuation] | None = None
         self._set_up()
         self.catalogue: Mapping[str, BeaconInfo] = MappingProxyType(catalogue_of(world))
-        """What modules are told of each beacon, by name."""
+        """What modules know of each beacon, by name."""
         self.map: WorldMap | None = map_of(world) if world.run.map == "known" else None
-        """What modules are told of the room; None when the world says `map: unknown`."""
+        """What modules know of the room; None when the world says `map: unknown`."""
 
     def reset(self, seed: int | None = None) -> None:
         """Go back to the start: from now on all is byte for byte as in a new simulation of that seed.
@@ -73,7 +73,7 @@ class Simulation(Closes):
         It is quick, as nothing is compiled again and the cameras keep what they draw with. `robots` is created again.
 
         Args:
-            seed: Of all chance from now on; the same again unless given.
+            seed: Of all chance from now on; by default the same again.
 
         Raises:
             UsageError: The seed is negative.
@@ -116,7 +116,7 @@ class Simulation(Closes):
         """Give a robot a command, which it follows within its limits until it gets another.
 
         Raises:
-            UsageError: There is no such robot, the command does not fit it or is not finite, or a message cannot be
+            UsageError: The robot does not exist, the command does not fit it or is not finite, or a message cannot be
                 sent.
         """
         self._robot(robot).command(command)
@@ -174,7 +174,7 @@ class Simulation(Closes):
         """Return the pose of a robot's base in space, world_from_base, shape (4, 4) [m].
 
         Raises:
-            UsageError: There is no such robot.
+            UsageError: The robot does not exist.
         """
         return self._robot(robot).truth().matrix()
 
@@ -211,7 +211,7 @@ class Simulation(Closes):
         """Begin to swing a door open, to an angle that is positive to the left side of its wall [rad].
 
         Raises:
-            UsageError: There is no such door, or it does not swing so far.
+            UsageError: The door does not exist, or it does not swing so far.
         """
         self._happen(open=name, angle_deg=math.degrees(angle))
 
@@ -219,7 +219,7 @@ class Simulation(Closes):
         """Begin to swing a door shut.
 
         Raises:
-            UsageError: There is no such door.
+            UsageError: The door does not exist.
         """
         self._happen(close=name)
 
@@ -227,7 +227,7 @@ class Simulation(Closes):
         """Return how far a door stands open, positive to the left side of its wall [rad].
 
         Raises:
-            UsageError: There is no such door.
+            UsageError: The door does not exist.
         """
         return self._script.door(name)
 
@@ -243,7 +243,7 @@ class Simulation(Closes):
         """Switch or dim a lamp; 0 is off.
 
         Raises:
-            UsageError: There is no such lamp, or the brightness is out of bounds.
+            UsageError: The lamp does not exist, or the brightness is out of bounds.
         """
         self._happen(lamp=name, brightness=brightness)
 
@@ -357,7 +357,7 @@ class Simulation(Closes):
         self._after_each = [call for robot in self._robots.values() for call in robot.after_step]
         self._actuations = None
         self.robots: Mapping[str, RobotInfo] = MappingProxyType({n: robot.info for n, robot in self._robots.items()})
-        """What modules are told of each robot, by name."""
+        """What modules know of each robot, by name."""
         self._script.let_happen(0.0)
         self._look()
 

@@ -36,8 +36,8 @@ class StillScene:
 
         Args:
             qpos: MuJoCo's positions, shape (nq,), as ticks and recordings hold them.
-            qvel: MuJoCo's velocities, shape (nv,), by which pictures that take time smear; at rest unless given.
-            looks: Light, and what is no longer there; as at the start unless given.
+            qvel: MuJoCo's velocities, shape (nv,), by which pictures that take time smear; by default at rest.
+            looks: Light, and what is no longer there; by default as at the start.
 
         Raises:
             UsageError: The state is not of this world.

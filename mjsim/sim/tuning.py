@@ -23,7 +23,7 @@ class Tuning:
             value: The new one.
 
         Raises:
-            UsageError: There is no such figure, or the value does not fit it.
+            UsageError: The figure does not exist, or the value does not fit it.
         """
         self.take(with_noise(self.world, key, value))
 

@@ -36,7 +36,7 @@ def run_on_cluster(
         store: Where recordings go.
 
     Raises:
-        UsageError: There is no such cluster, or its workers are not fit for this.
+        UsageError: The cluster does not exist, or its workers are not fit for this.
         MjsimError: The cluster went away, or what would fail every run on a worker.
     """
     with _client(address) as client:

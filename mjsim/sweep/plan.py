@@ -26,7 +26,7 @@ class Job:
     settings: tuple[str, ...]
     """'KEY=VALUE', as `mjsim run --set` takes them."""
     seconds: float | None
-    """How long, simulated [s]; as the world says unless given."""
+    """Simulated duration [s]; by default as the world says."""
 
     @property
     def name(self) -> str:
@@ -42,9 +42,9 @@ class SweepPlan:
     settings: Mapping[str, tuple[Any, ...]]
     """Key of the world -> its values; the cases are all combinations."""
     seconds: float | None = None
-    """How long each run is, simulated [s]; as the world says unless given."""
+    """How long each run is, simulated [s]; by default as the world says."""
     robot: str | None = None
-    """The robot that the table is about; all robots unless given."""
+    """The robot that the table is about; by default all robots."""
     keep: bool = False
     """Whether the recordings stay."""
 

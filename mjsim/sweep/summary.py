@@ -1,4 +1,4 @@
-"""Means over seeds, and how sure they are."""
+"""Means over seeds, and how certain they are."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

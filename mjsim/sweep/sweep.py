@@ -45,9 +45,9 @@ def sweep(
         seeds: One run each, in every case.
         folder: Where everything goes; a sweep that did not come to its end goes on there.
         settings: Key of the world, such as 'robots.scout.odometry.noise.turn' -> its values; all combinations are run.
-        seconds: How long each run is, simulated [s]; as the world says unless given.
-        robot: The robot that the table is about; all robots unless given.
-        workers: Processes of this machine; one a core unless given.
+        seconds: How long each run is, simulated [s]; by default as the world says.
+        robot: The robot that the table is about; by default all robots.
+        workers: Processes of this machine; by default one per core.
         dask: Address of the scheduler of a Dask cluster that runs it instead.
         keep: Whether recordings stay, beside the figures of each run.
         formats: Of the plots: 'png', 'pdf', 'svg'.

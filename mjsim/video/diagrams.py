@@ -23,7 +23,7 @@ CELL = 60.0
 LARGEST = 100.0
 """Largest width of a panel on a sheet [mm]."""
 PLANE = 0.98
-"""Share of the turning axes that must be one direction for a mechanism to move in a plane."""
+"""Fraction of the turning axes that must be one direction for a mechanism to move in a plane."""
 OBLIQUE = (math.radians(-60.0), math.radians(25.0))
 """Azimuth and elevation from which mechanisms that move in space are seen [rad]."""
 ACROSS = 0.1
@@ -51,7 +51,7 @@ def best_look(mechanism: Mechanism) -> Array:
 
 
 def _look_along(toward: Array) -> Array:
-    """Return drawing_from_world for a direction towards who looks, shape (3, 4): x to the right, or z up."""
+    """Return drawing_from_world for a direction towards the viewer, shape (3, 4): x to the right, or z up."""
     if abs(toward[2]) > STEEP:
         return np.eye(4)[:3]
     if toward[1] > 1e-9 or (abs(toward[1]) <= 1e-9 and toward[0] < 0):

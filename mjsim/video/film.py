@@ -49,8 +49,8 @@ def make_video(
         path: The file; it is there only once the film is whole.
         view: 'plan', 'chase', 'overview', 'diagrams' of mechanisms, or 'ROBOT/CAMERA' alone; unless given all in one,
             or diagrams in a world without robots.
-        follow: What the close-up follows, 'truth', 'estimate' or 'nothing'; as the world says unless given.
-        sightings: Whether lines lead to what is seen; as the world says unless given, and so on.
+        follow: What the close-up follows, 'truth', 'estimate' or 'nothing'; by default as the world says.
+        sightings: Whether lines lead to what is seen; by default as the world says, and so on.
         ellipses: Whether 95 % ellipses are shown.
         trails: Whether the ways of the robot are shown.
         begin: Only what was from this time on [s].
@@ -59,7 +59,7 @@ def make_video(
         overwrite: Whether a file at the path may be replaced, once the film is whole.
 
     Raises:
-        UsageError: There is no such view, no tick is between these times, or the file exists or cannot be written.
+        UsageError: The view does not exist, no tick is between these times, or the file exists or cannot be written.
     """
     path = Path(path)
     require_film_name(path)

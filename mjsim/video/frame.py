@@ -129,13 +129,13 @@ class Frame:
 
         Args:
             world: Where it runs.
-            robot: Whose run; the first one's unless given.
-            look: What is shown; as the world says unless given.
-            seconds: Time at the right edge of the chart [s]; that of the world's run unless given.
+            robot: Whose run; by default the first one's.
+            look: What is shown; by default as the world says.
+            seconds: Time at the right edge of the chart [s]; by default that of the world's run.
             reach: Places that the plan shows even where the world ends before them, shape (n, 2) [m].
 
         Raises:
-            UsageError: There is no such robot.
+            UsageError: The robot does not exist.
         """
         robots = {item.name: item for item in world.robots}
         self.robot = robot if robot is not None else next(iter(robots), "")

@@ -113,7 +113,7 @@ class Letters:
             size: Height of the font [px].
             color: RGB.
             weight: REGULAR or SEMIBOLD.
-            align: Share of the text that lies left of x: 0 left-aligned, 0.5 centred, 1 right-aligned.
+            align: Fraction of the text that lies left of x: 0 left-aligned, 0.5 centred, 1 right-aligned.
         """
         shift = align * self.width(text, size, weight=weight) if align else 0.0
         cv2.putText(image, text, (round(at[0] - shift), round(at[1])), color, self._face, size, weight)

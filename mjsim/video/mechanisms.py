@@ -15,7 +15,7 @@ from mjsim.video.paper import Paper, arc
 from mjsim.world import GROUND, ForceActuator, Mechanism, MechanismJoint, TorqueActuator, place_of
 
 ABOVE = np.eye(4)[:3]
-"""The view of a plan: x to the right, y up, z towards who looks."""
+"""The view of a plan: x to the right, y up, z towards the viewer."""
 END_ON = 0.9
 """One looks along an axis when the cosine of the angle between them is larger."""
 ROUND = 32
@@ -28,7 +28,7 @@ class Drawn:
 
     mechanism: Mechanism
     look: Array
-    """drawing_from_world: to the right, up, towards who looks, shape (3, 4) [m]."""
+    """drawing_from_world: to the right, up, towards the viewer, shape (3, 4) [m]."""
     poses: dict[str, Array]
     """world_from_body by name, of the ground too, shape (4, 4) [m]."""
     axes: Array

@@ -76,7 +76,7 @@ def draw_background(
         world: What is drawn.
         view: What of it is shown.
         removed: Names of what was taken away, and of people that are drawn elsewhere.
-        letters: To write names beside beacons and obstacles; without names unless given.
+        letters: To write names beside beacons and obstacles; by default without names.
     """
     image[:] = floor_color(world)
     for patch in world.floor.patches:

@@ -45,7 +45,7 @@ AROUND = 5.0
 LEAST = 120.0
 """A sheet is at least this wide, for title and legend [mm]."""
 CROWDED = 0.025
-"""Things go without names, unless these are asked for, when the names would cover a larger share of the plan."""
+"""Things go without names, unless these are asked for, when the names would cover a larger fraction of the plan."""
 SCALES = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.5)
 """Scales are 1 : these times a power of ten."""
 

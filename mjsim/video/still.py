@@ -44,7 +44,7 @@ def take_picture(world: World, camera: str, path: Path | None = None, *, overwri
         overwrite: Whether a file that exists may be replaced.
 
     Raises:
-        UsageError: There is no such camera, or the file exists or cannot be written.
+        UsageError: The camera does not exist, or the file exists or cannot be written.
         OpenGLError: Nothing can be drawn on this machine.
     """
     if path is not None:

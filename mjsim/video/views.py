@@ -59,7 +59,7 @@ def scene_pictures(recording: Recording, rows: Sequence[int], view: str) -> Iter
         view: 'chase' (of the first robot), 'overview', 'ROBOT/CAMERA', 'PERSON/left_eye' or 'PERSON/right_eye'.
 
     Raises:
-        UsageError: There is no such view.
+        UsageError: The view does not exist.
     """
     known = known_views(recording)
     if view not in known:

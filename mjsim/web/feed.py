@@ -98,7 +98,7 @@ class Feed:
 
     @property
     def pace(self) -> float:
-        """Simulated seconds a second, over the last second."""
+        """Simulated seconds per second, over the last second."""
         with self._lock:
             if len(self._paced) < 2:
                 return 0.0

@@ -86,7 +86,7 @@ class Films:
         """Return how far a film is.
 
         Raises:
-            RefusedError: There is no such film.
+            RefusedError: The film does not exist.
         """
         with self._lock:
             if name not in self._progress:
@@ -99,7 +99,7 @@ class Films:
             return set(self._files.values())
 
     def close(self) -> None:
-        """Make no more, and give up the one at hand."""
+        """Make no more, and give up the current one."""
         self._closed = True
         self._thread.shutdown(cancel_futures=True)
 

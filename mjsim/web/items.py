@@ -42,7 +42,7 @@ def scene_of(world: World, raw: Node | None = None) -> Json:
 
     Args:
         world: Of a text or built in Python.
-        raw: Its text as it is written; what it stands for unless given.
+        raw: Its text as it is written; by default what it stands for.
 
     Returns:
         `items`: each with path, kind, name, label, at [m], heading_deg, polygons [m] (world frame), values, written,

@@ -32,11 +32,11 @@ class LiveView(Closes):
 
         Args:
             world: Where the run is.
-            robot: Whose run is shown first; that of the first one unless given.
-            port: Of the page; a free one unless given.
+            robot: Whose run is shown first; by default that of the first one.
+            port: Of the page; by default a free one.
 
         Raises:
-            UsageError: There is no such robot, or the port is taken.
+            UsageError: The robot does not exist, or the port is taken.
         """
         names = [item.name for item in world.robots]
         if robot is not None and robot not in names:

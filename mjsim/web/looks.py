@@ -15,7 +15,7 @@ ABOVE = np.eye(4)[:3]
 
 
 def look_at(look: Look, at: tuple[float, float], heading: float) -> Array:
-    """Return drawing_from_world: to the right, up, towards who looks, shape (3, 4) [m].
+    """Return drawing_from_world: to the right, up, towards the viewer, shape (3, 4) [m].
 
     Args:
         look: From above in the world frame, else upright, with the origin of the drawing below a thing, on the floor.

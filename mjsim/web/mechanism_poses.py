@@ -82,7 +82,7 @@ def moved(mechanism: Mechanism, values: Mapping[str, float]) -> tuple[Mechanism,
     """Return a mechanism with values of joints elsewhere [deg, m], and the changes of its text, from its own keys on.
 
     Raises:
-        ValueError: There is no such value, or it cannot start so.
+        ValueError: The value does not exist, or it cannot start so.
     """
     found = mechanism.assembly
     wanted = {}
@@ -96,7 +96,7 @@ def pulled(mechanism: Mechanism, name: str, look: Array, start: Array, end: Arra
     """Return a mechanism of which a body was pulled in a drawing by the joint that carries it, as `moved` does.
 
     Raises:
-        ValueError: There is no such joint, it carries nothing, or it cannot start so.
+        ValueError: The joint does not exist, it carries nothing, or it cannot start so.
     """
     joint, found = mechanism.joint(name), mechanism.assembly
     if found.bodies[carried_body(found, joint)] not in [body.name for body in mechanism.bodies]:

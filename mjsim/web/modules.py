@@ -20,7 +20,7 @@ def modules_in(folder: Folder, world: str | None = None) -> Json:
 
     Args:
         folder: Of the studio.
-        world: Whose folder is looked through; that of the studio unless given.
+        world: Whose folder is looked through; by default that of the studio.
     """
     place = folder.root if world is None else folder.path(world).parent
     files = [(path, f"mjsim.algorithms.{path.stem}") for path in sorted(_algorithms())]

@@ -175,7 +175,7 @@ class RunNews(TypedDict):
     """One tick [s]."""
     seed: int | None
     speed: float | None
-    """Simulated seconds a second that are wanted; null for as fast as it goes."""
+    """Simulated seconds per second that are wanted; null for as fast as it goes."""
     robots: list[RobotFacts]
     mechanisms: NotRequired[list[MechanismFacts]]
     """Those of which a joint can be led by hand."""
@@ -298,7 +298,7 @@ class TickNews(TypedDict):
     time: float
     """Simulated [s]."""
     pace: float
-    """Simulated seconds a second."""
+    """Simulated seconds per second."""
     robots: dict[str, RobotTick]
     things: dict[str, PlanarPose]
     """Where everything is that can move but robots, by its name in the scene."""
@@ -367,7 +367,7 @@ class RefusedNews(TypedDict):
 
 @_TOLD
 class ShortNews(TypedDict):
-    """A hand that was led by the page does not get there."""
+    """A hand that was led by the page does not reach its target."""
 
     kind: Literal["short"]
     person: str

@@ -61,7 +61,7 @@ class Painter:
         return await self._drawn(draw)
 
     def close(self) -> None:
-        """Give everything back; waits for the picture at hand."""
+        """Give everything back; waits for the current picture."""
         self._thread.submit(self._onlooker.close)
         self._thread.shutdown()
 

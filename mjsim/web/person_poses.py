@@ -39,7 +39,7 @@ def turned(person: Person, values: Mapping[str, float]) -> tuple[Person, list[Ke
     """Return a person with joints elsewhere [deg], each within its range, and the changes of its text, from it on.
 
     Raises:
-        ValueError: There is no such joint, or the person sits.
+        ValueError: The joint does not exist, or the person sits.
     """
     if person.seat is not None:
         raise ValueError(SEATED)

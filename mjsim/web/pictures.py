@@ -33,7 +33,7 @@ def bring_picture(folder: Folder, data: bytes, *, name: str, world: str | None) 
         folder: Of the studio.
         data: The picture as it was sent.
         name: That it had.
-        world: Beside which it goes; into the folder of the studio unless given.
+        world: Beside which it goes; by default into the folder of the studio.
 
     Returns:
         `path` as the world names it, and `file`, its path from the folder of the studio.
@@ -65,7 +65,7 @@ def small_picture(folder: Folder, path: str, *, size: int, world: str | None) ->
         world: That names it.
 
     Raises:
-        RefusedError: There is no such picture.
+        RefusedError: The picture does not exist.
     """
     try:
         data = read_asset(path, source_of(folder, world or ""))

@@ -61,7 +61,7 @@ def pose_json(world: World, ask: PoseAsk) -> Json:
         `changes`: of the text; `note`: what does not come out as asked.
 
     Raises:
-        RefusedError: It is not there, or cannot be as asked.
+        RefusedError: It does not exist, or cannot be as asked.
     """
     kind, index = ask.item
     things: Sequence[Mechanism | Person] = getattr(world, kind)
@@ -100,7 +100,7 @@ def _person_posed(person: Person, ask: PoseAsk) -> _Posed:
     if ask.pull.part not in HANDS:
         raise ValueError(f"'{ask.pull.part}' is no hand; pull 'left' or 'right'")
     look = _look(person, ask.pull.look)
-    # As far towards who looks as it is.
+    # As far towards the viewer as it is.
     by = look[:2, :3].T @ (np.array(ask.pull.end) - ask.pull.start)
     return _Posed(*person_poses.led(person, {ask.pull.part: person_poses.hands(person)[ask.pull.part] + by}))
 

@@ -66,7 +66,7 @@ def row_told(
     Args:
         recording: Where it is from.
         row: Of the tick.
-        measured: What its sensors measured; left out unless given.
+        measured: What its sensors measured; by default left out.
         people: Outlines from above of people whose hands were led, with their colours.
     """
     first = row_at(recording, float(recording.time[row]) - PACED_OVER)

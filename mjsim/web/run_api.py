@@ -173,7 +173,7 @@ class RunApi:
         return world
 
     def _touch(self, request: Touch) -> ShortNews | None:
-        """Touch the run; return what there is to say of a hand that does not get there."""
+        """Touch the run; return what there is to say of a hand that does not reach its target."""
         session = self._session()
         event = session.touch(request.event)
         if session.state == "paused":

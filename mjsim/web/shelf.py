@@ -41,11 +41,11 @@ class Opened:
         Args:
             time: Of the newest tick that is shown [s].
             view: 'ROBOT/CAMERA', the same with ':depth' or ':segmentation'; 'overview', 'ROBOT/chase', 'outside'.
-            orbit: From where 'outside' looks; as the overview does unless given.
+            orbit: From where 'outside' looks; by default as the overview does.
 
         Raises:
             RefusedError: The recording has no states, as those of real robots.
-            UsageError: There is no such view.
+            UsageError: The view does not exist.
         """
         self._require_states()
         return self._thread.submit(self._draw, time, view, orbit=orbit).result()
@@ -111,7 +111,7 @@ class Shelf:
         """Return a recording, read if need be.
 
         Raises:
-            RefusedError: There is no such file.
+            RefusedError: The file does not exist.
             RecordingError: It is not a recording.
         """
         try:

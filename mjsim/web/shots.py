@@ -20,7 +20,7 @@ NOTHING = (40, 42, 48)
 BUILDING = {"wall": (150, 155, 164), "floor": (112, 117, 126), "ceiling": (196, 200, 206)}
 """Calm colours of what is nearly everywhere."""
 NAMED = 0.004
-"""An instance that covers a smaller share of the picture gets no name."""
+"""An instance that covers a smaller fraction of the picture gets no name."""
 
 
 def jpeg(picture: Picture) -> bytes:

@@ -28,7 +28,7 @@ HURRIED, BUSY = 0.3, 0.12
 FAREWELL = 1.0
 """A browser that has not taken the last news after this long misses them [s]."""
 LATE = 0.97
-"""A run that comes to less than this share of its speed is late."""
+"""A run that comes to less than this fraction of its speed is late."""
 
 
 class Watching(Protocol):
@@ -80,7 +80,7 @@ class Stage:
             world: Where it is.
             session: That runs it; None when its ticks come from elsewhere.
             path: Of the world file.
-            root: Folder from which the page names recordings; none are named unless given.
+            root: Folder from which the page names recordings; by default none are named.
             first: Name of the robot that is shown first.
         """
         scene = {"kind": "scene", **self._scene(world)}

@@ -37,7 +37,7 @@ class Studio(Closes):
             folder: Worlds, pictures and modules of this folder are seen; nothing outside of it is read or written.
             world: What the page opens first: a file of the folder, or `shipped:NAME` for a shipped world.
             host: Address to listen at.
-            port: Of the page; a free one unless given.
+            port: Of the page; by default a free one.
             token: Admits clients that know it, besides the one-time addresses that `url` gives; 16 characters or more.
             without_token: Let in every user and program of this machine; for the loopback address alone.
 

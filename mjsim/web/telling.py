@@ -61,12 +61,12 @@ def tick_told(
     Args:
         tick: One of a run.
         number: Of the tick, over all runs.
-        pace: Simulated seconds a second.
+        pace: Simulated seconds per second.
         scans: Robot -> lidar -> where its beams met something, world frame, shape (n, 3) [m].
         led: Mechanism -> the joints of it that motions lead.
         hands: Person -> side -> where the grip of that hand is, world frame, shape (3,) [m].
         people: Person whose hands were led -> outlines from above with their colours, world frame, shape (n, 2) [m].
-        world: Whose arms and mechanisms are told; nothing of them unless given.
+        world: Whose arms and mechanisms are told; by default nothing of them.
     """
     found = scans or {}
     told: TickNews = {

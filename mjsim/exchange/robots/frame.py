@@ -20,7 +20,7 @@ APART = 0.02
 MOST_CASTERS = 12
 GRAVITY = 9.81
 REACH = 0.8
-"""Where a caster is put that the file lacks, as a share of the body's reach."""
+"""Where a caster is put that the file lacks, as a fraction of the body's reach."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -120,7 +120,7 @@ def _reach(bare: Round, shape: Shape) -> float:
 
 
 def _around(bare: Round, shapes: list[Shape], least: float) -> Round:
-    """Return the wheel that shapes make; of radius 0 where their narrowest is less than a share of their widest."""
+    """Return the wheel that shapes make; of radius 0 where their narrowest is less than a fraction of their widest."""
     points = np.concatenate([shape.points for shape in shapes]) - bare.middle
     across = np.cross([0.0, 0.0, 1.0], bare.axis)
     angles = np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS)

@@ -35,7 +35,7 @@ class RobotSource:
             arguments: Of xacro.
 
         Raises:
-            UsageError: There is no such file.
+            UsageError: The file does not exist.
         """
         if path.is_dir():
             raise UsageError(f"'{path}' is a folder; name a URDF or MJCF file in it")
@@ -65,7 +65,7 @@ class RobotSource:
         """Return a file by its path from the root, or `@PACKAGE/...`.
 
         Raises:
-            ValueError: There is no such file, or it lies elsewhere.
+            ValueError: The file does not exist, or it lies elsewhere.
         """
         data = self._bytes(name)
         if name != self.name or data[:2] == b"\x1f\x8b":

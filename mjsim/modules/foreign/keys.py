@@ -54,7 +54,7 @@ def beside(name: str, source: Source, *, folder: bool = False) -> Path:
     """Return a file, or folder, within the folder of the world.
 
     Raises:
-        ValueError: It is not there, or leaves that folder.
+        ValueError: It does not exist, or leaves that folder.
     """
     home = folder_of(source)
     try:

@@ -62,7 +62,7 @@ class _Loader:
             return function(**named or {})
         except (KeyboardInterrupt, UsageError, ModuleFault):
             raise
-        # This is the boundary to the user's code: whatever it raises is told in one line.
+        # This is the boundary to the user's code: whatever it raises is reported in one line.
         except BaseException as error:
             raise self.fault(said_of(error)) from error
 

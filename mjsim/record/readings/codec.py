@@ -74,9 +74,9 @@ class Box:
     read: Callable[[Observation], ArrayLike | None]
     """Observation -> array; None when there is no reading at this tick."""
     low: ArrayLike
-    """What is smaller is told as this; broadcast to the shape."""
+    """What is smaller is given as this; broadcast to the shape."""
     high: ArrayLike
-    """What is larger is told as this."""
+    """What is larger is given as this."""
     shape: tuple[int, ...]
     dtype: DTypeLike = np.float32
     first: float = 0.0

@@ -66,7 +66,7 @@ def running_gear(
         motion: What rotations of the wheels stand for.
         dt: Period of the loop [s].
         seed: Of the run.
-        wheels: Driven ones; those of the drive unless given.
+        wheels: Driven ones; by default those of the drive.
         wanted: Gives the set-points of its controller, where it has one.
         goal: Gives how far those would have turned the wheels.
     """

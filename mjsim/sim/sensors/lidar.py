@@ -11,7 +11,7 @@ from mjsim.sim.sensors.device import Mounting, Sensed
 from mjsim.world import sensors
 
 EDGE = 0.1
-"""Both sides of a spot are one surface when their ranges differ by less than this share of the nearer one; a wall
+"""Both sides of a spot are one surface when their ranges differ by less than this fraction of the nearer one; a wall
 that is met at a grazing angle is no edge."""
 BRIGHT = np.array([0.2126, 0.7152, 0.0722])
 """Weights of red, green and blue in brightness (ITU-R BT.709)."""

@@ -27,7 +27,7 @@ def led_value(world: World, event: LeadEvent) -> float:
     """Return the value that an event leads a joint to [rad, m].
 
     Raises:
-        ValueError: There is no such mechanism, no motion leads such a joint of it, or the value is out of its range.
+        ValueError: The mechanism does not exist, no motion leads such a joint of it, or the value is out of its range.
     """
     slides, lower, upper = led_joint(world, event.lead, event.joint)
     scale = 1.0 if slides else math.pi / 180.0
@@ -44,7 +44,7 @@ def led_joint(world: World, name: str, joint: str) -> tuple[bool, float, float]:
     """Return whether a joint of a mechanism that a motion leads slides, and both ends of its range [rad, m].
 
     Raises:
-        ValueError: There is no such mechanism, or no motion leads such a joint of it.
+        ValueError: The mechanism does not exist, or no motion leads such a joint of it.
     """
     mechanisms = {each.name: each for each in world.mechanisms}
     if name not in mechanisms:

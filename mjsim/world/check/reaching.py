@@ -40,7 +40,7 @@ def arm_of_event(world: World, event: ReachEvent | ReleaseEvent) -> RobotArm:
     """Return the arm that an event means.
 
     Raises:
-        ValueError: There is no such robot, or it has no such arm.
+        ValueError: The robot does not exist, or it has no such arm.
     """
     name: str = getattr(event, event_key(event))
     arms = {robot.name: {item.name: item for item in robot.arms} for robot in world.robots}

@@ -77,7 +77,7 @@ def format_file(path: str | Path, *, write: bool) -> bool:
         write: Whether it is written; else it stays as it is.
 
     Raises:
-        UsageError: There is no such file, or it cannot be written.
+        UsageError: The file does not exist, or it cannot be written.
         WorldError: As `format_text` raises it.
     """
     path = world_path(path)

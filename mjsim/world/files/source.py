@@ -64,7 +64,7 @@ def read_asset(name: str, source: Source) -> bytes:
     """Return a file that a world names: attached, else beside the world file, else shipped with mjsim.
 
     Raises:
-        ValueError: There is no such file, it is too large, or its path leaves the folders where it may be.
+        ValueError: The file does not exist, it is too large, or its path leaves the folders where it may be.
     """
     if name in source.attached:
         return source.attached[name]

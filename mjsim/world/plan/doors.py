@@ -13,7 +13,7 @@ from mjsim.world.plan.pieces import SLIVER
 THICKNESS = 0.04
 """Of a leaf [m]."""
 DAMPING = 0.6
-"""Of the hinge, as a share of the leaf's inertia: a push dies away within some seconds [1/s]."""
+"""Of the hinge, as a fraction of the leaf's inertia: a push dies away within some seconds [1/s]."""
 PUSH = 40.0
 """With which a motor moves a leaf at its edge [N]: less than a robot of some weight withstands."""
 SPEED = math.radians(60.0)

@@ -26,7 +26,7 @@ def world_from_obstacle(obstacle: Obstacle) -> Pose:
 
 
 def stays(obstacle: Obstacle) -> bool:
-    """Say whether an obstacle stands where it is, whatever happens around it."""
+    """Return whether an obstacle stands where it is, whatever happens around it."""
     return not obstacle.movable and obstacle.path is None
 
 

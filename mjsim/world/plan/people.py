@@ -13,9 +13,9 @@ def person_outlines(person: Person, poses: Mapping[str, Array], look: Array) -> 
 
     Args:
         person: Whose body it is.
-        poses: World from segment by the segment's name, shape (4, 4) each [m]: `Person.poses()`, or of one who sits
+        poses: World from segment by the segment's name, shape (4, 4) each [m]: `Person.poses()`, or of a sitting person
             those of `mjsim.posture.poses_of`.
-        look: drawing_from_world: to the right, up, towards who looks, shape (3, 4) [m]; see `look_beside`.
+        look: drawing_from_world: to the right, up, towards the viewer, shape (3, 4) [m]; see `look_beside`.
 
     Yields:
         Convex outline in the drawing, counter-clockwise, shape (n, 2) [m], and a colour, '#rrggbb'.
@@ -58,7 +58,7 @@ def drawing_from_world(axes: Array, at: Array) -> Array:
     """Return how the world stands to a drawing, shape (3, 4) [m].
 
     Args:
-        axes: Of the drawing, world frame, rows: to the right, up, towards who looks; shape (3, 3).
+        axes: Of the drawing, world frame, rows: to the right, up, towards the viewer; shape (3, 3).
         at: Its origin, world frame, shape (3,) [m].
     """
     return np.column_stack([axes, -axes @ at])

@@ -27,7 +27,7 @@ def arm(name: str | Path, end: str | None = None) -> Arm:
         end: Body, site or joint at the end of the chain of such a model, whose frame is that of the flange.
 
     Raises:
-        UsageError: There is no such preset, and no such file.
+        UsageError: The preset does not exist, and no such file.
         WorldError: Something in the file is wrong; every fault is told with its line and column.
     """
     return arm_item(name, end).arm

@@ -82,7 +82,7 @@ def load_world(path: str | FilePath) -> World:
         path: The file, or a bare word: the name of a shipped world.
 
     Raises:
-        UsageError: There is no such file, or no such world.
+        UsageError: The file does not exist, or is not such a world.
         WorldError: Something in it is wrong; every fault is told.
     """
     path = world_path(path)
@@ -93,7 +93,7 @@ def load_checked(path: str | FilePath) -> World:
     """Return the world of a file, named as for `load_world`, that also passes `check_world`.
 
     Raises:
-        UsageError: There is no such file, or no such world.
+        UsageError: The file does not exist, or is not such a world.
         WorldError: Something in it is wrong; every fault is told.
     """
     world = load_world(path)
@@ -106,7 +106,7 @@ def read_file(path: FilePath) -> str:
     """Return the text of a world file.
 
     Raises:
-        UsageError: There is no such file.
+        UsageError: The file does not exist.
         WorldError: It is no text, or too large.
     """
     try:

@@ -25,7 +25,7 @@ def with_settings(world: World, settings: Iterable[str]) -> World:
 
     Raises:
         WorldError: With other variables the text describes no world.
-        UsageError: There is no such key, the value does not fit it, or it is implausible, such as a place in a wall.
+        UsageError: The key does not exist, the value does not fit it, or it is implausible, such as a place in a wall.
     """
     given = [_parts(setting) for setting in settings]
     world = _with_variables(world, [part for part in given if part[0][0] == _VARIABLES])
