@@ -20,6 +20,17 @@ SLOW = """() => {
   const wait = (until) => { while (performance.now() < until); };
   WebGL2RenderingContext.prototype.readPixels = () => wait(performance.now() + 60);
 }"""
+COLORS = """() => new Promise((done) => {
+  const canvas = document.querySelector("#view-edit .scene-canvas");
+  document.querySelector("[title*='dark' i], [title*='light' i]").click();
+  // After what draws with this frame, before the browser takes the picture.
+  requestAnimationFrame(() => {
+    const copy = Object.assign(document.createElement("canvas"), {width: 64, height: 40}).getContext("2d");
+    copy.drawImage(canvas, 0, 0, 64, 40);
+    const data = new Uint32Array(copy.getImageData(0, 0, 64, 40).data.buffer);
+    done([new Set(data).size, canvas.dataset.share]);
+  });
+})"""
 NONE = """() => {
   const draw = HTMLCanvasElement.prototype.getContext;
   HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
@@ -117,3 +128,14 @@ def test_before_a_run_the_place_of_the_scene_says_when_it_comes(sheet):
     page.locator(".run-main").click()
     expect(page.locator("#view-run .scene")).to_be_visible(timeout=PATIENCE)
     expect(rest).to_be_hidden()
+
+
+def test_the_picture_stays_while_the_number_of_pixels_changes(sheet):
+    page = sheet.page
+    canvas = opened(page, "edit")
+    expect(canvas).to_have_attribute("data-share", "1.00", timeout=PATIENCE)
+    page.evaluate(SLOW)
+    # Each picture is too slow, so that the next one has fewer pixels: a canvas of another size is empty at first.
+    for _ in range(3):
+        colors, _ = page.evaluate(COLORS)
+        assert colors > 10

@@ -60,8 +60,8 @@ export class Stage3d {
   private share = 1;
   private asked = 0;
   private calm = 0;
-  /** Whether all pixels are drawn though there is no time for it. */
-  private sharpened = false;
+  /** The share that the canvas has the pixels for: all of them once it is calm, though there is no time for it. */
+  private has = 0;
   private pressed: [number, number] | null = null;
   private drawn = 0;
   private readonly endings: (() => void)[] = [];
@@ -208,7 +208,8 @@ export class Stage3d {
     if (!this.canvas.isConnected || !this.canvas.clientWidth) return;
     this.drawing.emit();
     this.near();
-    if (this.sharpened) this.resize();
+    // Another size empties the canvas: only right before it is drawn.
+    if (this.has !== this.share) this.resize();
     const eye = this.eye;
     if (eye instanceof PerspectiveCamera && eye !== this.orbit) this.widen(eye);
     const began = performance.now();
@@ -217,7 +218,7 @@ export class Stage3d {
     this.pace(performance.now() - began);
     this.canvas.dataset["frames"] = String(++this.drawn);
     window.clearTimeout(this.calm);
-    if (this.share < 1) this.calm = window.setTimeout(() => this.sharpen(), CALM);
+    if (this.has < 1) this.calm = window.setTimeout(() => this.sharpen(), CALM);
   }
 
   /** Keep the planes of the view near what is looked at, so that surfaces close to each other do not mix. */
@@ -248,10 +249,7 @@ export class Stage3d {
   }
 
   private sharp(share: number): void {
-    const next = Math.min(1, Math.max(COARSEST, share));
-    if (next === this.share) return;
-    this.share = next;
-    this.resize();
+    this.share = Math.min(1, Math.max(COARSEST, share));
   }
 
   private sharpen(): void {
@@ -263,7 +261,7 @@ export class Stage3d {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (!width || !height) return;
     this.orbit.aspect = width / height;
-    this.sharpened = share !== this.share;
+    this.has = share;
     this.renderer.setPixelRatio(share * Math.min(window.devicePixelRatio, 2));
     this.renderer.setSize(width, height, false);
     this.canvas.dataset["share"] = share.toFixed(2);
@@ -278,7 +276,7 @@ export class Stage3d {
   private listen(): void {
     const sizes = new ResizeObserver(() => {
       this.resize();
-      this.soon();
+      this.draw();
     });
     sizes.observe(this.canvas);
     this.endings.push(() => sizes.disconnect());
