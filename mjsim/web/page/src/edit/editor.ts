@@ -53,7 +53,7 @@ export class Editor {
   }
 
   get selected(): Item[] {
-    return this.document.selectedItems;
+    return this.document.selectedItems.map((item) => this.asDrawn(item));
   }
 
   select(items: Item[]): void {
@@ -77,18 +77,15 @@ export class Editor {
 
   /** Show items as a drag has them, without changing the text yet. */
   preview(changed: Changed[]): void {
-    this.plan.ghosts.clear();
-    for (const { ghost } of changed) this.plan.ghosts.set(keyOf(ghost.path), ghost);
-    this.plan.refresh();
+    this.plan.ghost(changed.map(({ ghost }) => ghost));
     this.document.sketch(changed.flatMap(({ changes }) => changes));
     this.dragged.emit(changed.map(({ ghost }) => ghost));
   }
 
   /** Give up what was dragged. */
   forget(): void {
-    this.plan.ghosts.clear();
+    this.plan.ghost([]);
     this.document.sketch([]);
-    this.plan.refresh();
     this.dragged.emit([]);
   }
 
@@ -105,10 +102,15 @@ export class Editor {
   async commit(changed: Changed[]): Promise<void> {
     for (const { ghost } of changed) this.onTheWay.set(keyOf(ghost.path), ghost);
     await this.apply(changed.flatMap(({ changes }) => changes));
-    for (const { ghost } of changed) {
-      const key = keyOf(ghost.path);
-      if (this.onTheWay.get(key) === ghost) this.onTheWay.delete(key);
-    }
+    for (const { ghost } of changed) if (this.asDrawn(ghost) === ghost) this.onTheWay.delete(keyOf(ghost.path));
+    this.showOnTheWay();
+  }
+
+  /** Show what is still on its way, unless something is dragged. */
+  private showOnTheWay(): void {
+    if (this.steps || this.plan.dragging) return;
+    this.plan.ghost(this.onTheWay.values());
+    if (this.onTheWay.size === 0) this.dragged.emit([]);
   }
 
   /** What goes with a change of a field: what is called by a name follows it, pictures follow their wall. */
@@ -324,10 +326,9 @@ export class Editor {
 
   private show(): void {
     const { items, parsed } = this.document;
-    if (!this.steps && !this.plan.dragging) this.plan.ghosts.clear();
+    this.showOnTheWay();
     this.look();
     this.plan.setItems(items, parsed.bounds);
-    if (this.plan.ghosts.size === 0) this.dragged.emit([]);
   }
 
   private look(): void {

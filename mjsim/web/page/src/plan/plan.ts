@@ -205,6 +205,13 @@ export class Plan {
     });
   }
 
+  /** Draw items as they are meanwhile, in the place of those before. */
+  ghost(items: Iterable<Item>): void {
+    this.ghosts.clear();
+    for (const item of items) this.ghosts.set(keyOf(item.path), item);
+    this.refresh();
+  }
+
   /** Draw all anew. */
   refresh(): void {
     this.under.batchDraw();
@@ -224,8 +231,10 @@ export class Plan {
     return shapes.some((polygon) => distanceTo(at, polygon) <= far);
   }
 
+  /** Items that are drawn, as they are. */
   private shown(): Item[] {
-    return this.items.filter((item) => !this.hiddenKinds.has(item.kind));
+    const shown = this.items.filter((item) => !this.hiddenKinds.has(item.kind));
+    return this.ghosts.size ? shown.map((item) => this.ghosts.get(keyOf(item.path)) ?? item) : shown;
   }
 
   private moves(item: Item): boolean {
@@ -265,10 +274,7 @@ export class Plan {
 
   private paintOver(context: CanvasRenderingContext2D): void {
     const moving = this.shown().filter((item) => this.moves(item));
-    this.paintItems(
-      context,
-      moving.map((item) => this.ghosts.get(keyOf(item.path)) ?? item),
-    );
+    this.paintItems(context, moving);
     for (const paint of this.overlay) paint(context, this);
     if (this.rulers) drawRulers(context, this.view, this.palette);
   }
