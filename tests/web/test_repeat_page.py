@@ -9,7 +9,7 @@ from mjsim.record import same_run
 from mjsim.world import EVENT_KINDS, kind_of
 from tests.browser import browser as listener
 from tests.web.test_joints_page import keep, running
-from tests.web.test_studio_touch_page import drag, pick, screen, until
+from tests.web.test_studio_touch_page import drag, pick, until
 from tests.windows import PATIENCE
 
 pytestmark = pytest.mark.slow
