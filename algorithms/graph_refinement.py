@@ -15,6 +15,7 @@ from mjsim.geometry import Array, wrap_angles
 from mjsim.interface import Sighting
 
 from .ekf_models import range_bearing
+from .graph_factors import look_factor, prior_factor, turned_covariance
 from .pose_graph import step_between
 
 ROUNDS = 4
@@ -86,13 +87,6 @@ def refined_poses(gtsam: Any, drive: MeasuredGraph) -> tuple[Array, Array]:
     return poses, errors
 
 
-def turned_covariance(covariance: Array, angle: float) -> Array:
-    """Return a covariance (3, 3) of (x, y, heading) in axes turned back by an angle [rad]."""
-    c, s = np.cos(angle), np.sin(angle)
-    R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    return np.asarray(R @ covariance @ R.T)
-
-
 def systematic_errors(drive: MeasuredGraph, poses: Array, known: Array) -> Array:
     """Return the systematic errors of odometry that the poses show, shape (4,), by weighted least squares.
 
@@ -130,20 +124,15 @@ def sighting_scales(drive: MeasuredGraph, poses: Array, landmarks: Mapping[str, 
 def _graph(gtsam: Any, drive: MeasuredGraph, errors: Array, scales: Array) -> Any:
     """Return the factors of a drive: the first pose, legs with their systematic errors mended, robust looks."""
     graph, noise, symbol = gtsam.NonlinearFactorGraph(), gtsam.noiseModel, gtsam.symbol
-    first = drive.poses[0]
-    spread = noise.Gaussian.Covariance(turned_covariance(drive.first_covariance, -first[2]))
-    graph.add(gtsam.PriorFactorPose2(symbol("x", 0), gtsam.Pose2(*first), spread))
+    graph.add(prior_factor(gtsam, symbol("x", 0), drive.poses[0], drive.first_covariance))
     for row, leg in enumerate(drive.legs):
         step = leg.step + leg.slopes @ errors
         own = noise.Gaussian.Covariance(turned_covariance(leg.covariance, -step[2]))
         graph.add(gtsam.BetweenFactorPose2(symbol("x", row), symbol("x", row + 1), gtsam.Pose2(*step), own))
     keys = _keys(gtsam, drive)
     for row, look in drive.looks:
-        # gtsam has the bearing before the range.
-        covariance = (look.covariance * np.outer(scales, scales))[::-1, ::-1]
-        robust = noise.Robust.Create(noise.mEstimator.Cauchy.Create(CAUCHY), noise.Gaussian.Covariance(covariance))
-        bearing, key = gtsam.Rot2(look.bearing), keys[look.name or ""]
-        graph.add(gtsam.BearingRangeFactor2D(symbol("x", row), key, bearing, look.range, robust))
+        spread, loss = look.covariance * np.outer(scales, scales), noise.mEstimator.Cauchy.Create(CAUCHY)
+        graph.add(look_factor(gtsam, (symbol("x", row), keys[look.name or ""]), look, spread, loss))
     return graph
 
 

@@ -4,8 +4,8 @@ gtsam's iSAM2 solves the graph a little further at each new pose. It is not amon
 `pip install gtsam`.
 """
 
-from collections.abc import Hashable, Mapping, Sequence
-from typing import Any
+from collections.abc import Hashable, Iterator, Mapping, Sequence
+from typing import Any, Literal
 
 import numpy as np
 from numpy.random import Generator
@@ -14,8 +14,12 @@ from mjsim.geometry import Array, Pose
 from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Sighting
 
 from .ekf_models import landmark_from, odometry_motion
-from .graph_refinement import Leg, MeasuredGraph, refined_poses, turned_covariance
+from .graph_factors import leg_factor, look_factor, prior_factor, turned_covariance
+from .graph_refinement import Leg, MeasuredGraph, refined_poses
+from .held_frame import HeldFrame
+from .look_checks import Look, LookChecks
 from .odometry_errors import COUNT, OdometryErrors
+from .recent_motion import RecentMotion
 
 HUBER = 1.345
 """Beyond so many standard deviations an error counts less than its square: 95 % efficient on clean data (Huber)."""
@@ -23,14 +27,23 @@ HUBER = 1.345
 FLOOR = 1e-3
 """Least standard deviation of the place of a robot that turns by one radian [m/sqrt(rad)]. Odometry that claims to be
 exact along a direction makes a graph that cannot be solved; no robot turns about a point of no size."""
+SOFT = 1e-9
+"""Added to variances of a leg between two poses, which may be next to nothing, and of the first pose, which may be
+nothing: 0.03 mm and 0.002 degrees."""
+RELINEARISED = 0.01
+"""A pose or landmark whose solution has moved by more is linearised anew [m, rad]. With ten times that, what gtsam has
+unless told, a corridor of 14 m bends by 0.1 m more."""
+GROWN = 1.2
+"""What is known of the systematic errors beforehand is told anew when their variances have grown by this factor."""
 
 
 class GraphSlam:
     """Estimates the pose and a map of named beacons by incremental smoothing.
 
-    A pose enters the graph when something is seen and the robot has moved far enough since the last one. Sightings
-    have a robust loss, so that a wrong one pulls with a bounded force. The final path is that of the whole graph,
-    solved again with the systematic errors of odometry and the noise of sightings that it shows.
+    A pose enters the graph when something is seen and the robot has moved far enough since the last one. Systematic
+    errors of odometry are in the graph too. Sightings have a robust loss, so that a wrong one pulls with a bounded
+    force. The final path is that of the whole graph, solved again with the systematic errors of odometry and the noise
+    of sightings that it shows.
 
     References:
         Kaess et al., iSAM2: Incremental Smoothing and Mapping Using the Bayes Tree, IJRR 31(2), 2012. Grisetti et
@@ -38,7 +51,13 @@ class GraphSlam:
     """
 
     def __init__(
-        self, *, distance: float = 0.15, turn_deg: float = 8.0, sighting_scale: float = 1.0, systematic: float = 1.0
+        self,
+        *,
+        distance: float = 0.05,
+        turn_deg: float = 3.0,
+        sighting_scale: float = 1.0,
+        systematic: float = 1.0,
+        frame: Literal["map", "start"] = "map",
     ) -> None:
         """Set the rules.
 
@@ -47,18 +66,23 @@ class GraphSlam:
             turn_deg: Or how far it turns.
             sighting_scale: Factor on the standard deviation of sightings.
             systematic: Way over which systematic errors of odometry are taken to make as much as the noise that it
-                claims [m], for the final path; infinite: there are none.
+                claims [m]; infinite: there are none.
+            frame: What stays where it is when the graph learns late how its map is turned relative to the start: with
+                'map' what was told of the map and the way so far, with 'start' the first pose (`held_frame`). The
+                final path is in the frame of the start.
 
         Raises:
             ImportError: gtsam is not installed.
         """
+        if frame not in ("map", "start"):
+            raise ValueError(f"frame is {frame!r}; it must be map or start")
         try:
             import gtsam
         except ImportError:
             raise ImportError("GraphSlam needs gtsam, which is not installed; type: pip install gtsam") from None
         self._gtsam: Any = gtsam
         self._distance, self._turn = distance, np.radians(turn_deg)
-        self._scale, self._systematic = sighting_scale, systematic
+        self._scale, self._systematic, self._held = sighting_scale, systematic, frame == "map"
         self._step: Array = np.zeros(3)
         self._step_covariance: Array = np.zeros((3, 3))
         self._slopes: Array = np.zeros((3, COUNT))
@@ -66,21 +90,33 @@ class GraphSlam:
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
         """Begin the graph with the robot's prior."""
         gtsam = self._gtsam
-        self._solver = gtsam.ISAM2(gtsam.ISAM2Params())
+        parameters = gtsam.ISAM2Params()
+        parameters.setRelinearizeThreshold(RELINEARISED)
+        parameters.setFactorization("QR")  # Legs of a robot that hardly moves are hundred times as stiff as sightings.
+        self._solver = gtsam.ISAM2(parameters)
+        self._common = gtsam.symbol("e", 0)
         self._motion = odometry_motion()
+        self._recent = RecentMotion()
+        self._checks = LookChecks()
         self._names: dict[str, int] = {}
+        self._places: dict[str, Array] = {}
+        self._landmarks = 0
         self._number = 0
         self._steps: list[tuple[float, int, Array, Array]] = []
         self._legs: list[Leg] = []
         self._looks: list[tuple[int, Sighting]] = []
         self._odometry_errors, self._doubt = OdometryErrors(self._systematic), np.zeros(COUNT)
+        self._told_doubt, self._doubt_factor = np.zeros(COUNT), -1
+        self._errors, self._error_covariance = np.zeros(COUNT), np.zeros((COUNT, COUNT))
         self._pose = robot.prior.as_array()
+        self._poses = self._pose[None]
+        self._frame = HeldFrame(self._pose)
         # A pose known exactly has no square root of its information.
-        spread = np.asarray(robot.prior_covariance, dtype=float) + 1e-10 * np.eye(3)
+        spread = np.asarray(robot.prior_covariance, dtype=float) + SOFT * np.eye(3)
         graph, first = gtsam.NonlinearFactorGraph(), gtsam.Values()
-        noise = gtsam.noiseModel.Gaussian.Covariance(turned_covariance(spread, -self._pose[2]))
-        graph.add(gtsam.PriorFactorPose2(self._key(), gtsam.Pose2(*self._pose), noise))
+        graph.add(prior_factor(gtsam, self._key(), self._pose, spread))
         first.insert(self._key(), gtsam.Pose2(*self._pose))
+        first.insert(self._common, self._errors)
         self._solver.update(graph, first)
         self._covariance = self._first_covariance = spread
         self._map: dict[Hashable, tuple[Array, Array]] = {}
@@ -88,16 +124,20 @@ class GraphSlam:
 
     def update(self, seen: Observation) -> Estimate:
         """Return the belief after this tick's odometry and sightings."""
-        moved = np.array([seen.odometry.forward, seen.odometry.left, seen.odometry.turn])
-        self._step, F, G = self._motion(self._step, moved)
-        floor = np.diag([1.0, 1.0, 0.0]) * FLOOR**2 * abs(seen.odometry.turn)
-        _, slopes, gained = self._odometry_errors.step(seen.odometry, seen.odometry.covariance, seen.dt)
+        moved = seen.odometry
+        control, slopes, gained = self._odometry_errors.step(
+            moved, moved.covariance, seen.dt, delay=float(self._errors[3])
+        )
+        self._recent.move(moved, seen.time)
+        self._step, F, G = self._motion(self._step, control)
+        floor = np.diag([1.0, 1.0, 0.0]) * FLOOR**2 * abs(moved.turn)
         self._slopes, self._doubt = F @ self._slopes + G @ slopes, self._doubt + gained
-        self._step_covariance = F @ self._step_covariance @ F.T + G @ seen.odometry.covariance @ G.T + floor
-        far = np.hypot(*self._step[:2]) > self._distance or abs(self._step[2]) > self._turn
-        named = [sighting for sighting in seen.sightings if sighting.name is not None]
+        self._step_covariance = F @ self._step_covariance @ F.T + G @ moved.covariance @ G.T + floor
+        step = self._mended_step()
+        far = np.hypot(*step[:2]) > self._distance or abs(step[2]) > self._turn
+        named = [self._recent.to_now(sighting) for sighting in seen.sightings if sighting.name is not None]
         if named and (far or not self._names):
-            self._extend(named)
+            self._extend(named, seen.time)
         self._steps.append((seen.time, self._number, self._step, self._slopes))
         return self._belief()
 
@@ -113,67 +153,109 @@ class GraphSlam:
 
     def _measured_graph(self) -> MeasuredGraph:
         """Return what was measured, and where the solver has poses and landmarks."""
-        values, symbol = self._solver.calculateEstimate(), self._gtsam.symbol
-        poses = [values.atPose2(symbol("x", number)) for number in range(self._number + 1)]
         return MeasuredGraph(
-            poses=np.array([(pose.x(), pose.y(), pose.theta()) for pose in poses]),
-            landmarks={name: np.asarray(values.atPoint2(key)) for name, key in self._names.items()},
+            poses=self._poses,
+            landmarks=dict(self._places),
             first_covariance=self._first_covariance,
             legs=self._legs,
             looks=self._looks,
             doubt=self._doubt,
         )
 
-    def _extend(self, sightings: list[Sighting]) -> None:
+    def _extend(self, sightings: list[Sighting], time: float) -> None:
         """Add a pose and what is seen from it, and solve."""
         gtsam = self._gtsam
         graph, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
+        pose, F, G = self._motion(self._pose, self._mended_step())
         before = self._key()
         self._number += 1
-        spread = self._step_covariance + 1e-12 * np.eye(3)
+        spread = self._step_covariance + SOFT * np.eye(3)
         self._legs.append(Leg(self._step, spread, self._slopes))
-        noise = gtsam.noiseModel.Gaussian.Covariance(turned_covariance(spread, -self._step[2]))
-        graph.add(gtsam.BetweenFactorPose2(before, self._key(), gtsam.Pose2(*self._step), noise))
-        pose, _, _ = self._motion(self._pose, self._step)
+        keys = (before, self._key(), self._common)
+        graph.add(leg_factor(gtsam, keys, self._step, spread, self._slopes))
         values.insert(self._key(), gtsam.Pose2(*pose))
-        for sighting in sightings:
-            name = sighting.name or ""
-            if name not in self._names:
-                self._names[name] = gtsam.symbol("l", len(self._names))
-                values.insert(self._names[name], landmark_from(pose, np.array([sighting.range, sighting.bearing]))[0])
-            graph.add(self._factor(sighting))
-            self._looks.append((self._number, sighting))
-        self._solver.update(graph, values)
+        self._poses = np.concatenate([self._poses, pose[None]])
+        self._checks.move(F, G @ (spread + self._slopes @ self._error_covariance @ self._slopes.T) @ G.T)
+        for look in self._believed(sightings, time):
+            graph.add(self._look_factor(look, values))
+        self._solve(graph, values)
         self._read()
         self._forget_step()
 
-    def _factor(self, sighting: Sighting) -> Any:
-        """Return the factor of one sighting; gtsam has the bearing before the range."""
-        gtsam = self._gtsam
-        covariance = np.asarray(sighting.covariance)[::-1, ::-1] * self._scale**2
-        robust = gtsam.noiseModel.Robust.Create(
-            gtsam.noiseModel.mEstimator.Huber.Create(HUBER), gtsam.noiseModel.Gaussian.Covariance(covariance)
-        )
-        key, bearing = self._names[sighting.name or ""], gtsam.Rot2(sighting.bearing)
-        return gtsam.BearingRangeFactor2D(self._key(), key, bearing, sighting.range, robust)
+    def _believed(self, sightings: list[Sighting], time: float) -> Iterator[Look]:
+        """Yield the looks that are believed: from the newest pose, and from before it those that have waited."""
+        for sighting in sightings:
+            name = sighting.name or ""
+            if name not in self._names:
+                self._checks.begin(name)
+                yield self._number, sighting
+            elif self._checks.agrees(self._poses[-1], self._places[name], sighting):
+                yield self._number, sighting
+            elif looks := self._checks.wait(self._number, sighting, self._recent, time):
+                if self._checks.is_young(name):
+                    # Its first look was wrong: that stays with a landmark of which nobody hears any more.
+                    self._checks.begin(name)
+                    del self._names[name]
+                    self._looks = [look for look in self._looks if look[1].name != name]
+                yield from looks
+
+    def _look_factor(self, look: Look, values: Any) -> Any:
+        """Return the factor of a look; a landmark that is new is added to the values."""
+        gtsam, (number, sighting) = self._gtsam, look
+        name = sighting.name or ""
+        if name not in self._names:
+            self._names[name] = gtsam.symbol("l", self._landmarks)
+            self._landmarks += 1
+            measured = np.array([sighting.range, sighting.bearing])
+            self._places[name], _ = landmark_from(self._poses[number], measured)
+            values.insert(self._names[name], self._places[name])
+        self._looks.append(look)
+        loss = gtsam.noiseModel.mEstimator.Huber.Create(HUBER)
+        keys = gtsam.symbol("x", number), self._names[name]
+        return look_factor(gtsam, keys, sighting, sighting.covariance * self._scale**2, loss)
+
+    def _solve(self, graph: Any, values: Any) -> None:
+        """Take new factors and values in, and what is known of the systematic errors beforehand if that has changed."""
+        gtsam, outdated = self._gtsam, []
+        changed = self._doubt_factor < 0 or bool(np.any(self._doubt > GROWN * self._told_doubt))
+        if changed:
+            if self._doubt_factor >= 0:
+                outdated = [self._doubt_factor]
+            self._told_doubt = self._doubt
+            noise = gtsam.noiseModel.Diagonal.Variances(self._doubt + SOFT)
+            graph.add(gtsam.PriorFactorVector(self._common, np.zeros(COUNT), noise))
+        result = self._solver.update(graph, values, outdated)
+        if changed:
+            self._doubt_factor = result.getNewFactorsIndices()[graph.size() - 1]
 
     def _read(self) -> None:
-        """Take pose and map out of the solver."""
-        values = self._solver.calculateEstimate()
-        pose = values.atPose2(self._key())
-        self._pose = np.array([pose.x(), pose.y(), pose.theta()])
+        """Take pose, map and systematic errors out of the solver."""
+        gtsam, values = self._gtsam, self._solver.calculateEstimate()
+        # They stand in the order of their numbers.
+        self._poses = gtsam.utilities.extractPose2(values)
+        self._pose = self._poses[-1]
         # The covariance of a pose is given in the pose's own axes.
         self._covariance = turned_covariance(self._solver.marginalCovariance(self._key()), self._pose[2])
+        self._errors = np.asarray(values.atVector(self._common))
+        self._error_covariance = np.asarray(self._solver.marginalCovariance(self._common))
+        if self._held:
+            self._frame.add(self._poses, float(np.sqrt(self._covariance[2, 2])))
+        self._places = {name: np.asarray(values.atPoint2(key)) for name, key in self._names.items()}
         self._map = {
-            name: (np.asarray(values.atPoint2(key)), np.asarray(self._solver.marginalCovariance(key)))
-            for name, key in self._names.items()
+            name: self._frame.landmark(place, self._solver.marginalCovariance(self._names[name]))
+            for name, place in self._places.items()
         }
 
     def _belief(self) -> Estimate:
         """Return the last pose of the graph carried on by odometry, and the map."""
-        pose, F, G = self._motion(self._pose, self._step)
-        covariance = F @ self._covariance @ F.T + G @ self._step_covariance @ G.T
+        pose, F, G = self._motion(self._frame.pose(self._pose), self._mended_step())
+        own = self._step_covariance + self._slopes @ self._error_covariance @ self._slopes.T
+        covariance = F @ self._frame.pose_covariance(self._pose, self._covariance) @ F.T + G @ own @ G.T
         return Estimate(Pose.from_array(pose), covariance, dict(self._map))
+
+    def _mended_step(self) -> Array:
+        """Return the step since the last pose, with the systematic errors of odometry mended, shape (3,)."""
+        return np.asarray(self._step + self._slopes @ self._errors)
 
     def _forget_step(self) -> None:
         self._step, self._step_covariance = np.zeros(3), np.zeros((3, 3))

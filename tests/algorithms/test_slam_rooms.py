@@ -57,4 +57,9 @@ def test_graph_slam_solves_the_plain_room_and_a_real_log(mrclam):
     brief = replace(ROOMS["plain"], text=ROOMS["plain"].text.replace("seconds: 60", "seconds: 16"))
     for seed in range(12):
         assert scores_in_room(brief, {"graph": GraphSlam()}, seed=seed)["graph"].error < 0.08
-    assert scores_in_log(mrclam, "robot1", {"graph": GraphSlam()})["graph"].ate < 0.7
+    scores = scores_in_log(mrclam, "robot1", {"map": GraphSlam(), "start": GraphSlam(frame="start")})
+    # In the frame of the map what was told before stays right, 0.14 m; in that of the start it does not, 0.48 m, but
+    # the start is where it was: 0.43 m unaligned, not 0.78.
+    assert scores["map"].ate < 0.2
+    assert scores["start"].error < 0.6
+    assert max(each.nees for each in scores.values()) < 4.5

@@ -1,0 +1,124 @@
+"""Parts of GraphSlam: the frame that is held, sightings that wait, and the factor of odometry."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from mjsim.algorithms.held_frame import UNSURE, HeldFrame
+from mjsim.algorithms.look_checks import NEEDED, LookChecks
+from mjsim.algorithms.pose_graph import compose
+from mjsim.algorithms.recent_motion import RecentMotion
+from mjsim.interface import Odometry, Sighting
+
+TRACK = np.array([(0.1 * k, 0.02 * k * k, 0.03 * k) for k in range(20)])
+R = np.diag([0.05, np.radians(1.0)]) ** 2
+TURN = np.array([0.3, -0.2, 0.4])
+"""A solution that has learnt better turns and shifts all poses by this."""
+
+
+def held(deviation, shift=TURN):
+    """Tell a track pose by pose, the last one after the solution has turned by `shift`."""
+    frame = HeldFrame(TRACK[0])
+    for n in range(2, len(TRACK)):
+        frame.add(TRACK[:n], deviation)
+    turned = np.array([compose(shift, pose) for pose in TRACK])
+    frame.add(turned, deviation)
+    return frame, turned[-1]
+
+
+def test_what_is_told_stays_where_it_was_while_the_turn_of_the_map_is_unsure():
+    frame, pose = held(2.0 * UNSURE)
+    np.testing.assert_allclose(frame.pose(pose), TRACK[-1], atol=1e-9)
+    place, _ = frame.landmark(compose(TURN, np.array([1.0, 2.0, 0.0]))[:2], np.eye(2))
+    np.testing.assert_allclose(place, (1.0, 2.0), atol=1e-9)
+
+
+def test_a_solution_that_is_sure_is_told_as_it_is():
+    frame, pose = held(0.5 * UNSURE)
+    np.testing.assert_array_equal(frame.pose(pose), pose)
+    np.testing.assert_allclose(frame.pose_covariance(pose, np.eye(3)), np.eye(3), atol=1e-12)
+
+
+def test_the_covariance_of_a_held_pose_has_how_far_it_is_held_from_the_solution():
+    frame, pose = held(2.0 * UNSURE)
+    off = TRACK[-1] - pose
+    covariance = frame.pose_covariance(pose, 1e-4 * np.eye(3))
+    np.testing.assert_allclose(covariance, 1e-4 * np.eye(3) + np.outer(off, off), atol=1e-9)
+    # A squared distance of one in the direction of the shift: it is no outlier by itself.
+    assert off @ np.linalg.solve(covariance, off) == pytest.approx(1.0, abs=1e-3)
+
+
+def look(name, bearing):
+    return Sighting(0.0, name, 3.0, bearing, R)
+
+
+def checked():
+    """Checks of a robot that knows its pose, with a landmark that is old; and its way, at rest."""
+    checks, recent = LookChecks(), RecentMotion()
+    checks.begin("post")
+    for _ in range(NEEDED):
+        assert checks.agrees(np.zeros(3), np.array([3.0, 0.0]), look("post", 0.0))
+    recent.move(Odometry(0.0, 0.0, 0.0, np.zeros((3, 3))), 0.1)
+    return checks, recent
+
+
+def test_a_look_that_is_not_where_the_map_has_it_waits_until_others_agree_with_it():
+    checks, recent = checked()
+    strange = look("post", 0.5)
+    assert not checks.agrees(np.zeros(3), np.array([3.0, 0.0]), strange)
+    assert checks.wait(4, strange, recent, 0.1) == []
+    assert checks.wait(5, look("post", -0.5), recent, 0.1) == []  # agrees with nothing
+    assert checks.wait(6, strange, recent, 0.1) == []
+    assert [number for number, _ in checks.wait(7, strange, recent, 0.1)] == [4, 6, 7]
+    assert checks.wait(8, strange, recent, 0.1) == []  # those have gone into the graph
+
+
+def test_after_a_turn_that_is_unsure_the_same_look_is_expected():
+    checks, _ = checked()
+    checks.move(np.eye(3), np.diag([0.01, 0.01, 0.2]) ** 2)
+    assert checks.agrees(np.zeros(3), np.array([3.0, 0.0]), look("post", 0.5))
+    # It has told the heading.
+    assert not checks.agrees(np.zeros(3), np.array([3.0, 0.0]), look("post", 0.5))
+
+
+def test_the_first_look_at_a_landmark_is_outvoted_by_the_next_two():
+    checks, recent = LookChecks(), RecentMotion()
+    recent.move(Odometry(0.0, 0.0, 0.0, np.zeros((3, 3))), 0.1)
+    checks.begin("post")
+    assert checks.is_young("post")
+    assert checks.wait(1, look("post", 0.5), recent, 0.1) == []
+    assert len(checks.wait(2, look("post", 0.5), recent, 0.1)) == 2
+
+
+def test_looks_are_forgotten_that_nothing_agreed_with_for_long():
+    checks, recent = checked()
+    strange = dataclasses.replace(look("post", 0.5))
+    for time in (0.1, 20.0, 40.0, 60.0):
+        recent.move(Odometry(0.0, 0.0, 0.0, np.zeros((3, 3))), time)
+        assert checks.wait(1, strange, recent, time) == []
+
+
+def test_the_derivatives_of_the_factor_of_odometry_match_central_differences():
+    gtsam = pytest.importorskip("gtsam", reason="an extra")
+    from mjsim.algorithms.graph_factors import leg_factor
+
+    rng, step = np.random.default_rng(0), 1e-6
+    one, other, common = gtsam.symbol("x", 0), gtsam.symbol("x", 1), gtsam.symbol("e", 0)
+    for _ in range(20):
+        first, second = rng.uniform(-2.0, 2.0, (2, 3))
+        moved, slopes, errors = rng.uniform(-1.0, 1.0, 3), rng.uniform(-1.0, 1.0, (3, 4)), rng.uniform(-0.1, 0.1, 4)
+        factor = leg_factor(gtsam, (one, other, common), moved, np.eye(3), slopes)
+
+        def off(delta, factor=factor, first=first, second=second, errors=errors):
+            values = gtsam.Values()
+            values.insert(one, gtsam.Pose2(*first).retract(delta[:3]))
+            values.insert(other, gtsam.Pose2(*second).retract(delta[3:6]))
+            values.insert(common, errors + delta[6:])
+            linear = factor.linearize(values)
+            return np.array(linear.getA()), -np.array(linear.getb())
+
+        A, _ = off(np.zeros(10))
+        for column, offset in enumerate(np.eye(10) * step):
+            slope = (off(offset)[1] - off(-offset)[1]) / (2 * step)
+            np.testing.assert_allclose(slope, A[:, column], atol=1e-6)
