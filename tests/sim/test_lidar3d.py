@@ -202,6 +202,7 @@ def test_what_cannot_be_is_said_in_one_line(keys, wrong):
     [
         ("velodyne-vlp16", 16, -15.0, 15.0, 2.0),
         ("velodyne-vlp32c", 32, -25.0, 15.0, 0.333),
+        ("ouster-os0-128", 128, -45.0, 45.0, 90.0 / 127),
         ("ouster-os1-64", 64, -16.6, 16.6, 33.2 / 63),
         ("ouster-os1-128", 128, -22.5, 22.5, 45.0 / 127),
     ],
