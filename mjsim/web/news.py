@@ -128,6 +128,8 @@ class RobotFacts(TypedDict):
     """From its origin to where the rays of the ring begin, the first one ahead, counter-clockwise [m]."""
     color: str | None
     cameras: list[CameraFacts]
+    can_drive: bool
+    """Whether it has a drive."""
     can_strafe: bool
     arms: list[ArmFacts]
 

@@ -239,6 +239,7 @@ def _facts(robot: Robot) -> RobotFacts:
             for sensor in robot.sensors
             if isinstance(sensor, Camera)
         ],
+        "can_drive": robot.base != "fixed",
         "can_strafe": robot.drive.sideways > 0.0,
         "arms": [{"name": item.name, "joints": arm_facts(item)} for item in robot.arms],
     }

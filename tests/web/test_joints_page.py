@@ -120,6 +120,9 @@ def test_a_joint_of_an_arm_is_dragged_on_the_plan_and_in_3d_and_no_other_turns(b
     with running(browser, tmp_path, CELL) as (studio, page):
         with listener(studio.url) as watcher:
             tick = watcher.until("tick")
+        # What has no drive is not to be driven.
+        expect(page.locator(".run-pad")).to_be_hidden()
+        expect(page.locator(".run-advice")).to_be_hidden()
         begin, at = np.array(joint_place(tick, "joint1")), (2.0, 2.0)
         way = begin - at
         turned = at + np.array([-way[1], way[0]])  # a quarter to the left

@@ -62,6 +62,7 @@ export class Advice {
 function whileRunning(run: RunNews, { other, robot, driven }: Outlook): string {
   if (other) return word("run.thisIsTheRunOf", { world: run.path || run.name || word("run.anotherWorld") });
   const chosen = run.drivers?.[robot];
-  if (driven || !run.controllable || !chosen || chosen.navigator !== null) return "";
+  const drives = run.robots.find(({ name }) => name === robot)?.can_drive;
+  if (driven || !drives || !run.controllable || !chosen || chosen.navigator !== null) return "";
   return word("run.noNavigatorDriveWithW");
 }

@@ -173,6 +173,8 @@ export interface RobotFacts {
   rims: number[];
   color: string | null;
   cameras: CameraFacts[];
+  /** Whether it has a drive. */
+  can_drive: boolean;
   can_strafe: boolean;
   arms: ArmFacts[];
 }
@@ -223,7 +225,7 @@ export interface RunNews {
   /** One tick [s]. */
   dt: number;
   seed: number | null;
-  /** Simulated seconds a second that are wanted; null for as fast as it goes. */
+  /** Simulated seconds per second that are wanted; null for as fast as it goes. */
   speed: number | null;
   robots: RobotFacts[];
   /** Those of which a joint can be led by hand. */
@@ -247,7 +249,7 @@ export interface SceneNews {
   bounds: [number, number, number, number];
 }
 
-/** A hand that was led by the page does not get there. */
+/** A hand that was led by the page does not reach its target. */
 export interface ShortNews {
   kind: "short";
   person: string;
@@ -289,7 +291,7 @@ export interface TickNews {
   number: number;
   /** Simulated [s]. */
   time: number;
-  /** Simulated seconds a second. */
+  /** Simulated seconds per second. */
   pace: number;
   robots: Record<string, RobotTick>;
   /** Where everything is that can move but robots, by its name in the scene. */

@@ -362,6 +362,7 @@ export class RunView implements View {
     this.chosen = this.robot.value = name;
     const robot = this.run?.robots.find((each) => each.name === name);
     this.pad.canStrafe(robot?.can_strafe ?? false);
+    this.pad.element.hidden = !this.canDrive();
     this.floor.run(this.run?.robots ?? [], name, this.run?.joints);
     this.showArms();
     this.advise();
@@ -377,7 +378,8 @@ export class RunView implements View {
   }
 
   private canDrive(): boolean {
-    return this.visible && this.running() && (this.run?.controllable ?? false) && this.chosen !== "";
+    const robot = this.run?.robots.find(({ name }) => name === this.chosen);
+    return this.visible && this.running() && (this.run?.controllable ?? false) && (robot?.can_drive ?? false);
   }
 
   private drive(push: Push | null): void {
