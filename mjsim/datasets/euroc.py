@@ -23,6 +23,7 @@ from mjsim.datasets.recorded_robots import RecordedRobots
 from mjsim.errors import UsageError
 from mjsim.geometry import Array, Pose3
 from mjsim.interface import SensorInfo
+from mjsim.progress import say
 from mjsim.record import Recording
 from mjsim.ros import nanoseconds
 
@@ -54,13 +55,18 @@ def export_euroc(
         The folder of each data set.
 
     Raises:
-        UsageError: No robot has such a sensor, one of them is on an arm, pictures were not recorded, or a data set
+        UsageError: No robot has such a sensor fixed to it, pictures were not recorded, or a data set
             exists or cannot be written.
     """
     with RecordedRobots(recording, redraw=redraw) as recorded:
         robots = [robot for robot in recording.robots if _sensors(recorded, robot, "camera", "imu")]
+        carried = _carried(recorded)
+        if not robots and carried:
+            raise UsageError(f"{carried[0]} moves with an arm; EuRoC has only sensors that are fixed")
         if not robots:
             raise UsageError(f"'{recording.path}' has neither a camera nor an inertial sensor; EuRoC is made of these")
+        for each in carried:
+            say(f"{each} moves with an arm; EuRoC has only sensors that are fixed: it is left out")
         places = [Path(folder) / robot for robot in robots]
         with new_folders(places, files=FILES, overwrite=overwrite) as parts:
             for robot, part in zip(robots, parts, strict=True):
@@ -69,15 +75,24 @@ def export_euroc(
 
 
 def _sensors(recorded: RecordedRobots, robot: str, *kinds: str) -> dict[str, SensorInfo]:
-    return {name: sheet for name, sheet in recorded.infos[robot].sensors.items() if sheet.kind in kinds}
+    """Return the sensors of some kinds that are fixed to a robot."""
+    sheets, moving = recorded.infos[robot].sensors, recorded.on_arms(robot)
+    return {name: sheet for name, sheet in sheets.items() if sheet.kind in kinds and name not in moving}
+
+
+def _carried(recorded: RecordedRobots) -> list[str]:
+    """Return the cameras and inertial sensors that arms carry, for people."""
+    return [
+        f"'{name}' of robot '{robot}'"
+        for robot, about in recorded.infos.items()
+        for name in sorted(recorded.on_arms(robot))
+        if about.sensors[name].kind in ("camera", "imu")
+    ]
 
 
 def _write(recorded: RecordedRobots, robot: str, folder: Path) -> None:
     """Write the data set of one robot."""
     imus, cameras = _sensors(recorded, robot, "imu"), _sensors(recorded, robot, "camera")
-    carried = recorded.on_arms(robot)
-    if moving := carried & {*imus, *cameras}:
-        raise UsageError(f"'{min(moving)}' of robot '{robot}' moves with an arm; EuRoC has only sensors that are fixed")
     base_from_body = next((sheet.robot_from_sensor for sheet in imus.values()), np.eye(4))
     body_from_base = np.linalg.inv(base_from_body)
     for number, (name, sheet) in enumerate(cameras.items()):

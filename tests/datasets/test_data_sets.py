@@ -338,3 +338,27 @@ def test_what_no_robot_has_is_one_line(tmp_path: Path):
             overwrite=True,
         )
     assert {each.name for each in tmp_path.iterdir()} == {"plain.mcap", "bag"}
+
+
+@pytest.mark.slow
+def test_sensors_that_arms_carry_are_left_out_of_euroc_and_named(tmp_path: Path, capsys):
+    arm = (
+        "mjsim: 1\nrobots:\n"
+        "  - {name: up6, base: fixed, at: [2, 1], arms: [{name: arm, preset: puma560}],\n"
+        "     sensors: [{camera: hand, on: arm/tool, width: 32, height: 24}, {camera: eye, at: [0, 0.5, 1], width: 32, height: 24}]}\n"
+        "run: {seconds: 0.2}\n"
+    )
+    for name, text in (
+        ("both", arm),
+        ("hand", arm.replace(", {camera: eye, at: [0, 0.5, 1], width: 32, height: 24}", "")),
+    ):
+        with mjsim.Simulation(mjsim.parse_world(text)) as sim:
+            mjsim.run(sim, record=tmp_path / f"{name}.mcap")
+    (place,) = export_euroc(mjsim.read_recording(tmp_path / "both.mcap"), tmp_path / "euroc")
+    assert {each.name for each in (place / "mav0").iterdir()} == {"cam0", "state_groundtruth_estimate0", "body.yaml"}
+    assert "up6/eye" in (place / "mav0" / "cam0" / "sensor.yaml").read_text()
+    assert "'hand' of robot 'up6' moves with an arm" in capsys.readouterr().err
+    with pytest.raises(
+        UsageError, match="'hand' of robot 'up6' moves with an arm; EuRoC has only sensors that are fixed"
+    ):
+        export_euroc(mjsim.read_recording(tmp_path / "hand.mcap"), tmp_path / "none")
