@@ -345,7 +345,8 @@ def test_sensors_that_arms_carry_are_left_out_of_euroc_and_named(tmp_path: Path,
     arm = (
         "mjsim: 1\nrobots:\n"
         "  - {name: up6, base: fixed, at: [2, 1], arms: [{name: arm, preset: puma560}],\n"
-        "     sensors: [{camera: hand, on: arm/tool, width: 32, height: 24}, {camera: eye, at: [0, 0.5, 1], width: 32, height: 24}]}\n"
+        "     sensors: [{camera: hand, on: arm/tool, width: 32, height: 24},"
+        " {camera: eye, at: [0, 0.5, 1], width: 32, height: 24}]}\n"
         "run: {seconds: 0.2}\n"
     )
     for name, text in (
