@@ -48,7 +48,9 @@ NEAREST = 0.02
 """What is nearer was not measured [m]."""
 MOST_NOISE = 10.0
 COMMON = 50
-"""Beams with the largest value of a log, from which on that value means that nothing came back."""
+"""Beams with the largest values of a log, from which on these mean that nothing came back."""
+CODES = 1e-3
+"""Largest values differ by no more than this share: a SICK scanner says 8183 to 8191 where it measures nothing."""
 
 
 @dataclass(slots=True)
@@ -189,7 +191,7 @@ def _scan(stamp: float, ranges: Sequence[float], first: float, step: float, *, f
 
 
 def _without_returns(scans: Sequence[Scan]) -> list[Scan]:
-    """Return scans of one laser whose largest value, if it is common, means that nothing came back."""
+    """Return scans of one laser whose largest values, if they are common, mean that nothing came back."""
     if not scans:
         return []
     ranges = np.array([scan.ranges for scan in scans])
@@ -197,9 +199,10 @@ def _without_returns(scans: Sequence[Scan]) -> list[Scan]:
     if not len(finite):
         return list(scans)
     largest = float(finite.max())
-    at_top = int((finite > largest - 0.005).sum())
-    if at_top >= COMMON and at_top > int(((finite > 0.9 * largest) & (finite <= largest - 0.005)).sum()):
-        ranges[ranges > largest - 0.005] = np.inf
+    top = (1.0 - CODES) * largest
+    at_top = int((finite > top).sum())
+    if at_top >= COMMON and at_top > int(((finite > 0.9 * largest) & (finite <= top)).sum()):
+        ranges[ranges > top] = np.inf
         finite = ranges[np.isfinite(ranges)]
     declared = scans[0].range_max
     reach = declared if math.isfinite(declared) else max(1.0, math.ceil(float(finite.max(initial=1.0))))

@@ -70,6 +70,22 @@ def test_a_log_becomes_a_recording_whose_scans_lie_on_the_wall_at_the_pose_of_od
     assert np.isnan(track.truth).all()
 
 
+def test_all_codes_of_a_scanner_for_no_return_tell_nothing(tmp_path):
+    # A SICK scanner says 8183 to 8191 for no return, too much light and other faults.
+    write_carmen(tmp_path / "room.clf")
+    words = (tmp_path / "room.clf").read_text().split(" ")
+    lost = [number for number, word in enumerate(words) if word == "81.8300"]
+    for row, number in enumerate(lost):
+        words[number] = ("81.83", "81.83", "81.87", "81.91")[row % 4]
+    (tmp_path / "room.clf").write_text(" ".join(words))
+    scans = [
+        scan for seen in mjsim.import_log(tmp_path / "room.clf").observations("robot") for scan in seen.scans.values()
+    ]
+    assert sum(int(np.isinf(scan.ranges).sum()) for scan in scans) == len(lost) > 100
+    assert max(scan.ranges[np.isfinite(scan.ranges)].max() for scan in scans) <= WALL / 0.1
+    assert scans[0].range_max < 60.0
+
+
 def test_scans_that_were_logged_all_at_once_are_told_one_a_tick(tmp_path):
     write_carmen(tmp_path / "room.clf")
     lines = (tmp_path / "room.clf").read_text().splitlines()
