@@ -49,6 +49,8 @@ NEAREST = 0.02
 MOST_NOISE = 10.0
 COMMON = 50
 """Beams with the largest values of a log, from which on these mean that nothing came back."""
+FINEST = 0.005
+"""Ranges that differ by no more than this are one value [m]."""
 CODES = 1e-3
 """Largest values differ by no more than this share: a SICK scanner says 8183 to 8191 where it measures nothing."""
 
@@ -199,7 +201,7 @@ def _without_returns(scans: Sequence[Scan]) -> list[Scan]:
     if not len(finite):
         return list(scans)
     largest = float(finite.max())
-    top = (1.0 - CODES) * largest
+    top = largest - max(FINEST, CODES * largest)
     at_top = int((finite > top).sum())
     if at_top >= COMMON and at_top > int(((finite > 0.9 * largest) & (finite <= top)).sum()):
         ranges[ranges > top] = np.inf
