@@ -84,11 +84,12 @@ def _group(group: Group, seed: int | None) -> dict[str, Any]:
     """Return the lines of a group, and the runs whose paths are drawn: few, or the one of the shared seed."""
     runs = list(group.series.values())
     few = len(runs) <= FEW
+    errors = [{"seed": each, **_line(run, run.position_error_m)} for each, run in group.series.items()] if few else []
     drawn = {each: series for each, series in group.series.items() if few or each == seed}
     return {
         "label": group.label,
         "runs": len(runs),
-        "errors": [_line(series, series.position_error_m) for series in runs] if few else [_spread(runs)],
+        "errors": errors if few else [_spread(runs)],
         "nees": _mean_nees(runs),
         "paths": [_path(each, series) for each, series in drawn.items() if series.truth is not None],
     }

@@ -35,6 +35,25 @@ def folder(tmp_path_factory):
     return place
 
 
+def test_each_run_of_a_kind_has_a_column_of_its_own_by_its_seed(browser, folder, tmp_path):
+    expect.set_options(timeout=PATIENCE)
+    for seed in (1, 2):
+        with mjsim.Simulation(mjsim.parse_world(ROOM), seed=seed) as sim:
+            mjsim.run(sim, record=tmp_path / f"run{seed}.mcap")
+    with Studio(tmp_path) as studio, page_at(browser, studio.url) as page:
+        page.get_by_role("tab", name="Review", exact=True).click()
+        for seed in (1, 2):
+            page.get_by_label(f"Compare run{seed}.mcap").check()
+        page.get_by_role("button", name="Compare 2 chosen").click()
+        chart = page.locator(".compare .run-chart", has_text="Position error")
+        label = page.locator(".compare-legend b").inner_text()
+        rows = list(csv.reader(kept(page, chart, "CSV", tmp_path).read_text().splitlines()))
+        assert rows[0] == ["time [s]", f"{label}, seed 1", f"{label}, seed 2"]
+        group = compare([tmp_path / f"run{seed}.mcap" for seed in (1, 2)]).groups[0]
+        errors = [group.series[seed].position_error_m[26] for seed in (1, 2)]
+        assert [float(value) for value in rows[27]] == pytest.approx([1.04, *errors], abs=1e-4)
+
+
 def kept(page, chart, kind, folder):
     """Return the file that the menu of a chart gives."""
     chart.get_by_label("Save as a file").click()

@@ -164,7 +164,9 @@ function errorLines({ label, errors, runs }: Group, style: ReturnType<typeof sty
   return errors.flatMap((line, number) => {
     const spread = line.low !== undefined;
     const told = spread ? word("review.medianOfNineOfTen", { label, runs }) : label;
-    const own: Line = { label: number ? "" : told, ...style };
+    // In a table each line needs a name of its own.
+    const name = errors.length > 1 ? { name: word("review.labelAndSeed", { label, seed: line.seed }) } : {};
+    const own: Line = { label: number ? "" : told, ...name, ...style };
     if (!spread) return [own];
     const bound: Line = { label: "", name: `${label}: 95 %`, color: () => faded(style.color(), 0.35), width: 0.75 };
     return [own, bound, { ...bound, name: `${label}: 5 %`, fillTo: before + 2, fill: () => faded(style.color(), 0.14) }];

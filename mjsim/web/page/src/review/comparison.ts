@@ -10,6 +10,8 @@ export interface TimeLine {
   /** Where nine of ten runs lie, of a line that is their median. */
   low?: Values;
   high?: Values;
+  /** Of the one run whose line it is. */
+  seed?: number;
 }
 
 export interface RunPath {

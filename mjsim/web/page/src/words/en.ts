@@ -289,6 +289,7 @@ export const EN = {
   "review.goToRun": "Go to Run",
   "review.groups": "Groups",
   "review.in": "in",
+  "review.labelAndSeed": "{label}, seed {seed}",
   "review.less": "{second} minus {first}",
   "review.linesEstimatesWideAndPale": "lines: estimates; wide and pale: the truth",
   "review.markAPartToGet":
