@@ -75,6 +75,7 @@ def test_nothing_is_out_of_reach_of_a_finger_on_a_small_screen(browser, folder):
         for width, height in SIZES:
             page.set_viewport_size({"width": width, "height": height})
             walk_edit(page)
+            walk_dialogs(page)
             walk_run_and_review(page)
             page.get_by_role("button", name="Keys (?)").tap()
             assert_in_reach(page, page.get_by_role("dialog"))
@@ -96,6 +97,38 @@ def walk_edit(page):
     assert_in_reach(page, page.locator(".cm-content"))
     text.tap()
     expect(page.locator(".cm-content")).to_be_hidden()
+
+
+def walk_dialogs(page):
+    """Go through what is opened from the bar and from Edit, and through the tour."""
+    plan, dialog = page.locator("#view-edit .plan"), page.get_by_role("dialog")
+
+    def button(name):
+        return page.get_by_role("button", name=name, exact=True).locator("visible=true").first
+
+    shows = [
+        lambda: button("New world").tap(),
+        lambda: page.keyboard.press("Control+Shift+s"),
+        lambda: button("Open in another browser").tap(),
+        lambda: page.locator(".pick").first.tap(),
+    ]
+    button("More things (M)").tap()
+    page.get_by_label("Kind").select_option("model")
+    for show in shows:
+        show()
+        assert_in_reach(page, dialog)
+        page.keyboard.press("Escape")
+        expect(dialog).to_have_count(0)
+    plan.focus()
+    page.keyboard.press("v")
+    page.keyboard.press("?")
+    button("Take the tour").tap()
+    for step in range(6):
+        expect(dialog).to_contain_text(f"{step + 1} of 6")
+        assert_in_reach(page, dialog)
+        page.keyboard.press("ArrowRight")
+    page.keyboard.press("Escape")
+    expect(dialog).to_have_count(0)
 
 
 def walk_run_and_review(page):
