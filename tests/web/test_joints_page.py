@@ -75,7 +75,7 @@ def test_a_mechanism_is_drawn_as_it_moves_dragged_on_the_plan_and_in_3d_and_give
         page.mouse.move(*screen(page, 3.5, 0.5))
         expect_drawn(page, (2, 2.8), empty, same=False)
         page.get_by_role("button", name="Touch: drag").click()
-        pick(page, (2, 3.2), "Give back to its signal")
+        pick(page, (2, 3.2), "Return to its signal")
         until(studio, page, lambda tick: abs(angle(tick)) < 0.1)
         page.get_by_role("button", name="Touch: drag").click()
         page.mouse.move(*screen(page, 3.5, 0.5))
@@ -84,7 +84,7 @@ def test_a_mechanism_is_drawn_as_it_moves_dragged_on_the_plan_and_in_3d_and_give
         lead(canvas, "swing", "", (-120, -60))
         until(studio, page, lambda tick: abs(angle(tick)) > 20)
         page.get_by_role("tab", name="Joints").locator("visible=true").click()
-        page.get_by_role("button", name="Let swing follow its signal again").click()
+        page.get_by_role("button", name="Return swing to its signal").click()
         until(studio, page, lambda tick: abs(angle(tick)) < 0.1)
         keep(page, 5)
     swung, slid, back, turned, last = mjsim.load_world(tmp_path / "room.yaml").run.events
