@@ -97,7 +97,7 @@ def add_motor(
         torque = max(PUSH, RESERVE * drive.max_acceleration) * load * wheel.radius * motor.share
     if motor.follows_load:
         assert motor.share is not None, "a motor that moves a load has a share of it"
-        # Its fraction of the robot, and the wheel's own rotation (2/5 m r^2 of an ellipsoid) with its motor's.
+        # Its share of the mass of the robot, and the wheel's own rotation (2/5 m r^2 of an ellipsoid) with its motor's.
         inertia = (motor.share + 0.4 * wheel.mass / load + motor.inertia) * load * wheel.radius**2
         add_soft_servo(spec, wheel.name, inertia=inertia, torque=torque)
     else:

@@ -184,7 +184,7 @@ class RingAvoidance:
         return replace(command, forward=direction * slow, turn=min(max(chosen, -most), most))
 
     def _wary(self, direction: float) -> float:
-        """Return the speed from which it can stop in its fraction of the room that rays find ahead now [m/s]."""
+        """Return the speed from which it can stop in its share of the room that rays find ahead now [m/s]."""
         nears = direction * self._cosines
         ahead = nears > self.AHEAD
         room = self.OWN * np.maximum(self._ring[ahead] - TOUCHING, 0.0)
