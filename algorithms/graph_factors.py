@@ -1,4 +1,4 @@
-"""Factors of a graph of gtsam: odometry with systematic errors, sightings, and what is known of each beforehand."""
+"""Factors of a gtsam graph: odometry with systematic errors, sightings, and priors."""
 
 from typing import Any
 
@@ -9,14 +9,14 @@ from mjsim.interface import Sighting
 
 
 def leg_factor(gtsam: Any, keys: tuple[int, int, int], step: Array, covariance: Array, slopes: Array) -> Any:
-    """Return the factor of odometry between two poses, which its systematic errors change.
+    """Return the odometry factor between two poses, as a function of its systematic errors.
 
     Args:
         gtsam: The module.
-        keys: Of the first pose, the second, and the systematic errors (4,).
-        step: Pose of the second in the frame of the first without such errors, shape (3,) [m, m, rad].
-        covariance: Of the step, in the axes of the first, shape (3, 3).
-        slopes: Derivative of the step by the errors, shape (3, 4).
+        keys: Keys of the first pose, the second pose, and the systematic errors (4,).
+        step: Second pose in the frame of the first if there are no such errors, shape (3,) [m, m, rad].
+        covariance: Of the step, in the frame of the first pose, shape (3, 3).
+        slopes: Jacobian of the step by the errors, shape (3, 4).
     """
     one, other, common = keys
 
@@ -29,7 +29,7 @@ def leg_factor(gtsam: Any, keys: tuple[int, int, int], step: Array, covariance: 
         apart = np.array([forward, left, turn]) - step - slopes @ values.atVector(common)
         apart[2] = wrap_angle(float(apart[2]))
         if jacobians is not None:
-            # gtsam moves a pose in its own axes.
+            # gtsam's increments of a pose are in the frame of that pose.
             c, s = np.cos(turn), np.sin(turn)
             jacobians[0] = np.array([[-1.0, 0.0, left], [0.0, -1.0, -forward], [0.0, 0.0, -1.0]])
             jacobians[1] = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
@@ -44,25 +44,25 @@ def look_factor(gtsam: Any, keys: tuple[int, int], look: Sighting, covariance: A
 
     Args:
         gtsam: The module.
-        keys: Of the pose and the landmark.
-        look: What was measured.
+        keys: Keys of the pose and the landmark.
+        look: The measurement.
         covariance: Of range and bearing, shape (2, 2).
-        loss: An estimator of gtsam's `noiseModel.mEstimator`.
+        loss: A robust loss of gtsam's `noiseModel.mEstimator`.
     """
     noise = gtsam.noiseModel
-    # gtsam has the bearing before the range.
+    # gtsam puts bearing before range.
     robust = noise.Robust.Create(loss, noise.Gaussian.Covariance(np.asarray(covariance)[::-1, ::-1]))
     return gtsam.BearingRangeFactor2D(*keys, gtsam.Rot2(look.bearing), look.range, robust)
 
 
 def prior_factor(gtsam: Any, key: int, pose: Array, covariance: Array) -> Any:
-    """Return what is known of a pose (3,) beforehand, its covariance (3, 3) in the world's axes."""
+    """Return the prior of a pose (3,) with a covariance (3, 3) in the world frame."""
     noise = gtsam.noiseModel.Gaussian.Covariance(turned_covariance(covariance, -float(pose[2])))
     return gtsam.PriorFactorPose2(key, gtsam.Pose2(*pose), noise)
 
 
 def turned_covariance(covariance: Array, angle: float) -> Array:
-    """Return a covariance (3, 3) of (x, y, heading) in axes turned back by an angle [rad]."""
+    """Return a covariance (3, 3) of (x, y, heading), rotated by an angle [rad]."""
     c, s = np.cos(angle), np.sin(angle)
     R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     return np.asarray(R @ covariance @ R.T)

@@ -1,9 +1,9 @@
-"""Which sightings a graph takes at once, and which wait for others that agree with them.
+"""Decides which sightings enter a graph at once, and which wait until others agree with them.
 
-A graph has all sightings for good, and a wrong one that comes when the robot has seen nothing for a minute turns all
-of its map: a loss that is robust helps where others contradict. So a sighting of a landmark of the map counts at once
-only if it is about where the map and the way since the last ones have it. Any other waits; a few of one landmark that
-agree with each other are believed. Names that were misread seldom agree.
+A graph keeps its sightings for good. A wrong one that comes after a minute without landmarks turns the whole map, since
+a robust loss helps only where other sightings contradict. So a sighting of a mapped landmark is used at once only if it
+agrees with the map and with the motion since the last sightings. Any other waits until a few of the same landmark agree
+with each other. Sightings with a wrong name seldom agree.
 """
 
 from collections import Counter, deque
@@ -18,16 +18,17 @@ from .ekf_models import apart, range_bearing
 from .recent_motion import MEMORY, RecentMotion
 
 GATE = 13.8
-"""Largest squared Mahalanobis distance of what agrees: 99.9 % of good ones (chi-square, 2 degrees of freedom)."""
+"""Largest squared Mahalanobis distance of sightings that agree: 99.9 % of correct ones (chi-square, 2 degrees of
+freedom)."""
 NEEDED = 3
-"""So many sightings of a landmark that wait must agree; fewer if still fewer have spoken for its place."""
+"""Number of waiting sightings of a landmark that must agree; fewer if fewer support its present position."""
 
 Look = tuple[int, Sighting]
-"""The number of a pose, and what was seen from it."""
+"""The index of a pose, and a sighting from it."""
 
 
 class LookChecks:
-    """Sorts sightings by how unsure the robot is of its pose relative to its map, the map being taken for right."""
+    """Checks sightings against the uncertainty of the robot's pose relative to its map, which is taken as correct."""
 
     def __init__(self) -> None:
         """Start where the map begins."""
@@ -36,28 +37,28 @@ class LookChecks:
         self._counted: Counter[str] = Counter()
 
     def move(self, F: Array, covariance: Array) -> None:
-        """Take a step: the derivative of the new pose by the old one, and the covariance that it adds, (3, 3) each."""
+        """Propagate through a step: Jacobian of the new pose by the old one and the added covariance, (3, 3) each."""
         self._spread = F @ self._spread @ F.T + covariance
 
     def begin(self, name: str) -> None:
-        """Take the first look at a landmark."""
+        """Register the first sighting of a landmark."""
         self._counted[name] = 1
 
     def is_young(self, name: str) -> bool:
-        """Return whether so few looks agree about where a landmark is that its first one may have been wrong."""
+        """Return whether so few sightings support a landmark that the first one may have been wrong."""
         return self._counted[name] < NEEDED
 
     def agrees(self, pose: Array, landmark: Array, look: Sighting) -> bool:
-        """Return whether a sighting is where it is expected; if so the pose is known better from now on.
+        """Return whether a sighting agrees with the map; if so, reduce the uncertainty of the pose.
 
         Args:
-            pose: From where, shape (3,).
-            landmark: As the map has it, shape (2,) [m].
-            look: Of this landmark.
+            pose: Of the robot at the sighting, map frame, shape (3,).
+            landmark: Its position in the map, shape (2,) [m].
+            look: The sighting of this landmark.
         """
         expected, H_pose, _ = range_bearing(pose, landmark[None])
         nu, H = apart(np.array([[look.range, look.bearing]]), expected)[0], H_pose[0]
-        # A landmark is known about as well as one look at it tells.
+        # A landmark is about as uncertain as a single sighting of it.
         S = H @ self._spread @ H.T + 2.0 * look.covariance
         if nu @ np.linalg.solve(S, nu) > GATE:
             return False
@@ -66,13 +67,13 @@ class LookChecks:
         return True
 
     def wait(self, number: int, look: Sighting, recent: RecentMotion, time: float) -> list[Look]:
-        """Let a sighting wait; return those that waited and agree with it, itself among them, if they are enough.
+        """Add a sighting to those that wait; return all that agree with it, including itself, if there are enough.
 
         Args:
-            number: Of the pose that it was taken from.
-            look: As it is seen from there.
-            recent: The way of the last seconds, until now.
-            time: Now [s].
+            number: Index of the pose that it was taken from.
+            look: The sighting from that pose.
+            recent: Motion of the last seconds.
+            time: Current time [s].
         """
         name, look = look.name or "", replace(look, stamp=time)
         waiting = self._waiting.setdefault(name, deque())
@@ -87,6 +88,6 @@ class LookChecks:
 
 
 def _same(one: Sighting, other: Sighting) -> bool:
-    """Return whether two looks from the same place may be at the same thing."""
+    """Return whether two sightings from the same pose may be of the same landmark."""
     nu = apart(np.array([[one.range, one.bearing]]), np.array([[other.range, other.bearing]]))[0]
     return bool(nu @ np.linalg.solve(one.covariance + other.covariance, nu) < GATE)
