@@ -141,7 +141,7 @@ def _robot_tick(recorded: RecordedRobots, robot: str, time: float, tick: Recorde
         seen=tick.seen,
         odometry=planar_pose(track.odometry[row]),
         odometry_covariance=track.odometry_covariance[row],
-        estimate=planar_pose(track.estimate[row]),
+        estimate=planar_pose(track.estimate[row]) if recorded.recording.has_estimator(robot) else None,
         estimate_covariance=track.covariance[row],
     )
 

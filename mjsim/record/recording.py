@@ -1,5 +1,6 @@
 """A recording in memory: arrays by robot, one row a tick."""
 
+import json
 import math
 from collections.abc import Collection, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -196,6 +197,15 @@ class Recording:
         """Return how the world looks at a row: its light, and what is no longer there."""
         time = float(self.time[row])
         return looks_after(self.world, (event for event in self.events if event.time <= time), time=time)
+
+    def has_estimator(self, robot: str) -> bool:
+        """Return whether a module estimated the pose of a robot; without one the estimate is dead reckoning."""
+        if robot == self.metadata.get("replayed robot"):
+            return True
+        if "modules" in self.metadata:
+            return "estimator" in json.loads(self.metadata["modules"]).get(robot, {})
+        driver = self.world.run.drivers.get(robot)
+        return driver is not None and driver.estimator is not None
 
     def messages(self, topic: str) -> Iterator[bytes]:
         """Yield the messages of a topic as stored in the file; none for a missing topic."""

@@ -30,7 +30,9 @@ run:
   rate_hz: 25
   seed: 3
   drivers:
-    7.tip-top: {navigator: {use: "mjsim.algorithms.constant:ConstantCommand", forward: 0.3, turn: 0.4}}
+    7.tip-top:
+      estimator: {use: "mjsim.algorithms.occupancy:OccupancyMapping"}
+      navigator: {use: "mjsim.algorithms.constant:ConstantCommand", forward: 0.3, turn: 0.4}
 """
 
 
