@@ -35,10 +35,27 @@ class Blend:
         """Return the way to a goal from a value with a speed and an acceleration, at a time [s]."""
         # The greatest speed of such a way from rest is 15/8 of its mean.
         seconds = max(QUICKEST, 15.0 / 8.0 * abs(goal - value) / FASTEST)
+        blend = cls._within(seconds, goal, begin=begin, value=value, speed=speed, change=change)
+        while speed * (goal - value) < 0.0 and blend.fastest() > max(FASTEST, abs(speed)):
+            # It turns round first, and has farther to go than from rest.
+            seconds *= 1.1
+            blend = cls._within(seconds, goal, begin=begin, value=value, speed=speed, change=change)
+        return blend
+
+    @classmethod
+    def _within(
+        cls, seconds: float, goal: float, *, begin: float, value: float, speed: float, change: float
+    ) -> "Blend":
+        """Return the way that takes so long [s]."""
         first = np.array([value, speed * seconds, change * seconds**2 / 2.0])
         rest = np.array([goal - first.sum(), -first[1] - 2.0 * first[2], -2.0 * first[2]])
         last = np.linalg.solve(np.array([[1.0, 1.0, 1.0], [3.0, 4.0, 5.0], [6.0, 12.0, 20.0]]), rest)
         return cls(begin, seconds, np.concatenate([first, last]))
+
+    def fastest(self) -> float:
+        """Return the greatest speed on the way [rad/s, m/s]."""
+        speeds = np.polynomial.Polynomial(self.factors).deriv(1)(np.linspace(0.0, 1.0, 101)) / self.seconds
+        return float(np.abs(speeds).max())
 
     def at(self, time: float) -> tuple[float, float, float]:
         """Return value, speed and acceleration at a time not before its begin [s]."""

@@ -60,7 +60,7 @@ def test_everything_done_by_hand_repeats_to_the_byte(browser, tmp_path):
         done(page, 1)
         drag(page, (2, 6), (3, 7))  # a thing
         done(page, 2)
-        page.get_by_role("button", name="Go on", exact=True).click()
+        page.get_by_role("button", name="Resume", exact=True).click()
         page.keyboard.down("Shift")
         drag(page, (3, 7), (3.5, 7))  # a push
         page.keyboard.up("Shift")

@@ -232,7 +232,7 @@ def test_noise_changes_while_it_runs_and_all_browsers_are_told(page):
                 pass
         one.say("set", key="robots.scout.body.mass", value=3.0)
         told = one.until("refused", do="set")["error"]
-        assert told.startswith("robots.scout.body.mass cannot change while the run goes on")
+        assert told.startswith("robots.scout.body.mass cannot change during a run")
         assert "refused" not in other.news
 
 

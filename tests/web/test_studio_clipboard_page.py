@@ -50,7 +50,7 @@ def test_text_with_items_is_pasted_on_the_plan_and_other_text_refused_in_a_line(
     sheet.press("Control+a", "Control+c")
     sheet.plan.focus()
     sheet.press("Control+v")
-    expect(sheet.page.locator(".toast.error")).to_contain_text("This text holds no item of a world")
+    expect(sheet.page.locator(".toast.error")).to_contain_text("This text contains no item of a world")
     sheet.button("Close").click()
     sheet.page.get_by_label("Search things").fill("")
     sheet.text.get_by_text("name: bin").click()

@@ -139,7 +139,7 @@ def test_a_notice_that_was_closed_comes_back_when_the_file_changes_again(sheet, 
     kept("# mine more")
     expect(found).to_be_hidden()
     sheet.press("Control+s")  # which asks all the same
-    expect(sheet.page.get_by_role("dialog")).to_contain_text("not as it was read")
+    expect(sheet.page.get_by_role("dialog")).to_contain_text("has changed since it was read")
     sheet.press("Escape")
     assert (tmp_path / "room.yaml").read_text() == THEIRS
     (tmp_path / "room.yaml").write_text(ROOM + "# third\n")
@@ -159,7 +159,7 @@ def test_restored_changes_of_an_older_file_are_not_saved_over_a_newer_one_unaske
         sheet.reads("# mine", "crate")
         notice(sheet, "room.yaml changed on disk, and you have unsaved changes here.")
         sheet.press("Control+s")
-        expect(sheet.page.get_by_role("dialog")).to_contain_text("not as it was read")
+        expect(sheet.page.get_by_role("dialog")).to_contain_text("has changed since it was read")
         assert (tmp_path / "room.yaml").read_text() == THEIRS
 
 

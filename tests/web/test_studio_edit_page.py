@@ -220,7 +220,7 @@ def test_a_file_that_changed_on_disk_is_not_overwritten_unasked(sheet, tmp_path)
     (tmp_path / "room.yaml").write_text(other)
     sheet.press("Control+s")
     dialog = sheet.page.get_by_role("dialog")
-    expect(dialog).to_contain_text("not as it was read")
+    expect(dialog).to_contain_text("has changed since it was read")
     assert (tmp_path / "room.yaml").read_text() == other
     dialog.get_by_role("button", name="Load the file on disk").click()
     sheet.reads("closed: false", "at: [2, 2]")

@@ -112,7 +112,7 @@ def test_the_page_says_what_to_do_before_and_after_a_run(chrome, folder):
         advice.get_by_role("button", name="Review it").click()
         expect(page.locator(".review-title")).to_have_text("out/room/run.mcap", timeout=PATIENCE)
         open_world(page, "bare.yaml")
-        expect(advice).to_contain_text("No robot is in this world", timeout=PATIENCE)
+        expect(advice).to_contain_text("This world has no robot", timeout=PATIENCE)
         is_in(page, "Ready")  # what ended was the run of another world
 
 

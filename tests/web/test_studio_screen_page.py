@@ -142,12 +142,12 @@ def test_beside_a_large_view_it_is_said_whose_run_it_is_and_all_of_a_far_world_i
     (tmp_path / "near.yaml").write_text(ROOM)
     with Studio(tmp_path, world="far.yaml") as studio, page_at(browser, studio.url) as page:
         page.get_by_role("tab", name="Run", exact=True).click()
-        expect(page.get_by_text("Pictures of the cameras come here")).to_be_visible(timeout=PATIENCE)
+        expect(page.get_by_text("Camera pictures appear here")).to_be_visible(timeout=PATIENCE)
         page.get_by_role("button", name="Start", exact=True).click()
         outside = page.locator("[data-view='outside']")
         outside.locator("canvas[data-filled]").wait_for(timeout=PATIENCE)
         assert outside.locator("canvas").evaluate(COLOURS) > 100, "nothing but sky"
-        expect(page.get_by_text("Pictures of the cameras come here")).to_be_hidden()
+        expect(page.get_by_text("Camera pictures appear here")).to_be_hidden()
         plan = page.locator(".run-floor")
         before = at_rest(plan)
         outside.get_by_role("button", name="Show large").click()

@@ -107,7 +107,7 @@ def test_a_run_is_touched_by_pointer_menu_and_keys_and_what_was_done_is_kept(tmp
         expect(page.locator(".toast.error")).to_contain_text("inside walls[1]")
         pick(page, (4, 1), "Open gate")
         until(studio, page, lambda tick: tick["things"]["door/gate"][2] > 1.8)
-        pick(page, (4, 1), "Shut gate")
+        pick(page, (4, 1), "Close gate")
         until(studio, page, lambda tick: tick["things"]["door/gate"][2] < 1.7)
         pick(page, (7.9, 3), "Switch lion off")
         until(studio, page, lambda tick: tick.get("removed") == ["lion"])

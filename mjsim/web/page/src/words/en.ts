@@ -381,7 +381,7 @@ export const EN = {
   "run.giveBack": "Release",
   "run.giveBackToItsNavigator": "Return control to its navigator",
   "run.giveBackToItsSignal": "Return to its signal",
-  "run.goOn": "Go on",
+  "run.goOn": "Resume",
   "run.goToEdit": "Go to Edit",
   "run.joint": "Joint",
   "run.joints": "Joints",
