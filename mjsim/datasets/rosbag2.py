@@ -126,14 +126,15 @@ def _map(recorded: RecordedRobots) -> Outgoing | None:
 def _ticks(recorded: RecordedRobots) -> Iterator[tuple[float, dict[str, RosTick], list[tuple[str, str, float]]]]:
     """Yield of each tick its time [s], the robots, and (robot, camera, stamp) of each picture that came."""
     ticks_of = {robot: recorded.ticks(robot) for robot in recorded.recording.robots}
+    estimated = {robot for robot in ticks_of if recorded.recording.has_estimator(robot)}
     for time in recorded.recording.time.tolist():
         now = {robot: next(each) for robot, each in ticks_of.items()}
-        ticks = {robot: _robot_tick(recorded, robot, time, tick) for robot, tick in now.items()}
+        ticks = {robot: _robot_tick(recorded, robot, time, tick, robot in estimated) for robot, tick in now.items()}
         pictures = [(robot, camera, stamp) for robot, tick in now.items() for camera, stamp in tick.stamps.items()]
         yield time, ticks, pictures
 
 
-def _robot_tick(recorded: RecordedRobots, robot: str, time: float, tick: RecordedTick) -> RosTick:
+def _robot_tick(recorded: RecordedRobots, robot: str, time: float, tick: RecordedTick, estimated: bool) -> RosTick:
     track, row = recorded.recording.robots[robot], tick.row
     return RosTick(
         time=time,
@@ -141,7 +142,7 @@ def _robot_tick(recorded: RecordedRobots, robot: str, time: float, tick: Recorde
         seen=tick.seen,
         odometry=planar_pose(track.odometry[row]),
         odometry_covariance=track.odometry_covariance[row],
-        estimate=planar_pose(track.estimate[row]) if recorded.recording.has_estimator(robot) else None,
+        estimate=planar_pose(track.estimate[row]) if estimated else None,
         estimate_covariance=track.covariance[row],
     )
 
