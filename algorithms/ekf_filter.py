@@ -56,8 +56,7 @@ class EkfSlamFilter:
             jacobians: Where Jacobians are evaluated: at the newest estimates or at the first ones.
             pose: Mean of (x, y, heading), shape (3,) [m, m, rad].
             covariance: Of the pose, shape (3, 3); None for zeros, which makes the start the origin of the map.
-            parameters: Number p of systematic errors of the motion, which are estimated too; initially 0 with zero
-            variance.
+            parameters: Number p of systematic errors of the motion, estimated too; initially 0 and certain.
             renew: A first estimate is replaced if the newest one differs by more than this fraction of the distance to
                 the landmark: its Jacobians no longer describe the measurement.
             far: A correction is iterated if it turns the robot by more than this [rad], or moves the robot or a visible
@@ -136,8 +135,7 @@ class EkfSlamFilter:
                 where the world's origin is, as with any motion in the robot's frame.
             control: Shape (m,).
             control_covariance: Shape (m, m).
-            slopes: Derivative of the control by the systematic errors, shape (m, p): control + slopes @ errors is
-            applied.
+            slopes: Derivative of the control by the systematic errors, shape (m, p): control + slopes @ errors acts.
             wander: Growth of the variances of the systematic errors, shape (p,); by default none.
 
         References:

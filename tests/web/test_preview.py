@@ -1,13 +1,20 @@
-"""Cameras of robots that stand have previews too, and those that drive beside them."""
+"""Previews of cameras: of robots with a fixed base and beside them, and the newest one when several wait."""
+
+import threading
 
 import cv2
 import numpy as np
 import pytest
 
 import mjsim
+from mjsim.geometry import Pose
 from mjsim.video import take_picture
+from mjsim.web.answers import RefusedError
+from mjsim.web.preview import Preview, PreviewRequest
 
 pytestmark = pytest.mark.slow
+PATIENCE = 60.0
+
 WORLD = """\
 mjsim: 1
 walls: [{points: [[-3, -3], [3, -3], [3, 3], [-3, 3]], closed: true}]
@@ -32,3 +39,33 @@ def test_a_robot_with_a_fixed_base_is_seen_from_where_it_is_dragged_to(client, r
         wanted = take_picture(moved, f"{robot}/{camera}")[..., ::-1]
         # JPEG alone; from the other place the mean differs by more than 4.
         assert np.abs(pixels(answer.content) - wanted.astype(int)).mean() < 2.0
+
+
+def test_of_several_previews_that_wait_only_the_newest_is_drawn():
+    world, preview = mjsim.parse_world(WORLD), Preview()
+    results = {}
+
+    def ask(number):
+        look = PreviewRequest(world, "scout", "front", Pose(1.0 + 0.1 * number, 2.0, 0.0), 96)
+        try:
+            results[number] = preview.picture(look)[0]
+        except RefusedError as error:
+            results[number] = error.more
+
+    ask(0)
+    hold, held = threading.Event(), threading.Event()
+    # While something else is being drawn, others come.
+    preview._pool.submit(lambda: (held.set(), hold.wait(PATIENCE)))
+    held.wait(PATIENCE)
+    threads = [threading.Thread(target=ask, args=[number]) for number in range(1, 6)]
+    for number, thread in enumerate(threads, start=1):
+        thread.start()
+        while preview._newest <= number:
+            pass
+    hold.set()
+    for thread in threads:
+        thread.join(PATIENCE)
+    preview.close()
+    assert [results[k] for k in range(1, 5)] == [{"superseded": True}] * 4
+    assert results[5] != results[0]
+    assert results[5][:2] == b"\xff\xd8"

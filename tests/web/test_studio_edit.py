@@ -3,7 +3,6 @@
 import json
 import math
 import os
-import threading
 from pathlib import Path
 
 import cv2
@@ -13,13 +12,10 @@ from shapely import Polygon, unary_union
 
 import mjsim
 from mjsim.bench.entering import client_of
-from mjsim.geometry import Pose
 from mjsim.video import take_picture
 from mjsim.web import Studio
-from mjsim.web.answers import RefusedError
 from mjsim.web.items import scene_of
 from mjsim.web.pictures import encoded
-from mjsim.web.preview import Preview, PreviewRequest
 from mjsim.world import wall_polygons
 
 PATIENCE = 60.0
@@ -350,37 +346,6 @@ def test_the_preview_shows_what_the_camera_would_see_from_there(client):
     assert client.post("/api/preview", json={**asked, "camera": "back", "at": [1, 2]}).status_code == 404
     wrong = client.post("/api/preview", json={**asked, "text": ROOM + "wals: 1\n", "at": [1, 2]})
     assert (wrong.status_code, wrong.json()["error"][:27]) == (409, "line 18: unknown key 'wals'")
-
-
-@pytest.mark.slow
-def test_of_several_previews_that_wait_only_the_newest_is_drawn():
-    world, preview = mjsim.parse_world(ROOM), Preview()
-    results = {}
-
-    def ask(number):
-        look = PreviewRequest(world, "scout", "front", Pose(1.0 + 0.1 * number, 2.0, 0.0), 96)
-        try:
-            results[number] = preview.picture(look)[0]
-        except RefusedError as error:
-            results[number] = error.more
-
-    ask(0)
-    hold, held = threading.Event(), threading.Event()
-    # While something else is being drawn, others come.
-    preview._pool.submit(lambda: (held.set(), hold.wait(PATIENCE)))
-    held.wait(PATIENCE)
-    threads = [threading.Thread(target=ask, args=[number]) for number in range(1, 6)]
-    for number, thread in enumerate(threads, start=1):
-        thread.start()
-        while preview._newest <= number:
-            pass
-    hold.set()
-    for thread in threads:
-        thread.join(PATIENCE)
-    preview.close()
-    assert [results[k] for k in range(1, 5)] == [{"superseded": True}] * 4
-    assert results[5] != results[0]
-    assert results[5][:2] == b"\xff\xd8"
 
 
 def test_a_world_built_in_python_has_items_too():

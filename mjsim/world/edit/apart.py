@@ -5,8 +5,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from mjsim.world.edit.edited_text import EditedText, Path, UnwritableError, same
+from mjsim.world.edit.edited_text import EditedText, same
 from mjsim.world.edit.singles import as_written, foreign, make_single, node_at, own_index, rewrite
+from mjsim.world.edit.text_place import Path, UnwritableError
 from mjsim.world.language import names_in
 from mjsim.world.yaml import Node
 

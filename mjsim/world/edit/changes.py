@@ -7,9 +7,10 @@ from itertools import groupby, pairwise
 from typing import Any, Literal
 
 from mjsim.world.edit.apart import take_apart
-from mjsim.world.edit.edited_text import EditedText, Path, TextPlace, UnwritableError, same, shown_path
+from mjsim.world.edit.edited_text import EditedText, same
 from mjsim.world.edit.singles import make_single
 from mjsim.world.edit.snippet import rounded
+from mjsim.world.edit.text_place import Path, TextPlace, UnwritableError, shown_path
 from mjsim.world.files import BUILT, Source
 from mjsim.world.ground import Model, gc_paused, models_at
 from mjsim.world.items import World

@@ -2,80 +2,19 @@
 
 import copy
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
-from mjsim.errors import UsageError
 from mjsim.world.edit.cuts import Cut, applied, line_rest, line_start, new_line, put_in, taken_out
 from mjsim.world.edit.formatter import key_ranks
 from mjsim.world.edit.snippet import dashed, inline, keyed, scalar
+from mjsim.world.edit.text_place import Path, TextPlace, UnwritableError, shown_path
 from mjsim.world.files import Source
 from mjsim.world.language import OPEN, expand, needs_expansion
 from mjsim.world.yaml import MOST_BYTES, Entry, Node, Span, UnknownTextError, read_spans, read_text, too_large
 
-Path = tuple[str | int, ...]
-
 _SHARED = "is written once for several places; change it in the text"
 _ABSENT = "is not there; it may come from a preset, or have been removed"
-
-
-class UnwritableError(UsageError):
-    """A change that cannot be written into the text; holds the path of what was to be changed."""
-
-    def __init__(self, path: Path, message: str) -> None:
-        super().__init__(f"{shown_path(path)} {message}" if path else message)
-        self.path = path
-
-
-def shown_path(path: Sequence[str | int]) -> str:
-    """Return a path as people write it: 'walls[0].openings[1].width'."""
-    return "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in path).lstrip(".")
-
-
-@dataclass(slots=True)
-class TextPlace:
-    """Where a path of the world leads in the text."""
-
-    path: Path
-    """That was asked for."""
-    own: list[str | int]
-    """As far as it is written: the same in the text, in which items of included files are not counted."""
-    chain: list[Span]
-    """The values along it, the whole text first."""
-    entries: list[Entry]
-    """The entries that hold them; one fewer."""
-    node: Node | None
-    """What the last of them comes from; None when the text uses nothing that has to be expanded."""
-    said: Any
-    """What it stands for then."""
-    rest: list[str | int]
-    """Steps that are not written."""
-
-    @property
-    def span(self) -> Span:
-        """The last value that is written."""
-        return self.chain[-1]
-
-    @property
-    def value(self) -> Any:
-        """What that stands for, expressions computed."""
-        return self.span.plain if self.node is None else self.said
-
-    @property
-    def count(self) -> int:
-        """How many items it has in the world."""
-        return len(self.span.entries) if self.node is None else len(self.said)
-
-    @property
-    def elsewhere(self) -> str | None:
-        """The included file that holds what is not written here; None when nobody wrote it."""
-        inner = self.node.items.get(self.rest[0]) if self.node is not None and self.rest else None
-        return inner.origin.file if inner is not None and inner.origin is not None else None
-
-    @property
-    def is_empty(self) -> bool:
-        """Whether nothing is written behind its key."""
-        return self.span.kind == "scalar" and not self.span.text and not self.span.style and bool(self.entries)
 
 
 class EditedText:

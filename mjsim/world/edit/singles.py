@@ -4,8 +4,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from mjsim.world.edit.edited_text import EditedText, Path, UnwritableError, same
+from mjsim.world.edit.edited_text import EditedText, same
 from mjsim.world.edit.layout import escaped
+from mjsim.world.edit.text_place import Path, UnwritableError
 from mjsim.world.language import OPEN, Value, expand, names_in
 from mjsim.world.yaml import Node
 
