@@ -17,6 +17,10 @@ FASTEST = 1.0
 """At which a joint goes where it is led to, unless it is faster then [rad/s, m/s],"""
 QUICKEST = 0.4
 """and least time that it takes [s]."""
+STRETCHES = tuple(1.1**k for k in range(20))
+"""Factors on the time from rest that are tried where a joint moves away from its goal."""
+ROUNDED = 1.0 + 1e-6
+"""Factor on a speed that another one may exceed by rounding."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,12 +39,15 @@ class Blend:
         """Return the way to a goal from a value with a speed and an acceleration, at a time [s]."""
         # The greatest speed of such a way from rest is 15/8 of its mean.
         seconds = max(QUICKEST, 15.0 / 8.0 * abs(goal - value) / FASTEST)
-        blend = cls._within(seconds, goal, begin=begin, value=value, speed=speed, change=change)
-        while speed * (goal - value) < 0.0 and blend.fastest() > max(FASTEST, abs(speed)):
-            # It turns round first, and has farther to go than from rest.
-            seconds *= 1.1
-            blend = cls._within(seconds, goal, begin=begin, value=value, speed=speed, change=change)
-        return blend
+        # One that turns round first has farther to go than from rest.
+        stretches = STRETCHES if speed * (goal - value) < 0.0 else STRETCHES[:1]
+        blends = [
+            cls._within(seconds * stretch, goal, begin=begin, value=value, speed=speed, change=change)
+            for stretch in stretches
+        ]
+        limit = ROUNDED * max(FASTEST, abs(speed))
+        # Where it gains speed at first, none may keep to the limit.
+        return next((each for each in blends if each.fastest() <= limit), min(blends, key=cls.fastest))
 
     @classmethod
     def _within(
