@@ -191,7 +191,7 @@ def record_logs(
 
 
 def _require_sizes(logs: Sequence[Log], source: Path) -> None:
-    """Return when all pictures have sizes that a camera may have."""
+    """Raise UsageError unless all pictures have sizes that a camera may have."""
     for name, camera in ((name, camera) for log in logs for name, camera in log.cameras.items()):
         width, height = camera.intrinsics.width, camera.intrinsics.height
         if not all(SMALLEST <= size <= LARGEST for size in (width, height)):
@@ -355,11 +355,7 @@ def _rate_of(log: Log) -> float:
 
 
 def require_motion(log: Log, source: Path) -> None:
-    """Return when a log holds something to move by, or to see.
-
-    Raises:
-        UsageError: It does not.
-    """
+    """Raise UsageError unless a log holds something to move by, or to see."""
     robot = log.robot
     if (
         robot.track is None
