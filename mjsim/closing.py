@@ -1,4 +1,4 @@
-"""What is closed at the end of a `with` block."""
+"""Base class of resources that a `with` block closes."""
 
 from abc import ABC, abstractmethod
 from types import TracebackType
@@ -6,11 +6,11 @@ from typing import Self
 
 
 class Closes(ABC):
-    """Holds something that must be given back; a `with` block does so at its end."""
+    """Holds a resource that must be released; a `with` block closes it at its end."""
 
     @abstractmethod
     def close(self) -> None:
-        """Give it back; a second call does nothing."""
+        """Release the resource; a second call does nothing."""
 
     def __enter__(self) -> Self:
         """Return itself."""
@@ -19,5 +19,5 @@ class Closes(ABC):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close, whether the block ended or failed."""
+        """Close, also if the block raised."""
         self.close()

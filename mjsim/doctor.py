@@ -135,7 +135,7 @@ def report_lines(diagnosis: Diagnosis) -> Sequence[str]:
 
 
 def _try_alone(name: str) -> str:
-    """Return what a backend says in a process of its own: MuJoCo keeps to the first one that it meets."""
+    """Return the result of trying a backend in a separate process: MuJoCo keeps the first backend it loads."""
     environment = {key: value for key, value in os.environ.items() if key not in ("MUJOCO_GL", "MJSIM_GL")}
     done = subprocess.run(
         [sys.executable, "-c", PROBE, name], env=environment, capture_output=True, text=True, check=False
@@ -162,7 +162,7 @@ def _version(name: str) -> str:
 
 
 def _draw_room() -> tuple[Picture, float]:
-    """Return a picture of a small room and how many of them are drawn in a second."""
+    """Return a picture of a small room, and how many such pictures are rendered per second."""
     model = compile_world(parse_world(ROOM, file="doctor.yaml")).compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)

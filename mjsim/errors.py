@@ -1,12 +1,12 @@
-"""Every error of mjsim: one line for a person, and the exit code of the command line.
+"""All errors of mjsim: each has a one-line message and the exit code of the command line.
 
 MjsimError
-├── WorldError        a world file is wrong; one line a problem (exit 2)
+├── WorldError        a world file is wrong; one line per problem (exit 2)
 ├── UsageError        a wrong name, value or file given by the user (exit 2)
-├── RecordingError    a file that is not a recording, or holds none of what was asked (exit 2)
-├── ModuleFault       a user's module raised or returned what it must not (exit 1)
+├── RecordingError    a file that is not a recording, or lacks the requested data (exit 2)
+├── ModuleFault       a module raised or returned an invalid value (exit 1)
 ├── PhysicsFault      the state of the simulation exploded (exit 1)
-└── OpenGLError       no way to draw pictures on this machine (exit 1)
+└── OpenGLError       no OpenGL backend works on this machine (exit 1)
 """
 
 import difflib
@@ -16,21 +16,21 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 LONGEST_MESSAGE = 400
-"""Characters; a key or a list of names may be longer, a line for people is not."""
+"""Maximum length of a message [characters]; keys and lists of names in it are cut."""
 
 MOST_WORDS = 1000
-"""Names that a misspelt one is compared with."""
+"""Number of names that a misspelt name is compared with, at most."""
 
 
 class MjsimError(Exception):
-    """Base of all errors that are not a bug of mjsim."""
+    """Base class of all errors that are not bugs of mjsim."""
 
     exit_code: ClassVar[int] = 1
 
 
 @dataclass(frozen=True, slots=True, order=True)
 class Problem:
-    """One thing that is wrong in a text file, and where."""
+    """One problem in a text file, and its position."""
 
     file: str
     line: int
@@ -38,7 +38,7 @@ class Problem:
     column: int
     """Counted from 1."""
     message: str
-    """What is wrong with the value it had; what would be right. One line, whatever the file held."""
+    """What is wrong with the value, and what would be right; always one line."""
 
     def __post_init__(self) -> None:
         """Keep the message on one line, printable and not too long."""
@@ -50,7 +50,7 @@ class Problem:
 
 
 class WorldError(MjsimError):
-    """A world file is wrong; `problems` holds every fault, sorted by place."""
+    """A world file is wrong; `problems` lists all problems, sorted by position."""
 
     exit_code = 2
 
@@ -60,20 +60,20 @@ class WorldError(MjsimError):
 
 
 class UsageError(MjsimError):
-    """The user named something that is not there, or a value that cannot be."""
+    """The user named something that does not exist, or gave an invalid value."""
 
     exit_code = 2
 
 
 class RecordingError(MjsimError):
-    """A file is not a recording, or lacks what was asked of it."""
+    """A file is not a recording, or does not contain the requested data."""
 
     exit_code = 2
 
 
 # Faults of what runs, not errors of what was asked: their names are settled.
 class ModuleFault(MjsimError):  # noqa: N818
-    """A user's module raised, or returned what it must not; one line, whatever the module said."""
+    """A user's module raised an exception or returned an invalid value; the message is always one line."""
 
     def __init__(self, message: str, *, robot: str | None = None) -> None:
         self.robot = robot
@@ -81,15 +81,15 @@ class ModuleFault(MjsimError):  # noqa: N818
 
 
 class PhysicsFault(MjsimError):  # noqa: N818
-    """MuJoCo warned that the state of the simulation is no longer to be trusted."""
+    """MuJoCo warned that the state of the simulation is no longer reliable."""
 
 
 class OpenGLError(MjsimError):
-    """No OpenGL backend works on this machine; the message says what to type."""
+    """No OpenGL backend works on this machine; the message says what to type to install one."""
 
 
 def one_line(text: str) -> str:
-    """Return a text on one line: white space collapsed, control characters escaped, and cut where it is too long."""
+    """Return a text on one line: white space is collapsed, control characters are escaped, and a long text is cut."""
     return _shortened(printable(" ".join(text.split())))
 
 
@@ -98,7 +98,7 @@ def _shortened(line: str) -> str:
 
 
 def printable(text: str) -> str:
-    """Return a text with its control characters escaped; ends of lines too."""
+    """Return a text with its control characters escaped, including line breaks."""
     return text if text.isprintable() else "".join(map(_printable, text))
 
 
@@ -107,9 +107,9 @@ def _printable(character: str) -> str:
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return '; did you mean ...?' when a known word is near, else a list of those there are.
+    """Return '; did you mean ...?' if a known word is similar, else a list of the known words.
 
-    Of very many words only the first are looked at.
+    Only the first `MOST_WORDS` words are considered.
     """
     words = sorted(known)[:MOST_WORDS]
     near = difflib.get_close_matches(word, words, n=1)

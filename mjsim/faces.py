@@ -1,7 +1,7 @@
-"""Faces: what a package offers to others, each name loaded with its module when it is first used.
+"""Faces: the public names of a package, each loaded with its module when it is first used.
 
-A package's `__init__.pyi` is the list, one `from .module import name as name` a line: type checkers and editors read it
-as it is, and `face` reads it when the program runs. So `import mjsim` loads nothing that is not used.
+A package's `__init__.pyi` lists them, one `from .module import name as name` per line. Type checkers and editors read
+it directly, and `face` reads it at run time, so `import mjsim` loads only the modules that are used.
 """
 
 import re
@@ -21,7 +21,7 @@ def face(package: str, file: str) -> Attached:
 
     Args:
         package: Its `__name__`.
-        file: Its `__file__`; the list lies beside it.
+        file: Its `__file__`; the list is beside it.
     """
     modules: set[str] = set()
     names: dict[str, list[str]] = {}

@@ -15,12 +15,12 @@ Array = NDArray[np.float64]
 
 
 def wrap_angle(angle: float) -> float:
-    """Return the same direction in [-pi, pi) [rad]."""
+    """Wrap an angle to [-pi, pi) [rad]."""
     return (angle + math.pi) % (2.0 * math.pi) - math.pi
 
 
 def wrap_angles(angles: ArrayLike) -> Array:
-    """Return the same directions in [-pi, pi) [rad], any shape."""
+    """Wrap angles to [-pi, pi) [rad], any shape."""
     return np.asarray((np.asarray(angles, dtype=float) + np.pi) % (2.0 * np.pi) - np.pi)
 
 
@@ -33,7 +33,7 @@ class Pose:
     y: float
     """[m]"""
     heading: float
-    """Counter-clockwise from the x axis [rad]; any turn is allowed, `wrap_angle` gives [-pi, pi)."""
+    """Counter-clockwise from the x axis [rad]; not wrapped: `wrap_angle` maps it to [-pi, pi)."""
 
     @classmethod
     def from_array(cls, values: ArrayLike) -> Self:
@@ -98,7 +98,7 @@ class Pose3:
         """Return the pose of a homogeneous transform, shape (4, 4) [m].
 
         References:
-            Shepperd, Quaternion from Rotation Matrix, J. of Guidance and Control 1(3), 1978: by its largest part.
+            Shepperd, Quaternion from Rotation Matrix, J. of Guidance and Control 1(3), 1978: via the largest component.
         """
         R = matrix[:3, :3]
         trace = float(np.trace(R))
@@ -163,13 +163,13 @@ def roll_and_pitch(quaternions: ArrayLike) -> Array:
 
 
 def ellipse_points(mean: ArrayLike, covariance: ArrayLike, *, probability: float = 0.95, count: int = 48) -> Array:
-    """Return the outlines of the regions that hold 2-D Gaussians with the given probability.
+    """Return the outlines of the ellipses that contain 2-D Gaussians with the given probability.
 
     Args:
         mean: Centres, shape (..., 2) [m].
         covariance: Shape (..., 2, 2) [m^2], positive semi-definite.
         probability: In (0, 1).
-        count: How many points an outline has.
+        count: Number of points of each outline.
 
     Returns:
         Shape (..., count, 2) [m], in the frame of `mean`.
@@ -187,7 +187,7 @@ def ellipse_points(mean: ArrayLike, covariance: ArrayLike, *, probability: float
 
 
 def align_rigid(source: ArrayLike, target: ArrayLike) -> Pose:
-    """Return target_from_source, the rigid motion that brings points nearest to their partners.
+    """Return target_from_source, the rigid motion that moves points closest to their partners.
 
     Args:
         source: Points, shape (n, 2), n >= 2 [m].

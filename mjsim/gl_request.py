@@ -1,24 +1,24 @@
-"""MUJOCO_GL: which OpenGL backend the user asks for, kept from ending `import mujoco` with a traceback.
+"""MUJOCO_GL, the OpenGL backend that the user requests; hidden where it would make `import mujoco` fail.
 
-The mujoco package reads MUJOCO_GL while it is imported and fails there when the value is unknown or the library
-is missing, also when `mjsim.sim.opengl` would find that library in a package. So mjsim moves a request that
-mujoco cannot meet to MJSIM_GL, where only `mjsim.sim.opengl` reads it and child processes inherit it.
+The mujoco package reads MUJOCO_GL when it is imported, and fails if the value is unknown or the library is missing,
+even if `mjsim.sim.opengl` would find that library in a package. Therefore mjsim moves a request that mujoco cannot
+satisfy to MJSIM_GL, which only `mjsim.sim.opengl` reads and child processes inherit.
 """
 
 import os
 
 _LIBRARIES = {"egl": (("EGL",), ("OpenGL", "GLESv2", "GLESv1_CM")), "osmesa": (("OSMesa",),)}
-"""What PyOpenGL, through which mujoco draws by itself, loads for a request: one library of each group."""
+"""Libraries that PyOpenGL, which mujoco uses by default, loads for a request: one of each group."""
 _HARMLESS = {"", "glfw", "glx", "on", "true", "1", "enable", "enabled", "off", "false", "0", "disable", "disabled"}
 
 
 def requested_backend() -> str:
-    """Return what MJSIM_GL, or else MUJOCO_GL, asks for, in lower case; '' when nothing is asked for."""
+    """Return the backend requested by MJSIM_GL, or else by MUJOCO_GL, in lower case; '' if none is requested."""
     return (os.environ.get("MJSIM_GL") or os.environ.get("MUJOCO_GL", "")).strip().lower()
 
 
 def hide_request_from_mujoco() -> None:
-    """Move MUJOCO_GL to MJSIM_GL when `import mujoco` would fail because of it; to be called before that import."""
+    """Move MUJOCO_GL to MJSIM_GL if `import mujoco` would fail because of it; call this before that import."""
     value = os.environ.get("MUJOCO_GL", "").strip().lower()
     if value not in _HARMLESS and not _is_met(value):
         os.environ["MJSIM_GL"] = os.environ.pop("MUJOCO_GL")

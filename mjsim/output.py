@@ -1,7 +1,7 @@
-"""Output files of commands: each appears complete or not at all, and replaces a file only when the user says so.
+"""Output files of commands: written completely or not at all; they replace files only if the user allows it.
 
-Files that the studio and the editing of worlds replace without asking are written by `mjsim.world.files.saving`, which
-also outlives a power cut.
+Files that the studio and the editor of worlds replace without asking are written by `mjsim.world.files.saving`, which
+is also safe against power failure.
 """
 
 import errno
@@ -20,26 +20,26 @@ from mjsim.closing import Closes
 from mjsim.errors import UsageError
 
 LIST = ".mjsim-files.json"
-"""Lists the files of reports and comparisons in their folder."""
+"""Name of the file that lists the files of a report or comparison in their folder."""
 
 
 class NewFile(Closes):
     """A file being written beside its destination; `publish` moves it there in one step.
 
-    While it is open, its name is reserved: every other writer of the same path is refused, in this process and in
-    others. What the destination held before stays until `publish`, and for good when that is never called. The
-    locks end with the process, so a killed writer blocks nobody.
+    While it is open, its name is reserved: any other writer of the same path is refused, in this process and in others.
+    An existing file at the destination stays until `publish`, and for good if that is never called. The locks end with
+    the process, so a killed writer does not block others.
     """
 
     def __init__(self, path: str | Path, *, overwrite: bool = False) -> None:
         """Reserve the name, and open the file.
 
         Args:
-            path: The destination; its folder is made if need be. A symbolic link is followed.
-            overwrite: Whether a file that exists may be replaced.
+            path: The destination; its folder is created if necessary. A symbolic link is followed.
+            overwrite: Whether an existing file may be replaced.
 
         Raises:
-            UsageError: It exists, or another writer is at it.
+            UsageError: It exists, or is being written.
             OSError: It cannot be written.
         """
         self.path = Path(path)
@@ -49,7 +49,7 @@ class NewFile(Closes):
         self._place = Path(os.path.realpath(self.path))
         self._folders = _made_folders(self._place.parent)
         self.part = self._place.with_name(f".{self._place.name}.part")
-        """Where it is until it is published; to be written, not to be replaced, as the lock belongs to this file."""
+        """Its path until it is published. Write to this file, do not replace it: it carries the lock."""
         self._published = self._closed = False
         self._descriptor: int | None = None
         self._replaced: int | None = None
@@ -64,7 +64,7 @@ class NewFile(Closes):
             raise
 
     def fileno(self) -> int:
-        """Return the descriptor of the open file, which stays this object's."""
+        """Return the descriptor of the open file, which this object owns."""
         assert self._descriptor is not None, "it is open from the beginning"
         return self._descriptor
 
@@ -117,7 +117,7 @@ class NewFile(Closes):
             os.close(descriptor)
 
     def _lock_replaced(self) -> int | None:
-        """Return a descriptor of the file that will be replaced, locked as its own writer would; None without one."""
+        """Return a locked descriptor of the file that will be replaced; None if there is none."""
         while self._overwrite:
             try:
                 descriptor = os.open(self._place, os.O_RDONLY)
@@ -145,12 +145,12 @@ class NewFile(Closes):
 
 
 def require_free(*paths: Path, overwrite: bool = False, source: Path | None = None) -> None:
-    """Raise UsageError when a path may not be written.
+    """Check that paths may be written.
 
     Args:
-        paths: Where files are to be written.
+        paths: Destinations.
         overwrite: Whether regular files may be replaced.
-        source: The recording that is read meanwhile; it is never replaced.
+        source: The recording that is being read; it is never replaced.
     """
     for path in paths:
         try:
@@ -168,7 +168,7 @@ def require_free(*paths: Path, overwrite: bool = False, source: Path | None = No
 
 
 def free_path(path: Path, *, taken: Container[Path] = ()) -> Path:
-    """Return the first of 'run.mcap', 'run-2.mcap' and so on that neither exists nor is taken otherwise."""
+    """Return the first of 'run.mcap', 'run-2.mcap' and so on that neither exists nor is taken."""
     return next(name for name in _numbered(path) if name not in taken and not os.path.lexists(name))
 
 
@@ -201,10 +201,10 @@ def move_to_free(file: Path, path: Path) -> Path:
 
 @contextmanager
 def new_file(path: str | Path, *, overwrite: bool = False) -> Iterator[Path]:
-    """Yield where to write a file; it is moved to its path when the block ends, and deleted when the block fails.
+    """Yield where to write a file; it is moved to its path at the end of the block, and deleted if the block fails.
 
     Raises:
-        UsageError: The path exists and may not be replaced, another writer is at it, or it cannot be written.
+        UsageError: The path exists and may not be replaced, is being written, or cannot be written.
     """
     try:
         with NewFile(path, overwrite=overwrite) as file:
@@ -216,9 +216,9 @@ def new_file(path: str | Path, *, overwrite: bool = False) -> Iterator[Path]:
 
 @contextmanager
 def temporary_file(name: str) -> Iterator[Path]:
-    """Yield where to write a file that has no place of its own; its folder is removed when the block fails.
+    """Yield the path of a temporary file in a folder of its own, which is removed if the block fails.
 
-    The folder is the file's alone: who has the file removes it.
+    Otherwise the caller removes the folder.
     """
     folder = Path(tempfile.mkdtemp(prefix="mjsim-"))
     try:
@@ -240,25 +240,25 @@ def write_file(path: str | Path, data: bytes, *, overwrite: bool = False) -> Pat
 
 
 def write_files(folder: str | Path, files: Mapping[str, bytes], *, overwrite: bool = False) -> None:
-    """Write files into a folder, by their names in it; none of them when one exists and may not be replaced.
+    """Write files into a folder, by their names; none of them if one exists and may not be replaced.
 
     Raises:
-        UsageError: One exists, would lie outside, or cannot be written.
+        UsageError: One exists, would be outside the folder, or cannot be written.
     """
     for path, data in zip(free_paths(folder, files, overwrite=overwrite), files.values(), strict=True):
         write_file(path, data, overwrite=overwrite)
 
 
 def write_set(folder: str | Path, files: Mapping[str, bytes], *, of: str, overwrite: bool = False) -> None:
-    """Write the files of one thing, such as a report, and remove those of the one before that it no longer has.
+    """Write a set of files, such as a report, and remove files of the previous set that are not in it.
 
-    What was written is listed in the folder with its SHA-256. A file that is not listed, or is not as it was written,
-    is somebody's own and stays.
+    A list in the folder holds their names and SHA-256. A file that is not listed, or has changed since it was
+    written, belongs to the user and stays.
 
     Args:
-        folder: Where to; made if need be.
+        folder: Their folder; created if necessary.
         files: Name -> content.
-        of: What they are the files of.
+        of: What the set is, such as 'report'.
         overwrite: Whether files may be replaced.
 
     Raises:
@@ -275,7 +275,7 @@ def write_set(folder: str | Path, files: Mapping[str, bytes], *, of: str, overwr
 
 
 def _listed(path: Path) -> dict[str, dict[str, str]]:
-    """Return what a list says was written: of what, the names and the SHA-256 of the content."""
+    """Return the content of a list: the kind of set, and the SHA-256 of each file by name."""
     try:
         told = json.loads(path.read_bytes())
         return {str(of): {str(name): str(digest) for name, digest in names.items()} for of, names in told.items()}
@@ -284,7 +284,7 @@ def _listed(path: Path) -> dict[str, dict[str, str]]:
 
 
 def _holds(path: Path, digest: str) -> bool:
-    """Return whether a file, which is no link, has this content."""
+    """Return whether a file that is not a link has this content."""
     try:
         return stat.S_ISREG(path.lstat().st_mode) and sha256(path.read_bytes()).hexdigest() == digest
     except (OSError, ValueError):
@@ -292,7 +292,7 @@ def _holds(path: Path, digest: str) -> bool:
 
 
 def free_paths(folder: str | Path, names: Iterable[str], *, overwrite: bool = False) -> list[Path]:
-    """Return the paths of files in a folder, all of which may be written.
+    """Return the paths of files in a folder, after checking that all may be written.
 
     Raises:
         UsageError: One exists and may not be replaced, or its name leads out of the folder.
@@ -308,14 +308,14 @@ def free_paths(folder: str | Path, names: Iterable[str], *, overwrite: bool = Fa
 
 
 def _made_folders(folder: Path) -> list[Path]:
-    """Make a folder and those above it; return the ones that were not there, deepest first."""
+    """Create a folder and its parents; return the created ones, deepest first."""
     missing = [place for place in (folder, *folder.parents) if not place.exists()]
     folder.mkdir(parents=True, exist_ok=True)
     return missing
 
 
 def _create(path: Path) -> None:
-    """Create an empty file, which nobody else can create then; raises FileExistsError when it exists."""
+    """Create an empty file atomically; raises FileExistsError if it exists."""
     os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL))
 
 

@@ -1,4 +1,4 @@
-"""How far a long command is: a bar on a terminal, plain lines elsewhere; all of it on stderr."""
+"""Progress of long commands, on stderr: a bar on a terminal, plain lines elsewhere."""
 
 import sys
 import time
@@ -6,24 +6,24 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 
 EVERY = 10.0
-"""Least time between two plain lines [s]."""
+"""Minimum time between two plain lines [s]."""
 COUNTED_EVERY = 60.0
-"""The same where each thing that is counted takes long [s]."""
+"""The same for `counted`, whose items take long [s]."""
 
 
 def say(text: str) -> None:
-    """Print a line for people."""
+    """Print a message."""
     print(f"mjsim: {text}", file=sys.stderr, flush=True)
 
 
 def show(line: str) -> None:
-    """Print a line that somebody else wrote, as it is."""
+    """Print a line from elsewhere, unchanged."""
     print(line, file=sys.stderr, flush=True)
 
 
 @contextmanager
 def tracked(label: str, *, total: float, unit: str) -> Iterator[Callable[[float], None]]:
-    """Show progress while the block runs; the function that it gets is called with how much is done."""
+    """Show progress while the block runs; the block calls the function it gets with the amount done."""
     with _bar(label, total, unit) if sys.stderr.isatty() else _lines(label, total, unit) as advance:
         yield advance
 
@@ -81,9 +81,9 @@ def _pace(done: float, seconds: float, unit: str) -> str:
 
 @contextmanager
 def counted(label: str, *, total: int, unit: str) -> Iterator[Callable[[float], None]]:
-    """Show how many of some long things are done, and the time left; a line a minute where there is no terminal.
+    """Show how many long items are done, and the remaining time; one line per minute without a terminal.
 
-    The first call of the function that it gets tells how many were done before.
+    The first call of the function that the block gets reports how many were done before.
     """
     began = shown = time.perf_counter()
     before: float | None = None
@@ -119,7 +119,7 @@ def _line_on_terminal(total: int) -> Iterator[Callable[[float, str], None]]:
 
 
 def _duration(seconds: float) -> str:
-    """Return a time for people: '8 s', '12 min', '3 h 20 min'."""
+    """Format a duration: '8 s', '12 min', '3 h 20 min'."""
     if seconds < 90.0:
         return f"{seconds:.0f} s"
     minutes = round(seconds / 60.0)

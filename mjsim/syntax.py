@@ -1,4 +1,4 @@
-"""Python source parsed into syntax trees, in one thread at a time."""
+"""Parses Python source into syntax trees, in one thread at a time."""
 
 import ast
 import threading
@@ -10,9 +10,9 @@ _lock = threading.RLock()
 def parse_python(source: str | bytes, *, file: str = "<unknown>") -> ast.Module:
     """Return the syntax tree of a Python file.
 
-    CPython 3.11 counts the depth of the trees that it converts in one place for all threads: two conversions at once
-    can end in SystemError ("AST constructor recursion depth mismatch"). Our own take turns here; one that collides
-    with a conversion elsewhere, such as in NumPy, is repeated.
+    CPython 3.11 has one counter for the depth of the trees that all threads convert: two simultaneous conversions can
+    raise SystemError ("AST constructor recursion depth mismatch"). A lock serialises our own; a conversion that
+    collides with one elsewhere, such as in NumPy, is repeated.
 
     Args:
         source: Of the file.
@@ -21,7 +21,7 @@ def parse_python(source: str | bytes, *, file: str = "<unknown>") -> ast.Module:
     Raises:
         SyntaxError: It is not Python.
         ValueError: It holds null bytes.
-        RecursionError: It is nested too deeply; so is MemoryError.
+        RecursionError: It is nested too deeply; MemoryError has the same cause.
     """
     for _ in range(_ATTEMPTS - 1):
         try:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from mjsim.sim import Simulation
 
 State = Literal["loading", "running", "paused", "ended", "failed"]
-"""loading: compiling, and modules getting ready; ended: all ticks are done, or it was stopped; failed: see `error`."""
+"""loading: compiling and starting modules; ended: all ticks are done, or it was stopped; failed: see `error`."""
 Leaving = Literal["restart", "stop", "close"]
 """Reason for leaving a run before its end."""
 Work = Callable[["Simulation"], None]
@@ -21,20 +21,20 @@ Work = Callable[["Simulation"], None]
 
 
 class Gate:
-    """State and requests of a run. The first methods are for any thread, the others for that of the run."""
+    """State and requests of a run. The first methods are for any thread, the others for the thread of the run."""
 
     def __init__(self, speed: float | None, tell: Callable[[], None]) -> None:
-        """Be loading.
+        """Start in the state 'loading'.
 
         Args:
-            speed: Simulated seconds per second; None for as fast as it goes.
-            tell: Called when the state has changed.
+            speed: Simulated seconds per second; None for as fast as possible.
+            tell: Called after each change of state.
         """
         lock = threading.RLock()
         self.changed = threading.Condition(lock)
-        """Of all that follows."""
+        """Notified of every change of the attributes below."""
         self.ticked = threading.Condition(lock)
-        """Apart, so that who waits for the end is not woken by every tick."""
+        """Separate, so that threads that wait for the end are not woken by every tick."""
         self.pace = Pace(speed)
         self.state: State = "loading"
         self.error: BaseException | None = None
@@ -53,7 +53,7 @@ class Gate:
         self._tell()
 
     def leave(self, why: Leaving) -> None:
-        """Make the run end early; 'close' is final."""
+        """End the run early; 'close' is final."""
         with self.changed:
             if self.leaving == "close":
                 return

@@ -10,7 +10,7 @@ class Pace:
     """Holds a run to a multiple of real time; without a factor it runs as fast as possible."""
 
     def __init__(self, factor: float | None) -> None:
-        """Begin; the first tick is due at once."""
+        """Start; the first tick is due at once."""
         self.factor = factor
         """Simulated seconds per second; None for as fast as possible."""
         self._anchor: tuple[float, float] | None = None

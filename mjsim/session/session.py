@@ -30,8 +30,8 @@ HOLD = 0.5
 class Session(Closes):
     """A running world in a background thread, which owns its OpenGL context.
 
-    Every method may be called from any thread, and returns at once unless it says otherwise. The ticks are those of
-    `mjsim.run`: pausing, single ticks, speed and watchers change when they come, never what they hold.
+    Every method may be called from any thread, and returns at once unless stated otherwise. The ticks are those of
+    `mjsim.run`: pauses, single ticks, speed and watchers affect when they happen, never their content.
     """
 
     def __init__(
@@ -47,17 +47,17 @@ class Session(Closes):
         on_tick: "Callable[[Tick], None] | None" = None,
         on_change: Callable[[], None] | None = None,
     ) -> None:
-        """Get ready; `start` begins.
+        """Prepare the session; `start` starts the run.
 
         Args:
-            world: What is simulated.
+            world: The world to simulate.
             seed: Seed of all random numbers; by default that of the world.
             seconds: Simulated duration [s]; by default as the world says.
             drivers: The modules of each robot; by default those of the world, created again at each start.
             record: The MCAP file to write, or its name from `reserve`; by default none. A restart writes another one,
                 under the next free name: 'run.mcap', 'run-2.mcap' and so on.
             overwrite: Whether `record` may replace a file; then a restart replaces it as well.
-            speed: Simulated seconds per second; by default as fast as it goes.
+            speed: Simulated seconds per second; by default as fast as possible.
             on_tick: Called in the session's thread with each tick; the run waits for it.
             on_change: Called from any thread when state, speed or noise have changed.
 
@@ -67,7 +67,7 @@ class Session(Closes):
         self.world = world
         """The simulated world, including changed noise."""
         self.seed = world.run.seed if seed is None else seed
-        """Of all chance in the run."""
+        """Seed of all random numbers."""
         self.seconds = world.run.seconds if seconds is None else seconds
         """Duration, in simulated time [s]."""
         speed = _checked_speed(speed)
@@ -142,8 +142,8 @@ class Session(Closes):
 
         Args:
             robot: Its name.
-            command: Takes the place of the navigator's; None lets the navigator decide again.
-            hold: How long, simulated, unless it is said again [s].
+            command: Replaces the navigator's; None returns control to the navigator.
+            hold: Simulated time until it expires, unless it is renewed [s].
 
         Raises:
             UsageError: The robot does not exist, or the command is not finite.
@@ -153,10 +153,10 @@ class Session(Closes):
     def move_joints(self, robot: str, arm: str, positions: Sequence[float] | None) -> None:
         """Move the joints of an arm manually, at up to 1 rad/s or 1 m/s; None returns it to the navigator.
 
-        It is a touch, as the next one is; see `touch`.
+        This is a touch, as is `move_tool`; see `touch`.
 
         Raises:
-            UsageError: The arm does not exist, or it cannot be there.
+            UsageError: The arm does not exist, or its joints cannot take these values.
         """
         self.touch(joints_keys(self.world, robot, arm, positions))
 
@@ -166,11 +166,11 @@ class Session(Closes):
         Args:
             robot: Whose arm it is.
             arm: Its name.
-            at: x, y, z [m].
-            rpy: Roll, pitch, yaw about fixed axes, right-handed [rad]; counts for arms with six joints or more.
+            at: x, y, z in the robot frame [m].
+            rpy: Roll, pitch, yaw about fixed axes, right-handed [rad]; only used for arms with six joints or more.
 
         Raises:
-            UsageError: The arm does not exist, or its tool does not reach there.
+            UsageError: The arm does not exist, or its tool cannot reach the pose.
         """
         self.touch({"reach": robot, "arm": arm, "tool": [*at], "rpy_deg": [math.degrees(angle) for angle in rpy]})
 
@@ -180,13 +180,13 @@ class Session(Closes):
         Args:
             person: Whose hand.
             hand: 'left' or 'right'.
-            at: Where its grip goes: x, y, z in the world [m].
+            at: Target of its grip: x, y, z in the world frame [m].
 
         Returns:
-            How far it stays away from there [m]; 0 when it gets there.
+            Remaining distance to the target [m]; 0 if it is within reach.
 
         Raises:
-            UsageError: The person does not exist, or the hand or the place is none.
+            UsageError: The person does not exist, or the hand or the target is invalid.
         """
         if at is None:
             self.touch({"release": person, "hand": hand})
@@ -197,31 +197,32 @@ class Session(Closes):
     def set_noise(self, key: str, value: float) -> None:
         """Change the noise of a sensor, a drive or odometry from the next tick on.
 
-        It is a touch, as those that follow are; see `touch`. A restart keeps it.
+        This is a touch; see `touch`. A restart keeps it.
 
         Args:
-            key: As `mjsim run --set` has it: 'robots.scout.odometry.noise.turn'.
-            value: The new one.
+            key: As for `mjsim run --set`: 'robots.scout.odometry.noise.turn'.
+            value: The new value.
 
         Raises:
-            UsageError: The key does not exist, it is none of noise, or the value does not fit it.
+            UsageError: The key does not exist, is not a noise key, or the value is invalid.
         """
         self.touch({"noise": key, "value": value})
 
     def touch(self, keys: Mapping[str, Any]) -> WorldEvent:
         """Apply an event of the world file at the next tick; waits until it is accepted.
 
-        The session's own thread, that of `on_tick`, must not ask for it. A paused run shows it with its next tick.
+        Do not call it from the session's own thread, which calls `on_tick`. A paused run shows the touch at its next
+        tick.
 
         Args:
-            keys: As the world file has them, without `time`: `{"move": "scout", "to": [5, 2]}`, `{"open": "gate"}`.
+            keys: As in a world file, without `time`: `{"move": "scout", "to": [5, 2]}`, `{"open": "gate"}`.
 
         Returns:
-            The event with its time; numbers are rounded as a world file writes them.
+            The event with its time; numbers are rounded as in a world file.
 
         Raises:
-            UsageError: The keys are wrong, what they name is not there, there is no room where they put something, or
-                the run is over; nothing changes then.
+            UsageError: The keys are wrong, they name something that does not exist or put it where there is no room, or
+                the run is over; then nothing changes.
         """
         event = touch_of(keys)
         self._do(lambda sim: self._take_touch(sim, event))

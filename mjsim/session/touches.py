@@ -42,7 +42,7 @@ def joints_keys(world: World, robot: str, arm: str, positions: Sequence[float] |
     """Return the keys of the event that moves the joints of an arm [rad, m], or for None releases it.
 
     Raises:
-        UsageError: The arm does not exist, or it has not so many joints.
+        UsageError: The arm does not exist, or has a different number of joints.
     """
     try:
         item = arm_of_event(world, ReleaseEvent(time=0.0, release=robot, arm=arm))
