@@ -17,7 +17,7 @@ _EMPTY_MAP = ((), b"", b"")
 class BeliefMessages:
     """The beliefs of one robot, tick after tick.
 
-    A map is told again only when it has changed, and what is shown unless it is the very same values.
+    A map is repeated only when it has changed, and so are shown items.
 
     Args:
         robot: Whose they are.
@@ -29,7 +29,7 @@ class BeliefMessages:
         self._held: tuple[tuple[Hashable, ...], bytes, bytes] = _EMPTY_MAP
 
     def of(self, now: float, order: Order) -> list[tuple[str, Message]]:
-        """Return topic, without the robot, and message of what is believed and seen; the joint covariance is not here.
+        """Return the messages by topic (without the robot) of estimates and sightings, without the joint covariance.
 
         Args:
             now: Simulated time [s].
@@ -53,5 +53,5 @@ class BeliefMessages:
 
 
 def _same(items: Sequence[Shown], others: Sequence[Shown]) -> bool:
-    """Return whether both hold the very same values, which cannot change."""
+    """Return whether both hold the same immutable objects."""
     return len(items) == len(others) and all(map(operator.is_, items, others))

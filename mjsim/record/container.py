@@ -1,7 +1,7 @@
 """The records of an MCAP file, within bounds: reading terminates and uses bounded memory for any file.
 
-A file may be cut anywhere, as a run may be killed at any time; what stands before the cut is good. So what is broken
-ends the file, and is no error. What is larger than any recording of ours is one.
+A file may be truncated anywhere, since a run may be killed at any time; the data before that is valid. A broken record
+therefore ends the file without an error. Sizes beyond those of any recording of mjsim are errors.
 """
 
 import struct
@@ -24,17 +24,18 @@ from mjsim.errors import RecordingError, UsageError
 MAGIC = b"\x89MCAP0\r\n"
 """Begins and ends every MCAP file."""
 MOST_RECORD = 1 << 28
-"""Of one record, as stored in the file and decompressed [bytes]."""
+"""Maximum size of one record, as stored in the file and decompressed [bytes]."""
 MOST_CHUNK = 1 << 27
-"""Of what a chunk holds [bytes]; ours hold 1 MB, or one larger picture."""
+"""Maximum content of a chunk [bytes]; ours hold 1 MB, or one larger picture."""
 MOST_HELD = 1 << 30
-"""Of all attachments, metadata, schemas and channels together [bytes]."""
+"""Maximum size of all attachments, metadata, schemas and channels together [bytes]."""
 LEAST_BYTES, GROWTH = 1 << 26, 32
-"""Decompressed, a file may have so many bytes, and so many times its size; ours have at most 8 times."""
+"""Maximum decompressed size of a file: the sum of a constant [bytes] and a multiple of its size; ours have at most 8
+times."""
 LEAST_MESSAGES, MESSAGE_BYTES = 1_000_000, 4
-"""A file may have so many messages, and one more for so many bytes; ours have one for 40."""
+"""Maximum number of messages: a constant, plus one per this many bytes; ours have one per 40 bytes."""
 PIECE = 1 << 20
-"""Bytes that are read at once of what is passed over."""
+"""Bytes to read at once when skipping."""
 
 
 def is_mcap(path: Path) -> bool:
@@ -47,13 +48,13 @@ def is_mcap(path: Path) -> bool:
 
 
 def records(path: Path) -> Iterator[McapRecord]:
-    """Yield the records of a file, those in chunks one by one, up to where it ends or is broken.
+    """Yield the records of a file, including those in chunks, up to its end or the first broken record.
 
-    Indexes and statistics are left out; a footer comes only when the file is whole.
+    Indexes and statistics are left out; the footer appears only if the file is complete.
 
     Raises:
         UsageError: The file cannot be read.
-        RecordingError: It is not an MCAP file, or is larger than it may be.
+        RecordingError: It is not an MCAP file, or exceeds a limit.
     """
     with _opened(path) as (stream, size):
         if size == 0:
@@ -71,11 +72,11 @@ def records(path: Path) -> Iterator[McapRecord]:
 
 
 class _BrokenError(Exception):
-    """The file is not as MCAP has it from here on."""
+    """The file is not valid MCAP from here on."""
 
 
 class _Bounded:
-    """A stream that refuses to read more than there is: a length in a file may say anything."""
+    """A stream that refuses to read beyond its end, since a length in a file may be wrong."""
 
     def __init__(self, stream: IO[bytes], size: int) -> None:
         self._stream = stream
@@ -94,7 +95,7 @@ class _Bounded:
 
 
 class _Budget:
-    """What a file may still take."""
+    """Remaining budget of a file."""
 
     def __init__(self, path: Path, size: int) -> None:
         self._path = path
@@ -103,19 +104,19 @@ class _Budget:
         self._held = MOST_HELD
 
     def unpack(self, size: int) -> None:
-        """Take bytes that were decompressed."""
+        """Count decompressed bytes."""
         self._bytes -= size
         if self._bytes < 0:
             raise self.exceeded("decompresses to far more than any recording")
 
     def message(self) -> None:
-        """Take a message."""
+        """Count a message."""
         self._messages -= 1
         if self._messages < 0:
             raise self.exceeded("holds far more messages than any recording of its size")
 
     def hold(self, size: int) -> None:
-        """Take bytes that stay in memory."""
+        """Count bytes that stay in memory."""
         self._held -= size
         if self._held < 0:
             raise self.exceeded(f"has attachments and names of more than {MOST_HELD / 1e9:.1f} GB")
@@ -126,13 +127,13 @@ class _Budget:
             raise self.exceeded(f"has a record of more than {most / 1e6:.0f} MB")
 
     def exceeded(self, what: str) -> RecordingError:
-        """Return the error that says so."""
+        """Return the error for an exceeded limit."""
         return RecordingError(f"'{self._path}' {what}; it was not made by mjsim, or is damaged")
 
 
 @contextmanager
 def _opened(path: Path) -> Iterator[tuple[IO[bytes], int]]:
-    """Open a file for the block and give it with its size; errors of the file system in the block are its own."""
+    """Open a file for the block, which gets it with its size; errors of the file system in the block are not caught."""
     try:
         with path.open("rb") as stream:
             yield stream, path.stat().st_size
@@ -184,7 +185,7 @@ def _records(data: ReadDataStream, bounded: _Bounded, budget: _Budget) -> Iterat
 
 
 def _record(opcode: int, content: bytes) -> McapRecord:
-    """Return the record of some content."""
+    """Return the record with some content."""
     if opcode == Opcode.MESSAGE:
         if len(content) < _MESSAGE.size:
             raise _BrokenError
@@ -227,7 +228,7 @@ def _unpacked(chunk: Chunk, budget: _Budget) -> Iterator[McapRecord]:
 
 
 def _decompressed(chunk: Chunk, budget: _Budget) -> bytes:
-    """Return what a chunk holds; no more is ever decompressed than it says and may have."""
+    """Return the content of a chunk; never decompress more than its stated size or the limit."""
     most = min(chunk.uncompressed_size, MOST_CHUNK) + 1
     if chunk.compression == "zstd":
         content = zstandard.ZstdDecompressor().stream_reader(chunk.data).read(most)
@@ -245,7 +246,7 @@ def _decompressed(chunk: Chunk, budget: _Budget) -> bytes:
 
 
 def _without_lz4(data: bytes, most: int) -> bytes:
-    """Return at most so many bytes of what LZ4 compressed."""
+    """Return at most this many decompressed bytes of LZ4 data."""
     try:
         content: bytes = LZ4FrameDecompressor().decompress(data, max_length=most)
     # All that it raises for what it cannot read.

@@ -23,7 +23,7 @@ from mjsim.record.scene import frames_message
 from mjsim.record.schemas import ROBOT_TOPICS
 
 CHUNK = 1 << 18
-"""Bytes that are lost at most when the process is killed."""
+"""Maximum number of bytes lost when the process is killed."""
 
 
 class Copy(Closes):
@@ -38,8 +38,8 @@ class Copy(Closes):
 
         Args:
             source: A recording.
-            path: The MCAP file; it appears once whole ticks are written. Folders are made as needed.
-            metadata: What is added to the metadata of the recording, or changed in it.
+            path: The MCAP file; it appears once complete ticks are written. Folders are created if necessary.
+            metadata: Added to the metadata of the recording, replacing equal keys.
             overwrite: Whether a file at the path may be replaced.
         """
         self._source, self._path, self._metadata = source, path, metadata
@@ -54,7 +54,7 @@ class Copy(Closes):
             self._writer.start(library="mjsim")
 
     def messages(self) -> Iterator[RawMessage]:
-        """Yield the messages of the recording; what it says before them is copied meanwhile."""
+        """Yield the messages of the recording; its head is copied meanwhile."""
         schemas: dict[int, Schema] = {}
         for record in records(self._source):
             if isinstance(record, Message):
@@ -74,7 +74,7 @@ class Copy(Closes):
                     self._writer.add_metadata(record.name, {**record.metadata, **extra})
 
     def keep(self, message: RawMessage, *, data: bytes | None = None) -> None:
-        """Write a message of the recording, with other data when given."""
+        """Write a message of the recording, with other data if given."""
         self._write(message.topic, message.time, message.data if data is None else data)
 
     def put(self, topic: str, time: float, message: Values) -> None:
@@ -87,14 +87,14 @@ class Copy(Closes):
         self._write(topic, nanoseconds(time), encode(message))
 
     def end_tick(self) -> None:
-        """Note that all of a tick is here; the file is published as soon as a chunk has been written after one."""
+        """Mark the end of a tick; the file is published once a chunk has been written after one."""
         if self._before is None:
             self._before = self._file.tell()
         elif self._file.tell() > self._before:
             self._publish()
 
     def close(self) -> None:
-        """End the file; without a whole tick there is none, and what was at its place before stays."""
+        """End the file; without a complete tick it is discarded, and an existing file at its path stays."""
         if self._file.closed:
             return
         with self._place, self._reporting(), self._file:
@@ -133,16 +133,16 @@ class Copy(Closes):
 
 
 def with_frame(data: bytes, name: str, time: float, pose: Pose) -> bytes:
-    """Return the data of a `/tf` message in which one frame is elsewhere.
+    """Return the data of a `/tf` message with a new pose of one frame.
 
     Args:
         data: A `foxglove.FrameTransforms`.
-        name: Of the frame; where it is not in the message, it is not added.
+        name: Of the frame; it is not added if it is missing from the message.
         time: Simulated [s].
-        pose: Where the frame is, world frame.
+        pose: Of the frame, in the world frame.
 
     Raises:
-        RecordingError: The message is not as Foxglove defines it.
+        RecordingError: The message is not valid.
     """
     new = frames_message(time, {name: pose}, ()).encode()
     try:

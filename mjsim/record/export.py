@@ -1,6 +1,6 @@
-"""A recording to the files that other tools read: TUM, CSV, NPZ, MAT and pictures.
+"""Exports recordings to files that other tools read: TUM, CSV, NPZ, MAT and pictures.
 
-Every file appears whole or not at all, and replaces one that exists only with `overwrite`.
+Every file is written completely or not at all, and replaces an existing one only with `overwrite`.
 """
 
 import csv
@@ -23,17 +23,17 @@ from mjsim.record.sensor_tables import sensor_tables
 from mjsim.world import said_of
 
 _SUFFIXES = {"jpeg": "jpg"}
-"""Formats of pictures whose files are called otherwise."""
+"""File suffixes that differ from the name of the picture format."""
 _LONGEST_FIELD = 63
-"""Characters in a name of MATLAB."""
+"""Maximum length of a MATLAB name [characters]."""
 
 
 def export_tum(recording: Recording, folder: str | Path, *, overwrite: bool = False) -> list[Path]:
     """Write `R_truth.tum`, `R_estimate.tum`, `R_odometry.tum`, `R_path.tum` for each robot R, as evo reads them.
 
-    Rows are `t x y z qx qy qz qw` [s, m]. The truth is the pose of the base in space; estimate and odometry lie in the
-    plane, where qz = sin(heading / 2) and qw = cos(heading / 2), and so does the path, the final trajectory of an
-    estimator that offers one. A robot without a driver has its truth only.
+    Rows are `t x y z qx qy qz qw` [s, m]. The truth is the 3-D pose of the base. Estimate, odometry and path (the final
+    trajectory of an estimator that provides one) are planar, with qz = sin(heading / 2) and qw = cos(heading / 2). A
+    robot without a driver has only its truth.
 
     Returns:
         The files written.
@@ -66,11 +66,11 @@ def _in_space(planar: Array) -> Array:
 def export_csv(recording: Recording, folder: str | Path, *, overwrite: bool = False) -> list[Path]:
     """Write `R_track.csv`, `R_landmarks.csv`, `R_sightings.csv`, `R_innovations.csv`, `R_events.csv` for each robot R.
 
-    Beside them comes a table for each sensor whose readings have one, such as `R_scan_LIDAR.csv`, and for each arm,
-    `R_joints_ARM.csv`; and, if there is something to tell, `things.csv` (where doors, movers and movable things were)
-    and `events.csv` (what happened to the world).
+    There is also a table for each sensor whose readings have one, such as `R_scan_LIDAR.csv`, and for each arm,
+    `R_joints_ARM.csv`; and, unless they would be empty, `things.csv` (poses of doors, movers and movable things) and
+    `events.csv` (events of the world).
 
-    A number is written so that it reads back exactly; missing values are an empty field. The table of landmarks
+    Numbers are written so that they read back exactly; a missing value is an empty field. The table of landmarks
     has a row for each landmark at each tick at which its mean or covariance changed.
 
     Returns:
@@ -219,8 +219,8 @@ def export_npz(recording: Recording, file: str | Path, *, overwrite: bool = Fals
 def export_mat(recording: Recording, file: str | Path, *, overwrite: bool = False) -> Path:
     """Write all arrays into one MATLAB file: `time`, `qpos`, `qvel`, `seed`, and the struct `robots` of all robots.
 
-    Its fields are as `export_npz` names them, `robots.R.landmarks.mean` and so on. In names, what MATLAB does not
-    allow becomes an underscore; `robots.R.name` is the robot's own name.
+    Its fields have the names of `export_npz`: `robots.R.landmarks.mean` and so on. Characters that MATLAB does not
+    allow in names become underscores; `robots.R.name` is the robot's own name.
 
     Returns:
         The file written.
@@ -245,12 +245,12 @@ def export_mat(recording: Recording, file: str | Path, *, overwrite: bool = Fals
 
 
 def _plain_name(name: str) -> str:
-    """Return a name without what MATLAB does not allow."""
+    """Return a name without characters that MATLAB does not allow."""
     return re.sub(r"\W", "_", name, flags=re.ASCII)
 
 
 def _field_name(name: str, taken: Iterable[str]) -> str:
-    """Return a name that MATLAB allows and that is not taken."""
+    """Return a valid MATLAB name that is not taken."""
     plain = _plain_name(name)[: _LONGEST_FIELD - 8]
     if not plain[0].isalpha():
         plain = f"x{plain}"  # as makeValidName of MATLAB has it
@@ -325,10 +325,10 @@ def _corners(sighting: Sighting) -> Array:
 
 
 def export_images(recording: Recording, folder: str | Path, *, overwrite: bool = False) -> int:
-    """Write the pictures of each camera as they were recorded, as `R/CAMERA/STAMP.jpg`, the stamp in seconds.
+    """Write the recorded pictures of each camera as `R/CAMERA/STAMP.jpg`, with the stamp in seconds.
 
     Returns:
-        How many were written.
+        The number of pictures written.
 
     Raises:
         UsageError: A file exists, or cannot be written.

@@ -1,4 +1,4 @@
-"""A recording's file as messages, wherever it was cut."""
+"""Reads the messages of a recording's file, even if it is truncated."""
 
 import hashlib
 import struct
@@ -14,7 +14,7 @@ from mjsim.record.container import records
 WORLD_NAME = "world.yaml"
 """Attachment that holds the text of the world."""
 FILES = "files/"
-"""How the names of attached files begin; then follows the name that the world uses."""
+"""Prefix of the names of attached files, followed by the name that the world uses."""
 METADATA_NAME = "mjsim"
 """Metadata record with seed, versions and command line."""
 PICTURES = ("foxglove.CompressedImage", "foxglove.RawImage")
@@ -35,29 +35,29 @@ class RawMessage:
 
 @dataclass(slots=True)
 class Head:
-    """What a recording says before its first message."""
+    """The part of a recording before its first message."""
 
     files: dict[str, bytes] = field(default_factory=dict)
     """Attachments by name."""
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     """Records by name."""
     whole: bool = False
-    """Whether the file was read to its proper end; known after its last message."""
+    """Whether the file is complete; known after its last message."""
 
 
 def raw_messages(
     path: Path, *, topics: Collection[str] | None = None, head: Head | None = None
 ) -> Iterator[RawMessage]:
-    """Yield the messages of a file in their order, up to where it ends or is broken.
+    """Yield the messages of a file in order, up to its end or the first broken record.
 
     Args:
         path: An MCAP file.
         topics: Only these; by default all.
-        head: Filled with attachments and metadata as they come.
+        head: Filled with attachments and metadata as they are read.
 
     Raises:
         UsageError: The file cannot be read.
-        RecordingError: It is not an MCAP file, or is larger than it may be.
+        RecordingError: It is not an MCAP file, or exceeds a limit.
     """
     head = Head() if head is None else head
     channels: dict[int, tuple[str, str] | None] = {}
@@ -81,9 +81,9 @@ def raw_messages(
 
 
 def numeric_topics(path: str | Path) -> dict[str, str]:
-    """Return topic -> SHA-256 of its times and messages, for all topics that equal runs have in common.
+    """Return topic -> SHA-256 of its times and messages, for all topics that are the same in equal runs.
 
-    Pictures, which depend on the OpenGL backend, and wall-clock times stay out.
+    Pictures, which depend on the OpenGL backend, and wall-clock times are left out.
     """
     hashes: dict[str, Any] = {}
     for message in raw_messages(Path(path)):
@@ -96,7 +96,7 @@ def numeric_topics(path: str | Path) -> dict[str, str]:
 
 
 def same_run(first: str | Path, second: str | Path) -> bool:
-    """Return whether two recordings hold the same bytes in every numeric topic."""
+    """Return whether two recordings have the same bytes in every numeric topic."""
     return numeric_topics(first) == numeric_topics(second)
 
 
@@ -104,7 +104,7 @@ def picture_of(data: bytes) -> tuple[bytes, str]:
     """Return the picture's bytes and its format, 'jpeg' or 'png', from a `foxglove.CompressedImage`.
 
     Raises:
-        ValueError: It is not as Foxglove defines it, or of another format.
+        ValueError: It is not valid, or has another format.
     """
     fields = {number: value for number, value, _ in parts_of(data)}
     picture, form = fields.get(2, b""), fields.get(3, b"").decode()
@@ -114,12 +114,12 @@ def picture_of(data: bytes) -> tuple[bytes, str]:
 
 
 def parts_of(data: bytes) -> Iterator[tuple[int, bytes, bytes]]:
-    """Yield number, value and whole bytes of each field of a message of Foxglove's.
+    """Yield number, value and complete bytes of each field of a Foxglove message.
 
-    Fields are texts, bytes, messages and numbers of 32 bits.
+    Fields are strings, bytes, messages and 32-bit numbers.
 
     Raises:
-        ValueError: It is not as Foxglove defines it.
+        ValueError: It is not valid.
 
     References:
         Protocol Buffers encoding: a field is a varint key (number << 3 | wire type), then its value.
@@ -142,7 +142,7 @@ def parts_of(data: bytes) -> Iterator[tuple[int, bytes, bytes]]:
 
 _LENGTH_DELIMITED, _FIXED32 = 2, 5
 _VARINT = 70
-"""Bits of the longest."""
+"""Maximum size of a varint [bits]."""
 
 
 def _varint(data: bytes, place: int) -> tuple[int, int]:

@@ -1,4 +1,4 @@
-"""The map as a grid of cells, as Foxglove draws it below everything else."""
+"""The map as a grid of cells, which Foxglove draws below everything else."""
 
 import numpy as np
 from foxglove.messages import Grid, PackedElementField, PackedElementFieldNumericType, Quaternion, Vector2, Vector3
@@ -9,20 +9,20 @@ from mjsim.record.scene import stamp
 from mjsim.world import World, grid_of
 
 MOST_CELLS = 1_000_000
-"""Cells of a larger world are larger than 0.05 m."""
+"""Maximum number of cells; larger worlds have cells larger than 0.05 m."""
 OCCUPIED, FREE, UNKNOWN = 100, 0, -1
 """As in `nav_msgs/OccupancyGrid`."""
 COLORS = {OCCUPIED: (40, 40, 40, 255), FREE: (254, 254, 254, 255), UNKNOWN: (205, 205, 205, 0)}
 """Red, green, blue and alpha."""
 UINT8, INT8 = PackedElementFieldNumericType.Uint8, PackedElementFieldNumericType.Int8
 FIELDS = {"red": UINT8, "green": UINT8, "blue": UINT8, "alpha": UINT8, "occupancy": INT8}
-"""Of a cell, a byte each."""
+"""Fields of a cell, one byte each."""
 
 
 def grid_message(world: World) -> Grid | None:
-    """Return which cells of a world are occupied, free and unknown at the height where robots bump, as it is at first.
+    """Return which cells are occupied, free and unknown at the height of robots, at the start of a run.
 
-    None where nothing is solid. The first cell has the smallest x and y; cells along x follow each other.
+    None if nothing is solid. The first cell has the smallest x and y; x varies fastest.
     """
     try:
         grid = grid_of(world, most_cells=MOST_CELLS)

@@ -1,4 +1,4 @@
-"""Joints of arms, and wheels of bases that balance, as tables and arrays for `export`."""
+"""Joints of arms, and wheels of balancing bases, as tables and arrays for `export`."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -11,15 +11,15 @@ from mjsim.record.readings import SensorTable
 from mjsim.record.recording import Recording
 
 NAMES = {"positions": "q", "velocities": "qd", "accelerations": "qdd", "torques": "tau", "goal": "goal"}
-"""Of a track -> as robotics has them."""
+"""Attribute of a track -> usual symbol."""
 TOOL = ("x", "y", "z", "qx", "qy", "qz", "qw")
 
 
 def joint_tables(recording: Recording, robot: str) -> list[SensorTable]:
-    """Return a table for each arm of a robot, `joints_ARM`, and for the wheels of a base that balances, `joints_drive`.
+    """Return a table for each arm of a robot, `joints_ARM`, and for the wheels of a balancing base, `joints_drive`.
 
     A row is a tick. Columns are `joint1_q`, `joint1_qd`, `joint1_qdd`, `joint1_tau`, `joint1_goal` and so on [rad, N m;
-    m, N where it slides], then the pose of an arm's tool in the world: `tool_x` to `tool_qw` [m, unit quaternion].
+    m, N for prismatic joints], then the pose of an arm's tool in the world: `tool_x` to `tool_qw` [m, unit quaternion].
     Arrays are `time`, `names`, `q`, `qd`, `qdd`, `tau` and `goal`, shape (N, joints), `tool` (N, 7) and `T` (N, 4, 4).
     """
     return [

@@ -1,4 +1,4 @@
-"""How joints truly move: messages of each arm, and their rows of a recording."""
+"""The true motion of joints: messages of each arm, and their rows in a recording."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,14 +12,14 @@ from mjsim.record.messages import pose3_row, truth_message
 from mjsim.record.numbers import Message, flat, stamp_json
 
 KEYS = ("positions", "velocities", "accelerations", "torques", "goal")
-"""Lists of a message, one number for each joint."""
+"""Keys of lists in a message, with one number per joint."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class JointTrack:
-    """Everything recorded of the joints of an arm. One row a tick, N in all; NaN where nothing was recorded.
+    """Recorded motion of the joints of an arm. One row per tick, N in all; NaN where nothing was recorded.
 
-    Angles in rad and torques in N m, of joints that slide m and N.
+    Angles in rad and torques in N m; m and N for prismatic joints.
     """
 
     names: tuple[str, ...]
@@ -31,15 +31,15 @@ class JointTrack:
     accelerations: Array
     """Shape (N, n) [1/s^2]."""
     torques: Array
-    """Of the motors, at the joints, shape (N, n)."""
+    """Motor torques, on the side of the joint, shape (N, n)."""
     goal: Array
-    """Where they should be, shape (N, n)."""
+    """Set-points, shape (N, n)."""
     tool: Array
     """Position and unit quaternion (x, y, z, qx, qy, qz, qw) of the tool, world frame, shape (N, 7) [m]; NaN for the
     wheels of a base."""
 
     def at(self, rows: NDArray[np.intp]) -> "JointTrack":
-        """Return some rows of it."""
+        """Return the track at some rows."""
         parts = {key: getattr(self, key)[rows] for key in (*KEYS, "tool")}
         return JointTrack(names=self.names, **parts)
 
@@ -72,10 +72,10 @@ def _state_messages(time: float, motions: Mapping[str, JointMotion]) -> list[tup
 
 
 class JointRows:
-    """What has been read of one arm, row by row."""
+    """Collects the rows of one arm while a recording is read."""
 
     def __init__(self, names: tuple[str, ...]) -> None:
-        """Begin with no row.
+        """Start with no rows.
 
         Args:
             names: Of its joints.
@@ -90,7 +90,7 @@ class JointRows:
         return len(self._nothing)
 
     def take(self, kind: str, message: Message) -> None:
-        """Take a message on 'joints' or 'tool'; ValueError when it is of other joints."""
+        """Take a message on 'joints' or 'tool'; raises ValueError if it has other joints."""
         if kind == "tool":
             self._now[kind] = list(pose3_row(message))
             return
@@ -99,7 +99,7 @@ class JointRows:
         self._now[kind] = [value for key in KEYS for value in message[key]]
 
     def end_tick(self) -> None:
-        """Add a row; NaN for what did not come."""
+        """Add a row; NaN for missing messages."""
         count = len(self._nothing) - 7
         joints, tool = self._now.get("joints", self._nothing[:count]), self._now.get("tool", self._nothing[count:])
         self._rows.append([*joints, *tool])

@@ -1,4 +1,4 @@
-"""Cameras of a log: a recording keeps their pictures, for they cannot be drawn again."""
+"""Cameras of imported logs, whose pictures are stored because they cannot be rendered again."""
 
 import json
 from collections import defaultdict
@@ -17,21 +17,21 @@ from mjsim.record.parse import FAULTS, reading, unfit
 from mjsim.record.recording import Recording
 
 LOGGED_CAMERAS = "logged cameras"
-"""Key of the metadata that holds the data sheets of the cameras whose pictures are kept."""
+"""Metadata key of the data sheets of cameras whose pictures are stored."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LoggedCamera:
-    """The data sheet of a camera whose pictures are kept."""
+    """The data sheet of a camera whose pictures are stored."""
 
     intrinsics: Intrinsics
     robot_from_camera: Array | None = None
-    """Of its optical frame (x right, y down, z ahead), shape (4, 4) [m]; by default as the world has it."""
+    """Of its optical frame (x right, y down, z ahead), shape (4, 4) [m]; by default as in the world."""
     has_depth: bool = False
     """Whether some of its pictures come with depth."""
 
     def to_json(self) -> dict[str, Any]:
-        """Return it as JSON holds it."""
+        """Return it as a JSON value."""
         place = self.robot_from_camera
         return {
             "intrinsics": asdict(self.intrinsics),
@@ -41,7 +41,7 @@ class LoggedCamera:
 
     @classmethod
     def from_json(cls, told: Mapping[str, Any]) -> "LoggedCamera":
-        """Return what `to_json` told; raises one of FAULTS for anything else."""
+        """Return the data sheet from `to_json`; raises one of FAULTS for anything else."""
         values = dict(told["intrinsics"])
         numbers = [float(value) for value in values.pop("distortion")]
         intrinsics = Intrinsics(**values, distortion=tuple(numbers))
@@ -55,15 +55,15 @@ class LoggedCamera:
 
 
 def cameras_text(cameras: Mapping[tuple[str, str], LoggedCamera]) -> str:
-    """Return the text of data sheets by robot and camera, for the metadata."""
+    """Return the data sheets by robot and camera as text for the metadata."""
     return json.dumps({f"{robot}/{name}": camera.to_json() for (robot, name), camera in cameras.items()})
 
 
 def logged_cameras(recording: Recording) -> dict[tuple[str, str], LoggedCamera]:
-    """Return the data sheets of the cameras of a log by robot and camera; none for a run that was simulated.
+    """Return the data sheets of a log's cameras by robot and camera; none for a simulated run.
 
     Raises:
-        RecordingError: They are not as mjsim writes them.
+        RecordingError: They were not written by mjsim.
     """
     text = recording.metadata.get(LOGGED_CAMERAS)
     if text is None:
@@ -78,7 +78,7 @@ def logged_cameras(recording: Recording) -> dict[tuple[str, str], LoggedCamera]:
 def with_logged_cameras(
     robots: Mapping[str, RobotInfo], cameras: Mapping[tuple[str, str], LoggedCamera]
 ) -> dict[str, RobotInfo]:
-    """Return what modules know of each robot, with the data sheets of the cameras of a log."""
+    """Return the data sheet of each robot, with those of the cameras of a log."""
     told = {}
     for robot, info in robots.items():
         sensors = dict(info.sensors)
@@ -92,10 +92,10 @@ def with_logged_cameras(
 
 
 class LoggedPictures:
-    """The pictures of one robot of a log, as its ticks come: each is decoded when a module looks at it."""
+    """The pictures of one robot of a log, tick by tick; each is decoded when a module accesses it."""
 
     def __init__(self, recording: Recording, robot: str) -> None:
-        """Keep which cameras there are."""
+        """Store the cameras."""
         self.cameras = {name: camera for (of, name), camera in logged_cameras(recording).items() if of == robot}
         self._path, self._robot = recording.path, robot
         kinds = ("image", "depth")
@@ -104,7 +104,7 @@ class LoggedPictures:
         self._next = next(self._messages, None)
 
     def at(self, time: int) -> Callable[[str, float], CameraFrame]:
-        """Return what gives the pictures of a tick by camera and stamp; ticks ascend.
+        """Return a function that gives the pictures of a tick by camera and stamp; ticks must ascend.
 
         Args:
             time: Of the tick's messages [ns].

@@ -1,4 +1,4 @@
-"""Pictures and depth as messages that Foxglove draws; of a log nothing is lost."""
+"""Pictures and depth as messages that Foxglove draws; those of imported logs are lossless."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -15,16 +15,16 @@ from mjsim.record.file import parts_of
 from mjsim.record.scene import picture_message, stamp
 
 FORMS = {b"\xff\xd8": "jpeg", b"\x89P": "png"}
-"""How files that are recorded as they are begin -> what they are called."""
+"""First bytes of files that are stored unchanged -> name of the format."""
 QUICK_PNG = [cv2.IMWRITE_PNG_COMPRESSION, 1]
-"""The sizes of pictures with noise hardly differ."""
+"""Low compression level: for noisy pictures, higher levels hardly reduce the size."""
 MILLIMETRES = 1000.0
-"""In a metre; depth of 16 bits counts them, as ROS REP 118 has it, 0 where there is none."""
+"""Millimetres per metre: the unit of 16-bit depth (ROS REP 118), where 0 means no depth."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LoggedFrame(CameraFrame):
-    """A picture of a log; its file is recorded as it came."""
+    """A picture of a log, whose file is stored unchanged."""
 
     encoded: bytes = b""
     """Contents of the file."""
@@ -33,7 +33,7 @@ class LoggedFrame(CameraFrame):
 
 
 def logged_frame(frame: CameraFrame) -> LoggedFrame:
-    """Return a picture with its file, a PNG without loss."""
+    """Return a picture with its file as lossless PNG."""
     if isinstance(frame, LoggedFrame):
         return frame
     _, data = cv2.imencode(".png", cv2.cvtColor(frame.image, cv2.COLOR_RGB2BGR), QUICK_PNG)
@@ -41,7 +41,7 @@ def logged_frame(frame: CameraFrame) -> LoggedFrame:
 
 
 def filed_frame(data: bytes, stamp: float, intrinsics: Intrinsics) -> LoggedFrame:
-    """Return the picture in a file that came with a log: JPEG and PNG stay as they are, others become PNG without loss.
+    """Return the picture in a file of a log: JPEG and PNG are kept unchanged, others become lossless PNG.
 
     Args:
         data: Contents of the file.
@@ -49,7 +49,7 @@ def filed_frame(data: bytes, stamp: float, intrinsics: Intrinsics) -> LoggedFram
         intrinsics: Of the camera; pictures have its size.
 
     Raises:
-        ValueError: It is broken, or of another size.
+        ValueError: It is broken, or has another size.
     """
     # A small file may say that it holds gigabytes: it is not decoded.
     try:
@@ -67,7 +67,7 @@ def filed_frame(data: bytes, stamp: float, intrinsics: Intrinsics) -> LoggedFram
 
 
 def require_size(size: tuple[int, int], intrinsics: Intrinsics) -> None:
-    """Return when a picture has the size that all of its camera have.
+    """Check that a picture has the size of its camera's pictures.
 
     Args:
         size: Width and height [px].
@@ -82,7 +82,7 @@ def require_size(size: tuple[int, int], intrinsics: Intrinsics) -> None:
 
 
 def decode_picture(data: bytes) -> Picture:
-    """Return the RGB picture in a file, its rows as the camera gave them, shape (height, width, 3).
+    """Return the RGB picture in a file, without rotating it by its metadata, shape (height, width, 3).
 
     Raises:
         ValueError: It is broken.
@@ -96,17 +96,17 @@ def decode_picture(data: bytes) -> Picture:
 
 
 def kept_picture_message(frame: CameraFrame, frame_id: str) -> CompressedImage:
-    """Return the picture of a log as its file, that of a simulated camera as JPEG."""
+    """Return the message of a picture: the file of a log, or a JPEG of a simulated camera."""
     if isinstance(frame, LoggedFrame):
         return CompressedImage(timestamp=stamp(frame.stamp), frame_id=frame_id, data=frame.encoded, format=frame.form)
     return picture_message(frame, frame_id)
 
 
 def depth_message(frame: CameraFrame, frame_id: str) -> RawImage | None:
-    """Return the depth of a picture: of a log without loss, in metres where millimetres lose some; else in millimetres.
+    """Return the depth of a picture in millimetres, or in metres where a log's depth would lose precision.
 
-    Depth of a simulated camera can be drawn again without loss, as its pictures can. In millimetres, 0 stands for none,
-    too near and farther than 65.535 m.
+    Depth of a simulated camera can be rendered again without loss, like its pictures. In millimetres, 0 stands for no
+    depth, too near, and farther than 65.535 m.
     """
     if frame.depth is None:
         return None
@@ -143,7 +143,7 @@ def depth_of(data: bytes, *, shape: tuple[int, int]) -> Array:
 
 
 def depth_pixels(data: bytes) -> NDArray[Any]:
-    """Return the numbers in a `foxglove.RawImage` of depth, shape (height, width).
+    """Return the values of a `foxglove.RawImage` with depth, shape (height, width).
 
     Returns:
         Whole millimetres as uint16, 0 for none, or metres as float32, infinite for none.

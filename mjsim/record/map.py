@@ -1,4 +1,4 @@
-"""The map as Foxglove draws it: walls, and what stands, hangs, swings and goes about between them."""
+"""The map as Foxglove draws it: walls, obstacles, beacons, doors, movers and people."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -43,16 +43,16 @@ from mjsim.world import (
 )
 
 BEACON_THICKNESS = 0.02
-"""As drawn [m]."""
+"""Drawn thickness [m]."""
 BEACON_COLOR = "#2f6fd0"
 LAMP_SIZE = 0.15
-"""Across [m]."""
+"""Drawn diameter [m]."""
 
 
 def map_update(world: World, files: Mapping[str, bytes]) -> SceneUpdate:
-    """Return all of a world at the start.
+    """Return the whole world at the start.
 
-    What moves is drawn in a frame of its own: `obstacle/NAME` and `door/NAME`.
+    Moving things are drawn in frames of their own: `obstacle/NAME` and `door/NAME`.
 
     Args:
         world: Of the recording.
@@ -79,7 +79,7 @@ def map_update(world: World, files: Mapping[str, bytes]) -> SceneUpdate:
 
 
 def looks_update(world: World, files: Mapping[str, bytes], looks: Looks, *, time: float) -> SceneUpdate:
-    """Return what events have changed: lamps as bright as they are [s], and nothing of what was taken away."""
+    """Return the changes made by events until a time [s]: brightness of lamps, and removed things."""
     carried = [f"beacon/{item.beacon.name}" for item in hung(world) if not item.fixed]
     moving = [f"obstacle/{name}" for item, name in _obstacles(world) if not stays(item)]
     gone = [
@@ -151,7 +151,7 @@ def _beacons(name: str, items: list[Hung], files: Mapping[str, bytes], *, time: 
 
 
 def _carried(item: Hung, files: Mapping[str, bytes], time: float) -> SceneEntity:
-    """Return a beacon in the frame of what it hangs on."""
+    """Return a beacon in the frame of its carrier."""
     carrier = item.carrier
     assert carrier is not None
     place = Pose(carrier.at[0], carrier.at[1], math.radians(carrier.heading_deg)).inverse() @ item.place
@@ -192,20 +192,20 @@ def _lamps(world: World, looks: Looks) -> Iterator[SpherePrimitive]:
 
 
 def _color(text: str, *, share: float = 1.0) -> Color:
-    """Return a colour '#rrggbb', darker by a share."""
+    """Return a colour '#rrggbb', darkened by a factor."""
     r, g, b = (share * int(text[i : i + 2], 16) / 255 for i in (1, 3, 5))
     return Color(r=r, g=g, b=b, a=1.0)
 
 
 def _height(beacon: Beacon, files: Mapping[str, bytes]) -> float:
-    """Return the height of a beacon as drawn in the map [m], of its picture read at an eighth of its size."""
+    """Return the height of a beacon in the map [m]; its picture is read at an eighth of its size."""
     data = files.get(beacon.image) if beacon.image is not None else None
     small = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_REDUCED_GRAYSCALE_8) if data else None
     return beacon.width if small is None else float(beacon.width * small.shape[0] / small.shape[1])
 
 
 def _pose_of(item: Hung, place: Pose) -> FoxglovePose:
-    """Return where a beacon hangs: x to where it faces, z up; its place is in the frame in which it is drawn."""
+    """Return the pose of a beacon, with x in its facing direction and z up, in the frame in which it is drawn."""
     turn, tilt = place.heading / 2, -math.radians(item.beacon.tilt_deg) / 2
     c, s, cos_tilt, sin_tilt = math.cos(turn), math.sin(turn), math.cos(tilt), math.sin(tilt)
     return FoxglovePose(

@@ -1,4 +1,4 @@
-"""What the sensors of mechanisms read: messages, and their rows of a recording."""
+"""Sensor readings of mechanisms: messages, and their rows in a recording."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,21 +13,21 @@ from mjsim.record.numbers import Message, flat
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SensorTrack:
-    """Everything recorded of the sensors of a mechanism. One row a tick, N in all; NaN where nothing was recorded."""
+    """Recorded sensor readings of a mechanism. One row per tick, N in all; NaN where nothing was recorded."""
 
     names: tuple[str, ...]
-    """Of n numbers, such as 'q4.velocity'."""
+    """Names of n values, such as 'q4.velocity'."""
     units: tuple[str, ...]
-    """Of them, such as 'rad/s'."""
+    """Their units, such as 'rad/s'."""
     values: Array
     """Shape (N, n)."""
 
     def at(self, rows: NDArray[np.intp]) -> "SensorTrack":
-        """Return some rows of it."""
+        """Return the track at some rows."""
         return SensorTrack(names=self.names, units=self.units, values=self.values[rows])
 
     def column(self, name: str) -> Array:
-        """Return the numbers of one name, shape (N,); ValueError when there is none."""
+        """Return the values of one name, shape (N,); raises ValueError for an unknown name."""
         return np.asarray(self.values[:, self.names.index(name)])
 
 
@@ -43,10 +43,10 @@ def sensor_messages(time: float, readings: Mapping[str, SensorReadings]) -> list
 
 
 class SensorRows:
-    """What has been read of the sensors of one mechanism, row by row."""
+    """Collects the sensor rows of one mechanism while a recording is read."""
 
     def __init__(self) -> None:
-        """Begin with no row; the first message tells names and units."""
+        """Start with no rows; the first message gives names and units."""
         self._names: tuple[str, ...] | None = None
         self._units: tuple[str, ...] = ()
         self._rows: list[list[float] | None] = []
@@ -58,7 +58,7 @@ class SensorRows:
         return len(self._names or ())
 
     def take(self, message: Message) -> None:
-        """Take a message; ValueError when it is of other sensors than the one before."""
+        """Take a message; raises ValueError if its sensors differ from those of the previous one."""
         names, units, values = tuple(message["names"]), tuple(message["units"]), message["values"]
         if self._names is None:
             self._names, self._units = names, units
@@ -67,7 +67,7 @@ class SensorRows:
         self._now = list(values)
 
     def end_tick(self) -> None:
-        """Add a row; NaN for what did not come."""
+        """Add a row; NaN for missing messages."""
         self._rows.append(self._now)
         self._now = None
 

@@ -1,7 +1,7 @@
-"""Values to JSON messages and back, exactly; the schemas of the messages stand in `schemas`.
+"""Converts values to JSON messages and back, exactly; `schemas` has the schemas of the messages.
 
-What makes a message copies every number out of its arrays, so that a module that changes its arrays later does not
-change what was recorded.
+Encoders copy every number out of the arrays, so that a module that changes its arrays later does not change the
+recording.
 """
 
 import functools
@@ -35,16 +35,16 @@ _PIECES: Callable[[Message, int], Iterable[str]] = (
     else lambda message, level: _ENCODER.iterencode(message)
 )
 ROUGHLY_UNIT = 1e-6
-"""How far the length of a quaternion may be from 1; MuJoCo keeps it within rounding."""
+"""Tolerance of the norm of a quaternion; MuJoCo keeps it at 1 within rounding."""
 _LEVELS = {"changed": 2, "blocked": 2, "bump": 3, "fall": 4, "fault": 4}
-"""Information, warning and error, as Foxglove counts them."""
+"""Foxglove's log levels for information, warning and error."""
 
 
 def encode(message: Message) -> bytes:
     """Return the JSON text of a message.
 
     Raises:
-        ValueError: It holds NaN or -infinity, which no sensor and no module may give.
+        ValueError: It contains NaN or -infinity, which are invalid as results of sensors and modules.
     """
     try:
         return "".join(_PIECES(message, 0)).encode()
@@ -61,7 +61,7 @@ def _without_infinity(value: Any) -> Any:
 
 
 def pose_message(time: float, pose: Pose, covariance: ArrayLike | None = None) -> Message:
-    """Return a pose in the world frame, as Foxglove draws it and exactly."""
+    """Return a pose in the world frame, both in Foxglove's format and exactly."""
     half = pose.heading / 2
     message: Message = {
         "timestamp": stamp_json(time),
@@ -79,7 +79,7 @@ def pose_message(time: float, pose: Pose, covariance: ArrayLike | None = None) -
 
 
 def truth_message(time: float, planar: Pose, pose: Pose3) -> Message:
-    """Return the pose of a base in the world frame, exactly: in space, and its heading as seen from above."""
+    """Return the exact 3-D pose of a base in the world frame, and its heading seen from above."""
     return {
         "timestamp": stamp_json(time),
         "frame_id": "world",
@@ -99,7 +99,7 @@ def pose_row(message: Message) -> tuple[float, float, float]:
 
 
 def pose3_row(message: Message) -> tuple[float, ...]:
-    """Return (x, y, z, qx, qy, qz, qw) of a pose message; ValueError when its quaternion is no rotation."""
+    """Return (x, y, z, qx, qy, qz, qw) of a pose message; raises ValueError unless the quaternion has norm 1."""
     position, orientation = message["pose"]["position"], message["pose"]["orientation"]
     quaternion = [orientation[axis] for axis in "xyzw"]
     if not abs(math.hypot(*quaternion) - 1.0) < ROUGHLY_UNIT:
@@ -114,7 +114,7 @@ def path_message(time: float, path: Array) -> Message:
 
 
 def path_rows(message: Message) -> Array:
-    """Return the rows of a final trajectory, shape (M, 4); ValueError when its times do not ascend."""
+    """Return the rows of a final trajectory, shape (M, 4); raises ValueError unless its times ascend."""
     rows = np.column_stack([np.array(message[key], dtype=float) for key in ("times", "x", "y", "heading")])
     if not np.isfinite(rows).all() or (np.diff(rows[:, 0]) <= 0.0).any():
         raise ValueError("a path with numbers that are not finite, or with times that do not ascend")
@@ -127,7 +127,7 @@ def sightings_message(time: float, sightings: Sequence[Sighting]) -> Message:
 
 
 def observation_message(seen: Observation) -> Message:
-    """Return every number of an observation, and which pictures came with it."""
+    """Return all numbers of an observation, and the stamps of its pictures."""
     message: Message = {"time": float(seen.time), "dt": float(seen.dt)}
     for field, encode_value, sparse in _FIELDS:
         value = getattr(seen, field)
@@ -147,7 +147,7 @@ def observation_of(message: Message) -> Observation:
 
 
 def _label(name: Hashable) -> tuple[str, bool]:
-    """Return how a landmark's name is written, and whether it is a whole number."""
+    """Return a landmark's name as text, and whether it is an integer."""
     return str(name), isinstance(name, int | np.integer) and not isinstance(name, bool)
 
 
@@ -157,14 +157,14 @@ def _labels(names: Sequence[Hashable]) -> Message:
 
 
 def names_of(message: Message) -> tuple[Hashable, ...]:
-    """Return the names of the landmarks that a message lists; any but whole numbers are text."""
+    """Return the names of the landmarks in a message: integers, or text."""
     return tuple(
         _name(name, numbered=numbered) for name, numbered in zip(message["names"], message["numbered"], strict=True)
     )
 
 
 def _name(text: str, *, numbered: bool) -> Hashable:
-    """Return a landmark's name; a text is held once, however often it is read."""
+    """Return a landmark's name; equal texts share one object."""
     return int(text) if numbered else sys.intern(text)
 
 
@@ -223,7 +223,7 @@ def _lower_triangle(size: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 
 def covariance_message(time: float, estimate: Estimate, joint: Array) -> Message:
-    """Return the joint covariance of an estimate, of which half is enough."""
+    """Return the joint covariance of an estimate: its lower triangle."""
     return {
         "time": time,
         **_labels(list(estimate.landmarks)),
@@ -241,7 +241,7 @@ def covariance_of(message: Message) -> Array:
 
 
 def command_message(time: float, order: Order) -> Message:
-    """Return what the drive is told and what was wanted."""
+    """Return the command given to the drive and that of the navigator."""
     return {"time": time, "command": _command(order.command), "wanted": _command(order.wanted)}
 
 
@@ -262,13 +262,13 @@ def _goal_message(arm: str, goal: JointGoal) -> Message:
 
 
 def command_row(message: Message) -> tuple[float, float, float]:
-    """Return (forward, left, turn) told to the drive; NaN for wheel speeds."""
+    """Return (forward, left, turn) given to the drive; NaN for wheel speeds."""
     command = message["command"]
     return command.get("forward", math.nan), command.get("left", math.nan), command.get("turn", math.nan)
 
 
 def event_message(robot: str, event: RobotEvent) -> Message:
-    """Return an event as a line of a log."""
+    """Return an event as a log message."""
     message = {
         "timestamp": stamp_json(event.time),
         "level": _LEVELS[event.kind],
@@ -290,7 +290,7 @@ def event_of(message: Message) -> RobotEvent:
 
 
 def world_event_message(time: float, event: WorldEvent) -> Message:
-    """Return what happened to the world as a line of a log, and exactly."""
+    """Return an event of the world as a log message and exactly."""
     short = {"short": event.short} if isinstance(event, ReachEvent) and event.short else {}
     return {
         "timestamp": stamp_json(time),
@@ -315,7 +315,7 @@ def world_event_of(message: Message) -> WorldEvent:
 
 
 def _event_keys(event: WorldEvent) -> dict[str, Any]:
-    """Return the keys of an event; a signal, whose keys depend on its kind, as a text of JSON."""
+    """Return the keys of an event; a signal, whose keys depend on its kind, as JSON text."""
     keys = event.model_dump(mode="json", exclude_none=True)
     if "signal" in keys:
         keys["signal"] = json.dumps(keys["signal"])
@@ -325,7 +325,7 @@ def _event_keys(event: WorldEvent) -> dict[str, Any]:
 
 
 def things_message(time: float, things: Mapping[str, Pose]) -> Message:
-    """Return where everything is that can move but robots."""
+    """Return the poses of all movable things except robots."""
     places = [
         {"name": name, "x": float(pose.x), "y": float(pose.y), "heading": float(pose.heading)}
         for name, pose in things.items()
@@ -344,7 +344,7 @@ def state_message(tick: Tick) -> Message:
 
 
 def timing_message(tick: Tick, clock: float) -> Message:
-    """Return what each part of the loop cost on the clock."""
+    """Return the wall-clock time of each part of the loop."""
     costs = [(f"loop/{part}", seconds) for part, seconds in tick.timing.items()]
     costs += [
         (f"{name}/{part}", seconds) for name, order in tick.orders.items() for part, seconds in order.timing.items()

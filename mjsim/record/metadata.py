@@ -1,4 +1,4 @@
-"""What a recording says of its run beside its messages, checked."""
+"""Checks the metadata of a recording."""
 
 import math
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ def checked_metadata(metadata: Mapping[str, str]) -> tuple[int, dict[str, str]]:
     """Return the seed, and all other metadata.
 
     Raises:
-        ValueError: The seed is no seed, or what other parts rely on is not as they need it.
+        ValueError: The seed is invalid, or an entry that other parts rely on is.
     """
     others = dict(metadata)
     seed = int(others.pop("seed"))

@@ -1,4 +1,4 @@
-"""JSON messages to values, checked against the schema of their topic; what does not fit is refused in one line."""
+"""Parses JSON messages and checks them against the schema of their topic; errors have one line."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -18,13 +18,13 @@ from mjsim.record.schemas import ARM_TOPICS, MECHANISM_TOPICS, ROBOT_TOPICS, SEN
 T = TypeVar("T")
 
 LONG = 1 << 20
-"""In longer messages the values are counted before they are read [bytes]."""
+"""Length of messages above which the values are counted before parsing [bytes]."""
 LONGEST = 1 << 25
-"""Of a message [bytes]; its texts take up to four times as much while it is read."""
+"""Maximum length of a message [bytes]; its strings take up to four times as much while it is parsed."""
 MOST_VALUES = 1_000_000
-"""In one message; each takes up to 300 bytes while it is read."""
+"""Maximum number of values in a message; each takes up to 300 bytes while it is parsed."""
 FAULTS = (ArithmeticError, LookupError, TypeError, ValueError)
-"""What a message raises whose numbers are of the right kind, but too few, too many or too large."""
+"""Exceptions raised by messages whose numbers have the right type, but are too few, too many or too large."""
 
 
 def content_of(raw: RawMessage, *, path: Path) -> Message:
@@ -35,7 +35,7 @@ def content_of(raw: RawMessage, *, path: Path) -> Message:
         path: Its file, for the error.
 
     Raises:
-        RecordingError: It does not fit the schema of its topic; a key that is not in that is left out.
+        RecordingError: It does not fit the schema of its topic; unknown keys are left out.
     """
     data = raw.data
     if len(data) > LONGEST:
@@ -52,7 +52,7 @@ def content_of(raw: RawMessage, *, path: Path) -> Message:
 
 
 def value_of(raw: RawMessage, decode: Callable[[Message], T], *, path: Path) -> T:
-    """Return the value that a JSON message holds.
+    """Return the value of a JSON message.
 
     Args:
         raw: The message.
@@ -69,7 +69,7 @@ def value_of(raw: RawMessage, decode: Callable[[Message], T], *, path: Path) -> 
 
 @contextmanager
 def reading(raw: RawMessage, *, path: Path) -> Iterator[None]:
-    """Turn what the block raises over a message that mjsim did not write into a RecordingError."""
+    """Convert exceptions of the block about an invalid message into a RecordingError."""
     try:
         yield
     except FAULTS as error:
@@ -93,13 +93,13 @@ def _kind(raw: RawMessage) -> str:
 
 @cache
 def _validators() -> dict[str, SchemaValidator]:
-    """Return what checks the messages of each topic of the world, and of each kind of topic of a robot."""
+    """Return the validators for each topic of the world and each kind of topic of a robot."""
     schemas = WORLD_TOPICS | ROBOT_TOPICS | ARM_TOPICS | MECHANISM_TOPICS | dict(SENSOR_TOPICS.values())
     return {name: SchemaValidator(_core(schema, schema["definitions"])) for name, schema in schemas.items()}
 
 
 def _core(schema: Schema, definitions: Schema) -> CoreSchema:
-    """Return what checks a value, of a schema as `json_schema` makes them."""
+    """Return the validator for a schema made by `json_schema`."""
     if "$ref" in schema:
         schema = definitions[schema["$ref"].rpartition("/")[2]]
     kind = schema["type"]

@@ -1,4 +1,4 @@
-"""The name of a recording, reserved before anything expensive begins."""
+"""Reserves the name of a recording before anything expensive starts."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,7 +9,7 @@ from mjsim.output import NewFile, next_free
 
 
 def reserve(path: str | Path | NewFile, *, overwrite: bool = False) -> NewFile:
-    """Return the name of a recording, reserved for one writer; one that is reserved already as it is.
+    """Reserve the name of a recording for one writer; a name that is already reserved is returned as it is.
 
     Raises:
         UsageError: The file exists and may not be replaced, or is being written.
@@ -22,20 +22,20 @@ def reserve(path: str | Path | NewFile, *, overwrite: bool = False) -> NewFile:
 
 
 class WholeFile(NewFile):
-    """A recording that appears when it is whole; until then, and for good if it never is, what was there stays."""
+    """A recording that appears only once it is complete; until then, an existing file stays."""
 
     is_whole = False
     is_spoilt = False
-    """Whether something could not be written, whatever `is_whole` says."""
+    """Whether writing failed, whatever `is_whole` says."""
 
     def publish(self) -> None:
-        """Move the file to its destination if it is whole."""
+        """Move the file to its destination if it is complete."""
         if self.is_whole and not self.is_spoilt:
             super().publish()
 
 
 def reserve_whole(path: str | Path, *, overwrite: bool = False) -> WholeFile:
-    """Return the name of a recording that is kept only when its writer says that it is whole.
+    """Reserve the name of a recording that is kept only if its writer reports that it is complete.
 
     Raises:
         UsageError: The file exists and may not be replaced, or is being written.
@@ -46,7 +46,7 @@ def reserve_whole(path: str | Path, *, overwrite: bool = False) -> WholeFile:
 
 
 def reserve_next(path: Path) -> NewFile:
-    """Return the first free name of 'run.mcap', 'run-2.mcap', 'run-3.mcap' and so on, reserved.
+    """Reserve the first free name of 'run.mcap', 'run-2.mcap', 'run-3.mcap' and so on.
 
     Raises:
         RecordingError: It cannot be written.

@@ -1,4 +1,4 @@
-"""A recording's file to arrays."""
+"""Reads a recording's file into arrays."""
 
 import math
 from array import array
@@ -38,18 +38,18 @@ from mjsim.record.writer import named_pictures
 from mjsim.world import Source, World, WorldEvent, parse_world
 
 LEAST_MEMORY, MEMORY_GROWTH = 1 << 26, 48
-"""What is kept may take so many bytes, and so many times the size of the file; ours takes at most 10 times. With what
-is needed for a moment, reading takes at most 0.5 GB and 64 times the size of the file."""
+"""Limit of the memory that a recording may keep: a constant [bytes] plus a multiple of the size of the file; ours take
+at most 10 times. Including temporary data, reading takes at most 0.5 GB plus 64 times the size of the file."""
 _TAKES = {"identities": 12, "innovations": 12, "things": 8, "sightings": 8, "events": 4, "timing": 4}
-"""How many bytes a byte of a message takes that is kept as objects; as numbers it takes 2."""
+"""Memory per byte of a message that is kept as objects [bytes]; as numbers it takes 2."""
 _ROW_BYTES = 8 * (3 * 3 + 7 + 2 * 9 + 3)
-"""Of one robot at one tick."""
+"""Memory per robot and tick [bytes]."""
 _MESSAGE_BYTES = 64
-"""Of any message that is kept."""
+"""Memory per message kept [bytes]."""
 
 
 def read_recording(path: str | Path) -> Recording:
-    """Return a recording; of a file that was cut, all whole ticks before the cut.
+    """Read a recording; of a truncated file, all complete ticks.
 
     Raises:
         UsageError: The file cannot be opened.
@@ -74,7 +74,7 @@ def read_recording(path: str | Path) -> Recording:
 
 
 def _recording(path: Path, head: Head, run: "_Run") -> Recording:
-    """Return what was read as arrays."""
+    """Return the data as arrays."""
     seed, metadata = checked_metadata(head.metadata[METADATA_NAME])
     run.check()
     return Recording(
@@ -97,7 +97,7 @@ def _recording(path: Path, head: Head, run: "_Run") -> Recording:
 
 
 def _world(path: Path, head: Head) -> World:
-    """Return the world that a recording begins with."""
+    """Return the world stored in a recording."""
     if WORLD_NAME not in head.files or "seed" not in head.metadata.get(METADATA_NAME, {}):
         raise RecordingError(f"'{path}' is an MCAP file, but not a recording made by mjsim")
     attached = {name.removeprefix(FILES): data for name, data in head.files.items() if name.startswith(FILES)}
@@ -121,7 +121,7 @@ def _check_picture(name: str, world: World) -> None:
 
 
 class _Rows:
-    """Rows of numbers, all of one width; kept as plain doubles while they come."""
+    """Rows of numbers of the same width, collected as plain doubles."""
 
     def __init__(self, *shape: int) -> None:
         self._shape = shape
@@ -129,7 +129,7 @@ class _Rows:
         self._values = array("d")
 
     def add(self, values: Sequence[float | None] | None) -> None:
-        """Add a row; None for a number is +infinity, None for all is a row of NaN."""
+        """Add a row; a number None is +infinity, and None instead of the row is a row of NaN."""
         if values is None:
             values = [math.nan] * math.prod(self._shape)
         elif not self._shape:
@@ -147,7 +147,7 @@ class _Rows:
 
 
 class _Run:
-    """A recording as it is read; a tick counts once its last message, on `/state`, is there."""
+    """A recording being read; a tick is complete once its last message, on `/state`, is read."""
 
     def __init__(self, path: Path, world: World) -> None:
         self._path, self.world = path, world
@@ -217,17 +217,17 @@ class _Run:
             sensors.end_tick()
 
     def _take_bytes(self, size: int) -> None:
-        """Count what is kept.
+        """Count memory that is kept.
 
         Raises:
-            ValueError: It is too much for a file of this size.
+            ValueError: It exceeds the limit for a file of this size.
         """
         self._left -= size
         if self._left < 0:
             raise ValueError(f"it would take far more memory than its size; its ticks are {len(self.time)}")
 
     def check(self) -> None:
-        """Check what has been read as a whole.
+        """Check the complete data.
 
         Raises:
             ValueError: The ticks are not as far apart as in this world, or arrays would take too much memory.
@@ -242,12 +242,12 @@ class _Run:
         return dict.fromkeys(name for places in self._places for name in places)
 
     def things(self) -> dict[str, Array]:
-        """Return (x, y, heading) of each thing at each tick, NaN where it is not there, shape (N, 3)."""
+        """Return (x, y, heading) of each thing at each tick, NaN while it does not exist, shape (N, 3)."""
         nowhere = (math.nan,) * 3
         return {name: np.array([places.get(name, nowhere) for places in self._places]) for name in self._thing_names()}
 
     def module_seconds(self) -> dict[str, Array]:
-        """Return the cost of each part, NaN where it did not run, shape (N,) [s]."""
+        """Return the computing time of each part, NaN where it did not run, shape (N,) [s]."""
         costs = {}
         for part, rows in self._seconds.items():
             costs[part] = np.full(len(self.time), np.nan)
@@ -269,11 +269,11 @@ _READ: dict[str, Callable[[Message], Any]] = {
     "path": path_rows,
     "show": shown_of,
 }
-"""Topics of a robot that make its track, and what is made of their messages."""
+"""Topics of a robot that make up its track, and their decoders."""
 
 
 class _Robot:
-    """What has been read of one robot."""
+    """Collects the data of one robot."""
 
     def __init__(self) -> None:
         self._tick: dict[str, Any] = {}
@@ -301,7 +301,7 @@ class _Robot:
             self._tick[kind] = value
 
     def end_tick(self) -> None:
-        """Add a row of everything; NaN for what did not come."""
+        """Add a row to everything; NaN for missing messages."""
         tick, self._tick = self._tick, {}
         nothing = (None, None)
         for kind, rows in self._poses.items():
@@ -340,11 +340,11 @@ class _Robot:
         )
 
     def map_bytes(self) -> int:
-        """Return how much the map of one tick takes as an array."""
+        """Return the size of the map of one tick as an array [bytes]."""
         return 48 * len(self._columns())
 
     def _columns(self) -> dict[Hashable, int]:
-        """Return the column of each landmark, in the order in which they came."""
+        """Return the column of each landmark, in order of first appearance."""
         columns: dict[Hashable, int] = {}
         for _, names, _, _ in self._maps:
             for name in names:
@@ -352,7 +352,7 @@ class _Robot:
         return columns
 
     def _landmarks(self) -> Landmarks:
-        """Hold each map until the next one."""
+        """Repeat each map until the next one."""
         columns = self._columns()
         mean = np.full((self._count, len(columns), 2), np.nan)
         covariance = np.full((self._count, len(columns), 2, 2), np.nan)

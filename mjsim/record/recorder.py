@@ -1,4 +1,4 @@
-"""Ticks to a file, while the loop goes on."""
+"""Writes ticks to a file in a thread, while the loop continues."""
 
 import queue
 import threading
@@ -37,27 +37,28 @@ from mjsim.record.writer import Batch, Writer
 from mjsim.world import World
 
 KEPT_BACK = 0.4
-"""Longest time, simulated and on the clock, that a tick waits in the queue, and then in a chunk [s]."""
+"""Maximum time, simulated and wall-clock, that a tick waits in the queue, and then in a chunk [s]."""
 
 
 class Recorder:
-    """A recording being made: `write` takes each tick, a thread of its own encodes and writes it.
+    """A recording being written: `write` takes each tick, and a separate thread encodes and writes it.
 
-    When that thread falls behind, `write` waits for it: nothing is lost. A process that is killed loses less than
-    its last second.
+    If that thread falls behind, `write` waits for it, so nothing is lost. A killed process loses less than its last
+    second.
 
     Args:
-        path: The MCAP file, or its reserved name; it appears with the first whole tick. Folders are made as needed.
-        world: Where the run takes place; its text and pictures go into the file.
+        path: The MCAP file, or its reserved name; it appears with the first complete tick. Folders are created if
+            necessary.
+        world: The world of the run; its text and pictures go into the file.
         seed: Of the run.
-        robots: What the modules know of each robot.
+        robots: Data sheet of each robot.
         metadata: Versions, command line and the like.
-        pictures: Whether those of the cameras and the map as a grid are written; both can be made again from the rest.
+        pictures: Whether to write camera pictures and the map as a grid; both can be rendered again from the rest.
         overwrite: Whether a file at the path may be replaced.
 
     Raises:
         UsageError: The file exists, or is being written.
-        RecordingError: The file cannot be written; also from `write`, `event` and `close`. What was written stays.
+        RecordingError: The file cannot be written; also from `write`, `event` and `close`. Data written before stays.
     """
 
     def __init__(
@@ -102,7 +103,7 @@ class Recorder:
         self._thread.start()
 
     def write(self, tick: Tick) -> None:
-        """Record a tick; what may still change is copied before this returns."""
+        """Record a tick; mutable data is copied before this returns."""
         messages: list[tuple[str, Message]] = []
         frames: dict[str, Pose | Pose3] = {}
         for robot, planar in tick.truth.items():
@@ -152,7 +153,7 @@ class Recorder:
         )
 
     def event(self, robot: str, event: RobotEvent) -> None:
-        """Record what happened to a robot outside of ticks."""
+        """Record an event of a robot outside of ticks."""
         self._put(Batch(time=event.time, messages=[(f"/{robot}/events", event_message(robot, event))]))
 
     def path(self, robot: str, time: float, path: Array) -> None:
@@ -166,7 +167,7 @@ class Recorder:
         self._put(Batch(time=time, messages=[(f"/{robot}/path", path_message(time, path))]))
 
     def close(self) -> None:
-        """Write what waits and end the file; more calls do nothing."""
+        """Write all waiting data and end the file; further calls do nothing."""
         if self._closed:
             return
         self._finish()
@@ -180,7 +181,7 @@ class Recorder:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        """Close the file, and let an error that is on its way pass."""
+        """Close the file; an exception of the block is not suppressed."""
         if error is None:
             self.close()
         else:
@@ -231,7 +232,7 @@ class Recorder:
             self._failure = error
 
     def _write_batches(self) -> None:
-        """Write the map, then batches; end a chunk when it is old, on the clock or in simulated time."""
+        """Write the map, then batches; end a chunk when it is old, in wall-clock or simulated time."""
         if self._is_drawn:
             self._writer.draw_floor()
         first: Batch | None = None

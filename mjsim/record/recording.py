@@ -1,4 +1,4 @@
-"""A recording in memory: arrays by robot, one row a tick."""
+"""A recording in memory: arrays by robot, one row per tick."""
 
 import json
 import math
@@ -28,15 +28,15 @@ from mjsim.world import AnySensor, Camera, Lidar, Looks, World, WorldEvent, look
 T = TypeVar("T")
 
 SAME_TIME = 1e-6
-"""Times that differ less are the same [s]."""
+"""Times that differ by less are equal [s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Landmarks:
-    """The estimated map over time; NaN before a landmark is in it. One row a tick, N in all."""
+    """The estimated map over time; NaN before a landmark is in it. One row per tick, N in all."""
 
     names: tuple[Hashable, ...]
-    """K landmarks, in the order in which they came."""
+    """Names of K landmarks, in order of first appearance."""
     mean: Array
     """Shape (N, K, 2) [m]."""
     covariance: Array
@@ -45,9 +45,9 @@ class Landmarks:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Track:
-    """Everything recorded of one robot. One row a tick, N in all; poses are (x, y, heading) [m, m, rad].
+    """Recorded data of one robot. One row per tick, N in all; poses are (x, y, heading) [m, m, rad].
 
-    A robot without a driver has its truth, and NaN elsewhere.
+    A robot without a driver has only its truth, and NaN elsewhere.
     """
 
     time: Array
@@ -55,7 +55,7 @@ class Track:
     truth: Array
     """Seen from above, shape (N, 3), world frame."""
     truth_pose: Array
-    """Of the base in space: position and unit quaternion (x, y, z, qx, qy, qz, qw), world frame, shape (N, 7)."""
+    """3-D pose of the base: position and unit quaternion (x, y, z, qx, qy, qz, qw), world frame, shape (N, 7)."""
     odometry: Array
     """Dead reckoning, shape (N, 3)."""
     odometry_covariance: Array
@@ -65,23 +65,23 @@ class Track:
     covariance: Array
     """Shape (N, 3, 3)."""
     command: Array
-    """(forward, left, turn) told to the drive, shape (N, 3) [m/s, m/s, rad/s]; NaN rows for wheel commands."""
+    """(forward, left, turn) given to the drive, shape (N, 3) [m/s, m/s, rad/s]; NaN rows for wheel commands."""
     landmarks: Landmarks
     sightings: tuple[tuple[Sighting, ...], ...]
-    """One tuple a tick."""
+    """One tuple per tick."""
     identities: tuple[tuple[str | None, ...], ...] = ()
-    """One tuple a tick: which beacon each of its first sightings, those of the beacon sensors, is of; None for one of
-    nothing."""
+    """One tuple per tick: the true beacons of its first sightings, those of the beacon sensors; None for a false
+    sighting."""
     innovations: tuple[tuple[tuple[Hashable, Array, Array], ...], ...]
-    """One tuple a tick: name, nu (2,), S (2, 2)."""
+    """One tuple per tick: name, nu (2,), S (2, 2)."""
     shown: tuple[tuple[Shown, ...], ...] = ()
-    """One tuple a tick: what the estimator had to show."""
+    """One tuple per tick: items shown by modules."""
     events: tuple[RobotEvent, ...]
     path: Array = field(default_factory=lambda: np.zeros((0, 4)))
-    """Final trajectory of the estimator, where it offers one: rows of time, x, y and heading, shape (M, 4)."""
+    """Final trajectory of the estimator, if it provides one: rows of time, x, y and heading, shape (M, 4)."""
 
     def at(self, rows: NDArray[np.intp]) -> "Track":
-        """Return some rows of it; events and the final trajectory stay."""
+        """Return the track at some rows; events and the final trajectory are kept completely."""
         marks, chosen = self.landmarks, rows.tolist()
         return replace(
             self,
@@ -103,7 +103,7 @@ class Track:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, weakref_slot=True)
 class Recording:
-    """A run that was recorded; it needs nothing but its file."""
+    """A recorded run; it needs only its file."""
 
     path: Path
     world: World
@@ -118,36 +118,36 @@ class Recording:
     """Shape (N, nv)."""
     robots: Mapping[str, Track]
     events: tuple[WorldEvent, ...] = ()
-    """What happened to the world, each with the time of the first tick that shows it."""
+    """Events of the world, each with the time of the first tick that shows it."""
     things: Mapping[str, Array] = field(default_factory=dict)
-    """Where each thing was that can move but robots, (x, y, heading), shape (N, 3) [m, m, rad], by its name in the
-    scene; NaN once it was taken away. Of a door the hinge, and the heading of its leaf."""
+    """Pose (x, y, heading) of each movable thing except robots, shape (N, 3) [m, m, rad], by its name in the scene; NaN
+    after its removal. For a door, the position of the hinge and the heading of the leaf."""
     joints: Mapping[str, JointTrack] = field(default_factory=dict)
-    """How the joints of each arm moved, by 'robot/arm'; the wheels of a base that balances by 'robot/drive', those of
-    a mechanism by its name."""
+    """Motion of the joints of each arm, by 'robot/arm'; of the wheels of a balancing base by 'robot/drive', of a
+    mechanism by its name."""
     readings: Mapping[str, SensorTrack] = field(default_factory=dict)
-    """What the sensors of each mechanism read, by its name."""
+    """Sensor readings of each mechanism, by its name."""
     clock: Array
-    """Time on the clock of each tick, counted from when the recording was begun, shape (N,) [s]."""
+    """Wall-clock time of each tick since the start of the recording, shape (N,) [s]."""
     module_seconds: Mapping[str, Array]
     """Wall-clock time by 'robot/module' or 'loop/part', shape (N,) [s]; NaN where a part did not run."""
     whole: bool = True
-    """False when the file does not end as it should: the run was killed, or the file was cut."""
+    """False if the file is incomplete: the run was killed, or the file was truncated."""
 
     @property
     def wall_seconds(self) -> float:
-        """Time on the clock from the first tick to the last."""
+        """Wall-clock time from the first tick to the last [s]."""
         return float(self.clock[-1] - self.clock[0])
 
     def between(self, begin: float | None = None, end: float | None = None) -> "Recording":
-        """Return the part between two times, for figures and plots.
+        """Return the section between two times, for statistics and plots.
 
-        Events of robots are those of the part; those of the world that were before still tell how it looks. What is
-        read from the file as it is asked for, such as `pictures` and `observations`, is still all of it.
+        It has the robots' events of the section; earlier events of the world are kept, because they determine how it
+        looks. Data that is read from the file on request, such as `pictures` and `observations`, is not cut.
 
         Args:
-            begin: Of its first tick, or before it [s]; by default from the start.
-            end: Of its last tick, or after it [s]; by default to the end.
+            begin: Start of the section [s]; by default that of the run.
+            end: End of the section [s]; by default that of the run.
 
         Raises:
             UsageError: No tick is between them.
@@ -194,7 +194,7 @@ class Recording:
         )
 
     def looks(self, row: int) -> Looks:
-        """Return how the world looks at a row: its light, and what is no longer there."""
+        """Return the appearance of the world at a row: its light, and removed things."""
         time = float(self.time[row])
         return looks_after(self.world, (event for event in self.events if event.time <= time), time=time)
 
@@ -223,11 +223,11 @@ class Recording:
             yield stamp, data, form
 
     def images(self, robot: str, camera: str) -> Iterator[tuple[float, Picture]]:
-        """Yield stamp [s] and RGB picture, shape (height, width, 3), of a camera, read one after the other.
+        """Yield stamp [s] and RGB picture, shape (height, width, 3), of a camera, reading one at a time.
 
         Raises:
             UsageError: There is no such robot or camera.
-            RecordingError: A picture is not as mjsim writes it, or of another size than the camera's.
+            RecordingError: A picture was not written by mjsim, or does not have the camera's size.
         """
         cameras = [sensor for sensor in self._sensors(robot) if isinstance(sensor, Camera)]
         sizes = {sensor.camera: (sensor.width, sensor.height) for sensor in cameras}
@@ -239,10 +239,10 @@ class Recording:
             yield stamp, picture
 
     def depths(self, robot: str, camera: str) -> Iterator[tuple[float, NDArray[Any]]]:
-        """Yield stamp [s] and depth, shape (height, width), of each picture of a camera that came with some.
+        """Yield stamp [s] and depth, shape (height, width), of each picture of a camera that has depth.
 
-        Depth is in whole millimetres as uint16, 0 for none; that of a log which they would not hold in metres as
-        float32, infinite for none. Depth of a run is rounded; `mjsim export --redraw` has it as modules were given it.
+        Depth is uint16 in millimetres, 0 for none; or, if a log has finer or larger depth, float32 in metres, infinite
+        for none. Depth of a run is rounded; `mjsim export --redraw` gives it as received by modules.
 
         Raises:
             UsageError: There is no such robot or camera.
@@ -254,7 +254,7 @@ class Recording:
             yield stamp, pixels
 
     def observations(self, robot: str) -> Iterator[Observation]:
-        """Yield the observations that a robot's modules were given, exactly, but without pictures.
+        """Yield the exact observations that a robot's modules received, without pictures.
 
         Raises:
             RecordingError: One is not as mjsim writes it.
@@ -263,7 +263,7 @@ class Recording:
             yield seen
 
     def observed(self, robot: str) -> Iterator[tuple[Observation, dict[str, float]]]:
-        """Yield each observation of a robot, and camera -> stamp of each picture that came with it [s].
+        """Yield each observation of a robot, and camera -> stamp of each of its pictures [s].
 
         Raises:
             RecordingError: One is not as mjsim writes it.
@@ -272,7 +272,7 @@ class Recording:
             yield self.observation_in(message)
 
     def observation_in(self, message: RawMessage) -> tuple[Observation, dict[str, float]]:
-        """Return the observation in a message, and camera -> stamp of each picture that came with it [s].
+        """Return the observation in a message, and camera -> stamp of each of its pictures [s].
 
         Raises:
             RecordingError: It is not as mjsim writes it, or of sensors that the robot does not have.
@@ -292,7 +292,7 @@ class Recording:
         return value_of(message, event_of, path=self.path)
 
     def is_observed(self, robot: str) -> bool:
-        """Return whether there are observations of a robot: whether something drove it."""
+        """Return whether there are observations of a robot, that is, whether it had a driver."""
         return next(self.messages(f"/{robot}/observation"), None) is not None
 
     def joint_covariances(self, robot: str) -> Iterator[tuple[float, tuple[Hashable, ...], Array]]:
@@ -312,7 +312,7 @@ class Recording:
             yield message, stamp, data, form
 
     def _taken(self, robot: str, camera: str, kind: str) -> Iterator[tuple[RawMessage, float]]:
-        """Yield message and stamp [s] of what a camera gave, of the topic '/R/CAMERA/KIND'."""
+        """Yield message and stamp [s] of the output of a camera on the topic '/R/CAMERA/KIND'."""
         name = f"{robot}/{camera}"
         if (robot, camera) not in self.cameras():
             known = did_you_mean(name, ("/".join(pair) for pair in self.cameras()))
@@ -328,12 +328,12 @@ class Recording:
                 yield message, stamp
 
     def _sensors(self, robot: str) -> tuple[AnySensor, ...]:
-        """Return the sensors that a robot has in the world; none for one that is not there."""
+        """Return the sensors of a robot in the world; none for an unknown robot."""
         return next((each.sensors for each in self.world.robots if each.name == robot), ())
 
 
 def check_fit(seen: Observation, sensors: Collection[AnySensor]) -> None:
-    """Raise ValueError for a reading of a sensor that the robot does not have in the world."""
+    """Check that readings are of sensors that the robot has in the world; raises ValueError otherwise."""
     names = {name_of(sensor) for sensor in sensors}
     beams = {sensor.lidar: sensor.beams for sensor in sensors if isinstance(sensor, Lidar)}
     for codec in CODECS:

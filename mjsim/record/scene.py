@@ -1,4 +1,4 @@
-"""What Foxglove draws as its own messages: the frames, pictures and scans; the map stands in `map`."""
+"""Messages that Foxglove draws: frames, pictures and scans; for the map see `map`."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -26,7 +26,7 @@ JPEG_QUALITY = 90
 
 
 def stamp(time: float) -> Timestamp:
-    """Return a simulated time as Foxglove's messages hold it."""
+    """Return a simulated time in Foxglove's format."""
     return Timestamp(*divmod(nanoseconds(time), 1_000_000_000))
 
 
@@ -52,7 +52,7 @@ def laser_message(scan: Scan, frame_id: str) -> LaserScan:
 
 
 def calibration_message(intrinsics: Intrinsics, frame_id: str) -> CameraCalibration:
-    """Return a camera's calibration, as Foxglove straightens pictures by it."""
+    """Return a camera's calibration, by which Foxglove rectifies pictures."""
     K, polynomial = intrinsics.matrix(), "rational_polynomial" if intrinsics.is_rational() else "plumb_bob"
     return CameraCalibration(
         timestamp=stamp(0.0),
@@ -69,7 +69,7 @@ def calibration_message(intrinsics: Intrinsics, frame_id: str) -> CameraCalibrat
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FixedFrame:
-    """A frame that is fixed in another."""
+    """A frame that is fixed in another frame."""
 
     outer: str
     inner: str

@@ -1,7 +1,7 @@
 """JSON Schemas of the topics that are written as JSON.
 
-Where a topic's schema carries the name of one of Foxglove's own, its messages hold that schema's fields and exact
-numbers beside them. What stands in an observation has its schema beside its codec, in `readings`.
+If a topic's schema has the name of one of Foxglove's, its messages have the fields of that schema, and exact numbers
+beside them. The schemas of the parts of an observation are beside their codecs, in `readings`.
 """
 
 from typing import get_args
@@ -295,7 +295,7 @@ ROBOT_TOPICS = {
 }
 """Topics of robot R are '/R/' and one of these names; its pictures are '/R/CAMERA/image', its scans '/R/scan'."""
 JOINTED_TOPICS = {"joint_states": JOINT_STATES}
-"""Further topics of a robot that has joints."""
+"""Further topics of a robot with joints."""
 ARM_TOPICS = {"joints": JOINTS, "tool": POSE}
 """Topics of an arm are '/R/ARM/' and one of these names."""
 MECHANISM_TOPICS = {"joints": JOINTS, "sensors": READINGS, **JOINTED_TOPICS}
@@ -303,7 +303,7 @@ MECHANISM_TOPICS = {"joints": JOINTS, "sensors": READINGS, **JOINTED_TOPICS}
 SENSOR_TOPICS = {
     codec.sensor: (codec.topic.name, codec.topic.schema) for codec in CODECS if codec.sensor and codec.topic
 }
-"""Topics that only a robot with a sensor of a kind has."""
+"""Topics of robots with a sensor of a kind."""
 STREAMS = {codec.sensor: (codec.stream.name, codec.stream.schema) for codec in CODECS if codec.sensor and codec.stream}
 """Topics of each sensor of a kind, '/R/SENSOR/' and the name."""
 

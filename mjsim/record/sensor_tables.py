@@ -8,9 +8,9 @@ from mjsim.record.recording import Recording
 
 
 def sensor_tables(recording: Recording, robot: str) -> list[SensorTable]:
-    """Return a table for each sensor of a robot whose kind of readings has one.
+    """Return a table for each sensor of a robot whose kind of reading has one.
 
-    In each, `time` is when modules got a reading, and `stamp` when it was taken [s].
+    In each, `time` is when modules received a reading, and `stamp` when it was taken [s].
 
     Raises:
         RecordingError: Readings of one sensor differ in size.

@@ -1,4 +1,4 @@
-"""What estimators show, as scene entities of Foxglove, with the exact values beside them; and back."""
+"""Converts items shown by modules to Foxglove's scene entities, with the exact values, and back."""
 
 import base64
 import json
@@ -17,7 +17,7 @@ from mjsim.record.numbers import Message, stamp_json, unpacked
 from mjsim.record.numbers import packed as packed_numbers
 
 LEVELS = 254
-"""A cell is kept in so many steps from free to occupied; one value more means unknown."""
+"""Number of levels of a cell from free to occupied; one more value means unknown."""
 TEXT_HEIGHT = 12.0
 """On the screen [px]."""
 GLTF = "model/gltf-binary"
@@ -105,12 +105,12 @@ _HERE: Message = {"position": {"x": 0.0, "y": 0.0, "z": 0.0}, "orientation": _UP
 
 
 def show_message(time: float, robot: str, items: Sequence[Shown]) -> Message:
-    """Return what an estimator shows.
+    """Return the message of the items that a module shows.
 
     Args:
         time: Simulated [s].
-        robot: Whose frames are meant.
-        items: In the order in which they are drawn.
+        robot: Robot whose frames the items refer to.
+        items: Items in drawing order.
     """
     stamp = stamp_json(time)
     entities = []
@@ -129,20 +129,20 @@ def show_message(time: float, robot: str, items: Sequence[Shown]) -> Message:
 
 
 def shown_of(message: Message) -> tuple[Shown, ...]:
-    """Return what a message shows; ValueError when it is not as `show_message` makes it."""
+    """Return the items in a message; raises ValueError if it was not made by `show_message`."""
     items = tuple(_item(value) for value in message["shown"])
     require_bounds(items)
     return items
 
 
 def grid_png(grid: ShownGrid) -> bytes:
-    """Return the cells of a grid as a grey PNG: its first row is the one with the largest y, unknown ones are 255."""
+    """Return the cells of a grid as a grey PNG: the first row has the largest y, unknown cells are 255."""
     levels = np.where(np.isnan(grid.cells), LEVELS + 1, np.rint(LEVELS * (1.0 - grid.cells)))
     return _png(levels.astype(np.uint8)[::-1])
 
 
 def _primitive(item: Shown) -> Message:
-    """Return the list of what Foxglove draws of an item, under its key."""
+    """Return the list of Foxglove's primitives for an item, under its key."""
     color = _color(item.color)
     if isinstance(item, ShownText):
         pose = {"position": _point(item.at.tolist()), "orientation": _UPRIGHT}
@@ -205,10 +205,10 @@ def _cells(png: bytes) -> Array:
 
 
 def _model(grid: ShownGrid) -> bytes:
-    """Return a rectangle with the cells as its picture, occupied ones in the grid's colour, as binary glTF.
+    """Return a rectangle textured with the cells, occupied ones in the grid's colour, as binary glTF.
 
     References:
-        glTF 2.0, sections 3.6, 3.8 and 4.4: y is up there, pictures have their origin at the top left.
+        glTF 2.0, sections 3.6, 3.8 and 4.4: y is up, and images have their origin at the top left.
     """
     rows, columns = grid.cells.shape
     x, y = columns * grid.resolution, rows * grid.resolution
@@ -257,7 +257,7 @@ def _model(grid: ShownGrid) -> bytes:
 
 
 def _colored_png(grid: ShownGrid) -> bytes:
-    """Return the cells as a PNG with transparency: the more occupied, the more of the grid's colour."""
+    """Return the cells as a PNG in the grid's colour, with opacity by occupancy."""
     known = ~np.isnan(grid.cells)
     share = np.where(known, grid.cells, 0.0)[::-1, :, None]
     b, g, r = (int(grid.color[k : k + 2], 16) for k in (5, 3, 1))

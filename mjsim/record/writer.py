@@ -1,4 +1,4 @@
-"""The recording as a file being written: its head, its channels and its chunks."""
+"""Writes the file of a recording: head, channels and chunks."""
 
 import functools
 import os
@@ -50,16 +50,16 @@ from mjsim.world import (
 )
 
 VERSIONED = ("mjsim", "mujoco", "numpy", "opencv-python-headless", "foxglove-sdk")
-"""Packages whose versions are noted."""
+"""Packages whose versions are recorded."""
 
 
 Drawn = tuple[DrawnTopic, str, str, Any]
-"""How it is drawn, robot, sensor, and what the sensor gave."""
+"""Topic, robot, sensor, and reading."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Batch:
-    """What one tick, or one event outside of ticks, adds to the file."""
+    """The data that one tick, or one event outside of ticks, adds to the file."""
 
     time: float
     """Simulated [s]."""
@@ -72,9 +72,9 @@ class Batch:
     frames: Mapping[str, Pose | Pose3] = field(default_factory=dict)
     """Frame -> pose in the world."""
     looks: Looks | None = None
-    """How the world looks now, when that has changed."""
+    """Appearance of the world, if it has changed."""
     closing: Sequence[tuple[str, Message]] = ()
-    """As `messages`, but after everything else: a tick that has them is whole."""
+    """As `messages`, but written last: a tick that has them is complete."""
 
 
 class Writer:
@@ -87,13 +87,13 @@ class Writer:
     def __init__(
         self, place: NewFile, *, world: World, seed: int, robots: Mapping[str, RobotInfo], metadata: Mapping[str, str]
     ) -> None:
-        """Write what comes before the first tick; the file is published with the first whole tick, or not at all.
+        """Write the head; the file is published with the first complete tick, or not at all.
 
         Args:
-            place: Where the file goes; closed with this writer, also when this fails.
-            world: Where the run takes place.
+            place: The reserved file; closed with this writer, also if this fails.
+            world: The world of the run.
             seed: Of the run.
-            robots: What the modules know of each robot.
+            robots: Data sheet of each robot.
             metadata: Versions, command line and the like.
         """
         self._place, self._world, self._whole_ticks = place, world, False
@@ -121,7 +121,7 @@ class Writer:
             self._attach(FILES + name, "application/octet-stream", data)
 
     def _open_channels(self, robots: Mapping[str, RobotInfo]) -> None:
-        """Open a channel for each topic, and write what is said once."""
+        """Open a channel for each topic, and write the messages that are written once."""
         context = self._context
         schemas = {f"/{robot}/{topic}": schema for robot, info in robots.items() for topic, schema in _topics_of(info)}
         for mechanism in self._world.mechanisms:
@@ -149,7 +149,7 @@ class Writer:
         self._mcap.attach(log_time=0, create_time=0, name=name, media_type=media_type, data=data)
 
     def draw_floor(self) -> None:
-        """Write the map as a grid; where nothing is solid there is none."""
+        """Write the map as a grid, unless nothing is solid."""
         message = grid_message(self._world)
         if message is not None:
             GridChannel("/grid", context=self._context).log(message, log_time=0)
@@ -187,13 +187,13 @@ class Writer:
             self._publish()
 
     def close(self) -> None:
-        """End the file; without a whole tick there is none, and what was at its place before stays."""
+        """End the file; without a complete tick it is discarded, and an existing file at its path stays."""
         with self._place, self._file, self._reporting():
             self._mcap.close()
             self._publish()
 
     def spoil(self) -> None:
-        """Note that something could not be written: a recording that has to be whole is none."""
+        """Mark the file as incomplete, so that a `WholeFile` is discarded."""
         if isinstance(self._place, WholeFile):
             self._place.is_spoilt = True
 
@@ -212,7 +212,7 @@ class Writer:
 
 
 class _File(Closes):
-    """The file below the MCAP writer; it keeps the reason of a failure, which the writer above does not tell."""
+    """The file below the MCAP writer; it keeps the cause of a failure, which the MCAP writer does not report."""
 
     def __init__(self, place: NewFile) -> None:
         # A descriptor of its own: what the writer above may still write when it goes must not reach another file.
@@ -233,7 +233,7 @@ class _File(Closes):
         return self._raw.seek(offset, whence)
 
     def flush(self) -> None:
-        """Nothing is held back here."""
+        """Do nothing: this file has no buffer."""
 
     def close(self) -> None:
         """Close it; the name stays reserved."""
@@ -241,7 +241,7 @@ class _File(Closes):
 
 
 def _topics_of(robot: RobotInfo) -> Iterator[tuple[str, Schema]]:
-    """Yield the topics of a robot that are written as JSON, after its name, and their schemas."""
+    """Yield the JSON topics of a robot, without its name, and their schemas."""
     yield from ROBOT_TOPICS.items()
     for name, sensor in robot.sensors.items():
         if sensor.kind in SENSOR_TOPICS:
@@ -257,13 +257,13 @@ def _topics_of(robot: RobotInfo) -> Iterator[tuple[str, Schema]]:
 
 
 def _streaming(robots: Mapping[str, RobotInfo]) -> Iterator[tuple[str, str]]:
-    """Yield robot and name of each sensor with a stream of its readings."""
+    """Yield robot and name of each sensor with a stream of readings."""
     for robot, info in robots.items():
         yield from ((robot, name) for name, sensor in info.sensors.items() if sensor.kind in STREAMS)
 
 
 def drawn_sensors(robots: Mapping[str, RobotInfo]) -> Iterator[tuple[DrawnTopic, str, str]]:
-    """Yield how it is drawn, robot and name of each sensor whose readings Foxglove draws."""
+    """Yield topic, robot and name of each sensor whose readings Foxglove draws."""
     for codec in CODECS:
         for drawing in codec.drawings:
             for robot, info in robots.items():
@@ -272,7 +272,7 @@ def drawn_sensors(robots: Mapping[str, RobotInfo]) -> Iterator[tuple[DrawnTopic,
 
 
 def named_files(world: World) -> list[str]:
-    """Return the files that a world names, with what its models name in turn, and those that its text includes."""
+    """Return the files that a world names, including those named by its models and those that its text includes."""
     parts = (body for mechanism in world.mechanisms for body in mechanism.bodies)
     from_files = (item for item in (*world.obstacles, *parts) if isinstance(item, ModelObstacle | MechanismModel))
     shapes = {item.model: item.shape for item in from_files}
@@ -299,7 +299,7 @@ def _versions() -> dict[str, str]:
 
 
 def text_of(world: World, files: Mapping[str, bytes]) -> str:
-    """Return a text that gives the world again: as it was written when that does, comments and all."""
+    """Return a text that parses to the world: the original text with its comments, if it does."""
     text, written = world.source.text, world.source.written
     if text is not None:
         # What was written without variables and includes was read already; only its values are checked anew.

@@ -1,4 +1,4 @@
-"""Pictures of onboard cameras: their stamps stand in the observation, they themselves on topics of their own."""
+"""Pictures of onboard cameras: the observation has their stamps, the pictures have topics of their own."""
 
 from collections.abc import Mapping
 

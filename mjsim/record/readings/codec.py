@@ -1,4 +1,4 @@
-"""How one kind of reading is recorded, read back, exported and told in arrays: each kind has a `Codec`."""
+"""How one kind of reading is recorded, read back, exported and converted to arrays: each kind has a `Codec`."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from mjsim.world import World
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Topic:
-    """A topic beside the observation, for people who plot, or for what no module is told."""
+    """A topic beside the observation, for plots, or for data that modules do not get."""
 
     name: str
     """The topic of robot R is '/R/NAME'."""
@@ -29,7 +29,7 @@ class Topic:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReadingTopic:
-    """A topic of each sensor with a message for each reading, as programs of others plot them."""
+    """A topic of each sensor with a message per reading, for plots in other programs."""
 
     name: str
     """The topic of sensor S of robot R is '/R/S/NAME'."""
@@ -50,75 +50,76 @@ class DrawnTopic:
     """Reading and name of the sensor's frame -> message of `foxglove.messages`, or None for none; called in the
     writer's thread."""
     begin: Callable[[Context, str, SensorInfo], None] = lambda context, frame, info: None
-    """Writes what stands once at the start: context, name of the sensor's frame, data sheet."""
+    """Writes the message at the start of the topic, from context, name of the sensor's frame and data sheet."""
     is_picture: bool = False
-    """Whether it can be drawn again from the states, so that a recording may do without."""
+    """Whether it can be rendered again from the states, so that a recording may omit it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SensorTable:
-    """All readings of one sensor, as files of tables and of arrays have them."""
+    """All readings of one sensor, for exports to tables and arrays."""
 
     name: str
     """'imu_NAME' and so on."""
     columns: Mapping[str, Iterable[Any]]
-    """Header -> one value a row, for CSV."""
+    """Header -> one value per row, for CSV."""
     arrays: Mapping[str, Array]
-    """Name -> one row a reading, for NumPy and MATLAB."""
+    """Name -> one row per reading, for NumPy and MATLAB."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Box:
-    """An array of fixed shape and bounds that tells of a sensor, for learning."""
+    """An array of fixed shape and bounds with the readings of a sensor, for learning."""
 
     read: Callable[[Observation], ArrayLike | None]
-    """Observation -> array; None when there is no reading at this tick."""
+    """Observation -> array; None if there is no reading at this tick."""
     low: ArrayLike
-    """What is smaller is given as this; broadcast to the shape."""
+    """Lower bound, to which values are clipped; broadcast to the shape."""
     high: ArrayLike
-    """What is larger is given as this."""
+    """Upper bound, to which values are clipped."""
     shape: tuple[int, ...]
     dtype: DTypeLike = np.float32
     first: float = 0.0
-    """What fills it before the first reading."""
+    """Value before the first reading."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Codec:
-    """How one field of `Observation` is recorded: to JSON and back exactly, and what else is made of it.
+    """How one field of `Observation` is recorded (to JSON and back, exactly), exported and shown.
 
-    What makes a message copies every number out of its arrays, so that a module that changes its arrays later does not
-    change what was recorded.
+    Encoders copy every number out of the arrays, so that a module that changes its arrays later does not change the
+    recording.
     """
 
     field: str
-    """Of `Observation`; the same key in `/R/observation`."""
+    """Name of the field of `Observation`, and its key in `/R/observation`."""
     schema: Schema
     encode: Callable[[Any], Any]
     """Value of the field -> JSON."""
     decode: Callable[[Any], Any] | None = None
-    """JSON -> value of the field; None for what is not read back."""
+    """JSON -> value of the field; None for fields that are not read back."""
     optional: bool = False
-    """Whether recordings that were made earlier may lack it."""
+    """Whether older recordings may lack it."""
     sparse: bool = False
-    """Whether it is left out of an observation that has none; then it is optional too."""
+    """Whether it is left out of an observation without readings; then it is optional too."""
     sensor: str | None = None
     """The kind of sensor whose readings these are."""
     topic: Topic | None = None
     stream: ReadingTopic | None = None
     drawings: tuple[DrawnTopic, ...] = ()
     tables: Callable[[Sequence[tuple[float, Any]]], Iterable[SensorTable]] | None = None
-    """When modules were given a value [s], and the value, of all ticks that have one -> a table for each sensor."""
+    """Pairs of the time at which modules received a value [s] and the value, for all ticks with one -> a table for each
+    sensor."""
     boxes: Callable[[Any, RobotInfo, World], Mapping[str, Box]] | None = None
-    """Sensor as the world has it, data sheet of its robot, and world -> arrays by what follows the sensor's name in
-    theirs; None where one array tells of all such sensors at once."""
+    """Sensor in the world file, data sheet of its robot, and world -> arrays by the suffix that follows the sensor's
+    name; None if one array covers all such sensors."""
 
 
 def by_name(given: Sequence[tuple[float, Mapping[str, Any]]]) -> Iterator[tuple[str, dict[str, Array], list[Any]]]:
-    """Yield of each sensor its name, when readings were given and taken (`time`, `stamp`) [s], and the readings.
+    """Yield for each sensor its name, the times when readings were received and taken (`time`, `stamp`) [s], and them.
 
     Args:
-        given: When modules were given readings [s], and those by the names of their sensors.
+        given: Times when modules received readings [s], and the readings by the names of their sensors.
     """
     for name in dict.fromkeys(name for _, readings in given for name in readings):
         rows = [(time, readings[name]) for time, readings in given if name in readings]

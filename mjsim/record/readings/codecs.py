@@ -27,7 +27,7 @@ CODECS: tuple[Codec, ...] = (
     JOINTS,
     CLOUDS,
 )
-"""In the order in which they stand in a message of `/R/observation`."""
+"""In the order of the keys in a message of `/R/observation`."""
 
 
 def codec_of(kind: str) -> Codec:

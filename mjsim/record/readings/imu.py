@@ -15,7 +15,7 @@ from mjsim.record.tick import Tick
 from mjsim.world import Imu, World
 
 UNKNOWN, NONE = [0.0] * 9, [-1.0, *[0.0] * 8]
-"""Covariances in `sensor_msgs/Imu`: of what nobody knows, and of what was not measured."""
+"""Covariances in `sensor_msgs/Imu`: unknown, and not measured."""
 
 
 def _messages(readings: Sequence[ImuReading]) -> list[Message]:
@@ -35,7 +35,7 @@ def _readings(messages: Sequence[Message]) -> tuple[ImuReading, ...]:
 
 
 def _topic_message(tick: Tick, robot: str) -> Message | None:
-    """Return the readings of a tick as people plot them."""
+    """Return the readings of a tick for plots."""
     seen = tick.seen.get(robot)
     if seen is None or not seen.imu:
         return None

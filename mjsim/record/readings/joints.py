@@ -1,4 +1,4 @@
-"""What the encoders of arms tell modules."""
+"""Readings of the encoders of arms."""
 
 from collections.abc import Mapping, Sequence
 

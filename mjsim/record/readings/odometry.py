@@ -1,4 +1,4 @@
-"""Odometry: the motion that the wheels tell."""
+"""Odometry: the motion measured by the wheels."""
 
 from mjsim.interface import Odometry
 from mjsim.record import json_schema as schema

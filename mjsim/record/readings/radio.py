@@ -1,4 +1,4 @@
-"""What the radio brought."""
+"""Messages received by radio."""
 
 from collections.abc import Sequence
 

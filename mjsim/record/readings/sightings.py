@@ -1,4 +1,4 @@
-"""Sightings of beacons, and which beacons they truly are."""
+"""Sightings of beacons, and their true beacons."""
 
 import sys
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from mjsim.record.tick import Tick
 
 
 def sighting_messages(sightings: Sequence[Sighting]) -> list[Message]:
-    """Return every number of some sightings."""
+    """Return all numbers of sightings."""
     return [_message(sighting) for sighting in sightings]
 
 
@@ -30,7 +30,7 @@ def _message(sighting: Sighting) -> Message:
 
 
 def sightings_of(messages: Sequence[Message]) -> tuple[Sighting, ...]:
-    """Return the sightings of some messages."""
+    """Return the sightings in messages."""
     return tuple(
         Sighting(
             stamp=item["stamp"],
@@ -45,13 +45,13 @@ def sightings_of(messages: Sequence[Message]) -> tuple[Sighting, ...]:
 
 
 def _identities_message(tick: Tick, robot: str) -> Message | None:
-    """Return which beacon each sighting of the sensors is of, an empty name for one of nothing."""
+    """Return the true beacon of each sighting of the sensors, an empty name for a false sighting."""
     identities = tick.identities.get(robot)
     return {"time": tick.time, "names": [name or "" for name in identities]} if identities else None
 
 
 def identities_of(message: Message) -> tuple[str | None, ...]:
-    """Return the beacons of a message, None for a sighting of nothing."""
+    """Return the true beacons in a message, None for a false sighting."""
     return tuple(name or None for name in message["names"])
 
 

@@ -1,4 +1,4 @@
-"""What every robot feels around it: the ring of proximity rays, and the bumper."""
+"""Proximity and contact of every robot: the ring of proximity rays, and the bumper."""
 
 from mjsim.record import json_schema as schema
 from mjsim.record.numbers import distances, flat, numbers
