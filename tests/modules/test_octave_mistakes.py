@@ -1,6 +1,8 @@
 """Everything that a function in a .m file can do wrong is one line, and what was recorded stays readable."""
 
+import os
 import re
+import shutil
 
 import pytest
 
@@ -15,7 +17,9 @@ from tests.modules.processes import gone
 @pytest.mark.parametrize("case", mistakes_in("octave.yaml"), ids=lambda case: case["says"][:60])
 def test_a_mistake_is_one_line_and_what_was_recorded_is_readable(tmp_path, case):
     role, body, says = case["role"], case["body"], case["says"]
-    world = world_of(tmp_path, f"{role}: {{use: mine.m, patience: 1}}", written(role, body))
+    # Whatever does answer, or end, may take as long as a busy machine needs for it.
+    patience = "patience: 1" if says.startswith("did not answer") else "patience: 30"
+    world = world_of(tmp_path, f"{role}: {{use: mine.m, {patience}}}", written(role, body))
     line = fault_of(world, tmp_path / "run.mcap")
     assert line.startswith(f"{role} mine.m of robot 'scout' at 0.20 s {says}"), line
     assert re.search(r"\(mine\.m:\d+", line)
@@ -51,3 +55,17 @@ def test_what_cannot_be_read_is_one_line_too(tmp_path, text, says):
     assert line.startswith(f"estimator mine.m of robot 'scout' at 0.00 s {says}"), line
     assert re.search(r"\(mine\.m:\d+", line)
     assert gone(str(tmp_path))
+
+
+@needs_octave
+@pytest.mark.slow
+def test_patience_is_for_calls_not_for_the_start_of_octave(tmp_path, monkeypatch):
+    octave = shutil.which("octave-cli") or shutil.which("octave")
+    late = tmp_path / "bin" / "octave-cli"
+    late.parent.mkdir()
+    late.write_text(f'#!/bin/sh\nsleep 1.2\nexec {octave} "$@"\n')
+    late.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{late.parent}:{os.environ['PATH']}")
+    world = world_of(tmp_path, "estimator: {use: mine.m, patience: 1}", written("estimator", ""))
+    with mjsim.Simulation(world) as sim:
+        assert len(mjsim.run(sim, seconds=0.2).time) == 5

@@ -15,6 +15,7 @@ import pytest
 import mjsim
 from mjsim.cli import main
 from mjsim.modules import check_modules, foreign_code, make_module, user_files
+from mjsim.modules.foreign import ON_STANDARD, Ended, Process, Said
 from mjsim.world import Source, Use, parse_world, with_settings
 from tests.modules.processes import gone, left_running
 from tests.python_script import HEAD
@@ -330,3 +331,18 @@ def test_what_a_program_prints_is_shown_with_its_robot_within_bounds(tmp_path, c
     assert len(shown) == 201
     assert shown[0] == "scout/estimator: " + ("\\x1b" + "x" * 10_000)[:300]
     assert shown[-1] == "scout/estimator: (what it prints after 200 lines is not shown)"
+
+
+class Preempted(Process):
+    """A process that has ended by the time it is found that it says nothing: a busy machine ran it in between."""
+
+    def _is_gone(self) -> bool:
+        time.sleep(0.5)
+        return super()._is_gone()
+
+
+def test_an_answer_that_comes_with_the_end_of_a_program_counts(tmp_path):
+    with Preempted(["sh", "-c", "sleep 0.2; echo done"], tmp_path, shell=ON_STANDARD, said=Said("x")) as program:
+        assert program.ask(b"{}\n", lambda got: got.find(b"\n") + 1, patience=20) == b"done\n"
+        with pytest.raises(Ended, match="ended with exit code 0 before it answered"):
+            program.ask(b"{}\n", lambda got: got.find(b"\n") + 1, patience=20)

@@ -119,7 +119,8 @@ class Process(Closes):
             self._poll.unregister(self._request)
         if len(self._rest) > MOST_BYTES:
             self._stop(f"answered more than {MOST_BYTES >> 20} MB")
-        if not came and self._is_gone():
+        # What it wrote between our last look and its end is still in the pipe.
+        if not came and self._is_gone() and not self._take(0.0):
             self._stop(self._end())
         if time.monotonic() >= deadline:
             self._stop(f"did not answer within {patience:g} s and was ended")

@@ -19,6 +19,8 @@ _QUIET = ("possible-matlab-short-circuit-operator", "function-name-clash")
 """Warnings about what MATLAB takes as it is; the first would come at every call."""
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 """Small matrices are faster so, and sums are the same on every machine."""
+STARTING = 30.0
+"""How long Octave itself may take to start, at least: it reads its own files first, seconds on a busy machine [s]."""
 LONGEST_TEXT = 240
 """Characters of what an error says."""
 _MOST_LAYOUTS = 250
@@ -89,7 +91,8 @@ class OctaveEngine(Engine):
         if self._process is None:
             raise Failed("is asked after its run has ended; start another run")
         try:
-            answer = self._process.ask(self._request(kind, tree), _whole, patience=self._patience)
+            patience = max(self._patience, STARTING) if kind == 1 else self._patience
+            answer = self._process.ask(self._request(kind, tree), _whole, patience=patience)
         except Ended as ended:
             raise Failed(f"{ended}{self._blame(str(ended))}") from ended
         if np.frombuffer(answer[8:16])[0] == 1.0:
