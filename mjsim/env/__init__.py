@@ -1,7 +1,7 @@
-"""Worlds to learn in: a `Task` as a Gymnasium environment, as many of them at once, or as a `dm_env` environment.
+"""Learning environments: a `Task` as a Gymnasium environment, a vector of them, or a `dm_env` environment.
 
-`GymEnvironment` and `vector_environment` need gymnasium, `DmEnvironment` needs dm-control; each is brought in when it
-is first asked for.
+`GymEnvironment` and `vector_environment` need gymnasium, `DmEnvironment` needs dm-control; each is imported on first
+use.
 """
 
 from typing import Any

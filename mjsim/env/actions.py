@@ -1,4 +1,4 @@
-"""Actions of one robot: arrays from -1 to 1 that stand for commands."""
+"""Actions of one robot: arrays from -1 to 1 that are converted to commands."""
 
 from typing import Literal
 
@@ -11,10 +11,10 @@ from mjsim.interface import Command, RobotInfo, WheelCommand
 
 
 class Actions:
-    """What an array of numbers means to a robot's drive."""
+    """Converts arrays of numbers to commands of a robot's drive."""
 
     def __init__(self, robot: RobotInfo, kind: Literal["twist", "wheels"]) -> None:
-        """Get ready.
+        """Compute the maxima.
 
         Args:
             robot: Whose drive it is.
@@ -27,14 +27,14 @@ class Actions:
             del twist["left"]
         largest = twist if kind == "twist" else _fastest_wheels(robot)
         self.names: tuple[str, ...] = tuple(largest)
-        """What each number of an action is."""
+        """Name of each number of an action."""
         self.largest: Array = np.array(list(largest.values()), dtype=float)
-        """What 1 stands for, shape (n,) [m/s, rad/s]."""
+        """The value of 1, shape (n,) [m/s, rad/s]."""
         self.low: NDArray[np.float32] = np.full(len(largest), -1.0, dtype=np.float32)
         self.high: NDArray[np.float32] = np.full(len(largest), 1.0, dtype=np.float32)
 
     def command(self, action: object) -> Command | WheelCommand:
-        """Return the command that an action stands for; beyond -1 to 1 it meets the limits of the drive.
+        """Return the command of an action; values beyond -1 to 1 are limited by the drive.
 
         Raises:
             UsageError: The action has another shape, or is not finite.
@@ -61,7 +61,7 @@ class Actions:
 
 
 def _fastest_wheels(robot: RobotInfo) -> dict[str, float]:
-    """Return the largest speed of each wheel in any twist within the limits [rad/s]."""
+    """Return the maximum speed of each wheel over all twists within the limits [rad/s]."""
     assert robot.twist_from_wheels is not None
     wheels_from_twist = np.asarray(np.linalg.pinv(robot.twist_from_wheels), dtype=float)
     fastest = np.abs(wheels_from_twist) @ [robot.max_speed, robot.max_left, robot.max_turn]

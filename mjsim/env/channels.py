@@ -1,4 +1,4 @@
-"""Observations as arrays of fixed shapes: what is sensed, clipped to its bounds."""
+"""Observations as arrays of fixed shapes, clipped to their bounds."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -15,17 +15,17 @@ from mjsim.run import Noticed
 from mjsim.world import AnySensor, BeaconSensor, Robot, World, name_of
 
 SECTORS = 16
-"""Of the ring: proximity and bump, the first ahead, then counter-clockwise."""
+"""Number of sectors of the ring (proximity and bump), the first ahead, then counter-clockwise."""
 SPARE = 4.0
-"""Odometry is bounded by so many times what the robot can do: noise and slip make it more, hardly so much more."""
+"""Bound of odometry as a multiple of the robot's limits, since noise and slip can exceed these."""
 FAR = 20_000.0
-"""Beyond any world [m]: the bound of what is believed."""
+"""Bound of estimated positions, larger than any world [m]."""
 TAIL = 6.0
-"""Standard deviations beyond which an error is clipped."""
+"""Number of standard deviations at which noise is clipped."""
 
 
 class Channel:
-    """One array of an observation; it holds its last reading until there is a newer one."""
+    """One array of an observation; it keeps its last reading until there is a newer one."""
 
     def __init__(
         self,
@@ -37,15 +37,15 @@ class Channel:
         dtype: DTypeLike = np.float32,
         first: float = 0.0,
     ) -> None:
-        """Get ready.
+        """Prepare the array.
 
         Args:
-            read: Returns a reading, None when there is none at this tick.
-            low: What is smaller is given as this; broadcast to the shape.
-            high: What is larger is given as this.
+            read: Returns a reading, or None if there is none at this tick.
+            low: Lower bound, to which values are clipped; broadcast to the shape.
+            high: Upper bound, to which values are clipped.
             shape: Of the array.
             dtype: Of the array.
-            first: What fills it before the first reading.
+            first: Value before the first reading.
         """
         self._read, self._first = read, first
         self.low: NDArray[Any] = np.array(np.broadcast_to(low, shape), dtype=dtype)
@@ -53,11 +53,11 @@ class Channel:
         self.start()
 
     def start(self) -> None:
-        """Forget what was read."""
+        """Reset to the initial value."""
         self._held = np.full(self.low.shape, self._first, dtype=self.low.dtype)
 
     def look(self, noticed: Noticed) -> None:
-        """Take the reading of this tick; to be called once a tick."""
+        """Take the reading of this tick; called once per tick."""
         reading = self._read(noticed)
         if reading is not None:
             # What is clipped to bounds of this precision stays within them when it is rounded.
@@ -69,16 +69,16 @@ class Channel:
 
 
 def channels_of(robot: Robot, info: RobotInfo, world: World, chosen: Sequence[str] | None) -> dict[str, Channel]:
-    """Return what a robot observes.
+    """Return the observations of a robot.
 
     Args:
-        robot: As the world file has it.
+        robot: From the world file.
         info: Its data sheet.
-        world: Where it is.
-        chosen: Names of what is observed; by default all but its belief.
+        world: Its world.
+        chosen: Names of the observations; by default all except its estimate.
 
     Raises:
-        UsageError: It has no such thing, or two things of one name.
+        UsageError: It has no such observation, or two with the same name.
     """
     sensors = {name_of(sensor): sensor for sensor in robot.sensors}
     rings = [sensor for sensor in robot.sensors if isinstance(sensor, BeaconSensor)]
@@ -112,7 +112,7 @@ def channels_of(robot: Robot, info: RobotInfo, world: World, chosen: Sequence[st
 
 
 def _of_sensor(sensor: AnySensor, info: RobotInfo, world: World) -> dict[str, Channel]:
-    """Return the channels of one sensor: that of its own name, and others whose names go on from it."""
+    """Return the channels of one sensor: one of its own name, and others whose names start with it."""
     boxes = codec_of(sensor.kind).boxes
     assert boxes is not None
     return {f"{name_of(sensor)}{ending}": _channel(box) for ending, box in boxes(sensor, info, world).items()}
@@ -135,7 +135,7 @@ def _proximity(robot: Robot) -> Channel:
 
 
 def _bump(noticed: Noticed) -> ArrayLike:
-    """Return 1 for each sector of the ring that is touched, shape (16,)."""
+    """Return 1 for each sector of the ring in contact, shape (16,)."""
     touched = np.zeros(SECTORS, dtype=np.int8)
     for bearing in noticed.seen.bump:
         touched[round(bearing * SECTORS / math.tau) % SECTORS] = 1
@@ -163,7 +163,7 @@ def _estimate() -> Channel:
 
 
 def _sightings(world: World, rings: Sequence[BeaconSensor]) -> Channel:
-    """Return the channel of sightings: a row for each beacon of the world, in its order, then those without a name."""
+    """Return the channel of sightings: a row per beacon of the world, in order, then those of anonymous sightings."""
     rows = {beacon.name: row for row, beacon in enumerate(world.beacons)}
     nameless = len(rows) if any(ring.anonymous for ring in rings) else 0
     reach = [ring.range[1] + math.hypot(*ring.at[:2]) + TAIL * ring.noise.range for ring in rings]

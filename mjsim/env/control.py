@@ -15,9 +15,9 @@ from mjsim.env.task import Task
 
 
 class DmEnvironment(control.Environment):
-    """One robot, or several as one, that learns in a world; a step is one tick of the loop.
+    """A learning environment with one or several controlled robots; a step is one tick of the loop.
 
-    Lockstep fits `rl.control`: its physics is our simulation, of which a step is a whole tick, and its task is ours.
+    It is based on `rl.control`: its physics is our simulation, stepped by whole ticks, and its task is ours.
     Each episode ends with discount 0 when the task says so, and with discount 1 when its time is over.
     """
 
@@ -25,11 +25,11 @@ class DmEnvironment(control.Environment):
         """Compile the world.
 
         Args:
-            task: What is to be learned.
-            seed: Of the first episode, from which those of all others are drawn; by default that of the world.
+            task: The learning task.
+            seed: Of the first episode; those of the others are drawn from it. By default that of the world.
 
         Raises:
-            MjsimError: The world cannot be read, or what the task names is not there.
+            MjsimError: The world cannot be read, or the task names something that does not exist.
         """
         episodes = Episodes(task)
         physics = _Physics(episodes, episodes.world.run.seed if seed is None else seed)
@@ -39,16 +39,16 @@ class DmEnvironment(control.Environment):
 
     @property
     def latest(self) -> Step:
-        """What the last step came to, with the truth."""
+        """The last step, with the truth."""
         return self._episodes.step
 
     def close(self) -> None:
-        """Give back what pictures are drawn with."""
+        """Release the renderer."""
         self._episodes.close()
 
 
 class _Physics(control.Physics):
-    """A simulation as dm-control steps it."""
+    """A simulation with the interface of dm-control's physics."""
 
     def __init__(self, episodes: Episodes, seed: int) -> None:
         self._episodes, self._next = episodes, seed
@@ -77,13 +77,13 @@ class _Physics(control.Physics):
 
 
 class _Task(control.Task):
-    """A task as dm-control asks for it."""
+    """A task with the interface of dm-control's tasks."""
 
     def __init__(self, episodes: Episodes) -> None:
         self._episodes = episodes
 
     def initialize_episode(self, physics: _Physics) -> None:
-        """Do nothing; the physics begins an episode when it is reset."""
+        """Do nothing; an episode starts when the physics is reset."""
 
     def before_step(self, action: Any, physics: _Physics) -> None:
         physics.set_control(action)

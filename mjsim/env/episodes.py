@@ -1,4 +1,4 @@
-"""Episodes of a task: the same turn of sensing, deciding and stepping as in a run, but actions decide."""
+"""Episodes of a task: the loop of a run, with actions in place of the navigators."""
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -23,39 +23,39 @@ from mjsim.sim import Simulation, stream
 from mjsim.world import AnySensor, Modules, World, name_of
 
 _LONGEST = 80
-"""Characters of an odd value in a message."""
+"""Maximum length of an invalid value in a message [characters]."""
 Seen = dict[str, Any]
-"""Arrays by name; of several robots, dicts of arrays by robot."""
+"""Arrays by name; for several robots, dicts of these by robot."""
 
 
 class ByAction:
-    """A navigator that wants what it was told from outside."""
+    """A navigator that returns the command of the action."""
 
     def __init__(self) -> None:
         self.wanted: Command | WheelCommand = Command()
 
     def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
-        """Begin at rest."""
+        """Start at rest."""
         self.wanted = Command()
 
     def command(self, seen: Observation, belief: Estimate) -> Command | WheelCommand:
-        """Return what it was told."""
+        """Return the command of the action."""
         return self.wanted
 
 
 class Episodes:
-    """A task at work. Both kinds of environment stand on it."""
+    """A running task, used by both kinds of environment."""
 
     def __init__(self, task: Task) -> None:
         """Compile the world once, for all episodes.
 
         Raises:
-            MjsimError: The world cannot be read, or what the task names is not there.
+            MjsimError: The world cannot be read, or the task names something that does not exist.
         """
         world = task.loaded()
         self.task, self.robots = task, driven(task, world)
         self.together = task.robots is None or isinstance(task.robots, str)
-        """Whether actions and observations are those of one robot, not dicts by robot."""
+        """Whether actions and observations are for one robot, not dicts by robot."""
         self.world = _stripped(world, self.robots, task.observations)
         self.sim = Simulation(self.world)
         infos, robots = self.sim.robots, {robot.name: robot for robot in world.robots}
@@ -64,7 +64,7 @@ class Episodes:
         self._places = {name: Starts(world, robots[name]) for name in self.robots} if task.random_starts else {}
         seconds = world.run.seconds if task.seconds is None else task.seconds
         self.length = round(seconds / self.sim.dt)
-        """Of an episode [ticks]."""
+        """Length of an episode [ticks]."""
         if self.length < 1:
             raise UsageError(f"seconds is {seconds:g}; an episode has at least one tick of {self.sim.dt:g} s")
         self._agents = {name: ByAction() for name in self.robots}
@@ -75,7 +75,7 @@ class Episodes:
 
     @property
     def step(self) -> Step:
-        """What the last step came to.
+        """The last step.
 
         Raises:
             UsageError: There was none.
@@ -85,7 +85,7 @@ class Episodes:
         return self._step
 
     def begin(self, seed: int) -> None:
-        """Begin an episode; everything in it follows from its seed and the actions."""
+        """Start an episode, which is determined by its seed and the actions."""
         sim = self.sim
         sim.reset(seed)
         self._place(seed)
@@ -109,13 +109,13 @@ class Episodes:
         self._step = self._made(before=truths, wanted={}, command={})
 
     def go_on(self, action: Any) -> None:
-        """Go on by one tick.
+        """Advance by one tick.
 
         Args:
-            action: An array, or with several robots a dict of them by robot.
+            action: An array, or a dict of arrays by robot if there are several.
 
         Raises:
-            UsageError: An action does not fit, or there was no beginning.
+            UsageError: An action is invalid, or `begin` was not called.
             MjsimError: As `ticks`.
         """
         before = self.step.truth
@@ -136,7 +136,7 @@ class Episodes:
         self._step = replace(made, events=events)
 
     def observation(self) -> Seen:
-        """Return new arrays of what the driven robots observe now."""
+        """Return new arrays with the current observations of the controlled robots."""
         seen = {n: {key: channel.value() for key, channel in each.items()} for n, each in self.channels.items()}
         return seen[self.robots[0]] if self.together else seen
 
@@ -144,7 +144,7 @@ class Episodes:
         """Return the reward of the last step.
 
         Raises:
-            ModuleFault: The task's function raised, or returned something else than a finite number.
+            ModuleFault: The task's function raised, or returned something other than a finite number.
         """
         value = self._asked("reward", self.task.reward)
         try:
@@ -160,7 +160,7 @@ class Episodes:
         """Return whether the last step ended the episode.
 
         Raises:
-            ModuleFault: The task's function raised, or returned something else than True or False.
+            ModuleFault: The task's function raised, or returned something other than True or False.
         """
         value = self._asked("terminated", self.task.terminated)
         if type(value).__name__ not in ("bool", "bool_"):
@@ -173,7 +173,7 @@ class Episodes:
         return self.sim.tick >= self.length
 
     def close(self) -> None:
-        """Give back what the cameras draw with, and what modules hold."""
+        """Release the renderer and the modules."""
         self._held.close()
         self.sim.close()
 
@@ -189,7 +189,7 @@ class Episodes:
             taken.append((pose.x, pose.y, self.sim.robots[name].radius))
 
     def _told(self, name: str) -> RobotInfo:
-        """Return what a robot's modules are told of it: also where it begins this time."""
+        """Return the data sheet of a robot for its modules, with the start of this episode."""
         info = self.sim.robots[name]
         return replace(info, prior=self.sim.truth(name)) if name in self._places else info
 
@@ -233,7 +233,7 @@ class Episodes:
         return action
 
     def _asked(self, part: str, function: Callable[[Step], object]) -> object:
-        """Return what a function of the task makes of the last step."""
+        """Return the result of a function of the task for the last step."""
         step = self.step
         try:
             return function(step)
@@ -257,9 +257,9 @@ class Episodes:
 
 
 def _stripped(world: World, driven: Sequence[str], observations: Sequence[str] | None) -> World:
-    """Return the world without the modules and sensors of driven robots that nobody asks.
+    """Return the world without unused modules and sensors of controlled robots.
 
-    What stays is as it was to the last bit, since each sensor draws its chance from streams of its own.
+    The rest stays the same to the last bit, because each sensor has its own random streams.
     """
     chosen = set(observations or ())
     drivers, robots = dict(world.run.drivers), list(world.robots)

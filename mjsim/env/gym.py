@@ -16,14 +16,14 @@ from mjsim.interface import Picture
 from mjsim.sim import SEEN_FROM_OUTSIDE, Renderer
 
 WIDTH, HEIGHT = 640, 360
-"""Of the pictures of `render` [px]."""
+"""Size of the pictures of `render` [px]."""
 
 
 class GymEnvironment(gymnasium.Env[Seen, Any]):
-    """One robot, or several as one, that learns in a world; a step is one tick of the loop.
+    """A learning environment with one or several controlled robots; a step is one tick of the loop.
 
-    `reset(seed=7)` begins the episode that `Simulation(world, seed=7)` would run; without a seed the next one is drawn
-    from `np_random`, as Gymnasium has it. `info` holds the `time` of the episode, and at its start the `seed`.
+    `reset(seed=7)` starts the episode that `Simulation(world, seed=7)` would run; without a seed, the next one is drawn
+    from `np_random`, as in Gymnasium. `info` has the `time` of the episode, and at its start the `seed`.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 25}  # noqa: RUF012  # read from the class
@@ -32,11 +32,11 @@ class GymEnvironment(gymnasium.Env[Seen, Any]):
         """Compile the world.
 
         Args:
-            task: What is to be learned.
-            render_mode: 'rgb_array' for pictures of the scene from behind the first robot that is driven.
+            task: The learning task.
+            render_mode: 'rgb_array' for pictures of the scene from behind the first controlled robot.
 
         Raises:
-            MjsimError: The world cannot be read, or what the task names is not there.
+            MjsimError: The world cannot be read, or the task names something that does not exist.
         """
         if render_mode not in (None, "rgb_array"):
             raise UsageError(f"render_mode is {render_mode!r}; it must be 'rgb_array' or None")
@@ -56,23 +56,23 @@ class GymEnvironment(gymnasium.Env[Seen, Any]):
 
     @property
     def latest(self) -> Step:
-        """What the last step came to, with the truth."""
+        """The last step, with the truth."""
         return self._episodes.step
 
     @property
     def largest(self) -> dict[str, Array]:
-        """What an action of 1 stands for, by robot, shape (n,) [m/s, rad/s]."""
+        """The value of an action of 1, by robot, shape (n,) [m/s, rad/s]."""
         return {name: each.largest.copy() for name, each in self._episodes.actions.items()}
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Seen, dict[str, Any]]:
-        """Begin an episode; return its first observation, and its time and seed."""
+        """Start an episode; return its first observation, and its time and seed."""
         super().reset(seed=seed)
         chosen = int(self.np_random.integers(2**31)) if seed is None else seed
         self._episodes.begin(chosen)
         return self._episodes.observation(), {"time": 0.0, "seed": chosen}
 
     def step(self, action: Any) -> tuple[Seen, float, bool, bool, dict[str, Any]]:
-        """Go on by one tick; return observation, reward, whether it ended, whether time is over, and the time."""
+        """Advance by one tick; return observation, reward, terminated, truncated, and the time."""
         episodes = self._episodes
         episodes.go_on(action)
         return (
@@ -84,7 +84,7 @@ class GymEnvironment(gymnasium.Env[Seen, Any]):
         )
 
     def render(self) -> Picture | None:
-        """Return the scene from behind the first robot that is driven, shape (360, 640, 3)."""
+        """Return the scene from behind the first controlled robot, shape (360, 640, 3)."""
         if self.render_mode is None:
             return None
         sim, view = self._episodes.sim, f"{self._episodes.robots[0]}/chase"
@@ -93,7 +93,7 @@ class GymEnvironment(gymnasium.Env[Seen, Any]):
         return self._renderer.render(sim.data, view)
 
     def close(self) -> None:
-        """Give back what pictures are drawn with."""
+        """Release the renderer."""
         if self._renderer is not None:
             self._renderer.close()
         self._episodes.close()

@@ -1,4 +1,4 @@
-"""Free places to begin at: where a robot touches nothing, and which it could reach from its own start."""
+"""Random starts: places where a robot touches nothing and that it could reach from its start in the world."""
 
 import math
 from collections.abc import Sequence
@@ -14,21 +14,21 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 ROOM = 0.05
-"""Left free around the body [m]."""
+"""Minimum distance around the body [m]."""
 TRIES = 10_000
-"""Places that are tried before there is none."""
+"""Number of places tried before giving up."""
 OPEN = 5.0
-"""How far from its start a robot begins, each way, where no walls are [m]."""
+"""Maximum distance from the start along each axis, if there are no walls [m]."""
 
 Taken = tuple[float, float, float]
-"""Place [m, m] and radius [m] of a robot that stands somewhere."""
+"""Position [m, m] and radius [m] of a robot already placed."""
 
 
 class Starts:
     """Draws poses for one robot."""
 
     def __init__(self, world: World, robot: Robot) -> None:
-        """Find out where it can go."""
+        """Compute the reachable area."""
         from shapely import Polygon, prepare, unary_union
 
         self._robot, self._solids = robot, Solids(world)
@@ -40,11 +40,11 @@ class Starts:
         prepare(self._doors)
 
     def draw(self, rng: Generator, taken: Sequence[Taken]) -> Pose:
-        """Return a pose; all free places and headings are equally likely.
+        """Return a pose, uniformly distributed over free places and headings.
 
         Args:
-            rng: Source of chance.
-            taken: Where other robots stand.
+            rng: Random generator.
+            taken: Positions of other robots.
 
         Raises:
             UsageError: No place was found.
@@ -69,7 +69,7 @@ class Starts:
 
 
 def _reachable(world: World, robot: Robot, radius: float) -> "BaseGeometry":
-    """Return the part of the free plane that holds a robot's start, or is nearest to it; doors stand open."""
+    """Return the part of the free plane that contains a robot's start, or is closest to it, with doors open."""
     from shapely import Point, box, get_parts
 
     start, walls = Point(robot.at), solid(world, height=min(SLICE, robot.body.height / 2))

@@ -1,4 +1,4 @@
-"""One step of an episode, as those see it who reward it."""
+"""One step of an episode, the input of reward functions."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,25 +11,25 @@ from mjsim.world import WorldEvent
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Step:
-    """What one step came to. It holds the truth, which is the trainer's: no observation of the environment has it."""
+    """One step, including the truth, which is for the trainer: no observation of the environment has it."""
 
     time: float
-    """At the end of the step, since the start of the episode [s]."""
+    """Time at the end of the step, since the start of the episode [s]."""
     truth: Mapping[str, Pose]
-    """Where every robot is now, world frame."""
+    """Pose of every robot, world frame."""
     before: Mapping[str, Pose]
-    """Where every robot was before the step; the same as now at the start of an episode."""
+    """Pose of every robot before the step; at the start of an episode, the same as `truth`."""
     things: Mapping[str, Pose]
-    """Where everything else is now that can move: `obstacle/NAME`, `door/NAME`."""
+    """Poses of all other movable things: `obstacle/NAME`, `door/NAME`."""
     seen: Mapping[str, Observation]
-    """What each robot that is driven or has modules senses now, with what its observer saw."""
+    """Observation of each robot that is controlled or has modules, including the sightings of its observer."""
     belief: Mapping[str, Estimate]
-    """What the same robots' estimators believe now; dead reckoning of those without one."""
+    """Estimates of the same robots; dead reckoning without an estimator."""
     wanted: Mapping[str, Command | WheelCommand]
-    """What their navigators or actions asked for in this step; empty at the start."""
+    """Commands of their navigators or actions in this step; empty at the start."""
     command: Mapping[str, Command | WheelCommand]
-    """What their drives were told in this step, after avoidance and bump reaction; empty at the start."""
+    """Commands given to their drives in this step, after avoidance and bump reaction; empty at the start."""
     events: Mapping[str, tuple[RobotEvent, ...]]
-    """Of the same robots: `bump` when one begins now, `blocked` when a command begins not to be let through."""
+    """Events of the same robots: `bump` when a contact starts, `blocked` when avoidance starts to block a command."""
     happened: tuple[WorldEvent, ...] = ()
-    """What happened to the world in this step: doors, lamps, what was moved or removed."""
+    """Events of the world in this step: doors, lamps, moved and removed things."""

@@ -1,4 +1,4 @@
-"""What is to be learned: who is driven, what it observes, what is rewarded, and when an episode ends."""
+"""The learning task: controlled robots, observations, reward, and the end of an episode."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -22,34 +22,34 @@ def never(step: Step) -> bool:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Task:
-    """A world to learn in; every kind of environment is made of one.
+    """A learning task in a world; every kind of environment is created from one.
 
-    The robots that are driven follow actions in place of their navigators; their `avoidance` and `push` hold as the
-    world file says, and the reaction to bumps is always on. All other robots are driven by their own modules.
+    Controlled robots follow actions in place of their navigators; `avoidance` and `push` of their drivers are as in the
+    world file, and the bump reaction is always on. All other robots use their own modules.
     """
 
     world: World | str | Path
-    """Or its file."""
+    """The world, or its file."""
     robots: str | Sequence[str] | None = None
-    """Who is driven: a name; or a list of names, then actions and observations are dicts by robot; the first robot of
-    the world unless given."""
+    """Controlled robots: a name, or a list of names, for which actions and observations are dicts by robot; by default
+    the first robot of the world."""
     observations: Sequence[str] | None = None
-    """What a driven robot observes: 'proximity', 'bump', 'odometry', 'sightings', 'estimate', and its lidars, cameras
-    and inertial sensors by name; by default all that it has but 'estimate'. What is left out costs nothing."""
+    """Observations: 'proximity', 'bump', 'odometry', 'sightings', 'estimate', and lidars, cameras and inertial sensors
+    by name; by default all except 'estimate'. Observations that are not listed are not computed."""
     actions: Literal["twist", "wheels"] = "twist"
-    """What an action is: (forward, turn), or (forward, left, turn) for robots that go sideways, or the speed of each
-    wheel; in shares of the largest, from -1 to 1."""
+    """Meaning of an action: (forward, turn), or (forward, left, turn) for robots that can move sideways, or the speed
+    of each wheel; relative to the maximum, from -1 to 1."""
     reward: Callable[[Step], float] = no_reward
     """Called once after each step."""
     terminated: Callable[[Step], bool] = never
-    """Called once after each step; true ends the episode because something was reached or lost."""
+    """Called once after each step; true ends the episode, because of success or failure."""
     seconds: float | None = None
-    """After which an episode is cut off, simulated [s]; by default as the world file says."""
+    """Time limit of an episode, simulated [s]; by default that of the world file."""
     random_starts: bool = False
-    """Whether driven robots begin at random free places that they could reach from where the world has them."""
+    """Whether controlled robots start at random free places that they could reach from their start in the world."""
 
     def __post_init__(self) -> None:
-        """Check what can be checked without the world."""
+        """Check the fields as far as possible without the world."""
         if self.actions not in ("twist", "wheels"):
             raise UsageError(f"actions is {self.actions!r}; it must be 'twist' or 'wheels'")
 
@@ -59,10 +59,10 @@ class Task:
 
 
 def driven(task: Task, world: World) -> tuple[str, ...]:
-    """Return the names of the robots that actions drive.
+    """Return the names of the controlled robots.
 
     Raises:
-        UsageError: One of them is not there, or there is none.
+        UsageError: One of them does not exist, or there is none.
     """
     known = [robot.name for robot in world.robots]
     if not known:

@@ -1,4 +1,4 @@
-"""Many environments of one task side by side: a few processes, each of which steps its share of them."""
+"""Many environments of one task in parallel, distributed over a few processes."""
 
 import copy
 import multiprocessing
@@ -28,29 +28,29 @@ from mjsim.env.task import Task
 from mjsim.errors import MjsimError, UsageError
 
 Told = tuple[float, bool, bool, dict[str, Any]]
-"""Reward, whether it ended, whether it was cut off, and info; observations go through shared memory."""
+"""Reward, terminated, truncated, and info; observations go through shared memory."""
 Make = Callable[[], GymEnvironment]
-"""Makes an environment; it can be sent to a process."""
+"""Creates an environment; it can be sent to a process."""
 
 
 class VectorEnvironment(VectorEnv[Any, Any, Any]):
-    """Environments that step side by side; their actions, observations and rewards are stacked.
+    """Environments that step in parallel; their actions, observations and rewards are stacked.
 
     `reset(seed=7)` seeds the first with 7, the next with 8 and so on. An episode that is over restarts at the next
-    step, whose action is ignored and whose reward is 0 (Gymnasium's autoreset mode `NEXT_STEP`). As with all that
-    begins processes, a script that makes one has `if __name__ == "__main__":` around what it does.
+    step, whose action is ignored and whose reward is 0 (Gymnasium's autoreset mode `NEXT_STEP`). It starts processes,
+    so a script that creates one must keep its own code under `if __name__ == "__main__":`.
     """
 
     def __init__(self, task: Task, count: int, *, processes: int | None = None) -> None:
-        """Begin the processes, each of which compiles the world for itself.
+        """Start the processes, each of which compiles the world.
 
         Args:
-            task: What is to be learned; its functions are sent to the processes.
-            count: How many environments.
-            processes: How many processes share them; by default as many as there are processors.
+            task: The learning task; its functions are sent to the processes.
+            count: Number of environments.
+            processes: Number of processes; by default one per processor.
 
         Raises:
-            UsageError: There is not one environment or not one process.
+            UsageError: A number is below 1.
             MjsimError: As `GymEnvironment`.
         """
         processes = (os.cpu_count() or 1) if processes is None else processes
@@ -84,13 +84,13 @@ class VectorEnvironment(VectorEnv[Any, Any, Any]):
 
     @property
     def workers(self) -> list[int]:
-        """Numbers of the processes."""
+        """Ids of the processes."""
         return [worker.pid for worker in self._workers if worker.pid is not None]
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
-        """Begin an episode in each; return their first observations, and their times and seeds."""
+        """Start an episode in each; return their first observations, and their times and seeds."""
         if seed is None or isinstance(seed, int):
             seed = [None if seed is None else seed + number for number in range(self.num_envs)]
         if len(seed) != self.num_envs:
@@ -99,7 +99,7 @@ class VectorEnvironment(VectorEnv[Any, Any, Any]):
         return copy.deepcopy(self._seen), infos
 
     def step(self, actions: Any) -> tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], Any]:
-        """Go on by one tick; return observations, rewards, which ended, which were cut off, and their times."""
+        """Advance by one tick; return observations, rewards, terminated, truncated, and their times."""
         rewards, ended, cut, infos = self._asked("step", list(iterate(self.action_space, actions)))
         return copy.deepcopy(self._seen), rewards, ended, cut, infos
 
@@ -111,7 +111,7 @@ class VectorEnvironment(VectorEnv[Any, Any, Any]):
             worker.join()
 
     def _asked(self, what: str, values: list[Any]) -> tuple[Any, Any, Any, dict[str, Any]]:
-        """Return what all tell of something they were asked to do, each with a value of its own."""
+        """Send a request to all, each with its own value, and return their answers."""
         if len(values) != self.num_envs:
             raise UsageError(f"{len(values)} actions for {self.num_envs} environments; give one for each")
         try:
@@ -132,7 +132,7 @@ class VectorEnvironment(VectorEnv[Any, Any, Any]):
 
 
 def vector_environment(task: Task, count: int, *, processes: int | None = None) -> VectorEnvironment:
-    """Return environments that step side by side; see `VectorEnvironment`."""
+    """Return environments that step in parallel; see `VectorEnvironment`."""
     return VectorEnvironment(task, count, processes=processes)
 
 
@@ -145,7 +145,7 @@ class _Share:
         self._space, self._memory, self._numbers = space, memory, numbers
 
     def do(self, what: str, values: Sequence[Any]) -> list[Told]:
-        """Reset or step all, each with a value of its own."""
+        """Reset or step all, each with its own value."""
         return [self._one(place, what, value) for place, value in enumerate(values)]
 
     def _one(self, place: int, what: str, value: Any) -> Told:
@@ -169,7 +169,7 @@ class _Share:
 
 
 def _work(make: Make, space: Space[Any], memory: Any, numbers: Sequence[int], pipe: Connection) -> None:
-    """Do what the pipe asks until it closes."""
+    """Execute requests from the pipe until it closes."""
     share = None
     # One BLAS thread: what is parallel are the processes.
     with threadpool_limits(1, user_api="blas"):

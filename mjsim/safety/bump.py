@@ -17,12 +17,12 @@ def react_to_bump(
 ) -> Command | WheelCommand:
     """Return the command without the motion that would push against contacts.
 
-    Turning stays, as it presses nowhere, but for robots that are not round: one that would swing a side or its tail
-    into what is touched stops turning too.
+    Turning is kept, because it does not push, except for robots that are not round: if a side or the rear would swing
+    into a contact, turning is removed as well.
 
     Args:
         command: Of the navigator, or of the avoidance.
-        bump: Bearings of contacts now [rad].
+        bump: Bearings of current contacts [rad].
         robot: Whose command it is; by default a round one with two driven wheels.
     """
     if not bump:
@@ -64,7 +64,7 @@ def _in_the_way(forward: float, left: float, bump: tuple[float, ...]) -> bool:
 
 
 def _swings_into(turn: float, bump: tuple[float, ...], robot: RobotInfo) -> bool:
-    """Return whether turning moves a side of a robot that is not round towards what it touches."""
+    """Return whether turning moves a side of a robot that is not round towards a contact."""
     if robot.outline is None or is_round(robot.outline):
         return False
     start = robot.outline

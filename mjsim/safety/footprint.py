@@ -12,11 +12,11 @@ from mjsim.safety.outline import is_round
 CLEARANCE = 0.05
 """Minimum clearance of a free path [m]."""
 AWRY = 0.07
-"""By so much a body's heading may differ from that of its way, which swings the ends of a long one out [rad]."""
+"""Heading error relative to the path that is allowed for; it swings the ends of a long body out [rad]."""
 TOUCHING = 0.03
 """Points closer than this count as touching [m]."""
 ROOMY = 0.12
-"""From this far on, what is beside the way does not slow the robot, farther for a long one [m]."""
+"""Distance from the path beyond which obstacles do not slow the robot; larger for a long one [m]."""
 CREEP = 0.35
 """Fraction of the speed at minimum clearance."""
 LOOKS = 12
@@ -25,7 +25,7 @@ LOOKS = 12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FreePaths:
-    """How free the examined paths are."""
+    """Free time and clearance of the examined paths."""
 
     times: Array
     """Time for which each path is free [s], shape (k,); 0 if blocked at once."""
@@ -34,15 +34,15 @@ class FreePaths:
 
 
 class Footprint:
-    """The shape of a robot, swept along arcs: a circle, or the box around what is not round."""
+    """The shape of a robot, swept along arcs: a circle, or a bounding box if it is not round."""
 
     def __init__(self, robot: RobotInfo, *, clearance: float = CLEARANCE, swing: bool = False) -> None:
         """Take the shape from the data sheet.
 
         Args:
             robot: Whose body it is.
-            clearance: Between its rim and anything on a way that counts as free [m]; a long body keeps more.
-            swing: Take the circle in which it turns on the spot, whatever its shape.
+            clearance: Minimum distance between its rim and obstacles on a free path [m]; a long body keeps more.
+            swing: Use the circle in which it turns on the spot, whatever its shape.
         """
         self.radius = robot.radius
         self._shares = np.arange(1, LOOKS + 1) / LOOKS
@@ -56,12 +56,12 @@ class Footprint:
 
     @property
     def width(self) -> float:
-        """Over its sides [m]."""
+        """Width over its sides [m]."""
         return 2.0 * (self.radius if self._box is None else float(np.min(self._box[1])))
 
     @property
     def slender(self) -> float:
-        """How many times half its width it reaches from its origin; 1 for a circle."""
+        """Distance from its origin to its farthest point, in half widths; 1 for a circle."""
         return 2.0 * self.radius / self.width
 
     @property
@@ -70,10 +70,10 @@ class Footprint:
         return self._box is None
 
     def arcs(self, points: Array, *, speed: float, turns: Array, seconds: float) -> FreePaths:
-        """Look along arcs that begin straight ahead.
+        """Examine arcs that start straight ahead.
 
         Args:
-            points: What is in the way, robot's frame, shape (n, 2) [m].
+            points: Obstacles, robot's frame, shape (n, 2) [m].
             speed: Negative backwards [m/s].
             turns: Turn rates, shape (k,) [rad/s].
             seconds: How far to look [s].
@@ -86,14 +86,14 @@ class Footprint:
         return self._look(points, radii * np.sin(angles), radii * (1.0 - np.cos(angles)), angles, times)
 
     def lines(self, points: Array, *, speed: float, bearings: Array, seconds: float, turned: bool) -> FreePaths:
-        """Look along straight lines to all sides.
+        """Examine straight lines in all directions.
 
         Args:
-            points: What is in the way, robot's frame, shape (n, 2) [m].
+            points: Obstacles, robot's frame, shape (n, 2) [m].
             speed: [m/s]
             bearings: Of the lines, shape (k,) [rad].
             seconds: How far to look [s].
-            turned: Whether the robot has turned to face along the line; else it keeps its heading.
+            turned: Whether the robot turns to the direction of the line first; otherwise it keeps its heading.
         """
         times = self._shares * seconds
         x, y = (speed * times * side[:, None] for side in (np.cos(bearings), np.sin(bearings)))
@@ -108,7 +108,7 @@ class Footprint:
         return bool(self._look(points, still, still, angles, np.arange(1.0, LOOKS + 1)).times[0] >= LOOKS - 1)
 
     def _look(self, points: Array, x: Array, y: Array, headings: Array, times: Array) -> FreePaths:
-        """Return until when paths through places x, y, shape (k, 12), are free, and how near they pass."""
+        """Return free times and clearances of paths through places x, y, shape (k, 12)."""
         dx, dy = points[:, 0] - x[..., None], points[:, 1] - y[..., None]
         if self._box is None:
             # Room is compared by squares.

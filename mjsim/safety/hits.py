@@ -8,41 +8,41 @@ from mjsim.geometry import Array
 from mjsim.interface import Observation
 
 NOTHING = 1e6
-"""Where a ray that hit nothing is put [m]: finite, so that arithmetic on it stays quiet."""
+"""Range of a ray that hit nothing [m]: finite, to avoid floating-point warnings."""
 RAYS = 16
 
 
 class Hits:
     """Points hit by the ring, remembered for some seconds in the frame of odometry.
 
-    The rays leave gaps, so what one has met is kept while it looks past it. A point is kept once, however often it is
-    met, and dropped as soon as a ray looks through where it was: what has gone away is in nobody's way.
+    There are gaps between the rays, so points are remembered while rays pass beside them. A point is stored once,
+    however often it is hit, and dropped when a ray passes through it, because the obstacle has moved away.
     """
 
     CAPACITY = 256
-    """Points."""
+    """Maximum number of points."""
     APART = 0.04
-    """Nearer than this to one that is known, a hit is the same point [m]."""
+    """A hit closer than this to a known point is the same point [m]."""
     SECONDS = 8.0
-    """For how long a point is kept that no ray meets again [s]."""
+    """Time for which a point is kept without being hit again [s]."""
     BEAM = 0.025
-    """What is nearer to the line of a ray would have been hit by it [m]."""
+    """Points closer than this to the line of a ray would be hit by it [m]."""
     BEHIND = 0.1
-    """A ray that goes on by so much has looked through a point [m]."""
+    """A ray that continues this far beyond a point has passed through it [m]."""
 
     NEAR = 1.5
-    """So far away what other sensors meet is kept [m]."""
+    """Maximum distance of points from other sensors [m]."""
     SHARES = np.array([0.25, 0.5, 0.75])
-    """Where the points lie between what two rays hit."""
+    """Positions of the points between the hits of two neighbouring rays, from 0 to 1."""
     STRIDE, PAUSE = 0.04, 0.4
-    """Hits are kept when the robot has moved so far [m], or turned twice that [rad], or waited so long [s]."""
+    """Hits are stored when the robot has moved this far [m], turned by twice that [rad], or after this time [s]."""
 
     def __init__(self, rims: Array, *, join: float = 0.0) -> None:
-        """Begin with none.
+        """Start without points.
 
         Args:
-            rims: How far the body reaches along each ray, shape (16,) [m].
-            join: What neighbouring rays hit nearer to each other than this leaves no way between [m].
+            rims: Distance from the origin to the rim along each ray, shape (16,) [m].
+            join: Hits of neighbouring rays closer to each other than this have no free path between them [m].
         """
         self._join = join
         angles = np.arange(RAYS) * (2.0 * np.pi / RAYS)
@@ -55,7 +55,7 @@ class Hits:
         self._noted = 0.0, 0.0, 0.0, -math.inf
 
     def see(self, seen: Observation) -> None:
-        """Carry the robot on by odometry; now and then forget what is old or gone, and keep what is hit."""
+        """Move the robot by odometry; periodically drop old points and those passed through, and store new hits."""
         c, s = math.cos(self.heading), math.sin(self.heading)
         forward, left = seen.odometry.forward, seen.odometry.left
         self.x += c * forward - s * left
@@ -73,7 +73,7 @@ class Hits:
                 self._keep(self._live[hit] @ np.array([[c, s], [-s, c]]) + (self.x, self.y), seen.time)
 
     def add(self, points: Array, now: float) -> None:
-        """Keep what another sensor has met, of what is near one point for each cell.
+        """Store points from another sensor: of those that are near, one per cell.
 
         Args:
             points: Robot's frame, shape (n, 2) [m].
@@ -87,7 +87,7 @@ class Hits:
         self._keep(kept @ np.array([[c, s], [-s, c]]) + (self.x, self.y), now)
 
     def _look_through(self, distances: Array, now: float) -> None:
-        """Forget points that are old, and those that rays, shape (16,) [m], look through."""
+        """Drop old points, and those that rays, shape (16,) [m], pass through."""
         x, y = (self._points - (self.x, self.y)).T
         bearings = np.arctan2(y, x) - self.heading
         ray = np.rint(bearings * (RAYS / (2.0 * math.pi))).astype(int)
@@ -97,7 +97,7 @@ class Hits:
         self._points[gone], self._stamps[gone] = NOTHING, -np.inf
 
     def _keep(self, hits: Array, now: float) -> None:
-        """Note hits, shape (n, 2) [m], frame of odometry: as met again, or as new in the place of the oldest."""
+        """Store hits, shape (n, 2) [m], frame of odometry: renew known points; new ones replace the oldest."""
         away = hits[:, None] - self._points
         squared = np.einsum("ijk,ijk->ij", away, away)
         nearest = squared.argmin(axis=1)
@@ -109,7 +109,7 @@ class Hits:
             self._points[oldest], self._stamps[oldest] = fresh, now
 
     def within(self, distance: float) -> Array:
-        """Return the points nearer than a distance, in the robot's frame, shape (n, 2) [m]."""
+        """Return the points within a distance, in the robot's frame, shape (n, 2) [m]."""
         offsets = self._points - (self.x, self.y)
         near = offsets[np.einsum("ij,ij->i", offsets, offsets) < distance**2]
         c, s = math.cos(self.heading), math.sin(self.heading)
@@ -118,7 +118,7 @@ class Hits:
         return np.concatenate([live, near @ np.array([[c, -s], [s, c]]), *joined])
 
     def _between(self, distance: float) -> Array:
-        """Return points between what neighbouring rays hit, as `within` does: a corner of the body may be there."""
+        """Return points between the hits of neighbouring rays, like `within`, where a corner could hit something."""
         left = np.roll(self._live, -1, axis=0)
         gap = left - self._live
         close = (np.hypot(*gap.T) < self._join) & (np.hypot(*self._live.T) < distance)

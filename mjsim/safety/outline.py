@@ -7,17 +7,17 @@ import numpy as np
 from mjsim.geometry import Array
 
 ROUND = 1.1
-"""A body whose outline reaches no further than so many times its nearest side is treated as round."""
+"""A body is treated as round if its largest radius is at most this many times its smallest."""
 
 
 def is_round(outline: Array) -> bool:
-    """Return whether an outline around the origin, shape (n, 2), is about a circle."""
+    """Return whether an outline around the origin, shape (n, 2), is nearly a circle."""
     reach = np.hypot(outline[:, 0], outline[:, 1])
     return bool(reach.max() < ROUND * reach.min()) and len(outline) > 8
 
 
 def rim(outline: Array, bearing: float) -> float:
-    """Return how far an outline, shape (n, 2), reaches from the origin along a bearing [m]."""
+    """Return the distance from the origin to an outline, shape (n, 2), along a bearing [m]."""
     start = outline
     edge = np.roll(start, -1, axis=0) - start
     along = np.array([math.cos(bearing), math.sin(bearing)])

@@ -17,66 +17,67 @@ from mjsim.safety.trail import Trail
 class RingAvoidance:
     """Avoids obstacles detected by the ring of proximity rays, with minimal changes of the command.
 
-    What the rays hit is remembered for some seconds (`Hits`). A command whose arc is free passes as it is. Else, among
-    arcs with turn rates around the commanded one, as far as the robot can steer, the one is taken that keeps most of
-    the speed, then most of the turn; speed is bounded so that the robot can stop before the nearest point on its arc,
-    and lower where it passes near something. It can always stop in a part of the room that the rays find ahead now, as
-    what is there may be a robot that comes to meet it. Past an obstacle it holds the side that it has chosen, also when
-    it is told to turn back on the spot toward what is in the way.
+    Points hit by the rays are remembered for some seconds (`Hits`). A command whose arc is free is not changed.
+    Otherwise, among arcs with turn rates around the commanded one, within the steering limits, it selects the one that
+    keeps most of the speed, then most of the turn. Speed is limited so that the robot can stop before the nearest point
+    on its arc, and lower when it passes close to something. It can always stop within a part of the free space that the
+    rays currently measure ahead, because the obstacle may be another robot driving towards it. While passing an
+    obstacle it keeps to the chosen side, even if it is commanded to turn back on the spot towards the obstacle.
 
-    With no way ahead, a robot that can turns on the spot to a direction that is free, of several to the one in which it
-    has been least (`Trail`), so that it leaves dead ends and goes in no circle for ever; one that cannot, or that has
-    no room for it, goes back and ahead in strokes, its nose swung toward that direction. A robot told to go sideways
-    goes straight in the free direction nearest to the one it is told, within 81 degrees of it, and keeps its turn rate;
-    with none it rests.
+    If there is no free path ahead, the robot turns on the spot to a free direction, preferably one where it has been
+    least (`Trail`), so that it leaves dead ends and does not drive in circles. A robot that cannot do so, or has no
+    room for it, moves backward and forward in strokes, turning its front towards that direction. A robot commanded to
+    move sideways moves straight in the free direction closest to the commanded one, within 81 degrees, and keeps its
+    turn rate; if there is none, it stops.
 
     References:
-        Fox, Burgard, Thrun, The Dynamic Window Approach to Collision Avoidance, IEEE RAM 4(1), 1997: arcs, and
-        speeds that allow a stop. Remembered points, sides that are held and the ways out: ours.
+        Fox, Burgard, Thrun, The Dynamic Window Approach to Collision Avoidance, IEEE RAM 4(1), 1997: arcs, and speeds
+        that allow a stop. Remembered points, keeping to a side and escape manoeuvres are our own.
     """
 
     HORIZON = 1.6
-    """How far ahead an arc is looked at [s], and further where stopping takes longer."""
+    """Time to look ahead along an arc [s]; longer if stopping takes longer."""
     NEAREST = 0.6
-    """A slow robot looks at least so far [m]."""
+    """Minimum distance to look ahead [m]."""
     TURN = 1.2
-    """Turn rate of the sharpest arc, lower where it is looked further ahead [rad/s]."""
+    """Turn rate of the sharpest arc; lower for longer look-ahead [rad/s]."""
     MOST = 0.5
-    """The most room that it can be told to keep [m]."""
+    """Maximum of the argument `clearance` [m]."""
     SIGHT = 2.0
-    """How far the rays see unless the world says otherwise [m]; none goes faster than it can stop within that."""
+    """Default range of the rays [m]; the speed always allows a stop within it."""
     OWN = 0.6
-    """Share of the room ahead in which it can stop, whatever its arc, so that two that meet stop before they touch."""
+    """Part of the free space ahead in which the robot can stop on any arc, so that two approaching robots do not
+    collide."""
     AHEAD = 0.3
-    """A ray looks ahead when the cosine of its angle to the way is more than this."""
+    """A ray counts as ahead if the cosine of its angle to the direction of motion exceeds this."""
     SLENDER = 3.0
-    """A robot that reaches so many times half its width does not turn on the spot: its tail swings too far."""
+    """A robot that reaches more half widths from its origin does not turn on the spot: its rear swings out too far."""
     HOLD = 1.5
-    """For how long a side is held after there was something to pass [s]."""
+    """Time for which a side is kept after passing an obstacle [s]."""
     LONGEST = 30.0
-    """For how long it goes round one thing before it lets a robot turn back that is told so [s]."""
+    """Time of passing one obstacle after which a command to turn back is allowed [s]."""
     STROKE = 1.5
-    """For how long it goes back, then ahead, where it has no room to turn on the spot [s]."""
+    """Duration of a stroke backward or forward, if there is no room to turn on the spot [s]."""
     ROLLS = 0.02
-    """What is slower than this stands still [m/s]."""
+    """Speeds below this count as standing still [m/s]."""
 
     def __init__(self, *, clearance: float = CLEARANCE, lidar: str | None = None) -> None:
-        """Take how much room it keeps, and what else it looks at.
+        """Set the clearance and an additional sensor.
 
         Args:
-            clearance: Between the rim of the robot and what the rays meet, on a way that counts as free [m]. More than
-                usual keeps clear of what reaches out above or below the rays: the feet of people, the tops of tables.
-            lidar: Name of a lidar of the robot whose beams count too: legs are thin enough to stand between two rays.
+            clearance: Minimum distance between the rim of the robot and hits of the rays on a free path [m]. Increase
+                it for obstacles that extend above or below the rays: feet of people, table tops.
+            lidar: Name of a lidar of the robot that is used too: legs are thin enough to be missed between two rays.
 
         Raises:
-            ValueError: It is less than usual, or more than the rays of a robot are sure to see.
+            ValueError: The clearance is less than the default, or more than the rays can reliably measure.
         """
         if not CLEARANCE <= clearance <= self.MOST:
             raise ValueError(f"clearance is {clearance} m; it must be from {CLEARANCE} to {self.MOST}")
         self._clearance, self._lidar = clearance, lidar
 
     def start(self, robot: RobotInfo, rng: Generator) -> None:
-        """Forget what was seen; take the shape and the limits of the robot."""
+        """Reset, and take the shape and the limits of the robot."""
         self._robot, self._rng = robot, rng
         self._robot_from_lidar = None if self._lidar is None else _mounting(robot, self._lidar)
         self._body = Footprint(robot, clearance=self._clearance)
@@ -122,33 +123,33 @@ class RingAvoidance:
         return replace(command, turn=0.0)
 
     def _see_scan(self, seen: Observation) -> None:
-        """Note what the beams of the lidar, if it has one to look at, have met."""
+        """Store the hits of the lidar, if one is used."""
         if self._lidar is None or self._robot_from_lidar is None or self._lidar not in seen.scans:
             return
         met = seen.scans[self._lidar].points()
         self._hits.add(met @ self._robot_from_lidar[:2, :2].T + self._robot_from_lidar[:2, 3], seen.time)
 
     def _forget(self) -> None:
-        """Be done with what was in the way."""
+        """Forget the obstacle that was being passed."""
         self._side, self._heading, self._stroke = 0.0, None, 0.0
 
     def _goes_round(self, turn: float, now: float) -> bool:
-        """Return whether a turn on the spot would lead back to what the robot goes round."""
+        """Return whether a turn on the spot would lead back to the obstacle being passed."""
         if now - self._held > self.HOLD or now - self._met > self.LONGEST:
             return False
         return self._heading is not None or self._stroke != 0.0 or turn * self._side < 0.0
 
     def _points(self, speed: float, seconds: float) -> Array:
-        """Return what a way could come near to, robot's frame, shape (n, 2) [m]."""
+        """Return the points that a path could come close to, robot's frame, shape (n, 2) [m]."""
         return self._hits.within(speed * seconds + self._body.radius + self._body.roomy)
 
     def _drive(self, command: Command, now: float, *, told: Command | None = None) -> Command:
-        """Return the nearest arc that is free; or the way out of where there is none.
+        """Return the closest free arc; or an escape manoeuvre if there is none.
 
         Args:
-            command: To drive ahead or backward.
+            command: To drive forward or backward.
             now: [s]
-            told: What to give back when nothing is in the way; by default the command itself.
+            told: Result if nothing is in the way; by default the command itself.
         """
         direction, speed = math.copysign(1.0, command.forward), abs(command.forward)
         speed = min(speed, math.sqrt(2.0 * self._deceleration * self.SIGHT))
@@ -184,14 +185,14 @@ class RingAvoidance:
         return replace(command, forward=direction * slow, turn=min(max(chosen, -most), most))
 
     def _wary(self, direction: float) -> float:
-        """Return the speed from which it can stop in its share of the room that rays find ahead now [m/s]."""
+        """Return the speed from which it can stop within its part of the free space measured ahead [m/s]."""
         nears = direction * self._cosines
         ahead = nears > self.AHEAD
         room = self.OWN * np.maximum(self._ring[ahead] - TOUCHING, 0.0)
         return float(np.min(np.sqrt(2.0 * self._deceleration * room) / nears[ahead]))
 
     def _free(self, command: Command, speed: float, now: float, told: Command | None) -> Command:
-        """Return the command for a way with nothing on it."""
+        """Return the command for a free path."""
         if now - self._held > self.HOLD or told is not None:
             self._forget()
         self._heading = None
@@ -200,14 +201,14 @@ class RingAvoidance:
         return replace(command, forward=math.copysign(speed, command.forward))
 
     def _second_thoughts(self, turns: Array, wanted: float, speed: float) -> Array:
-        """Return what speaks against arcs besides what is in the way, shape (k,) [m/s]."""
+        """Return the cost of arcs besides obstacles, shape (k,) [m/s]."""
         if self._side:
             return np.where((turns - wanted) * self._side < -0.05, 0.4 * speed, 0.0)
         worn = self._trail.worn(self._hits.x, self._hits.y, self._hits.heading + turns)
         return 0.15 * speed * worn
 
     def _note_side(self, off: float, now: float) -> None:
-        """Remember to which side the robot goes round what is in the way, and since when."""
+        """Remember the side on which the robot passes the obstacle, and since when."""
         if abs(off) < 0.1:
             if now - self._held > self.HOLD:
                 self._side = 0.0
@@ -217,7 +218,7 @@ class RingAvoidance:
         self._held = now
 
     def _leave(self, command: Command, points: Array, now: float) -> Command:
-        """Return the way out where there is no way on: turn on the spot, or back off."""
+        """Return an escape manoeuvre if there is no free path: turn on the spot, or back off."""
         if now - self._held > self.HOLD:
             self._met = now
         self._held = now
@@ -226,7 +227,7 @@ class RingAvoidance:
         return replace(command, forward=0.0, turn=0.0) if out is None else out
 
     def _way_out(self, command: Command) -> float:
-        """Return by how much to turn to where it is free, and where the robot has been least [rad]."""
+        """Return the angle to turn to a free direction where the robot has been least [rad]."""
         direction, speed = math.copysign(1.0, command.forward), max(abs(command.forward), 0.1)
         seconds = max(self.HORIZON, 0.8 / speed)
         bearings, points = self._bearings, self._points(speed, seconds)
@@ -239,7 +240,7 @@ class RingAvoidance:
         return float(bearings[int(np.argmin(np.where(enough, cost, np.inf)))])
 
     def _on_the_way_out(self, command: Command, points: Array, now: float) -> Command | None:
-        """Return the turn toward the way out, on the spot where there is room, else backward; None when it is done."""
+        """Return the turn towards the escape, on the spot if there is room, else backward; None when done."""
         assert self._heading is not None
         off = wrap_angle(self._heading - self._hits.heading)
         self._held = now
@@ -260,7 +261,7 @@ class RingAvoidance:
         return replace(command, forward=0.0, turn=-turn)
 
     def _turn_in_strokes(self, command: Command, points: Array, off: float) -> Command | None:
-        """Return an arc back, then ahead, its nose swung toward the way out; None when there is no room for either."""
+        """Return an arc backward, then forward, that turns the front to the escape; None without room."""
         for stroke in (1.0,) if self._stroke > 0.0 else (-1.0, 1.0):
             if self._stroke != stroke:
                 # It must stop first, and gather speed again.
@@ -278,14 +279,14 @@ class RingAvoidance:
     def _squeeze(
         self, command: Command, points: Array, off: float, *, share: float, direction: float
     ) -> Command | None:
-        """Return the arc with the most room for the body as it is, turning toward a side; None if there is none.
+        """Return the arc with the largest clearance that turns to a side; None if there is none.
 
         Args:
-            command: Whose speed is taken.
-            points: What is in the way, robot's frame, shape (n, 2) [m].
-            off: To which side to turn, by its sign.
-            share: Of the speed.
-            direction: 1 ahead, -1 backward.
+            command: Gives the speed.
+            points: Obstacles, robot's frame, shape (n, 2) [m].
+            off: Its sign gives the side to turn to.
+            share: Factor of the speed.
+            direction: 1 forward, -1 backward.
         """
         speed = share * abs(command.forward)
         most = min(self._robot.max_turn, self._bend * speed)
@@ -299,7 +300,7 @@ class RingAvoidance:
         return replace(command, forward=direction * slow, turn=float(turns[best]) * slow / speed)
 
     def _sidestep(self, command: Command) -> Command:
-        """Return the free direction nearest to the one commanded, for robots that go in any; rest with none."""
+        """Return the free direction closest to the commanded one, for omnidirectional robots; stop if there is none."""
         speed = math.hypot(command.forward, command.left)
         seconds = max(self.HORIZON, 0.5 * speed / self._deceleration + 0.2)
         points = self._points(speed, seconds)
@@ -316,7 +317,7 @@ class RingAvoidance:
 
 
 def _mounting(robot: RobotInfo, lidar: str) -> Array:
-    """Return robot from lidar, shape (4, 4) [m]; ValueError when the robot has none of that name."""
+    """Return robot_from_lidar, shape (4, 4) [m]; raises ValueError if the robot has no lidar of that name."""
     lidars = [name for name, sensor in robot.sensors.items() if sensor.kind == "lidar"]
     if lidar not in lidars:
         raise ValueError(f"no lidar '{lidar}' on '{robot.name}'; there are {', '.join(lidars) or 'none'}")

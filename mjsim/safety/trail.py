@@ -8,31 +8,31 @@ from mjsim.geometry import Array
 
 
 class Trail:
-    """Places that the robot has come by, some decimetres apart, in the frame of odometry."""
+    """Places where the robot has been, some decimetres apart, in the frame of odometry."""
 
     CAPACITY = 512
     STEP = 0.3
-    """Between two places [m]."""
+    """Distance between two places [m]."""
     SIGHT = 4.0
-    """Places farther than this do not matter [m]."""
+    """Places farther than this are ignored [m]."""
     WIDTH = 0.4
-    """Half of the width of a sector in which places are counted [rad]."""
+    """Half width of a sector in which places are counted [rad]."""
 
     def __init__(self) -> None:
-        """Begin with none."""
+        """Start without places."""
         self._places = np.full((self.CAPACITY, 2), np.inf)
         self._count = 0
         self._last = (math.inf, math.inf)
 
     def add(self, x: float, y: float) -> None:
-        """Note where the robot is [m], if that is far enough from where it was noted last."""
+        """Store the position of the robot [m], if it is far enough from the last one."""
         if math.dist((x, y), self._last) >= self.STEP:
             self._last = (x, y)
             self._places[self._count % self.CAPACITY] = x, y
             self._count += 1
 
     def worn(self, x: float, y: float, headings: Array) -> Array:
-        """Return how often it has been in each direction from a place, near more than far, shape (k,), in [0, 1].
+        """Return how often it has been in each direction from a place, weighted by proximity, shape (k,), in [0, 1].
 
         Args:
             x: Of the place, frame of odometry [m].
