@@ -1,4 +1,4 @@
-"""Logs of real robots -> recordings, so that one class runs in simulation and on real data."""
+"""Imports logs of real robots as recordings, so that the same class runs in simulation and on real data."""
 
 from mjsim.faces import face
 

@@ -10,37 +10,37 @@ from mjsim.geometry import Array, wrap_angles
 from mjsim.interface import Odometry
 
 AROUND = 20.0
-"""Fixes so long before and after one tell, with the way by odometry, how the car was turned [s]."""
+"""The heading at a fix is fitted to the fixes within this time before and after it [s]."""
 SCATTER = 0.5
-"""A fix farther from that way than this counts less, as of a Cauchy distribution [m]."""
+"""Scale of the Cauchy weights: fixes farther than this from the fitted path count less [m]."""
 FARTHEST = 2.0
-"""A fix farther from it than this is left out: the receiver has jumped [m]."""
+"""A fix farther than this from the fitted path is left out as a jump of the receiver [m]."""
 SHORTEST = 2.0
-"""Fixes that all lie nearer to their middle than this tell no heading [m]."""
+"""Fixes all closer than this to their centre give no heading [m]."""
 ROUNDS = 8
-"""So often the way is laid on the fixes, each time with the weights that the last one gives."""
+"""Number of iterations of the reweighted fit."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CarPoses:
-    """What fixes tell of a car."""
+    """Poses of a car derived from GPS fixes."""
 
     rows: Array
     """Time [s], x, y [m] of the robot's origin and heading [rad], shape (N, 4)."""
     jumped: int
-    """Fixes that were left out because they are far from where the fixes around them have the car."""
+    """Number of fixes left out because they disagree with their neighbours."""
 
 
 def car_poses(fixes: Array, steps: Sequence[Odometry], antenna: tuple[float, float]) -> CarPoses:
-    """Return where a car was, and how it was turned, at fixes of its antenna.
+    """Return the poses of a car at fixes of its antenna.
 
-    The way of the antenna by odometry is laid on the fixes around each one. So a car that stands, turns, or goes
-    backwards has the right heading too; the place is that of the fix itself.
+    The path of the antenna by odometry is fitted to the fixes around each one. So the heading is also right when the
+    car stands, turns, or drives backwards; the position is that of the fix itself.
 
     Args:
         fixes: Rows of time [s], x and y [m].
-        steps: By odometry of the robot's origin from each fix to the next.
-        antenna: Ahead of the robot's origin and to its left [m].
+        steps: Odometry of the robot's origin from each fix to the next.
+        antenna: Position of the antenna, ahead of the robot's origin and to its left [m].
 
     References:
         Holland, Welsch, Robust regression using iteratively reweighted least squares, Communications in Statistics
@@ -63,15 +63,15 @@ def car_poses(fixes: Array, steps: Sequence[Odometry], antenna: tuple[float, flo
 
 
 def _laid(told: NDArray[np.complex128], seen: NDArray[np.complex128], row: int) -> tuple[float, float]:
-    """Return by how much places that odometry tells must be turned to lie on those seen [rad], and how far one is off.
+    """Return the rotation that fits places by odometry to those seen [rad], and the residual of one.
 
     Args:
-        told: Shape (n,), x + iy [m].
-        seen: Shape (n,), x + iy [m].
-        row: Number of the one.
+        told: Places by odometry, shape (n,), x + iy [m].
+        seen: Places by GPS, shape (n,), x + iy [m].
+        row: Index of the one.
 
     Returns:
-        Angle and distance; NaN where the places lie too near to each other to tell.
+        Angle and distance; NaN if the places are too close together.
     """
     weight, turn, off = np.ones(len(told)), 0.0, np.zeros(len(told))
     for _ in range(ROUNDS):

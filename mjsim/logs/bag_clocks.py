@@ -11,26 +11,26 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 
 JUMP = 1.0
-"""What a clock is set by, at least; less may be delays [s]."""
+"""Minimum jump of a clock; smaller differences may be delays [s]."""
 AGREE = 3
-"""Messages before and behind a jump that agree, so that a single wrong time is none."""
+"""Number of messages before and after a jump that must agree, so that a single wrong time is not a jump."""
 TRUSTED = 0.5
-"""Of the time that headers tell, what the recorder has to tell too for its clock to be believed [1]."""
+"""Minimum ratio of the recorder's time span to that of the headers for its clock to be trusted [1]."""
 
 
 class Clocks:
-    """The clocks that stamp the messages of each topic, beside the clock of the recorder."""
+    """The clocks of the headers of each topic, compared with the clock of the recorder."""
 
     def __init__(self) -> None:
-        """Begin with clocks that nobody sets."""
+        """Start without jumps."""
         self._seen: dict[str, array[float]] = {}
         self._jumps: dict[str, tuple[list[float], list[float]]] = {}
 
     def time(self, topic: str, recorded: float, stamp: float) -> float:
-        """Return when a message was stamped, by the clock as it was before it was set [s].
+        """Return the stamp of a message, corrected for jumps of its clock [s].
 
         Args:
-            topic: Whatever has a clock of its own.
+            topic: Name of the clock.
             recorded: When the message was recorded [s].
             stamp: In its header [s].
         """
@@ -41,9 +41,9 @@ class Clocks:
         return stamp
 
     def stamps_at(self, recorded: Array) -> Array:
-        """Return what headers would tell of messages without, by those recorded about then; shape (N,) [s].
+        """Return stamps for messages without headers, interpolated between others recorded then; shape (N,) [s].
 
-        A recorder may go by the clock of the wall while headers tell simulated time. The topic of most messages counts.
+        A recorder may use wall-clock time while headers have simulated time. The topic with the most messages is used.
 
         Args:
             recorded: When messages were recorded, shape (N,) [s].
@@ -55,7 +55,7 @@ class Clocks:
         return np.asarray(np.interp(recorded, times, stamps), dtype=float)
 
     def settle(self) -> Mapping[str, str]:
-        """Find the jumps of all that was seen, for the next reading, and return what people are told of them."""
+        """Find the jumps in all messages seen, for the next pass, and return notes about them."""
         notes = {}
         for topic, numbers in self._seen.items():
             pairs = np.array(numbers).reshape(-1, 2)
@@ -70,7 +70,7 @@ class Clocks:
 
 
 def _jumps(recorded: Array, stamps: Array) -> tuple[NDArray[np.intp], Array]:
-    """Return before which messages a clock was set, and by how much [s].
+    """Return the messages before which a clock jumped, and the size of the jumps [s].
 
     Args:
         recorded: When messages were recorded, ascending, shape (N,) [s].

@@ -1,10 +1,9 @@
-"""Clouds of ROS -> clouds of points, with the time, the intensity and the ring of each where drivers tell them.
+"""Converts point clouds of ROS, with time, intensity and ring of each point if the driver provides them.
 
-x, y, z: [m]; points that are not finite, or at the sensor itself, are left out.
-intensity, reflectivity or i: as the driver gives it.
-ring, line or channel: the number of the beam.
-time, t, offset_time, timestamp or time_stamp: when each was measured, after the stamp of the cloud or since 1970; whole
-numbers are nanoseconds, others seconds, or nanoseconds where they are too large for that.
+x, y, z: [m]; points that are not finite, or at the origin of the sensor, are left out. intensity, reflectivity or i: as
+given by the driver. ring, line or channel: the number of the beam. time, t, offset_time, timestamp or time_stamp: time
+of each point, relative to the stamp of the cloud or since 1970; integers are nanoseconds, others seconds, or
+nanoseconds if they are too large for seconds.
 """
 
 from typing import Any
@@ -20,9 +19,9 @@ KINDS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 INTENSITIES, RINGS = ("intensity", "reflectivity", "i"), ("ring", "line", "channel")
 TIMES = ("time", "t", "offset_time", "timestamp", "time_stamp")
 LONGEST_TURN = 10.0
-"""Of a lidar; times that are farther apart are no times of points [s]."""
+"""Maximum duration of a revolution; values farther apart are not times of points [s]."""
 SINCE_1970, IN_NANOSECONDS = 1e8, 1e14
-"""Times of points that are larger count from 1970, or do so in nanoseconds [s, ns]."""
+"""Times of points above these values count from 1970, in seconds or nanoseconds [s, ns]."""
 
 
 def cloud_of(message: Any, stamp: float, *, robot_from_sensor: Array) -> PointCloud:
@@ -31,10 +30,10 @@ def cloud_of(message: Any, stamp: float, *, robot_from_sensor: Array) -> PointCl
     Args:
         message: As ROS defines it.
         stamp: When its last point was measured [s].
-        robot_from_sensor: Whose rotation the points are turned by, shape (4, 4).
+        robot_from_sensor: Its rotation is applied to the points, shape (4, 4).
 
     Raises:
-        ValueError: It is not as its fields say, or has no x, y and z.
+        ValueError: Its data do not match its fields, or it has no x, y and z.
     """
     rows = _rows(message)
     xyz = np.column_stack([rows[axis].astype(float) for axis in "xyz"])
@@ -50,10 +49,10 @@ def cloud_of(message: Any, stamp: float, *, robot_from_sensor: Array) -> PointCl
 
 
 def end_of(message: Any) -> float:
-    """Return how long after its stamp the last point of a `sensor_msgs/PointCloud2` was measured [s].
+    """Return the time of the last point of a `sensor_msgs/PointCloud2`, relative to its stamp [s].
 
     Raises:
-        ValueError: As of `cloud_of`.
+        ValueError: As in `cloud_of`.
     """
     return _last(_times(_rows(message), _header_time(message)))
 
@@ -68,7 +67,7 @@ def _last(times: Array) -> float:
 
 
 def _rows(message: Any) -> NDArray[np.void]:
-    """Return a record a point, shape (n,)."""
+    """Return one record per point, shape (n,)."""
     order = ">" if message.is_bigendian else "<"
     size, width, height = int(message.point_step), int(message.width), int(message.height)
     known = {field.name: field for field in message.fields if field.datatype in KINDS}
@@ -91,7 +90,7 @@ def _rows(message: Any) -> NDArray[np.void]:
 
 
 def _column(rows: NDArray[np.void], names: tuple[str, ...]) -> Array:
-    """Return the first of some fields that there is, zeros where there is none, shape (n,)."""
+    """Return the first of some fields that exists, or zeros, shape (n,)."""
     name = next((name for name in names if name in (rows.dtype.names or ())), None)
     if name is None:
         return np.zeros(len(rows))
@@ -100,7 +99,7 @@ def _column(rows: NDArray[np.void], names: tuple[str, ...]) -> Array:
 
 
 def _times(rows: NDArray[np.void], stamp: float) -> Array:
-    """Return when each point was measured, after the stamp of its cloud, shape (n,) [s]."""
+    """Return the time of each point, relative to the stamp of its cloud, shape (n,) [s]."""
     name = next((name for name in TIMES if name in (rows.dtype.names or ())), None)
     if name is None or not len(rows):
         return np.zeros(len(rows))

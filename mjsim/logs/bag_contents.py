@@ -1,4 +1,4 @@
-"""The first reading of a bag: motion and inertial readings are kept, of scans and pictures only when they were."""
+"""The first pass over a bag: keeps motion and inertial readings, and the times of scans and pictures."""
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -23,31 +23,31 @@ from mjsim.logs.merge import track_of
 from mjsim.logs.readings import rising
 
 MOST_TRANSFORMS = 5000
-"""Of each topic, from which the places of sensors are taken."""
+"""Maximum number of transforms per topic from which poses of sensors are taken."""
 LATEST, SLACK = 10.0, 3600.0
-"""Times that are farther from the middle than so many lengths of the bag, and so many seconds, are wrong [1, s]."""
+"""Times farther from the median than this many lengths of the bag plus this many seconds are wrong [1, s]."""
 
 
 @dataclass(slots=True)
 class Stream:
-    """A topic of scans or pictures, which is read again later."""
+    """A topic of scans or pictures, which is read in the second pass."""
 
     times: list[int] = field(default_factory=list)
     """When its messages were recorded [ns]."""
     stamps: list[float] = field(default_factory=list)
-    """When they were taken; NaN for one that cannot be used [s]."""
+    """When they were taken; NaN for unusable messages [s]."""
     kinds: list[tuple[int, ...] | None] = field(default_factory=list)
-    """What messages of one sensor have in common: their number of beams, or their size."""
+    """Shape of each message, usually constant for a sensor: number of beams, or size."""
     first: Any = None
-    """The first message that is as it must be."""
+    """The first valid message."""
 
     def usual(self) -> tuple[int, ...] | None:
-        """Return what most of its messages have in common; None without any."""
+        """Return the most common shape of its messages; None without messages."""
         known = [kind for kind in self.kinds if kind is not None]
         return Counter(known).most_common(1)[0][0] if known else None
 
     def numbers(self) -> NDArray[np.intp]:
-        """Return the numbers of the messages that are used, in the order of time."""
+        """Return the indices of usable messages in order of time."""
         stamps, usual = np.array(self.stamps), self.usual()
         fits = [kind is not None and kind == usual for kind in self.kinds]
         fit = np.array(fits, dtype=bool) & np.isfinite(stamps)
@@ -64,10 +64,10 @@ class Moves:
     twists: list[tuple[float, ...]] = field(default_factory=list)
     """Time [s], forward [m/s], turn [rad/s] and left [m/s]."""
     child: str = ""
-    """Name of the frame whose poses they are."""
+    """Name of the frame that moves."""
 
     def planar(self) -> Array | None:
-        """Return time, x, y [m] and heading [rad] of its poses, or its twists if only they tell, shape (N, 4)."""
+        """Return time, x, y [m] and heading [rad] of its poses, or integrated from its twists, shape (N, 4)."""
         if self.by_twists():
             return track_of(self.table(self.twists))
         if not self.rows:
@@ -77,44 +77,44 @@ class Moves:
         return np.array([[time, *place] for time, place in zip(rows[:, 0].tolist(), places, strict=True)])
 
     def by_twists(self) -> bool:
-        """Return whether its twists alone tell how it moved: it has no poses, or they never change."""
+        """Return whether its motion must be taken from twists: it has no poses, or they never change."""
         return any(any(row[1:]) for row in self.twists) and all(row[1:] == self.rows[0][1:] for row in self.rows)
 
     def table(self, rows: Sequence[tuple[float, ...]]) -> Array:
-        """Return rows in the order of time, shape (N, columns)."""
+        """Return rows in order of time, shape (N, columns)."""
         table = np.array(rows, dtype=float)
         return table[np.argsort(table[:, 0], kind="stable")]
 
 
 class Contents:
-    """What a bag holds."""
+    """Contents of a bag."""
 
     def __init__(self, bag: Bag, robots: Sequence[RobotTopics]) -> None:
-        """Read the bag once, and again if clocks were set meanwhile."""
+        """Read the bag once, and again if clocks jumped."""
         self._bag, self._clocks = bag, Clocks()
         self._takes = self._roles(robots)
         self._wants_odometry = any(robot.odometry is None for robot in robots)
         self._read()
         self.notes = self._clocks.settle()
-        """What people are told of clocks."""
+        """Notes about clocks for the metadata."""
         if self.notes:
             self._read()
 
     def _read(self) -> None:
         """Read the bag."""
         self._frames: dict[str, FrameTree] = {}
-        """Robot in whose namespace a topic of transforms is, or '' -> the frames that it tells."""
+        """Robot in whose namespace a topic of transforms is, or '' -> its frames."""
         self.streams: dict[str, Stream] = {}
         self.moves: dict[str, Moves] = {}
         """By topic: poses of odometry and truth, twists of commands."""
         self.carried: dict[tuple[str, str], Moves] = {}
-        """Robot as in `_frames`, and its frame -> where /tf has it in the frame of its odometry."""
+        """Robot as in `_frames`, and its frame -> poses of that frame in the odometry frame, from /tf."""
         self.imus: dict[str, list[ImuReading]] = {}
         self.imu_frames: dict[str, str] = {}
         self.infos: dict[str, Any] = {}
         self.left_out: Counter[str] = Counter()
         self._unstamped: set[str] = set()
-        """Topics whose times are those of the recorder."""
+        """Topics without stamps, whose times are those of the recorder."""
         self._transforms: Counter[str] = Counter()
         first, last = 0, 0
         for message in self._bag.messages(self._takes):
@@ -130,13 +130,13 @@ class Contents:
         self._drop_wrong_times((last - first) * 1e-9)
 
     def frames_of(self, robot: str) -> FrameTree:
-        """Return the frames of a robot: those of its namespace and those without; of a robot without one, all."""
+        """Return the frames of a robot: those of its namespace and those without; all for a robot without one."""
         own = [self._frames[robot]] if robot in self._frames else []
         others = [tree for name, tree in self._frames.items() if name != robot and not (own and name)]
         return reduce(FrameTree.joined, [*own, *others], FrameTree())
 
     def _roles(self, robots: Sequence[RobotTopics]) -> dict[str, Callable[[RosMessage], None]]:
-        """Return what is done with the messages of each topic."""
+        """Return the handler of the messages of each topic."""
         roles: dict[str, Callable[[RosMessage], None]] = {}
         for topic, kind in self._bag.types.items():
             if kind in TRANSFORMS:
@@ -222,7 +222,7 @@ class Contents:
         *,
         end_of: Callable[[Any], float] = lambda _: 0.0,
     ) -> None:
-        """Note when a scan, a cloud or a picture is, and what it has in common with others of its sensor."""
+        """Store time and shape of a scan, a cloud or a picture."""
         stream = self.streams.setdefault(message.topic, Stream())
         stream.times.append(message.time)
         stream.stamps.append(self._stamp(message))
@@ -233,7 +233,7 @@ class Contents:
         stream.first = told if stream.first is None else stream.first
 
     def _drop_wrong_times(self, length: float) -> None:
-        """Leave out what has a time that is far from all others, such as one from before a clock was set."""
+        """Leave out messages with a time far from all others, such as from before a clock was set."""
         columns = [np.array(stream.stamps) for stream in self.streams.values()]
         columns += [np.array([row[0] for row in moves.rows]) for moves in self.carried.values()]
         columns += [np.array([row[0] for row in (*moves.rows, *moves.twists)]) for moves in self.moves.values()]

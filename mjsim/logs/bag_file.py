@@ -4,8 +4,8 @@
     folder with metadata.yaml  ROS 2; files below
     x.db3, x.mcap              ROS 2: SQLite, or MCAP with chunks plain, lz4 or zstd
 
-A folder whose metadata are missing or wrong is read file by file; those of one bag have one name and a number behind.
-A file that was cut, or not closed, is read up to where it ends. Messages are decoded as ROS defines the usual types.
+A folder whose metadata is missing or wrong is read file by file; files of one bag have the same name with a number at
+the end. A file that was truncated or not closed is read up to its end. Messages of standard types are decoded.
 """
 
 import re
@@ -24,23 +24,23 @@ from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.logs.bag_parsing import BrokenBagError, parsing
 
 MAGICS = {b"#ROSBAG V": ".bag", b"SQLite format 3\x00": ".db3", b"\x89MCAP": ".mcap"}
-"""How files begin -> how the names of such files should end."""
+"""First bytes of files -> usual suffix of their names."""
 PROFILE = slice(17, 25)
-"""Where an MCAP file says what it holds: behind its magic and the head of its first record."""
+"""Position of the profile in an MCAP file: after its magic and the head of its first record."""
 ROS2 = b"\x04\x00\x00\x00ros2"
 METADATA = "metadata.yaml"
-"""In the folder of a bag of ROS 2."""
+"""Name of the metadata file in the folder of a ROS 2 bag."""
 NUMBER = re.compile(r"_\d+$")
-"""Behind the name of a file that is one of several of a bag."""
+"""Number at the end of the name of one of several files of a bag."""
 FAR = 10_000_000_000
-"""What comes so much later in a bag is not read on the way there [ns]."""
+"""To reach a message more than this much later, skip instead of reading on [ns]."""
 MOST_WAITING = 64 << 20
-"""Messages that were read on the way to another one, at most [bytes]."""
+"""Maximum size of messages kept while reading on to another one [bytes]."""
 
 
 @dataclass(frozen=True, slots=True)
 class RosMessage:
-    """A message as it stands in a bag."""
+    """A message as stored in a bag."""
 
     topic: str
     time: int
@@ -49,17 +49,17 @@ class RosMessage:
 
 
 def is_bag(path: Path) -> bool:
-    """Return whether a file begins as bags do, or a folder holds one."""
+    """Return whether a file begins like a bag, or a folder contains one."""
     if path.is_dir():
         return (path / METADATA).is_file() or bool(_files_in(path))
     return path.is_file() and _kind_of(path) is not None
 
 
 class Bag(Closes):
-    """A bag that is read; one thread may use it.
+    """A bag opened for reading; only one thread may use it.
 
     Raises:
-        UsageError: The package that reads bags is not installed, or this is no bag; every method raises the latter.
+        UsageError: The package that reads bags is not installed, or this is not a bag; every method raises the latter.
     """
 
     def __init__(self, path: Path) -> None:
@@ -82,18 +82,18 @@ class Bag(Closes):
         self.types: Mapping[str, str] = {each.topic: each.msgtype for each in self._reader.connections}
         """Topic -> name of its type, such as 'sensor_msgs/msg/LaserScan'."""
         self.counts: Counter[str] = Counter()
-        """Topic -> number of its messages, as the index of the bag tells."""
+        """Topic -> number of its messages, from the index of the bag."""
         for each in self._reader.connections:
             self.counts[each.topic] += each.msgcount
 
     def messages(self, topics: Collection[str], *, start: int | None = None) -> Iterator[RosMessage]:
         """Yield the messages of some topics in the order in which they were recorded.
 
-        A bag that breaks off ends there: `cut` tells why.
+        Of a damaged bag, the messages up to the damage; `cut` has the reason.
 
         Args:
-            topics: Some of those there are.
-            start: Leave out what was recorded before [ns].
+            topics: Topics of the bag.
+            start: Skip messages recorded before [ns].
         """
         chosen = [each for each in self._reader.connections if each.topic in topics]
         if not chosen:
@@ -112,10 +112,10 @@ class Bag(Closes):
             yield RosMessage(connection.topic, time, bytes(data))
 
     def decode(self, message: RosMessage) -> Any:
-        """Return the fields of a message, named as ROS names them.
+        """Return a decoded message, with the field names of ROS.
 
         Raises:
-            ValueError: It is not of its type.
+            ValueError: It does not match its type.
         """
         try:
             with parsing():
@@ -124,10 +124,10 @@ class Bag(Closes):
             raise ValueError(f"a message on '{message.topic}' is not of its type: {error}") from error
 
     def stamp(self, message: RosMessage) -> float:
-        """Return the time in the header that a message begins with, 0 where it is too short to have one [s].
+        """Return the stamp of the header at the start of a message, 0 if it is too short to have one [s].
 
-        Both wire forms have it at one place: behind the sequence number of ROS 1, or the encapsulation of CDR, which
-        tells the order of bytes.
+        Both serialisations have it at the same place: after the sequence number of ROS 1, or after the CDR
+        encapsulation, which gives the byte order.
         """
         if len(message.data) < 12:
             return 0.0
@@ -141,10 +141,10 @@ class Bag(Closes):
 
 
 class BagMessages:
-    """Messages of a bag by topic and number, numbers of each topic mostly ascending: the bag is read along."""
+    """Gives messages of a bag by topic and index; efficient if the indices of each topic mostly ascend."""
 
     def __init__(self, bag: Bag, times: Mapping[str, NDArray[np.int64]]) -> None:
-        """Keep when the messages of each topic were recorded, in the order of the bag [ns]."""
+        """Store when the messages of each topic were recorded, in the order of the bag [ns]."""
         self._bag, self._times = bag, times
         self._sorted = all((np.diff(column) >= 0).all() for column in times.values())
         self._waiting: dict[tuple[str, int], RosMessage] = {}
@@ -188,7 +188,7 @@ class BagMessages:
         return self._sorted and following < len(times) and int(times[number] - times[following]) > FAR
 
     def _begin(self, time: int | None) -> None:
-        """Read from a time on, from the beginning where the order of the bag is not that of time [ns]."""
+        """Read from a time on [ns], or from the start if the bag is not in order of time."""
         self._waiting, self._held = {}, 0
         start = time if self._sorted else None
         self._messages = self._bag.messages(self._times.keys(), start=start)
@@ -201,7 +201,7 @@ def _files_of(path: Path) -> list[Path]:
     """Return the files of a bag.
 
     Raises:
-        UsageError: They are of several bags, and no metadata tell which is meant.
+        UsageError: They belong to several bags, and there is no metadata.
     """
     if not path.is_dir():
         return [path]
@@ -216,13 +216,13 @@ def _files_of(path: Path) -> list[Path]:
 
 
 def _files_in(folder: Path) -> list[Path]:
-    """Return the files of a folder that are called as those of bags, and are."""
+    """Return the files of a folder that are bags by name and content."""
     named = (file for file in folder.iterdir() if file.suffix.lower() in MAGICS.values())
     return sorted(file for file in named if file.is_file() and _kind_of(file) is not None)
 
 
 def _kind_of(file: Path) -> str | None:
-    """Return '.bag', '.db3' or '.mcap' by how a file begins, whatever its name; None for no bag."""
+    """Return '.bag', '.db3' or '.mcap' from the first bytes of a file, whatever its name; None if it is not a bag."""
     with file.open("rb") as stream:
         head = stream.read(PROFILE.stop)
     kind = next((kind for magic, kind in MAGICS.items() if head.startswith(magic)), None)

@@ -1,4 +1,4 @@
-"""Frames of ROS: where each is in another, as the messages of /tf and /tf_static tell."""
+"""Frames of ROS: their relative poses from the messages of /tf and /tf_static."""
 
 from collections import deque
 from collections.abc import Iterable
@@ -9,14 +9,14 @@ import numpy as np
 from mjsim.geometry import Array, Pose3
 
 BASES = ("base_footprint", "base_link", "base", "body")
-"""What the frame of a robot is called, REP 105 and custom, where odometry does not tell."""
+"""Usual names of a robot's frame (REP 105 and custom), used if odometry does not name it."""
 
 FARTHEST = 1e8
-"""Whatever is farther from the origin is no place of a robot, along each axis [m]."""
+"""Maximum distance of a valid position from the origin, along each axis [m]."""
 
 
 def frame_name(name: str) -> str:
-    """Return the name of a frame without the slash that ROS 1 put before it."""
+    """Return the name of a frame without the leading slash of ROS 1."""
     return name.lstrip("/")
 
 
@@ -24,7 +24,7 @@ def matrix_of(position: Any, orientation: Any) -> Array:
     """Return the homogeneous transform of a position [m] and a quaternion of ROS, shape (4, 4).
 
     Raises:
-        ValueError: They are no finite numbers, as far as no robot goes, or the quaternion is not of a rotation.
+        ValueError: They are not finite, too far from the origin, or the quaternion is not a rotation.
     """
     values = np.array([orientation.x, orientation.y, orientation.z, orientation.w], dtype=float)
     place = np.array([position.x, position.y, position.z], dtype=float)
@@ -36,14 +36,14 @@ def matrix_of(position: Any, orientation: Any) -> Array:
 
 
 class FrameTree:
-    """Frames fixed in each other: of those that move, where they were first."""
+    """Relative poses of frames; for moving frames, the first pose."""
 
     def __init__(self) -> None:
-        """Begin without any."""
+        """Start without frames."""
         self._inner: dict[str, dict[str, Array]] = {}
 
     def add(self, transforms: Iterable[Any]) -> None:
-        """Take `geometry_msgs/TransformStamped`; what is told twice counts as it was first."""
+        """Add a `geometry_msgs/TransformStamped`; the first one of a frame counts."""
         for each in transforms:
             outer, inner = frame_name(each.header.frame_id), frame_name(each.child_frame_id)
             if inner in self._inner.get(outer, {}):
@@ -56,14 +56,14 @@ class FrameTree:
             self._inner.setdefault(inner, {})[outer] = np.asarray(np.linalg.inv(matrix), dtype=float)
 
     def joined(self, other: "FrameTree") -> "FrameTree":
-        """Return a tree of both; what both tell counts as it is here."""
+        """Return a tree of both; this one has priority."""
         tree = FrameTree()
         for frame in {**other._inner, **self._inner}:
             tree._inner[frame] = {**other._inner.get(frame, {}), **self._inner.get(frame, {})}
         return tree
 
     def __contains__(self, frame: str) -> bool:
-        """Return whether anything is known of a frame."""
+        """Return whether a frame is known."""
         return frame in self._inner
 
     def base(self, namespace: str) -> str | None:
@@ -72,7 +72,7 @@ class FrameTree:
         return next((name for name in names if name in self._inner), None)
 
     def between(self, outer: str, inner: str) -> Array | None:
-        """Return outer_from_inner, shape (4, 4) [m]; None where no chain of frames leads there."""
+        """Return outer_from_inner, shape (4, 4) [m]; None if the frames are not connected."""
         found: dict[str, Array] = {outer: np.eye(4)}
         waiting = deque([outer])
         while waiting and inner not in found:

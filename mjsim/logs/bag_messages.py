@@ -1,4 +1,4 @@
-"""Messages of ROS -> readings: scans, motion, inertial readings, calibrations."""
+"""Converts messages of ROS to readings: scans, motion, inertial readings, calibrations."""
 
 import math
 from typing import Any
@@ -10,29 +10,28 @@ from mjsim.interface import ImuReading, Intrinsics, Scan
 from mjsim.logs.bag_frames import matrix_of
 
 NEAREST, FARTHEST = 0.01, 100.0
-"""What a lidar measures whose messages do not tell [m]."""
+"""Range limits of a lidar whose messages do not give them [m]."""
 ASSUMED_FOV = math.radians(60.0)
-"""Of a camera without calibration, to the side."""
+"""Horizontal field of view of a camera without calibration."""
 FASTEST = 1e6
-"""Whatever is faster is no twist of a robot [m/s, rad/s]."""
+"""Maximum of a valid twist [m/s, rad/s]."""
 UPSIDE_DOWN = -0.5
-"""Of a lidar whose axis points down: what of its z axis is along the robot's is less than this."""
+"""A lidar is mounted upside down if the z component of its z axis in the robot frame is below this."""
 
 
 def scan_of(message: Any, stamp: float, *, upside_down: bool) -> Scan:
-    """Return the scan of a `sensor_msgs/LaserScan`, its beams from the right to the left.
+    """Return the scan of a `sensor_msgs/LaserScan`, with beams ordered from right to left.
 
-    Of a `sensor_msgs/MultiEchoLaserScan` each beam has its first echo.
-
-    What is not a number, or nearer than the lidar measures, is -inf; what is farther, +inf.
+    Of a `sensor_msgs/MultiEchoLaserScan`, the first echo of each beam is used. NaN and ranges below the minimum become
+    -inf, ranges above the maximum +inf.
 
     Args:
         message: As ROS defines it.
         stamp: When it was taken [s].
-        upside_down: Whether the lidar hangs, so that its left is the robot's right.
+        upside_down: Whether the lidar is mounted upside down, so that its left is the robot's right.
 
     Raises:
-        ValueError: It has less than two beams, or angles that are no numbers.
+        ValueError: It has fewer than two beams, or angles that are not finite.
     """
     ranges = _first_echoes(message.ranges, none=np.inf).copy()
     first, step = float(message.angle_min), float(message.angle_increment)
@@ -54,14 +53,14 @@ def scan_of(message: Any, stamp: float, *, upside_down: bool) -> Scan:
 
 
 def _first_echoes(values: Any, *, none: float) -> Array:
-    """Return a number a beam, of several echoes the first, shape (n,)."""
+    """Return the first echo of each beam, shape (n,)."""
     if len(values) and hasattr(values[0], "echoes"):
         values = [beam.echoes[0] if len(beam.echoes) else none for beam in values]
     return np.asarray(values, dtype=float)
 
 
 def limits_of(message: Any) -> tuple[float, float]:
-    """Return the nearest and the farthest distance that a lidar says it measures [m]."""
+    """Return the minimum and maximum range given in a lidar's messages [m]."""
     nearest, farthest = float(message.range_min), float(message.range_max)
     nearest = nearest if nearest > 0.0 and math.isfinite(nearest) else NEAREST
     return nearest, farthest if nearest < farthest <= 1e4 else max(FARTHEST, 2.0 * nearest)
@@ -81,12 +80,12 @@ def imu_of(message: Any, stamp: float) -> ImuReading:
 
 
 def pose_of(message: Any) -> Array:
-    """Return the pose of a message that tells one, outer_from_inner, shape (4, 4) [m].
+    """Return the pose in a message, outer_from_inner, shape (4, 4) [m].
 
-    `nav_msgs/Odometry`, and Pose, PoseStamped, PoseWithCovarianceStamped, TransformStamped of `geometry_msgs`.
+    Types: `nav_msgs/Odometry`, and Pose, PoseStamped, PoseWithCovarianceStamped, TransformStamped of `geometry_msgs`.
 
     Raises:
-        ValueError: Its numbers are no pose.
+        ValueError: It is not a valid pose.
     """
     if hasattr(message, "transform"):
         return matrix_of(message.transform.translation, message.transform.rotation)
@@ -96,12 +95,12 @@ def pose_of(message: Any) -> Array:
 
 
 def twist_of(message: Any) -> tuple[float, float, float]:
-    """Return the velocity forward [m/s], the turn [rad/s] and the velocity to the left [m/s] that a message tells.
+    """Return forward velocity [m/s], turn rate [rad/s] and velocity to the left [m/s] from a message.
 
-    `nav_msgs/Odometry`, and Twist and TwistStamped of `geometry_msgs`.
+    Types: `nav_msgs/Odometry`, and Twist and TwistStamped of `geometry_msgs`.
 
     Raises:
-        ValueError: They are no numbers that a robot moves by.
+        ValueError: They are not finite, or too large.
     """
     twist = getattr(message, "twist", message)
     twist = getattr(twist, "twist", twist)
@@ -112,13 +111,13 @@ def twist_of(message: Any) -> tuple[float, float, float]:
 
 
 def intrinsics_of(message: Any, *, width: int, height: int, rectified: bool) -> Intrinsics | None:
-    """Return the calibration in a `sensor_msgs/CameraInfo`; None when it holds none.
+    """Return the calibration in a `sensor_msgs/CameraInfo`; None if it has none.
 
     Args:
         message: As ROS defines it.
-        width: Of the pictures, which may be smaller than what was calibrated [px].
+        width: Of the pictures, which may be smaller than those of the calibration [px].
         height: [px]
-        rectified: Whether the pictures were straightened.
+        rectified: Whether the pictures are rectified.
     """
     K, P, D = (
         np.asarray(getattr(message, name.lower(), getattr(message, name, ())), dtype=float).ravel() for name in "KPD"
@@ -149,6 +148,6 @@ def intrinsics_of(message: Any, *, width: int, height: int, rectified: bool) -> 
 
 
 def assumed_intrinsics(width: int, height: int) -> Intrinsics:
-    """Return the calibration of a camera of which nothing is known but the size of its pictures [px]."""
+    """Return a calibration for a camera of which only the picture size is known [px]."""
     focal = width / 2.0 / math.tan(ASSUMED_FOV / 2.0)
     return Intrinsics(width, height, focal, focal, (width - 1) / 2.0, (height - 1) / 2.0)

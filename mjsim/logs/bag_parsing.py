@@ -1,4 +1,4 @@
-"""Where the parsers of bags are called, whose faults have no type in common."""
+"""Wraps calls of the parsers of bags, whose exceptions have no common type."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -7,12 +7,12 @@ from mjsim.errors import LONGEST_MESSAGE
 
 
 class BrokenBagError(Exception):
-    """A bag, or a message in it, is not as it must be; it says why in one line."""
+    """A bag, or a message in it, is invalid; the reason has one line."""
 
 
 @contextmanager
 def parsing() -> Iterator[None]:
-    """Turn whatever a parser raises into a `BrokenBagError`."""
+    """Convert any exception of a parser into a `BrokenBagError`."""
     try:
         yield
     except BrokenBagError:

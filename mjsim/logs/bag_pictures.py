@@ -1,9 +1,9 @@
-"""Pictures of ROS -> what a camera gave: JPEG and PNG as they came, everything else as PNG without loss.
+"""Converts pictures of ROS to camera frames: JPEG and PNG are kept, everything else becomes lossless PNG.
 
-rgb8 bgr8 rgba8 bgra8 8UC3 8UC4 mono8 8UC1   as they are; transparency is left out
+rgb8 bgr8 rgba8 bgra8 8UC3 8UC4 mono8 8UC1   unchanged; transparency is ignored
 mono16 rgb16 bgr16                           the upper 8 bits
-bayer_rggb8 and so on, 8 and 16 bits         made colours of
-yuv422 (UYVY), uyvy, yuv422_yuy2, yuyv       the same
+bayer_rggb8 and so on, 8 and 16 bits         converted to RGB
+yuv422 (UYVY), uyvy, yuv422_yuy2, yuyv       converted to RGB
 16UC1                                        depth [mm], 0 for none (ROS REP 118)
 32FC1                                        depth [m], NaN for none
 """
@@ -33,18 +33,18 @@ PLAIN = {
     "rgb16": ("RGB", 2),
     "bgr16": ("BGR", 2),
 }
-"""Encoding -> order of channels, and bytes of each."""
+"""Encoding -> order of channels, and bytes per channel."""
 YUV = {"yuv422": "UYVY", "uyvy": "UYVY", "yuv422_yuy2": "YUY2", "yuyv": "YUY2"}
 BAYER = re.compile(r"bayer_(rggb|bggr|gbrg|grbg)(8|16)")
 DEPTH = ("16UC1", "32FC1")
 COMPRESSED_DEPTH = struct.Struct("<iff")
-"""Before the file of a compressed depth picture: its kind, and how its values are scaled."""
+"""Header of a compressed depth picture: its kind, and the scaling of its values."""
 SHOWN = 10.0
-"""Distance that is black in the picture of a camera that gives depth alone [m]."""
+"""Distance shown as black in the picture of a camera that only has depth [m]."""
 
 
 def is_depth(message: Any, topic: str) -> bool:
-    """Return whether a picture holds distances."""
+    """Return whether a picture contains depth."""
     if hasattr(message, "encoding"):
         return message.encoding in DEPTH or (message.encoding == "mono16" and "depth" in topic)
     return "compressedDepth" in message.format or any(message.format.startswith(kind) for kind in DEPTH)
@@ -112,7 +112,7 @@ def depth_of(message: Any, intrinsics: Intrinsics) -> Array:
 
 
 def shown_depth(depth: Array) -> Picture:
-    """Return depth as a grey picture, near things bright; black where there is none."""
+    """Return depth as a grey picture: near things are bright, missing depth is black."""
     grey = np.where(np.isfinite(depth), 255.0 * (1.0 - np.minimum(depth, SHOWN) / SHOWN), 0.0)
     return np.repeat(grey.astype(np.uint8)[:, :, None], 3, axis=2)
 
@@ -136,7 +136,7 @@ def _picture(message: Any) -> Picture:
 
 
 def _channels(message: Any, count: int, kind: str) -> Any:
-    """Return the numbers of a picture, shape (height, width, count)."""
+    """Return the channels of a picture, shape (height, width, count)."""
     number = np.dtype(kind).newbyteorder(">" if message.is_bigendian else "<")
     height, width, step = int(message.height), int(message.width), int(message.step)
     row = width * count * number.itemsize
@@ -153,7 +153,7 @@ def _upper(channels: Any) -> Any:
 
 
 def _unpacked(message: Any) -> tuple[tuple[float, float], bytes]:
-    """Return how depth is scaled and the file of a `sensor_msgs/CompressedImage`."""
+    """Return the scaling of depth and the file in a `sensor_msgs/CompressedImage`."""
     data = bytes(message.data)
     if "compressedDepth" in message.format and len(data) > COMPRESSED_DEPTH.size:
         _, near, offset = COMPRESSED_DEPTH.unpack_from(data)
@@ -162,7 +162,7 @@ def _unpacked(message: Any) -> tuple[tuple[float, float], bytes]:
 
 
 def _decoded(data: bytes) -> Any:
-    """Return the numbers of the one channel of a picture, shape (height, width)."""
+    """Return the pixels of a single-channel picture, shape (height, width)."""
     picture = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
     if picture is None or picture.ndim != 2:
         raise ValueError("a broken picture of depth")

@@ -1,4 +1,4 @@
-"""Readers of bags: those of rosbags, and for files that were cut two that need no index."""
+"""Readers of bags: those of rosbags, and two that need no index, for truncated files."""
 
 import sys
 from bz2 import BZ2Decompressor
@@ -40,24 +40,24 @@ MAGIC1 = b"#ROSBAG V2.0\n"
 SCHEMAS = ("ros2msg", "ros2idl", "omgidl", "")
 """Languages of message definitions in MCAP files of ROS 2."""
 ZSTD = b"\x28\xb5\x2f\xfd"
-"""How what zstd packed begins; messages of CDR begin with a zero."""
+"""First bytes of zstd data; CDR messages start with a zero."""
 BEGUN: Mapping[str, Callable[[bytes], bytes]] = {
     "none": lambda data: data,
     "bz2": lambda data: BZ2Decompressor().decompress(data),
     "lz4": lambda data: LZ4FrameDecompressor().decompress(data),
 }
-"""What unpacks the beginning of a chunk of ROS 1."""
+"""Decompressors for the readable start of a chunk of ROS 1."""
 
 
 def open_reader(files: Mapping[Path, str], *, described: Path | None) -> tuple[Any, str]:
-    """Return a reader of a bag, open, and why the bag is cut, empty if it is not.
+    """Return an open reader of a bag, and the reason if the bag is truncated, else ''.
 
     Args:
-        files: Of the bag, and what each is: '.bag', '.db3' or '.mcap', whatever its name.
-        described: The folder of the bag where it has metadata; if they are wrong its files are read without.
+        files: Of the bag, with the type of each: '.bag', '.db3' or '.mcap', whatever its name.
+        described: The folder of the bag if it has metadata; if that is wrong, the files are read without it.
 
     Raises:
-        BrokenBagError: It is no bag.
+        BrokenBagError: It is not a bag.
     """
     reason = ""
     if described is not None:
@@ -79,7 +79,7 @@ def open_reader(files: Mapping[Path, str], *, described: Path | None) -> tuple[A
 
 
 def _open_file(path: Path, kind: str) -> tuple[Any, str]:
-    """Return a reader of one file, open, and why the file is cut, empty if it is not."""
+    """Return an open reader of one file, and the reason if the file is truncated, else ''."""
     try:
         return _opened(lambda: Reader1(path) if kind == ".bag" else _NamedReader2(path, kind)), ""
     except BrokenBagError as error:
@@ -95,7 +95,7 @@ def _open_file(path: Path, kind: str) -> tuple[Any, str]:
 
 
 def _opened(make: Callable[[], Any]) -> Any:
-    """Return a reader that was made and opened; one that cannot be opened is closed again."""
+    """Create and open a reader; it is closed again if that fails."""
     with parsing(), ExitStack() as undo:
         reader = make()
         undo.callback(lambda: reader.close() if getattr(reader, "bio", None) is not None else None)
@@ -105,7 +105,7 @@ def _opened(make: Callable[[], Any]) -> Any:
 
 
 def decoder_of(reader: Any) -> tuple[bool, Callable[[bytes, str], Any]]:
-    """Return whether a bag is of ROS 2, and what decodes a message of a named type, as ROS defines that."""
+    """Return whether a bag is of ROS 2, and the decoder of messages by type name."""
     is_ros1 = isinstance(reader.parts[0] if isinstance(reader, _Joined) else reader, Reader1)
     store = get_typestore(Stores.ROS1_NOETIC if is_ros1 else Stores.LATEST)
     for name in TRANSFORMS:
@@ -115,15 +115,15 @@ def decoder_of(reader: Any) -> tuple[bool, Callable[[bytes, str], Any]]:
 
 
 class _Schemas(dict[int, Any]):
-    """Schemas of an MCAP file; those of other languages than ROS has, such as JSON's, tell nothing."""
+    """Schemas of an MCAP file; those in languages other than ROS's, such as JSON, are empty."""
 
     def __setitem__(self, number: int, schema: Any) -> None:
-        """Keep a schema."""
+        """Store a schema."""
         super().__setitem__(number, schema if schema.encoding in SCHEMAS else schema._replace(encoding=""))
 
 
 class _NamedReader2(Reader2):
-    """A file of ROS 2 of a known kind, whatever its name."""
+    """A file of ROS 2 of a known type, whatever its name."""
 
     def __init__(self, path: Path, kind: str) -> None:
         self.path, self.is_open = path, False
@@ -135,13 +135,13 @@ class _NamedReader2(Reader2):
     def messages(
         self, connections: Collection[Connection] = (), start: int | None = None, stop: int | None = None
     ) -> Generator[tuple[Connection, int, bytes], None, None]:
-        """Yield messages, unpacked where the recorder packed each: what says so is metadata that may be missing."""
+        """Yield messages, decompressed if each was compressed, since the metadata that states it may be missing."""
         for connection, time, data in super().messages(connections, start, stop):
             yield connection, time, zstd.decompress(data) if data[:4] == ZSTD else data
 
 
 class _Joined:
-    """Files of one bag, read together in the order of time."""
+    """Files of one bag, read together in order of time."""
 
     def __init__(self, parts: Sequence[Any]) -> None:
         self.parts = parts
@@ -150,7 +150,7 @@ class _Joined:
     def messages(
         self, connections: Collection[Connection], start: int | None = None
     ) -> Iterator[tuple[Connection, int, bytes]]:
-        """Yield messages in the order of time, if that is the order of each file."""
+        """Yield messages in order of time, if each file is in order."""
         topics = {each.topic for each in connections}
         chosen = ((part, [each for each in part.connections if each.topic in topics]) for part in self.parts)
         # Readers take no connections to mean all of them.
@@ -164,10 +164,10 @@ class _Joined:
 
 
 class _CutReader1(Reader1):
-    """A bag of ROS 1 without its index: its chunks are looked through, the last as far as it goes."""
+    """A bag of ROS 1 without its index: all chunks are scanned, the last one as far as it goes."""
 
     def open(self) -> None:
-        """Open it and find its messages."""
+        """Open the file and find its messages."""
         self.bio = self.path.open("rb")
         if self.bio.readline() != MAGIC1:
             raise ReaderError1("File magic is invalid.")
@@ -187,7 +187,7 @@ class _CutReader1(Reader1):
         ]
 
     def _look_through(self, found: dict[int, Connection], indexes: dict[int, list[IndexData]]) -> None:
-        """Take the next record."""
+        """Process the next record."""
         assert self.bio is not None
         position = self.bio.tell()
         header = Header.read(self.bio)
@@ -207,7 +207,7 @@ class _CutReader1(Reader1):
             self.chunk_infos.append(ChunkInfo(position, min(entries), max(entries) + 1, {}))
 
     def _rest_of(self, chunk: Chunk) -> Chunk:
-        """Return a chunk, or what there is of it where the file ends in it."""
+        """Return a chunk, or its start if the file ends in it."""
         there = self.path.stat().st_size - chunk.datapos
         if there >= chunk.datasize:
             return chunk
@@ -217,7 +217,7 @@ class _CutReader1(Reader1):
     def _list(
         self, content: bytes, position: int, found: dict[int, Connection], indexes: dict[int, list[IndexData]]
     ) -> None:
-        """List the messages of a chunk, and the connections that it introduces."""
+        """Index the messages and connections of a chunk."""
         records, kept = BytesIO(content), self.bio
         while records.tell() < len(content):
             offset = records.tell()
@@ -238,7 +238,7 @@ class _CutReader1(Reader1):
 
 
 class _CutMcap(McapReader):
-    """An MCAP file without its summary: it is read from the first record to the last whole one."""
+    """An MCAP file without its summary, read from the first to the last complete record."""
 
     def _open(self) -> None:
         assert self.bio is not None
@@ -248,7 +248,7 @@ class _CutMcap(McapReader):
         self.meta_scan()
 
     def _end_of_records(self) -> int:
-        """Return where the last whole record ends that holds data."""
+        """Return the end of the last complete record with data."""
         assert self.bio is not None
         size = self.bio.seek(0, 2)
         end = 8

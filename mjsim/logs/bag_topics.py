@@ -1,4 +1,4 @@
-"""Which topics of a bag are read, for which robot, as what."""
+"""Selects the topics of a bag to read, by robot and kind of data."""
 
 import re
 from collections.abc import Collection, Mapping, Sequence
@@ -11,7 +11,7 @@ PICTURES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 POSES = tuple(f"geometry_msgs/msg/{name}" for name in ("PoseStamped", "PoseWithCovarianceStamped", "TransformStamped"))
 COMMANDS = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
 TWISTS = ("geometry_msgs/msg/TwistStamped", "geometry_msgs/msg/TwistWithCovarianceStamped")
-"""Velocities with a time, which may be odometry."""
+"""Velocities with a stamp, which may be odometry."""
 TYPES = {
     "odometry": (ODOMETRY, *TWISTS, *POSES),
     "truth": (ODOMETRY, *POSES),
@@ -21,23 +21,24 @@ TYPES = {
     "imu": ("sensor_msgs/msg/Imu",),
     "command": COMMANDS,
 }
-"""What may be asked for by topic -> types of ROS that it is read from."""
+"""Kind of data, as in `--topic` -> types of ROS that it can be read from."""
 UNASKED = {**TYPES, "odometry": (ODOMETRY,)}
-"""The same of topics that nobody named: other velocities and poses may be anything."""
+"""The same for topics that the user did not name: other velocities and poses may be anything."""
 NAMELESS = "robot"
-"""A robot without a namespace."""
+"""Name of a robot without a namespace."""
 SINGLE = ("odometry", "truth", "command")
-"""What is read from one topic of a robot."""
+"""Kinds of data that are read from a single topic of a robot."""
 SENSED = (*TYPES["scan"], *TYPES["cloud"], *PICTURES, *TYPES["imu"])
 INFO = "sensor_msgs/msg/CameraInfo"
 TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 OF_ROBOTS = (*SENSED, *COMMANDS, *TRANSFORMS, "sensor_msgs/msg/Range", "sensor_msgs/msg/JointState")
-"""What a namespace with odometry holds besides when it is a robot's; one robot may have odometry of several kinds."""
+"""Types of which a namespace with odometry must have one to be a robot's; one robot may have several odometry
+topics."""
 TRANSPORTS = ("compressed", "compressedDepth")
-"""Last words of topics that carry pictures of the topic before."""
+"""Last parts of topics with compressed pictures of the topic before them."""
 PICTURE_WORDS = ("image", "image_raw", "image_color", "image_rect", "image_rect_color", "image_mono")
 PLAIN_WORDS = ("data", "data_raw", "points", *PICTURE_WORDS)
-"""Last words of topics that tell nothing of a sensor's name."""
+"""Last parts of topics that are not part of a sensor's name."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,13 +47,13 @@ class RobotTopics:
 
     name: str
     space: str = ""
-    """Its namespace, as `told_by` names it; empty without one."""
+    """Its namespace, as returned by `told_by`; empty without one."""
     odometry: str | None = None
     truth: str | None = None
     scan: Mapping[str, str] = field(default_factory=dict)
-    """Name of the sensor -> topic, as are those that follow."""
+    """Name of the sensor -> topic; the next fields are the same."""
     camera: Mapping[str, str] = field(default_factory=dict)
-    """Of pictures and of depth."""
+    """Topics of pictures and of depth."""
     imu: Mapping[str, str] = field(default_factory=dict)
     cloud: Mapping[str, str] = field(default_factory=dict)
     command: str | None = None
@@ -69,15 +70,15 @@ def robots_of(
 ) -> list[RobotTopics]:
     """Return the robots of a bag and their topics.
 
-    There are several where odometry comes in several namespaces that hold something else of a robot too.
+    There are several if several namespaces have odometry and also other data of a robot.
 
     Args:
         types: Topic -> type.
-        asked: What is read -> the topics that the user named.
-        names: Robots that the user named; by default all.
+        asked: Kind of data -> topics named by the user.
+        names: Robots named by the user; by default all.
 
     Raises:
-        UsageError: A topic or robot that was named does not exist, or several topics are possible where one is read.
+        UsageError: A named topic or robot does not exist, or one topic must be chosen from several.
     """
     _check(types, asked)
     spaces = _namespaces(types, asked)
@@ -93,13 +94,13 @@ def robots_of(
 
 
 def plain_topic(topic: str) -> str:
-    """Return the topic of a picture without the word that tells how it was packed."""
+    """Return the topic of a picture without the part for its compression."""
     before, _, last = topic.rpartition("/")
     return before if last in TRANSPORTS else topic
 
 
 def told_by(topic: str) -> str:
-    """Return the name of the robot in whose namespace a topic is, empty outside of namespaces."""
+    """Return the name of the robot in whose namespace a topic is; empty outside namespaces."""
     return _plain(_first(topic))
 
 
@@ -118,7 +119,7 @@ def _check(types: Mapping[str, str], asked: Mapping[str, Sequence[str]]) -> None
 
 
 def _namespaces(types: Mapping[str, str], asked: Mapping[str, Sequence[str]]) -> dict[str, str]:
-    """Return the name of each robot and its namespace, empty for one that has none of its own."""
+    """Return robot name -> namespace, which is empty for a robot without its own."""
     moved = [topic for topic, kind in types.items() if kind == ODOMETRY and not _is_truth(topic)]
     spaces = list(dict.fromkeys(_first(topic) for topic in asked.get("odometry") or moved))
     of_robots = {_first(topic) for topic, kind in types.items() if kind in OF_ROBOTS}
@@ -161,7 +162,7 @@ def _robot(
 
 
 def _one(kind: str, topics: Sequence[str]) -> str | None:
-    """Return the topic that is read of those that are possible."""
+    """Return the topic to read from the possible ones."""
     usual = [topic for topic in topics if topic.rpartition("/")[2] == "odom"]
     chosen = topics if len(topics) < 2 else usual
     if len(topics) > 1 and len(usual) != 1:
@@ -170,7 +171,7 @@ def _one(kind: str, topics: Sequence[str]) -> str | None:
 
 
 def _sensor_name(topic: str, space: str, kind: str, taken: set[str]) -> str:
-    """Return a name for a sensor that no other has."""
+    """Return a unique name for a sensor."""
     words = plain_topic(topic).removeprefix(space).strip("/").split("/")
     while words and words[-1] in PLAIN_WORDS:
         words.pop()
@@ -178,7 +179,7 @@ def _sensor_name(topic: str, space: str, kind: str, taken: set[str]) -> str:
 
 
 def _free(name: str, taken: set[str]) -> str:
-    """Return a name, with a number behind it where it is taken, and take it."""
+    """Return a name, with a number appended if it is taken, and mark it as taken."""
     first, number = name, 1
     while name in taken:
         number += 1
@@ -192,7 +193,7 @@ def _plain(name: str) -> str:
 
 
 def _first(topic: str) -> str:
-    """Return the namespace that a topic begins with, empty without one."""
+    """Return the first namespace of a topic; empty without one."""
     words = topic.strip("/").split("/")
     return words[0] if len(words) > 1 else ""
 

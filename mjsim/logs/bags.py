@@ -1,9 +1,9 @@
-"""Bags of ROS 1 and ROS 2 -> what robots logged.
+"""Converts bags of ROS 1 and ROS 2 to logs of robots.
 
-A bag is read twice: first everything but pictures and scans is kept, of those only their times; then scans and pictures
-are read as their ticks are written. So memory is bounded by the motion that was logged, not by the pictures.
+A bag is read twice: the first pass keeps everything except pictures and scans, of which it keeps the times; the second
+reads scans and pictures while their ticks are written. So the memory depends on the logged motion, not on the pictures.
 
-Times are those in the headers of messages; where a header has none, when the message was recorded.
+Times are those in the headers of messages; without a header, the time of recording.
 """
 
 import math
@@ -33,21 +33,21 @@ from mjsim.record import LoggedCamera, LoggedFrame, logged_frame
 
 __all__ = ["is_bag", "read_bag"]
 GAP = 0.5
-"""Between two poses of the truth that are farther apart nothing is known [s]."""
+"""Maximum time between two poses of the truth to interpolate [s]."""
 MOST_BEAMS = 10_000
-"""Of a scan that a recording holds."""
+"""Maximum number of beams of a scan in a recording."""
 
 
 def read_bag(path: Path, wishes: Wishes, stack: ExitStack) -> list[Log]:
-    """Return what each robot of a bag logged.
+    """Return the log of each robot in a bag.
 
     Args:
         path: A file, or the folder of a bag of ROS 2.
-        wishes: Of the user: topics and robots.
+        wishes: Options of the user: topics and robots.
         stack: Keeps the bag open while scans and pictures are read.
 
     Raises:
-        UsageError: It is no bag, nothing in it is read, or it is not clear which topic is.
+        UsageError: It is not a bag, has no supported topic, or the choice of a topic is ambiguous.
     """
     bag = stack.enter_context(Bag(path))
     robots = robots_of(bag.types, asked=wishes.topics, names=wishes.robots)
@@ -68,13 +68,13 @@ def read_bag(path: Path, wishes: Wishes, stack: ExitStack) -> list[Log]:
 
 
 def _left_out(contents: Contents, robots: Sequence[RobotTopics]) -> dict[str, str]:
-    """Return what the metadata tell of messages of topics that are read."""
+    """Return the metadata about left-out messages of topics that are read."""
     topics = (topic for robot in robots for topic in robot.all())
     return {f"{topic} messages left out": str(contents.left_out[topic]) for topic in topics}
 
 
 def _unread(bag: Bag, robots: Sequence[RobotTopics]) -> dict[str, str]:
-    """Return what the metadata tell of topics that are not read."""
+    """Return the metadata about topics that are not read."""
     read = {topic for robot in robots for topic in robot.all()}
     return {
         f"{topic} left out": f"{count} messages of {bag.types[topic]}"
@@ -99,7 +99,7 @@ class _Robot:
         self._base = self._base_frame()
 
     def _base_frame(self) -> str | None:
-        """Return the frame of the robot: the one that odometry moves, or the usual one where /tf does not know that."""
+        """Return the frame of the robot: the child frame of odometry, or a usual one if that is not in /tf."""
         child = self._odometry.child if self._odometry is not None else ""
         usual = self._frames.base(self._topics.space)
         if child and usual is not None and child not in self._frames:
@@ -108,7 +108,7 @@ class _Robot:
         return child or usual
 
     def log(self) -> Log:
-        """Return what it logged."""
+        """Return its log."""
         topics = self._topics
         mounts, scans = self._scans()
         cameras, frames = self._cameras()
@@ -134,7 +134,7 @@ class _Robot:
         )
 
     def _twists(self) -> Array:
-        """Return what the robot was told, else how odometry has it move, rows as of `RobotLog.twists`."""
+        """Return the commands, or else the twists of odometry, rows as in `RobotLog.twists`."""
         told = self._contents.moves.get(self._topics.command or "")
         if told is not None and told.twists:
             source = f"topic {self._topics.command}"
@@ -151,7 +151,7 @@ class _Robot:
         return moves if moves is not None and (moves.rows or moves.by_twists()) else None
 
     def _transformed(self) -> Moves | None:
-        """Return odometry that only /tf tells."""
+        """Return odometry from /tf, if there is no odometry topic."""
         if self._topics.odometry is not None:
             return None
         carried = self._contents.carried
@@ -167,7 +167,7 @@ class _Robot:
         return found[0]
 
     def _truth(self) -> Array | None:
-        """Return the pose of the robot's frame as the truth has it, rows of time and pose in space, shape (N, 8)."""
+        """Return the true poses of the robot's frame, rows of time and 3-D pose, shape (N, 8)."""
         moves = self._moves(self._topics.truth)
         if moves is None or not moves.rows:
             return None
@@ -183,7 +183,7 @@ class _Robot:
         return table
 
     def _place(self, name: str, frame: str) -> Array | None:
-        """Return robot_from_sensor by the frames of the bag, shape (4, 4) [m]; None where they do not tell."""
+        """Return robot_from_sensor from the frames of the bag, shape (4, 4) [m]; None if they do not contain it."""
         place = None if self._base is None else self._frames.between(self._base, frame)
         if place is None:
             self._notes[f"place of {name}"] = "not in the bag; a guess"
@@ -214,7 +214,7 @@ class _Robot:
         return mounts, scans
 
     def _clouds(self) -> tuple[dict[str, Readings[PointCloud]], dict[str, Mount]]:
-        """Return clouds along the axes of the robot, and where the lidars are."""
+        """Return clouds rotated to the axes of the robot, and the mounts of the lidars."""
         clouds: dict[str, Readings[PointCloud]] = {}
         mounts: dict[str, Mount] = {}
         for name, topic in self._topics.cloud.items():
@@ -229,7 +229,7 @@ class _Robot:
         return clouds, mounts
 
     def _readings(self, topic: str, stream: Stream, make: Callable[..., Any]) -> Readings[Any]:
-        """Return the readings of a stream, each made of its message and its stamp when it is asked for."""
+        """Return the readings of a stream, each converted from its message and stamp on request."""
         numbers = stream.numbers()
         stamps = np.array(stream.stamps)[numbers]
 
@@ -290,7 +290,7 @@ class _Robot:
     def _with_depth(
         self, name: str, pictures: Readings[LoggedFrame], intrinsics: Intrinsics, topic: str, stream: Stream
     ) -> Readings[LoggedFrame]:
-        """Return pictures with the depth of another topic, where that has some of the same time."""
+        """Return pictures with the depth of another topic, where the times match."""
         self._count_odd(topic, stream)
         self._notes[f"depth of {name}"] = f"topic {topic}"
         depths: Readings[Any] = self._readings(topic, stream, lambda told, _: depth_of(told, intrinsics))
@@ -303,7 +303,7 @@ class _Robot:
         return Readings(pictures.stamps, take)
 
     def _imu(self) -> tuple[list[ImuReading], dict[str, Mount]]:
-        """Return inertial readings along the axes of the robot, in the order of time, and where the sensors are."""
+        """Return inertial readings rotated to the axes of the robot, in order of time, and the sensors' mounts."""
         readings: list[ImuReading] = []
         mounts: dict[str, Mount] = {}
         for name, topic in self._topics.imu.items():
@@ -319,13 +319,13 @@ class _Robot:
 
 
 def _mount(place: Array) -> Mount:
-    """Return the place of a sensor, and where its x axis points."""
+    """Return the mount of a sensor: its position, and the direction of its x axis."""
     x, y, z = place[:3, 3].tolist()
     return Mount(at=(x, y, z), yaw=math.atan2(place[1, 0], place[0, 0]))
 
 
 def _level(place: Array) -> Mount:
-    """Return the place of a sensor whose readings are turned to the axes of the robot."""
+    """Return the mount of a sensor whose readings are rotated to the axes of the robot."""
     x, y, z = place[:3, 3].tolist()
     return Mount(at=(x, y, z))
 
@@ -341,12 +341,12 @@ def _is_of_depth(stream: Stream) -> bool:
 
 
 def _belong(pictures: Stream, depths: Stream) -> bool:
-    """Return whether depth was made for the pixels of a camera."""
+    """Return whether depth is registered to the pixels of a camera."""
     frames = [frame_name(stream.first.header.frame_id) for stream in (pictures, depths)]
     return frames[0] == frames[1] and _size(pictures) == _size(depths)
 
 
 def _depth_frame(message: Any, stamp: float, intrinsics: Intrinsics) -> LoggedFrame:
-    """Return the depth of a camera that gives nothing else, with a grey picture of it."""
+    """Return the frame of a camera that only has depth, with a grey picture of it."""
     depth = depth_of(message, intrinsics)
     return logged_frame(CameraFrame(stamp, shown_depth(depth), intrinsics, depth))

@@ -17,60 +17,61 @@ from mjsim.output import require_free
 from mjsim.record import Recording, Track, read_recording
 
 WINDOW = 2.0
-"""Over so long motion by odometry is compared with that by the truth [s]."""
+"""Duration over which motion by odometry is compared with the true motion [s]."""
 PARTS = 4
-"""Of a window, over which ways and turns are added up."""
+"""Parts of a window, over which distances and turns are summed."""
 MOVED = 0.05
-"""A window counts in which the robot drove at least so far, or turned by so much [m, rad]."""
+"""Minimum distance or turn in a window for it to count [m, rad]."""
 OUTLIER = 6.0
-"""Sightings are outliers beyond so many standard deviations, as the median absolute deviation tells them."""
+"""Sightings are outliers beyond this many standard deviations, estimated from the median absolute deviation."""
 LEAST = 20
-"""Windows, or sightings, without which nothing is told."""
+"""Minimum number of windows, or of sightings, for a result."""
 LATEST, FINEST = 0.6, 0.02
-"""A delay is looked for up to so many seconds either way, in such steps."""
+"""Range (either sign) and step of the search for a delay [s]."""
 CLEAR = 0.9
-"""Without a delay more than so much of the turns' error would be left: then the log tells none."""
+"""If the delay reduces the error of turns only to more than this ratio, it is not observable in the log."""
 NORMAL = 1.4826
-"""Standard deviation of a normal distribution by its median absolute deviation."""
+"""Standard deviation of a normal distribution divided by its median absolute deviation."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotionCalibration:
-    """Of odometry; its noise in the units of a world's `odometry.noise`."""
+    """Calibration of odometry, with noise in the units of a world's `odometry.noise`."""
 
     windows: int
-    """How many were compared."""
+    """Number of windows compared."""
     scale: float
-    """Way by odometry over the true way."""
+    """Distance by odometry divided by the true distance."""
     distance: float
-    """Noise of the way, once the scale is mended [m/sqrt(m)]."""
+    """Noise of the distance, after correction of the scale [m/sqrt(m)]."""
     turn_bias: float
-    """How much too far to the left odometry turns [rad/s]."""
+    """Bias of the turn rate of odometry, left positive [rad/s]."""
     turn: float
-    """Noise of the turn, once the bias is taken away [rad/sqrt(rad)]."""
+    """Noise of the turn, after subtraction of the bias [rad/sqrt(rad)]."""
     delay: float
-    """How much later the robot turns than odometry tells [s]; 0 where the log does not tell, turning evenly."""
+    """Delay of the robot's turns relative to odometry [s]; 0 if it is not observable because the turn rate is
+    constant."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SightingCalibration:
-    """Of range and bearing to landmarks whose places are known; outliers are counted and left out."""
+    """Calibration of range and bearing to known landmarks; outliers are counted and left out."""
 
     count: int
     outliers: int
     range_bias: float
-    """Told less true, mean [m]."""
+    """Mean error (measured minus true) [m]."""
     range: float
     """Standard deviation about it [m]."""
     bearing_bias: float
-    """Told less true, left positive, mean [rad]."""
+    """Mean error (measured minus true), left positive [rad]."""
     bearing: float
     """Standard deviation about it [rad]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Calibration:
-    """Of one robot; None where the log tells too little."""
+    """Calibration of one robot; None where the log has too little data."""
 
     motion: MotionCalibration | None
     sightings: SightingCalibration | None
@@ -83,7 +84,7 @@ def calibrate(log: str | Path | Recording) -> dict[str, Calibration]:
         log: A recording, its file, or a log that `import_log` reads.
 
     Raises:
-        UsageError: The log cannot be read, or has no truth for any robot.
+        UsageError: The log cannot be read, or has no ground truth for any robot.
     """
     recording = log if isinstance(log, Recording) else _recording(Path(log))
     places = {str(beacon.name): np.array(beacon.at) for beacon in recording.world.beacons}
@@ -97,7 +98,7 @@ def calibrate(log: str | Path | Recording) -> dict[str, Calibration]:
 
 
 def noise_text(calibrations: Mapping[str, Calibration]) -> str:
-    """Return the noise and the biases as YAML, those of all robots put together: the root of mean squares, the mean."""
+    """Return noise and biases as YAML, combined over all robots: RMS of the noise, mean of the biases."""
     motions = [each.motion for each in calibrations.values() if each.motion is not None]
     looks = [each.sightings for each in calibrations.values() if each.sightings is not None]
     noise, bias = {}, {}
@@ -169,7 +170,7 @@ def _motion(track: Track) -> MotionCalibration | None:
 
 
 def _delay(track: Track) -> float:
-    """Return by how much odometry must be moved so that its turns agree best with those of the truth [s]."""
+    """Return the time shift of odometry for which its turns agree best with the true turns [s]."""
     known = np.asarray(np.isfinite(np.column_stack([track.truth, track.odometry])).all(axis=1))
     times, rates = track.time, np.diff(track.time)
     true = wrap_angles(np.diff(track.truth[:, 2])) / rates
@@ -190,19 +191,19 @@ def _delay(track: Track) -> float:
 
 
 def _chords(poses: Array, ends: NDArray[np.intp], rows: int) -> Array:
-    """Return how far and by how much a robot came in each window, shape (n, 2) [m, rad]."""
+    """Return distance and turn of a robot in each window, shape (n, 2) [m, rad]."""
     steps = poses[ends + rows] - poses[ends]
     return np.stack([np.hypot(steps[:, 0], steps[:, 1]), wrap_angles(steps[:, 2])], axis=-1)
 
 
 def _per_root(errors: Array, amounts: Array) -> float:
-    """Return a with the variance of errors = a^2 times the amounts that they grew over."""
+    """Return a such that the variance of the errors is a^2 times the amounts that they grew over."""
     total = float(amounts.sum())
     return float(np.sqrt(np.sum(errors**2) / total)) if total > 0.0 else 0.0
 
 
 def _sightings(track: Track, places: Mapping[str, Array]) -> SightingCalibration | None:
-    """Compare the sightings of landmarks whose places are known with the truth at the time of each."""
+    """Compare the sightings of known landmarks with the truth at the time of each."""
     known = list(_identified(track, places))
     if len(known) < LEAST:
         return None
@@ -227,7 +228,7 @@ def _sightings(track: Track, places: Mapping[str, Array]) -> SightingCalibration
 
 
 def _identified(track: Track, places: Mapping[str, Array]) -> Iterator[tuple[float, float, float, float, float]]:
-    """Yield stamp, range, bearing and true place of each sighting of a landmark whose place is known."""
+    """Yield stamp, range, bearing and true position for each sighting of a known landmark."""
     for seen, identities in itertools.zip_longest(track.sightings, track.identities, fillvalue=()):
         for sighting, identity in zip(seen, itertools.chain(identities, itertools.repeat(None)), strict=False):
             name = str(sighting.name or identity)

@@ -1,4 +1,4 @@
-"""CARMEN logs: one message a line, as the robots of Freiburg, Seattle and Austin wrote them.
+"""CARMEN logs: one message per line, as used by the robots of Freiburg, Seattle and Austin.
 
     ODOM x y theta tv rv accel                                                     ipc_timestamp host logger_timestamp
     FLASER n [ranges] x y theta odom_x odom_y odom_theta                           ...
@@ -9,7 +9,7 @@
     PARAM name value                                                               ...; see `OFFSETS` and `NOISE`
 
 Lengths in metres, angles in radians, left positive. Odometry is the robot's pose in a frame that drifts. The pose of
-the laser in FLASER may have been corrected by somebody's SLAM; it is not read. Other messages are counted and left out.
+the laser in FLASER may have been corrected by SLAM; it is not read. Other messages are counted and ignored.
 
 References:
     Montemerlo, Roy, Thrun, Perspectives on standardization in mobile robot programming: the Carnegie Mellon navigation
@@ -34,30 +34,30 @@ from mjsim.logs.robot_log import RobotLog
 from mjsim.logs.text import lines_of
 
 MESSAGES = ("ODOM", "FLASER", "RLASER", "TRUEPOS", "PARAM", "SYNC")
-"""Words that lines of such a log begin with, and those of `LASERS`."""
+"""First words of lines of such a log, beside those of `LASERS`."""
 LASERS = {f"{kind}{number}": number for kind in ("RAWLASER", "ROBOTLASER") for number in range(1, 6)}
-"""Messages of lasers with a configuration of their own, and the number of the laser."""
+"""Messages of lasers with a configuration in each message, and the number of the laser."""
 STAMP = 3
-"""Words at the end of a line: time of sending, host, time of logging."""
+"""Number of words at the end of a line: time of sending, host, time of logging."""
 OFFSETS = {"front": "robot_frontlaser_offset", "rear": "robot_rearlaser_offset"}
-"""Parameters that tell how far ahead a laser is [m]."""
+"""Parameters with the forward offset of a laser [m]."""
 NOISE = {"distance": "odometry_noise_distance", "turn": "odometry_noise_turn", "veer": "odometry_noise_veer"}
-"""Parameters that logs of `mjsim export --carmen` tell, by the fields of `MotionNoise`."""
+"""Parameters in logs of `mjsim export --carmen`, by the fields of `MotionNoise`."""
 MOST_BEAMS = 10_000
 NEAREST = 0.02
-"""What is nearer was not measured [m]."""
+"""Smaller ranges were not measured [m]."""
 MOST_NOISE = 10.0
 COMMON = 50
-"""Beams with the largest values of a log, from which on these mean that nothing came back."""
+"""Minimum number of beams with the largest value of a log for it to mean no return."""
 FINEST = 0.005
-"""Ranges that differ by no more than this are one value [m]."""
+"""Ranges that differ by at most this are one value [m]."""
 CODES = 1e-3
-"""Largest values differ by no more than this share: a SICK scanner says 8183 to 8191 where it measures nothing."""
+"""Maximum relative difference between the largest values: a SICK scanner reports 8183 to 8191 for no return."""
 
 
 @dataclass(slots=True)
 class _Found:
-    """What was read so far."""
+    """The data read so far."""
 
     odometry: list[tuple[float, float, float, float]] = field(default_factory=list)
     twists: list[tuple[float, float, float]] = field(default_factory=list)
@@ -86,10 +86,10 @@ def is_carmen(path: Path) -> bool:
 
 
 def read_carmen(path: Path) -> Log:
-    """Return what a log tells; lasers are named 'front', 'rear', or 'laser1' to 'laser5'.
+    """Read a log; lasers are named 'front', 'rear', or 'laser1' to 'laser5'.
 
     Raises:
-        UsageError: It cannot be read, holds neither odometry nor scans, or a line is not as it must be.
+        UsageError: It cannot be read, contains neither odometry nor scans, or a line is invalid.
     """
     found = _Found()
     for number, line in enumerate(lines_of(path), start=1):
@@ -125,7 +125,7 @@ def read_carmen(path: Path) -> Log:
 
 
 def _take(found: _Found, words: Sequence[str]) -> None:
-    """Take a line."""
+    """Process a line."""
     kind = words[0]
     if kind == "PARAM":
         found.parameters[words[1]] = words[2] if len(words) > 2 else ""
@@ -148,7 +148,7 @@ def _take(found: _Found, words: Sequence[str]) -> None:
 
 
 def _take_old(found: _Found, words: Sequence[str]) -> None:
-    """Take a message of the front or the rear laser."""
+    """Process a message of the front or the rear laser."""
     count = _count(words[1], least=2)
     ranges = _values(words, 2, 2 + count)
     _, _, _, x, y, heading = _numbers(words, 2 + count, 8 + count)
@@ -161,7 +161,7 @@ def _take_old(found: _Found, words: Sequence[str]) -> None:
 
 
 def _take_new(found: _Found, words: Sequence[str]) -> None:
-    """Take a message of a laser that tells its configuration."""
+    """Process a message of a laser with its configuration."""
     _, first, _fov, step, farthest, _, _ = _numbers(words, 1, 8)
     count = _count(words[8], least=2)
     ranges = _values(words, 9, 9 + count)
@@ -193,7 +193,7 @@ def _scan(stamp: float, ranges: Sequence[float], first: float, step: float, *, f
 
 
 def _without_returns(scans: Sequence[Scan]) -> list[Scan]:
-    """Return scans of one laser whose largest values, if they are common, mean that nothing came back."""
+    """Return the scans of a laser with its largest values, if they are frequent, replaced by infinity (no return)."""
     if not scans:
         return []
     ranges = np.array([scan.ranges for scan in scans])
@@ -212,7 +212,7 @@ def _without_returns(scans: Sequence[Scan]) -> list[Scan]:
 
 
 def _mounts(found: _Found, path: Path) -> dict[str, Mount]:
-    """Return where the lasers are: by the parameters of the log, else by the poses in its messages."""
+    """Return the mounts of the lasers, from the parameters of the log, or else from the poses in its messages."""
     mounts = {}
     for name in found.scans:
         x, y, yaw = found.mounts.get(name, (0.0, 0.0, math.pi if name == "rear" else 0.0))
@@ -224,7 +224,7 @@ def _mounts(found: _Found, path: Path) -> dict[str, Mount]:
 
 
 def _motion(found: _Found, path: Path) -> MotionNoise:
-    """Return the noise of odometry: by the parameters of the log, else that of any log."""
+    """Return the noise of odometry, from the parameters of the log, or else the default."""
     told = {name: _parameter(found, path, parameter) for name, parameter in NOISE.items()}
     for name, value in told.items():
         if value is not None and not 0.0 <= value <= MOST_NOISE:
@@ -233,7 +233,7 @@ def _motion(found: _Found, path: Path) -> MotionNoise:
 
 
 def _parameter(found: _Found, path: Path, name: str) -> float | None:
-    """Return the number of a parameter; None where the log does not tell it."""
+    """Return the value of a parameter; None if it is not in the log."""
     if (told := found.parameters.get(name)) is None:
         return None
     try:
@@ -250,10 +250,10 @@ def _seen_from(laser: Sequence[float], robot: Sequence[float]) -> tuple[float, f
 
 
 def _step(count: int) -> float:
-    """Return the angle between two beams of a laser that tells no configuration [rad].
+    """Return the angle between two beams of a laser without a configuration [rad].
 
     References:
-        The two- and the four-fold resolution of the SICK LMS, with and without the last beam; 0.25 degrees over 100.
+        The resolutions of the SICK LMS of 1 and 0.5 degrees, with and without the last beam; 0.25 degrees over 100.
     """
     steps = {180: 1.0, 181: 1.0, 360: 0.5, 361: 0.5, 401: 0.25, 400: 0.25}
     return math.radians(steps.get(count, 180.0 / (count - 1)))
@@ -285,7 +285,7 @@ def _count(word: str, *, least: int) -> int:
 
 
 def _stamp(words: Sequence[str], at: int) -> float:
-    """Return when a message was sent; the place after its last value [s]."""
+    """Return when a message was sent [s]; its word follows the last value."""
     if len(words) < at + 1:
         raise ValueError(f"{words[0]} has no time at its end; after its values come time, host and time of logging")
     (stamp,) = _numbers(words, at, at + 1)
@@ -293,7 +293,7 @@ def _stamp(words: Sequence[str], at: int) -> float:
 
 
 def _in_order(scans: Sequence[Scan]) -> list[Scan]:
-    """Return scans in the order of their times, those of one time once."""
+    """Return scans in order of time, without duplicate times."""
     kept: list[Scan] = []
     for scan in sorted(scans, key=lambda item: item.stamp):
         if not kept or scan.stamp > kept[-1].stamp:
@@ -306,6 +306,6 @@ def _usual(scans: Iterable[Scan]) -> int:
 
 
 def _rows(rows: Sequence[tuple[float, ...]], columns: int) -> Array:
-    """Return rows in the order of their times, shape (N, columns)."""
+    """Return rows in order of time, shape (N, columns)."""
     table = np.array(rows, dtype=float).reshape(-1, columns)
     return table[np.argsort(table[:, 0], kind="stable")]

@@ -1,12 +1,12 @@
-"""Tables of one's own, described by a small YAML file: which file and which column holds what.
+"""The user's own tables, described by a small YAML file: which file and column contains what.
 
     log: tables
     odometry: {file: odometry.csv, time: t, x: x, y: y, heading_deg: yaw}
     scans: [{file: scan.csv, time: t, ranges: r_, from_deg: -90, step_deg: 0.5, range: [0.05, 20]}]
     truth: {file: truth.csv, time: t, x: x, y: y, heading: theta}
 
-Paths start from the YAML file. A table has a first line of names; columns are separated by commas, semicolons, tabs or
-blanks. In a table without names columns are called 1, 2 and so on.
+Paths start from the YAML file. The first line of a table has the names of the columns, which are separated by commas,
+semicolons, tabs or spaces. In a table without names, columns are called 1, 2 and so on.
 """
 
 import math
@@ -38,7 +38,7 @@ def _column(value: str | int) -> str | int:
 
 
 LONGEST_NAME = 200
-"""Of a column."""
+"""Maximum length of a column name."""
 Column = Annotated[str | int, AfterValidator(_column)]
 """The name of a column, or its number from 1."""
 Axes = Annotated[tuple[Column, ...], Field(strict=False, min_length=3, max_length=3)]
@@ -46,9 +46,9 @@ Axes = Annotated[tuple[Column, ...], Field(strict=False, min_length=3, max_lengt
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-"""Of times [s]."""
+"""Units of time [s]."""
 OURS = re.compile(r"""\s*\{?\s*["']?log["']?\s*:\s*["']?tables["']?\s*([#,}].*)?$""")
-"""The line by which a description is known."""
+"""The line that identifies a description."""
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 """Units of columns of lengths and velocities [m]."""
 
@@ -59,7 +59,7 @@ class _Table(Model):
     file: Annotated[str, Field(min_length=1, max_length=400)]
     """Path from the description."""
     time: Column
-    """When; rows are put into the order of time."""
+    """Column of time; rows are sorted by it."""
 
 
 class _Angled(_Table):
@@ -100,10 +100,10 @@ class Twists(_Angled):
 
 
 class Sightings(_Angled):
-    """Landmarks as seen from the robot's origin."""
+    """Landmarks seen from the robot's origin."""
 
     name: Column | None = None
-    """Which landmark it is; without it nobody knows."""
+    """Name of the landmark; without this column sightings are anonymous."""
     range: Column
     """[m]"""
     bearing: Column | None = None
@@ -113,22 +113,23 @@ class Sightings(_Angled):
 
 
 class Scans(_Table):
-    """Scans of a 2-D lidar, one a row."""
+    """Scans of a 2-D lidar, one per row."""
 
     ranges: Column
-    """How the names of the columns with ranges begin, or the number of the first one of those up to the last [m]."""
+    """Prefix of the names of the columns with ranges, or the number of the first of these, up to the last column
+    [m]."""
     from_deg: Finite
     """Angle of the first beam, left positive."""
     step_deg: Annotated[float, Field(allow_inf_nan=False, gt=-360, lt=360)]
-    """From one beam to the next; below 0 when the lidar turns clockwise."""
+    """Angle between neighbouring beams; negative if the lidar turns clockwise."""
     range: Annotated[tuple[Positive, ...], Field(strict=False, min_length=2, max_length=2)]
-    """[nearest, farthest] that is measured; what is farther came from nowhere [m]."""
+    """[minimum, maximum] range; larger values mean no return [m]."""
     name: Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,39}$")] = "scan"
     """Of the lidar."""
     at: Annotated[tuple[Finite, ...], Field(strict=False, min_length=3, max_length=3)] = (0.0, 0.0, 0.3)
-    """Where it is on the robot [m]."""
+    """Its position on the robot [m]."""
     yaw_deg: Finite = 0.0
-    """Where it points, to the left."""
+    """Its direction, left positive."""
 
     @model_validator(mode="after")
     def _is_a_fan(self) -> Self:
@@ -140,7 +141,7 @@ class Scans(_Table):
         return self
 
     def mount(self) -> Mount:
-        """Return where it is on the robot."""
+        """Return its mount."""
         x, y, z = self.at
         return Mount(at=(x, y, z), yaw=math.radians(self.yaw_deg))
 
@@ -155,7 +156,7 @@ class Inertial(_Table):
 
 
 class Marks(Model):
-    """Where landmarks stand."""
+    """Positions of landmarks."""
 
     file: Annotated[str, Field(min_length=1, max_length=400)]
     """Path from the description."""
@@ -167,14 +168,14 @@ class Marks(Model):
 
 
 class Noise(Model):
-    """How far readings are off, as standard deviations; by default guesses."""
+    """Noise of readings, as standard deviations; the defaults are guesses."""
 
     distance: Annotated[float, Field(ge=0, le=10)] = MOTION.distance
     """Of odometry [m/sqrt(m)]."""
     turn: Annotated[float, Field(ge=0, le=10)] = MOTION.turn
     """Of odometry [rad/sqrt(rad)]."""
     veer: Annotated[float, Field(ge=0, le=10)] = MOTION.veer
-    """Of odometry's heading, for each metre [rad/sqrt(m)]."""
+    """Of odometry's heading, over distance [rad/sqrt(m)]."""
     range: Annotated[float, Field(gt=0, le=100)] = RANGE
     """Of a sighting [m]."""
     bearing_deg: Annotated[float, Field(gt=0, le=180)] = math.degrees(BEARING)
@@ -182,25 +183,25 @@ class Noise(Model):
 
 
 class Description(Model):
-    """What the tables of a log hold."""
+    """Description of the tables of a log."""
 
     log: Literal["tables"]
     time_unit: Literal["s", "ms", "us", "ns"] = "s"
-    """Of all columns of time."""
+    """Unit of all columns of time."""
     length_unit: Literal["m", "cm", "mm"] = "m"
-    """Of all columns of places, ranges and velocities; what this file itself says stays in metres."""
+    """Unit of all columns of positions, ranges and velocities; values in this file are always in metres."""
     odometry: Poses | None = None
-    """Where odometry has the robot, in a frame that drifts."""
+    """Poses by odometry, in a frame that drifts."""
     twist: Twists | None = None
-    """How fast it moved by its odometry, or was told to move where there are poses."""
+    """Velocities by odometry; the commands if there are also poses."""
     truth: Poses | None = None
-    """Where it was."""
+    """Ground truth."""
     gap: Positive = 1.0
-    """Between two rows of truth that are farther apart nothing is known [s]."""
+    """Maximum time between two rows of truth to interpolate [s]."""
     sightings: Sightings | None = None
     landmarks: Marks | None = None
     scans: Annotated[tuple[Scans, ...], Field(strict=False)] = ()
-    """One for each lidar; ticks are moved to the scans of the first."""
+    """One per lidar; ticks are moved to the scans of the first."""
     imu: Inertial | None = None
     noise: Noise = Noise()
 
@@ -213,11 +214,11 @@ def is_description(path: Path) -> bool:
 
 
 def read_columns(path: Path, wishes: Wishes) -> Log:
-    """Return the log whose tables a file describes.
+    """Read the log described by a file.
 
     Raises:
-        WorldError: Something in the description is wrong.
-        UsageError: A table does not exist or differs from its description (names file and line).
+        WorldError: The description is wrong.
+        UsageError: A table does not exist or differs from its description (the message has file and line).
     """
     told = read_described(path, Description)
     tables = _Tables(path.parent, UNITS[told.time_unit], LENGTHS[told.length_unit])
@@ -272,7 +273,7 @@ class _Tables:
     def sightings(
         self, asked: Sightings | None, deviations: tuple[float, float]
     ) -> tuple[list[Sighting], Sequence[str | None] | None]:
-        """Return sightings in the order of time, and what each is of; None for an empty name."""
+        """Return sightings in order of time, and the landmark of each; None for an empty name."""
         if asked is None:
             return [], None
         table = self._table(asked.file)
@@ -290,7 +291,7 @@ class _Tables:
         return seen, None if names is None else [names[k] for k in order]
 
     def scans(self, asked: Scans) -> list[Scan]:
-        """Return scans in the order of time, those of one time once."""
+        """Return scans in order of time, without duplicate times."""
         table = self._table(asked.file)
         nearest, farthest = asked.range
         ranges = table.block(asked.ranges, but=asked.time) * self._metre
@@ -304,7 +305,7 @@ class _Tables:
         return [Scan(float(times[k]), ranges[k].copy(), first, step, nearest, farthest) for k in kept]
 
     def imu(self, asked: Inertial | None) -> list[ImuReading]:
-        """Return inertial readings in the order of time."""
+        """Return inertial readings in order of time."""
         if asked is None:
             return []
         table = self._table(asked.file)
@@ -313,7 +314,7 @@ class _Tables:
         return [ImuReading(float(row[0]), row[1:4].copy(), row[4:7].copy()) for row in rows]
 
     def landmarks(self, asked: Marks | None) -> dict[str, tuple[float, float]]:
-        """Return the name of a landmark -> where it stands [m]."""
+        """Return landmark name -> position [m]."""
         if asked is None:
             return {}
         table = self._table(asked.file)
@@ -355,6 +356,6 @@ def _angle(table: CsvTable, asked: _Angled, name: str) -> Array:
 
 
 def _plain(name: str) -> str:
-    """Return the name of a landmark as a world may have it; what it does not allow becomes '_'."""
+    """Return the name of a landmark, with characters that a world does not allow replaced by '_'."""
     word = re.sub(r"[^A-Za-z0-9_.-]", "_", name)
     return f"_{word}" if word.startswith((".", "-")) else word

@@ -1,4 +1,4 @@
-"""Text tables with columns that have names."""
+"""Text tables with named columns."""
 
 import csv
 import math
@@ -16,24 +16,24 @@ from mjsim.logs.text import lines_of
 DECIMAL = re.compile(r"[-+]?\d*,\d+(e[-+]?\d+)?", re.IGNORECASE)
 """A number with a decimal comma."""
 SEPARATORS = (";", "\t", ",")
-"""Tried in this order; else blanks. Where it is no comma, a number may have a decimal comma."""
+"""Column separators, tried in this order before white space. Unless it is a comma, numbers may have decimal commas."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CsvTable:
-    """The words of a table; columns become numbers when they are asked for."""
+    """The words of a table; columns are converted to numbers on request."""
 
     path: Path
     names: Sequence[str]
     rows: Sequence[Sequence[str]]
     lines: Sequence[int]
-    """Line of each row, from 1."""
+    """Line number of each row, counted from 1."""
 
     def column(self, name: str | int) -> Array:
         """Return the numbers of a column, shape (N,).
 
         Raises:
-            UsageError: The column does not exist, or a value is no finite number (names file and line).
+            UsageError: The column does not exist, or a value is not a finite number (the message has file and line).
         """
         return self._numbers([self._index(name)])[:, 0]
 
@@ -43,13 +43,13 @@ class CsvTable:
         return [row[index] for row in self.rows]
 
     def block(self, first: str | int, *, but: str | int) -> Array:
-        """Return the numbers of many columns, shape (N, columns); infinite and not-a-number values stay.
+        """Return the numbers of many columns, shape (N, columns), including infinite values and NaN.
 
-        A value that is empty is not a number: so tables are written that lack some.
+        An empty value becomes NaN.
 
         Args:
-            first: How their names begin, or the number of the first of all up to the last.
-            but: A column that is none of them.
+            first: Prefix of their names, or the number of the first one, up to the last column.
+            but: A column to leave out.
         """
         left_out = self._index(but)
         if isinstance(first, int):
@@ -86,13 +86,13 @@ class CsvTable:
 
 
 def read_csv(path: Path) -> CsvTable:
-    """Return the table in a text file, compressed or not; empty lines and those that begin with '#' are left out.
+    """Read a table from a text file, compressed or not; empty lines and those that begin with '#' are skipped.
 
-    The first line holds the names of the columns unless it holds numbers alone; a first comment of as many words as
-    there are columns holds them too.
+    The first line has the names of the columns, unless it only has numbers; a first comment with as many words as there
+    are columns also gives their names.
 
     Raises:
-        UsageError: It cannot be read, holds no rows, or a row has another number of values (names file and line).
+        UsageError: It cannot be read, has no rows, or rows of different lengths (the message has file and line).
     """
     comment = ""
     kept: list[str] = []
@@ -135,7 +135,7 @@ def _words(lines: Sequence[str], separator: str | None) -> list[list[str]]:
 
 
 def _with_point(word: str) -> str:
-    """Return a number that has a decimal comma with a point, every other word as it is."""
+    """Return a number with its decimal comma replaced by a point, any other word unchanged."""
     return word.replace(",", ".") if DECIMAL.fullmatch(word) else word
 
 

@@ -1,4 +1,4 @@
-"""EuRoC (ASL) folders: cameras and inertial sensors that are fixed to one body.
+"""EuRoC (ASL) folders: cameras and inertial sensors fixed to one body.
 
     mav0/camN/data.csv                         time [ns], name of a picture in camN/data
     mav0/imuN/data.csv                         time [ns], angular velocity [rad/s], specific force [m/s^2]
@@ -7,8 +7,8 @@
     mav0/state_groundtruth_estimate0/data.csv  time [ns], x, y, z [m], quaternion w, x, y, z of the body in the world
     mav0/mocap0/data.csv                       the same, of TUM VI
 
-The robot's frame is the body's, whichever way that lies on its carrier. There is no odometry. Ground truth of positions
-alone (leica0) is not read.
+The robot's frame is that of the body, whatever its orientation on the carrier. There is no odometry. Ground truth that
+only has positions (leica0) is not read.
 
 References:
     Burri et al., The EuRoC micro aerial vehicle datasets, IJRR 35(10), 2016, section 4.
@@ -40,23 +40,23 @@ from mjsim.record import LoggedCamera, LoggedFrame
 NANOSECOND = 1e-9
 SHEET = "sensor.yaml"
 CHAINS = ("dso/camchain.yaml", "camchain.yaml", "mav0/camchain.yaml")
-"""Calibrations of all cameras, in the folder with `mav0`."""
+"""File with the calibrations of all cameras, in the folder with `mav0`."""
 TRUTHS = ("state_groundtruth_estimate0", "mocap0")
 UNIT = 0.01
-"""How far the determinant of a rotation in a file may be off 1."""
+"""Tolerance of the determinant of a rotation in a file."""
 LENSES = {"radial-tangential": "brown", "radtan": "brown", "plumb_bob": "brown", "equidistant": "fisheye"}
 
 
 def is_euroc(path: Path) -> bool:
-    """Return whether a folder holds a camera or an inertial sensor of such a data set."""
+    """Return whether a folder contains a camera or an inertial sensor of such a data set."""
     return bool(path.is_dir() and _sensors(path, "cam", "imu"))
 
 
 def read_euroc(path: Path) -> Log:
-    """Return what the sensors of a folder gave.
+    """Read the data of all sensors in a folder.
 
     Raises:
-        UsageError: A file does not exist or is invalid; names file and line.
+        UsageError: A file does not exist or is invalid (the message has file and line).
     """
     notes: dict[str, str] = {}
     cameras: dict[str, LoggedCamera] = {}
@@ -74,7 +74,7 @@ def read_euroc(path: Path) -> Log:
 
 
 def _sensors(path: Path, *kinds: str) -> list[Path]:
-    """Return the folders of sensors of some kinds that hold data, in the order of their names."""
+    """Return the folders of sensors of some kinds that contain data, sorted by name."""
     root = path / "mav0" if (path / "mav0").is_dir() else path
     return sorted(
         folder for folder in root.iterdir() if folder.name.startswith(kinds) and (folder / "data.csv").is_file()
@@ -88,7 +88,7 @@ def _camera(
 
     Args:
         folder: Of the camera.
-        told: The file with its calibration, and what that says; None where there is none.
+        told: The file with its calibration, and its content; None if there is none.
         notes: Facts about the log.
     """
     stamps, files = listed_pictures(folder / "data.csv", notes, folder="data", separator=",", second=NANOSECOND)
@@ -107,7 +107,7 @@ def _camera(
 
 
 def _imu(folder: Path) -> tuple[Mount, list[ImuReading]]:
-    """Return where an inertial sensor is, and its readings along the axes of the body."""
+    """Return the mount of an inertial sensor, and its readings rotated to the axes of the body."""
     # Without a sheet the body is that of the inertial sensor, as in TUM VI.
     told = _sheet(folder)
     place = np.eye(4) if told is None else _body_from_sensor(*told)
@@ -132,13 +132,13 @@ def _poses(folder: Path) -> Array:
 
 
 def _sheet(folder: Path) -> tuple[Path, Mapping[str, Any]] | None:
-    """Return sensor.yaml and what it tells; None where there is none."""
+    """Return the path and content of sensor.yaml; None if there is none."""
     file = folder / SHEET
     return (file, _yaml(file)) if file.is_file() else None
 
 
 def _chained(folder: Path) -> tuple[Path, Mapping[str, Any]] | None:
-    """Return the calibration of all cameras and what it tells of one, in the words of sensor.yaml; None without."""
+    """Return the file with all calibrations, and that of one camera with the keys of sensor.yaml; None without."""
     root = folder.parent.parent if folder.parent.name == "mav0" else folder.parent
     file = next((root / name for name in CHAINS if (root / name).is_file()), None)
     if file is None or not isinstance(told := _yaml(file).get(folder.name), dict):
@@ -188,7 +188,7 @@ def _intrinsics(file: Path, sheet: Mapping[str, Any], width: int, height: int) -
 
 
 def _numbers(values: Any) -> Array:
-    """Return a list of finite numbers, empty for anything else, shape (N,)."""
+    """Return a list of finite numbers as an array, shape (N,); empty for anything else."""
     try:
         numbers = np.array(values if values is not None else [], dtype=float).ravel()
     except (TypeError, ValueError):

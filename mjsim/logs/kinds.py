@@ -18,17 +18,17 @@ from mjsim.world import Run, step_misfit
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Kind:
-    """A kind of log that is read into memory as a whole."""
+    """A log format, whose reader returns logs in memory."""
 
     name: str
     is_one: Callable[[Path], bool]
-    """Whether a file or folder is of this kind."""
+    """Whether a file or folder has this format."""
     read: Callable[[Path, Wishes, ExitStack], Sequence[Log]]
     """One log for each robot; files that stay open are closed with the stack."""
     landmarks: bool = False
-    """Whether it may hold a survey of landmarks."""
+    """Whether it may contain surveyed landmarks."""
     robots: bool = False
-    """Whether it may be of several robots."""
+    """Whether it may contain several robots."""
     topics: bool = False
     """Whether it has topics."""
 
@@ -45,13 +45,13 @@ KINDS: Sequence[Kind] = (
     Kind(name="a folder of EuRoC", is_one=is_euroc, read=lambda path, *_: [read_euroc(path)]),
     Kind(name="a CARMEN log", is_one=is_carmen, read=lambda path, *_: [read_carmen(path)]),
 )
-"""In the order in which they are tried; MRCLAM and Victoria Park are folders of their own."""
+"""Formats in the order in which they are tried; MRCLAM and Victoria Park are handled separately."""
 READ = (
     "a folder of MRCLAM (Barcodes.dat), Victoria Park (inputs.dat), TUM RGB-D (rgb.txt) or EuRoC (mav0),"
     " a bag of ROS 1 or ROS 2, a CARMEN log, a YAML file that describes tables (log: tables)"
 )
 MOST_LOOKED_AT = 100
-"""Files of a folder, when it is no log itself."""
+"""Maximum number of files to examine in a folder that is not a log itself."""
 TABLES = (".csv", ".tsv", ".dat")
 ZSTD = (".zst", ".zstd")
 PACKED = (".tar", ".tgz", ".txz", ".zip", ".tar.gz", ".tar.xz", ".tar.bz2", ".7z")
@@ -65,18 +65,18 @@ def import_log(
     progress: Callable[[float], None] | None = None,
     overwrite: bool = False,
 ) -> Recording:
-    """Return the log of a real robot as a recording; the format is detected from its files.
+    """Convert the log of a real robot to a recording; the format is detected from its files.
 
     Args:
-        source: A file or a folder; one that is no log, but holds a single one, stands for that.
-        wishes: What is taken of it, and the noise that is told to modules.
-        record: The MCAP file to write; by default a temporary one, gone with the recording.
-        progress: Called with how much of it is done [%].
+        source: A file or a folder; if a folder is not a log but contains a single one, that is imported.
+        wishes: What to import, and the noise given to modules.
+        record: The MCAP file to write; by default a temporary one, deleted with the recording.
+        progress: Called with the progress [%].
         overwrite: Whether `record` may replace a file.
 
     Raises:
-        UsageError: It is no log that is read here, a file is not as it must be (names file and line), or something was
-            asked for that this kind does not have; or `record` exists, or is a file of the log.
+        UsageError: It is not a supported log, a file is invalid (the message has file and line), an option does not
+            apply to its format; or `record` exists, or is a file of the log.
         RecordingError: The file cannot be written.
     """
     path, wishes = Path(source), wishes or Wishes()
@@ -105,7 +105,7 @@ def import_log(
 
 
 def _require_possible(path: Path, wishes: Wishes, record: str | Path | None) -> None:
-    """Refuse a recording in the place of a file of the log, and a rate that no world can have."""
+    """Refuse a recording that would replace a file of the log, and a rate that is not possible."""
     place = None if record is None else Path(record).resolve()
     if place is not None and place.exists() and place.is_relative_to(path.resolve()):
         raise UsageError(f"'{record}' is a file of the log; name another file")
@@ -114,7 +114,7 @@ def _require_possible(path: Path, wishes: Wishes, record: str | Path | None) -> 
 
 
 def _unknown(path: Path, inside: Sequence[str]) -> str:
-    """Return why a path is no log that is read here, with the names of logs that it holds."""
+    """Return why a path is not a supported log, with the names of logs in it."""
     if path.name.lower().endswith(PACKED):
         return f"'{path}' is an archive; unpack it and name the folder"
     if packed := [each.name for each in (path.iterdir() if path.is_dir() else [path]) if each.suffix in ZSTD]:
@@ -131,7 +131,7 @@ def _unknown(path: Path, inside: Sequence[str]) -> str:
 
 
 def _logs_in(folder: Path) -> list[str]:
-    """Return the names of logs that a folder holds."""
+    """Return the names of logs in a folder."""
     inside = sorted(folder.iterdir())[:MOST_LOOKED_AT]
     return [each.name for each in inside if _is_folder_of_files(each) or _is_any(each)]
 
@@ -141,14 +141,14 @@ def _is_folder_of_files(path: Path) -> bool:
 
 
 def _is_any(path: Path) -> bool:
-    """Return whether a path is of one of `KINDS`; what cannot be read is none."""
+    """Return whether a path has a format of `KINDS`; False if it cannot be read."""
     with suppress(UsageError, OSError):
         return any(kind.is_one(path) for kind in KINDS)
     return False
 
 
 def _refuse(wishes: Wishes, kind: str, *, robots: bool, landmarks: bool, topics: bool = False) -> None:
-    """Refuse what was asked for and a kind of log does not have."""
+    """Refuse options that do not apply to a log format."""
     if wishes.topics and not topics:
         raise UsageError(f"{kind} has no topics; leave out --topic")
     if wishes.robots and not robots:

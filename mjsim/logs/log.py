@@ -1,4 +1,4 @@
-"""A log in memory, of whatever kind its files were -> a recording."""
+"""Converts a log in memory, of any format, to a recording."""
 
 import json
 import math
@@ -20,24 +20,23 @@ from mjsim.record import LoggedCamera, Recording
 from mjsim.world import World, parse_world
 
 MOTION = MotionNoise(distance=0.05, turn=0.1, veer=0.02)
-"""Of odometry, for logs that do not tell its noise. A guess: that of small robots on hard floors."""
+"""Noise of odometry for logs that do not give it. A guess for small robots on hard floors."""
 RANGE, BEARING = 0.1, math.radians(2.0)
-"""Standard deviations of a sighting, for logs that do not tell them [m, rad]. A guess."""
+"""Standard deviations of a sighting for logs that do not give them [m, rad]. A guess."""
 LONGEST = 1e6
-"""Of a recording, as world files have it [s]."""
+"""Maximum duration of a recording, as in world files [s]."""
 RATES = (10.0, 12.5, 25.0, 50.0, 125.0)
-"""Ticks a second from which one is chosen when nobody asks for another; whole numbers of physics steps."""
+"""Tick rates to choose from by default [Hz]; ticks are whole numbers of physics steps."""
 SPARE = 1.5
-"""Ticks for each scan, at least, at the rate that is chosen."""
+"""Minimum number of ticks per scan at the chosen rate."""
 STEEPEST = 89.0
-"""Pitch of a camera in a world file, up and down [deg]."""
+"""Maximum pitch of a camera in a world file, up and down [deg]."""
 SMALLEST, LARGEST = 16, 4096
-"""Pictures that a recording holds, to the side and down [px]."""
+"""Limits of width and height of pictures in a recording [px]."""
 
 
 AHEAD = np.array([[0.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.3], [0.0, 0.0, 0.0, 1.0]])
-"""Optical frame of a camera that looks ahead, 0.3 m above the floor, in the robot's frame; where a log tells no place
-[m]."""
+"""robot_from_camera of a camera that looks ahead, 0.3 m above the floor; used if a log gives no pose [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,31 +44,31 @@ class Wishes:
     """Options of an import; those that a log does not support are refused."""
 
     rate_hz: float | None = None
-    """Ticks a second; by default chosen by the log."""
+    """Ticks per second; by default chosen for the log."""
     begin: float = 0.0
-    """How much of the beginning is left out [s]."""
+    """Time to skip at the beginning [s]."""
     seconds: float | None = None
-    """How much is taken [s]; by default all."""
+    """Duration to import [s]; by default all."""
     robots: Sequence[str] = ()
-    """Of a log of several, by number or name; by default all."""
+    """Robots to import from a log with several, by number or name; by default all."""
     topics: Mapping[str, Sequence[str]] = field(default_factory=dict)
-    """Of a bag: what is read, such as 'odometry' or 'scan' -> the topics that it is read from."""
+    """For a bag: kind of data, such as 'odometry' or 'scan' -> topics to read."""
     known_map: bool = False
-    """Whether modules are told where landmarks are."""
+    """Whether modules get the positions of landmarks."""
     motion: Mapping[str, float] = field(default_factory=dict)
-    """Fields of `MotionNoise` that replace those of the log's kind."""
+    """Fields of `MotionNoise` that replace the defaults of the log's format."""
     range_noise: float | None = None
     """Standard deviation of a sighting's range [m]."""
     bearing_noise: float | None = None
     """Standard deviation of a sighting's bearing [rad]."""
     bias: Bias = UNBIASED
-    """Systematic errors that are taken away from odometry and sightings."""
+    """Systematic errors that are subtracted from odometry and sightings."""
 
     def measured_by(self, path: str | Path) -> "Wishes":
-        """Return these wishes with the noise and the bias of a file of `mjsim calibrate -o`; noise asked for stays.
+        """Return these options with noise and bias from a file of `mjsim calibrate -o`; noise set here has priority.
 
         Raises:
-            WorldError: Something in the file is wrong (names line and column), or it cannot be read.
+            WorldError: The file is wrong (the message has line and column), or cannot be read.
         """
         told = read_noise(path)
         return replace(
@@ -81,11 +80,11 @@ class Wishes:
         )
 
     def motion_over(self, noise: MotionNoise) -> MotionNoise:
-        """Return noise with what was asked for in its place."""
+        """Return noise with the requested values replaced."""
         return replace(noise, **self.motion)
 
     def sighting_over(self, range_deviation: float, bearing_deviation: float) -> tuple[float, float]:
-        """Return the standard deviations of a sighting with what was asked for in their place [m, rad]."""
+        """Return the standard deviations of a sighting with the requested values replaced [m, rad]."""
         return (
             range_deviation if self.range_noise is None else self.range_noise,
             bearing_deviation if self.bearing_noise is None else self.bearing_noise,
@@ -94,41 +93,41 @@ class Wishes:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mount:
-    """Where a lidar or an inertial sensor is on its robot."""
+    """Mounting pose of a lidar or an inertial sensor on its robot."""
 
     at: tuple[float, float, float] = (0.0, 0.0, 0.3)
-    """In the robot's frame [m]."""
+    """Position in the robot's frame [m]."""
     yaw: float = 0.0
     """Left positive [rad]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Log:
-    """What the files of one robot told."""
+    """The log of one robot."""
 
     kind: str
-    """For people."""
+    """Name of the format."""
     robot: RobotLog
     name: str = "robot"
     """Of the robot."""
     mounts: Mapping[str, Mount] = field(default_factory=dict)
     """By the name of the lidar, or of the inertial sensor."""
     cameras: Mapping[str, LoggedCamera] = field(default_factory=dict)
-    """Data sheets, by the name of the camera."""
+    """Data sheets by the name of the camera."""
     sensors: Sequence[str] = ()
-    """What a world file says of further sensors."""
+    """Further sensors, as text for a world file."""
     steps: int | None = None
-    """Of a wheel's encoder in one turn; None without encoders."""
+    """Counts of a wheel's encoder per revolution; None without encoders."""
     landmarks: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    """Where those of a survey are [m]."""
+    """Positions of surveyed landmarks [m]."""
     motion: MotionNoise = MOTION
     sighting: tuple[float, float] = (RANGE, BEARING)
     """Standard deviations of range and bearing [m, rad]."""
     notes: Mapping[str, str] = field(default_factory=dict)
-    """What was left out, and other facts for the recording's metadata."""
+    """Entries for the recording's metadata, such as what was left out."""
 
     def times(self) -> tuple[float, float]:
-        """Return when the first and the last of its readings were taken, truth aside [s]."""
+        """Return the times of the first and the last reading, ignoring ground truth [s]."""
         robot = self.robot
         moves = robot.track if robot.track is not None else robot.twists
         seen, felt = (np.array([each.stamp for each in told]) for told in (robot.sightings, robot.imu))
@@ -146,18 +145,18 @@ def record_logs(
     progress: Callable[[float], None] | None = None,
     overwrite: bool = False,
 ) -> Recording:
-    """Write the logs of some robots, on one clock, as a recording and return it.
+    """Write the logs of some robots, with a common clock, as a recording and return it.
 
     Args:
-        logs: One for each robot, their names differ.
+        logs: One per robot, with different names.
         source: The file or folder that they were read from.
-        wishes: Of the user.
-        record: The MCAP file; a temporary one, gone with the recording, if None.
-        progress: Called with how much of it is done [%].
+        wishes: Options of the user.
+        record: The MCAP file; a temporary one, deleted with the recording, if None.
+        progress: Called with the progress [%].
         overwrite: Whether `record` may replace a file.
 
     Raises:
-        UsageError: The file exists, or nothing is left of the log.
+        UsageError: The file exists, or the selected part of the log is empty.
         RecordingError: The file cannot be written.
     """
     if record is not None:
@@ -191,7 +190,7 @@ def record_logs(
 
 
 def _require_sizes(logs: Sequence[Log], source: Path) -> None:
-    """Raise UsageError unless all pictures have sizes that a camera may have."""
+    """Check that all pictures have supported sizes."""
     for name, camera in ((name, camera) for log in logs for name, camera in log.cameras.items()):
         width, height = camera.intrinsics.width, camera.intrinsics.height
         if not all(SMALLEST <= size <= LARGEST for size in (width, height)):
@@ -202,7 +201,7 @@ def _require_sizes(logs: Sequence[Log], source: Path) -> None:
 
 
 def _missed_truth(log: Log, span: tuple[float, float]) -> Iterator[tuple[str, str]]:
-    """Yield that a truth is of another time than all that was sensed, if it is."""
+    """Yield a message if the times of the ground truth do not overlap those of the sensors."""
     truth = log.robot.poses if log.robot.poses is not None else log.robot.truth
     if truth is not None and len(truth) and (truth[-1, 0] < span[0] or truth[0, 0] > span[1]):
         first, last = float(truth[0, 0]), float(truth[-1, 0])
@@ -220,19 +219,19 @@ def world_of(
     source: str,
     step_ms: int = 4,
 ) -> World:
-    """Return the room of logs: no walls, their landmarks as reflectors, their robots where they begin.
+    """Return the world of logs: no walls, their landmarks as reflectors, their robots at their starts.
 
     Args:
-        logs: One for each robot.
+        logs: One per robot.
         name: Of the world.
         span: First and last time of the log's clock [s].
-        rate_hz: Ticks a second.
-        wishes: Of the user.
-        source: What they are from, for the message of an error.
-        step_ms: Of the world's physics, of which ticks are a whole number.
+        rate_hz: Ticks per second.
+        wishes: Options of the user.
+        source: Where they are from, for error messages.
+        step_ms: Step of the world's physics; ticks are whole numbers of it.
 
     Raises:
-        UsageError: A world cannot have a name or a number of the logs.
+        UsageError: A name or a number in the logs is not possible in a world.
     """
     marks = {mark: place for log in logs for mark, place in log.landmarks.items()}
     beacons = [f"  - {{name: {json.dumps(mark)}, at: [{x!r}, {y!r}], width: 0.1}}" for mark, (x, y) in marks.items()]
@@ -255,7 +254,7 @@ def world_of(
 
 
 def _robot_lines(log: Log, time: float, rate_hz: float, wishes: Wishes) -> list[str]:
-    """Return what the world file says of a robot that begins at a time [s]."""
+    """Return the lines of the world file about a robot that starts at a time [s]."""
     start, sensors = _start(log.robot, time), _sensor_texts(log, rate_hz, wishes)
     return [
         f"  - name: {json.dumps(log.name)}",
@@ -269,7 +268,7 @@ def _robot_lines(log: Log, time: float, rate_hz: float, wishes: Wishes) -> list[
 
 
 def _sensor_texts(log: Log, rate_hz: float, wishes: Wishes) -> list[str]:
-    """Return what the world file says of each sensor of a robot."""
+    """Return the lines of the world file about each sensor of a robot."""
     robot, deviations = log.robot, wishes.sighting_over(*log.sighting)
     texts = [
         _lidar_text(lidar, scans.take(0), log.mounts.get(lidar, Mount()), rate_hz)
@@ -292,7 +291,7 @@ def _sensor_texts(log: Log, rate_hz: float, wishes: Wishes) -> list[str]:
 
 
 def _camera_text(name: str, camera: LoggedCamera, rate_hz: float) -> str:
-    """Return the nearest that a world file can say; the data sheet in the metadata is exact."""
+    """Return the closest description possible in a world file; the data sheet in the metadata is exact."""
     intrinsics, place = camera.intrinsics, camera.robot_from_camera
     place = AHEAD if place is None else place
     ahead = place[:3, 2]
@@ -318,7 +317,7 @@ def _lidar_text(name: str, scan: Scan, mount: Mount, rate_hz: float) -> str:
 
 
 def _lidar3d_text(name: str, cloud: PointCloud, mount: Mount, rate_hz: float) -> str:
-    """Return the nearest that a world file can say; each cloud has its own directions."""
+    """Return the closest description possible in a world file; each cloud has its own directions."""
     rings = min(int(cloud.rings.max(initial=0)) + 1, 256)
     return (
         f"{{lidar3d: {name}, at: {[float(value) for value in mount.at]}, yaw_deg: {math.degrees(mount.yaw)!r},"
@@ -335,7 +334,7 @@ def _farthest(log: Log) -> float:
 
 
 def _start(robot: RobotLog, time: float) -> Pose:
-    """Return where a robot begins: at the truth, else at the origin."""
+    """Return the start of a robot: its true pose, or else the origin."""
     if robot.poses is not None:
         begin = np.array([time]).clip(robot.poses[0, 0], robot.poses[-1, 0])
         return Pose3(*poses_at(begin, robot.poses, gap=math.inf)[0].tolist()).planar()
@@ -346,7 +345,7 @@ def _start(robot: RobotLog, time: float) -> Pose:
 
 
 def _rate_of(log: Log) -> float:
-    """Return the lowest rate of `RATES`, from 10 Hz on, that leaves ticks to spare for each lidar and camera."""
+    """Return the lowest rate of `RATES` with at least `SPARE` ticks per reading of each lidar and camera."""
     first, last = log.times()
     robot = log.robot
     counts = [len(each) for part in (robot.scans, robot.cameras, robot.clouds) for each in part.values()]
@@ -355,7 +354,7 @@ def _rate_of(log: Log) -> float:
 
 
 def require_motion(log: Log, source: Path) -> None:
-    """Raise UsageError unless a log holds something to move by, or to see."""
+    """Check that a log contains motion or sensor data."""
     robot = log.robot
     if (
         robot.track is None

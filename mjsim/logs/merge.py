@@ -1,4 +1,4 @@
-"""Logs with times of their own -> ticks: motion is integrated, truth is taken from its neighbours in time."""
+"""Resamples logs to ticks: integrates motion, and interpolates the truth."""
 
 import math
 from dataclasses import dataclass
@@ -11,11 +11,11 @@ from mjsim.interface import Odometry
 from mjsim.sim import arc_end, arc_end_slopes
 
 PIVOT = 1e-3
-"""Standard deviation of the place of a robot that turns on the spot by one radian: nothing pivots about a point of no
-size, and estimators that invert a covariance cannot do with zeros [m/sqrt(rad)]."""
+"""Standard deviation of the position of a robot that turns on the spot by one radian: the centre of rotation is not
+exact, and estimators that invert the covariance need it to be regular [m/sqrt(rad)]."""
 
 GAP, STEPS = 0.1, 1.5
-"""Between two poses of the truth that are farther apart than either nothing is known [s, usual steps of the truth]."""
+"""The truth is unknown between two poses farther apart than both of these [s, usual steps of the truth]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,23 +23,23 @@ class MotionNoise:
     """Noise of the logged motion: variances grow with distance and turn."""
 
     distance: float
-    """Of the way, for one metre driven [m/sqrt(m)]."""
+    """Of the distance, for one metre driven [m/sqrt(m)]."""
     turn: float
     """Of the heading, for one radian turned [rad/sqrt(rad)]."""
     veer: float
-    """Of the heading, for one metre driven, as steering errs and commands are not quite obeyed [rad/sqrt(m)]."""
+    """Of the heading, for one metre driven, because of errors in steering and in following commands [rad/sqrt(m)]."""
     aside: float = 0.004
-    """Of the place aside, for one metre driven; tyres slip [m/sqrt(m)]."""
+    """Of the sideways position, for one metre driven, because tyres slip [m/sqrt(m)]."""
 
 
 def motions(twists: Array, edges: Array, noise: MotionNoise) -> list[Odometry]:
     """Return the motion from each edge to the next, as an arc for each twist that held on the way.
 
     Args:
-        twists: Rows of time [s], forward [m/s], turn [rad/s] and, of what moves aside, left [m/s], shape (N, 3 or 4),
-            in the order of time; each holds until the next, and before the first the robot rests.
+        twists: Rows of time [s], forward [m/s], turn [rad/s] and, if it can move sideways, left [m/s], shape (N, 3 or
+            4), in order of time; each holds until the next, and the robot stands still before the first.
         edges: Times of the ticks, shape (K,), ascending [s].
-        noise: Makes the covariances.
+        noise: Determines the covariances.
 
     Returns:
         K - 1 increments, each in the robot's frame at its beginning.
@@ -58,13 +58,13 @@ def motions(twists: Array, edges: Array, noise: MotionNoise) -> list[Odometry]:
 
 
 def track_motions(track: Array, edges: Array, noise: MotionNoise) -> list[Odometry]:
-    """Return the motion from each edge to the next, of odometry that tells poses.
+    """Return the motion from each edge to the next, from odometry with poses.
 
     Args:
-        track: Rows of time [s], x, y [m] and heading [rad], in the order of time; before the first and after the last
-            the robot rests.
+        track: Rows of time [s], x, y [m] and heading [rad], in order of time; the robot stands still before the first
+            and after the last.
         edges: Times of the ticks, shape (K,), ascending [s].
-        noise: Makes the covariances.
+        noise: Determines the covariances.
 
     Returns:
         K - 1 increments, each in the robot's frame at its beginning.
@@ -83,10 +83,10 @@ def track_motions(track: Array, edges: Array, noise: MotionNoise) -> list[Odomet
 
 
 def track_of(twists: Array) -> Array:
-    """Return where twists lead from the origin: rows of time [s], x, y [m] and heading [rad], shape (N, 4).
+    """Integrate twists from the origin: rows of time [s], x, y [m] and heading [rad], shape (N, 4).
 
     Args:
-        twists: As of `motions`, shape (N, 3 or 4).
+        twists: As in `motions`, shape (N, 3 or 4).
     """
     place, rows = Pose(0.0, 0.0, 0.0), []
     exact = MotionNoise(distance=0.0, turn=0.0, veer=0.0, aside=0.0)
@@ -98,7 +98,7 @@ def track_of(twists: Array) -> Array:
 
 
 def _motion(twists: Array, begin: float, end: float, noise: MotionNoise) -> Odometry:
-    """Return the motion from one time to another, under the twists that hold between them."""
+    """Return the motion from one time to another under the twists between them."""
     place, heading, way, turned = Pose(0.0, 0.0, 0.0), 0.0, 0.0, 0.0
     rows = twists.tolist()
     for (since, forward, turn, *left), until in zip(rows, [row[0] for row in rows[1:]] + [end], strict=False):
@@ -121,21 +121,21 @@ def _covariance(way: float, turned: float, heading: float, noise: MotionNoise) -
 
 
 def _least(way: float, turned: float, noise: MotionNoise) -> Array:
-    """Return what is added to the covariance of an arc: tyres slip aside, and a turn shifts the robot a little."""
+    """Return the covariance added to every arc: tyres slip sideways, and a turn shifts the robot a little."""
     pivot = PIVOT**2 * turned
     return np.diag([pivot, noise.aside**2 * way + pivot, 0.0])
 
 
 def places_at(times: Array, track: Array, *, gap: float) -> Array:
-    """Return where a robot was at some times, NaN where the log does not tell.
+    """Return the poses of a robot at some times, NaN where the log has none.
 
     Args:
         times: Shape (K,) [s].
-        track: Rows of time [s], x, y [m] and heading [rad], in the order of time.
-        gap: Between two rows that are farther apart than this nothing is known [s].
+        track: Rows of time [s], x, y [m] and heading [rad], in order of time.
+        gap: Maximum time between two rows to interpolate [s].
 
     Returns:
-        (x, y, heading), shape (K, 3): on the straight line between the rows before and after.
+        (x, y, heading), shape (K, 3), interpolated linearly.
     """
     before, share, known = _between(times, track[:, 0], gap)
     steps = track[before + 1, 1:] - track[before, 1:]
@@ -146,15 +146,15 @@ def places_at(times: Array, track: Array, *, gap: float) -> Array:
 
 
 def poses_at(times: Array, track: Array, *, gap: float) -> Array:
-    """Return where a body was in space at some times, NaN where the log does not tell.
+    """Return the 3-D poses of a body at some times, NaN where the log has none.
 
     Args:
         times: Shape (K,) [s].
-        track: Rows of time [s], x, y, z [m] and unit quaternion x, y, z, w, in the order of time, shape (N, 8).
-        gap: Between two rows that are farther apart than this nothing is known [s].
+        track: Rows of time [s], x, y, z [m] and unit quaternion x, y, z, w, in order of time, shape (N, 8).
+        gap: Maximum time between two rows to interpolate [s].
 
     Returns:
-        (x, y, z, qx, qy, qz, qw), shape (K, 7): between the rows before and after, on the shorter way.
+        (x, y, z, qx, qy, qz, qw), shape (K, 7), interpolated along the shorter rotation.
     """
     before, share, known = _between(times, track[:, 0], gap)
     first, second = track[before, 1:], track[before + 1, 1:].copy()
@@ -166,22 +166,22 @@ def poses_at(times: Array, track: Array, *, gap: float) -> Array:
 
 
 def longest_gap(truth: Array | None) -> float:
-    """Return how far apart two poses of a truth may be for what is between them to be known [s].
+    """Return the maximum time between two poses of the truth to interpolate [s].
 
     Args:
-        truth: Rows that begin with the time [s], in the order of time, shape (N, ...); None for no truth.
+        truth: Rows that begin with the time [s], in order of time, shape (N, ...); None for no truth.
     """
     steps = np.diff(truth[:, 0]) if truth is not None else np.zeros(0)
     return max(GAP, STEPS * float(np.median(steps))) if len(steps) else GAP
 
 
 def _between(times: Array, since: Array, gap: float) -> tuple[NDArray[np.intp], Array, NDArray[np.bool_]]:
-    """Return the row before each time, the fraction of the way to the next, and whether anything is known then.
+    """Return for each time the row before it, the weight of the next row, and whether the gap is short enough.
 
     Args:
         times: Shape (K,) [s].
         since: Times of the rows, shape (N,), N at least 2 [s].
-        gap: Between two rows that are farther apart than this nothing is known [s].
+        gap: Maximum time between two rows to interpolate [s].
     """
     # Of rows with one time the last counts.
     after = np.searchsorted(since, times, side="right").clip(1, len(since) - 1)

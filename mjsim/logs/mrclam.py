@@ -1,6 +1,6 @@
 """The UTIAS Multi-Robot Cooperative Localization and Mapping data sets.
 
-Five robots drive among fifteen tubes with barcodes; a motion capture system watches. One folder a data set:
+Five robots drive among fifteen tubes with barcodes, tracked by a motion capture system. One folder per data set:
 
     Barcodes.dat                 subject, barcode
     Landmark_Groundtruth.dat     subject, x [m], y [m], their standard deviations [m]
@@ -9,12 +9,11 @@ Five robots drive among fifteen tubes with barcodes; a motion capture system wat
     Robot1_Measurement.dat       time [s], barcode, range [m], bearing [rad], left positive
 
 Subjects 1 to 5 are the robots, 6 to 20 the landmarks. The camera's frame is that of the robot. Both kinds of ground
-truth may be missing: then there is no truth, robots begin at the origin, side by side, and landmarks are known by name
-alone.
+truth are optional: without them robots start side by side at the origin, and only the names of landmarks are known.
 
-What the files call
-range is the depth along the camera's axis: divided by the cosine of the bearing it agrees with the motion capture with
-standard deviations of 0.03, 0.08 and 0.03 m for robots 1 to 3 of data set 7; as it is with 0.12, 0.17 and 0.17 m.
+The range in the files is the depth along the camera's axis. Divided by the cosine of the bearing, it agrees with the
+motion capture with standard deviations of 0.03, 0.08 and 0.03 m for robots 1 to 3 of data set 7; without that, 0.12,
+0.17 and 0.17 m.
 
 References:
     Leung, Halpern, Barfoot, Liu, The UTIAS multi-robot cooperative localization and mapping dataset, IJRR 30(8), 2011.
@@ -41,22 +40,23 @@ from mjsim.record import Recording
 from mjsim.world import World, parse_world
 
 MOTION = MotionNoise(distance=0.1, turn=0.2, veer=0.06)
-"""The log holds commands, which an iRobot Create does not quite obey. The data set does not tell how far; `mjsim
-calibrate` of data set 7 has ways that are 8 to 12 % too long and up to 0.23 degrees/s too much turn, 0.06 rad for each
-metre at its speed, beside noise of 0.05 m/sqrt(m) and 0.15 rad/sqrt(rad). Estimators size systematic errors by it.
+"""The log has commands, which an iRobot Create does not follow exactly. The data set does not give the error. On data
+set 7, `mjsim calibrate` finds distances 8 to 12 % too long and turn rates up to 0.23 degrees/s too large (0.06 rad per
+metre at its speed), and noise of 0.05 m/sqrt(m) and 0.15 rad/sqrt(rad). Estimators derive the size of systematic errors
+from it.
 """
 RANGE, BEARING = 0.15, math.radians(2.0)
-"""Standard deviations of a sighting [m, rad]. The data set does not tell them; a guess."""
+"""Standard deviations of a sighting [m, rad]. A guess: the data set does not give them."""
 RATE = 10.0
-"""Ticks a second, unless asked for."""
+"""Default tick rate [Hz]."""
 GAP = 0.1
-"""The motion capture lost the robot where its poses are farther apart [s]."""
+"""The motion capture had lost the robot if poses are farther apart than this [s]."""
 ROBOTS = 5
 """Subjects up to this number are robots."""
 ASIDE = 1.0
-"""Between robots of which nobody knows where they begin [m]."""
+"""Distance between robots with unknown starts [m]."""
 FARTHEST = 12.0
-"""No barcode is read from farther away; the data sheet of the sensor says so, nothing depends on it [m]."""
+"""Maximum range for the sensor's data sheet; nothing depends on it [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,7 +67,7 @@ class _Files:
     twists: Array
     sightings: tuple[Sighting, ...]
     unknown: int
-    """Measurements of what is no landmark: of other robots, and of barcodes that there are not."""
+    """Number of measurements of other robots and of unknown barcodes."""
 
 
 def import_mrclam(
@@ -87,24 +87,24 @@ def import_mrclam(
 ) -> Recording:
     """Return a data set as a recording: robots 'robot1' and so on, landmarks 'landmark6' and so on.
 
-    Time begins when all files of these robots have begun. Sightings of other robots are left out.
+    Time 0 is when all files of these robots have started. Sightings of other robots are left out.
 
     Args:
-        folder: Where the text files are.
-        robots: Numbers of the robots; by default all that are there.
-        rate_hz: Ticks a second.
-        begin: How much of the beginning is left out [s].
-        seconds: How much is taken [s]; by default all.
-        known_map: Whether modules are told where the landmarks are.
-        motion: How far the motion that the log tells is off.
+        folder: Folder of the text files.
+        robots: Numbers of the robots; by default all in the folder.
+        rate_hz: Ticks per second.
+        begin: Time to skip at the beginning [s].
+        seconds: Duration to import [s]; by default all.
+        known_map: Whether modules get the positions of the landmarks.
+        motion: Noise of the logged motion.
         sighting: Standard deviations of range and bearing [m, rad].
-        bias: Systematic errors that are taken away from odometry and sightings.
-        record: The MCAP file to write; by default a temporary one, gone with the recording.
-        progress: Called with how much of it is done [%].
+        bias: Systematic errors that are subtracted from odometry and sightings.
+        record: The MCAP file to write; by default a temporary one, deleted with the recording.
+        progress: Called with the progress [%].
         overwrite: Whether `record` may replace a file.
 
     Raises:
-        UsageError: A file does not exist or is invalid (names file and line), or `record` exists.
+        UsageError: A file does not exist or is invalid (the message has file and line), or `record` exists.
         RecordingError: The file cannot be written.
     """
     folder = Path(folder)
@@ -146,7 +146,7 @@ def import_mrclam(
 
 
 def _numbers(folder: Path, wanted: Sequence[int] | None) -> list[int]:
-    """Return the numbers of the robots that are read."""
+    """Return the numbers of the robots to read."""
     files = (re.fullmatch(r"Robot(\d+)_Odometry\.dat", path.name) for path in folder.iterdir())
     there = sorted(int(match[1]) for match in files if match)
     if not there:
@@ -169,7 +169,7 @@ def _subjects(folder: Path) -> dict[int, int]:
 
 
 def _landmarks(folder: Path) -> dict[int, tuple[float, float]] | None:
-    """Return subject -> where it stands [m]; None where that was not surveyed."""
+    """Return subject -> position [m]; None for a landmark that was not surveyed."""
     path = folder / "Landmark_Groundtruth.dat"
     if not path.exists():
         return None
@@ -218,7 +218,7 @@ def _world(
     known_map: bool,
     sighting: tuple[float, float],
 ) -> World:
-    """Return the room: no walls, the landmarks as reflectors, the robots where they are at the beginning."""
+    """Return the world: no walls, the landmarks as reflectors, the robots at their starts."""
     beacons = [
         f"  - {{name: landmark{number}, at: [{x!r}, {y!r}], width: 0.15, center: 0.4}}"
         for number, (x, y) in landmarks.items()

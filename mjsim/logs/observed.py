@@ -31,11 +31,11 @@ from mjsim.record import LoggedCamera, LoggedFrame, Recording, check_fit, logged
 from mjsim.world import Camera, World, step_misfit
 
 JITTER = 1e-3
-"""Share of a tick by which times may be off an even rate."""
+"""Tolerance of times relative to a constant rate, in ticks."""
 WHOLE = 1e-3
-"""What is nearer to a whole number of milliseconds is one [ms]."""
+"""Tolerance for a whole number of milliseconds [ms]."""
 FASTEST = 250.0
-"""Ticks a second."""
+"""Maximum tick rate [Hz]."""
 Timed = TypeVar(
     "Timed", Sighting, ImuReading, Message, LoggedFrame, Scan, PointCloud, AnchorRanges, WheelTicks, JointState
 )
@@ -53,28 +53,27 @@ def write_log(
     overwrite: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Recording:
-    """Write what a robot observed, one observation a tick, as a recording and return it.
+    """Write a robot's observations, one per tick, as a recording and return it.
 
-    Times and stamps are counted from the first observation. Every kind of reading is kept; pictures and depth without
-    loss, and replayed modules see them, but segmentations are left out. The recording's estimate is dead reckoning
-    until an estimator is replayed.
+    Times and stamps are relative to the first observation. All kinds of readings are stored; pictures and depth without
+    loss, so that replayed modules get them; segmentations are left out. The recording's estimate is dead reckoning.
 
     Args:
         record: The MCAP file to write.
-        observations: At an even rate, at least two, each with the odometry since the one before.
+        observations: At a constant rate, at least two, each with the odometry since the previous one.
         robot: Its name.
-        truth: Where the robot was at each, (x, y, heading), shape (N, 3) [m, m, rad]; NaN rows where nobody knows.
-        landmarks: Where those stand that sightings name [m]; modules are not told.
-        world: The room, with this robot, its sensors and its start; a bare floor with the sensors that the observations
-            have unless given. It tells where on the robot they are.
-        metadata: Kept with the recording.
+        truth: True pose of the robot at each, (x, y, heading), shape (N, 3) [m, m, rad]; NaN rows where unknown.
+        landmarks: Positions of landmarks by the names in sightings [m]; modules do not get them.
+        world: The world, with this robot, its sensors and its start; it gives the mounts of the sensors. By default a
+            bare floor with the sensors of the observations.
+        metadata: Added to that of the recording.
         overwrite: Whether `record` may replace a file.
-        progress: Called with how much of it is done [%].
+        progress: Called with the progress [%].
 
     Raises:
-        UsageError: The file exists, odometry or a scan is none, times are not even, the truth has another shape, the
-            pictures of a camera have several sizes, a world cannot have a rate or a name, or it lacks the robot or a
-            sensor that gave a reading.
+        UsageError: The file exists, odometry or a scan is invalid, times are not at a constant rate, the truth has
+            another shape, the pictures of a camera have several sizes, a rate or a name is not possible in a world, or
+            the world lacks the robot or the sensor of a reading.
         RecordingError: The file cannot be written.
     """
     require_free(Path(record), overwrite=overwrite)
@@ -104,14 +103,14 @@ def write_log(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Observed:
-    """Observations as they are told, with times from the first."""
+    """Observations with times relative to the first."""
 
     observations: Sequence[Observation]
     truth: Array
     first: float
     dt: float
     poses: None = None
-    """They are planar."""
+    """None: the poses are planar."""
 
     def observation(self, row: int) -> Observation:
         """Return an observation at its tick."""
@@ -132,34 +131,34 @@ class _Observed:
         )
 
     def command(self, row: int) -> Command:
-        """Return the mean twist since the tick before."""
+        """Return the mean twist since the previous tick."""
         moved = self.observations[row].odometry
         return Command(moved.forward / self.dt, moved.left / self.dt, moved.turn / self.dt)
 
     def identities(self, row: int) -> tuple[str | None, ...]:
-        """Return what the sightings were said to be of."""
+        """Return the names of the sightings."""
         return tuple(sighting.name for sighting in self.observations[row].sightings)
 
 
 def _since(first: float, readings: Sequence[Timed]) -> tuple[Timed, ...]:
-    """Return readings with stamps from a time on [s]."""
+    """Return readings with stamps relative to a time [s]."""
     return tuple(replace(each, stamp=each.stamp - first) for each in readings)
 
 
 def _named_since(first: float, readings: Mapping[str, Timed]) -> dict[str, Timed]:
-    """Return readings by sensor with stamps from a time on [s]."""
+    """Return readings by sensor with stamps relative to a time [s]."""
     return {name: replace(each, stamp=each.stamp - first) for name, each in readings.items()}
 
 
 def _cameras(observations: Sequence[Observation], *, placed: bool) -> dict[str, LoggedCamera]:
-    """Return the data sheet of each camera that gave a picture.
+    """Return the data sheet of each camera with pictures.
 
     Args:
         observations: With the pictures.
-        placed: Whether a place on the robot is made up: ahead, 0.3 m above the floor.
+        placed: Whether to assume a mount on the robot: looking ahead, 0.3 m above the floor.
 
     Raises:
-        UsageError: A camera gave pictures of several sizes, or of another size than it says.
+        UsageError: A camera has pictures of several sizes, or of another size than its intrinsics.
     """
     found: dict[str, LoggedCamera] = {}
     for row, seen in enumerate(observations):
@@ -183,7 +182,7 @@ def _cameras(observations: Sequence[Observation], *, placed: bool) -> dict[str, 
 
 
 def _require_robot(world: World, robot: str, cameras: Mapping[str, LoggedCamera]) -> None:
-    """Return when the robot is in the world, with its cameras.
+    """Check that the robot is in the world, with its cameras.
 
     Raises:
         UsageError: It is not.
@@ -202,7 +201,7 @@ def _require_robot(world: World, robot: str, cameras: Mapping[str, LoggedCamera]
 
 
 def _require_sensors(world: World, robot: str, observations: Sequence[Observation]) -> None:
-    """Return when each reading is of a sensor that the robot has in the world.
+    """Check that each reading is of a sensor that the robot has in the world.
 
     Raises:
         UsageError: One is not; the recording could not be read.
@@ -216,10 +215,10 @@ def _require_sensors(world: World, robot: str, observations: Sequence[Observatio
 
 
 def _require_numbers(observations: Sequence[Observation]) -> None:
-    """Return when odometry and scans are arrays of the shapes and the ends that recordings hold.
+    """Check the shapes and values of odometry and scans.
 
     Raises:
-        UsageError: They are not.
+        UsageError: They are invalid.
     """
     for row, seen in enumerate(observations):
         moved = seen.odometry
@@ -236,7 +235,7 @@ def _require_numbers(observations: Sequence[Observation]) -> None:
 
 
 def _rate_of(observations: Sequence[Observation]) -> float:
-    """Return how many observations there are a second."""
+    """Return the rate of the observations [Hz]."""
     if len(observations) < 2:
         raise UsageError(f"{len(observations)} observations; a recording needs at least two")
     times = np.array([seen.time for seen in observations])
@@ -279,7 +278,7 @@ def _room(
     cameras: Mapping[str, LoggedCamera],
     rate: float,
 ) -> World:
-    """Return a bare floor with a robot that has the sensors of its observations."""
+    """Return a bare floor and a robot with the sensors of its observations."""
     known = poses[np.isfinite(poses).all(axis=1)]
     scans = {name: kept([scan]) for seen in observations for name, scan in seen.scans.items()}
     frames = {name: kept([logged_frame(frame)]) for seen in observations for name, frame in seen.cameras.items()}
@@ -319,7 +318,7 @@ def _room(
 
 
 def _step_ms(rate: float) -> int:
-    """Return the longest step of a world's physics of which ticks at a rate are a whole number."""
+    """Return the longest physics step of which a tick is a whole number."""
     steps = (4, 2, 1)
     misfits = [step_misfit("a tick", rate, step / 1000) for step in steps]
     if all(misfits):

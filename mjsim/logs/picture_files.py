@@ -1,4 +1,4 @@
-"""Pictures of a log in files of their own, and the list that says when each was taken."""
+"""Pictures of a log in separate files, and the list with their times."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -17,31 +17,31 @@ from mjsim.record import LoggedFrame, filed_frame
 def listed_pictures(
     path: Path, notes: dict[str, str], *, folder: str = ".", separator: str | None = None, second: float = 1.0
 ) -> tuple[Array, list[Path]]:
-    """Return when pictures were taken, ascending [s], and their files; those that are not there are counted in notes.
+    """Return the times of pictures, ascending [s], and their files; missing files are counted in the notes.
 
     Args:
-        path: The list: a time and a path a line.
-        notes: Facts about the log.
-        folder: That paths start from, seen from the list.
-        separator: Between time and path; by default blanks.
-        second: Seconds in the unit of time.
+        path: The list, with a time and a path per line.
+        notes: Metadata of the log.
+        folder: Base of the paths, relative to the list.
+        separator: Between time and path; by default white space.
+        second: One second in the unit of time.
 
     Raises:
-        UsageError: A line is not as it must be, or there are no pictures; names file and line.
+        UsageError: A line is invalid, or there are no pictures (the message has file and line).
     """
     return _listed(path, lines_of(path), notes, folder=folder, separator=separator, second=second)
 
 
 def paired_pictures(path: Path, notes: dict[str, str]) -> tuple[tuple[Array, list[Path]], tuple[Array, list[Path]]]:
-    """Return, of pictures and of depth, when they were taken, ascending [s], and their files.
+    """Return the times, ascending [s], and the files of pictures and of depth.
 
     Args:
-        path: `associations.txt`: time and path of a picture, time and path of its depth a line, or depth first; paths
-            of depth have 'depth' in them.
-        notes: Facts about the log.
+        path: `associations.txt`, with time and path of a picture and of its depth per line, or depth first; paths of
+            depth contain 'depth'.
+        notes: Metadata of the log.
 
     Raises:
-        UsageError: As of `listed_pictures`.
+        UsageError: As in `listed_pictures`.
     """
     halves: tuple[list[str], list[str]] = [], []
     for number, line in enumerate(lines_of(path), start=1):
@@ -64,7 +64,7 @@ def _listed(
     separator: str | None = None,
     second: float = 1.0,
 ) -> tuple[Array, list[Path]]:
-    """Return what the lines of a list name, as `listed_pictures` does."""
+    """Return the entries of a list, as `listed_pictures` does."""
     stamps, files, missing = [], [], []
     for number, line in enumerate(lines, start=1):
         words = line.partition("#")[0].strip().split(separator, maxsplit=1)
@@ -95,7 +95,7 @@ def frame_in(file: Path, stamp: float, intrinsics: Intrinsics) -> LoggedFrame:
     """Return the picture in a file.
 
     Raises:
-        UsageError: It is broken, or of another size than its camera has.
+        UsageError: It is broken, or does not have its camera's size.
     """
     try:
         return filed_frame(file.read_bytes(), stamp, intrinsics)
@@ -104,10 +104,10 @@ def frame_in(file: Path, stamp: float, intrinsics: Intrinsics) -> LoggedFrame:
 
 
 def size_in(file: Path, data: bytes) -> tuple[int, int]:
-    """Return width and height of the picture that a file holds, without decoding it [px].
+    """Return width and height of the picture in a file, without decoding it [px].
 
     Raises:
-        UsageError: It is none.
+        UsageError: It is not a picture.
     """
     try:
         return any_picture_size(data)

@@ -1,4 +1,4 @@
-"""Readings of one sensor of a log: their times are known at once, each of them is read when it is told."""
+"""Readings of one sensor of a log: all times are known, and each reading is loaded on request."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 
 TOGETHER = 0.02
-"""Depth and colours that differ by less are of one picture, as the tools of TUM RGB-D have it [s]."""
+"""Maximum time difference of depth and colour of one picture, as in the tools of TUM RGB-D [s]."""
 
 
 class Stamped(Protocol):
-    """A reading with a time."""
+    """A reading with a stamp."""
 
     @property
     def stamp(self) -> float:
@@ -26,25 +26,25 @@ T = TypeVar("T", bound=Stamped)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Readings(Generic[T]):
-    """Readings in the order of their times."""
+    """Readings in order of time."""
 
     stamps: Array
-    """Of the log's clock, shape (N,), ascending [s]."""
+    """By the log's clock, shape (N,), ascending [s]."""
     take: Callable[[int], T]
-    """Number, from 0 -> reading; numbers that ascend are quickest."""
+    """Index -> reading; most efficient if indices ascend."""
 
     def __len__(self) -> int:
-        """Return how many there are."""
+        """Return the number of readings."""
         return len(self.stamps)
 
 
 def kept(readings: Sequence[T]) -> Readings[T]:
-    """Return readings that are in memory."""
+    """Return readings held in memory."""
     return Readings(np.array([each.stamp for each in readings], dtype=float), lambda number: readings[number])
 
 
 def rising(stamps: Array) -> NDArray[np.intp]:
-    """Return the numbers of readings in the order of time, of those of one time the first, shape (K,).
+    """Return the indices of readings in order of time, the first for each time, shape (K,).
 
     Args:
         stamps: As they were logged, shape (N,) [s].
@@ -54,9 +54,9 @@ def rising(stamps: Array) -> NDArray[np.intp]:
 
 
 def partners(stamps: Array, others: Array, *, tolerance: float) -> NDArray[np.intp]:
-    """Return for each reading the number of the one of another sensor that belongs to it, -1 for none, shape (N,).
+    """Return for each reading the index of its partner from another sensor, -1 for none, shape (N,).
 
-    Of all pairs that differ by less than the tolerance, the closest is taken first; each reading is in one pair.
+    Pairs within the tolerance are formed in order of their time difference; each reading is in one pair.
 
     Args:
         stamps: Of one sensor, ascending, shape (N,) [s].

@@ -1,4 +1,4 @@
-"""RGB-D folders as the computer vision group of TU Munich publishes them: a hand-held or mounted camera with depth.
+"""RGB-D folders in the format of TU Munich's computer vision group: a hand-held or mounted camera with depth.
 
     rgb.txt            time [s], path of a picture
     depth.txt          time [s], path of a PNG of 16 bits, 5000 to a metre, 0 for none
@@ -8,7 +8,7 @@
     camera.yaml        calibration as ORB-SLAM reads it; not in the published folders
 
 A picture and the depth closest to it, less than 0.02 s apart, belong together. The robot's frame is at the camera, x
-ahead. There is no odometry. Intrinsics of published folders are told by the number of their camera in the name.
+ahead. There is no odometry. Intrinsics of published folders follow from the number of the camera in their name.
 
 References:
     Sturm, Engelhard, Endres, Burgard, Cremers, A benchmark for the evaluation of RGB-D SLAM systems, IROS 2012; the
@@ -37,9 +37,9 @@ from mjsim.record import LoggedCamera, LoggedFrame
 
 CAMERA = "camera"
 PER_METRE = np.float32(5000.0)
-"""Of the numbers of depth."""
+"""Depth values per metre."""
 ASSOCIATIONS = "associations.txt"
-"""As `associate.py` of the data set's tools writes it, and some data sets have it alone."""
+"""The file written by `associate.py` of the data set's tools; some data sets only have this one."""
 CALIBRATIONS = {
     1: (517.3, 516.5, 318.6, 255.3, 0.2624, -0.9531, -0.0054, 0.0026, 1.1633),
     2: (520.9, 521.0, 325.1, 249.7, 0.2312, -0.7849, -0.0033, -0.0001, 0.9172),
@@ -47,19 +47,19 @@ CALIBRATIONS = {
 }
 """Camera -> fx, fy, cx, cy [px] and Brown's model, of 640 x 480 pixels."""
 USUAL = (525.0, 525.0, 319.5, 239.5)
-"""What the data set's tools take where nothing is known, of 640 x 480 pixels."""
+"""Default of the data set's tools, for 640 x 480 pixels."""
 
 
 def is_rgbd(path: Path) -> bool:
-    """Return whether a folder holds a list of pictures."""
+    """Return whether a folder contains a list of pictures."""
     return path.is_dir() and any((path / name).is_file() for name in ("rgb.txt", ASSOCIATIONS))
 
 
 def read_rgbd(path: Path) -> Log:
-    """Return what the camera of a folder gave.
+    """Read the data of the camera in a folder.
 
     Raises:
-        UsageError: A file does not exist or is invalid; names file and line.
+        UsageError: A file does not exist or is invalid (the message has file and line).
     """
     notes: dict[str, str] = {}
     (stamps, pictures), (depth_stamps, depths) = _lists(path, notes)
@@ -85,7 +85,7 @@ def read_rgbd(path: Path) -> Log:
 
 
 def _lists(path: Path, notes: dict[str, str]) -> tuple[tuple[Array, list[Path]], tuple[Array, list[Path]]]:
-    """Return when pictures and depth of a folder were taken [s], and their files."""
+    """Return the times [s] and files of pictures and depth in a folder."""
     if not (path / "rgb.txt").is_file():
         return paired_pictures(path / ASSOCIATIONS, notes)
     depth, none = path / "depth.txt", (np.zeros(0), list[Path]())
@@ -104,7 +104,7 @@ def _depth(file: Path, intrinsics: Intrinsics) -> Array:
 
 
 def _intrinsics(path: Path, width: int, height: int, notes: dict[str, str]) -> Intrinsics:
-    """Return the calibration of a folder: its own, that of a published one by its name, or a usual one."""
+    """Return the calibration of a folder: from its file, from the name of a published one, or the default."""
     known = re.search(r"freiburg([123])", path.resolve().name)
     if (path / "camera.yaml").is_file():
         return _settings(path / "camera.yaml", width, height)
@@ -146,7 +146,7 @@ def _settings(file: Path, width: int, height: int) -> Intrinsics:
 
 
 def _truth(path: Path, notes: dict[str, str]) -> Array | None:
-    """Return where the robot's frame was in space, rows of time and pose, shape (N, 8)."""
+    """Return the 3-D poses of the robot's frame, rows of time and pose, shape (N, 8)."""
     file = path / "groundtruth.txt"
     if not file.is_file():
         return None
@@ -160,7 +160,7 @@ def _truth(path: Path, notes: dict[str, str]) -> Array | None:
 
 
 def _accelerations(path: Path) -> list[ImuReading]:
-    """Return what the accelerometer told; it has no gyroscopes, so that turns are not a number."""
+    """Return the readings of the accelerometer; turn rates are NaN, because there are no gyroscopes."""
     file = path / "accelerometer.txt"
     if not file.is_file():
         return []

@@ -1,4 +1,4 @@
-"""What one robot logged, each sensor at times of its own -> what it observed, tick by tick."""
+"""Converts the log of one robot, with separate times for each sensor, to observations at ticks."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -20,39 +20,39 @@ from mjsim.record import LoggedCamera, LoggedFrame, Recording
 from mjsim.world import World
 
 SAME_TIME = 2e-6
-"""Clocks since 1970 are written to microseconds, and doubles hold no more [s]."""
+"""Times that differ by less are equal: the resolution of times since 1970, as usually written and as doubles [s]."""
 LONGEST_WAIT = 2.0
-"""For a tick of its own; scans that would come later are left out [s]."""
+"""Maximum time that a scan waits for its own tick; later scans are left out [s]."""
 Timed = TypeVar("Timed", Sighting, ImuReading)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RobotLog:
-    """What one robot logged; all times are of one clock, in ascending order [s]."""
+    """The log of one robot; all times are by one clock, in ascending order [s]."""
 
     twists: Array = field(default_factory=lambda: np.zeros((0, 3)))
-    """Rows of time [s], forward [m/s], turn [rad/s] and, of what moves aside, left [m/s], shape (N, 3 or 4); each holds
-    until the next."""
+    """Rows of time [s], forward [m/s], turn [rad/s] and, if it can move sideways, left [m/s], shape (N, 3 or 4); each
+    holds until the next."""
     track: Array | None = None
-    """Rows of time [s], x, y [m] and heading [rad] in a frame that drifts, shape (K, 4): odometry, where the log has
-    poses. Twists are the commands then."""
+    """Rows of time [s], x, y [m] and heading [rad] in a frame that drifts, shape (K, 4): odometry, if the log has
+    poses. Then the twists are the commands."""
     sightings: Sequence[Sighting] = ()
     identities: Sequence[str | None] | None = None
-    """What each sighting is of; None where nobody knows."""
+    """True landmark of each sighting; None if unknown."""
     scans: Mapping[str, Readings[Scan]] = field(default_factory=dict)
     """By the name of the lidar. Ticks are moved to the scans of the first."""
     cameras: Mapping[str, Readings[LoggedFrame]] = field(default_factory=dict)
-    """By the name of the camera. Ticks are moved to the pictures of the first where there are no scans."""
+    """By the name of the camera. Without scans, ticks are moved to the pictures of the first."""
     clouds: Mapping[str, Readings[PointCloud]] = field(default_factory=dict)
-    """By the name of the 3-D lidar. Ticks are moved to the clouds of the first where there is nothing else."""
+    """By the name of the 3-D lidar. Without scans and pictures, ticks are moved to the clouds of the first."""
     imu: Sequence[ImuReading] = ()
     truth: Array | None = None
-    """Rows of time [s], x, y [m] and heading [rad], shape (M, 4); None when the log has none."""
+    """Rows of time [s], x, y [m] and heading [rad], shape (M, 4); None if the log has none."""
     poses: Array | None = None
-    """The truth in space, where the log has that: rows of time [s], x, y, z [m] and unit quaternion x, y, z, w, shape
-    (M, 8); in place of `truth`."""
+    """3-D ground truth, if the log has it: rows of time [s], x, y, z [m] and unit quaternion x, y, z, w, shape (M, 8);
+    replaces `truth`."""
     gap: float = 0.1
-    """Between two rows of truth that are farther apart nothing is known [s]."""
+    """Maximum time between two rows of truth to interpolate [s]."""
 
 
 def write_robot_logs(
@@ -75,12 +75,12 @@ def write_robot_logs(
         logs: By the name of the robot.
         span: First and last time of the log's clock; the first is 0 in the recording [s].
         noise: Of the motion.
-        bias: Taken away from odometry and sightings.
-        metadata: Where the log is from.
-        cameras: Data sheets of cameras whose pictures are kept, by robot and camera.
-        record: The MCAP file; a temporary one, gone with the recording, if None.
+        bias: Subtracted from odometry and sightings.
+        metadata: Origin of the log.
+        cameras: Data sheets of cameras whose pictures are stored, by robot and camera.
+        record: The MCAP file; a temporary one, deleted with the recording, if None.
         overwrite: Whether that may replace a file.
-        progress: Called with how much of it is done [%].
+        progress: Called with the progress [%].
 
     Raises:
         UsageError: The file exists.
@@ -106,7 +106,7 @@ def write_robot_logs(
 
 
 def _told_at(stamps: Array, edges: Array) -> dict[int, int]:
-    """Return tick -> number of the reading that it tells: each waits for the first tick that has none yet.
+    """Return tick -> index of its reading: each reading waits for the first tick without one.
 
     Args:
         stamps: Of the readings of one sensor, shape (N,), ascending [s].
@@ -124,11 +124,11 @@ def _told_at(stamps: Array, edges: Array) -> dict[int, int]:
 
 
 class _Ticked:
-    """The log of one robot, told tick by tick.
+    """The log of one robot, tick by tick.
 
-    A tick stands for the moment of its scan, if it has one: odometry, truth and scan are of the same instant, however
-    unevenly scans were logged. Pictures take that part where there are no scans. Its time in the recording is later by
-    less than a tick, or by as long as readings that came all at once have to wait.
+    A tick with a scan has the time of that scan: odometry, truth and scan belong to the same instant, however unevenly
+    scans were logged. Without scans, pictures are used instead. Its time in the recording is later by less than a tick,
+    or by the waiting time of readings that arrived at once.
     """
 
     def __init__(self, log: RobotLog, noise: MotionNoise, bias: Bias, *, start: float, dt: float, count: int) -> None:
@@ -154,7 +154,7 @@ class _Ticked:
         self.truth = self._truth(edges)
 
     def observation(self, row: int) -> Observation:
-        """Return what the robot sensed since the tick before."""
+        """Return the observation since the previous tick."""
         return Observation(
             time=row * self._dt,
             dt=self._dt,
@@ -188,14 +188,14 @@ class _Ticked:
         return Command(forward, left, turn)
 
     def identities(self, row: int) -> tuple[str | None, ...]:
-        """Return what the sightings of a tick are of."""
+        """Return the true landmarks of the sightings of a tick."""
         if self._log.identities is None:
             return ()
         begin, end = self._sightings[row]
         return tuple(self._log.identities[begin:end])
 
     def left_out(self) -> Iterator[tuple[str, str, int]]:
-        """Yield each lidar, camera and 3-D lidar, what it gives, and how many of those found no tick of their own."""
+        """Yield each lidar, camera and 3-D lidar, its kind of reading, and how many of these got no own tick."""
         scans = [(name, "scans", self._log.scans[name].stamps, rows) for name, rows in self._scans.items()]
         pictures = [(name, "pictures", self._log.cameras[name].stamps, rows) for name, rows in self._pictures.items()]
         clouds = [(name, "clouds", self._log.clouds[name].stamps, rows) for name, rows in self._clouds.items()]
@@ -204,7 +204,7 @@ class _Ticked:
             yield name, kind, int(within.sum()) - len(rows)
 
     def _moments(self, nominal: Array) -> Array:
-        """Return the instant of the log that each tick stands for, ascending, shape (N,) [s]."""
+        """Return the time in the log of each tick, ascending, shape (N,) [s]."""
         edges = nominal.copy()
         leading = [(self._log.scans[name].stamps, rows) for name, rows in self._scans.items()]
         leading += [(self._log.cameras[name].stamps, rows) for name, rows in self._pictures.items()]
@@ -215,7 +215,7 @@ class _Ticked:
         return np.minimum.accumulate(edges[::-1])[::-1]
 
     def _truth(self, edges: Array) -> Array:
-        """Return where the robot was at each tick, NaN where the log does not tell, shape (N, 3)."""
+        """Return the true pose at each tick, NaN where unknown, shape (N, 3)."""
         if self.poses is not None:
             return np.array([Pose3(*row).planar().as_array() for row in self.poses.tolist()])
         if self._log.truth is not None:
@@ -229,12 +229,12 @@ class _Ticked:
         return replace(reading, stamp=reading.stamp - self._start)
 
     def _mean_twists(self) -> Array:
-        """Return the mean twist of each tick, where the log tells no commands, shape (N, 3)."""
+        """Return the mean twist of each tick, for a log without commands, shape (N, 3)."""
         return np.array([[step.forward, step.left, step.turn] for step in self._motions]) / self._dt
 
 
 def _rows_since(stamps: Array, edges: Array) -> list[tuple[int, int]]:
-    """Return the first and the last row, not included, of what is told at each tick: all since the tick before."""
+    """Return the first row and the end of the rows of each tick: all since the previous tick."""
     # A stamp that is the tick's own is told at once.
     ends = np.searchsorted(stamps, edges + SAME_TIME, side="right").tolist()
     return list(pairwise([int(np.searchsorted(stamps, edges[0] - SAME_TIME)), *ends]))

@@ -1,4 +1,4 @@
-"""Text files of numbers in columns, read strictly: every fault is named with its line."""
+"""Strict reader of text files with columns of numbers; errors have the line."""
 
 import math
 from collections.abc import Collection, Sequence
@@ -11,23 +11,23 @@ from mjsim.geometry import Array
 from mjsim.logs.text import lines_of
 
 TIME = "time"
-"""Name of a column whose values never fall from one line to the next."""
+"""Name of the column whose values must not decrease."""
 UNIT = 0.01
-"""How far the length of a quaternion in a file may be off 1."""
+"""Tolerance of the norm of a quaternion in a file."""
 
 
 def read_table(path: Path, columns: Sequence[str], *, positive: Collection[str] = ()) -> Array:
-    """Return the numbers of a file, one row a line, shape (N, columns), N at least 1.
+    """Return the numbers of a file, one row per line, shape (N, columns), N at least 1.
 
-    Numbers are separated by blanks. Empty lines, and what follows a '#', are left out.
+    Numbers are separated by white space. Empty lines and comments after '#' are skipped.
 
     Args:
-        path: A text file, packed or not.
-        columns: What each column is called, such as 'range'.
-        positive: Those whose values are above 0.
+        path: A text file, compressed or not.
+        columns: Name of each column, such as 'range'.
+        positive: Columns whose values must be above 0.
 
     Raises:
-        UsageError: The file cannot be read, holds no line, or a line is not as it must be; names file and line.
+        UsageError: The file cannot be read, is empty, or a line is invalid (the message has file and line).
     """
     rows: list[list[float]] = []
     latest = -math.inf
@@ -68,14 +68,14 @@ def _row(words: Sequence[str], columns: Sequence[str], positive: Collection[str]
 
 
 def with_unit_quaternions(path: Path, rows: Array) -> Array:
-    """Return rows of time [s], x, y, z [m] and quaternion with quaternions of length 1, shape (N, 8).
+    """Return rows of time [s], x, y, z [m] and quaternion with quaternions normalised, shape (N, 8).
 
     Args:
         path: The file that they were read from.
         rows: Shape (N, 8).
 
     Raises:
-        UsageError: A quaternion is none of a rotation.
+        UsageError: A quaternion is not a rotation.
     """
     lengths = np.linalg.norm(rows[:, 4:], axis=1)
     if len(odd := np.flatnonzero(np.abs(lengths - 1.0) > UNIT)):
@@ -84,10 +84,10 @@ def with_unit_quaternions(path: Path, rows: Array) -> Array:
 
 
 def whole_numbers(path: Path, values: Array, column: str) -> list[int]:
-    """Return the values of a column that holds whole numbers, such as those of barcodes, shape (N,).
+    """Return the values of a column of integers, such as barcodes, shape (N,).
 
     Raises:
-        UsageError: One is not whole.
+        UsageError: One is not an integer.
     """
     odd = values[values != np.rint(values)]
     if len(odd):

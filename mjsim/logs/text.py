@@ -12,22 +12,22 @@ from typing import IO, Any
 from mjsim.errors import UsageError
 
 MOST_BYTES = 4 << 30
-"""Of text in a log."""
+"""Maximum size of text in a log [bytes]."""
 LONGEST_LINE = 1 << 20
-"""Bytes; what is longer is no line of numbers."""
+"""Maximum length of a line [bytes]."""
 UNPACKERS: Mapping[str, tuple[bytes, Callable[[Path], Any]]] = {
     ".gz": (b"\x1f\x8b", gzip.open),
     ".xz": (b"\xfd7zXZ\x00", lzma.open),
     ".bz2": (b"BZh", bz2.open),
 }
-"""How names of packed files end, how such files begin, and what unpacks them."""
+"""Suffixes of compressed files, their first bytes, and the decompressors."""
 
 
 def lines_of(path: Path) -> Iterator[str]:
-    """Yield the lines of a text file; one packed by gzip, xz or bzip2 is unpacked as it is read, whatever its name.
+    """Yield the lines of a text file; gzip, xz and bzip2 files are decompressed, whatever their names.
 
     Raises:
-        UsageError: It cannot be read, is not packed as its name says, or is too large.
+        UsageError: It cannot be read, is not compressed as its name says, or is too large.
     """
     taken = 0
     try:

@@ -1,4 +1,4 @@
-"""What robots observed, tick by tick -> a recording."""
+"""Writes observations of robots, tick by tick, to a recording."""
 
 import re
 import sys
@@ -33,28 +33,28 @@ from mjsim.sim import Simulation
 from mjsim.world import World
 
 SEED = 0
-"""Of an imported recording; nothing in it was drawn by lot, but a replayed module may draw."""
+"""Seed of an imported recording, used only by replayed modules."""
 
 
 class Account(Protocol):
-    """What one robot observed and where it was, by the number of the tick."""
+    """Observations and true poses of one robot, by index of the tick."""
 
     @property
     def truth(self) -> Array:
-        """Pose of each tick, shape (N, 3) [m, m, rad]; NaN rows where nobody knows."""
+        """True pose at each tick, shape (N, 3) [m, m, rad]; NaN rows where unknown."""
 
     @property
     def poses(self) -> Array | None:
-        """The same in space, rows as of `Pose3`, shape (N, 7); None when the robot stays upright on the floor."""
+        """The same in 3-D, rows as in `Pose3`, shape (N, 7); None if the robot stays upright on the floor."""
 
     def observation(self, row: int) -> Observation:
-        """Return what the robot sensed since the tick before."""
+        """Return the observation since the previous tick."""
 
     def command(self, row: int) -> Command:
-        """Return what its drive was told at the tick."""
+        """Return the command to its drive at the tick."""
 
     def identities(self, row: int) -> tuple[str | None, ...]:
-        """Return what the sightings of the tick are of; empty where nobody knows."""
+        """Return the true landmarks of the sightings of the tick; empty if unknown."""
 
 
 def write_ticks(
@@ -67,16 +67,16 @@ def write_ticks(
     overwrite: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Recording:
-    """Write what robots observed as a recording and return it.
+    """Write the observations of robots as a recording and return it.
 
     Args:
         world: With the robots at their starts; its rate is that of the ticks.
-        accounts: By the name of the robot, all of the same number of ticks.
-        metadata: Where this is from.
-        cameras: Data sheets of cameras whose pictures are kept, by robot and camera.
-        record: The MCAP file; a temporary one, gone with the recording, if None.
+        accounts: By the name of the robot, all with the same number of ticks.
+        metadata: Origin of the data.
+        cameras: Data sheets of cameras whose pictures are stored, by robot and camera.
+        record: The MCAP file; a temporary one, deleted with the recording, if None.
         overwrite: Whether that may replace a file.
-        progress: Called with how much of it is done [%].
+        progress: Called with the progress [%].
 
     Raises:
         UsageError: The file exists.
@@ -106,17 +106,17 @@ def write_ticks(
 
 
 def cut(first: float, last: float, *, begin: float, seconds: float | None, rate_hz: float) -> tuple[float, float]:
-    """Return from when to when a log is taken.
+    """Return start and end of the imported part of a log.
 
     Args:
-        first: When it begins, by its own clock [s].
-        last: When it ends [s].
-        begin: How much of the beginning is left out [s].
-        seconds: How much is taken; by default all [s].
-        rate_hz: Ticks a second.
+        first: Start of the log, by its own clock [s].
+        last: End of the log [s].
+        begin: Time to skip at the beginning [s].
+        seconds: Duration to import; by default all [s].
+        rate_hz: Ticks per second.
 
     Raises:
-        UsageError: Two ticks do not fit into that.
+        UsageError: It is too short for two ticks.
     """
     if last < first:
         raise UsageError(f"some files of the log end at {last:.15g} s, before others begin, at {first:.15g} s")
@@ -129,7 +129,7 @@ def cut(first: float, last: float, *, begin: float, seconds: float | None, rate_
 
 
 def name_from(path: Path) -> str:
-    """Return a name for the world of a log that is in a folder or a file."""
+    """Return a name for the world of a log, from that of its folder or file."""
     return re.sub(r"[^A-Za-z0-9_.-]", "-", path.resolve().name)[:64] or "log"
 
 
@@ -168,22 +168,22 @@ class _Robot:
         self._known_from = int(known[0]) if len(known) else len(account.truth)
 
     def order(self, row: int, seen: Observation) -> Order:
-        """Return dead reckoning, and what the log tells as the command."""
+        """Return dead reckoning, and the command of the log."""
         command = self.account.command(row)
         return replace(self._pilot.decide(seen), command=command, wanted=command)
 
     def truth(self, row: int) -> Pose | None:
-        """Return where the robot was, None where the log does not tell."""
+        """Return the true pose of the robot, None if unknown."""
         pose = self.account.truth[row]
         return Pose.from_array(pose) if np.isfinite(pose).all() else None
 
     def pose(self, row: int, planar: Pose) -> Pose3:
-        """Return where the robot was in space, given where it was seen from above."""
+        """Return the true 3-D pose of the robot, given its pose seen from above."""
         poses = self.account.poses
         return Pose3.from_planar(planar) if poses is None else Pose3(*poses[row].tolist())
 
     def place(self, qpos: Array, row: int, believed: Pose) -> None:
-        """Put the robot where it was, or was last known to be, or, before it was ever known, where odometry has it."""
+        """Place the robot at its true pose, or the last known one, or before that at its pose by odometry."""
         known = self.truth(row)
         if known is not None:
             self._place = known

@@ -1,20 +1,20 @@
-"""The Victoria Park data set, as the RFS-SLAM project keeps it: a car among trees, seen by a laser scanner.
+"""The Victoria Park data set in the format of the RFS-SLAM project: a car among trees, seen by a laser scanner.
 
-One folder, three text files; the times of all count from one start:
+One folder, three text files; all times are relative to the same start:
 
     inputs.dat         time [s], velocity [m/s] of the left rear wheel, steering angle [rad], left positive
     measurements.dat   time [s], range [m], bearing [rad], diameter [m] of a tree trunk; a bearing of 0 is to the right
                        of the scanner, pi / 2 is ahead
-    gps.dat            time [s], x [m], y [m] of the antenna; may be missing
+    gps.dat            time [s], x [m], y [m] of the antenna; optional
 
 The car's axles are 2.83 m apart, its left rear wheel is 0.76 m from the middle of the axle, its scanner 3.78 m ahead of
 it and 0.50 m to the left. These numbers, and the standard deviations of sightings below, are those of the project's
-configuration (cfg/rbphdslam_VictoriaPark.xml); the columns and the meaning of the bearing are as its programs read them
+configuration (cfg/rbphdslam_VictoriaPark.xml); the columns and the definition of the bearing are those of its programs
 (src/rbphdslam_VictoriaPark.cpp, src/MeasurementModel_VictoriaPark.cpp, src/ProcessModel_Ackerman2D.cpp).
 
-The robot's origin is the middle of the rear axle: odometry, sightings, estimates and truth all are of that point. No
-source tells where the antenna is; fixes agree best with the place of the scanner, and are taken to be from there. How
-the car is turned is told by odometry, laid on the fixes of 20 s before and after.
+The robot's origin is the middle of the rear axle: odometry, sightings, estimates and truth all refer to that point. No
+source gives the position of the antenna; fixes agree best with that of the scanner, which is assumed. The heading is
+that of odometry, fitted to the fixes of 20 s before and after.
 
 References:
     Guivant, Nebot, Optimization of the simultaneous localization and map-building algorithm for real-time
@@ -40,20 +40,21 @@ from mjsim.record import Recording
 from mjsim.world import World, parse_world
 
 WHEELBASE, ENCODER = 2.83, 0.76
-"""Between the axles, and from the middle of the rear one to the wheel whose speed is told [m]."""
+"""Distance between the axles, and from the middle of the rear axle to the measured wheel [m]."""
 SCANNER = (3.78, 0.50)
 """Ahead of the middle of the rear axle, and to its left [m]."""
 ANTENNA = SCANNER
-"""Where the antenna is taken to be, ahead of the middle of the rear axle and to its left [m]."""
+"""Assumed position of the antenna, ahead of the middle of the rear axle and to its left [m]."""
 MOTION = MotionNoise(distance=0.08, turn=0.0, veer=0.03)
-"""Twice what variances of 0.2 (m/s)^2 and 0.025 rad^2 of each input at 40 Hz add up to over one metre at 3 m/s. `mjsim
-calibrate` finds 0.14 m over one metre; a filter that believes half of this takes old trees for new ones at 300 s."""
+"""Twice the noise that results over one metre at 3 m/s from variances of 0.2 (m/s)^2 and 0.025 rad^2 of each input at
+40 Hz. `mjsim calibrate` finds 0.14 m over one metre; with half of this noise, a filter takes known trees for new ones
+at 300 s."""
 RANGE, BEARING = math.sqrt(0.025), math.sqrt(0.000025)
 """Standard deviations of a sighting by the scanner [m, rad]."""
 RATE = 25.0
-"""Ticks a second, unless asked for."""
+"""Default tick rate [Hz]."""
 GAP = 0.5
-"""Fixes come every 0.2 s; where they are farther apart, too many were lost to tell where the car was [s]."""
+"""Maximum time between two fixes to interpolate; normally there is one every 0.2 s [s]."""
 NAME = "car"
 
 
@@ -72,23 +73,23 @@ def import_victoria_park(
 ) -> Recording:
     """Return the data set as a recording of the robot 'car', whose sightings have no names.
 
-    The car begins at the first fix, or at the origin, looking along x, without gps.dat. Truth is of the middle of the
-    rear axle, where fixes of the antenna are near in time; those that jump away from the others are left out.
+    The car starts at the first fix, or without gps.dat at the origin, facing along x. The truth is the pose of the
+    middle of the rear axle, at times close to fixes of the antenna; fixes that disagree with the others are left out.
 
     Args:
-        folder: Where the text files are.
-        rate_hz: Ticks a second.
-        begin: How much of the beginning is left out [s].
-        seconds: How much is taken [s]; by default all.
-        motion: How far the motion that the log tells is off.
+        folder: Folder of the text files.
+        rate_hz: Ticks per second.
+        begin: Time to skip at the beginning [s].
+        seconds: Duration to import [s]; by default all.
+        motion: Noise of the logged motion.
         sighting: Standard deviations of range and bearing by the scanner [m, rad].
-        bias: Systematic errors that are taken away from odometry and sightings.
-        record: The MCAP file to write; by default a temporary one, gone with the recording.
-        progress: Called with how much of it is done [%].
+        bias: Systematic errors that are subtracted from odometry and sightings.
+        record: The MCAP file to write; by default a temporary one, deleted with the recording.
+        progress: Called with the progress [%].
         overwrite: Whether `record` may replace a file.
 
     Raises:
-        UsageError: A file does not exist or is invalid (names file and line), or `record` exists.
+        UsageError: A file does not exist or is invalid (the message has file and line), or `record` exists.
         RecordingError: The file cannot be written.
     """
     folder = Path(folder)
@@ -155,7 +156,7 @@ def sighting_of(row: Array, covariance: Array) -> Sighting:
 
 
 def _fixed(fixes: Array, twists: Array) -> CarPoses:
-    """Return where the middle of the rear axle was at fixes of the antenna.
+    """Return the poses of the middle of the rear axle at fixes of the antenna.
 
     Args:
         fixes: Rows of time [s], x and y [m].
@@ -165,7 +166,7 @@ def _fixed(fixes: Array, twists: Array) -> CarPoses:
 
 
 def _first(truth: Array | None, start: float) -> Pose:
-    """Return where the car begins."""
+    """Return the start of the car."""
     if truth is None or not len(truth):
         return Pose(0.0, 0.0, 0.0)
     return Pose.from_array(truth[min(int(np.searchsorted(truth[:, 0], start)), len(truth) - 1), 1:])
@@ -174,7 +175,7 @@ def _first(truth: Array | None, start: float) -> Pose:
 def _world(
     folder: Path, first: Pose, span: tuple[float, float], *, rate_hz: float, sighting: tuple[float, float]
 ) -> World:
-    """Return the park: nothing in it is known but the car."""
+    """Return the world of the park, which contains only the car."""
     noise = f"{{range: {sighting[0]!r}, bearing_deg: {math.degrees(sighting[1])!r}}}"
     text = (
         "# From the Victoria Park data set. Where the trees stand nobody knows.\n"
