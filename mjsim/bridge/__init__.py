@@ -1,4 +1,4 @@
-"""A running world as a ROS 2 robot, for any machine beside it; ROS need not be installed here."""
+"""Connects a running world to ROS 2, for any machine in the network, without a ROS installation."""
 
 from mjsim.faces import face
 

@@ -1,4 +1,4 @@
-"""A world at work, told to a bus of ROS 2 tick by tick, and driven by what comes from there."""
+"""Publishes a running world to ROS 2 tick by tick, and drives its robots by received commands."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,20 +17,20 @@ from mjsim.sim import Simulation
 from mjsim.world import Modules, World, grid_of
 
 FOREVER = 1e8
-"""Length of a run that ends when somebody ends it [s]."""
+"""Duration of a run without an end [s]."""
 WATCHDOG = 0.5
-"""How long a command is obeyed unless another one comes, simulated [s]."""
+"""Time for which a command holds, simulated [s]."""
 PATIENCE = 30.0
-"""How long a service waits for what it has begun [s]."""
+"""Maximum time that a service waits for its action [s]."""
 TWISTS = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
-"""What is taken as a command; Nav2 sends the second since Kilted."""
+"""Types accepted as commands; Nav2 sends the second since Kilted."""
 
 
 class Bridge(Closes):
-    """A world at work in a thread of its own, which other programs see as robots of ROS 2.
+    """Runs a world in a separate thread; other programs see its robots as ROS 2 robots.
 
-    It publishes what `mjsim.ros` tells of each tick, obeys `/R/cmd_vel` (Twist or TwistStamped), and offers the
-    services `/mjsim/pause` (std_srvs/SetBool), `/mjsim/step` and `/mjsim/reset` (std_srvs/Trigger).
+    It publishes the messages of `mjsim.ros` for each tick, subscribes to `/R/cmd_vel` (Twist or TwistStamped), and
+    offers the services `/mjsim/pause` (std_srvs/SetBool), `/mjsim/step` and `/mjsim/reset` (std_srvs/Trigger).
     """
 
     def __init__(
@@ -47,28 +47,28 @@ class Bridge(Closes):
         domain: int | None = None,
         interface: str | None = None,
     ) -> None:
-        """Join the bus; `start` begins the run.
+        """Join the bus; `start` starts the run.
 
         Args:
-            world: What is simulated.
+            world: The world to simulate.
             seed: Seed of all random numbers; by default that of the world.
             seconds: Simulated duration [s]; by default without end.
-            speed: Simulated seconds per second; None for as fast as it goes.
-            modules: Whether the world's own modules are at work, and drive while no commands come; else robots stand
-                and wait for commands, and nobody estimates.
-            watchdog: How long a command is obeyed unless another one comes, simulated [s].
+            speed: Simulated seconds per second; None for as fast as possible.
+            modules: Whether to run the modules of the world, which drive while no commands are received; otherwise
+                robots wait for commands, and there are no estimates.
+            watchdog: Time for which a command holds, simulated [s].
             record: The MCAP file to write, or its name from `reserve`; by default none.
             overwrite: Whether `record` may replace a file.
-            domain: Of DDS; by default as `ROS_DOMAIN_ID` says.
+            domain: DDS domain; by default that of `ROS_DOMAIN_ID`.
             interface: Name or address of the network interface; by default loopback.
 
         Raises:
-            UsageError: Something of it cannot be; cyclonedds or rosbags is not installed.
+            UsageError: An argument is invalid; cyclonedds or rosbags is not installed.
         """
         if not 0.0 < watchdog < FOREVER:
             raise UsageError(f"watchdog is {watchdog:g} s; it must be above 0")
         self.domain = domain_id() if domain is None else domain
-        """Of DDS."""
+        """DDS domain."""
         world = world if modules else _without_modules(world)
         with Simulation(world, seed=seed) as sim:
             infos: Mapping[str, RobotInfo] = dict(sim.robots)
@@ -94,11 +94,11 @@ class Bridge(Closes):
 
     @property
     def robots(self) -> list[str]:
-        """The robots, as their topics name them: '/scout' and so on."""
+        """Namespaces of the robots: '/scout' and so on."""
         return [f"/{robot.name}" for robot in self._ros.robots.values()]
 
     def start(self, *, paused: bool = False) -> None:
-        """Begin; when paused, stop after the first tick."""
+        """Start; if paused, stop after the first tick."""
         self._bus.start()
         self.session.start(paused=paused)
 
@@ -108,7 +108,7 @@ class Bridge(Closes):
         self._bus.close()
 
     def _obey(self, robot: str, name: str, watchdog: float) -> None:
-        """Drive a robot by what comes on its `cmd_vel`; a stamp is not looked at, since a command counts from now."""
+        """Drive a robot by a message on its `cmd_vel`; the stamp is ignored, since a command holds from now."""
 
         def take(message: Any) -> None:
             twist = getattr(message, "twist", message)
@@ -149,14 +149,14 @@ class Bridge(Closes):
         return self._now("paused", "running")
 
     def _now(self, *states: Any) -> tuple[bool, str]:
-        """Wait for one of these states; return whether it came, and what the run does at which time."""
+        """Wait for one of these states; return whether it was reached, and a description of state and time."""
         found = self.session.wait(*states, "ended", "failed", timeout=PATIENCE)
         newest = self.session.newest
         return found in states, f"{found} at {0.0 if newest is None else newest.time:g} s"
 
 
 def _without_modules(world: World) -> World:
-    """Return a world whose robots wait for commands: of its modules only controllers are left."""
+    """Return a world whose robots wait for commands: it has no modules except controllers."""
     drivers = {
         name: Modules(avoidance=False, controllers=driver.controllers, push=driver.push)
         for name, driver in world.run.drivers.items()
@@ -165,7 +165,7 @@ def _without_modules(world: World) -> World:
 
 
 def _map(world: World) -> Outgoing | None:
-    """Return the map of a world; None where nothing is solid."""
+    """Return the map of a world; None if nothing is solid."""
     try:
         grid = grid_of(world)
     except UsageError:

@@ -1,4 +1,4 @@
-"""The bus that ROS 2 speaks: topics of DDS by the names and qualities of service of ROS 2."""
+"""The DDS bus of ROS 2: topics with the names and qualities of service of ROS 2."""
 
 import ipaddress
 import os
@@ -17,16 +17,16 @@ from mjsim.ros import Outgoing, RosTopic, bytes_of, type_hash
 
 LOOPBACK, LOOPBACK_DEVICE = "127.0.0.1", "lo"
 MOST_DOMAINS = 232
-"""Ports for higher ones end beyond 65535."""
+"""Number of domains; ports of higher ones would exceed 65535."""
 FIRST_PORT, PORTS = 7400, 250
-"""Of domain 0, and of each domain; those of RTPS."""
+"""First port of domain 0, and number of ports per domain, as in RTPS."""
 
 
 def domain_id() -> int:
-    """Return the domain that `ROS_DOMAIN_ID` names, 0 unless it does.
+    """Return the domain of `ROS_DOMAIN_ID`, by default 0.
 
     Raises:
-        UsageError: It is no number from 0 to 232.
+        UsageError: It is not a number from 0 to 232.
     """
     told = os.environ.get("ROS_DOMAIN_ID", "").strip() or "0"
     if not told.isdecimal() or int(told) > MOST_DOMAINS:
@@ -38,14 +38,15 @@ class Bus(Closes):
     """One participant of a DDS domain."""
 
     def __init__(self, *, domain: int, interface: str | None = None) -> None:
-        """Join.
+        """Join the domain.
 
         Args:
             domain: Its number.
             interface: Name or address of the network interface; by default loopback.
 
         Raises:
-            UsageError: The interface does not exist, cyclonedds is not installed, or this process is in that domain.
+            UsageError: The interface does not exist, cyclonedds is not installed, or this process has already joined
+                the domain.
         """
         place = _place(interface)
         try:
@@ -73,7 +74,7 @@ class Bus(Closes):
         self._services = Listener(self._participant, name="mjsim-services")
 
     def send(self, each: Outgoing, *, space: str = "rt") -> None:
-        """Send a message; its topic is announced with the first.
+        """Send a message; its topic is announced with the first one.
 
         Args:
             each: The message.
@@ -93,9 +94,9 @@ class Bus(Closes):
         self._writers[topic] = DataWriter(self._participant, found, qos=_profile(topic))
 
     def receive(self, topic: RosTopic, take: Callable[[Any], None], *, space: str = "rt") -> None:
-        """Have a function called with each message of a topic, in a thread of the bus; before `start`.
+        """Call a function with each message of a topic, in a thread of the bus; to be used before `start`.
 
-        Requests and responses of services have a thread of their own.
+        Requests and responses of services have a separate thread.
         """
         from cyclonedds.sub import DataReader
 
@@ -103,12 +104,12 @@ class Bus(Closes):
         (self._topics if space == "rt" else self._services).add(reader, topic.type, take)
 
     def start(self) -> None:
-        """Begin to receive."""
+        """Start to receive."""
         self._topics.start()
         self._services.start()
 
     def close(self) -> None:
-        """Leave; a second call does nothing."""
+        """Leave the domain; a second call does nothing."""
         self._topics.close()
         self._services.close()
         # Entities of DDS are deleted with their objects; the domain comes last.
@@ -123,7 +124,7 @@ class Bus(Closes):
 
 
 def _place(interface: str | None) -> str:
-    """Return how cyclonedds is told of an interface; raises UsageError when it is not there."""
+    """Return the configuration of an interface for cyclonedds; raises UsageError if it does not exist."""
     if interface is None:
         return f"address={quoteattr(LOOPBACK)}"
     names = [name for _, name in socket.if_nameindex()]
@@ -141,10 +142,10 @@ def _place(interface: str | None) -> str:
 
 
 def _keep_to_loopback(domain: int) -> None:
-    """Have the kernel drop what other interfaces bring to the sockets of a domain.
+    """Make the kernel drop packets from other interfaces to the sockets of a domain.
 
-    cyclonedds sends and joins groups on loopback alone then, but the sockets that it receives by are bound to every
-    address, so that another machine could send commands to their ports.
+    On loopback, cyclonedds only sends and joins groups there, but its receiving sockets are bound to every address, so
+    another machine could send commands to their ports.
     """
     if not hasattr(socket, "SO_BINDTODEVICE"):
         return  # of Linux alone
@@ -161,7 +162,7 @@ def _keep_to_loopback(domain: int) -> None:
 def _settings(place: str, *, local: bool) -> str:
     """Return the settings of cyclonedds as XML.
 
-    Loopback has no multicast on most machines, so that peers there are also looked for one by one.
+    Loopback has no multicast on most machines, so peers there are also searched for one by one.
     """
     peers = (
         "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
@@ -175,9 +176,9 @@ def _settings(place: str, *, local: bool) -> str:
 
 
 def _profile(topic: RosTopic) -> Any:
-    """Return the quality of service of a topic as cyclonedds has it; messages are CDR of version 1, as those of ROS 2.
+    """Return the quality of service of a topic for cyclonedds; messages are CDR version 1, as in ROS 2.
 
-    The hash of the type goes along where ROS 2 looks for it: its nodes warn of endpoints without one.
+    It includes the hash of the type, since ROS 2 nodes warn about endpoints without one.
     """
     from cyclonedds.core import Policy
     from cyclonedds.core import Qos as DdsQos

@@ -1,4 +1,4 @@
-"""Types of ROS 2 messages as DDS knows them; their samples carry CDR that rosbags has made."""
+"""DDS types of ROS 2 messages; their samples carry CDR made by rosbags."""
 
 import types
 from functools import cache
@@ -7,16 +7,16 @@ from typing import Any
 from mjsim.ros import typestore
 
 OWN_TYPES = {"bool": bool, "string": str}
-"""Base types of ROS that are Python's own in cyclonedds."""
+"""Base types of ROS that are Python types in cyclonedds."""
 BASE_TYPES = {"octet": "byte", "char": "uint8"}
-"""Base types of ROS that cyclonedds calls otherwise."""
+"""Base types of ROS with other names in cyclonedds."""
 
 
 @cache
 def sample_type(kind: str) -> Any:
     """Return the class of samples of a ROS 2 type, 'sensor_msgs/msg/LaserScan'; a sample holds its bytes as `cdr`.
 
-    Members have the names and types of the message, so that peers that compare types find the same.
+    Members have the names and types of the message, for peers that compare types.
 
     References:
         ROS 2 design, Topic and Service name mapping to DDS: `pkg::msg::dds_::Name_`, `pkg::srv::dds_::Name_Request_`.
@@ -38,7 +38,7 @@ def sample_type(kind: str) -> Any:
 
 
 def _member(about: Any) -> Any:
-    """Return the type of a member, from rosbags' description of it."""
+    """Return the type of a member from rosbags' description."""
     from cyclonedds.idl import types as idl
     from rosbags.interfaces import Nodetype
 

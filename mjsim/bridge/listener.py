@@ -1,4 +1,4 @@
-"""What comes from a bus, handed over in a thread of its own."""
+"""Receives messages from a bus in a separate thread."""
 
 import threading
 import time
@@ -9,16 +9,16 @@ from mjsim.progress import say
 from mjsim.ros import message_of
 
 LOOK = 0.2
-"""How often the thread looks whether it is to end [s]."""
+"""Interval at which the thread checks whether to end [s]."""
 QUIET = 10.0
-"""Between two lines about messages of one type that were ignored, least [s]: a peer may send any number of them."""
+"""Minimum time between two lines about ignored messages of one type [s]: a peer may send any number of them."""
 
 
 class Listener:
-    """Hands messages over as they come; what is wrong with one is the sender's fault, and ends nothing."""
+    """Passes messages on as they arrive; invalid messages are ignored."""
 
     def __init__(self, participant: Any, *, name: str) -> None:
-        """Begin without topics.
+        """Start without topics.
 
         Args:
             participant: Of the bus.
@@ -29,12 +29,12 @@ class Listener:
         self._taken: list[tuple[Any, str, Callable[[Any], None]]] = []
         self._waiting: Any = WaitSet(participant)
         self._ignored: dict[str, tuple[float, int]] = {}
-        """Type -> when something was said about it last [s], and how many were ignored since."""
+        """Type -> time of the last line about it [s], and number of messages ignored since."""
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._receive, name=name, daemon=True)
 
     def add(self, reader: Any, kind: str, take: Callable[[Any], None]) -> None:
-        """Have a function called with each message of a reader; before `start`.
+        """Call a function with each message of a reader; to be used before `start`.
 
         Args:
             reader: Of the bus.
@@ -48,11 +48,11 @@ class Listener:
         self._taken.append((reader, kind, take))
 
     def start(self) -> None:
-        """Begin to receive."""
+        """Start to receive."""
         self._thread.start()
 
     def close(self) -> None:
-        """End the thread and give the readers back; a second call does nothing."""
+        """End the thread and close the readers; a second call does nothing."""
         self._closing.set()
         if self._thread.is_alive() and threading.current_thread() is not self._thread:
             self._thread.join()
@@ -75,7 +75,7 @@ class Listener:
             self._ignore(kind, error)
 
     def _ignore(self, kind: str, error: Exception) -> None:
-        """Say that a message was ignored, unless something was said of its type just now."""
+        """Print that a message was ignored, unless a line about its type was printed recently."""
         said, more = self._ignored.get(kind, (-QUIET, 0))
         now = time.monotonic()
         if now - said < QUIET:

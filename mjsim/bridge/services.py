@@ -7,11 +7,11 @@ from mjsim.bridge.bus import Bus
 from mjsim.ros import SERVICES, Outgoing, RosTopic, typestore
 
 Answer = Callable[[Any], tuple[bool, str]]
-"""Request -> whether it was done, and a sentence."""
+"""Request -> success, and a message."""
 
 
 def call_name(service: str, kind: str) -> tuple[RosTopic, RosTopic]:
-    """Return the topics of a service, of requests and of responses.
+    """Return the topics for the requests and the responses of a service.
 
     Args:
         service: '/mjsim/pause' and so on.
@@ -28,12 +28,12 @@ def call_name(service: str, kind: str) -> tuple[RosTopic, RosTopic]:
 
 
 def offer(bus: Bus, service: str, kind: str, answer: Answer) -> None:
-    """Offer a service; before the bus is started.
+    """Offer a service; to be used before the bus is started.
 
     Args:
-        bus: Where.
+        bus: The bus.
         service: Its name.
-        kind: Its type, whose response says whether it was done, and a sentence.
+        kind: Its type, whose response has `success` and `message`.
         answer: Called in the thread of services.
     """
     request_topic, response_topic = call_name(service, kind)

@@ -1,4 +1,4 @@
-"""A recording in the forms of other programs: bags of ROS 2, and the data sets of SLAM."""
+"""Exports recordings to formats of other programs: ROS 2 bags and SLAM data sets."""
 
 from mjsim.faces import face
 

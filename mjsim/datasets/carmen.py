@@ -1,17 +1,17 @@
-"""Odometry, scans and truth of a recording as a log of CARMEN, a file for each robot.
+"""Exports odometry, scans and truth of a recording as CARMEN logs, one file per robot.
 
     PARAM robot_frontlaser_offset METRES                          ...
-    PARAM odometry_noise_distance NUMBER                          ... at the end; _turn, _veer: as odometry claims them
+    PARAM odometry_noise_distance NUMBER                          ... at the end; also _turn, _veer: noise of odometry
     ODOM x y theta tv rv accel                                    ipc_timestamp host logger_timestamp
     ROBOTLASERn type start fov step max accuracy remission n [ranges] k [remissions] laser x y theta, robot x y theta,
                 tv rv forward_safety side_safety turn_axis        ...
     TRUEPOS true_x true_y true_theta odom_x odom_y odom_theta     ...
 
-Laser n is the n-th lidar of the robot, at most five. Poses are dead reckoning's, the laser's by where it is mounted.
-A beam that got no return reads the laser's range, one that met something too near 0.
+Laser n is the n-th lidar of the robot, at most five. Poses are those of dead reckoning, the laser's with its mount. A
+beam without a return reads the laser's range, one that hit something too near reads 0.
 
 References:
-    The formats as the heads of the logs of CARMEN's recorder state them.
+    The formats as described in the headers of logs of CARMEN's recorder.
 """
 
 from collections.abc import Iterator
@@ -32,13 +32,13 @@ HOST = "mjsim"
 
 
 def export_carmen(recording: Recording, file: str | Path, *, overwrite: bool = False) -> list[Path]:
-    """Write a log of CARMEN for each robot that was driven: FILE, or `FILE` with `_R` before its ending for several.
+    """Write a CARMEN log for each robot with a driver: FILE, or `FILE` with `_R` before its suffix for several.
 
     Returns:
         The files written.
 
     Raises:
-        UsageError: Nothing was driven, a robot has more than five lidars, or a file exists or cannot be written.
+        UsageError: No robot has a driver, one has more than five lidars, or a file exists or cannot be written.
     """
     robots = [robot for robot in recording.robots if recording.is_observed(robot)]
     if not robots:
@@ -86,15 +86,15 @@ def _lines(recorded: RecordedRobots, robot: str) -> Iterator[str]:
 
 
 def _claim(moved: Odometry) -> tuple[float, float, float, float]:
-    """Return way [m], turn [rad] and the variances of both that a step of odometry claims."""
+    """Return distance [m], turn [rad] and the variances of both for a step of odometry."""
     return float(np.hypot(moved.forward, moved.left)), abs(moved.turn), moved.covariance[0, 0], moved.covariance[2, 2]
 
 
 def _noise(claims: Array) -> dict[str, float]:
-    """Return the noise by which variances grow as steps claim, by the fields of `MotionNoise`.
+    """Return the noise that explains the variances of odometry, by the fields of `MotionNoise`.
 
     Args:
-        claims: Way, turn and the variances of both of each step, shape (n, 4).
+        claims: Distance, turn and the variances of both for each step, shape (n, 4).
     """
     way, turned, along, around = claims.T
     if not way.sum() > 0.0:
@@ -104,19 +104,19 @@ def _noise(claims: Array) -> dict[str, float]:
 
 
 def _speeds(seen: Observation) -> tuple[float, float]:
-    """Return how fast the robot went and turned since the last tick, by its odometry [m/s, rad/s]."""
+    """Return speed and turn rate since the last tick, by odometry [m/s, rad/s]."""
     return seen.odometry.forward / seen.dt, seen.odometry.turn / seen.dt
 
 
 def _odometry_at(recorded: RecordedRobots, robot: str, tick: RecordedTick, stamp: float) -> Pose:
-    """Return dead reckoning at the tick at which something was taken."""
+    """Return dead reckoning at the tick at which a reading was taken."""
     row = int(np.argmin(np.abs(recorded.recording.time[: tick.row + 1] - stamp)))
     pose = planar_pose(recorded.recording.robots[robot].odometry[row])
     return Pose(0.0, 0.0, 0.0) if pose is None else pose
 
 
 def _laser(scan: Scan, odometry: Pose, robot_from_laser: Pose, speeds: tuple[float, float]) -> str:
-    """Return what ROBOTLASER tells after its word: of no known type, the accuracy not told, remission if it is told."""
+    """Return the fields of ROBOTLASER: unknown type and accuracy, remission if available."""
     step, farthest = float(scan.angle_increment), float(scan.range_max)
     ranges = np.where(scan.ranges == np.inf, farthest, np.where(scan.ranges == -np.inf, 0.0, scan.ranges)).tolist()
     strengths = [] if scan.intensities is None else scan.intensities.tolist()

@@ -1,13 +1,13 @@
-"""Pictures and inertial readings of a recording as EuRoC (ASL) data sets, one for each robot.
+"""Exports pictures and inertial readings of a recording as EuRoC (ASL) data sets, one per robot.
 
-    DIR/R/mav0/cam0/data/NANOSECONDS.png, data.csv, sensor.yaml     a camera each; camN in the order of the world
-    DIR/R/mav0/imu0/data.csv, sensor.yaml                           an inertial sensor each
-    DIR/R/mav0/state_groundtruth_estimate0/data.csv, sensor.yaml    the truth at every tick that has one
+    DIR/R/mav0/cam0/data/NANOSECONDS.png, data.csv, sensor.yaml     one per camera; camN in the order of the world
+    DIR/R/mav0/imu0/data.csv, sensor.yaml                           one per inertial sensor
+    DIR/R/mav0/state_groundtruth_estimate0/data.csv, sensor.yaml    the truth at every tick where it is known
     DIR/R/mav0/body.yaml
 
 The body frame is that of imu0, as VIO programs expect, or the robot's without one; `T_BS` of a sensor is
-body_from_sensor, that of a camera its optical frame. The world frame R of the truth is the world's, z up. Velocities
-of the truth are central differences of its positions; biases are 0: the recording does not hold those of the sensors.
+body_from_sensor, that of a camera its optical frame. The world frame R of the truth is the world's, z up. Velocities of
+the truth are central differences of its positions; biases are 0, since recordings do not contain those of the sensors.
 
 References:
     Burri et al., The EuRoC micro aerial vehicle datasets, IJRR 35(10), 2016, section 4.
@@ -47,9 +47,9 @@ def export_euroc(
 
     Args:
         recording: A run.
-        folder: Of all of them.
-        redraw: Whether pictures are drawn again from the recorded states, as PNG; else as recorded.
-        overwrite: Whether a folder that exists may be replaced.
+        folder: Folder of all data sets.
+        redraw: Whether to render pictures again from the recorded states, as PNG; otherwise as recorded.
+        overwrite: Whether an existing folder may be replaced.
 
     Returns:
         The folder of each data set.
@@ -81,7 +81,7 @@ def _sensors(recorded: RecordedRobots, robot: str, *kinds: str) -> dict[str, Sen
 
 
 def _carried(recorded: RecordedRobots) -> list[str]:
-    """Return the cameras and inertial sensors that arms carry, for people."""
+    """Return the names of cameras and inertial sensors on arms, for a message."""
     return [
         f"'{name}' of robot '{robot}'"
         for robot, about in recorded.infos.items()
@@ -196,7 +196,7 @@ def _camera_yaml(name: str, sheet: SensorInfo, T_BS: Array) -> str:
 
 
 def _imu_yaml(name: str, sheet: SensorInfo, T_BS: Array) -> str:
-    """Return what the data sheet tells; densities are those of white noise at the rate of the readings."""
+    """Return the data sheet of an inertial sensor; densities are those of white noise at the rate of the readings."""
     root = np.sqrt(sheet.rate_hz)
     densities = {
         "gyroscope_noise_density": sheet.noise.get("turn", 0.0) / root,

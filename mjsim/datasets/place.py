@@ -1,4 +1,4 @@
-"""The folders of data sets: they appear when all of them are whole, and replace only files of their kind."""
+"""Output folders of data sets: they appear once all are complete, and replace only files of their kind."""
 
 import os
 import re
@@ -13,12 +13,12 @@ from mjsim.errors import UsageError
 
 @contextmanager
 def new_folders(places: Sequence[Path], *, files: str, overwrite: bool) -> Iterator[list[Path]]:
-    """Yield where to write the files of each folder; they are moved to their places when the block ends.
+    """Yield where to write the files of each folder; they are moved to their destinations at the end of the block.
 
     Args:
         places: The folders, all beside each other.
-        files: What paths of their files look like, a regular expression. Such files of an older data set are removed
-            when it is replaced; all others stay.
+        files: Regular expression for paths of their files. Such files of an older data set are removed when it is
+            replaced; all others stay.
         overwrite: Whether such files may be replaced.
 
     Raises:
@@ -46,7 +46,7 @@ def new_folders(places: Sequence[Path], *, files: str, overwrite: bool) -> Itera
 
 
 def _move(part: Path, place: Path, *, files: str) -> None:
-    """Move a folder to its place, or its files there in place of the older ones of their kind."""
+    """Move a folder to its destination, or its files into an existing one, replacing files of their kind."""
     if not place.exists():
         os.rename(part, place)
         return
@@ -60,7 +60,7 @@ def _move(part: Path, place: Path, *, files: str) -> None:
 
 
 def _require_free(places: Sequence[Path], *, files: str, overwrite: bool) -> None:
-    """Raise UsageError when there is something that may not be replaced."""
+    """Check that no file exists that may not be replaced."""
     for place in places:
         if os.path.lexists(place) and not place.is_dir():
             raise UsageError(f"'{place}' exists and is no folder; name another one")
@@ -69,7 +69,7 @@ def _require_free(places: Sequence[Path], *, files: str, overwrite: bool) -> Non
 
 
 def _of_kind(place: Path, files: str) -> list[Path]:
-    """Return the files in a folder whose paths look so."""
+    """Return the files in a folder whose paths match the expression."""
     if not place.is_dir():
         return []
     return [

@@ -1,4 +1,4 @@
-"""A recording tick by tick: what each robot sensed and believed, with its pictures as recorded or drawn again."""
+"""Reads a recording tick by tick: observations and estimates of each robot, and pictures, recorded or rendered."""
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
@@ -19,7 +19,7 @@ from mjsim.sim import Retake, Simulation
 from mjsim.world import Camera, name_of
 
 SAME_TIME = 1e-6
-"""Times that differ less are the same [s]."""
+"""Times that differ by less are equal [s]."""
 
 
 Depth = tuple[float, NDArray[Any]]
@@ -41,23 +41,23 @@ class RecordedTick:
     row: int
     """Of the recording."""
     truth: Pose3 | None
-    """world_from_base; None when nobody knows."""
+    """world_from_base; None if unknown."""
     seen: Observation | None
-    """Without pictures; None for a robot that nothing drove."""
+    """Without pictures; None for a robot without a driver."""
     stamps: Mapping[str, float]
-    """Camera -> when the picture that came at this tick was taken [s]."""
+    """Camera -> stamp of its picture at this tick [s]."""
 
 
 class RecordedRobots(Closes):
-    """What there is to tell of a recording's robots; pictures must be asked for in the order of the ticks."""
+    """The robots of a recording; pictures must be requested in the order of the ticks."""
 
     def __init__(self, recording: Recording, *, redraw: bool) -> None:
-        """Get ready.
+        """Open the recording.
 
         Args:
-            recording: What is told.
-            redraw: Whether pictures are drawn again from the recorded states, without loss; else as recorded. Those
-                of a log are always as recorded.
+            recording: The recording.
+            redraw: Whether to render pictures again from the recorded states, without loss; otherwise as recorded.
+                Those of a log are always as recorded.
         """
         self.recording, self._redraw = recording, redraw
         with Simulation(recording.world, seed=recording.seed) as sim:
@@ -76,22 +76,22 @@ class RecordedRobots(Closes):
         self._undo = ExitStack()
 
     def close(self) -> None:
-        """Give back what pictures are drawn with; a second call does nothing."""
+        """Release the renderer; a second call does nothing."""
         self._undo.close()
 
     def on_arms(self, robot: str) -> set[str]:
-        """Return the sensors of a robot that its arms carry."""
+        """Return the sensors mounted on a robot's arms."""
         owner = next(each for each in self.recording.world.robots if each.name == robot)
         return {name_of(sensor) for sensor in owner.sensors if getattr(sensor, "on", None) is not None}
 
     def has_depth(self, robot: str, camera: str) -> bool:
-        """Return whether a camera gives depth."""
+        """Return whether a camera has depth."""
         if (robot, camera) in self._logged:
             return next(self.recording.messages(f"/{robot}/{camera}/depth"), None) is not None
         return (robot, camera) in self._depths
 
     def world_from_sensor(self, robot: str, sensor: str, tick: RecordedTick) -> Pose3 | None:
-        """Return where a sensor is, a camera by its optical frame; None when nobody knows."""
+        """Return the pose of a sensor, for a camera that of its optical frame; None if unknown."""
         if tick.truth is None:
             return None
         joints = {} if tick.seen is None else tick.seen.joints
@@ -115,7 +115,7 @@ class RecordedRobots(Closes):
             yield RecordedTick(row=row, truth=true_pose(track, row), seen=seen, stamps=stamps)
 
     def picture(self, robot: str, camera: str, stamp: float) -> PictureFile:
-        """Return a picture as it was recorded, or drawn again as PNG.
+        """Return a picture as recorded, or rendered again as PNG.
 
         Raises:
             UsageError: It was not recorded.
@@ -132,7 +132,7 @@ class RecordedRobots(Closes):
         )
 
     def depth(self, robot: str, camera: str, stamp: float) -> NDArray[Any] | None:
-        """Return the depth that was recorded with a picture, as `Recording.depths` has it; None without."""
+        """Return the recorded depth of a picture, as in `Recording.depths`; None without depth."""
         if (robot, camera) not in self._coming:
             depths = self.recording.depths(robot, camera)
             self._coming[robot, camera] = depths, next(depths, None)
@@ -143,7 +143,7 @@ class RecordedRobots(Closes):
         return None if found is None or found[0] > stamp + SAME_TIME else found[1]
 
     def frame(self, robot: str, camera: str, stamp: float) -> CameraFrame:
-        """Return what a camera gave at the current tick: drawn again from the recorded states, or what a log tells."""
+        """Return the frame of a camera at the current tick: rendered again from the recorded states, or from a log."""
         if (robot, camera) in self._logged:
             return self._takes[robot](camera, stamp)
         if robot not in self._retakes:
@@ -156,7 +156,7 @@ class RecordedRobots(Closes):
 
 
 def true_pose(track: Track, row: int) -> Pose3 | None:
-    """Return world_from_base of a robot at a row of its track; None where nobody knows."""
+    """Return world_from_base of a robot at a row of its track; None if unknown."""
     return pose_in_space(track.truth_pose[row])
 
 

@@ -1,4 +1,4 @@
-"""A recording as a bag of ROS 2, with the topics and frames that `mjsim bridge` publishes, and the map of the world."""
+"""Exports a recording as a ROS 2 bag, with the topics and frames of `mjsim bridge`, and the map of the world."""
 
 import os
 import re
@@ -18,9 +18,9 @@ from mjsim.world import grid_of
 
 Storage = Literal["mcap", "sqlite3"]
 METADATA = "metadata.yaml"
-"""Of a bag; lists its other files."""
+"""Name of the metadata file, which lists the other files of a bag."""
 VERSION: Literal[8] = 8
-"""Of the bag's metadata: readers of ROS 2 Humble and later read it."""
+"""Version of the metadata, readable by ROS 2 Humble and later."""
 
 
 def export_rosbag2(
@@ -31,24 +31,24 @@ def export_rosbag2(
     redraw: bool = False,
     overwrite: bool = False,
 ) -> Path:
-    """Write a bag of ROS 2: odometry, estimate, readings that have a standard message, frames, clock, map, the truth.
+    """Write a ROS 2 bag: odometry, estimate, readings with a standard message, frames, clock, map and ground truth.
 
-    A message's time in the bag is when modules were given it, that in its header when it was taken.
+    The time of a message in the bag is when modules received it, the stamp in its header when it was measured.
 
     Args:
         recording: A run.
         folder: The bag.
         storage: 'mcap' or 'sqlite3'.
-        redraw: Whether pictures, and depth, are drawn again from the recorded states and stored raw; else both are as
-            recorded, pictures compressed.
-        overwrite: Whether a bag that exists may be replaced.
+        redraw: Whether to render pictures and depth again from the recorded states and store them raw; otherwise both
+            are as recorded, pictures compressed.
+        overwrite: Whether an existing bag may be replaced.
 
     Returns:
         The folder.
 
     Raises:
-        UsageError: There is a bag already, or it cannot be written; it would replace the recording itself; names
-            collide in ROS; or rosbags is missing.
+        UsageError: The bag exists or cannot be written; it would replace the recording itself; two names become equal
+            in ROS; or rosbags is not installed.
     """
     if storage not in ("mcap", "sqlite3"):
         raise UsageError(f"storage is '{storage}'; it is mcap or sqlite3")
@@ -62,10 +62,10 @@ def export_rosbag2(
 
 
 def _files_of(folder: Path, recording: Recording) -> str:
-    """Return what paths of files look like that a bag in a folder replaces, a regular expression.
+    """Return a regular expression for the files that a bag in a folder replaces.
 
-    These are the files that the bag will have, and those that the metadata of an older one lists: other recordings may
-    lie in the folder.
+    These are the files of the new bag, and those listed in the metadata of an older one: the folder may contain other
+    recordings.
 
     Raises:
         UsageError: The recording itself is one of them.
@@ -78,7 +78,7 @@ def _files_of(folder: Path, recording: Recording) -> str:
 
 
 def _listed(metadata: Path) -> list[str]:
-    """Return the files that the metadata of a bag list; none when they are not as they must be."""
+    """Return the files listed in the metadata of a bag; none if it is invalid."""
     try:
         told = YAML(typ="safe", pure=True).load(metadata.read_text(encoding="utf-8"))
         return [str(each) for each in told["rosbag2_bagfile_information"]["relative_file_paths"]]
@@ -114,7 +114,7 @@ def _write(recorded: RecordedRobots, folder: Path, storage: Storage, *, redraw: 
 
 
 def _map(recorded: RecordedRobots) -> Outgoing | None:
-    """Return the map of the world; None where nothing is solid."""
+    """Return the map of the world; None if nothing is solid."""
     try:
         grid = grid_of(recorded.recording.world)
     except UsageError:
@@ -124,7 +124,7 @@ def _map(recorded: RecordedRobots) -> Outgoing | None:
 
 
 def _ticks(recorded: RecordedRobots) -> Iterator[tuple[float, dict[str, RosTick], list[tuple[str, str, float]]]]:
-    """Yield of each tick its time [s], the robots, and (robot, camera, stamp) of each picture that came."""
+    """Yield for each tick its time [s], the robots, and (robot, camera, stamp) of each picture."""
     ticks_of = {robot: recorded.ticks(robot) for robot in recorded.recording.robots}
     estimated = {robot for robot in ticks_of if recorded.recording.has_estimator(robot)}
     for time in recorded.recording.time.tolist():
@@ -154,7 +154,7 @@ class _Bag:
         self._writer, self._connections = writer, dict[RosTopic, Any]()
 
     def put(self, each: Outgoing, time: float) -> None:
-        """Add a message that came at a time [s]."""
+        """Add a message received at a time [s]."""
         topic, message = each
         if topic not in self._connections:
             self._connections[topic] = self._writer.add_connection(
@@ -164,7 +164,7 @@ class _Bag:
 
 
 def _profile(qos: Qos) -> Any:
-    """Return a quality of service as bags hold it."""
+    """Return a quality of service in the format of bags."""
     from rosbags import interfaces
 
     without_end = interfaces.QosTime(0, 0)

@@ -1,9 +1,9 @@
-"""Pictures of a recording as data sets of TUM RGB-D, one for each camera.
+"""Exports pictures of a recording as TUM RGB-D data sets, one per camera.
 
     DIR/R_CAMERA/rgb/STAMP.png        pictures, and rgb.txt with `stamp file`
-    DIR/R_CAMERA/depth/STAMP.png      depth along the optical axis, 16 bits, 5000 a metre, 0 for none; and depth.txt
+    DIR/R_CAMERA/depth/STAMP.png      depth along the optical axis, 16 bits, 5000 per metre, 0 for none; and depth.txt
     DIR/R_CAMERA/groundtruth.txt      `stamp tx ty tz qx qy qz qw` of the optical frame in the world, at every tick,
-                                      if the recording knows any
+                                      if the recording has any
     DIR/R_CAMERA/accelerometer.txt    `stamp ax ay az` of the robot's first inertial sensor, if it has one
     DIR/R_CAMERA/camera.yaml          calibration, as ORB-SLAM reads it
 
@@ -26,20 +26,20 @@ from mjsim.interface import ImuReading, Intrinsics
 from mjsim.record import Recording
 
 DEPTH_SCALE = 5000.0
-"""Of the numbers in a picture of depth, one metre."""
+"""Values per metre in a depth picture."""
 FILES = r"(rgb|depth)/[\d.]+\.(png|jpg)|(rgb|depth|groundtruth|accelerometer)\.txt|camera\.yaml"
 
 
 def export_tum_rgbd(
     recording: Recording, folder: str | Path, *, redraw: bool = False, overwrite: bool = False
 ) -> list[Path]:
-    """Write a data set of TUM RGB-D for each camera, in `R_CAMERA`; depth is drawn again, where a camera has it.
+    """Write a TUM RGB-D data set for each camera, in `R_CAMERA`; depth, if there is any, is rendered again.
 
     Args:
         recording: A run.
-        folder: Of all of them.
-        redraw: Whether pictures are drawn again from the recorded states, as PNG; else as recorded.
-        overwrite: Whether a folder that exists may be replaced.
+        folder: Folder of all data sets.
+        redraw: Whether to render pictures again from the recorded states, as PNG; otherwise as recorded.
+        overwrite: Whether an existing folder may be replaced.
 
     Returns:
         The folder of each data set.
@@ -97,7 +97,7 @@ def _felt(tick: RecordedTick, imu: str | None) -> list[ImuReading]:
 
 
 def _in_steps(metres: Array) -> "np.ndarray[tuple[int, ...], np.dtype[np.uint16]]":
-    """Return depth [m] as TUM has it, 0 for none or beyond what 16 bits hold."""
+    """Return depth [m] in TUM's unit, 0 for none or beyond the range of 16 bits."""
     steps = np.rint(np.where(np.isfinite(metres), metres, 0.0) * DEPTH_SCALE)
     return np.where(steps <= np.iinfo(np.uint16).max, steps, 0.0).astype(np.uint16)
 
@@ -119,7 +119,7 @@ def _list(path: Path, head: str, rows: Sequence[str]) -> None:
 
 
 def _calibration(camera: Intrinsics, *, rate_hz: float) -> str:
-    """Return a calibration as ORB-SLAM2 and ORB-SLAM3 read it."""
+    """Return a calibration in the format of ORB-SLAM2 and ORB-SLAM3."""
     fisheye = camera.lens == "fisheye"
     keys = ("k1", "k2", "k3", "k4") if fisheye else ("k1", "k2", "p1", "p2", "k3")
     if camera.is_rational():

@@ -1,4 +1,4 @@
-"""What a robot senses and believes as messages of ROS 2, without ROS: names, frames, types and qualities of service."""
+"""Readings and estimates of robots as ROS 2 messages, without ROS: names, frames, types and qualities of service."""
 
 from mjsim.faces import face
 

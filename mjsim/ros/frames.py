@@ -1,6 +1,6 @@
 """The frames of a robot in ROS 2 (REP 105): `map`, `odom`, `base_link`, and one for each sensor.
 
-Where a world has several robots, `R/` stands before those of robot R; `map` is the world's own frame, shared by all.
+With several robots, those of robot R have the prefix `R/`; `map` is the world frame, shared by all.
 A camera's frame is optical, `CAMERA_optical_frame`; those of the 16 proximity rays are `proximity_0` and so on.
 """
 
@@ -56,7 +56,7 @@ class RobotFrames:
         self._carried = [name for name, sensor in self._sensors.items() if getattr(sensor, "on", None) is not None]
 
     def fixed(self) -> Poses:
-        """Return where what is fixed to the body is on it."""
+        """Return the poses of the frames fixed to the body."""
         poses = {
             (self.base, self.sensors[name]): Pose3.from_matrix(sensor.robot_from_sensor)
             for name, sensor in self._info.sensors.items()
@@ -69,12 +69,12 @@ class RobotFrames:
         return poses
 
     def moving(self, odometry: Pose, estimate: Pose | None, joints: Mapping[str, JointState]) -> Poses:
-        """Return where the robot is in the odometry's frame, that in the map, and sensors that arms carry.
+        """Return the moving frames: the robot in `odom`, `odom` in the map, and sensors on arms.
 
         Args:
             odometry: Dead reckoning.
-            estimate: Of the robot in the map; None when nobody estimates.
-            joints: What the encoders of its arms tell.
+            estimate: Of the robot in the map; None without an estimator.
+            joints: Joint states of its arms.
         """
         poses = {(self.odom, self.base): Pose3.from_planar(odometry)}
         if estimate is not None:
@@ -87,13 +87,13 @@ class RobotFrames:
 
 
 def robot_from_sensor(robot: Robot, sheet: SensorInfo, sensor: AnySensor, joints: Mapping[str, JointState]) -> Array:
-    """Return where a sensor is on its robot now, shape (4, 4) [m]; an arm may carry it.
+    """Return the current robot_from_sensor, shape (4, 4) [m]; the sensor may be on an arm.
 
     Args:
         robot: As the world has it.
         sheet: Of the sensor.
         sensor: As the world has it.
-        joints: What the encoders of the robot's arms tell; those that tell nothing are where they began.
+        joints: Joint states of the robot's arms; joints without a state are at their start.
     """
     on = getattr(sensor, "on", None)
     arm, _, part = (on or "").partition("/")
@@ -104,7 +104,7 @@ def robot_from_sensor(robot: Robot, sheet: SensorInfo, sensor: AnySensor, joints
 
 
 def _moved(item: RobotArm, part: str, q: Array) -> Array:
-    """Return how a part of an arm has moved since the start, in the robot's frame, shape (4, 4) [m]."""
+    """Return the motion of a part of an arm since the start, in the robot's frame, shape (4, 4) [m]."""
     arm = item.arm
     start, now = arm.posture(item.start()), arm.posture(q)
     if part == "tool":

@@ -1,7 +1,7 @@
-"""Values of mjsim as messages of ROS 2; their classes and their bytes (CDR) are those of rosbags.
+"""Converts values of mjsim to ROS 2 messages, with the classes and the serialisation (CDR) of rosbags.
 
 Metres, seconds, radians, right-handed frames with x ahead, y to the left and z up (REP 103); optical frames of cameras
-with x right, y down and z ahead. Infinite ranges are as REP 117 has them, infinite depths as REP 118.
+with x right, y down and z ahead. Infinite ranges follow REP 117, infinite depths REP 118.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -16,22 +16,22 @@ from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import CLOUD_FIELDS, ImuReading, Intrinsics, JointState, Picture, PointCloud, Scan
 
 PLANAR = np.ix_((0, 1, 5), (0, 1, 5))
-"""Rows and columns of x, y and yaw in a covariance of a pose in space."""
+"""Rows and columns of x, y and yaw in the covariance of a 3-D pose."""
 SERVICE_TYPES = {
     "std_srvs/srv/msg/Trigger_Request": "uint64 guid\nint64 number\nuint8 structure_needs_at_least_one_member",
     "std_srvs/srv/msg/Trigger_Response": "uint64 guid\nint64 number\nbool success\nstring message",
     "std_srvs/srv/msg/SetBool_Request": "uint64 guid\nint64 number\nbool data",
     "std_srvs/srv/msg/SetBool_Response": "uint64 guid\nint64 number\nbool success\nstring message",
 }
-"""Requests and responses as rmw_cyclonedds sends them: after the client's id and the number of its request. rosbags
-puts `msg` into the names of all types."""
+"""Requests and responses in the format of rmw_cyclonedds: preceded by the client's id and the number of its request.
+rosbags puts `msg` into the names of all types."""
 OCCUPIED, FREE, UNKNOWN = 100, 0, -1
 """Cells of an occupancy grid."""
 
 
 @cache
 def typestore() -> Any:
-    """Return the types of ROS 2 Jazzy, as rosbags has them, and those of our services.
+    """Return rosbags' types of ROS 2 Jazzy, and those of our services.
 
     Raises:
         UsageError: rosbags is not installed.
@@ -59,7 +59,7 @@ def message_of(data: bytes, kind: str) -> Any:
 
 
 def nanoseconds(time: float) -> int:
-    """Return a time as ROS carries it, rounded [ns]."""
+    """Return a time for ROS messages, rounded [ns]."""
     return round(time * 1e9)
 
 
@@ -99,7 +99,7 @@ def clock(time: float) -> Any:
 
 
 def transforms(time: float, poses: Mapping[tuple[str, str], Pose3]) -> Any:
-    """Return where frames are in others, outer_from_inner by (outer, inner)."""
+    """Return poses of frames, outer_from_inner by (outer, inner)."""
     stamped = [
         _of("geometry_msgs/msg/TransformStamped")(
             _header(time, outer),
@@ -120,7 +120,7 @@ def stamped_pose(time: float, frame: str, pose: Pose3) -> Any:
 
 
 def uncertain_pose(time: float, frame: str, pose: Pose, covariance: Array) -> Any:
-    """Return a pose in the plane with its covariance, shape (3, 3)."""
+    """Return a planar pose with its covariance, shape (3, 3)."""
     with_covariance = _of("geometry_msgs/msg/PoseWithCovariance")(_pose(Pose3.from_planar(pose)), in_space(covariance))
     return _of("geometry_msgs/msg/PoseWithCovarianceStamped")(_header(time, frame), with_covariance)
 
@@ -149,7 +149,7 @@ def odometry(
 
 
 def point_cloud(cloud: PointCloud, frame: str) -> Any:
-    """Return the points of a turn of a 3-D lidar, with the fields of `CLOUD_FIELDS`."""
+    """Return one revolution of a 3-D lidar, with the fields of `CLOUD_FIELDS`."""
     rows = cloud.rows()
     field, numbers = _of("sensor_msgs/msg/PointField"), {"<f4": 7, "<u2": 4}  # its FLOAT32 and UINT16
     fields = [
@@ -170,7 +170,7 @@ def point_cloud(cloud: PointCloud, frame: str) -> Any:
 
 
 def laser_scan(scan: Scan, frame: str, *, rate_hz: float) -> Any:
-    """Return a scan; all beams are of one moment."""
+    """Return a scan; all beams have the same time."""
     strengths = () if scan.intensities is None else scan.intensities
     return _of("sensor_msgs/msg/LaserScan")(
         _header(scan.stamp, frame),
@@ -187,7 +187,7 @@ def laser_scan(scan: Scan, frame: str, *, rate_hz: float) -> Any:
 
 
 def imu(reading: ImuReading, frame: str, noise: Mapping[str, float]) -> Any:
-    """Return an inertial reading; a first covariance of -1 says that there is no orientation."""
+    """Return an inertial reading; a first covariance of -1 means that there is no orientation."""
     unknown = np.zeros(9)
     unknown[0] = -1.0
 
@@ -206,18 +206,18 @@ def imu(reading: ImuReading, frame: str, noise: Mapping[str, float]) -> Any:
 
 
 def picture(stamp: float, frame: str, image: Picture) -> Any:
-    """Return a picture as it is, RGB."""
+    """Return a raw RGB picture."""
     height, width, _ = image.shape
     return _image(stamp, frame, (height, width), "rgb8", image)
 
 
 def depth_picture(stamp: float, frame: str, depth: NDArray[Any]) -> Any:
-    """Return the depth of each pixel along the optical axis, as REP 118 has it.
+    """Return the depth of each pixel along the optical axis, according to REP 118.
 
     Args:
         stamp: When it was taken [s].
         frame: Of the camera, optical.
-        depth: Shape (height, width): uint16 [mm], 0 for none; else floats [m], told as single ones.
+        depth: Shape (height, width): uint16 [mm], 0 for none; or floats [m], sent in single precision.
     """
     whole = depth.dtype == np.uint16
     pixels = depth.astype("<u2" if whole else "<f4")
@@ -255,13 +255,13 @@ def camera_info(stamp: float, frame: str, intrinsics: Intrinsics) -> Any:
 
 
 def joint_state(names: Sequence[str], state: JointState) -> Any:
-    """Return what encoders of joints tell; effort is the torque of the motors [N m], or force [N]."""
+    """Return joint states; effort is the torque of the motors [N m], or the force [N]."""
     values = (np.asarray(each, dtype=float) for each in (state.positions, state.velocities, state.torques))
     return _of("sensor_msgs/msg/JointState")(_header(state.stamp, ""), list(names), *values)
 
 
 def distance(time: float, frame: str, reading: float, *, farthest: float) -> Any:
-    """Return what a ray along the x axis of a frame meets [m]; infinite for nothing."""
+    """Return the range of a ray along the x axis of a frame [m]; infinite for no return."""
     infrared = _of("sensor_msgs/msg/Range").INFRARED
     return _of("sensor_msgs/msg/Range")(_header(time, frame), infrared, 0.0, 0.0, farthest, float(reading), 0.0)
 
@@ -273,7 +273,7 @@ def grid_map(
 
     Args:
         occupied: Cells, shape (rows, columns); row 0 is the lowest in y.
-        free: The same; what is neither is unknown.
+        free: The same; cells that are neither are unknown.
         resolution: Side of a cell [m].
         map_from_grid: Corner of the first cell.
         frame: Of the map.

@@ -1,4 +1,4 @@
-"""Names as ROS 2 allows them: letters of ASCII, digits and underscores, no digit first."""
+"""Conversion of names to those allowed in ROS 2: ASCII letters, digits and underscores, no digit first."""
 
 import re
 from collections.abc import Iterable
@@ -7,14 +7,14 @@ from mjsim.errors import UsageError
 
 
 def plain_names(names: Iterable[str], *, of: str) -> dict[str, str]:
-    """Return each name with what ROS does not allow replaced: other characters by `_`, `x` before a leading digit.
+    """Return each name in a form allowed in ROS: other characters become `_`, a leading digit gets the prefix `x`.
 
     Args:
-        names: As the world has them.
-        of: What has these names, for the message.
+        names: From the world.
+        of: What the names belong to, for the message.
 
     Raises:
-        UsageError: Two of them become the same.
+        UsageError: Two of them become equal.
     """
     plain: dict[str, str] = {}
     for name in names:

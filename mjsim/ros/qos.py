@@ -1,4 +1,4 @@
-"""Qualities of service as ROS 2 names them."""
+"""Qualities of service of ROS 2."""
 
 from dataclasses import dataclass
 
@@ -8,20 +8,20 @@ class Qos:
     """How a topic is transported; history is always 'keep last'."""
 
     reliable: bool
-    """Whether what is lost is sent again; 'best effort' otherwise."""
+    """Whether lost messages are sent again; otherwise 'best effort'."""
     transient_local: bool = False
-    """Whether those who come late get the last messages; 'volatile' otherwise."""
+    """Whether late joiners get the last messages; otherwise 'volatile'."""
     depth: int = 10
-    """How many messages are kept."""
+    """Number of messages kept."""
 
 
 SENSOR_DATA = Qos(reliable=False, depth=5)
-"""`rmw_qos_profile_sensor_data`: what is late is of no use."""
+"""`rmw_qos_profile_sensor_data`: late messages are useless."""
 RELIABLE = Qos(reliable=True)
 """`rmw_qos_profile_default`."""
 LATCHED = Qos(reliable=True, transient_local=True, depth=1)
 """Of `/tf_static` and maps."""
 COMMANDS = Qos(reliable=False, depth=1)
-"""Of commands that are received: matches senders of both kinds, and only the newest counts."""
+"""For received commands: matches senders of both kinds, and keeps only the newest."""
 SERVICES = Qos(reliable=True)
 """`rmw_qos_profile_services_default`."""

@@ -1,8 +1,8 @@
-"""One robot as ROS 2 sees it: its topics, and the messages of each tick.
+"""One robot in ROS 2: its topics, and the messages of each tick.
 
 Topics of robot R are `/R/odom`, `/R/truth`, `/R/estimate`, `/R/proximity`, `/R/joint_states`, and those of its sensors:
 `/R/scan`, `/R/points`, `/R/imu`, `/R/CAMERA/image_raw`, `/R/CAMERA/camera_info`, `/R/CAMERA/depth/image_raw`. The first
-lidar has `/R/scan`, a further one `/R/LIDAR/scan`; so it is with 3-D lidars and inertial sensors.
+lidar has `/R/scan`, others `/R/LIDAR/scan`, and likewise for 3-D lidars and inertial sensors.
 """
 
 from collections.abc import Iterator
@@ -23,20 +23,20 @@ from mjsim.world import Robot
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RosTick:
-    """What there is to tell of a robot at one tick."""
+    """The data of a robot at one tick."""
 
     time: float
     """[s]"""
     truth: Pose3 | None
-    """world_from_base; None when nobody knows."""
+    """world_from_base; None if unknown."""
     seen: Observation | None = None
-    """None for a robot that nothing drives."""
+    """Observation; None for a robot without a driver."""
     odometry: Pose | None = None
-    """Dead reckoning, summed from the prior; None as `seen`."""
+    """Dead reckoning from the prior; None if `seen` is."""
     odometry_covariance: Array = field(default_factory=lambda: np.zeros((3, 3)))
     """Shape (3, 3) [m, m, rad]."""
     estimate: Pose | None = None
-    """World frame; None when nobody estimates."""
+    """Estimate, world frame; None without an estimator."""
     estimate_covariance: Array = field(default_factory=lambda: np.zeros((3, 3)))
     """Shape (3, 3) [m, m, rad]."""
 
@@ -70,13 +70,13 @@ class RosRobot:
         return self._frames.fixed()
 
     def moving(self, tick: RosTick) -> Poses:
-        """Return the frames that move, at a tick."""
+        """Return the moving frames at a tick."""
         if tick.seen is None or tick.odometry is None:
             return {}
         return self._frames.moving(tick.odometry, tick.estimate, tick.seen.joints)
 
     def messages(self, tick: RosTick) -> Iterator[Outgoing]:
-        """Yield all messages of a tick but frames and the clock; pictures of cameras as they are."""
+        """Yield all messages of a tick except frames and clock, with raw pictures."""
         if tick.truth is not None:
             topic = self._topic("truth", "geometry_msgs/msg/PoseStamped")
             yield Outgoing(topic, messages.stamped_pose(tick.time, MAP_FRAME, tick.truth))
@@ -92,7 +92,7 @@ class RosRobot:
             yield from self.pictures(camera, frame)
 
     def pictures(self, camera: str, frame: CameraFrame) -> Iterator[Outgoing]:
-        """Yield a picture as it is, its depth if there is one, and the calibration."""
+        """Yield a raw picture, its depth if there is any, and the calibration."""
         where = self._frames.sensors[camera]
         image = messages.picture(frame.stamp, where, frame.image)
         yield Outgoing(self._camera_topic(camera, "image_raw", "sensor_msgs/msg/Image"), image)
@@ -103,7 +103,7 @@ class RosRobot:
     def compressed(
         self, camera: str, stamp: float, data: bytes, form: str, *, depth: NDArray[Any] | None
     ) -> Iterator[Outgoing]:
-        """Yield a picture as it was recorded, its depth if there is one, and the calibration.
+        """Yield a picture as recorded, its depth if there is any, and the calibration.
 
         Args:
             camera: Its name in the world.
@@ -141,7 +141,7 @@ class RosRobot:
         return Outgoing(self._topic("odom", "nav_msgs/msg/Odometry"), message)
 
     def _readings(self, seen: Observation) -> Iterator[Outgoing]:
-        """Yield what sensors other than cameras tell."""
+        """Yield the readings of sensors other than cameras."""
         sheets, frames = self._info.sensors, self._frames.sensors
         for name, scan in seen.scans.items():
             message = messages.laser_scan(scan, frames[name], rate_hz=sheets[name].rate_hz)
@@ -164,7 +164,7 @@ class RosRobot:
         return RosTopic(f"/{self.name}/{word}", kind, SENSOR_DATA if sensor else RELIABLE)
 
     def _sensor_topic(self, sensor: str, word: str, kind: str) -> RosTopic:
-        """Return '/R/scan' for the first sensor of its kind, '/R/SENSOR/scan' for a further one."""
+        """Return '/R/scan' for the first sensor of its kind, '/R/SENSOR/scan' for others."""
         return self._topic(
             word if sensor in self._firsts else f"{self._frames.plain[sensor]}/{word}", kind, sensor=True
         )

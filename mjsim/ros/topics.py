@@ -1,4 +1,4 @@
-"""Topics of ROS 2, and the ones of a whole world."""
+"""Topics of ROS 2."""
 
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -18,7 +18,7 @@ class RosTopic:
 
 
 class Outgoing(NamedTuple):
-    """A message on its way."""
+    """A message to be sent."""
 
     topic: RosTopic
     message: Any

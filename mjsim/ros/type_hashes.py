@@ -1,4 +1,4 @@
-"""Hashes of types, by which ROS 2 since Iron tells whether two programs mean the same type.
+"""Hashes of types, by which ROS 2 since Iron checks whether two programs use the same type.
 
 References:
     REP 2011, Evolving message types; REP 2016, ROS 2 interface type descriptions: `RIHS01_` and a SHA-256.
@@ -11,12 +11,12 @@ from mjsim.ros.messages import typestore
 
 EVENT = "service_msgs/msg/ServiceEventInfo"
 HEAD = 2
-"""Fields that rmw_cyclonedds puts before those of a request or a response; they are none of its type."""
+"""Fields that rmw_cyclonedds puts before those of a request or a response; they are not part of its type."""
 
 
 @cache
 def type_hash(kind: str) -> str:
-    """Return the hash of a type of messages; of a service's requests and responses that of the service.
+    """Return the hash of a message type; for requests and responses, that of the service.
 
     Args:
         kind: 'sensor_msgs/msg/LaserScan', or 'std_srvs/srv/msg/Trigger_Request' as rosbags names it.

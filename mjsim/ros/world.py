@@ -1,4 +1,4 @@
-"""A world as ROS 2 sees it: the messages of its start, and those of each tick."""
+"""A world in ROS 2: the messages at its start, and those of each tick."""
 
 from collections.abc import Iterator, Mapping
 
@@ -11,17 +11,17 @@ from mjsim.world import World
 
 
 class RosWorld:
-    """All robots of a world, and what they share."""
+    """All robots of a world, and their common topics."""
 
     def __init__(self, world: World, infos: Mapping[str, RobotInfo]) -> None:
         """Name everything.
 
         Args:
             world: With its robots.
-            infos: What modules know of each robot.
+            infos: Data sheet of each robot.
 
         Raises:
-            UsageError: Two robots, or two sensors of one, would have the same name in ROS; or rosbags is missing.
+            UsageError: Two robots, or two sensors of one, would have the same name in ROS; or rosbags is not installed.
         """
         messages.typestore()
         plain = plain_names((robot.name for robot in world.robots), of="robots")

@@ -1,4 +1,4 @@
-"""Many runs on many cores or many machines -> one table."""
+"""Runs many seeds and settings on many cores or machines, and writes one table."""
 
 from mjsim.faces import face
 

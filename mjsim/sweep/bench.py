@@ -1,4 +1,4 @@
-"""What a process keeps between its runs, and what it must not."""
+"""State that a process keeps between its runs, and state that it must reset."""
 
 import functools
 import os
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from mjsim.sim import Simulation
 
 THREADS = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "LP_NUM_THREADS": "1"}
-"""What keeps a worker on one core: BLAS, and OpenGL drawn in software."""
+"""Environment variables that limit a worker to one core: for BLAS and software OpenGL."""
 
 
 class KeptSimulation:
-    """The simulation of the last run: one of the same case with another seed needs no new one."""
+    """The simulation of the last run, reused for other seeds of the same case."""
 
     def __init__(self) -> None:
         self._case: tuple[Path, tuple[str, ...]] | None = None
@@ -32,7 +32,7 @@ class KeptSimulation:
 
     @contextmanager
     def simulation(self, world_file: Path, job: Job) -> Iterator["Simulation"]:
-        """Yield a simulation at the start of a job; after a run that failed it is not used again."""
+        """Yield a simulation for a job; it is not reused after a failed run."""
         case = (world_file, job.settings)
         if self._sim is not None and case == self._case:
             self._sim.reset(job.seed)
@@ -49,7 +49,7 @@ class KeptSimulation:
             raise
 
     def clear(self) -> None:
-        """Close what is kept."""
+        """Close the kept simulation."""
         sim, self._sim = self._sim, None
         if sim is not None:
             sim.close()
@@ -57,13 +57,13 @@ class KeptSimulation:
 
 @functools.cache  # A fact of the process, as its one OpenGL library is.
 def bench() -> KeptSimulation:
-    """Return the bench of this process."""
+    """Return the kept state of this process."""
     return KeptSimulation()
 
 
 @functools.cache  # A fact of the process.
 def settle() -> None:
-    """Keep this process to one core; what else runs here are other workers."""
+    """Limit this process to one core, since other workers use the others."""
     os.environ |= THREADS
     cv2.setNumThreads(1)
     # The folder of a bundle holds what the sweep was made of and nothing else.
@@ -71,7 +71,7 @@ def settle() -> None:
 
 
 def seed_the_rest(seed: int) -> None:
-    """Begin the generators that modules should not use, but do, the same in every run."""
+    """Seed the global random generators, which modules should not use but may, the same for every run."""
     random.seed(seed)
     np.random.seed(seed % 2**32)  # noqa: NPY002 - it is this one that such modules use
     cv2.setRNGSeed(seed % 2**31)
@@ -79,7 +79,7 @@ def seed_the_rest(seed: int) -> None:
 
 @contextmanager
 def own_modules(folder: Path) -> Iterator[None]:
-    """Let the user's modules be imported in the block, and found as new by the next run, whatever it is of."""
+    """Allow imports of the user's modules in the block, and unload them afterwards for the next run."""
     folder = folder.resolve()
     path, known = list(sys.path), set(sys.modules)
     sys.path.append(str(folder / INSTALLED))

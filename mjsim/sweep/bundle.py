@@ -1,4 +1,4 @@
-"""A world with all that it names, as files that go anywhere."""
+"""A world and all files that it names, to be sent to other machines."""
 
 import hashlib
 import os
@@ -13,14 +13,14 @@ from mjsim.world import World
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Bundle:
-    """All files that runs need besides mjsim: the world, what it includes and shows, and the user's modules."""
+    """Files that runs need besides mjsim: the world, included files, pictures, models, and the user's modules."""
 
     main: str
-    """Which of them is the world file."""
+    """Path of the world file among them."""
     files: Mapping[str, bytes]
-    """By their paths from one folder."""
+    """Contents by path, relative to a common folder."""
     programs: frozenset[str] = frozenset()
-    """Those that can be executed."""
+    """Paths of executable files."""
 
     def digests(self) -> dict[str, str]:
         """Return the SHA-256 of each file by its path, sorted."""
@@ -43,10 +43,10 @@ class Bundle:
 
 
 def bundle_of(world: World, cases: Sequence[World]) -> Bundle:
-    """Return what all cases of a sweep need.
+    """Return the files that all cases of a sweep need.
 
     Args:
-        world: As it was written.
+        world: The original world.
         cases: The same with settings, which may name other pictures and modules.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Runs on a Dask cluster: the files travel there, figures and recordings travel back."""
+"""Runs jobs on a Dask cluster: files are sent there, results and recordings are sent back."""
 
 import tempfile
 import warnings
@@ -19,25 +19,25 @@ if TYPE_CHECKING:
     from distributed import Client
 
 ANSWERS_WITHIN = 20.0
-"""How long a scheduler may take to answer [s]."""
+"""Maximum time for a scheduler to answer [s]."""
 COMES_WITHIN = 300.0
-"""How long the first worker may take to be there [s]; some wait in the queue of a cluster."""
+"""Maximum time until the first worker is available [s]; workers may wait in the queue of a cluster."""
 
 
 def run_on_cluster(
     address: str, bundle: Bundle, jobs: Iterable[Job], store: Store
 ) -> Generator[tuple[Job, Outcome], None, None]:
-    """Yield each job with its outcome, as it comes. A job whose worker dies is given to another by Dask.
+    """Yield each job with its outcome on completion. If a worker dies, Dask gives its job to another.
 
     Args:
         address: Of the scheduler, such as tcp://10.0.0.5:8786.
-        bundle: What the runs need.
-        jobs: What to run.
-        store: Where recordings go.
+        bundle: Files for the runs.
+        jobs: Jobs to run.
+        store: Destination of recordings.
 
     Raises:
-        UsageError: The cluster does not exist, or its workers are not fit for this.
-        MjsimError: The cluster went away, or what would fail every run on a worker.
+        UsageError: The cluster does not exist, or its workers are unsuitable.
+        MjsimError: The cluster disappeared, or a worker has a problem that would fail every run.
     """
     with _client(address) as client:
         from distributed import KilledWorker, as_completed
@@ -91,7 +91,7 @@ def _hand_on(bundle: Bundle) -> Bundle:
 
 
 def _work(bundle: Bundle, job: Job, keep: bool, expected: dict[str, str]) -> tuple[Outcome, bytes | None]:
-    """Run a job on a worker; return its outcome, and its recording when that is wanted."""
+    """Run a job on a worker; return its outcome, and its recording if requested."""
     from distributed import get_worker
 
     worker = get_worker()

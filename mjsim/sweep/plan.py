@@ -1,4 +1,4 @@
-"""What a sweep consists of: cases, which are settings of the world, times seeds."""
+"""The plan of a sweep: cases (combinations of settings of the world) times seeds."""
 
 import itertools
 import json
@@ -24,13 +24,13 @@ class Job:
     """Number of its combination of settings, from 0."""
     seed: int
     settings: tuple[str, ...]
-    """'KEY=VALUE', as `mjsim run --set` takes them."""
+    """'KEY=VALUE', as for `mjsim run --set`."""
     seconds: float | None
-    """Simulated duration [s]; by default as the world says."""
+    """Simulated duration [s]; by default that of the world."""
 
     @property
     def name(self) -> str:
-        """What its files are called."""
+        """Base name of its files."""
         return f"{self.case:03d}-seed{self.seed:04d}"
 
 
@@ -42,14 +42,14 @@ class SweepPlan:
     settings: Mapping[str, tuple[Any, ...]]
     """Key of the world -> its values; the cases are all combinations."""
     seconds: float | None = None
-    """How long each run is, simulated [s]; by default as the world says."""
+    """Duration of each run, simulated [s]; by default that of the world."""
     robot: str | None = None
-    """The robot that the table is about; by default all robots."""
+    """The robot in the table; by default all robots."""
     keep: bool = False
-    """Whether the recordings stay."""
+    """Whether to keep the recordings."""
 
     def __post_init__(self) -> None:
-        """Check that there is something to run, once each."""
+        """Check that there are runs, without duplicates."""
         if not self.seeds:
             raise UsageError("no seeds; give at least one, such as 0:10")
         if min(self.seeds) < 0:
@@ -70,7 +70,7 @@ class SweepPlan:
         return count
 
     def cases(self) -> list[dict[str, Any]]:
-        """Return key -> value of each combination of settings; one without keys when nothing is set."""
+        """Return key -> value for each combination of settings; one without keys if there are no settings."""
         return [dict(zip(self.settings, values, strict=True)) for values in itertools.product(*self.settings.values())]
 
     def jobs(self) -> Iterator[Job]:
@@ -81,15 +81,15 @@ class SweepPlan:
 
 
 def setting_texts(case: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return a case as `with_settings` takes it; JSON is YAML."""
+    """Return a case as arguments of `with_settings`; JSON is valid YAML."""
     return tuple(f"{key}={json.dumps(value)}" for key, value in case.items())
 
 
 def parse_seeds(text: str) -> tuple[int, ...]:
-    """Return the seeds that '0:50' (0 to 49), '7' or '1,2,10:20' name.
+    """Parse seeds such as '0:50' (0 to 49), '7' or '1,2,10:20'.
 
     Raises:
-        UsageError: It is none of these.
+        UsageError: The text is invalid.
     """
     seeds: list[int] = []
     for part in text.split(","):
@@ -107,10 +107,10 @@ def parse_seeds(text: str) -> tuple[int, ...]:
 
 
 def parse_settings(texts: Iterable[str]) -> dict[str, tuple[Any, ...]]:
-    """Return key -> values of 'KEY=V1,V2' and the like; the values are YAML.
+    """Parse settings such as 'KEY=V1,V2' to key -> values; the values are YAML.
 
     Raises:
-        UsageError: One is not written so, or a key is there twice.
+        UsageError: A setting is invalid, or a key occurs twice.
     """
     settings: dict[str, tuple[Any, ...]] = {}
     for text in texts:

@@ -1,4 +1,4 @@
-"""The plots of a sweep: errors against the settings, and over time with what a consistent estimator would have."""
+"""The plots of a sweep: errors against the settings, and errors and NEES over time."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -16,7 +16,7 @@ from mjsim.sweep.table import Row
 from mjsim.sweep.worker import Outcome
 
 MOST_SHADES = 3
-"""Cases of which more than the medians is drawn."""
+"""Maximum number of cases for which ranges are drawn beside medians."""
 ERROR, DEAD_RECKONING = "position_error_m.rmse", "odometry_error_m.rmse"
 Series = Mapping[str, Sequence[float | None]]
 
@@ -24,7 +24,7 @@ Series = Mapping[str, Sequence[float | None]]
 def plots(
     plan: SweepPlan, rows: Sequence[Row], outcomes: Sequence[Outcome], robots: Sequence[str], formats: Sequence[str]
 ) -> dict[str, bytes]:
-    """Return the plots as files by their names; none of a robot that nothing drove, or whose runs all failed."""
+    """Return the plots as files by name; none for a robot without a driver, or whose runs all failed."""
     files: dict[str, bytes] = {}
     for robot in robots:
         own = [row for row in rows if row["robot"] == robot and row.get(ERROR) is not None]
@@ -50,7 +50,7 @@ def settings_plot(plan: SweepPlan, rows: Sequence[Row]) -> Figure:
 
     Args:
         plan: Of the sweep.
-        rows: Of one robot, of runs that gave figures.
+        rows: Rows of one robot, for successful runs.
     """
     figure, (above, below) = sheet(2, height=6.4)
     key = max(plan.settings, key=lambda name: len(plan.settings[name]), default=None)
@@ -77,7 +77,7 @@ def settings_plot(plan: SweepPlan, rows: Sequence[Row]) -> Figure:
 
 
 def error_plot(plan: SweepPlan, series: Sequence[Sequence[Series]]) -> Figure:
-    """Draw the median position error over time and where 80 % of the runs lie, for each case; and odometry's."""
+    """Draw the median position error over time with the range of 80 % of the runs, per case; also odometry's."""
     figure, (axes,) = sheet(1, height=4.8)
     drawn = _drawn(plan, series)
     for label, color, runs in drawn:
@@ -130,7 +130,7 @@ def nees_plot(plan: SweepPlan, series: Sequence[Sequence[Series]]) -> Figure:
 
 
 def _draw_lane(axes: Axes, places: Array, found: Sequence[Array], color: str, label: str) -> None:
-    """Draw one series of groups of values, each at its place: dots, mean and interval."""
+    """Draw one series of groups of values, each at its position: dots, mean and interval."""
     for place, values in zip(places, found, strict=True):
         # Side by side in their order, so that runs with the same error are all seen.
         spread = np.linspace(-0.05, 0.05, len(values)) if len(values) > 1 else np.zeros(len(values))
@@ -145,7 +145,7 @@ def _draw_lane(axes: Axes, places: Array, found: Sequence[Array], color: str, la
 
 
 def _column(rows: Sequence[Row], name: str, key: str | None, value: Any, others: Sequence[str], group: str) -> Array:
-    """Return a figure of all runs with a value of the key, and whose other settings have this label."""
+    """Return a result of all runs with a value of the key and with this label of the other settings."""
     return np.array(
         [
             row[name]
@@ -157,20 +157,20 @@ def _column(rows: Sequence[Row], name: str, key: str | None, value: Any, others:
 
 
 def _drawn(plan: SweepPlan, series: Sequence[Sequence[Series]]) -> list[tuple[str, str, Sequence[Series]]]:
-    """Return label, colour and runs of each case that is drawn over time: the first eight with any run."""
+    """Return label, colour and runs of the cases drawn over time: the first eight with runs."""
     cases = [(_label(case), runs) for case, runs in zip(plan.cases(), series, strict=True) if runs]
     return [(label, color, runs) for (label, runs), color in zip(cases, GROUPS, strict=False)]
 
 
 def _stacked(runs: Sequence[Series], name: str) -> tuple[Array, Array]:
-    """Return times (n,) and the values of all runs (count, n), as far as the shortest one goes."""
+    """Return times (n,) and the values of all runs (count, n), up to the end of the shortest."""
     length = min(len(run["time"]) for run in runs)
     values = [[np.nan if value is None else value for value in run[name][:length]] for run in runs]
     return np.array(runs[0]["time"][:length], dtype=float), np.array(values, dtype=float)
 
 
 def _label(case: Mapping[str, Any]) -> str:
-    """Return the settings of a case for people, each key by its last two parts."""
+    """Return the label of a case's settings, with the last two parts of each key."""
     return ", ".join(f"{'.'.join(key.split('.')[-2:])} {json.dumps(value)}" for key, value in case.items())
 
 
@@ -180,7 +180,7 @@ def _count(plan: SweepPlan) -> str:
 
 
 def _legend(axes: Axes) -> None:
-    """Put the legend below, in as many columns as its longest label lets it have."""
+    """Put the legend below, in as many columns as its longest label allows."""
     longest = max(len(text) for text in axes.get_legend_handles_labels()[1])
     columns = max(1, min(3, 110 // (longest + 8)))
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=columns, frameon=False)

@@ -1,4 +1,4 @@
-"""Runs on processes of this machine; one that dies is replaced, and none outlives who started it."""
+"""Runs jobs in processes on this machine; those that die are replaced, and none outlives its parent."""
 
 import os
 import signal
@@ -19,22 +19,22 @@ from mjsim.sweep.store import Store
 from mjsim.sweep.worker import Outcome, died, run_job
 
 MOST_DEATHS = 3
-"""A run that its process did not survive is tried so often in all."""
+"""Maximum number of attempts at a run whose process dies."""
 
 
 def run_on_processes(
     world_file: Path, jobs: Iterable[Job], store: Store, *, workers: int
 ) -> Generator[tuple[Job, Outcome], None, None]:
-    """Yield each job with its outcome, as it comes.
+    """Yield each job with its outcome on completion.
 
     Args:
         world_file: Of the unpacked bundle.
-        jobs: What to run.
-        store: Where recordings go.
-        workers: How many processes.
+        jobs: Jobs to run.
+        store: Destination of recordings.
+        workers: Number of processes.
 
     Raises:
-        MjsimError: What would fail every run on this machine.
+        MjsimError: A problem would fail every run on this machine.
     """
     waiting, deaths = deque(jobs), Counter[Job]()
     with _environment(THREADS), ExitStack() as undo:
@@ -63,7 +63,7 @@ def run_on_processes(
 
 
 class _Worker:
-    """A process that runs one job at a time. It ends when this object is closed, or when its owner has ended."""
+    """A process that runs one job at a time. It ends when this object is closed, or when its parent ends."""
 
     def __init__(self) -> None:
         # Nothing is ever sent: the other side wakes when this side is gone, for whatever reason.
@@ -73,11 +73,11 @@ class _Worker:
         )
 
     def submit(self, world_file: Path, job: Job, store: Store) -> Future[Outcome]:
-        """Begin a job."""
+        """Start a job."""
         return self._executor.submit(_work, world_file, job, store)
 
     def close(self) -> None:
-        """End the process, whatever it is doing; a second call does nothing."""
+        """End the process at once; a second call does nothing."""
         self._lifeline.close()
         self._executor.shutdown()
         self._listening.close()
@@ -92,7 +92,7 @@ class _Worker:
 
 
 def _begin(listening: Connection) -> None:
-    """Make a process that has just started a worker."""
+    """Turn a new process into a worker."""
     # Ctrl-C goes to all processes of a terminal; the one that started this one tells it when to end.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with, args=(listening,), daemon=True).start()
@@ -111,7 +111,7 @@ def _work(world_file: Path, job: Job, store: Store) -> Outcome:
 
 @contextmanager
 def _environment(variables: dict[str, str]) -> Iterator[None]:
-    """Set environment variables in the block; processes that are started there see them before they load anything."""
+    """Set environment variables in the block, so that processes started in it have them before they load anything."""
     before = {name: os.environ.get(name) for name in variables}
     os.environ.update(variables)
     try:

@@ -1,4 +1,4 @@
-"""What a sweep leaves in its folder when all its runs are done."""
+"""Results of a sweep in its folder."""
 
 import importlib.util
 import json
@@ -19,32 +19,32 @@ KEY_FIGURES = {
     "heading_error_deg.rmse": "heading [deg]",
     "nees.mean": "NEES",
 }
-"""Figure -> the head of its column in the small table."""
+"""Statistic -> header of its column in the short table."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Sweep:
-    """What a sweep gave; its folder holds the same as files."""
+    """Results of a sweep; its folder has the same as files."""
 
     folder: Path
     rows: Sequence[Mapping[str, Any]]
-    """The table: one row for each robot of each run, with case, seed, settings, robot, error, and figures such as
+    """The table: one row per robot and run, with case, seed, settings, robot, error, and figures such as
     'position_error_m.rmse'."""
     summary: Mapping[str, Any]
-    """What summary.json holds."""
+    """Content of summary.json."""
     failed: Mapping[str, str]
-    """Name of each run that failed -> why."""
+    """Name of each failed run -> error."""
 
 
 def write_results(
     store: Store, plan: SweepPlan, outcomes: Sequence[Outcome], robots: Sequence[str], formats: Sequence[str]
 ) -> Sweep:
-    """Write table, summary, clock and plots; return what they hold. A table in Parquet needs pyarrow, an extra.
+    """Write table, summary, clock and plots; return the results. A Parquet table needs the extra pyarrow.
 
     Args:
-        store: Where they go.
+        store: Destination.
         plan: Of the sweep.
-        outcomes: One of each job, in the order of the jobs.
+        outcomes: One per job, in the order of the jobs.
         robots: Robots in the table.
         formats: Of the plots.
 
@@ -72,7 +72,7 @@ def write_results(
 
 
 def key_lines(summary: Mapping[str, Any]) -> list[str]:
-    """Return the key figures of a summary as lines for a terminal: means with their intervals, and what these are."""
+    """Return the key results of a summary as lines for a terminal: means with confidence intervals."""
     lines = []
     for case in summary["cases"]:
         settings = ", ".join(f"{key} {json.dumps(value)}" for key, value in case["settings"].items()) or "all runs"
@@ -91,7 +91,7 @@ def _interval(figure: Mapping[str, Any]) -> str:
 
 
 def _clock(outcome: Outcome) -> dict[str, Any]:
-    """Return the wall-clock figures of a run, which are another's on another day."""
+    """Return the wall-clock times of a run, which differ between executions."""
     clock = outcome["clock"]
     keys = ("total_seconds", "wall_seconds", "real_time_factor")
     return {"case": outcome["case"], "seed": outcome["seed"], **{key: clock.get(key) for key in keys}}

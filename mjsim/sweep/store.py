@@ -1,4 +1,4 @@
-"""The folder of a sweep: what it is, and one file for each run that is done."""
+"""The folder of a sweep: its description, and one file per finished run."""
 
 import fcntl
 import json
@@ -17,33 +17,33 @@ from mjsim.sweep.worker import Outcome
 
 FORMAT = 1
 VERSIONED = ("mjsim", "mujoco", "numpy", "scipy", "opencv-python-headless")
-"""Packages that the figures depend on."""
+"""Packages that the results depend on."""
 
 
 def versions() -> dict[str, str]:
-    """Return the versions here of the packages that the figures depend on."""
+    """Return the installed versions of the packages that the results depend on."""
     return {name: version(name) for name in VERSIONED}
 
 
 @dataclass(frozen=True, slots=True)
 class Store:
-    """Reads and writes the folder of a sweep; a file is there whole or not at all."""
+    """Reads and writes the folder of a sweep; files are written completely or not at all."""
 
     folder: Path
     keep: bool
-    """Whether recordings stay."""
+    """Whether recordings are kept."""
 
     @property
     def runs(self) -> Path:
-        """Where the files of the runs are."""
+        """Folder of the files of runs."""
         return self.folder / "runs"
 
     @contextmanager
     def held(self) -> Iterator[None]:
-        """Keep other sweeps out of the folder in the block, as they would delete what is begun; make it if need be.
+        """Lock the folder for the block, since other sweeps would delete unfinished runs; create it if necessary.
 
         Raises:
-            UsageError: Another sweep is at work there, or there can be no such folder.
+            UsageError: Another sweep is running there, or the folder cannot be created.
         """
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -57,10 +57,10 @@ class Store:
             os.close(place)
 
     def open(self, plan: SweepPlan, bundle: Bundle) -> Path:
-        """Begin or resume a sweep; return the path of its world file.
+        """Start or resume a sweep; return the path of its world file.
 
         Raises:
-            UsageError: The folder holds something else, or cannot be written.
+            UsageError: The folder has other contents, or cannot be written.
         """
         identity = _identity(plan, bundle)
         path = self.folder / "sweep.json"
@@ -80,7 +80,7 @@ class Store:
             raise UsageError(f"'{path}' is broken: {error}; name a new folder") from error
 
     def outcome(self, job: Job) -> Outcome | None:
-        """Return what a run gave that is done; None for one that is still to do."""
+        """Return the outcome of a finished run; None for one that is still to do."""
         try:
             outcome: Outcome = json.loads((self.runs / f"{job.name}.json").read_bytes())
         except (OSError, ValueError):
@@ -88,11 +88,11 @@ class Store:
         return outcome
 
     def put(self, job: Job, outcome: Outcome) -> None:
-        """Note that a run is done."""
+        """Store the outcome of a run."""
         self.write(f"runs/{job.name}.json", f"{json.dumps(outcome)}\n".encode())
 
     def write(self, name: str, data: bytes) -> None:
-        """Write a file whole, or leave what was there.
+        """Write a file atomically.
 
         Raises:
             UsageError: It cannot be written.
@@ -112,7 +112,7 @@ class Store:
 
     @contextmanager
     def recording(self, job: Job) -> Iterator[Path]:
-        """Yield where the recording of a run goes; it stays after the block when recordings are kept."""
+        """Yield the path for the recording of a run, which is deleted after the block unless recordings are kept."""
         part = self.runs / f"{job.name}.{os.getpid()}.part"
         try:
             yield part
@@ -123,7 +123,7 @@ class Store:
 
 
 def _lock(place: int, folder: Path) -> None:
-    """Take the one lock of a folder that is open as `place`; the system gives it back when the process ends."""
+    """Lock a folder that is open as `place`; the system releases the lock when the process ends."""
     try:
         fcntl.flock(place, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
@@ -133,7 +133,7 @@ def _lock(place: int, folder: Path) -> None:
 
 
 def _identity(plan: SweepPlan, bundle: Bundle) -> dict[str, Any]:
-    """Return all that tells one sweep from another."""
+    """Return all data that identifies a sweep."""
     return {
         "format": FORMAT,
         "world": bundle.main,
@@ -149,7 +149,7 @@ def _identity(plan: SweepPlan, bundle: Bundle) -> dict[str, Any]:
 
 
 def _require_same(folder: Path, there: Mapping[str, Any], here: Mapping[str, Any]) -> None:
-    """Raise UsageError, which names the first difference, unless two sweeps are the same."""
+    """Check that two sweeps are the same; the UsageError names the first difference."""
     for key, value in json.loads(_json(here)).items():
         was = there.get(key)
         if was == value:

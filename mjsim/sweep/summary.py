@@ -1,4 +1,4 @@
-"""Means over seeds, and how certain they are."""
+"""Means over seeds, with confidence intervals."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -15,22 +15,22 @@ INTERVAL = (
     f"{CONFIDENCE:.0%} interval of the mean over the seeds: bootstrap (BCa) from {fewest_pairs()} runs on, of fewer"
     " Student's t as far as the figure can go, none of one"
 )
-"""What the intervals of a summary are, for people."""
+"""Description of the intervals of a summary."""
 
 
 def interval_of_mean(values: Array, *, most: float = np.inf) -> tuple[float, float] | None:
-    """Return the bounds between which the mean lies with a confidence of 95 %; None of one value.
+    """Return the 95 % confidence interval of the mean; None for a single value.
 
-    No figure can be below 0. A bootstrap never leaves the range of its values; what of Student's interval a figure
-    cannot reach is cut off, which leaves the confidence as it is: the mean cannot lie there.
+    No statistic can be negative. A bootstrap interval never leaves the range of the values; Student's interval is cut
+    to possible values, which does not change its confidence.
 
     Args:
-        values: Independent, one a seed, shape (n,).
-        most: What the figure can be at most, such as 1 of a share.
+        values: Independent, one per seed, shape (n,).
+        most: Maximum of the statistic, such as 1 for coverage.
 
     References:
         `mjsim.report.paired` for the bootstrap, as in comparisons; Student, The Probable Error of a Mean, Biometrika
-        6 (1908), for too few values to be drawn from.
+        6 (1908), if there are too few values for the bootstrap.
     """
     n = len(values)
     if n < 2:
@@ -44,7 +44,7 @@ def interval_of_mean(values: Array, *, most: float = np.inf) -> tuple[float, flo
 
 
 def spread(values: Array, *, most: float = np.inf) -> dict[str, float | int | None]:
-    """Return count, mean with its interval, standard deviation, median, min and max of a figure, shape (n,)."""
+    """Return count, mean with its interval, standard deviation, median, min and max of values, shape (n,)."""
     low, high = interval_of_mean(values, most=most) or (None, None)
     return {
         "count": len(values),
@@ -59,7 +59,7 @@ def spread(values: Array, *, most: float = np.inf) -> dict[str, float | int | No
 
 
 def summary_of(plan: SweepPlan, rows: Sequence[Row]) -> dict[str, Any]:
-    """Return what summary.json holds: for each case and robot the spread of each figure over the seeds."""
+    """Return the content of summary.json: for each case and robot the spread of each statistic over the seeds."""
     names = figure_names(plan, rows)
     robots = list(dict.fromkeys(row["robot"] for row in rows))
     cases = []
@@ -78,7 +78,7 @@ def summary_of(plan: SweepPlan, rows: Sequence[Row]) -> dict[str, Any]:
 
 
 def summary_rows(summary: Mapping[str, Any]) -> list[Row]:
-    """Return the summary as rows of a table: one for each case, robot and figure."""
+    """Return the summary as rows of a table: one per case, robot and statistic."""
     return [
         {"case": case["case"], **case["settings"], "robot": robot, "failed": case["failed"], "figure": name, **figure}
         for case in summary["cases"]

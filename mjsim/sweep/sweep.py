@@ -37,21 +37,20 @@ def sweep(
 ) -> Sweep:
     """Run a world with many seeds and settings; return the table of all runs, and write it.
 
-    The processes that run it import the program that calls this: what it does, it must do under
-    `if __name__ == "__main__":`.
+    The worker processes import the calling program, so it must keep its own code under `if __name__ == "__main__":`.
 
     Args:
-        world: What is simulated, or its file.
+        world: The world to simulate, or its file.
         seeds: One run each, in every case.
-        folder: Where everything goes; a sweep that did not come to its end goes on there.
+        folder: Destination of all files; an unfinished sweep in it is resumed.
         settings: Key of the world, such as 'robots.scout.odometry.noise.turn' -> its values; all combinations are run.
-        seconds: How long each run is, simulated [s]; by default as the world says.
-        robot: The robot that the table is about; by default all robots.
+        seconds: Duration of each run, simulated [s]; by default that of the world.
+        robot: The robot in the table; by default all robots.
         workers: Processes of this machine; by default one per core.
         dask: Address of the scheduler of a Dask cluster that runs it instead.
-        keep: Whether recordings stay, beside the figures of each run.
+        keep: Whether to keep recordings, beside the results of each run.
         formats: Of the plots: 'png', 'pdf', 'svg'.
-        progress: Called with the number of runs that are done, at the start and after each.
+        progress: Called with the number of finished runs, at the start and after each.
 
     Raises:
         WorldError: The world is wrong.
@@ -78,7 +77,7 @@ def run_plan(
     formats: Sequence[str] = ("png",),
     progress: Callable[[float], None] | None = None,
 ) -> Sweep:
-    """Run what of a plan is not done yet in a folder; as `sweep`, which says more."""
+    """Run the unfinished jobs of a plan in a folder; see `sweep`."""
     if workers is not None and workers < 1:
         raise UsageError(f"workers is {workers}; it takes at least one")
     formats = require_formats(formats)
@@ -110,14 +109,14 @@ def run_plan(
 
 
 def _values(key: str, values: Sequence[Any]) -> tuple[Any, ...]:
-    """Return the values of a setting as Python has them, which may come from an array."""
+    """Return the values of a setting, which may be an array, as Python values."""
     if isinstance(values, str):
         raise UsageError(f"the values of '{key}' are the text '{values}'; give them as a list")
     return tuple(value.item() if isinstance(value, np.generic) else value for value in values)
 
 
 def _robots(world: World, wanted: str | None) -> list[str]:
-    """Return the names of the robots that the table is about."""
+    """Return the names of the robots in the table."""
     names = [robot.name for robot in world.robots]
     if not names:
         raise UsageError(f"no robots in world '{world.name}'; a sweep is about at least one")

@@ -1,4 +1,4 @@
-"""Outcomes -> one table, the same bytes for the same sweep, however it came about."""
+"""Combines outcomes to one table, with the same bytes for the same sweep in whatever order it ran."""
 
 import csv
 import io
@@ -10,12 +10,12 @@ from mjsim.sweep.plan import SweepPlan
 from mjsim.sweep.worker import Outcome
 
 KEYS = ("case", "seed", "robot", "error")
-"""Columns of every table besides the settings and the figures."""
+"""Columns of every table besides settings and results."""
 EACH = frozenset({"each", "aligned_each"})
-"""Figures that are mappings by the names of landmarks; what they come to in all stands beside them."""
+"""Results by landmark, which are left out of the table; their totals are included."""
 
 Row = dict[str, Any]
-"""One robot of one run: case, seed, settings by their keys, robot, error, figures such as 'nees.mean'."""
+"""One robot of one run: case, seed, settings by key, robot, error, results such as 'nees.mean'."""
 
 
 def rows_of(plan: SweepPlan, outcomes: Sequence[Outcome], robots: Sequence[str]) -> list[Row]:
@@ -23,7 +23,7 @@ def rows_of(plan: SweepPlan, outcomes: Sequence[Outcome], robots: Sequence[str])
 
     Args:
         plan: Of the sweep.
-        outcomes: One of each job, in the order of the jobs.
+        outcomes: One per job, in the order of the jobs.
         robots: Robots in the table.
     """
     cases = plan.cases()
@@ -44,12 +44,12 @@ def rows_of(plan: SweepPlan, outcomes: Sequence[Outcome], robots: Sequence[str])
 
 
 def figure_names(plan: SweepPlan, rows: Sequence[Row]) -> list[str]:
-    """Return the columns of a table that hold figures."""
+    """Return the columns of a table with results."""
     return [name for name in rows[0] if name not in KEYS and name not in plan.settings]
 
 
 def parquet(rows: Sequence[Row]) -> bytes:
-    """Return the rows as a file of Parquet."""
+    """Return the rows as a Parquet file."""
     import pyarrow
     from pyarrow import parquet as pq
 
@@ -72,7 +72,7 @@ def csv_text(rows: Sequence[Row]) -> bytes:
 
 
 def _flat(outcome: Outcome, robot: str) -> Row:
-    """Return the figures of one robot under names such as 'nees.mean'; no wall-clock times are among them."""
+    """Return the results of one robot by names such as 'nees.mean', without wall-clock times."""
     figures = outcome["robots"].get(robot)
     if figures is None:
         return {}
@@ -88,7 +88,7 @@ def _leaves(figures: Mapping[str, Any], before: str) -> Iterator[tuple[str, floa
 
 
 def _typed(rows: Sequence[Row]) -> Iterator[tuple[str, Any, list[Any]]]:
-    """Yield name, type and values of each column: whole numbers, numbers, truth values, or text."""
+    """Yield name, type and values of each column: integers, numbers, booleans, or text."""
     import json
 
     import pyarrow

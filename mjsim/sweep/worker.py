@@ -1,4 +1,4 @@
-"""One run of a sweep, on whichever machine: a world file and a job in, an outcome out."""
+"""Executes one run of a sweep on any machine: from a world file and a job to an outcome."""
 
 import time
 from pathlib import Path
@@ -14,23 +14,23 @@ from mjsim.sweep.bench import bench, own_modules, seed_the_rest, settle
 from mjsim.sweep.plan import Job
 
 MOST_POINTS = 400
-"""Points of a series over time that are kept of each run."""
+"""Maximum number of points of a time series kept for each run."""
 Outcome = dict[str, Any]
-"""What becomes of a job, fit for JSON: `case`, `seed`, `error` (None when all went well), `run` and `robots` as in
-statistics.json, `series` (by robot: time, nees, position_error_m, odometry_error_m), `clock` (wall-clock figures)."""
+"""Outcome of a job, as JSON values: `case`, `seed`, `error` (None on success), `run` and `robots` as in
+statistics.json, `series` (by robot: time, nees, position_error_m, odometry_error_m), `clock` (wall-clock times)."""
 
 
 def run_job(world_file: Path, job: Job, *, record: Path, pictures: bool) -> Outcome:
-    """Run a job and return its outcome; what fails by the fault of a module or of physics is an outcome, too.
+    """Run a job and return its outcome; failures of modules or physics are outcomes, too.
 
     Args:
         world_file: Of the unpacked bundle.
-        job: What to run.
-        record: Where the recording goes.
-        pictures: Whether that holds those of the cameras; the figures do not need them.
+        job: The job.
+        record: Path of the recording.
+        pictures: Whether to record camera pictures; the results do not need them.
 
     Raises:
-        MjsimError: What would fail every run on this machine: no way to draw pictures, no room for the recording.
+        MjsimError: A problem would fail every run on this machine: no OpenGL, no space for the recording.
     """
     settle()
     began = time.perf_counter()
@@ -47,12 +47,12 @@ def run_job(world_file: Path, job: Job, *, record: Path, pictures: bool) -> Outc
 
 
 def empty_outcome(job: Job, *, error: str | None = None) -> Outcome:
-    """Return the outcome of a job that gave no figures."""
+    """Return the outcome of a job without results."""
     return {"case": job.case, "seed": job.seed, "error": error, "run": {}, "robots": {}, "series": {}, "clock": {}}
 
 
 def died(job: Job, times: int) -> Outcome:
-    """Return the outcome of a job that no process survived; it is not kept, and so tried again the next time."""
+    """Return the outcome of a job whose processes died; it is not stored, so a resumed sweep tries again."""
     return empty_outcome(job, error=f"its process died {times} times") | {"died": True}
 
 
@@ -64,7 +64,7 @@ def _figures(recording: Recording) -> Outcome:
 
 
 def _series(track: Track) -> dict[str, list[float | None]]:
-    """Return NEES and errors over time, at no more than MOST_POINTS ticks."""
+    """Return NEES and errors over time, at MOST_POINTS ticks at most."""
     rows = slice(None, None, -(-len(track.time) // MOST_POINTS))
     truth, estimate = track.truth[rows], track.estimate[rows]
     columns = {
