@@ -40,7 +40,7 @@ class PictureErrors:
     """
 
     def __init__(self, robot: RobotInfo, *, nod: float, repeat: float) -> None:
-        """Get ready.
+        """Initialise.
 
         Args:
             robot: Its highest camera tells how far the view shifts as it nods; without one it is taken for level.

@@ -9,7 +9,7 @@ from mjsim import ArmInfo, Command, Estimate, JointGoal, Observation, RobotInfo,
 from mjsim.mechanics import TimeSignal
 
 Keys = Mapping[str, Any]
-"""A signal as the world file has it, such as {"step": {"to": 0.5, "at": 1}}."""
+"""A signal from the world file, such as {"step": {"to": 0.5, "at": 1}}."""
 
 
 class Signal:
@@ -47,7 +47,7 @@ class Signal:
                 _made(name, keys, angle=name == "turn", rng=None)
 
     def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
-        """Make the signals; the random ones draw from the module's own source of chance.
+        """Make the signals; the random ones draw from the module's own random stream.
 
         Raises:
             ValueError: The robot has no such arm, or the arm not as many joints.

@@ -35,7 +35,7 @@ def add_arms(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, originals:
     Args:
         spec: The scene.
         base: The body of the robot.
-        robot: As the world file has it.
+        robot: From the world file.
         originals: Files of arms that the scene has already, by their paths; it may grow.
     """
     for item in robot.arms:

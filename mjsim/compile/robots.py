@@ -35,7 +35,7 @@ def add_robot(spec: mujoco.MjSpec, robot: Robot, originals: dict[str, LoadedFile
 
     Args:
         spec: The scene.
-        robot: As the world file has it.
+        robot: From the world file.
         originals: Files of robots that the scene has already, by their paths; it may grow.
 
     Raises:

@@ -30,7 +30,7 @@ def add_sensor(base: mujoco.MjsBody, robot: Robot, sensor: Sensor, looks: Boxes 
 
     Args:
         base: What carries it.
-        robot: As the world file has it.
+        robot: From the world file.
         sensor: One of its sensors.
         looks: What is seen of the robot and small; a sensor that lies in one of these has its looks already.
     """

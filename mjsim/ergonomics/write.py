@@ -13,7 +13,7 @@ def write_ergonomics(world: World, folder: Path, *, overwrite: bool = False) -> 
 
     Args:
         world: Where they sit.
-        folder: Where the files go; made if need be.
+        folder: Where the files go; created if necessary.
         overwrite: Whether files may be replaced.
 
     Raises:

@@ -52,7 +52,7 @@ def write_svg(world: World, path: str | Path, *, overwrite: bool = False) -> Pat
     Args:
         world: What is to be drawn.
         path: Of the file.
-        overwrite: Whether a file that exists may be replaced.
+        overwrite: Whether an existing file may be replaced.
 
     Raises:
         UsageError: The world is empty, or the file exists or cannot be written.

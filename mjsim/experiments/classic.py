@@ -181,9 +181,9 @@ def run_experiments(
     """Make the classic experiments, and write a page with their figures, plots and recordings.
 
     Args:
-        folder: Where `index.html`, `results.json`, and a folder for each experiment go; made if need be.
+        folder: Where `index.html`, `results.json`, and a folder for each experiment go; created if necessary.
         only: Names of those to make; by default all of them.
-        progress: Told how far it is.
+        progress: Called with the progress.
         overwrite: Whether the files of earlier experiments may be replaced.
 
     Raises:

@@ -23,7 +23,7 @@ def write_lab(
 
     Args:
         world: Where the plants are.
-        folder: Where the files go; made if need be.
+        folder: Where the files go; created if necessary.
         plant: The one that is looked at; by default all.
         designers: Give controllers for each, such as `lambda plant: lqr_design(plant, weights, effort)`.
         recording: Of a run, to identify the plant from.

@@ -247,7 +247,7 @@ class Random(TimeSignal):
     offset: float = 0.0
     shape: Literal["normal", "uniform", "binary"] = "normal"
     rng: Generator
-    """Its own source of chance: the same one gives the same signal, whenever it is asked for which time."""
+    """Its own random stream: the same one gives the same signal, whenever it is asked for which time."""
     _drawn: list[Array] = field(default_factory=lambda: [np.zeros(0)])
 
     @property

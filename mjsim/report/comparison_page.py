@@ -32,7 +32,7 @@ def write_comparison(
 
     Args:
         comparison: What is written.
-        folder: Where to; made if need be.
+        folder: Where to; created if necessary.
         formats: Of the plots: 'png', 'pdf', 'svg'; the page has them in any case.
         overwrite: Whether the files of an earlier comparison are replaced or, where this one has none of their name,
             removed; all others in the folder stay.

@@ -27,7 +27,7 @@ REPORT_FILES = ("statistics.json", "report.html", "table.csv", "table.tex")
 def write_report(
     recording: Recording, folder: Path, *, formats: Sequence[str] = ("png",), overwrite: bool = False
 ) -> dict[str, Any]:
-    """Write statistics, plots and page into a folder, made if need be; return what `statistics.json` holds.
+    """Write statistics, plots and page into a folder, created if necessary; return what `statistics.json` holds.
 
     Args:
         recording: What it is about.

@@ -216,7 +216,7 @@ def record_paths(drivers: Mapping[str, Driver], recorder: "Recorder", now: float
     """Record the final trajectories of estimators after the last tick, at time `now` [s].
 
     Raises:
-        ModuleFault: An estimator raised, or returned what it must not.
+        ModuleFault: An estimator raised, or returned an invalid value.
     """
     for robot, driver in drivers.items():
         path = final_path(robot, driver, now)

@@ -96,7 +96,7 @@ def final_path(robot: str, driver: Driver, now: float) -> Array | None:
         Rows of time [s], x, y [m] and heading [rad], shape (M, 4).
 
     Raises:
-        ModuleFault: It raised, or returned what it must not.
+        ModuleFault: It raised, or returned an invalid value.
     """
     estimator, boundary = driver.estimator, Boundary(robot)
     if estimator is None or isinstance(estimator, Hosted) or not boundary.offers("estimator", estimator, "path"):

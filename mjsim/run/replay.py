@@ -74,7 +74,7 @@ def replay(
     Raises:
         UsageError: The robot does not exist, or `record` exists, is being written, or is the recording itself.
         RecordingError: The recording holds no observations of the robot, or a file cannot be read or written.
-        ModuleFault: A module raised, or returned what it must not; what was estimated until then stays in `record`.
+        ModuleFault: A module raised, or returned an invalid value; what was estimated until then stays in `record`.
     """
     if record is not None:
         source = recording if isinstance(recording, str | Path) else recording.path

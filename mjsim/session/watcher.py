@@ -24,7 +24,7 @@ class Watcher:
         """Wait for a tick that is newer than the last one, and return the newest; None when the run is over.
 
         Args:
-            timeout: How long at most [s]; by default without end.
+            timeout: Maximum time [s]; by default without end.
 
         Raises:
             TimeoutError: Nothing came in that time.

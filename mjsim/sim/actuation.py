@@ -26,7 +26,7 @@ class ServoActuation:
     """The set-points of a rolling base's servos, once a tick."""
 
     def __init__(self, data: mujoco.MjData, gear: RunningGear, servos: Sequence[int], *, every: int) -> None:
-        """Get ready.
+        """Initialise.
 
         Args:
             data: State of the simulation.

@@ -25,13 +25,13 @@ class ArmAtWork:
     def __init__(
         self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, item: RobotArm, *, tick: float
     ) -> None:
-        """Get ready, holding the posture of the start.
+        """Initialise, holding the initial posture.
 
         Args:
             model: The compiled world.
             data: Its state.
             robot: Whose arm it is.
-            item: As the world file has it.
+            item: From the world file.
             tick: Period of the loop [s].
         """
         self._model, self._data, self._tick, self.name = model, data, tick, item.name

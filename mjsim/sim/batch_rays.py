@@ -25,7 +25,7 @@ class BatchRays:
     def __init__(
         self, model: mujoco.MjModel, robot: str, *, carrier: str, mount: Array, edges: NDArray[np.intp]
     ) -> None:
-        """Get ready.
+        """Initialise.
 
         Args:
             model: The compiled world.

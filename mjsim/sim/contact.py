@@ -14,7 +14,7 @@ class Bumper:
     """Detects contact between any part of a robot and anything except the floor."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot) -> None:
-        """Keep the state, which is read at each look, and which geoms are whose."""
+        """Keep the state, read at each measurement, and which geoms are whose."""
         self._data = data
         self._base = model.body(f"{robot.name}/base").id
         # All of the base that touches, but casters, which have a group of their own.

@@ -50,7 +50,7 @@ class ControlActuation:
             loop: The controller, its rate and its latency.
 
         Raises:
-            UsageError: The rate is no whole number of physics steps, or the latency is negative.
+            UsageError: The rate is not a whole number of physics steps, or the latency is negative.
             ModuleFault: The controller lacks a method.
         """
         self._step, self._data, self._part = model.opt.timestep, data, part

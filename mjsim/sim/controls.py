@@ -39,7 +39,7 @@ class Controls:
         Args:
             model: The compiled world.
             data: Its state.
-            robot: As the world file has it.
+            robot: From the world file.
             gear: Its running gear, which may want a controller.
             arms: Its arms, each of which has one.
             imus: Its inertial sensors.

@@ -80,7 +80,7 @@ class EglContext:
         return cast("int | None", self._egl.get_address(name))
 
     def free(self) -> None:
-        """Give it back; a second call does nothing."""
+        """Release it; a second call does nothing."""
         if self._context:
             if self._egl.current_context() == self._context:
                 self._egl.make_current(self._display, None, None, None)

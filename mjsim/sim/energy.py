@@ -20,7 +20,7 @@ class EnergyCount:
     """What actuators put into a mechanism since the start, and what damping and friction took."""
 
     def __init__(self, model: mujoco.MjModel, dofs: Array, followers: Sequence[Follower]) -> None:
-        """Begin with nothing.
+        """Start empty.
 
         Args:
             model: The compiled world.

@@ -17,11 +17,11 @@ class JointEncoders:
     def __init__(
         self, model: mujoco.MjModel, data: mujoco.MjData, joints: Sequence[str], *, step: float | None = None
     ) -> None:
-        """Get ready.
+        """Initialise.
 
         Args:
             model: The compiled world.
-            data: Its state, which is read at each look.
+            data: Its state, read at each measurement.
             joints: Names of hinges or slides.
             step: Of the encoders [rad]; by default as fine as can be.
         """

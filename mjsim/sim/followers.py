@@ -191,7 +191,7 @@ class Follower(Course):
     """A motion that an equality constraint makes a joint follow."""
 
     def __init__(self, model: mujoco.MjModel, equality: int, drive: Motion, *, start: float) -> None:
-        """Get ready.
+        """Initialise.
 
         Args:
             model: The compiled world.

@@ -35,7 +35,7 @@ def write_glb(world: World, path: str | Path, *, overwrite: bool = False) -> Pat
     Args:
         world: What is to be written.
         path: Ends in .glb.
-        overwrite: Whether a file that exists may be replaced.
+        overwrite: Whether an existing file may be replaced.
 
     Raises:
         UsageError: The name ends otherwise, the scene is too large, or the file exists or cannot be written.

@@ -74,7 +74,7 @@ class LedPeople:
 
         Args:
             name: Of the person.
-            turns: How its hands were led, in the order of time.
+            turns: How its hands were led, in order of time.
             time: When [s]; by default all hands have arrived.
         """
         return self._blend(self._course(name, turns), len(turns), time)

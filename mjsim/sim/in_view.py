@@ -65,7 +65,7 @@ class InView:
     """Tells which geoms a camera may see; what does not change is made once."""
 
     def __init__(self, model: mujoco.MjModel, drawn: NDArray[np.intp]) -> None:
-        """Get ready.
+        """Initialise.
 
         Args:
             model: The compiled world.

@@ -59,7 +59,7 @@ class MechanismAtWork:
         Args:
             model: The compiled world.
             data: Its state, at the start.
-            mechanism: As the world file has it.
+            mechanism: From the world file.
             seed: Of the run.
             read: Returns a file that the world names.
         """

@@ -97,7 +97,7 @@ class WheelOdometer:
         dt: float,
         stream: Generator,
     ) -> None:
-        """Get ready.
+        """Initialise.
 
         Args:
             errors: Noise and constant errors.
@@ -106,7 +106,7 @@ class WheelOdometer:
             slip: What tyres slip.
             sideways: Whether the drive moves sideways.
             dt: Period of the loop [s].
-            stream: Source of chance; two numbers are drawn a tick, three for a drive that moves sideways.
+            stream: Random stream; two numbers are drawn per tick, three for a drive that moves sideways.
         """
         self._motion, self._slip, self._sideways, self._stream = motion, slip, sideways, stream
         self._creep = slip.outward**2 * KEPT / dt**3

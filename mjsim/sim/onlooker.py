@@ -143,7 +143,7 @@ class Onlooker(Closes):
         return self._cameras[key].frame(self._shown().data, stamp)
 
     def close(self) -> None:
-        """Give back what was made for drawing; a second call does nothing."""
+        """Release the renderer; a second call does nothing."""
         for canvas in self._canvases.values():
             canvas.close()
 

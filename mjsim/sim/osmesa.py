@@ -78,7 +78,7 @@ class OsmesaContext:
         return cast("int | None", self._get_address(name))
 
     def free(self) -> None:
-        """Give it back; a second call does nothing."""
+        """Release it; a second call does nothing."""
         if self._context:
             if self._current_context() == self._context:
                 self._make_current(None, None, UNSIGNED_BYTE, 0, 0)

@@ -45,7 +45,7 @@ class Playback(Closes):
             height: Of the pictures [px].
             quality: As a camera has it.
             groups: Geom groups that are seen.
-            events: What happened to the world, in the order of time.
+            events: What happened to the world, in order of time.
         """
         self._world, self._events = world, tuple(events)
         self._times = [event.time for event in self._events]
@@ -82,7 +82,7 @@ class Playback(Closes):
         self._scene.model.camera("overview").pos = overview_of(self._world, reach)
 
     def close(self) -> None:
-        """Give back what was made for drawing; a second call does nothing."""
+        """Release the renderer; a second call does nothing."""
         self._renderer.close()
 
 

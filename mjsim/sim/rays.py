@@ -111,11 +111,11 @@ class Rays:
     def __init__(
         self, model: mujoco.MjModel, data: mujoco.MjData, robot: str, *, most: int, carrier: str = "base"
     ) -> None:
-        """Get ready.
+        """Initialise.
 
         Args:
             model: The compiled world.
-            data: Its state, which is read at each look.
+            data: Its state, read at each measurement.
             robot: Name of the robot that the rays come from.
             most: How many rays there are at most.
             carrier: The body in whose frame `pose` is, below the robot's name.

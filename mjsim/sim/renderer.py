@@ -49,7 +49,7 @@ class Renderer(Closes):
         canvas: Canvas | None = None,
         groups: tuple[int, ...] = SEEN,
     ) -> None:
-        """Get ready to draw.
+        """Initialise.
 
         Args:
             model: What to draw; its visual settings are used but for `quality`.
@@ -128,7 +128,7 @@ class Renderer(Closes):
         return int(self._scene.ngeom)
 
     def close(self) -> None:
-        """Give back what was made for drawing; a second call does nothing."""
+        """Release the renderer; a second call does nothing."""
         if self._owns_canvas:
             self._canvas.close()
 

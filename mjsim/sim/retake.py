@@ -74,7 +74,7 @@ class Retake(Closes):
         return self._cameras[camera].frame(self._scene.data, stamp, tick=round(stamp / self._period))
 
     def close(self) -> None:
-        """Give back what the cameras draw with; a second call does nothing."""
+        """Release the renderer; a second call does nothing."""
         for canvas in self._canvases.values():
             canvas.close()
 
@@ -97,7 +97,7 @@ class _Again:
         """Start before the first picture; `ticks` lie between two."""
         self._camera, self._ticks = camera, ticks
         self._states: list[Sequence[Any]] = [self._state()]
-        """Of the sources of chance before each picture."""
+        """Of the random streams before each picture."""
 
     def frame(self, data: mujoco.MjData, stamp: float, *, tick: int) -> CameraFrame:
         """Return what the camera sees, with the chance of the picture that was due at a tick."""

@@ -47,12 +47,12 @@ class SimulatedRobot:
         canvas: Callable[[Quality], Canvas],
         received: Callable[[int], tuple[Message, ...]],
     ) -> None:
-        """Get ready, standing at the start.
+        """Initialise at the start.
 
         Args:
             model: The compiled world.
             data: Its state, shared by all robots.
-            robot: As the world file has it.
+            robot: From the world file.
             world: For the rates of the loop.
             seed: Of the run.
             canvas: Gives what cameras of a quality draw on.

@@ -28,7 +28,7 @@ class Shoves:
     """The shoves that act now; what they give together is the impulse asked for, exactly."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Begin with none."""
+        """Start with none."""
         self._model, self._data = model, data
         self._acting: list[_Shove] = []
 

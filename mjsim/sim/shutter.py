@@ -29,12 +29,12 @@ class Shutter:
     """
 
     def __init__(self, model: mujoco.MjModel, robot: str, camera: Camera, *, focal: float) -> None:
-        """Get ready.
+        """Initialise.
 
         Args:
             model: The compiled world.
             robot: Name of the robot.
-            camera: As the world file has it.
+            camera: From the world file.
             focal: Its focal length [px].
         """
         self._camera, self._focal = camera, focal

@@ -40,8 +40,8 @@ class Simulation(Closes):
         """Compile the world and put the robots at their starts.
 
         Args:
-            world: What is simulated.
-            seed: Of all chance in the run; by default that of the world.
+            world: The world to simulate.
+            seed: Seed of all random numbers in the run; by default that of the world.
 
         Raises:
             UsageError: The seed is negative, a camera's rate does not divide the loop's, or the world is more than
@@ -73,7 +73,7 @@ class Simulation(Closes):
         It is quick, as nothing is compiled again and the cameras keep what they draw with. `robots` is created again.
 
         Args:
-            seed: Of all chance from now on; by default the same again.
+            seed: Seed of all random numbers from now on; by default the same again.
 
         Raises:
             UsageError: The seed is negative.
@@ -88,7 +88,7 @@ class Simulation(Closes):
     def retune(self, world: World) -> None:
         """Take the noise settings of another world for drives, odometry and sensors from now on; all else is unchanged.
 
-        Sources of chance go on where they are, and one that was not in use begins. What modules were told of their
+        Random streams go on where they are, and one that was not in use begins. What modules were told of their
         robot at the start stays as it was. `reset` keeps the new noise.
 
         Raises:
@@ -134,7 +134,7 @@ class Simulation(Closes):
                 unless a `ControlLoop` says more.
 
         Raises:
-            UsageError: There is no such robot or part, or a rate is no whole number of physics steps.
+            UsageError: There is no such robot or part, or a rate is not a whole number of physics steps.
             ModuleFault: A controller lacks a method, or raises when it starts.
         """
         self._robot(robot).control(controllers)
@@ -145,7 +145,7 @@ class Simulation(Closes):
         return self._robot(robot).control_times()
 
     def step(self) -> None:
-        """Go on by one tick.
+        """Advance by one tick.
 
         Raises:
             PhysicsFault: MuJoCo warned, or a state is out of all bounds; names the time.
@@ -321,7 +321,7 @@ class Simulation(Closes):
         return self.data.qpos.copy(), self.data.qvel.copy()
 
     def close(self) -> None:
-        """Give back what the cameras draw with; a second call does nothing."""
+        """Release the renderer; a second call does nothing."""
         for canvas in self._canvases.values():
             canvas.close()
         self._mechanisms.close()

@@ -8,7 +8,7 @@ from numpy.random import Generator
 from mjsim.errors import UsageError
 
 Streams = Callable[[str], Generator]
-"""Purpose -> source of chance."""
+"""Purpose -> random stream."""
 
 
 def checked_seed(seed: int) -> int:
@@ -28,7 +28,7 @@ def stream(seed: int, robot: str, purpose: str) -> Generator:
 
 
 def streams_of(seed: int, robot: str, sensor: str) -> Streams:
-    """Return what gives the sources of chance of one sensor."""
+    """Return what gives the random streams of one sensor."""
     return lambda purpose: stream(seed, robot, f"{sensor}/{purpose}")
 
 

@@ -95,7 +95,7 @@ def draw_beside(
         original: The map or the drawing, as `mjsim.exchange.read_original` gives it.
         path: PNG or JPEG file to write as well.
         labels: Which names are written, as `draw_world` has it.
-        overwrite: Whether a file that exists may be replaced.
+        overwrite: Whether an existing file may be replaced.
 
     Raises:
         UsageError: The file exists or cannot be written.

@@ -166,7 +166,7 @@ class Frame:
         self._write_head(world)
 
     def add(self, moment: Moment) -> None:
-        """Take note of a moment, in the order of time: trails and errors go on."""
+        """Take note of a moment, in order of time: trails and errors go on."""
         self._whole.add(moment)
         self._close.add(moment)
         self._chart.add(moment)

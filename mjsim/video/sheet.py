@@ -71,7 +71,7 @@ def draw_world(
         names: Whether things are named.
         labels: Which names are written: none, those of walls, or all; unless given those of robots, beacons, doors and
             lamps, and those of things where there is room for them.
-        overwrite: Whether a file that exists may be replaced.
+        overwrite: Whether an existing file may be replaced.
 
     Returns:
         RGB picture, `DPI` pixels to the inch.

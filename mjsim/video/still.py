@@ -41,7 +41,7 @@ def take_picture(world: World, camera: str, path: Path | None = None, *, overwri
         camera: 'ROBOT/CAMERA', 'PERSON/left_eye' or 'PERSON/right_eye'; or from outside, 'ROBOT/chase' (behind a
             robot) or 'overview'.
         path: PNG or JPEG file to write as well.
-        overwrite: Whether a file that exists may be replaced.
+        overwrite: Whether an existing file may be replaced.
 
     Raises:
         UsageError: The camera does not exist, or the file exists or cannot be written.

@@ -22,7 +22,7 @@ class Painter:
     """Draws the state of a tick from any view. Its thread owns an OpenGL context of its own."""
 
     def __init__(self, world: World, share: Callable[[], float]) -> None:
-        """Get ready.
+        """Initialise.
 
         Args:
             world: What is drawn.

@@ -19,7 +19,7 @@ WIDTH = 19
 
 
 class Past:
-    """The way and the errors of one robot; a row a tick at first, then of every second, fourth and so on."""
+    """The way and the errors of one robot; a row per tick at first, then of every second, fourth and so on."""
 
     def __init__(self) -> None:
         self._rows = array("d")

@@ -58,7 +58,7 @@ class Preview:
         return self._pool.submit(self._draw, request, number).result()
 
     def close(self) -> None:
-        """Give back what was made for drawing."""
+        """Release the renderer."""
         self._pool.submit(self._clear).result()
         self._pool.shutdown()
 

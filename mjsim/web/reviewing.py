@@ -109,7 +109,7 @@ def _joints(
 
 
 def events_told(recording: Recording) -> list[EventNews]:
-    """Return all that has happened to robots and to the world, in the order of time."""
+    """Return all that has happened to robots and to the world, in order of time."""
     told: list[EventNews] = [
         {"kind": "event", "time": event.time, "robot": name, "event": event.kind, "text": event.text}
         for name, track in recording.robots.items()

@@ -44,7 +44,7 @@ class RunApi:
     """One run at a time, seen and steered by all browsers; each may ask for a new one."""
 
     def __init__(self, folder: Folder | None, trust: Trust, *, scene: Scene) -> None:
-        """Get ready.
+        """Initialise.
 
         Args:
             folder: Whose worlds may be run; None when the run comes from elsewhere and there is no other.

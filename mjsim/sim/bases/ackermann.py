@@ -47,7 +47,7 @@ class CarProfile(SteeredProfile):
     """
 
     def __init__(self, drive: AckermannDrive, *, dt: float, stream: Generator) -> None:
-        """Get ready, standing still, steering straight ahead; two numbers are drawn from the stream a tick."""
+        """Initialise, standing still, steering straight ahead; two random numbers are drawn per tick."""
         self._wheels = DifferentialKinematics(drive.wheel_radius, drive.track)
         self._steering = AckermannSteering(drive.track, drive.wheelbase)
         self._wheelbase = drive.wheelbase

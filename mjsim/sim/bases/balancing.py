@@ -22,13 +22,13 @@ class SetPointProfile:
     """
 
     def __init__(self, drive: BalancingDrive, *, kinematics: Kinematics, dt: float, stream: Generator) -> None:
-        """Get ready, standing still.
+        """Initialise, standing still.
 
         Args:
             drive: Limits and noise.
             kinematics: Of its wheels, for commands in wheel speeds.
             dt: Period of the loop [s].
-            stream: Source of chance; two numbers are drawn a tick.
+            stream: Random stream; two numbers are drawn per tick.
         """
         self._kinematics, self._stream, self._root = kinematics, stream, math.sqrt(dt)
         self._limits = drive.max_speed, 0.0, math.radians(drive.max_turn_deg)

@@ -61,7 +61,7 @@ def running_gear(
     """Return the running gear of a robot.
 
     Args:
-        robot: As the world file has it.
+        robot: From the world file.
         profile: Of its servos.
         motion: What rotations of the wheels stand for.
         dt: Period of the loop [s].

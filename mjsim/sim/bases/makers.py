@@ -44,7 +44,7 @@ def gear_of(robot: Robot, *, dt: float, seed: int, source: Source, clock: Callab
     """Return the running gear of a robot.
 
     Args:
-        robot: As the world file has it.
+        robot: From the world file.
         dt: Period of the loop [s].
         seed: Of the run.
         source: Where the world was written, for a drive of the user's own.

@@ -13,7 +13,7 @@ class SteeredProfile:
     """The limits of a base with a steered wheel, and where its speed and its steering angle are."""
 
     def __init__(self, drive: AckermannDrive | TricycleDrive, *, dt: float, stream: Generator) -> None:
-        """Get ready, standing still, steering straight ahead; two numbers are drawn from the stream a tick."""
+        """Initialise, standing still, steering straight ahead; two random numbers are drawn per tick."""
         self._limits = drive.max_speed, 0.0, math.radians(drive.max_turn_deg)
         self._most = math.radians(drive.max_steer_deg)
         self._changes = drive.max_acceleration * dt, math.radians(drive.max_steer_rate_deg) * dt

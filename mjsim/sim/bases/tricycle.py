@@ -60,7 +60,7 @@ class TricycleProfile(SteeredProfile):
     """
 
     def __init__(self, drive: TricycleDrive, *, kinematics: TricycleKinematics, dt: float, stream: Generator) -> None:
-        """Get ready, standing still, steering straight ahead; two numbers are drawn from the stream a tick."""
+        """Initialise, standing still, steering straight ahead; two random numbers are drawn per tick."""
         self._kinematics = kinematics
         super().__init__(drive, dt=dt, stream=stream)
 

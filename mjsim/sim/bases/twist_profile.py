@@ -26,13 +26,13 @@ class TwistProfile:
     def __init__(
         self, drive: AnyDrive, *, kinematics: Kinematics, dt: float, stream: Generator, lag: float | None = None
     ) -> None:
-        """Get ready, standing still.
+        """Initialise, standing still.
 
         Args:
             drive: Limits and noise; commands sideways are ignored when its largest speed sideways is 0.
             kinematics: Of its wheels.
             dt: Period of the loop [s].
-            stream: Source of chance; two numbers are drawn a tick, three when it moves sideways.
+            stream: Random stream; two numbers are drawn per tick, three when it moves sideways.
             lag: Time constant of the servos of its wheels [s]; None where it is not known.
         """
         self._kinematics = kinematics

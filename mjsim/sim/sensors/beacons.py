@@ -31,14 +31,14 @@ class BeaconReading:
 
 
 class BeaconDevice:
-    """A beacon sensor of a robot in a running simulation; each look draws the same count of chances."""
+    """A beacon sensor of a robot in a running simulation; each look draws the same number of random values."""
 
     def __init__(self, sensor: sensors.BeaconSensor, mounting: Mounting) -> None:
-        """Get ready to look.
+        """Initialise.
 
         Args:
-            sensor: As the world file has it.
-            mounting: Where it sits; each option draws from a stream of its own.
+            sensor: From the world file.
+            mounting: Its mounting; each option has its own random stream.
         """
         model, data, streams = mounting.model, mounting.data, mounting.streams
         robot, beacons = mounting.robot.name, mounting.beacons
@@ -59,7 +59,7 @@ class BeaconDevice:
         self.retune(sensor)
 
     def retune(self, sensor: sensors.BeaconSensor) -> None:
-        """Use the noise of this model from now on; chance goes on where it was."""
+        """Use the noise of this model from now on; random streams continue."""
         self._sensor, streams = sensor, self._streams
         self._sigma = np.array([sensor.noise.range, math.radians(sensor.noise.bearing_deg)])
         self._sheet = np.maximum(self._sigma, (FINEST_RANGE, FINEST_BEARING))
@@ -98,7 +98,7 @@ class BeaconDevice:
         )
 
     def pass_over(self) -> None:
-        """Draw the chance of a look that nobody asked for."""
+        """Draw the random numbers of a look that was not requested."""
         self._chances()
         if self._false is not None:
             self._false.draw()

@@ -40,13 +40,13 @@ class OnboardCamera:
     def __init__(
         self, model: mujoco.MjModel, robot: Robot, camera: Camera, *, streams: Streams, canvas: Canvas
     ) -> None:
-        """Get ready to look.
+        """Initialise.
 
         Args:
             model: The compiled world.
             robot: Whose camera it is.
-            camera: As the world file has it.
-            streams: Purpose -> source of chance of this camera.
+            camera: From the world file.
+            streams: Purpose -> random stream of this camera.
             canvas: Shared by all cameras of one quality; the caller closes it.
         """
         self.name = camera.camera
@@ -67,7 +67,7 @@ class OnboardCamera:
             self._instances, self._names = instances_of(model)
 
     def retune(self, camera: Camera) -> None:
-        """Use the noise of this model from now on; chance goes on where it was."""
+        """Use the noise of this model from now on; random streams continue."""
         self._camera = camera
         self._noise = PixelNoise(camera.noise, self.chances[0]) if camera.noise else None
         self._depth = depth_of(camera)
@@ -99,7 +99,7 @@ class OnboardCamera:
         )
 
     def pass_over(self) -> None:
-        """Draw the chance of a picture that nobody asked for."""
+        """Draw the random numbers of a picture that was not requested."""
         shape = self._camera.height, self._camera.width
         if self._noise is not None:
             self._noise.draw((*shape, 3))
@@ -164,11 +164,11 @@ class CameraDevice:
     """An onboard camera as a sensor of its robot."""
 
     def __init__(self, camera: Camera, mounting: Mounting) -> None:
-        """Get ready to look.
+        """Initialise.
 
         Args:
-            camera: As the world file has it.
-            mounting: Where it sits.
+            camera: From the world file.
+            mounting: Its mounting.
         """
         canvas = mounting.canvas(camera.quality)
         self._camera = OnboardCamera(mounting.model, mounting.robot, camera, streams=mounting.streams, canvas=canvas)
@@ -207,7 +207,7 @@ class PixelNoise:
 
         Args:
             deviation: Standard deviation, on a 0 to 255 scale.
-            stream: Source of chance.
+            stream: Random stream.
         """
         from scipy.special import ndtri  # A camera without noise need not wait for it.
 

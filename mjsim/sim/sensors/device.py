@@ -35,15 +35,15 @@ class Mounting:
     model: mujoco.MjModel
     """The compiled world."""
     data: mujoco.MjData
-    """Its state, which is read at each look."""
+    """Its state, read at each measurement."""
     robot: Robot
-    """As the world file has it."""
+    """From the world file."""
     gear: RunningGear
     """Its wheels and their encoders."""
     beacons: Sequence[Beacon]
     """All of the world."""
     streams: Streams
-    """Purpose -> source of chance of this sensor alone; the same again when asked again."""
+    """Purpose -> random stream of this sensor alone; the same again when asked again."""
     canvas: Callable[[Quality], Canvas]
     """Gives what cameras of a quality draw on; the caller closes it."""
 
@@ -62,7 +62,7 @@ class Sensed:
     """The readings of all sensors of a robot at one tick."""
 
     def __init__(self) -> None:
-        """Begin with nothing."""
+        """Start empty."""
         self._by_name: dict[str, dict[str, object]] = {}
         self._in_a_row: dict[str, tuple[object, ...]] = {}
         self.identities: tuple[str | None, ...] = ()
@@ -85,20 +85,20 @@ class Device(Protocol):
     """A sensor in a running simulation.
 
     At a tick at which it is due it is asked for a reading, or passed over when nobody looks; either draws the same
-    count of chances. A reading is told at the same tick, or later when the sensor has latency.
+    number of random values. A reading is told at the same tick, or later when the sensor has latency.
     """
 
     def info(self) -> SensorInfo:
         """Return its data sheet."""
 
     def retune(self, sensor: Any) -> None:
-        """Use the noise of this model from now on; sources of chance go on where they are."""
+        """Use the noise of this model from now on; random streams go on where they are."""
 
     def take(self, stamp: float) -> Any:
         """Return a reading of now; `stamp` is the simulated time [s]."""
 
     def pass_over(self) -> None:
-        """Draw the chance of a reading that nobody asked for."""
+        """Draw the random numbers of a reading that was not requested."""
 
     def tell(self, reading: Any, sensed: Sensed) -> None:
         """Put a reading that `take` gave where modules find it."""

@@ -17,7 +17,7 @@ class EncoderDevice:
         """Start at zero.
 
         Args:
-            encoders: As the world file has it.
+            encoders: From the world file.
             mounting: Where they sit; the robot's odometry counts in steps.
         """
         ticks = mounting.robot.odometry.ticks

@@ -32,8 +32,8 @@ class ImuDevice:
         """Start at rest.
 
         Args:
-            imu: As the world file has it.
-            mounting: Where it sits.
+            imu: From the world file.
+            mounting: Its mounting.
         """
         model, streams = mounting.model, mounting.streams
         self._gravity, self._step = model.opt.gravity.copy(), model.opt.timestep

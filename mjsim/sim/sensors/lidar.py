@@ -27,18 +27,18 @@ class LidarDevice:
     """
 
     def __init__(self, lidar: sensors.Lidar, mounting: Mounting) -> None:
-        """Get ready to look.
+        """Initialise.
 
         Args:
-            lidar: As the world file has it.
-            mounting: Where it sits; each option draws from a stream of its own.
+            lidar: From the world file.
+            mounting: Its mounting; each option has its own random stream.
         """
         self._mounting = mounting
         self._brightness = mounting.model.geom_rgba[:, :3] @ BRIGHT
         self.retune(lidar)
 
     def retune(self, lidar: sensors.Lidar) -> None:
-        """Use the noise of this model from now on; chance goes on where it was."""
+        """Use the noise of this model from now on; random streams continue."""
         self._lidar, streams = lidar, self._mounting.streams
         self._nearest, self._farthest = lidar.range
         self._first, self._step = beam_angles(lidar)
@@ -99,7 +99,7 @@ class LidarDevice:
         )
 
     def pass_over(self) -> None:
-        """Draw the chance of a scan that nobody asked for."""
+        """Draw the random numbers of a scan that was not requested."""
         count = self._lidar.beams
         if self._mixed is not None:
             self._mixed.random((2, count))

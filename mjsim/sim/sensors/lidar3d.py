@@ -18,7 +18,8 @@ class Lidar3dDevice:
     """A 3-D lidar of a robot in a running simulation.
 
     It fires between ticks: the beams of a turn fall upon the steps of the physics, and those of one step start where
-    the sensor is after it. Nothing is cast before somebody asks. Each turn draws the same count of chances, one a beam.
+    the sensor is after it. Nothing is cast before somebody asks. Each turn draws the same number of random values, one
+    a beam.
 
     References:
         Brazeal, Wilkinson, Hochmair, A Rigorous Observation Model for the Risley Prism-Based Livox Mid-40 Lidar
@@ -26,11 +27,11 @@ class Lidar3dDevice:
     """
 
     def __init__(self, lidar: sensors.Lidar3d, mounting: Mounting) -> None:
-        """Get ready to turn.
+        """Initialise.
 
         Args:
-            lidar: As the world file has it.
-            mounting: Where it sits; each option draws from a stream of its own.
+            lidar: From the world file.
+            mounting: Its mounting; each option has its own random stream.
         """
         model = mounting.model
         self._data, self._streams, self._name = mounting.data, mounting.streams, lidar.lidar3d
@@ -52,7 +53,7 @@ class Lidar3dDevice:
         self.retune(lidar)
 
     def retune(self, lidar: sensors.Lidar3d) -> None:
-        """Use the noise of this model from now on; chance goes on where it was."""
+        """Use the noise of this model from now on; random streams continue."""
         self._lidar = lidar
         self._noise = self._streams("range") if lidar.noise.range else None
         self._missed = self._streams("missed") if lidar.missed else None
@@ -102,7 +103,7 @@ class Lidar3dDevice:
         )
 
     def pass_over(self) -> None:
-        """Draw the chance of a turn that nobody asked for."""
+        """Draw the random numbers of a revolution that was not requested."""
         if self._noise is not None:
             self._noise.standard_normal(len(self._rings))
         if self._missed is not None:

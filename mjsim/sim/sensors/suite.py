@@ -14,7 +14,7 @@ class Timed:
     """One sensor in time; to be asked, or passed over, once at each tick."""
 
     def __init__(self, device: Device, *, period: int = 1, latency: int = 0) -> None:
-        """Get ready.
+        """Initialise.
 
         Args:
             device: The sensor.
@@ -52,7 +52,7 @@ class Sensors:
         """Make the sensors.
 
         Args:
-            robot: As the world file has it.
+            robot: From the world file.
             makers: Model of a sensor -> what makes it.
             mounting: Gives what a sensor is made with.
             rate_hz: Of the loop.

@@ -17,7 +17,7 @@ FINEST = 1e-3
 
 
 class UwbDevice:
-    """A tag of a robot in a running simulation; each reading draws the same count of chances, one an anchor.
+    """A tag of a robot in a running simulation; each reading draws the same number of random values, one an anchor.
 
     A range is the distance in space, a constant error of its anchor, white noise, and, where something solid stands
     between tag and anchor, an exponentially distributed excess: the first path that arrives is a longer one.
@@ -33,8 +33,8 @@ class UwbDevice:
         """Draw the constant errors of the run.
 
         Args:
-            uwb: As the world file has it.
-            mounting: Where it sits; each option draws from a stream of its own.
+            uwb: From the world file.
+            mounting: Its mounting; each option has its own random stream.
         """
         model, robot = mounting.model, mounting.robot.name
         self._model, self._data, self._streams = model, mounting.data, mounting.streams
@@ -79,7 +79,7 @@ class UwbDevice:
         )
 
     def pass_over(self) -> None:
-        """Draw the chance of a reading that nobody asked for."""
+        """Draw the random numbers of a reading that was not requested."""
         self._chances()
 
     def tell(self, reading: AnchorRanges, sensed: Sensed) -> None:
