@@ -12,7 +12,7 @@ from mjsim.sim.bases import RunningGear
 class Actuation(Protocol):
     """Sets motor inputs at its own rate; each is called at the start of a tick.
 
-    The velocity servos of rolling bases are told their set-points once a tick. A controller acts more often.
+    The velocity servos of rolling bases get their set-points once per tick; controllers act more often.
     """
 
     every: int

@@ -14,13 +14,13 @@ from mjsim.sim.fast_senses import JointEncoders
 from mjsim.world import Robot, RobotArm
 
 HAND_SPEED = 1.0
-"""At which joints go to where events have them, unless their limits are lower [rad/s, m/s]."""
+"""Speed of joints moved by events, unless their limits are lower [rad/s, m/s]."""
 ROUNDING = 1e-9
-"""Of a time within a tick [s]."""
+"""Rounding error of a time within a tick [s]."""
 
 
 class ArmAtWork:
-    """One arm of a robot: goals in, set-points for its controller out."""
+    """One arm of a robot: converts goals to set-points for its controller."""
 
     def __init__(
         self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, item: RobotArm, *, tick: float
@@ -37,7 +37,7 @@ class ArmAtWork:
         self._model, self._data, self._tick, self.name = model, data, tick, item.name
         self._names = tuple(f"joint{number}" for number in range(1, item.arm.n + 1))
         self.motors = tuple(f"{item.name}/{name}" for name in self._names)
-        """Below the robot's name."""
+        """Names without the robot's."""
         self._joints = [f"{robot.name}/{motor}" for motor in self.motors]
         self._places = np.array([model.joint(name).qposadr[0] for name in self._joints], dtype=int)
         self._dofs = np.array([model.joint(name).dofadr[0] for name in self._joints], dtype=int)
@@ -51,18 +51,18 @@ class ArmAtWork:
         self.info = _info(item, self._names)
 
     def encoders(self) -> JointEncoders:
-        """Return encoders of its joints, to be read by one reader."""
+        """Return new encoders of its joints, for one reader."""
         return JointEncoders(self._model, self._data, self._joints)
 
     def read(self, stamp: float) -> JointState:
-        """Return what the encoders tell modules at a tick [s]."""
+        """Return the encoder readings for modules at a tick [s]."""
         return self._encoders.read(stamp)
 
     def command(self, goal: JointGoal) -> None:
-        """Take a goal, which moves on with its velocities and accelerations for one tick, and holds then.
+        """Take a goal, which is extrapolated with its velocities and accelerations for one tick, and then held.
 
         Raises:
-            UsageError: It does not fit the arm, or is not finite.
+            UsageError: It does not match the arm, or is not finite.
         """
         for part in fields(goal):
             values = getattr(goal, part.name)
@@ -75,15 +75,15 @@ class ArmAtWork:
             self._goal, self._since = goal, 0.0
 
     def lead(self, values: Array | None) -> None:
-        """Have the joints go to values within their limits [rad, m], whatever goals come; None lets goals act again."""
+        """Move the joints to values within their limits [rad, m] in place of goals; None returns to goals."""
         self._led = values
 
     def goal(self) -> Array:
-        """Return where the joints shall be now, shape (n,) [rad, m]."""
+        """Return the current set-points of the joints, shape (n,) [rad, m]."""
         return np.array(self._goal.after(min(self._since, self._tick)).positions)
 
     def before_step(self) -> None:
-        """Set the goal of the tick that begins, where an event leads the joints."""
+        """Set the goal of the next tick, if an event moves the joints."""
         if self._led is not None:
             now = self.goal()
             rates = np.clip((self._led - now) / self._tick, -self._rates, self._rates)
@@ -91,7 +91,7 @@ class ArmAtWork:
             self._since = 0.0
 
     def wanted(self, seconds: float) -> Command:
-        """Return the set-points for the next time, which passes then [s]."""
+        """Return the set-points for the next period [s], and advance by it."""
         if self._since > self._tick - ROUNDING:
             self._goal, self._since = JointGoal(positions=self._goal.after(self._tick).positions), 0.0
         goal = self._goal.after(self._since)
@@ -99,7 +99,7 @@ class ArmAtWork:
         return Command(joints={self.name: goal})
 
     def motion(self) -> JointMotion:
-        """Return how its joints move now, and where its tool is."""
+        """Return the motion of its joints, and the pose of its tool."""
         data, pose = self._data, np.eye(4)
         pose[:3, :3], pose[:3, 3] = data.site_xmat[self._tool].reshape(3, 3), data.site_xpos[self._tool]
         return JointMotion(

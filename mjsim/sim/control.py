@@ -18,7 +18,7 @@ from mjsim.world import step_misfit
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DrivenPart:
-    """A part of a robot whose motors a controller drives."""
+    """A part of a robot with motors driven by a controller."""
 
     robot: str
     name: str
@@ -28,25 +28,24 @@ class DrivenPart:
     wanted: Callable[[float], Command]
     """Gives the set-points for the next time [s]."""
     senses: Callable[[], FastSenses]
-    """Gives what a controller of this part senses."""
+    """Gives the inputs of a controller of this part."""
     default: Callable[[], ControlLoop]
-    """Gives the controller of a part for which nothing is named."""
+    """Creates the default controller of the part."""
 
 
 class ControlActuation:
     """Calls the controller of a part at its rate, and applies its torques after its latency.
 
-    The torques are those on the side of the joint. A motor with a gear is told that much less; MuJoCo keeps each within
-    its limits.
+    Torques are on the side of the joint. They are divided by the gear ratio of the motor; MuJoCo applies the limits.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, part: DrivenPart, *, loop: ControlLoop) -> None:
-        """Get ready; the controller is asked first at the next step that is due.
+        """Initialise; the controller is first called at the next step that is due.
 
         Args:
             model: The compiled world.
             data: Its state.
-            part: What is controlled.
+            part: The controlled part.
             loop: The controller, its rate and its latency.
 
         Raises:
@@ -66,12 +65,12 @@ class ControlActuation:
         )
 
     def start(self, robot: RobotInfo, rng: Generator) -> None:
-        """Let the controller get ready for a run."""
+        """Start the controller for a run."""
         self._controller.start(robot, rng)
         self._data.ctrl[self._motors] = 0.0
 
     def act(self, step: int) -> None:
-        """Ask the controller when it is due, and tell the motors what has come."""
+        """Call the controller when it is due, and apply the torques after the latency."""
         if step % self._period == 0:
             dt = self._period * self._step
             sensed = self._senses.read(step * self._step, dt)
@@ -89,7 +88,7 @@ def _steps(loop: ControlLoop, part: DrivenPart, step: float) -> tuple[int, int]:
     """Return period and latency of a controller in physics steps.
 
     Raises:
-        UsageError: They are not whole, or negative.
+        UsageError: They are not integers, or negative.
     """
     rate, latency = loop.rate_hz, loop.latency
     if not (isinstance(rate, int | float) and math.isfinite(rate) and rate > 0):

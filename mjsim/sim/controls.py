@@ -16,11 +16,11 @@ from mjsim.sim.sensors import FastDevice
 from mjsim.world import Robot, Use, World
 
 OF_ARMS = "mjsim.algorithms.arm_control:PdGravity"
-"""What drives an arm for which nothing is named."""
+"""The default controller of arms."""
 
 
 class Controls:
-    """What drives the motors of a robot's parts between ticks; a part for which nothing is named has a default."""
+    """The controllers of a robot's parts between ticks; parts without one have a default."""
 
     def __init__(
         self,
@@ -34,16 +34,16 @@ class Controls:
         world: World,
         seed: int,
     ) -> None:
-        """Find the parts; no controller is made yet.
+        """Find the parts; controllers are created later.
 
         Args:
             model: The compiled world.
             data: Its state.
             robot: From the world file.
-            gear: Its running gear, which may want a controller.
+            gear: Its running gear, which may need a controller.
             arms: Its arms, each of which has one.
             imus: Its inertial sensors.
-            world: For where default controllers are looked for.
+            world: Location for the search of controllers.
             seed: Of the run.
         """
         self._model, self._data, self._robot, self._world, self._seed = model, data, robot, world, seed
@@ -53,17 +53,17 @@ class Controls:
         self._running: dict[str, ControlActuation] = {}
 
     def actuations(self, info: RobotInfo) -> list[ControlActuation]:
-        """Return the controllers of all parts, started; `info` is what they are told of the robot."""
+        """Return the started controllers of all parts; `info` is the data sheet of the robot."""
         for name, part in self._parts.items():
             if name not in self._running:
                 self._running[name] = self._started(part, part.default(), info)
         return list(self._running.values())
 
     def install(self, controllers: Mapping[str, Controller | ControlLoop], info: RobotInfo) -> None:
-        """Start controllers, each in place of what drives its part now.
+        """Start controllers, replacing those of their parts.
 
         Raises:
-            UsageError: The part does not exist, or a rate does not fit.
+            UsageError: The part does not exist, or a rate is invalid.
             ModuleFault: A controller lacks a method, or raises when it starts.
         """
         for name, control in controllers.items():
@@ -112,7 +112,7 @@ class Controls:
         return [drive, *parts]
 
     def _default(self, use: str) -> Callable[[], ControlLoop]:
-        """Return what makes a controller that comes with mjsim."""
+        """Return the factory of a controller that comes with mjsim."""
 
         def make() -> ControlLoop:
             source, robot = self._world.source, self._robot.name
@@ -121,7 +121,7 @@ class Controls:
         return make
 
     def _senses(self) -> FastSenses:
-        """Return what a controller of this robot senses, from now on."""
+        """Return new inputs for a controller of this robot."""
         ticks = self._robot.odometry.ticks
         step = None if ticks is None else 2.0 * np.pi / ticks
         wheels = JointEncoders(self._model, self._data, self._wheels, step=step)

@@ -11,28 +11,28 @@ from mjsim.interface import Odometry
 from mjsim.world import Slip, WheelOdometry
 
 SMALL_TURN = 1e-4
-"""Below it series are exact to the last digit [rad]."""
+"""Below this angle, series are exact to the last digit [rad]."""
 Twist = tuple[float, float, float]
 """(forward [m/s], left [m/s], turn [rad/s]); of rotations, a small motion [m, m, rad]."""
 Steering = tuple[float, float]
-"""The angle of what is steered when a tick began and when it ended [rad]."""
+"""The steering angle at the start and at the end of a tick [rad]."""
 STRAIGHT: Steering = (0.0, 0.0)
 WheelMotion = Callable[[Sequence[float], Steering], Twist]
-"""Rotations of the wheels [rad], steering -> way ahead [m], way to the left [m], turn [rad]."""
+"""Rotations of the wheels [rad], steering -> distance forward [m], distance to the left [m], turn [rad]."""
 
 
 KEPT = 1.0
-"""How long a robot is taken to keep to an arc, and its tyres to creep to the same side [s]."""
+"""Time for which a robot is assumed to stay on an arc, with its tyres creeping to the same side [s]."""
 SETTLED = 0.1
-"""Over how long the speeds of wheels are smoothed, twice, before their change is taken [s]."""
+"""Time constant of the two smoothing filters of wheel speeds, before differentiation [s]."""
 
 
 def arc_end(distance: float, turn: float) -> tuple[float, float]:
-    """Return where an arc ends (forward, left) [m], seen from its start; exact, so that poses are `start @ end`.
+    """Return the end of an arc (forward, left) [m] in the frame of its start; exact, so that poses are `start @ end`.
 
     Args:
-        distance: Along the arc, negative when driven backwards [m].
-        turn: Change of heading on the way, left positive [rad].
+        distance: Along the arc, negative for backward motion [m].
+        turn: Change of heading, left positive [rad].
 
     References:
         Siegwart, Nourbakhsh, Scaramuzza (2nd ed., 2011), section 5.2.4, without its midpoint approximation: the
@@ -44,7 +44,7 @@ def arc_end(distance: float, turn: float) -> tuple[float, float]:
 
 
 def arc_end_slopes(distance: float, turn: float) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return how the end of an arc changes: forward by (distance, turn), then left by (distance, turn)."""
+    """Return the derivatives of the end of an arc: of forward by (distance, turn), then of left by (distance, turn)."""
     if abs(turn) < SMALL_TURN:
         return (1.0, -distance * turn / 3.0), (turn / 2.0, distance / 2.0)
     s, c = math.sin(turn), math.cos(turn)
@@ -54,15 +54,15 @@ def arc_end_slopes(distance: float, turn: float) -> tuple[tuple[float, float], t
 
 
 class SmoothedAcceleration:
-    """How fast a speed changes, of a speed that is smoothed twice: its mean square is much the same at all ticks."""
+    """The derivative of a speed that is smoothed twice; its mean square hardly depends on the tick."""
 
     def __init__(self, dt: float) -> None:
-        """Begin at rest, with the period of the loop [s]."""
+        """Start at rest, with the period of the loop [s]."""
         self._dt, self._gain = dt, -math.expm1(-dt / SETTLED)
         self._once, self._twice = 0.0, 0.0
 
     def add(self, way: float) -> float:
-        """Return the acceleration once a way more has been driven, per tick [way/s^2]."""
+        """Return the acceleration after a further distance per tick [distance/s^2]."""
         self._once += self._gain * (way / self._dt - self._once)
         step = self._gain * (self._once - self._twice)
         self._twice += step
@@ -72,15 +72,16 @@ class SmoothedAcceleration:
 class WheelOdometer:
     """Motion from tick to tick measured by the wheels.
 
-    Encoders count whole steps when the world says how many they have; what is left of a step counts in the next tick.
-    The drive's kinematics make of the rotations the way d ahead, the way l to the left (of drives that can) and the
-    turn. Then come the constant errors, of which no module is told: each wheel's by its own `wheel_errors`, ways times
-    `scale`, the turn over 1 + `track_error`. Then noise with variances a^2 |d|, a^2 |l| and b^2 |turn|. The increment
-    that is told is the end of the arc of that length and turn, so that `pose @ Pose(forward, left, turn)` is exact for
-    a robot that keeps its twist during a tick. Its covariance is that of (d, l, turn), carried over to first order,
-    and an allowance for slip. Creep outward grows with speed times turn rate and keeps its side for a while: an error
-    of c each tick for a time T has the variance c^2 T / dt a tick, whatever the tick; so has what tyres slip while
-    speeds change. The covariance holds no part for the counting, whose error never grows beyond one step.
+    If the world sets the resolution of encoders, they count whole steps; the remainder counts in the next tick. The
+    drive's kinematics convert rotations to the distance d forward, the distance l to the left (if the drive can move
+    sideways) and the turn. Then constant errors are applied, which modules do not know: `wheel_errors` of each wheel,
+    `scale` for distances, and 1 + `track_error` as divisor of the turn. Then noise is added with variances a^2 |d|, a^2
+    |l| and b^2 |turn|. The reported increment is the end of the arc with this length and turn, so that `pose @
+    Pose(forward, left, turn)` is exact for a constant twist during a tick. Its covariance is that of (d, l, turn),
+    propagated to first order, plus an allowance for slip. Outward creep is proportional to speed times turn rate and
+    keeps its direction for a while: an error of c in each tick for a time T has the variance c^2 T / dt per tick,
+    whatever the tick; the same holds for slip of tyres while speeds change. The covariance does not include the
+    quantisation of encoders, whose error never exceeds one step.
 
     References:
         Thrun, Burgard, Fox, Probabilistic Robotics (2005), section 5.4, for variances that grow with the motion.
@@ -101,9 +102,9 @@ class WheelOdometer:
 
         Args:
             errors: Noise and constant errors.
-            motion: Gives the small motion that rotations and steering stand for.
-            wheels: How many have encoders.
-            slip: What tyres slip.
+            motion: Gives the small motion for rotations and steering.
+            wheels: Number of wheels with encoders.
+            slip: Slip of the tyres.
             sideways: Whether the drive moves sideways.
             dt: Period of the loop [s].
             stream: Random stream; two numbers are drawn per tick, three for a drive that moves sideways.
@@ -115,7 +116,7 @@ class WheelOdometer:
         self._step = 2.0 * math.pi / errors.ticks if errors.ticks is not None else None
         self._uncounted = [0.0] * wheels
         self.counts = [0] * wheels
-        """Whole steps that the encoder of each driven wheel has counted since the start, forward positive."""
+        """Encoder counts of each driven wheel since the start, forward positive."""
         self.retune(errors)
 
     def retune(self, errors: WheelOdometry) -> None:
@@ -126,16 +127,16 @@ class WheelOdometer:
         self._radii = [1.0 + error for error in errors.wheel_errors] if errors.wheel_errors else None
 
     def at_rest(self) -> Odometry:
-        """Return the increment of a robot that has not moved yet."""
+        """Return the increment at the first tick, without motion."""
         return Odometry(0.0, 0.0, 0.0, np.zeros((3, 3)))
 
     def increment(self, rotations: Sequence[float], steering: Steering = STRAIGHT, *, pitched: float = 0.0) -> Odometry:
-        """Return what is told of rotations of the wheels since the last tick.
+        """Return the odometry for wheel rotations since the last tick.
 
         Args:
             rotations: Of each driven wheel, relative to the body [rad].
-            steering: What is steered, before and after.
-            pitched: How far the body has pitched forward meanwhile; wheels have turned by as much more [rad].
+            steering: Steering angles before and after.
+            pitched: Forward pitch of the body since then, which is added to the rotations [rad].
         """
         if self._step is not None:
             rotations = self._counted(rotations, self._step)
@@ -157,14 +158,14 @@ class WheelOdometer:
         return Odometry(forward, aside, turn, self._covariance(distance, left, turn, unsteady))
 
     def _unsteady(self, distance: float, turn: float) -> tuple[float, float]:
-        """Return the variances along [m^2] and of the heading [rad^2] for what slips while speeds change."""
+        """Return the variances along [m^2] and of the heading [rad^2] for slip while speeds change."""
         if self._changes is None:
             return 0.0, 0.0
         surge, swing = self._changes[0].add(distance), self._changes[1].add(turn)
         return self._lurch[0] * surge * surge, self._lurch[1] * swing * swing
 
     def _counted(self, rotations: Sequence[float], step: float) -> list[float]:
-        """Return the rotations in whole steps of the encoders, and keep what is left of a step."""
+        """Return the rotations in whole steps of the encoders, and keep the remainder."""
         counted = []
         for wheel, rotation in enumerate(rotations):
             whole = self._uncounted[wheel] + rotation

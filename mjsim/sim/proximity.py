@@ -12,11 +12,11 @@ from mjsim.world import PROXIMITY_HEIGHT, Robot, rims
 
 RAYS = 16
 PARTS = 6
-"""Rays of cones, for each sensor of the ring: 3.75 degrees apart."""
+"""Number of rays per sensor of the ring, for cones: 3.75 degrees apart."""
 CONE = 4
-"""So many of them to each side of its own are within the cone of a sensor: 30 degrees, as of ultrasonic sensors."""
+"""Number of rays to each side within the cone of a sensor: 30 degrees, as for ultrasonic sensors."""
 LOWEST, APART = 0.015, 0.15
-"""Of the rows of these rays: height of the lowest, which meets toes, and at most from row to row [m]."""
+"""Rows of these rays: height of the lowest, which hits toes, and maximum distance between rows [m]."""
 
 
 class ProximityRing:
@@ -29,7 +29,7 @@ class ProximityRing:
             model: The compiled world.
             data: Its state.
             robot: Whose ring it is.
-            sought: Geoms that count wherever they are in the cone of a sensor, others by the rays alone.
+            sought: Geoms detected anywhere in the cone of a sensor; all others are only detected by the rays.
         """
         self._data, self._fan = data, Fan(model, data, most=RAYS)
         self._base = model.body(f"{robot.name}/base").id
@@ -42,9 +42,9 @@ class ProximityRing:
         self._cones = Cones(model, data, robot, sought) if len(sought) else None
 
     def ranges(self) -> Array:
-        """Return the free distance from the rim along each ray, shape (16,) [m]; +inf beyond its reach.
+        """Return the free distance from the rim along each ray, shape (16,) [m]; +inf beyond its range.
 
-        What touches the robot is at 0. What is sought counts where any part of it is in the cone of a sensor.
+        It is 0 in contact. Sought geoms are detected if any part of them is in the cone of a sensor.
         """
         world_from_base = self._data.xmat[self._base].reshape(3, 3)
         np.matmul(self._rays, world_from_base.T, out=self._directions)
@@ -60,8 +60,8 @@ class ProximityRing:
 class Cones:
     """Detections of a ring in cones: objects between two rays, such as legs, or below all rays, such as feet.
 
-    Each sensor looks for chosen geoms in a cone, in rows from the floor to the height of the robot, as the thermal
-    sensors do that robots among people have beside their rays.
+    Each sensor detects chosen geoms in a cone, in rows from the floor to the height of the robot, like the thermal
+    sensors of robots that work among people.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, sought: Sequence[int]) -> None:
@@ -71,7 +71,7 @@ class Cones:
             model: The compiled world.
             data: Its state.
             robot: Whose ring it is.
-            sought: Geoms that are looked for.
+            sought: Geoms to detect.
         """
         self._data, self._base = data, model.body(f"{robot.name}/base").id
         count = PARTS * RAYS
@@ -89,7 +89,7 @@ class Cones:
         self._fan = Fan(model, data, most=count)
 
     def ranges(self) -> Array:
-        """Return the least free distance from the rim to what is sought in each cone, shape (16,) [m]; or +inf."""
+        """Return the minimum distance from the rim to sought geoms in each cone, shape (16,) [m]; or +inf."""
         place, axes = self._data.xpos[self._base], self._data.xmat[self._base].reshape(3, 3)
         away = np.hypot(*(self._data.geom_xpos[self._parts, :2] - place[:2]).T) - self._sizes
         if away.min() > self._farthest:
@@ -99,7 +99,7 @@ class Cones:
         return np.asarray(np.min(rows, axis=0))
 
     def _row(self, start: Array, directions: Array) -> Array:
-        """Return what `ranges` does, of the rays from one point of the robot's middle.
+        """Return `ranges` for the rays from one point on the robot's axis.
 
         Args:
             start: World frame, shape (3,) [m].

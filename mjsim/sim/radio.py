@@ -1,4 +1,4 @@
-"""The radio between robots: what one sends in a tick reaches the others in the next one at the earliest."""
+"""The radio between robots: messages sent in a tick arrive in the next one at the earliest."""
 
 import math
 from collections import deque
@@ -11,10 +11,10 @@ from mjsim.world import Radio
 
 
 class RadioNet:
-    """Messages under way in a running simulation; each pair of sender and receiver has chance of its own."""
+    """Messages in transit in a running simulation; each pair of sender and receiver has its own random stream."""
 
     def __init__(self, robots: Sequence[str], radio: Radio, *, seed: int) -> None:
-        """Get ready; no message is under way."""
+        """Initialise without messages."""
         self._radio = radio
         self._said: dict[str, tuple[str, ...]] = {}
         self._coming: dict[str, deque[tuple[int, Message]]] = {robot: deque() for robot in robots}
@@ -26,7 +26,7 @@ class RadioNet:
         }
 
     def say(self, robot: str, messages: Sequence[object]) -> None:
-        """Take what a robot sends in this tick, in place of what it said before.
+        """Set the messages that a robot sends in this tick, replacing those set before.
 
         Raises:
             ValueError: A message cannot be sent.
@@ -34,7 +34,7 @@ class RadioNet:
         self._said[robot] = tuple(message_text(message) for message in messages)
 
     def send(self, tick: int, time: float, truths: Callable[[], Mapping[str, Pose]]) -> None:
-        """Send what was said in a tick, at a simulated time [s], to all who are near enough."""
+        """Send the messages of a tick, at a simulated time [s], to all robots in range."""
         said, self._said = self._said, {}
         if not any(said.values()):
             return
@@ -48,7 +48,7 @@ class RadioNet:
                         coming.append((due, message))
 
     def received(self, robot: str, tick: int) -> tuple[Message, ...]:
-        """Return what has reached a robot and was not asked for yet, in the order in which it was sent."""
+        """Return the messages received by a robot since the last call, in the order of sending."""
         coming, found = self._coming[robot], []
         while coming and coming[0][0] <= tick:
             found.append(coming.popleft()[1])

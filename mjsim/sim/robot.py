@@ -34,7 +34,7 @@ from mjsim.world import AnySensor, BalancingDrive, Robot, World, name_of
 
 
 class SimulatedRobot:
-    """Commands in, observations out; the simulation moves everything in between."""
+    """A robot in a running simulation: takes commands and gives observations."""
 
     def __init__(
         self,
@@ -55,8 +55,8 @@ class SimulatedRobot:
             robot: From the world file.
             world: For the rates of the loop.
             seed: Of the run.
-            canvas: Gives what cameras of a quality draw on.
-            received: Gives what the radio has brought until a tick.
+            canvas: Gives the canvas of cameras of a quality.
+            received: Gives the messages received by radio until a tick.
         """
         self._robot, self._model, self._data, self._received = robot, model, data, received
         self._dt = world.run.steps_per_tick * model.opt.timestep
@@ -64,7 +64,7 @@ class SimulatedRobot:
         self._hinges, self._dofs, motors = _turned(model, robot, gear)
         servos = motors if gear.wanted is None else []
         self.actuations: list[Actuation] = [ServoActuation(data, gear, servos, every=world.run.steps_per_tick)]
-        """What its motors are told through, beside controllers."""
+        """The actuation of its motors, beside controllers."""
         self._pose = _pose_of(model, data, robot)
         self._ring = ProximityRing(model, data, robot, sought=_geoms_of_people(model, world))
         self._bumper = Bumper(model, data, robot)
@@ -82,7 +82,7 @@ class SimulatedRobot:
 
         self._sensors = Sensors(robot, makers=MAKERS, mounting=mounting, rate_hz=world.run.rate_hz)
         self.after_step = self._sensors.after_step
-        """What to call after each step of the physics."""
+        """Functions to call after each step of the physics."""
         self._arms = {item.name: ArmAtWork(model, data, robot, item, tick=self._dt) for item in robot.arms}
         arms, imus = [*self._arms.values()], self._sensors.imus
         self._controls = Controls(model, data, robot, gear=gear, arms=arms, imus=imus, world=world, seed=seed)
@@ -97,7 +97,7 @@ class SimulatedRobot:
         """Take a command, held until the next.
 
         Raises:
-            UsageError: It is not a command for this robot, or not finite.
+            UsageError: The command is of the wrong kind for this robot, or not finite.
         """
         try:
             numbers = (
@@ -124,18 +124,18 @@ class SimulatedRobot:
             self.arm(name).command(goal)
 
     def arm(self, name: str) -> ArmAtWork:
-        """Return an arm; UsageError where there is none of that name."""
+        """Return an arm; raises UsageError if there is none of that name."""
         if name not in self._arms:
             raise UsageError(f"robot '{self._robot.name}' has no arm '{name}'{did_you_mean(name, self._arms)}")
         return self._arms[name]
 
     def motions(self) -> dict[str, JointMotion]:
-        """Return how each arm moves now, by its name; and 'drive', the wheels of a base that balances."""
+        """Return the motion of each arm by name, and of 'drive', the wheels of a balancing base."""
         arms = {name: arm.motion() for name, arm in self._arms.items()}
         return arms if self._gear.goal is None else {"drive": self._wheel_motion(self._gear.goal()), **arms}
 
     def _wheel_motion(self, goal: Sequence[float]) -> JointMotion:
-        """Return how the driven wheels move relative to the body, and where set-points would have turned them."""
+        """Return the motion of the driven wheels relative to the body, and their rotations from set-points."""
         data, dofs = self._data, self._dofs
         return JointMotion(
             names=self._gear.wheels,
@@ -147,14 +147,14 @@ class SimulatedRobot:
         )
 
     def acting(self) -> list[Actuation]:
-        """Return what its motors are told through, controllers last; those that come with mjsim are made now."""
+        """Return the actuation of its motors, controllers last; default controllers are created now."""
         return [*self.actuations, *self._controls.actuations(self.info)]
 
     def control(self, controllers: Mapping[str, Controller | ControlLoop]) -> None:
-        """Let controllers drive parts of the robot from now on.
+        """Set the controllers of parts of the robot from now on.
 
         Raises:
-            UsageError: The part does not exist, or a rate does not fit.
+            UsageError: The part does not exist, or a rate is invalid.
             ModuleFault: A controller lacks a method, or raises when it starts.
         """
         self._controls.install(controllers, self.info)
@@ -164,21 +164,21 @@ class SimulatedRobot:
         return self._controls.times()
 
     def retune(self, robot: Robot) -> None:
-        """Use this noise from now on; `robot` differs from what it was in noise alone."""
+        """Use this noise from now on; `robot` must differ only in noise."""
         self._robot = robot
         self._gear.profile.retune(robot.drive.noise)
         self._gear.odometer.retune(robot.odometry)
         self._sensors.retune(robot)
 
     def before_step(self, tick: int) -> None:
-        """Pass over what is due at a tick and was not asked for, and lead arms on that events move."""
+        """Skip readings that are due at a tick and were not requested, and move arms that events control."""
         for arm in self._arms.values():
             arm.before_step()
         if self._seen is None:
             self._sensors.unasked(tick, tick * self._dt)
 
     def after_tick(self, tick: int) -> None:
-        """Read the wheels, so that nothing depends on who looks when; `tick` is the one that begins."""
+        """Read the wheels, so that results do not depend on when they are requested; `tick` is the next one."""
         self._controls.feel(tick * self._dt)
         angles, before = self._data.qpos[self._hinges], self._angles
         turned, count = (angles - before).tolist(), len(self._gear.wheels)
@@ -189,12 +189,12 @@ class SimulatedRobot:
         self._seen = None
 
     def _pitched(self) -> float:
-        """Return how far a balancing base has pitched forward since the last tick [rad]."""
+        """Return the forward pitch of a balancing base since the last tick [rad]."""
         before, self._pitch = self._pitch, self.truth().pitch()
         return math.remainder(self._pitch - before, math.tau)
 
     def sense(self, tick: int) -> Observation:
-        """Return all that the robot senses at a tick; the same when asked again."""
+        """Return the observation at a tick; the same if called again."""
         if self._seen is None:
             time = tick * self._dt
             sensed = self._sensors.at(tick, time)
@@ -212,12 +212,12 @@ class SimulatedRobot:
         return self._seen
 
     def identities(self, tick: int) -> tuple[str | None, ...]:
-        """Return which beacon each sighting of the sensors at a tick is of, None for one of nothing."""
+        """Return the true beacon of each sighting of the sensors at a tick, None for a false sighting."""
         self.sense(tick)
         return self._identities
 
     def truth(self) -> Pose3:
-        """Return where the base is, world frame."""
+        """Return the true pose of the base, world frame."""
         x, y, z, qw, qx, qy, qz = self._pose.tolist()
         return Pose3(x, y, z, qx, qy, qz, qw)
 
@@ -255,7 +255,7 @@ def _geoms_of_people(model: mujoco.MjModel, world: World) -> list[int]:
 
 
 def _pose_of(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot) -> Array:
-    """Return the position and the quaternion of a base, shape (7,), which follow it if it moves."""
+    """Return a view of the position and the quaternion of a base, shape (7,)."""
     if robot.base == "fixed":
         body = model.body(f"{robot.name}/base")
         return np.concatenate([body.pos, body.quat])
@@ -267,10 +267,10 @@ def _pose_of(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot) -> Array:
 def _turned(
     model: mujoco.MjModel, robot: Robot, gear: RunningGear
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], list[int]]:
-    """Return where the wheels, then what is steered, stand in `qpos` and in `qvel`, and which motors turn them.
+    """Return the indices of wheels and steered joints in `qpos` and `qvel`, and their motors.
 
     Raises:
-        UsageError: The robot's file lacks one that its drive names.
+        UsageError: The robot's file lacks a joint that its drive names.
     """
     names = [f"{robot.name}/{part}" for part in (*gear.wheels, *gear.steering)]
     try:

@@ -32,8 +32,8 @@ from mjsim.world import Looks, World, WorldEvent, event_from, require_same_but_n
 class Simulation(Closes):
     """A simulated world: sense, decide, apply, step.
 
-    One tick is: `sense` every robot, let the modules decide, `apply` every command, `step`. Use from one thread at
-    a time, and close it (or use `with`) when cameras have been used.
+    One tick is: `sense` every robot, run the modules, `apply` every command, `step`. Use it from one thread at a time,
+    and close it (or use `with`) if cameras have been used.
     """
 
     def __init__(self, world: World, *, seed: int | None = None) -> None:
@@ -44,8 +44,8 @@ class Simulation(Closes):
             seed: Seed of all random numbers in the run; by default that of the world.
 
         Raises:
-            UsageError: The seed is negative, a camera's rate does not divide the loop's, or the world is more than
-                MuJoCo can hold.
+            UsageError: The seed is negative, a camera's rate does not divide the loop's, or the world is too large for
+                MuJoCo.
         """
         self.world = world
         self.seed = checked_seed(world.run.seed if seed is None else seed)
@@ -63,17 +63,17 @@ class Simulation(Closes):
         self._actuations: list[Actuation] | None = None
         self._set_up()
         self.catalogue: Mapping[str, BeaconInfo] = MappingProxyType(catalogue_of(world))
-        """What modules know of each beacon, by name."""
+        """Catalogue entry of each beacon, by name."""
         self.map: WorldMap | None = map_of(world) if world.run.map == "known" else None
-        """What modules know of the room; None when the world says `map: unknown`."""
+        """The map that modules get; None if the world has `map: unknown`."""
 
     def reset(self, seed: int | None = None) -> None:
-        """Go back to the start: from now on all is byte for byte as in a new simulation of that seed.
+        """Return to the start: from now on, everything is byte for byte as in a new simulation with that seed.
 
-        It is quick, as nothing is compiled again and the cameras keep what they draw with. `robots` is created again.
+        It is fast, because nothing is compiled again and the cameras keep their renderers. `robots` is created again.
 
         Args:
-            seed: Seed of all random numbers from now on; by default the same again.
+            seed: Seed of all random numbers from now on; by default the same as before.
 
         Raises:
             UsageError: The seed is negative.
@@ -88,11 +88,11 @@ class Simulation(Closes):
     def retune(self, world: World) -> None:
         """Take the noise settings of another world for drives, odometry and sensors from now on; all else is unchanged.
 
-        Random streams go on where they are, and one that was not in use begins. What modules were told of their
-        robot at the start stays as it was. `reset` keeps the new noise.
+        Random streams continue, and one that was not in use starts. The data sheets given to modules at the start do
+        not change. `reset` keeps the new noise.
 
         Raises:
-            UsageError: It differs in something else; names the first key.
+            UsageError: It differs in something else; the message names the first key.
         """
         require_same_but_noise(self.world, world)
         self.world = world
@@ -100,7 +100,7 @@ class Simulation(Closes):
 
     @property
     def tuned(self) -> World:
-        """The world with its noise as it is now, after all events."""
+        """The world with its current noise, after all events."""
         return self._tuning.world
 
     @property
@@ -109,14 +109,14 @@ class Simulation(Closes):
         return self.tick * self.dt
 
     def sense(self, robot: str) -> Observation:
-        """Return all that a robot senses at this tick; computed once a tick, pictures only when due."""
+        """Return a robot's observation at this tick; computed once per tick, pictures only when due."""
         return self._robot(robot).sense(self.tick)
 
     def apply(self, robot: str, command: Command | WheelCommand) -> None:
-        """Give a robot a command, which it follows within its limits until it gets another.
+        """Give a robot a command, which it follows within its limits until the next one.
 
         Raises:
-            UsageError: The robot does not exist, the command does not fit it or is not finite, or a message cannot be
+            UsageError: The robot does not exist, the command is of the wrong kind or not finite, or a message cannot be
                 sent.
         """
         self._robot(robot).command(command)
@@ -126,15 +126,15 @@ class Simulation(Closes):
             raise UsageError(f"robot '{robot}' sends {error}") from None
 
     def control(self, robot: str, controllers: Mapping[str, Controller | ControlLoop]) -> None:
-        """Let controllers drive parts of a robot, by its name, until `reset`; other parts go on as before.
+        """Set the controllers of parts of a robot until `reset`; other parts keep theirs.
 
         Args:
             robot: Name.
             controllers: By part, 'drive' of a balancing base or the name of an arm; at 250 Hz and without latency
-                unless a `ControlLoop` says more.
+                unless set by a `ControlLoop`.
 
         Raises:
-            UsageError: There is no such robot or part, or a rate is not a whole number of physics steps.
+            UsageError: The robot or part does not exist, or a rate is not a whole number of physics steps.
             ModuleFault: A controller lacks a method, or raises when it starts.
         """
         self._robot(robot).control(controllers)
@@ -148,7 +148,7 @@ class Simulation(Closes):
         """Advance by one tick.
 
         Raises:
-            PhysicsFault: MuJoCo warned, or a state is out of all bounds; names the time.
+            PhysicsFault: MuJoCo warned, or the state is out of bounds; the message has the time.
         """
         self._radio.send(self.tick, self.time, self.truths)
         for robot in self._robots.values():
@@ -163,15 +163,15 @@ class Simulation(Closes):
             robot.after_tick(self.tick)
 
     def truth(self, robot: str) -> Pose:
-        """Return where a robot is, seen from above, world frame."""
+        """Return the true pose of a robot, seen from above, world frame."""
         return self._robot(robot).truth().planar()
 
     def truths(self) -> dict[str, Pose]:
-        """Return where each robot is, seen from above, world frame."""
+        """Return the true pose of each robot, seen from above, world frame."""
         return {name: robot.truth().planar() for name, robot in self._robots.items()}
 
     def pose(self, robot: str) -> Array:
-        """Return the pose of a robot's base in space, world_from_base, shape (4, 4) [m].
+        """Return the true 3-D pose of a robot's base, world_from_base, shape (4, 4) [m].
 
         Raises:
             UsageError: The robot does not exist.
@@ -179,44 +179,44 @@ class Simulation(Closes):
         return self._robot(robot).truth().matrix()
 
     def poses(self) -> dict[str, Pose3]:
-        """Return the pose of each robot's base in space, world frame."""
+        """Return the true 3-D pose of each robot's base, world frame."""
         return {name: robot.truth() for name, robot in self._robots.items()}
 
     def motions(self) -> dict[str, JointMotion]:
-        """Return how the joints of each arm and mechanism truly move now, by `ROBOT/ARM` and by name."""
+        """Return the true motion of the joints of each arm and mechanism, by `ROBOT/ARM` and by name."""
         of_robots = ((f"{n}/{arm}", each) for n, robot in self._robots.items() for arm, each in robot.motions().items())
         return {**dict(of_robots), **self._mechanisms.motions(self.tick)}
 
     def readings(self) -> dict[str, SensorReadings]:
-        """Return what the sensors of each mechanism read now."""
+        """Return the current sensor readings of each mechanism."""
         return self._mechanisms.readings(self.tick)
 
     def identities(self, robot: str) -> tuple[str | None, ...]:
-        """Return which beacon each sighting of a robot's sensors at this tick is of, None for one of nothing.
+        """Return the true beacon of each sighting of a robot's sensors at this tick, None for a false sighting.
 
-        For recordings and statistics; modules are told what `sense` gives alone.
+        For recordings and statistics; modules only get the result of `sense`.
         """
         return self._robot(robot).identities(self.tick)
 
     def move(self, name: str, pose: Pose) -> None:
-        """Lift a robot or a movable obstacle and put it down at a pose, at rest; a robot's odometry does not notice.
+        """Put a robot or a movable obstacle at a pose, at rest; odometry does not measure the move.
 
         Raises:
-            UsageError: There is none of that name, or the pose is out of bounds.
+            UsageError: The name does not exist, or the pose is out of bounds.
         """
         x, y, heading = pose.x, pose.y, math.degrees(pose.heading)
         self._happen(move=name, to=(x, y), heading_deg=heading)
 
     def open_door(self, name: str, angle: float = math.pi / 2) -> None:
-        """Begin to swing a door open, to an angle that is positive to the left side of its wall [rad].
+        """Start to open a door to an angle, positive to the left side of its wall [rad].
 
         Raises:
-            UsageError: The door does not exist, or it does not swing so far.
+            UsageError: The door does not exist, or the angle is beyond its limits.
         """
         self._happen(open=name, angle_deg=math.degrees(angle))
 
     def close_door(self, name: str) -> None:
-        """Begin to swing a door shut.
+        """Start to close a door.
 
         Raises:
             UsageError: The door does not exist.
@@ -224,7 +224,7 @@ class Simulation(Closes):
         self._happen(close=name)
 
     def door_angle(self, name: str) -> float:
-        """Return how far a door stands open, positive to the left side of its wall [rad].
+        """Return the opening angle of a door, positive to the left side of its wall [rad].
 
         Raises:
             UsageError: The door does not exist.
@@ -232,7 +232,7 @@ class Simulation(Closes):
         return self._script.door(name)
 
     def set_light(self, level: float) -> None:
-        """Change the general light.
+        """Set the ambient light.
 
         Raises:
             UsageError: It is out of bounds.
@@ -248,71 +248,71 @@ class Simulation(Closes):
         self._happen(lamp=name, brightness=brightness)
 
     def set_noise(self, key: str, value: float) -> None:
-        """Let a sensor, a drive or its odometry err otherwise until `reset`, as an event does; see `retune`.
+        """Change the noise of a sensor, a drive or odometry, as the event does; see `retune`.
 
         Raises:
-            UsageError: There is no noise of this key, as `--set` has it, or the value does not fit it.
+            UsageError: There is no noise with this key (as for `--set`), or the value is invalid.
         """
         self._happen(noise=key, value=value)
 
     def remove(self, name: str) -> None:
-        """Take a beacon or an obstacle away, with what it carries.
+        """Remove a beacon or an obstacle, with everything attached to it.
 
         Raises:
-            UsageError: There is none of that name.
+            UsageError: The name does not exist.
         """
         self._happen(remove=name)
 
     def shove(self, name: str, impulse: Sequence[float], seconds: float = 0.1) -> None:
-        """Begin to push a robot or a movable obstacle at its centre of mass.
+        """Start to push a robot or a movable obstacle at its centre of mass.
 
         Args:
-            name: Whom.
-            impulse: In the world, x, y and z, all of it together [N s].
-            seconds: How long [s].
+            name: Of the robot or the obstacle.
+            impulse: Total impulse in x, y and z, world frame [N s].
+            seconds: Duration [s].
 
         Raises:
-            UsageError: There is none of that name, or a number is out of bounds.
+            UsageError: The name does not exist, or a number is out of bounds.
         """
         self._happen(shove=name, impulse=tuple(impulse), seconds=seconds)
 
     def reach(self, robot: str, keys: Mapping[str, object]) -> None:
-        """Begin to move an arm, whatever goals commands have, or a person's hand, until `release`.
+        """Move an arm, in place of the goals in commands, or a person's hand, until `release`.
 
         Args:
-            robot: Name; or that of a person.
-            keys: As events have: `joints_deg` [deg, m], or `tool` [m] with or without `rpy_deg`; `arm`; `hand`, `to`.
+            robot: Name of the robot or the person.
+            keys: As in events: `joints_deg` [deg, m], or `tool` [m] with or without `rpy_deg`; `arm`; `hand`, `to`.
 
         Raises:
-            UsageError: A key is wrong, there is no such arm or person, or it cannot be there.
+            UsageError: A key is wrong, the arm or person does not exist, or the target cannot be reached.
         """
         self._happen(**{**keys, "reach": robot})
 
     def release(self, name: str, arm: str = "arm", *, hand: str | None = None, joint: str | None = None) -> None:
-        """Let commands move an arm again, a hand go back, a joint follow its signal; raises UsageError for none."""
+        """Release an arm to its commands, a hand to its posture, or a joint to its signal."""
         self._happen(release=name, arm=arm, hand=hand, joint=joint)
 
     def lead(self, mechanism: str, joint: str, to_deg: float) -> None:
-        """Begin to bring a joint that follows a motion to a value [deg, m]; raises UsageError where it cannot."""
+        """Move a joint that follows a motion to a value [deg, m]; raises UsageError if impossible."""
         self._happen(lead=mechanism, joint=joint, to_deg=to_deg)
 
     def schedule(self, event: WorldEvent, *, instead_of: WorldEvent | None = None) -> WorldEvent:
-        """Have an event happen as those of the world file do, at a tick to come; as `WorldScript.schedule` has it."""
+        """Schedule an event, like those of the world file, for a future tick; see `WorldScript.schedule`."""
         return self._script.schedule(event, instead_of=instead_of)
 
     def happened(self) -> tuple[WorldEvent, ...]:
-        """Return what has happened to the world since the last call, each at the time when it did."""
+        """Return the events of the world since the last call, with their times."""
         return self._script.happened()
 
     @property
     def looks(self) -> Looks:
-        """Light, and what was taken away."""
+        """Light, and removed things."""
         return self._script.looks
 
     def things(self) -> dict[str, Pose]:
-        """Return where everything is that can move but robots, world frame: `obstacle/NAME`, and `door/NAME`.
+        """Return the poses of all movable things except robots, world frame: `obstacle/NAME`, and `door/NAME`.
 
-        A door's place is its hinge, its heading that of its leaf. What was taken away is left out.
+        For a door, the position of its hinge and the heading of its leaf. Removed things are left out.
         """
         return self._script.things()
 
@@ -327,7 +327,7 @@ class Simulation(Closes):
         self._mechanisms.close()
 
     def _set_up(self) -> None:
-        """Set the stage and put the robots at their starts, in a state and a model that are as new."""
+        """Create movers, doors and mechanisms, and put the robots at their starts, in a new state and model."""
         world = self.world
         self._script = WorldScript(
             self.model,
@@ -357,7 +357,7 @@ class Simulation(Closes):
         self._after_each = [call for robot in self._robots.values() for call in robot.after_step]
         self._actuations = None
         self.robots: Mapping[str, RobotInfo] = MappingProxyType({n: robot.info for n, robot in self._robots.items()})
-        """What modules know of each robot, by name."""
+        """Data sheet of each robot, by name."""
         self._script.let_happen(0.0)
         self._look()
 
@@ -367,23 +367,23 @@ class Simulation(Closes):
         return self._robots[name]
 
     def _happen(self, **keys: object) -> None:
-        """Let an event happen now, and bring everything up to it."""
+        """Execute an event now, and update the state."""
         self._script.happen(event_from({"time": self.time, **keys}), self.time)
         self._look()
 
     def _canvas(self, quality: Quality) -> Canvas:
-        """Return what all cameras of a quality draw on; nothing of OpenGL is touched until the first picture."""
+        """Return the canvas of all cameras of a quality; OpenGL is not used before the first picture."""
         if quality not in self._canvases:
             self._canvases[quality] = Canvas(self.model, quality=quality)
         return self._canvases[quality]
 
     def _look(self) -> None:
-        """Bring places and contacts up to the state."""
+        """Update positions and contacts from the state."""
         bring_up(self.model, self.data)
         mujoco.mj_collision(self.model, self.data)
 
     def _run_physics(self) -> list[str]:
-        """Take the physics steps of one tick; return the warnings, which MuJoCo else prints and writes to a file."""
+        """Take the physics steps of one tick; return the warnings, which MuJoCo would otherwise print and log."""
         steps = self.world.run.steps_per_tick
         if self._actuations is None:
             found = [robot.acting() for robot in self._robots.values()]
@@ -393,7 +393,7 @@ class Simulation(Closes):
         return said
 
     def _check(self, said: list[str]) -> None:
-        """Raise when the state is no longer to be trusted."""
+        """Raise if the state is no longer reliable."""
         known = bool(self.data.warning.number.any())
         what = self._health.fault(self.data, said, loop=self._mechanisms.failing(self.tick, known=known))
         if what is not None:

@@ -17,9 +17,10 @@ from mjsim.world import AckermannDrive, Robot
 
 @dataclass(frozen=True, slots=True)
 class AckermannSteering:
-    """Two steered wheels ahead of a fixed axle, which point across one centre of the turn.
+    """Two steered wheels ahead of a fixed axle, with a common centre of rotation.
 
-    A wheel midway between them at s makes the curvature tan(s) / wheelbase; the others point at the same centre.
+    A virtual wheel midway between them at angle s gives the curvature tan(s) / wheelbase; the wheels have the same
+    centre.
 
     References:
         Siegwart, Nourbakhsh, Scaramuzza, Introduction to Autonomous Mobile Robots (2nd ed., 2011), section 3.3.1;
@@ -32,18 +33,18 @@ class AckermannSteering:
     """[m]"""
 
     def angles(self, steer: float) -> tuple[float, float]:
-        """Return the angles of the left and the right wheel for one of the wheel midway between them [rad]."""
+        """Return the angles of the left and the right wheel for an angle of the virtual middle wheel [rad]."""
         rise = math.tan(steer)
         half = rise * self.track / (2 * self.wheelbase)
         return math.atan(rise / (1.0 - half)), math.atan(rise / (1.0 + half))
 
 
 class CarProfile(SteeredProfile):
-    """A base with Ackermann steering: a twist becomes a speed and a steering angle, each with its own limit of rate.
+    """A base with Ackermann steering: converts a twist to a speed and a steering angle, each with a rate limit.
 
-    The angle that is asked for follows from the curvature, turn over speed, and ends at the largest one. The driven
-    wheels follow the angle that the steering has come to. Noise of the turn rate acts through the steering, so it does
-    nothing to a car that stands.
+    The commanded angle follows from the curvature (turn rate divided by speed), limited to the maximum. The driven
+    wheels follow the current steering angle. Noise of the turn rate acts through the steering, so it has no effect on a
+    standing car.
     """
 
     def __init__(self, drive: AckermannDrive, *, dt: float, stream: Generator) -> None:
@@ -54,7 +55,7 @@ class CarProfile(SteeredProfile):
         super().__init__(drive, dt=dt, stream=stream)
 
     def command(self, command: Command | WheelCommand) -> None:
-        """Take a command, held until the next; the speeds of driven wheels stand for the twist that they give."""
+        """Take a command, held until the next; wheel speeds are converted to their twist."""
         if isinstance(command, WheelCommand):
             twist = self._wheels.twist_from_wheels(command.speeds)
         else:

@@ -1,4 +1,4 @@
-"""Balancing bases: two wheels whose motors a controller drives; this gives it its set-points."""
+"""Balancing bases: set-points for the controller that drives the motors of the two wheels."""
 
 import math
 from collections.abc import Sequence
@@ -15,10 +15,10 @@ from mjsim.world import BalancingDrive, DriveNoise, Robot
 
 
 class SetPointProfile:
-    """The set-points of a controller: a command within the limits of the drive, reached no faster than they allow.
+    """The set-points of a controller: a command within the limits of speed and acceleration of the drive.
 
-    The noise is that of the motion wanted, constant over a tick: its standard deviation is sigma / sqrt(dt), so that
-    what is driven wanders as on bases with servos.
+    The noise is added to the set-points and constant over a tick, with standard deviation sigma / sqrt(dt), so that the
+    motion drifts as on bases with servos.
     """
 
     def __init__(self, drive: BalancingDrive, *, kinematics: Kinematics, dt: float, stream: Generator) -> None:
@@ -51,7 +51,7 @@ class SetPointProfile:
         self._noise = noise.speed / self._root, noise.turn / self._root
 
     def advance(self) -> Sequence[float]:
-        """Draw the noise of the next tick; there are no servos to be told anything."""
+        """Draw the noise of the next tick; there are no servos."""
         speed, turn = self._stream.standard_normal(2).tolist()
         self._off = self._noise[0] * speed, self._noise[1] * turn
         return ()
@@ -69,7 +69,7 @@ class SetPointProfile:
         return Command(forward + self._off[0], 0.0, turn + self._off[1])
 
     def goal(self) -> Sequence[float]:
-        """Return how far the set-points until now would have turned the wheels, noise apart [rad]."""
+        """Return the wheel rotations from all set-points so far, without noise [rad]."""
         return self._turned
 
 
@@ -83,7 +83,7 @@ def balancing_gear(robot: Robot, drive: BalancingDrive, *, dt: float, seed: int)
 
 
 def balancing_info(model: mujoco.MjModel, robot: Robot) -> BalancingInfo:
-    """Return the masses of a balancing base as they were compiled."""
+    """Return the compiled masses of a balancing base."""
     drive, base, wheel = robot.drive, model.body(f"{robot.name}/base"), model.body(f"{robot.name}/wheel_left")
     assert isinstance(drive, BalancingDrive)
     return BalancingInfo(

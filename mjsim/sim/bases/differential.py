@@ -1,4 +1,4 @@
-"""Differential bases: wheels to the left and to the right that roll ahead."""
+"""Differential bases: wheels on the left and on the right."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,11 +13,11 @@ from mjsim.world import DifferentialDrive, Robot
 
 @dataclass(frozen=True, slots=True)
 class DifferentialKinematics:
-    """Wheels to the left and to the right that roll ahead; the robot's origin lies midway between them.
+    """Wheels on the left and on the right; the robot's origin is midway between them.
 
-    The rim of a wheel runs at v -+ w track / 2 (left, right), and a wheel turns at that speed over its radius. A
-    skid-steered robot is one of these with a wider track: the centres about which the floor turns under its left and
-    its right wheels lie that far apart.
+    The rim speed of a wheel is v -+ w track / 2 (left, right), its angular speed that divided by its radius. A
+    skid-steered robot is the same with a wider track: the distance between the centres of rotation of the floor under
+    its left and right wheels.
 
     References:
         Siegwart, Nourbakhsh, Scaramuzza, Introduction to Autonomous Mobile Robots (2nd ed., 2011), section 3.2.3.
@@ -30,7 +30,7 @@ class DifferentialKinematics:
     track: float
     """[m]"""
     axles: int = 1
-    """Each with a wheel to the left and one to the right."""
+    """Number of axles, each with a left and a right wheel."""
 
     def wheels_from_twist(self, forward: float, left: float, turn: float) -> tuple[float, ...]:
         """Return the speeds of left, right, left, right... [rad/s]; `left` is ignored."""
@@ -38,7 +38,7 @@ class DifferentialKinematics:
         return ((forward - half) / self.wheel_radius, (forward + half) / self.wheel_radius) * self.axles
 
     def twist_from_wheels(self, speeds: Sequence[float]) -> Twist:
-        """Return the twist of the wheels of a side at their mean."""
+        """Return the twist for the mean speed of the wheels on each side."""
         left, right = (speeds[0], speeds[1]) if self.axles == 1 else (sum(speeds[k::2]) / self.axles for k in (0, 1))
         return self.wheel_radius * (left + right) / 2, 0.0, self.wheel_radius * (right - left) / self.track
 

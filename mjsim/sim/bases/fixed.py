@@ -1,4 +1,4 @@
-"""Fixed bases: nothing moves them, and there are no wheels."""
+"""Fixed bases, without motion and wheels."""
 
 from collections.abc import Sequence
 
@@ -9,13 +9,13 @@ from mjsim.world import DriveNoise, FixedDrive, Robot
 
 
 class _Standing:
-    """The profile of a base without motors: it takes any command and does nothing."""
+    """The profile of a base without motors: it ignores commands."""
 
     def command(self, command: Command | WheelCommand) -> None:
-        """Take a command; its twist moves nothing."""
+        """Ignore a command."""
 
     def advance(self) -> Sequence[float]:
-        """Return the set-points of no servos."""
+        """Return an empty list of set-points."""
         return ()
 
     def retune(self, noise: DriveNoise) -> None:

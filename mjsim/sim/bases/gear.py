@@ -31,14 +31,14 @@ class RunningGear:
     wheels: tuple[str, ...]
     """Driven wheels, in the order of their speeds; each has an encoder."""
     steering: tuple[str, ...]
-    """What is steered, in the order of its angles, which follow those speeds."""
+    """Steered joints, in the order of their angles, which follow the wheel speeds."""
     profile: VelocityProfile
     odometer: WheelOdometer
     motion: WheelMotion
     wanted: Callable[[float], Command] | None = None
-    """Gives the set-points of its controller for a time [s]; None where servos turn the wheels."""
+    """Gives the set-points of its controller for a period [s]; None for bases with servos."""
     goal: Callable[[], Sequence[float]] | None = None
-    """Gives how far those set-points would have turned the driven wheels [rad]."""
+    """Gives the rotations of the driven wheels from these set-points [rad]."""
 
     def twist_from_wheels(self) -> Array:
         """Return the twist (forward, left, turn) of wheel speeds, steering straight ahead, shape (3, wheels)."""
@@ -63,12 +63,12 @@ def running_gear(
     Args:
         robot: From the world file.
         profile: Of its servos.
-        motion: What rotations of the wheels stand for.
+        motion: Motion for rotations of the wheels.
         dt: Period of the loop [s].
         seed: Of the run.
         wheels: Driven ones; by default those of the drive.
-        wanted: Gives the set-points of its controller, where it has one.
-        goal: Gives how far those would have turned the wheels.
+        wanted: Gives the set-points of its controller, if it has one.
+        goal: Gives the wheel rotations from these set-points.
     """
     drive, names = robot.drive, tuple(wheels) or robot.drive.driven_wheels
     odometer = WheelOdometer(

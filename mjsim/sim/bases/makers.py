@@ -1,4 +1,4 @@
-"""What makes the running gear of each drive."""
+"""Factories of the running gear of each drive."""
 
 from collections.abc import Callable, Mapping
 
@@ -37,7 +37,7 @@ MAKERS: Mapping[type[AnyDrive], Callable[..., RunningGear]] = {
     SkidSteerDrive: skid_steer_gear,
     TricycleDrive: tricycle_gear,
 }
-"""What makes the running gear of each drive that comes with mjsim."""
+"""Factory of the running gear of each drive that comes with mjsim."""
 
 
 def gear_of(robot: Robot, *, dt: float, seed: int, source: Source, clock: Callable[[], float]) -> RunningGear:
@@ -47,8 +47,8 @@ def gear_of(robot: Robot, *, dt: float, seed: int, source: Source, clock: Callab
         robot: From the world file.
         dt: Period of the loop [s].
         seed: Of the run.
-        source: Where the world was written, for a drive of the user's own.
-        clock: Tells the simulated time, for faults of such a drive [s].
+        source: Location of the world file, for a user-defined drive.
+        clock: Gives the simulated time, for errors of such a drive [s].
 
     Raises:
         MjsimError: As `user_gear`.

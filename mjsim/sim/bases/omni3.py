@@ -8,7 +8,7 @@ from mjsim.world import OMNI3_BEARINGS, Omni3Drive, Robot
 
 
 def omni3(drive: Omni3Drive) -> RollerKinematics:
-    """Return the kinematics of three wheels on a circle, which roll along it; their rollers lie across it."""
+    """Return the kinematics of three wheels that roll along a circle, with rollers across it."""
     circle = drive.wheel_circle
     wheels = [
         (circle * math.cos(b), circle * math.sin(b), b + math.pi / 2, b + math.pi / 2) for b in OMNI3_BEARINGS.values()

@@ -9,7 +9,7 @@ from mjsim.sim.odometry import Twist
 from mjsim.world import DriveNoise
 
 STANDSTILL = 1e-3
-"""A car that is slower cannot turn; its steering stays as it is [m/s]."""
+"""A car slower than this keeps its steering angle [m/s]."""
 
 
 class VelocityProfile(Protocol):
@@ -19,24 +19,24 @@ class VelocityProfile(Protocol):
         """Take a command, held until the next."""
 
     def advance(self) -> Sequence[float]:
-        """Return what the servos are told to reach in the next tick: wheels [rad/s], then steering [rad]."""
+        """Return the set-points of the servos for the next tick: wheels [rad/s], then steering [rad]."""
 
     def retune(self, noise: DriveNoise) -> None:
         """Use this noise from now on."""
 
 
 def reach(dt: float, lag: float) -> float:
-    """Return by how much more than a change to ask for; a servo comes 1 - exp(-dt / lag) of the way in one tick."""
+    """Return the factor by which to increase a change, because a servo reaches 1 - exp(-dt / lag) of it in one tick."""
     return 1.0 / -math.expm1(-dt / lag)
 
 
 def within(value: float, limit: float) -> float:
-    """Return the value nearest to one that is wanted, of those from -limit to limit."""
+    """Return a value limited to -limit to limit."""
     return min(max(value, -limit), limit)
 
 
 def scaled(twist: Twist, limits: Twist) -> Twist:
-    """Return the twist, made slower as a whole until all parts keep their limits."""
+    """Return the twist, scaled down until all components are within their limits."""
     forward, left, turn = twist
     if limits[1] == 0.0:
         excess = max(1.0, abs(forward) / limits[0], abs(turn) / limits[2])

@@ -19,9 +19,9 @@ from mjsim.world import AnyDrive, Robot, RollerDrive
 class RollerKinematics:
     """Wheels with rollers: speeds = matrix @ twist, and the twist that fits speeds best.
 
-    A wheel whose middle is at (x, y), which rolls along the direction d and whose lowest roller lies along a, is
-    pushed along its roller alone. Where it touches, the floor passes with v = (forward - w y, left + w x); what of it
-    goes along the roller must come from the wheel: speed * radius * (d . a) = v . a.
+    A wheel with its centre at (x, y), rolling direction d and axis a of its lowest roller only transmits force along a.
+    The velocity at the contact is v = (forward - w y, left + w x); its component along the roller must equal that of
+    the rim: speed * radius * (d . a) = v . a.
 
     References:
         Siegwart, Nourbakhsh, Scaramuzza, Introduction to Autonomous Mobile Robots (2nd ed., 2011), section 3.2.3.5, for
@@ -49,9 +49,9 @@ def roller_kinematics(drive: RollerDrive, wheels: Sequence[tuple[float, float, f
     """Return the kinematics of wheels with rollers.
 
     Args:
-        drive: Tells the radius over the rollers, and what they slip.
-        wheels: (x, y, heading, roller) of each: its middle [m], the direction in which it rolls [rad], and that of
-            the axis of its lowest roller [rad], robot frame.
+        drive: Gives the radius over the rollers, and their slip.
+        wheels: (x, y, heading, roller) of each: its centre [m], its rolling direction [rad], and the direction of the
+            axis of its lowest roller [rad], robot frame.
     """
     rows = []
     for x, y, heading, roller in wheels:

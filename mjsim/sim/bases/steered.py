@@ -1,4 +1,4 @@
-"""What the velocity profiles of bases with a steered wheel share: limits, noise, and a state of speed and angle."""
+"""Base class of the velocity profiles of bases with a steered wheel: limits, noise, speed and angle."""
 
 import math
 
@@ -10,7 +10,7 @@ from mjsim.world import AckermannDrive, DriveNoise, TricycleDrive
 
 
 class SteeredProfile:
-    """The limits of a base with a steered wheel, and where its speed and its steering angle are."""
+    """The limits of a base with a steered wheel, and its current speed and steering angle."""
 
     def __init__(self, drive: AckermannDrive | TricycleDrive, *, dt: float, stream: Generator) -> None:
         """Initialise, standing still, steering straight ahead; two random numbers are drawn per tick."""

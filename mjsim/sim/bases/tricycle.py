@@ -29,7 +29,7 @@ class TricycleKinematics:
     wheel_radius: float
     """[m]"""
     place: float
-    """Of the driven wheel ahead of the origin, negative behind [m]."""
+    """Position of the driven wheel ahead of the origin, negative behind [m]."""
 
     def twist(self, speed: float, steer: float) -> Twist:
         """Return the twist of the wheel's speed [rad/s] at a steering angle [rad]."""
@@ -39,7 +39,7 @@ class TricycleKinematics:
     def mean_twist(self, speed: float, before: float, after: float) -> Twist:
         """Return the mean twist of the wheel's speed [rad/s] while its angle changes steadily [rad].
 
-        The means of cosine and sine over a change are those of its middle, times the sine of its half over that half.
+        The means of cosine and sine over a change are the values at its middle times sinc of half the change.
         """
         half = (after - before) / 2
         share = math.sin(half) / half if abs(half) > 1e-4 else 1.0 - half * half / 6.0
@@ -53,9 +53,9 @@ class TricycleKinematics:
 
 
 class TricycleProfile(SteeredProfile):
-    """A base with one wheel that is driven and steered: a twist becomes its speed and its angle.
+    """A base with one driven and steered wheel: converts a twist to its speed and angle.
 
-    While the wheel is still turning to its angle, its speed is in proportion to the cosine of the angle that is left.
+    While the wheel turns to its angle, its speed is proportional to the cosine of the remaining angle.
     Noise of the turn rate acts through the steering.
     """
 
@@ -65,7 +65,7 @@ class TricycleProfile(SteeredProfile):
         super().__init__(drive, dt=dt, stream=stream)
 
     def command(self, command: Command | WheelCommand) -> None:
-        """Take a command, held until the next; the speed of the driven wheel alone leaves the steering as it is."""
+        """Take a command, held until the next; a wheel speed does not change the steering."""
         if isinstance(command, WheelCommand):
             twist = self._kinematics.twist(command.speeds[0], self._target[1])
         else:

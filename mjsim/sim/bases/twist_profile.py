@@ -15,12 +15,12 @@ from mjsim.world import AnyDrive, DriveNoise
 class TwistProfile:
     """A base without steering: it follows commands within its limits, with noise on the twist.
 
-    A twist beyond the limits is scaled as a whole, so that the robot keeps its path and only goes slower. Then
-    velocity and turn rate change by no more than their accelerations allow. The noise comes last: piecewise constant
-    over a tick with standard deviation sigma / sqrt(dt), which is white noise of density sigma for all that is
-    slower than a tick, whatever the tick.
+    A twist beyond the limits is scaled down, so that the robot keeps its path. Then the changes of velocity and turn
+    rate are limited by the accelerations. Noise is added last: constant over a tick with standard deviation sigma /
+    sqrt(dt), which approximates white noise of density sigma for any tick.
 
-    While speed changes, the servos are told to reach for more, so that their lag is made up at the end of each tick.
+    While the speed changes, the set-points of the servos exceed it, so that their lag is compensated at the end of each
+    tick.
     """
 
     def __init__(
@@ -29,11 +29,11 @@ class TwistProfile:
         """Initialise, standing still.
 
         Args:
-            drive: Limits and noise; commands sideways are ignored when its largest speed sideways is 0.
+            drive: Limits and noise; sideways commands are ignored if its maximum sideways speed is 0.
             kinematics: Of its wheels.
             dt: Period of the loop [s].
-            stream: Random stream; two numbers are drawn per tick, three when it moves sideways.
-            lag: Time constant of the servos of its wheels [s]; None where it is not known.
+            stream: Random stream; two numbers are drawn per tick, three if it moves sideways.
+            lag: Time constant of the servos of its wheels [s]; None if unknown.
         """
         self._kinematics = kinematics
         self._limits = drive.max_speed, drive.sideways, math.radians(drive.max_turn_deg)

@@ -12,11 +12,11 @@ from mjsim.world import Robot, Source, UserDrive
 def user_gear(
     robot: Robot, drive: UserDrive, *, dt: float, seed: int, source: Source, clock: Callable[[], float]
 ) -> RunningGear:
-    """Return the running gear of a base that the user's own class drives.
+    """Return the running gear of a base with a user-defined drive.
 
     Raises:
-        UsageError: The class cannot be made.
-        ModuleFault: It lacks a method, or does not say which wheels it has; later, what it does wrong when asked.
+        UsageError: The class cannot be instantiated.
+        ModuleFault: It lacks a method, or does not name its wheels; later, it raises or returns an invalid value.
     """
     made = make_module(drive, source.for_run(), role="drive", robot=robot.name)
     model = CheckedDrive(made, robot=robot.name, clock=clock)

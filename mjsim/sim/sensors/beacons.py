@@ -15,23 +15,23 @@ from mjsim.sim.sensors.device import Mounting, Sensed
 from mjsim.world import sensors
 
 DEPTH = 0.005
-"""What is this near before a beacon does not hide it: the wall or the post that it is fixed to [m]."""
+"""Objects this close in front of a beacon do not occlude it: the wall or post that it is fixed to [m]."""
 FINEST_RANGE, FINEST_BEARING = 1e-3, 1e-4
-"""No data sheet promises less: standard deviations [m, rad]."""
+"""Minimum standard deviations in data sheets [m, rad]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BeaconReading:
-    """What one look of the sensor gives."""
+    """One reading of the sensor."""
 
     sightings: tuple[Sighting, ...]
-    """For the modules, from the right to the left, so that their order does not tell who is who."""
+    """For modules, from right to left, so that the order does not reveal identities."""
     identities: tuple[str | None, ...]
-    """For the recording: which beacon each sighting is of, None for one of nothing."""
+    """For the recording: the true beacon of each sighting, None for a false sighting."""
 
 
 class BeaconDevice:
-    """A beacon sensor of a robot in a running simulation; each look draws the same number of random values."""
+    """A beacon sensor of a robot in a running simulation; each reading draws the same number of random values."""
 
     def __init__(self, sensor: sensors.BeaconSensor, mounting: Mounting) -> None:
         """Initialise.
@@ -81,7 +81,7 @@ class BeaconDevice:
         )
 
     def take(self, stamp: float) -> BeaconReading:
-        """Return a look of now; `stamp` is the simulated time [s]."""
+        """Return a current reading; `stamp` is the simulated time [s]."""
         polar, in_sight = self._truth()
         errors, missed, astray, places = self._chances()
         told = np.where(astray[:, None], places, polar + errors)
@@ -104,12 +104,12 @@ class BeaconDevice:
             self._false.draw()
 
     def tell(self, reading: BeaconReading, sensed: Sensed) -> None:
-        """Put the sightings behind those of other beacon sensors."""
+        """Append the sightings to those of other beacon sensors."""
         sensed.in_a_row("sightings", reading.sightings)
         sensed.identities += reading.identities
 
     def _truth(self) -> tuple[Array, NDArray[np.bool_]]:
-        """Return range [m] and bearing [rad] of all beacons from the sensor, shape (n, 2), and who is in sight."""
+        """Return range [m] and bearing [rad] of all beacons from the sensor, shape (n, 2), and which are visible."""
         place, axes = self._rays.pose()
         start = place + axes @ self._place
         offsets = self._data.geom_xpos[self._geoms] - start
@@ -130,7 +130,7 @@ class BeaconDevice:
         return polar, in_sight
 
     def _chances(self) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_], Array]:
-        """Return errors (n, 2), who is missed (n,), who is seen astray (n,) and where (n, 2), seen or not."""
+        """Return errors (n, 2), which are missed (n,), which are outliers (n,) and where (n, 2), visible or not."""
         count, sensor = len(self._names), self._sensor
         if sensor.heavy_tails is None:
             errors = self._errors.standard_normal((count, 2))
@@ -146,14 +146,14 @@ class BeaconDevice:
         return errors * self._sigma, missed, chance[:, 0] < sensor.outliers, _anywhere(chance[:, 1:], sensor)
 
     def _name_at(self, chance: float) -> str | None:
-        """Return the name that a sighting of nothing comes with."""
+        """Return the name of a false sighting."""
         return self._names[int(chance * len(self._names))] if self._names else None
 
     def _sighting(self, place: Array, name: str | None, stamp: float) -> Sighting:
-        """Return what is told of a place, range and bearing in the sensor's frame, shape (2,), from the robot's origin.
+        """Return the sighting from the robot's origin for range and bearing in the sensor's frame, shape (2,).
 
         References:
-            Thrun, Burgard, Fox, Probabilistic Robotics (2005), section 3.3: covariance carried over to first order.
+            Thrun, Burgard, Fox, Probabilistic Robotics (2005), section 3.3: first-order propagation of covariance.
         """
         r, angle = max(float(place[0]), FINEST_RANGE), float(place[1]) + math.radians(self._sensor.yaw_deg)
         c, s = math.cos(angle), math.sin(angle)
@@ -182,14 +182,14 @@ class _FalseSightings:
         self._chances = np.cumsum(terms)[:-1]
 
     def draw(self) -> list[tuple[Array, float]]:
-        """Return range [m] and bearing [rad] of each, shape (2,), and a number in [0, 1) that tells its name."""
+        """Return range [m] and bearing [rad] of each, shape (2,), and a number in [0, 1) that selects its name."""
         count = int(np.searchsorted(self._chances, self._stream.random(), side="right"))
         chance = self._stream.random((self._most, 3))[:count]
         return list(zip(_anywhere(chance[:, :2], self._sensor), chance[:, 2].tolist(), strict=True))
 
 
 def _anywhere(chance: Array, sensor: sensors.BeaconSensor) -> Array:
-    """Return ranges [m] and bearings [rad] in a sensor's frame, evenly over both, from numbers in [0, 1), (n, 2)."""
+    """Return ranges [m] and bearings [rad] in a sensor's frame, uniform in both, from numbers in [0, 1), (n, 2)."""
     nearest, farthest = sensor.range
     fov = math.radians(sensor.fov_deg)
     return np.asarray(chance * (farthest - nearest, fov) + (nearest, -fov / 2))

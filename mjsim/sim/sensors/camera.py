@@ -27,7 +27,7 @@ MIDDLE_GREY, MOST_GAIN = 118.0, 8.0
 
 
 def robot_from_camera(camera: Camera) -> Array:
-    """Return the pose of the optical frame (x right, y down, z ahead) on what carries it, shape (4, 4) [m]."""
+    """Return the pose of the optical frame (x right, y down, z ahead) on its carrier, shape (4, 4) [m]."""
     transform = np.eye(4)
     transform[:3, :3] = robot_from_view(camera) * [1.0, -1.0, -1.0]
     transform[:3, 3] = camera.at
@@ -59,7 +59,7 @@ class OnboardCamera:
         width, height = (self._bent.width, self._bent.height) if self._bent else (camera.width, camera.height)
         self._renderer = Renderer(model, width=width, height=height, canvas=canvas)
         self.chances = streams("pixels"), streams("depth")
-        """All that a picture draws from."""
+        """The random streams of a picture."""
         self.retune(camera)
         self._shutter = Shutter(model, robot.name, camera, focal=self.intrinsics.fx)
         self._names: tuple[str, ...] = ()
@@ -74,7 +74,7 @@ class OnboardCamera:
         self._far = self.chances[1] if self._depth is not None and self._depth.noise else None
 
     def frame(self, data: mujoco.MjData, stamp: float) -> CameraFrame:
-        """Return what the camera sees now.
+        """Return the current picture.
 
         Args:
             data: Where everything is.
@@ -139,7 +139,7 @@ class OnboardCamera:
 
     @contextmanager
     def _straight_view(self) -> Iterator[None]:
-        """Widen the camera of the model to the straight picture that the lens bends."""
+        """Widen the camera of the model to the undistorted picture that the lens distorts."""
         if self._bent is None:
             yield
             return
@@ -151,7 +151,7 @@ class OnboardCamera:
             self._model.cam_fovy[self._index] = before
 
     def _measured(self, depth: Array, how: Depth) -> Array:
-        """Return a depth as it is measured."""
+        """Return a depth with measurement errors."""
         if self._far is not None:
             chance = self._far.standard_normal(depth.shape, dtype=np.float32)
             near = np.isfinite(depth)
@@ -176,11 +176,11 @@ class CameraDevice:
         self.info, self.retune, self.pass_over = self._camera.info, self._camera.retune, self._camera.pass_over
 
     def take(self, stamp: float) -> CameraFrame:
-        """Return a picture of now; `stamp` is the simulated time [s]."""
+        """Return a current picture; `stamp` is the simulated time [s]."""
         return self._camera.frame(self._data, stamp)
 
     def tell(self, reading: CameraFrame, sensed: Sensed) -> None:
-        """Put a picture under the name of the camera."""
+        """Add a picture under the name of the camera."""
         sensed.by_name("cameras", self._camera.name, reading)
 
 
@@ -190,7 +190,7 @@ def depth_of(camera: Camera) -> Depth | None:
 
 
 def develop(image: Picture, camera: Camera) -> None:
-    """Smear and brighten a picture in place, as the camera's lens and its exposure do."""
+    """Apply lens blur and exposure to a picture in place."""
     if camera.blur:
         cv2.GaussianBlur(image, (0, 0), camera.blur, dst=image)
     wanted = MIDDLE_GREY / max(float(image.mean()), 1.0) if camera.exposure == "auto" else camera.exposure
@@ -200,10 +200,10 @@ def develop(image: Picture, camera: Camera) -> None:
 
 
 class PixelNoise:
-    """Independent normal errors of all values of a picture, rounded and clipped as the pixels are."""
+    """Independent Gaussian noise of all values of a picture, rounded and clipped like the pixels."""
 
     def __init__(self, deviation: float, stream: Generator) -> None:
-        """Tabulate the errors of 65536 equally likely chances: two random bytes a value, and no more to compute.
+        """Tabulate the errors for 65536 equally likely values, so that each pixel value only takes two random bytes.
 
         Args:
             deviation: Standard deviation, on a 0 to 255 scale.
@@ -216,9 +216,9 @@ class PixelNoise:
         self._stream = stream
 
     def add_to(self, image: Picture) -> None:
-        """Add fresh errors to a picture, in place."""
+        """Add new noise to a picture, in place."""
         cv2.add(image, self._errors[self.draw(image.shape)], dst=image, dtype=cv2.CV_8U)
 
     def draw(self, shape: tuple[int, ...]) -> NDArray[np.uint16]:
-        """Return the chances of a picture's values."""
+        """Return the random numbers for a picture's values."""
         return np.frombuffer(self._stream.bytes(2 * math.prod(shape)), dtype=np.uint16).reshape(shape)

@@ -18,19 +18,19 @@ from mjsim.world import Beacon, Robot, sensors
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CarriedSensor:
-    """What carries a sensor, and where the sensor is on it."""
+    """The carrier of a sensor, and the pose of the sensor on it."""
 
     carrier: str
     """A body below the robot's name: its base, or a link of an arm."""
     carrier_from_sensor: Array
     """Shape (4, 4) [m]."""
     robot_from_sensor: Array
-    """As it is at the start, shape (4, 4) [m]."""
+    """At the start, shape (4, 4) [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Mounting:
-    """The mounting of a sensor, and what it may use."""
+    """The mounting of a sensor, and the resources that it may use."""
 
     model: mujoco.MjModel
     """The compiled world."""
@@ -41,14 +41,14 @@ class Mounting:
     gear: RunningGear
     """Its wheels and their encoders."""
     beacons: Sequence[Beacon]
-    """All of the world."""
+    """All beacons of the world."""
     streams: Streams
-    """Purpose -> random stream of this sensor alone; the same again when asked again."""
+    """Purpose -> random stream of this sensor; the same stream on each call."""
     canvas: Callable[[Quality], Canvas]
-    """Gives what cameras of a quality draw on; the caller closes it."""
+    """Gives the canvas of cameras of a quality; the caller closes it."""
 
     def mount(self, sensor: sensors.Lidar | sensors.Lidar3d | sensors.Imu) -> CarriedSensor:
-        """Return where a sensor is that has an orientation."""
+        """Return the mount of a sensor with an orientation."""
         frame_from_sensor = robot_from_sensor(sensor.at, yaw_deg=sensor.yaw_deg, pitch_deg=sensor.pitch_deg)
         carrier, carrier_from_frame = carrier_of(self.robot, sensor)
         return CarriedSensor(
@@ -66,26 +66,26 @@ class Sensed:
         self._by_name: dict[str, dict[str, object]] = {}
         self._in_a_row: dict[str, tuple[object, ...]] = {}
         self.identities: tuple[str | None, ...] = ()
-        """Which beacon each sighting is of, None for one of nothing; never for modules."""
+        """True beacon of each sighting, None for a false sighting; never for modules."""
 
     def by_name(self, field: str, name: str, reading: object) -> None:
-        """Add a reading to a field that holds one for each sensor."""
+        """Add a reading to a field with one reading per sensor."""
         self._by_name.setdefault(field, {})[name] = reading
 
     def in_a_row(self, field: str, readings: Sequence[object]) -> None:
-        """Add readings to a field that holds those of all sensors, one after the other."""
+        """Append readings to a field with those of all sensors."""
         self._in_a_row[field] = (*self._in_a_row.get(field, ()), *readings)
 
     def fields(self) -> dict[str, Any]:
-        """Return fields of `Observation`; its dicts are sealed here, as sealing an observation later is expensive."""
+        """Return fields of `Observation`; dicts are made read-only here, which would be expensive later."""
         return {**self._in_a_row, **{field: Sealed(readings) for field, readings in self._by_name.items()}}
 
 
 class Device(Protocol):
     """A sensor in a running simulation.
 
-    At a tick at which it is due it is asked for a reading, or passed over when nobody looks; either draws the same
-    number of random values. A reading is told at the same tick, or later when the sensor has latency.
+    When it is due at a tick, it takes a reading, or skips it if none is requested; both draw the same number of random
+    values. A reading is delivered at the same tick, or later if the sensor has latency.
     """
 
     def info(self) -> SensorInfo:
@@ -95,13 +95,13 @@ class Device(Protocol):
         """Use the noise of this model from now on; random streams go on where they are."""
 
     def take(self, stamp: float) -> Any:
-        """Return a reading of now; `stamp` is the simulated time [s]."""
+        """Return a current reading; `stamp` is the simulated time [s]."""
 
     def pass_over(self) -> None:
         """Draw the random numbers of a reading that was not requested."""
 
     def tell(self, reading: Any, sensed: Sensed) -> None:
-        """Put a reading that `take` gave where modules find it."""
+        """Add a reading from `take` to the observation."""
 
 
 @runtime_checkable
@@ -109,7 +109,7 @@ class StepDevice(Device, Protocol):
     """A sensor that also measures between ticks."""
 
     def after_step(self) -> None:
-        """Note what is felt now; called after each step of the physics."""
+        """Store a measurement; called after each step of the physics."""
 
 
 @runtime_checkable
@@ -117,12 +117,12 @@ class FastDevice(StepDevice, Protocol):
     """A sensor that controllers read between ticks: an inertial one."""
 
     def pull(self, stamp: float) -> tuple[ImuReading, ...]:
-        """Return the readings since the last call; `take` gives them again at the next tick."""
+        """Return the readings since the last call; `take` returns them again at the next tick."""
 
     def at_rest(self, stamp: float) -> ImuReading:
-        """Return what is felt while somebody holds the robot still as it is now."""
+        """Return the reading of a robot held at rest in its current pose."""
 
 
 Maker = Callable[[Any, Mounting], Device]
-"""Model of a sensor and where it is mounted -> the sensor at work."""
+"""Model of a sensor and its mounting -> device."""
 Makers = Mapping[type[Any], Maker]

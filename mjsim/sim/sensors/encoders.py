@@ -1,4 +1,4 @@
-"""Wheel encoders: the counters that odometry reads, as a driver of the hardware would give them."""
+"""Wheel encoders: the counters that odometry reads, as from a hardware driver."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from mjsim.world import sensors
 class EncoderDevice:
     """The encoders of a robot's driven wheels in a running simulation.
 
-    They are those of its odometry: what that computes a motion from is the difference of two readings.
+    They are also used by its odometry, which computes motion from differences of their readings.
     """
 
     def __init__(self, encoders: sensors.Encoders, mounting: Mounting) -> None:
@@ -36,14 +36,14 @@ class EncoderDevice:
         """Go on as before: counters have no noise."""
 
     def take(self, stamp: float) -> WheelTicks:
-        """Return the counts of now; `stamp` is the simulated time [s]."""
+        """Return the current counts; `stamp` is the simulated time [s]."""
         half = self._half
         counts = tuple((count + half) % (2 * half) - half for count in self._odometer.counts)
         return WheelTicks(stamp, counts, self._ticks, self._encoders.bits)
 
     def pass_over(self) -> None:
-        """Do nothing: no chance is drawn."""
+        """Do nothing: there are no random numbers."""
 
     def tell(self, reading: WheelTicks, sensed: Sensed) -> None:
-        """Put the counts under the name of the sensor."""
+        """Add the counts under the name of the sensor."""
         sensed.by_name("encoders", self._encoders.encoders, reading)

@@ -12,16 +12,16 @@ from mjsim.sim.sensors.device import Mounting, Sensed
 from mjsim.world import sensors
 
 ROW = 10
-"""Numbers of one step: orientation as a quaternion (w, x, y, z), velocity in the world [m/s], turn about its own axes
-[rad/s], of what carries the sensor: the base, or a link of an arm."""
+"""Length of the state of the carrier (the base, or a link of an arm) at one step: orientation as a quaternion (w, x, y,
+z), velocity in the world frame [m/s], angular velocity in its own frame [rad/s]."""
 
 
 class ImuDevice:
     """An IMU of a robot in a running simulation.
 
-    A reading is the mean over its period, as of a sensor that integrates inside: the turns of all readings add up to
-    the change of orientation, the accelerations to that of the velocity, gravity apart. To that come an error that is
-    constant in a run, one that wanders, and white noise; what is beyond the range reads as its end.
+    A reading is the mean over its period, as for a sensor that integrates internally: the turns of all readings sum to
+    the change of orientation, the accelerations (without gravity) to the change of velocity. Errors are a constant bias
+    per run, a random walk, and white noise; readings are clipped to the range.
 
     References:
         Titterton, Weston, Strapdown Inertial Navigation Technology (2nd ed., 2004), chapters 4 and 11, for what is
@@ -56,7 +56,7 @@ class ImuDevice:
         self._kept: list[ImuReading] = []
 
     def retune(self, imu: sensors.Imu) -> None:
-        """Use the noise of this model from now on; the constant error and what has wandered stay."""
+        """Use the noise of this model from now on; bias and random walk are kept."""
         self._imu = imu
         self._noise, self._walk = (np.repeat([each.acceleration, each.turn], 3) for each in (imu.noise, imu.walk))
 
@@ -74,11 +74,11 @@ class ImuDevice:
         )
 
     def after_step(self) -> None:
-        """Note what is felt now, after a step of the physics."""
+        """Store the state after a step of the physics."""
         self._rows.append(self._row())
 
     def take(self, stamp: float) -> tuple[ImuReading, ...]:
-        """Return the readings since the last call, those that `pull` gave before too.
+        """Return the readings since the last call, including those returned by `pull`.
 
         Args:
             stamp: The simulated time [s].
@@ -96,7 +96,7 @@ class ImuDevice:
         return readings
 
     def _read_one(self, stamp: float) -> ImuReading:
-        """Return the reading of one step: as `_read`, in plain numbers, which is quicker for so few."""
+        """Return the reading of one step: like `_read`, in plain numbers, which is faster for so few."""
         felt = self._feel_step(*self._rows)
         del self._rows[0]
         self._bias = self._bias + self._walk * math.sqrt(self._period) * self._wander.standard_normal(6)
@@ -123,7 +123,7 @@ class ImuDevice:
         return R, tuple(speeds)
 
     def at_rest(self, stamp: float) -> ImuReading:
-        """Return what is felt while somebody holds the robot still as it is now."""
+        """Return the reading of a robot held at rest in its current pose."""
         world_from_base = _matrices(np.array([self._row()[:4]]))[0]
         force = -self._gravity @ world_from_base @ self._carrier_from_sensor[:3, :3]
         felt = np.concatenate([force, np.zeros(3)])
@@ -132,7 +132,7 @@ class ImuDevice:
         return ImuReading(stamp, told[:3], told[3:], self._imu.imu)
 
     def _read(self, stamp: float) -> tuple[ImuReading, ...]:
-        """Return the readings since the last call; steps that make no whole reading count with the next."""
+        """Return the readings since the last call; steps of an incomplete reading count for the next."""
         rows, self._rows = np.array(self._rows), self._rows[-1:]
         self._felt = np.concatenate([self._felt, self._feel(rows)])
         count = len(self._felt) // self._steps
@@ -151,11 +151,11 @@ class ImuDevice:
         return tuple(ImuReading(stamp, row[:3], row[3:], name) for stamp, row in zip(stamps, told, strict=True))
 
     def pass_over(self) -> None:
-        """Draw the chance of readings that nobody asked for; the errors wander on."""
+        """Draw the random numbers of readings that were not requested, and continue the random walk."""
         self.take(0.0)
 
     def tell(self, reading: tuple[ImuReading, ...], sensed: Sensed) -> None:
-        """Put the readings behind those of other inertial sensors."""
+        """Append the readings to those of other inertial sensors."""
         sensed.in_a_row("imu", reading)
 
     def _feel(self, rows: Array) -> Array:
@@ -177,14 +177,14 @@ class ImuDevice:
 
 
 def _of_base(mounting: Mounting) -> Callable[[], list[float]]:
-    """Return what gives the motion of a robot's base now, ROW numbers."""
+    """Return a function that gives the motion of a robot's base, ROW numbers."""
     free, data = mounting.model.joint(f"{mounting.robot.name}/free"), mounting.data
     turned, moved = int(free.qposadr[0]) + 3, int(free.dofadr[0])
     return lambda: [*data.qpos[turned : turned + 4].tolist(), *data.qvel[moved : moved + 6].tolist()]
 
 
 def _of_link(mounting: Mounting, name: str) -> Callable[[], list[float]]:
-    """Return what gives the motion of a body now, ROW numbers."""
+    """Return a function that gives the motion of a body, ROW numbers."""
     model, data, number = mounting.model, mounting.data, mounting.model.body(name).id
     velocity = np.zeros(6)
 

@@ -11,8 +11,8 @@ from mjsim.sim.sensors.device import Mounting, Sensed
 from mjsim.world import sensors
 
 EDGE = 0.1
-"""Both sides of a spot are one surface when their ranges differ by less than this fraction of the nearer one; a wall
-that is met at a grazing angle is no edge."""
+"""Both sides of a spot are on one surface if their ranges differ by less than this ratio to the nearer one; a wall hit
+at a grazing angle is not an edge."""
 BRIGHT = np.array([0.2126, 0.7152, 0.0722])
 """Weights of red, green and blue in brightness (ITU-R BT.709)."""
 
@@ -21,9 +21,9 @@ class LidarDevice:
     """A lidar of a robot in a running simulation.
 
     References:
-        ROS REP 117 for what is not met or too near. Ye and Borenstein, Characterization of a 2-D Laser Scanner for
-        Mobile Robot Obstacle Negotiation, ICRA 2002, for mixed pixels: a spot that lies on an edge reads between
-        both surfaces. Lambert's law for the strength of a return.
+        ROS REP 117 for missing and too near returns. Ye and Borenstein, Characterization of a 2-D Laser Scanner for
+        Mobile Robot Obstacle Negotiation, ICRA 2002, for mixed pixels: a spot on an edge gives a range between both
+        surfaces. Lambert's law for the strength of a return.
     """
 
     def __init__(self, lidar: sensors.Lidar, mounting: Mounting) -> None:
@@ -71,7 +71,7 @@ class LidarDevice:
         )
 
     def take(self, stamp: float) -> Scan:
-        """Return a scan of now; `stamp` is the simulated time [s]."""
+        """Return a current scan; `stamp` is the simulated time [s]."""
         count = self._lidar.beams
         place, axes = self._rays.pose()
         np.matmul(self._beams, axes.T, out=self._directions)
@@ -109,11 +109,11 @@ class LidarDevice:
             self._missed.random(count)
 
     def tell(self, reading: Scan, sensed: Sensed) -> None:
-        """Put a scan under the name of the lidar."""
+        """Add a scan under the name of the lidar."""
         sensed.by_name("scans", self._lidar.lidar, reading)
 
     def _strength(self, count: int) -> Array:
-        """Return brightness times the cosine of the angle at which each beam meets its surface, shape (count,)."""
+        """Return brightness times the cosine of the angle of incidence of each beam, shape (count,)."""
         geoms, normals = self._rays.met(count)
         facing = np.abs(np.einsum("ij,ij->i", normals, self._directions[:count]))
         return np.where(geoms >= 0, self._brightness[geoms] * facing, 0.0)
@@ -128,14 +128,14 @@ def beam_angles(lidar: sensors.Lidar) -> tuple[float, float]:
 
 
 def _mix(ranges: Array, right: Array, left: Array, chance: Array, lidar: sensors.Lidar) -> None:
-    """Move readings whose spot lies on an edge to some place between both surfaces.
+    """Move readings whose spot is on an edge to random ranges between both surfaces.
 
     Args:
-        ranges: Of the middles of the spots, changed, shape (n,) [m].
+        ranges: Of the centres of the spots, changed in place, shape (n,) [m].
         right: Of their right edges, shape (n,) [m].
         left: Of their left edges, shape (n,) [m].
-        chance: Two uniform numbers a beam, shape (2, n).
-        lidar: How often that happens.
+        chance: Two uniform random numbers per beam, shape (2, n).
+        lidar: Gives the probability.
     """
     near, far = np.minimum(right, left), np.maximum(right, left)
     on_edge = np.isfinite(far) & (far > (1.0 + EDGE) * near) & (chance[0] < lidar.mixed_pixels)

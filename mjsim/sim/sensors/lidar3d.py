@@ -17,9 +17,9 @@ from mjsim.world import sensors
 class Lidar3dDevice:
     """A 3-D lidar of a robot in a running simulation.
 
-    It fires between ticks: the beams of a turn fall upon the steps of the physics, and those of one step start where
-    the sensor is after it. Nothing is cast before somebody asks. Each turn draws the same number of random values, one
-    a beam.
+    It fires between ticks: the beams of a revolution are distributed over the steps of the physics, and those of one
+    step start at the pose of the sensor after it. Rays are only cast on request. Each revolution draws the same number
+    of random values, one per beam.
 
     References:
         Brazeal, Wilkinson, Hochmair, A Rigorous Observation Model for the Risley Prism-Based Livox Mid-40 Lidar
@@ -72,12 +72,12 @@ class Lidar3dDevice:
         )
 
     def after_step(self) -> None:
-        """Note where everything is, after a step of the physics."""
+        """Store the state after a step of the physics."""
         self._states[self._count % self._steps] = self._data.qpos
         self._count += 1
 
     def take(self, stamp: float) -> PointCloud:
-        """Return the turn that is complete now; before the first one everything has stood where it is.
+        """Return the revolution that is now complete; before the first one, everything is assumed to be at rest.
 
         Args:
             stamp: The simulated time [s].
@@ -110,13 +110,13 @@ class Lidar3dDevice:
             self._missed.random(len(self._rings))
 
     def tell(self, reading: PointCloud, sensed: Sensed) -> None:
-        """Put a cloud under the name of the lidar."""
+        """Add a cloud under the name of the lidar."""
         sensed.by_name("clouds", self._name, reading)
 
 
 Pattern = tuple[Callable[[int], Array], int, NDArray[np.uint16]]
-"""Number of a turn -> its beams, unit vectors in the sensor's frame, shape (n, 3); how many are fired at once; which
-beam of the stack each is, shape (n,)."""
+"""Number of a revolution -> its beams, unit vectors in the sensor's frame, shape (n, 3); how many are fired at once;
+ring of each, shape (n,)."""
 
 
 def _pattern(lidar: sensors.Lidar3d) -> Pattern:

@@ -1,4 +1,4 @@
-"""Which class is the device of each kind of sensor."""
+"""Device class of each kind of sensor."""
 
 from mjsim.sim.sensors.beacons import BeaconDevice
 from mjsim.sim.sensors.camera import CameraDevice
@@ -19,4 +19,4 @@ MAKERS: Makers = {
     sensors.Uwb: UwbDevice,
     sensors.Lidar3d: Lidar3dDevice,
 }
-"""What makes the device of each kind of sensor."""
+"""Factory of the device of each kind of sensor."""

@@ -11,7 +11,7 @@ from mjsim.world import AnySensor, Robot, name_of
 
 
 class Timed:
-    """One sensor in time; to be asked, or passed over, once at each tick."""
+    """Timing of one sensor; `at` or `unasked` is called once per tick."""
 
     def __init__(self, device: Device, *, period: int = 1, latency: int = 0) -> None:
         """Initialise.
@@ -19,21 +19,21 @@ class Timed:
         Args:
             device: The sensor.
             period: Ticks between two readings.
-            latency: Ticks from when a reading is taken to when it is told.
+            latency: Ticks from taking a reading to its delivery.
         """
         self.device = device
         self._period, self._latency = period, latency
         self._coming: deque[tuple[int, Any]] = deque()
 
     def at(self, tick: int, stamp: float, sensed: Sensed) -> None:
-        """Look when due, and tell the reading whose time has come."""
+        """Take a reading if due, and deliver the one whose latency has passed."""
         if tick % self._period == 0:
             self._coming.append((tick + self._latency, self.device.take(stamp)))
         if self._coming and self._coming[0][0] == tick:
             self.device.tell(self._coming.popleft()[1], sensed)
 
     def unasked(self, tick: int, stamp: float) -> None:
-        """Let a tick pass at which nobody asks: only what will be told later is looked at."""
+        """Skip a tick without a request: only readings that are delivered later are taken."""
         if tick % self._period == 0:
             if self._latency:
                 self._coming.append((tick + self._latency, self.device.take(stamp)))
@@ -44,17 +44,17 @@ class Timed:
 
 
 class Sensors:
-    """All that a robot senses with besides its odometry, its bumper and its ring."""
+    """All sensors of a robot except odometry, bumper and ring."""
 
     def __init__(
         self, robot: Robot, *, makers: Makers, mounting: Callable[[AnySensor], Mounting], rate_hz: float
     ) -> None:
-        """Make the sensors.
+        """Create the sensors.
 
         Args:
             robot: From the world file.
-            makers: Model of a sensor -> what makes it.
-            mounting: Gives what a sensor is made with.
+            makers: Model of a sensor -> factory.
+            mounting: Gives the mounting of a sensor.
             rate_hz: Of the loop.
 
         Raises:
@@ -75,17 +75,17 @@ class Sensors:
         self.info: dict[str, SensorInfo] = {name: device.info() for name, device in devices.items()}
         """Data sheets by name."""
         self.after_step = [device.after_step for device in devices.values() if isinstance(device, StepDevice)]
-        """What to call after each step of the physics."""
+        """Functions to call after each step of the physics."""
         self.imus = [device for device in devices.values() if isinstance(device, FastDevice)]
         """Inertial sensors, which controllers read between ticks."""
 
     def retune(self, robot: Robot) -> None:
-        """Use this noise from now on; `robot` differs from what it was in noise alone."""
+        """Use this noise from now on; `robot` must differ only in noise."""
         for sensor in robot.sensors:
             self._timed[name_of(sensor)].device.retune(sensor)
 
     def at(self, tick: int, stamp: float) -> Sensed:
-        """Look with what is due; return what is told at this tick."""
+        """Take readings that are due; return those delivered at this tick."""
         sensed = Sensed()
         self._pass_over_own()
         for timed in self._timed.values():
@@ -93,19 +93,19 @@ class Sensors:
         return sensed
 
     def unasked(self, tick: int, stamp: float) -> None:
-        """Let a tick pass at which nobody asks."""
+        """Skip a tick without a request."""
         self._pass_over_own()
         for timed in self._timed.values():
             timed.unasked(tick, stamp)
 
     def _pass_over_own(self) -> None:
-        """Let go of what the sensor of the drive has read, which controllers have got and modules do not get."""
+        """Drop readings of the drive's own sensor, which only controllers get."""
         if self._own is not None:
             self._own.pass_over()
 
 
 def ticks_between(loop_hz: float, sensor_hz: float) -> int:
-    """Return how many ticks lie between two readings.
+    """Return the number of ticks between two readings.
 
     Raises:
         UsageError: The sensor's rate does not divide the loop's.

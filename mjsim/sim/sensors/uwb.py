@@ -11,16 +11,16 @@ from mjsim.sim.sensors.device import Mounting, Sensed
 from mjsim.world import sensors
 
 DEPTH = 0.005
-"""What is this near before an anchor does not block it: the wall that it is fixed to [m]."""
+"""Objects this close in front of an anchor do not block it: the wall that it is fixed to [m]."""
 FINEST = 1e-3
-"""No data sheet promises a smaller standard deviation [m]."""
+"""Minimum standard deviation in a data sheet [m]."""
 
 
 class UwbDevice:
-    """A tag of a robot in a running simulation; each reading draws the same number of random values, one an anchor.
+    """A tag of a robot in a running simulation; each reading draws the same number of random values, one per anchor.
 
-    A range is the distance in space, a constant error of its anchor, white noise, and, where something solid stands
-    between tag and anchor, an exponentially distributed excess: the first path that arrives is a longer one.
+    A range is the 3-D distance plus a constant error of its anchor, white noise, and, without line of sight, an
+    exponentially distributed excess, because the first arriving path is longer.
 
     References:
         Guvenc and Chong, A Survey on TOA Based Wireless Localization and NLOS Mitigation Techniques, IEEE
@@ -67,7 +67,7 @@ class UwbDevice:
         )
 
     def take(self, stamp: float) -> AnchorRanges:
-        """Return the ranges of now; `stamp` is the simulated time [s]."""
+        """Return the current ranges; `stamp` is the simulated time [s]."""
         distances, in_reach, blocked = self._truth()
         noise, excess, missed, lost = self._chances()
         told = np.maximum(distances + self._bias + noise + np.where(blocked, excess, 0.0), 0.0)
@@ -83,11 +83,11 @@ class UwbDevice:
         self._chances()
 
     def tell(self, reading: AnchorRanges, sensed: Sensed) -> None:
-        """Put the ranges under the name of the tag."""
+        """Add the ranges under the name of the tag."""
         sensed.by_name("ranges", self._uwb.uwb, reading)
 
     def _truth(self) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
-        """Return the distance of each anchor [m], whether it is in reach, and whether something is between, (n,)."""
+        """Return for each anchor the distance [m], whether it is in range, and whether it is obstructed, (n,)."""
         place, axes = self._rays.pose()
         start = place + axes @ np.array(self._uwb.at)
         ways = self._data.geom_xpos[self._geoms] - start
@@ -104,7 +104,7 @@ class UwbDevice:
         return distances, in_reach, blocked
 
     def _chances(self) -> tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_]]:
-        """Return noise and NLOS excess [m], and who is missed with and without line of sight, heard or not, (n,)."""
+        """Return noise and NLOS excess [m], and which are missed with and without line of sight, (n,)."""
         uwb, count = self._uwb, len(self._names)
         none, never = np.zeros(count), np.zeros(count, dtype=bool)
         return (
