@@ -18,9 +18,9 @@ from mjsim.mechanics import Arm, with_links
 from .parameter_learning import ParameterLearner, largest_inertia
 
 STILL = 1e-4
-"""A goal that is slower is at rest [rad/s, m/s]."""
+"""Goals slower than this count as at rest [rad/s, m/s]."""
 LAG = 0.5
-"""Of the filter through which `Adaptive` looks at motions, as a multiple of 1 / frequency."""
+"""Time constant of the filter of `Adaptive`, as a multiple of 1 / frequency."""
 TRACKING = 10.0
 """k of `Adaptive` [1/(N m s)]."""
 
@@ -48,7 +48,7 @@ class _ArmController(ABC):
 
         Args:
             frequency: Natural frequency at which errors decay [rad/s].
-            mass_scale: Masses that it believes in, as multiples of those of the data sheet.
+            mass_scale: Assumed masses, as a multiple of those of the data sheet.
 
         Raises:
             ValueError: One of them is not above 0.
@@ -90,7 +90,7 @@ class _ArmController(ABC):
 
 
 def within_limits(torques: Array, arm: ArmInfo) -> Array:
-    """Return torques that the motors can give, shape (joints,)."""
+    """Return torques within the limits of the motors, shape (joints,)."""
     return np.asarray(np.clip(torques, -arm.max_torque, arm.max_torque))
 
 
@@ -136,11 +136,10 @@ class ComputedTorque(_ArmController):
 class Adaptive(_ArmController):
     """Computed torque control that estimates the link masses online.
 
-    With the reference rate v = qd_goal + w e and s = v - qd it gives
-    tau = Y(q, qd, v, v') a + J v' + friction(qd_goal) + w M(q) s. Y is the regressor of the links, J the inertia of the
-    rotors, and a has ten parameters of each link, those of the data sheet at first. Two errors move them: how far the
-    arm is from its path, and how far it moves otherwise than a tells, a' = P (k Y^T s + W^T R^-1 (y - W a)). P comes
-    from least squares (`ParameterLearner`).
+    With the reference rate v = qd_goal + w e and s = v - qd it gives tau = Y(q, qd, v, v') a + J v' + friction(qd_goal)
+    + w M(q) s. Y is the regressor of the links, J the inertia of the rotors, and a has ten parameters per link,
+    initially those of the data sheet. They are adapted by the tracking error and the prediction error, a' = P (k Y^T s
+    + W^T R^-1 (y - W a)). P comes from least squares (`ParameterLearner`).
 
     References:
         Slotine and Li, On the adaptive control of robot manipulators, Int. J. of Robotics Research 6(3), 1987, and
@@ -153,8 +152,8 @@ class Adaptive(_ArmController):
 
         Args:
             frequency: Natural frequency at which errors decay [rad/s].
-            mass_scale: Masses that it begins with, as multiples of those of the data sheet.
-            adaptation: How fast parameters change: a factor of P at the start, which takes them to be 20 % off.
+            mass_scale: Initial masses, as a multiple of those of the data sheet.
+            adaptation: How fast parameters change: a factor of the initial P, which assumes errors of 20 %.
 
         Raises:
             ValueError: One of them is not above 0.
@@ -165,14 +164,14 @@ class Adaptive(_ArmController):
         self._adaptation = adaptation
 
     def start(self, robot: RobotInfo, part: str, rng: Generator) -> None:
-        """Begin with the parameters of the data sheet."""
+        """Start with the parameters of the data sheet."""
         super().start(robot, part, rng)
         self._learner = ParameterLearner(self._arm, self._info, lag=LAG / self._frequency, adaptation=self._adaptation)
         self._rotors = self._arm.armature()
 
     @property
     def parameters(self) -> Array:
-        """The parameters that it believes in now, as `Arm.parameters` has them, shape (10 joints,)."""
+        """The current parameters, as in `Arm.parameters`, shape (10 joints,)."""
         return np.array(self._learner.parameters)
 
     def _law(self, state: JointState, q: Array, qd: Array, qdd: Array, dt: float) -> Array:
@@ -185,7 +184,7 @@ class Adaptive(_ArmController):
         return np.asarray(torques + self._frequency * self._arm.inertia(state.positions) @ s)
 
     def _regressor(self, state: JointState, reference: Array, reference_rate: Array, dt: float) -> Array:
-        """Return the regressor of the law, shape (joints, 10 joints), and learn from the last motion beside it."""
+        """Return the regressor of the law, shape (joints, 10 joints), and learn from the last motion."""
         now = state.positions, state.velocities, reference, reference_rate
         if (motion := self._learner.motion(state, dt)) is None:
             return self._arm.regressor(*now)

@@ -21,7 +21,7 @@ MOST_HYPOTHESES = 20_000
 
 
 def chi_square(share: float, freedoms: ArrayLike) -> Array:
-    """Return what this fraction of chi-square deviates with some degrees of freedom (...) stays below, shape (...).
+    """Return the quantile of chi-square distributions with some degrees of freedom (...), shape (...).
 
     `scipy.stats.chi2.ppf` is the same, but slow to import.
     """
@@ -101,15 +101,15 @@ def joint_compatibility(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Candidates:
-    """The landmarks that at least one of k sightings may be of, n in number."""
+    """The n landmarks that match at least one of k sightings individually."""
 
     names: list[Hashable]
     nu: Array
     """Measured less expected, shape (k, n, 2) [m, rad]."""
     distance: Array
-    """Squared Mahalanobis distance of each pair by itself, shape (k, n)."""
+    """Squared Mahalanobis distance of each pair individually, shape (k, n)."""
     fits: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
-    """Whether it lies within the gate, shape (k, n)."""
+    """Whether it is within the gate, shape (k, n)."""
     expected_covariance: Array
     """Of all expected measurements together, H P H^T, shape (2 n, 2 n)."""
     R: Array
@@ -153,7 +153,7 @@ class _Hypothesis:
     """L^-1 nu, shape (2 m,)."""
 
     def with_pair(self, row: int, column: int, candidates: _Candidates) -> "_Hypothesis":
-        """Return the hypothesis with one pair more; the triangle grows by two rows."""
+        """Return the hypothesis with one more pair; L grows by two rows."""
         at = [2 * c + i for _, c in self.pairs for i in (0, 1)]
         own = slice(2 * column, 2 * column + 2)
         C = candidates.expected_covariance
@@ -171,7 +171,7 @@ class _Hypothesis:
 
 
 class _Search:
-    """Branch and bound over the pairings of one moment."""
+    """Branch and bound over the pairings of simultaneous sightings."""
 
     def __init__(self, candidates: _Candidates, *, confidence: float) -> None:
         self.best = _Hypothesis()
@@ -186,7 +186,7 @@ class _Search:
         self._left = MOST_HYPOTHESES
 
     def go(self, hypothesis: _Hypothesis, depth: int = 0) -> None:
-        """Look at all pairings that begin as this one does and may be better than the best."""
+        """Examine all extensions of a pairing that may be better than the best."""
         self._left -= 1
         possible = len(hypothesis.pairs) + len(self._order) - depth
         best = self.best

@@ -12,11 +12,11 @@ from mjsim import BalancingInfo, Command, FastReading, ImuReading, Observation, 
 GRAVITY = 9.81
 """[m/s^2]"""
 FALLEN = math.radians(50.0)
-"""A body that leans farther cannot recover; the motors stop [rad]."""
+"""Beyond this pitch the robot cannot recover; the motors stop [rad]."""
 FARTHEST, WIDEST = 0.6, 1.0
 """Largest lag behind its set-point before the set-point waits for the base [m], [rad]."""
 CORRECTION = 0.3
-"""How fast the accelerometer corrects the pitch that the gyroscope tells [rad/s]."""
+"""Bandwidth of the correction of the gyroscope's pitch by the accelerometer [rad/s]."""
 
 
 class Lqr:
@@ -41,22 +41,23 @@ class Lqr:
         effort: float = 0.2,
         turn_weights: Sequence[float] = (20.0, 2.0),
     ) -> None:
-        """Keep what the feedback weighs.
+        """Set the weights of the quadratic cost.
 
         Args:
-            weights: Of errors of the way [m], the pitch [rad], and their rates, squared.
-            effort: Of the torque of both motors together, squared [N m].
-            turn_weights: Of errors of the heading [rad] and its rate, squared.
+            weights: Of squared errors of the distance [m], the pitch [rad], and their rates.
+            effort: Of the squared torque of both motors together [N m].
+            turn_weights: Of squared errors of the heading [rad] and its rate.
         """
         if len(weights) != 4 or len(turn_weights) != 2:
             raise ValueError("weights has four numbers, turn_weights two")
         self._Q, self._R = np.diag(np.asarray(weights, dtype=float)), np.array([[float(effort)]])
         self._Q_turn = np.diag(np.asarray(turn_weights, dtype=float))
         self.feedback: tuple[float, ...] = ()
-        """Torque of both motors together for an error of the way, the pitch, and their rates, once it is designed."""
+        """Torque of both motors together for an error of the distance, the pitch, and their rates; set by the
+        design."""
 
     def start(self, robot: RobotInfo, part: str, rng: Generator) -> None:
-        """Take the numbers of the robot; the feedback is designed at the first call, which tells the rate."""
+        """Take the data sheet; the feedback is designed at the first call, which gives the rate."""
         if robot.balancing is None:
             raise ValueError(f"robot '{robot.name}' does not balance; this controller is for one that does")
         self._robot, self._masses = robot, robot.balancing
@@ -92,13 +93,13 @@ class Lqr:
         return self._shared(push, twist)
 
     def _shared(self, push: float, twist: float) -> tuple[float, float]:
-        """Return the torques of left and right; what keeps it upright goes before what turns it."""
+        """Return the torques of left and right; balancing has priority over turning."""
         push = _near(push, 0.0, 2.0 * self._most)
         twist = _near(twist, 0.0, 2.0 * self._most - abs(push))
         return (push - twist) / 2, (push + twist) / 2
 
     def design(self, masses: BalancingInfo, *, wheel_radius: float, dt: float) -> tuple[float, ...]:
-        """Return the feedback of way, pitch, and their rates for a period of the controller [s]."""
+        """Return the feedback of distance, pitch, and their rates for a period of the controller [s]."""
         A, B = plant(masses, wheel_radius=wheel_radius)
         return tuple(regulator(A, B, self._Q, self._R, dt=dt))
 
@@ -112,7 +113,7 @@ class Lqr:
 
 
 class Lean:
-    """The pitch of a body from its inertial sensor: the gyroscope's rate summed, corrected slowly by the accelerometer.
+    """The pitch of a body from its inertial sensor: integrated gyroscope rate, slowly corrected by the accelerometer.
 
     The accelerometer measures f = a - g. For a sensor at height h above the axle, with acceleration a of the axle, the
     component along the body's x axis is a cos(pitch) + h pitch'' - g sin(pitch). The error e of the pitch corrects it
@@ -121,7 +122,7 @@ class Lean:
     """
 
     def __init__(self, robot: RobotInfo) -> None:
-        """Find the sensor; the pitch is not known yet."""
+        """Find the sensor; the pitch is unknown."""
         self._name, sensor = next((n, s) for n, s in robot.sensors.items() if s.kind == "imu")
         self._axes = sensor.robot_from_sensor[:3, :3]
         self._height = float(sensor.robot_from_sensor[2, 3]) - robot.wheel_radius
@@ -131,11 +132,11 @@ class Lean:
         self._before: tuple[float, float, float] | None = None
 
     def begin(self, since: float) -> None:
-        """Take it that the robot stood upright at a time [s]."""
+        """Assume that the robot was upright at a time [s]."""
         self._before, self.known = (since, 0.0, 0.0), True
 
     def add(self, reading: ImuReading, spin: float) -> None:
-        """Take a reading; those of other sensors are passed over.
+        """Take a reading; those of other sensors are ignored.
 
         Args:
             reading: Of an inertial sensor.
@@ -151,11 +152,11 @@ class Lean:
             self.rate, self._before = float(turn[1]), (reading.stamp, spin, float(turn[1]))
 
     def about(self, reading: ImuReading) -> float:
-        """Return the turn about the axle that a reading tells [rad/s]."""
+        """Return the turn rate about the axle in a reading [rad/s]."""
         return float((self._axes @ reading.turn)[1])
 
     def _take(self, stamp: float, turn: float, force: float, spin: float) -> None:
-        """Go on by one reading: the turn about y [rad/s] and the specific force along x [m/s^2]."""
+        """Process one reading: the turn rate about y [rad/s] and the specific force along x [m/s^2]."""
         assert self._before is not None
         then, spun, turned = self._before
         dt, self._before = stamp - then, (stamp, spin, turn)
@@ -168,19 +169,19 @@ class Lean:
 
 
 class TickLean:
-    """The pitch of a body at each tick, for modules whose camera leans with it; 0 where nothing tells of it.
+    """The pitch of a body at each tick, for modules whose camera is on it; 0 without an inertial sensor.
 
     The robot is assumed to be upright at the first tick; the accelerometer corrects this within seconds.
     """
 
     def __init__(self, robot: RobotInfo) -> None:
-        """Find the inertial sensor of a robot that balances."""
+        """Find the inertial sensor of a balancing robot."""
         there = robot.balancing is not None and any(sensor.kind == "imu" for sensor in robot.sensors.values())
         self._lean = Lean(robot) if there else None
         self._radius, self._speed = robot.wheel_radius, 0.0
 
     def update(self, seen: Observation) -> float:
-        """Return the pitch after a tick [rad]; the axle gained speed evenly meanwhile."""
+        """Return the pitch after a tick [rad], assuming constant acceleration of the axle."""
         if self._lean is None:
             return 0.0
         before, self._speed = self._speed, seen.odometry.forward / seen.dt
@@ -193,18 +194,19 @@ class TickLean:
 
 
 def plant(masses: BalancingInfo, *, wheel_radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the linear model of a balancing base about standing upright: x' = A x + B u.
+    """Return the linear model of a balancing base about the upright position: x' = A x + B u.
 
     Args:
         masses: Of the robot.
         wheel_radius: [m]
 
     Returns:
-        A: Shape (4, 4), of the state way of the axle [m], pitch [rad], and their rates.
+        A: Shape (4, 4), of the state: distance of the axle [m], pitch [rad], and their rates.
         B: Shape (4, 1), of the torque of both motors together [N m].
 
     References:
-        Pathak, Franch, Agrawal (2005), equation 10, linear about the upright; the motors turn body and wheels apart.
+        Pathak, Franch, Agrawal (2005), equation 10, linearised about the upright position; the motors act between body
+        and wheels.
     """
     r, m, h = wheel_radius, masses.body_mass, masses.center
     whole = m + 2.0 * masses.wheel_mass + 2.0 * masses.wheel_inertia / r**2
@@ -245,5 +247,5 @@ def regulator(A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.ndarray, *, dt:
 
 
 def _near(value: float, middle: float, most: float) -> float:
-    """Return the value nearest to one that is wanted, at most so far from a middle."""
+    """Return a value limited to a distance from a centre."""
     return min(max(value, middle - most), middle + most)

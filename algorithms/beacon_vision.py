@@ -1,7 +1,7 @@
 """An observer that detects the catalogue's pictures and markers in a camera and measures their positions.
 
-A picture that was found is followed: odometry predicts where it is in the next image, and a direct comparison
-measures it there. A search of the whole image, which costs several times more, is made when enough is new.
+Detected pictures are tracked: odometry predicts their position in the next image, and a direct comparison measures them
+there. The whole image is searched, at several times the cost, when the view has changed enough.
 """
 
 import math
@@ -34,15 +34,15 @@ class BeaconVision:
         search_frames: int = 15,
         range: Sequence[float] = (0.0, math.inf),
     ) -> None:
-        """Choose the camera, how much must be new before the whole image is searched again, and how far to see.
+        """Set the camera, when to search the whole image again, and the range.
 
         Args:
             camera: Its name.
             search_turn_deg: Turn after which a search is due [deg].
-            search_distance: Way after which a search is due [m].
+            search_distance: Distance after which a search is due [m].
             search_frames: Images after which a search is due even at rest.
-            range: [nearest, farthest] horizontal distance at which a beacon counts as seen [m]; to try what an
-                estimator makes of less.
+            range: [minimum, maximum] horizontal distance at which a beacon counts as seen [m]; for experiments with
+                estimators.
         """
         if len(range) != 2 or not range[0] < range[1]:
             raise ValueError(f"range is {list(range)}; write [nearest, farthest] in metres")
@@ -68,7 +68,7 @@ class BeaconVision:
         self._followed: dict[str, FoundPicture] = {}
 
     def observe(self, seen: Observation) -> Sequence[Sighting]:
-        """Return the pictures seen at this tick; none when the camera gives no image."""
+        """Return the pictures seen at this tick; none without an image."""
         step = seen.odometry
         self._moved = self._moved @ Pose(step.forward, step.left, step.turn)
         pitch = self._lean.update(seen)
@@ -101,7 +101,7 @@ class BeaconVision:
         return found
 
     def _follow(self, view: PreparedImage) -> list[FoundPicture]:
-        """Return those of the last image's pictures that are still there."""
+        """Return those of the last image's pictures that are still visible."""
         now_from_before = self._camera_motion()
         found = []
         for name, before in self._followed.items():
@@ -121,7 +121,7 @@ class BeaconVision:
 
 
 def _finders(catalogue: Mapping[str, BeaconInfo]) -> list[PictureBeacons | MarkerBeacons]:
-    """Return what finds the beacons of a catalogue: one for all pictures, one for markers of one kind and size."""
+    """Return the detectors for a catalogue: one for all pictures, one per kind and size of markers."""
     finders: list[PictureBeacons | MarkerBeacons] = []
     pictures = {name: (info.picture, info.width) for name, info in catalogue.items() if info.picture is not None}
     if pictures:

@@ -26,7 +26,7 @@ class ConstantCommand:
         self._command = Command(forward, left, turn)
 
     def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
-        """Begin; there is nothing to prepare."""
+        """Do nothing."""
 
     def command(self, seen: Observation, belief: Estimate) -> Command:
         """Return the twist that was set."""

@@ -28,7 +28,7 @@ class Pid:
         Args:
             kp: Output per unit of error.
             ki: Output per unit of error and second.
-            kd: Output per unit of error a second.
+            kd: Output per unit of error per second.
             limit: Largest size of the output.
             filter_time: Time constant of the derivative's low pass [s].
         """
@@ -37,12 +37,12 @@ class Pid:
         self._last: float | None = None
 
     def reset(self) -> None:
-        """Forget the past."""
+        """Reset the state."""
         self._integral = self._derivative = 0.0
         self._last = None
 
     def __call__(self, error: float, dt: float) -> float:
-        """Return the output for an error that comes `dt` [s] after the last one."""
+        """Return the output for an error `dt` [s] after the last one."""
         change = 0.0 if self._last is None else (error - self._last) / dt
         self._last = error
         self._derivative += dt / (self.filter_time + dt) * (change - self._derivative)
@@ -76,7 +76,7 @@ def feedback_linearisation(pose: Pose, velocity: Array, *, ahead: float) -> Comm
 
 
 def lqr_gains(speed: float, dt: float, *, lateral: float = 4.0, heading: float = 1.0, effort: float = 1.0) -> Array:
-    """Return the gains that lead a robot back to a straight path at a constant speed.
+    """Return the LQR gains for following a straight path at a constant speed.
 
     The error (e, psi) is the distance to the left of the path [m] and the heading left of its direction [rad]; over
     one period e grows by speed dt psi, and psi by dt times the turn rate beyond that of the path.
@@ -101,7 +101,7 @@ def lqr_gains(speed: float, dt: float, *, lateral: float = 4.0, heading: float =
 
 
 def path_errors(pose: Pose, point: Array, direction: float) -> Array:
-    """Return how far a pose is to the left of a path and how far it is turned left of it, shape (2,) [m, rad].
+    """Return the lateral and the heading error of a pose, left positive, shape (2,) [m, rad].
 
     Args:
         pose: Of the robot.

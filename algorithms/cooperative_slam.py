@@ -21,9 +21,9 @@ from .ekf_slam import EkfSlam
 from .waypoints import Waypoints
 
 EXACT = 1e-10
-"""Variance with which one landmark is where it is on both maps [m^2]; above 0 for the sake of rounding."""
+"""Variance of the constraint that a landmark is at the same place on both maps [m^2]; above 0 because of rounding."""
 ANYWHERE = np.diag([100.0, 100.0, 1.0])
-"""Covariance of another robot's frame beside the one that fits best: far more than maps of a building leave open."""
+"""Prior covariance of another robot's frame about the best fit: far larger than that of maps of a building."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,10 +44,10 @@ class Map:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TeamEstimate(Estimate):
-    """What an estimator believes, and what the other robots should hear."""
+    """An estimate, with a report for other robots."""
 
     report: Any = None
-    """A message for `Command.messages`; None when there is nothing to tell at this tick."""
+    """A message for `Command.messages`; None if no report is due at this tick."""
 
 
 class CooperativeSlam:
@@ -56,8 +56,8 @@ class CooperativeSlam:
     References:
         Thrun, Liu, Multi-Robot SLAM with Sparse Extended Information Filters, ISRR 2003 (Springer 2005): maps of
         disjoint sightings are fused by adding their information, in an unknown frame after aligning it. Howard,
-        Multi-robot Simultaneous Localization and Mapping using Particle Filters, IJRR 25(12), 2006: robots that do
-        not know how they stand to each other at first.
+        Multi-robot Simultaneous Localization and Mapping using Particle Filters, IJRR 25(12), 2006: robots with
+        initially unknown relative poses.
     """
 
     def __init__(
@@ -72,8 +72,8 @@ class CooperativeSlam:
         Args:
             frame: Whether all robots' priors are given in one common frame; otherwise the transform between their
                 frames is estimated from beacons on both maps, at least two.
-            period: From one report to the next [s].
-            jacobians: As those of `EkfSlam`.
+            period: Time between reports [s].
+            jacobians: As for `EkfSlam`.
         """
         if frame not in ("common", "unknown"):
             raise ValueError(f"frame is {frame!r}; it must be 'common' or 'unknown'")
@@ -81,7 +81,7 @@ class CooperativeSlam:
         self._slam = EkfSlam(jacobians=jacobians, joint_covariance=True)
 
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
-        """Begin with an empty map; nothing is heard yet."""
+        """Start with an empty map and no reports."""
         self._slam.start(robot, catalogue, rng)
         self._heard: dict[str, Map] = {}
         self._next = 0.0
@@ -110,7 +110,7 @@ class ReportingWaypoints(Waypoints):
 
 
 def merge(own: Map, other: Map, *, common: bool) -> Map:
-    """Return what one map with a pose and another of disjoint sightings tell together, in the frame of the first.
+    """Fuse a map with a pose and another map of disjoint sightings, in the frame of the first.
 
     A landmark on both maps is the same one: own = T(other), where T, the other's frame, is the identity or unknown. The
     state (own, T, other) is conditioned on this as by a measurement without error, iterated since T is nonlinear.
@@ -118,7 +118,7 @@ def merge(own: Map, other: Map, *, common: bool) -> Map:
     Args:
         own: Pose and n landmarks.
         other: m landmarks.
-        common: Whether T is the identity; if not and fewer than two landmarks are shared, the first map stays.
+        common: Whether T is the identity; if not, and fewer than two landmarks are shared, the first map is returned.
 
     References:
         Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), section 10.5.2:
@@ -156,7 +156,7 @@ def merge(own: Map, other: Map, *, common: bool) -> Map:
 
 
 def _placed(state: Array, at: int, rows: list[int]) -> tuple[Array, Array]:
-    """Return landmarks moved by the frame T that stands at a row, shape (2 k,), and the derivative by the state."""
+    """Return landmarks moved by the frame T at a row of the state, shape (2 k,), and the derivative by the state."""
     x, y, heading = state[at : at + 3]
     rotation = Pose(x, y, heading).matrix()[:2, :2]
     turned = state[rows].reshape(-1, 2) @ rotation.T
@@ -168,14 +168,14 @@ def _placed(state: Array, at: int, rows: list[int]) -> tuple[Array, Array]:
 
 
 def map_of(belief: Estimate) -> Map:
-    """Return pose and landmarks of a belief that carries the covariance of both together."""
+    """Return pose and landmarks of a belief with a joint covariance."""
     assert belief.joint_covariance is not None
     places = [mean for mean, _ in belief.landmarks.values()]
     return Map(tuple(belief.landmarks), np.concatenate([belief.pose.as_array(), *places]), belief.joint_covariance)
 
 
 def belief_of(merged: Map, own: Estimate, *, report: Any) -> TeamEstimate:
-    """Return a merged map as an estimate, with what the own filter says of this tick."""
+    """Return a merged map as an estimate, with the innovations of the own filter at this tick."""
     P = merged.covariance
     places = merged.mean[3:].reshape(-1, 2)
     landmarks = {
@@ -187,7 +187,7 @@ def belief_of(merged: Map, own: Estimate, *, report: Any) -> TeamEstimate:
 
 
 def report_of(own: Estimate) -> dict[str, Any]:
-    """Return the message that tells a robot's own map: names, places, and the lower half of their covariance."""
+    """Return the message with a robot's own map: names, positions, and the lower triangle of their covariance."""
     assert own.joint_covariance is not None
     covariance = own.joint_covariance[3:, 3:]
     return {
@@ -198,7 +198,7 @@ def report_of(own: Estimate) -> dict[str, Any]:
 
 
 def map_from(report: Mapping[str, Any]) -> Map:
-    """Return the map that a message tells."""
+    """Return the map in a message."""
     size = 2 * len(report["names"])
     half = np.zeros((size, size))
     half[np.tril_indices(size)] = report["covariance"]

@@ -12,7 +12,7 @@ from mjsim.interface import Command, Estimate, Observation, RobotInfo, WorldMap
 class Crab:
     """Drives straight to each point in turn with constant heading; stops at the last one.
 
-    The velocity points at the goal, decreases before it so that half of the largest acceleration suffices to brake, and
+    The velocity points at the goal, decreases before it so that half of the maximum acceleration suffices to brake, and
     is rotated into the robot's frame; a proportional law holds the heading.
     """
 
@@ -30,7 +30,7 @@ class Crab:
         self._speed, self._tolerance = speed, tolerance
 
     def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
-        """Begin with the first point.
+        """Start with the first point.
 
         Raises:
             ValueError: The robot cannot move sideways.

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 
 FIXED_POINT = 4
-"""Bits after the point in which corners are handed to the drawing of lines."""
+"""Number of fractional bits of the coordinates for drawing lines."""
 
 
 class DistanceGrid:
@@ -22,10 +22,10 @@ class DistanceGrid:
     """
 
     def __init__(self, occupied: NDArray[np.bool_], *, lower: Array, cell: float, finer: int = 1) -> None:
-        """Measure the distances.
+        """Compute the distances.
 
         Args:
-            occupied: What holds something, shape (finer * rows, finer * columns), the first row at the smallest y.
+            occupied: Occupied cells, shape (finer * rows, finer * columns), the first row at the smallest y.
             lower: Corner of the grid with the smallest x and y, shape (2,) [m].
             cell: Side of a cell [m].
             finer: Number of parts, odd, into which `occupied` divides each side of a cell.
@@ -46,11 +46,11 @@ class DistanceGrid:
             segments: Faces of walls and obstacles, shape (n, 2, 2) [m].
             cell: Side of a cell [m].
             margin: How far the grid reaches beyond the walls [m].
-            finer: Walls are drawn so many times finer than the cells, an odd number: a wall that is drawn in whole
-                cells is off by up to half of one, all along.
+            finer: Walls are drawn at this multiple of the resolution, an odd number: drawn in whole cells, a wall would
+                be off by up to half a cell over its whole length.
 
         Raises:
-            ValueError: There is no wall.
+            ValueError: There are no walls.
         """
         if not len(segments):
             raise ValueError("the map has no walls")
@@ -64,7 +64,7 @@ class DistanceGrid:
         return cls(drawn == 1, lower=lower, cell=cell, finer=finer)
 
     def cells(self, points: Array) -> NDArray[np.intp]:
-        """Return (row, column) of the cells that hold points (..., 2) [m]; beyond the grid those of its edge."""
+        """Return (row, column) of the cells of points (..., 2) [m]; outside the grid those at its edge."""
         rows, columns = self.distance.shape
         index = np.floor((points - self.lower) / self.cell).astype(np.intp)
         return np.asarray(np.clip(index, 0, (columns - 1, rows - 1))[..., ::-1])
@@ -87,7 +87,7 @@ class DistanceGrid:
         """Return the centres of the cells of the largest region inside the walls, shape (n, 2) [m].
 
         Args:
-            clearance: How far from any wall they keep [m].
+            clearance: Minimum distance to any wall [m].
 
         If the walls enclose nothing, it is the region around them.
         """

@@ -17,7 +17,7 @@ from .occupancy import OccupancyGrid
 from .waypoints import Waypoints
 
 REPLAN = 4.0
-"""How long a path is followed before it is planned again [s]."""
+"""Time after which the path is planned again [s]."""
 
 
 class Explore:
@@ -49,7 +49,7 @@ class Explore:
         self.grid = OccupancyGrid(**({"cell": 0.1} | grid))
 
     def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
-        """Begin with an empty grid; the map, if there is one, is not looked at.
+        """Start with an empty grid; the map, if there is one, is not used.
 
         Raises:
             ValueError: The robot has no such lidar.
@@ -72,7 +72,7 @@ class Explore:
         return Command() if self._follow is None else self._follow.command(seen, belief)
 
     def show(self) -> tuple[ShownLines, ...]:
-        """Return the planned way, in the frame of the estimate; nothing while there is none."""
+        """Return the planned path, in the frame of the estimate, if there is one."""
         return self._shown if self._follow is not None else ()
 
     def frontiers(self) -> list[NDArray[np.intp]]:
@@ -85,7 +85,7 @@ class Explore:
         return [np.argwhere(region == i) for i in enough]
 
     def _plan(self, belief: Estimate) -> None:
-        """Choose a frontier by its size and its way, and plan to it."""
+        """Choose a frontier by its size and distance, and plan a path to it."""
         distances = self.grid.distances()
         place, clearance = np.array([belief.pose.x, belief.pose.y]), self._robot.radius + self._clearance
         # Where the robot stands is free, whatever a scan at an angle has said.
@@ -108,7 +108,7 @@ class Explore:
             self._follow.start(replace(self._robot, prior=belief.pose), None, self._rng)
 
     def _goal(self, cells: Array, place: Array, distance: Any, clearance: float) -> Array | None:
-        """Return the place of a frontier that is clear of walls and nearest to its middle; None when none is clear."""
+        """Return the cell of a frontier clear of walls and closest to its centre; None if none is clear."""
         clear = cells[distance(cells) > clearance]
         if not len(clear):
             return None

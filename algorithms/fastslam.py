@@ -15,9 +15,10 @@ from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Sighti
 from .monte_carlo import systematic_resample_with
 
 GATE = 13.8
-"""Largest squared Mahalanobis distance of a sighting that counts: 99.9 % of good ones (chi-square, 2 degrees)."""
+"""Gate for the squared Mahalanobis distance of a sighting: accepts 99.9 % of correct ones (chi-square, 2 degrees of
+freedom)."""
 NEWBORN = 1e-9
-"""Added to the covariance of the motion, so that a robot that stands still has one that can be inverted."""
+"""Added to the covariance of the motion, so that it is also regular for a standing robot."""
 
 
 class FastSlam:
@@ -67,7 +68,7 @@ class FastSlam:
         return self._belief()
 
     def _move(self, step: Array, covariance: Array, sightings: list[Sighting]) -> None:
-        """Draw each pose from what odometry and the sightings say together, and weigh it; then correct its map."""
+        """Sample each pose from the distribution given odometry and sightings, weight it, and correct its map."""
         expected = _compounded(self._poses, step)
         c, s = np.cos(self._poses[:, 2]), np.sin(self._poses[:, 2])
         G = np.zeros((self._number, 3, 3))
@@ -108,7 +109,7 @@ class FastSlam:
         self._covariances[good, i] = (P - K @ S @ K.transpose(0, 2, 1))[good]
 
     def _add(self, sighting: Sighting) -> None:
-        """Put a landmark into each map, where its particle sees it."""
+        """Add a landmark to each map, where its particle sees it."""
         i = len(self._index)
         self._index[sighting.name or ""] = i
         if i == self._means.shape[1]:

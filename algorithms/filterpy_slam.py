@@ -78,7 +78,7 @@ class FilterpySlam:
         self._filter.x[2] = wrap_angle(self._filter.x[2])
 
     def _add(self, sighting: Sighting) -> None:
-        """Let a beacon into the map: state and covariance grow by two."""
+        """Add a beacon to the map: state and covariance grow by two."""
         ekf, size = self._filter, len(self._filter.x)
         landmark, J = landmark_from(ekf.x[:3], np.array([sighting.range, sighting.bearing]))
         dx, dy = landmark - ekf.x[:2]

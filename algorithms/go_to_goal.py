@@ -16,15 +16,15 @@ from .waypoints import Waypoints
 
 RING = np.arange(16) * (2.0 * np.pi / 16)
 FORGET = 20.0
-"""How long something that the map lacks is remembered [s]; people walk on."""
+"""Time for which an obstacle that is not on the map is remembered [s]; people walk on."""
 PATIENCE = 2.0
-"""Time between two tries when there is no way [s]."""
+"""Time between attempts if there is no path [s]."""
 NEW_THING = 0.15
-"""How far from all walls of the map a hit lies that the map does not explain [m]."""
+"""Distance from all walls of the map beyond which a hit is not explained by the map [m]."""
 
 
 class GoToGoal:
-    """Drives to goals by the shortest way that keeps clear of walls, and stops at the last.
+    """Drives to goals by the shortest path with clearance from walls, and stops at the last.
 
     Without a map (`map: unknown`), unseen space counts as free. Hits of lidars and proximity rays that the map's walls
     do not explain are kept as obstacles for a while; if one blocks the path ahead, a new path is planned; if there is
@@ -46,7 +46,7 @@ class GoToGoal:
         """Set the goals.
 
         Args:
-            goals: Each (x, y) [m], in the frame of the estimate; one pair alone is one goal.
+            goals: Each (x, y) [m], in the frame of the estimate; a single pair is one goal.
             speed: On straight lines, if the robot can [m/s].
             clearance: Clearance between the robot's rim and walls [m].
             tolerance: Distance at which a goal counts as reached [m].
@@ -58,7 +58,7 @@ class GoToGoal:
         self._speed, self._clearance, self._tolerance, self._cell = speed, clearance, tolerance, cell
 
     def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
-        """Take the map; nothing is planned yet."""
+        """Take the map; the first path is planned later."""
         self._robot, self._rng = robot, rng
         lidars = [name for name, sensor in robot.sensors.items() if sensor.kind == "lidar"]
         self._lidars = [LevelLidar(robot, name) for name in lidars]
@@ -79,7 +79,7 @@ class GoToGoal:
         self._tried = -np.inf
 
     def command(self, seen: Observation, belief: Estimate) -> Command:
-        """Return the twist that leads on; zero at the last goal, and where there is no way."""
+        """Return the twist along the path; zero at the last goal, and without a path."""
         place = np.array([belief.pose.x, belief.pose.y])
         while self._left and np.hypot(*(self._left[0] - place)) < self._tolerance:
             self._left, self._follow = self._left[1:], None
@@ -93,11 +93,11 @@ class GoToGoal:
         return Command() if self._follow is None else self._follow.command(seen, belief)
 
     def show(self) -> tuple[ShownLines, ...]:
-        """Return the planned way, in the frame of the estimate; nothing while there is none."""
+        """Return the planned path, in the frame of the estimate, if there is one."""
         return self._shown if self._follow is not None else ()
 
     def _remember(self, seen: Observation, belief: Estimate) -> None:
-        """Keep what is hit where the map has no wall."""
+        """Store hits where the map has no wall."""
         near = np.isfinite(seen.proximity)
         reach = seen.proximity[near] + self._robot.radius
         hits = [np.stack([reach * np.cos(RING[near]), reach * np.sin(RING[near])], axis=-1)]
@@ -115,7 +115,7 @@ class GoToGoal:
         self._since = np.concatenate([self._since[kept], np.full(len(first), seen.time)])
 
     def _is_blocked(self, place: Array) -> bool:
-        """Return whether something strange lies on the way ahead, within 3 m."""
+        """Return whether an unknown obstacle is on the path within 3 m."""
         if not len(self._strange):
             return False
         near = self._strange[np.hypot(*(self._strange - place).T) < 3.0]
@@ -129,7 +129,7 @@ class GoToGoal:
         return bool((apart[:, here:] < self._robot.radius + 0.5 * self._clearance).any())
 
     def _plan(self, time: float, belief: Estimate) -> None:
-        """Plan a way to the next goal among walls and what has been seen."""
+        """Plan a path to the next goal among walls and known obstacles."""
         self._tried = time
         occupied = self._walls.distance < 0.5 * self._cell
         rows, columns = np.moveaxis(self._walls.cells(self._strange), -1, 0)
@@ -146,5 +146,5 @@ class GoToGoal:
 
 
 def _keys(cells: Array) -> Array:
-    """Return one number for each pair of whole numbers (n, 2)."""
+    """Return one number for each pair of integers (n, 2)."""
     return np.asarray(cells[:, 0].astype(np.int64) * 2**24 + cells[:, 1])

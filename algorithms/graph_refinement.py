@@ -1,8 +1,8 @@
 """Final solution of the whole graph of a run, with noise and systematic errors estimated from the run.
 
-While a robot drives, odometry and sightings count as their data sheets say. At the end the log tells more: how much too
-long odometry's way is all along, how far sightings really scatter. Both are read off the solved graph, which is then
-solved again, some times over.
+While a robot drives, odometry and sightings are weighted according to their data sheets. The complete run reveals the
+systematic errors of odometry and the actual noise of sightings. Both are estimated from the solved graph, which is then
+solved again, for several rounds.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,16 +19,17 @@ from .graph_factors import look_factor, prior_factor, turned_covariance
 from .pose_graph import step_between
 
 ROUNDS = 4
-"""So often the graph is solved; errors and noise change little after that."""
+"""Number of rounds; errors and noise change little after that."""
 CAUCHY = 2.0
-"""From about so many standard deviations on a sighting pulls less the farther it is off, so that wrong ones let go."""
+"""Scale of Cauchy's loss in standard deviations: larger residuals of sightings lose influence, so that wrong ones are
+ignored."""
 HUBER = 2.0
-"""Beyond so many standard deviations a leg counts less for the systematic errors than its square."""
+"""Scale of Huber's loss of legs for the systematic errors, in standard deviations."""
 FINEST, COARSEST = 0.25, 4.0
-"""Sightings scatter at least and at most so many times as far as they claim. The graph follows sightings a little, so
-what is left of their errors is less than they scatter."""
+"""Limits of the actual noise of sightings relative to their covariance. The graph follows sightings a little, so
+residuals are smaller than their noise."""
 NORMAL = 1.4826
-"""Standard deviation of a normal distribution by its median absolute deviation."""
+"""Standard deviation of a normal distribution divided by its median absolute deviation."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,7 +46,7 @@ class Leg:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MeasuredGraph:
-    """What a robot has measured, and where the graph has its poses and landmarks."""
+    """All measurements of a robot, and the poses and landmarks of the graph."""
 
     poses: Array
     """World frame, shape (n, 3) [m, m, rad]."""
@@ -56,21 +57,21 @@ class MeasuredGraph:
     legs: Sequence[Leg]
     """n - 1 of them."""
     looks: Sequence[tuple[int, Sighting]]
-    """From which pose, and what; each of a landmark by its name."""
+    """Index of the pose, and sighting; each of a landmark by its name."""
     doubt: Array
     """Variances of the systematic errors of odometry, shape (4,)."""
 
 
 def refined_poses(gtsam: Any, drive: MeasuredGraph) -> tuple[Array, Array]:
-    """Return the poses that agree best with all that was measured, and the systematic errors of odometry.
+    """Return the poses that fit all measurements best, and the systematic errors of odometry.
 
     Args:
         gtsam: The module.
-        drive: With the poses to begin with.
+        drive: With the initial poses.
 
     Returns:
         poses: World frame, shape (n, 3) [m, m, rad].
-        errors: As `OdometryErrors` has them, shape (4,).
+        errors: As in `OdometryErrors`, shape (4,).
 
     References:
         Zhang, Parameter Estimation Techniques, Image and Vision Computing 15(1), 1997, table 1: Cauchy's loss.
@@ -88,12 +89,12 @@ def refined_poses(gtsam: Any, drive: MeasuredGraph) -> tuple[Array, Array]:
 
 
 def systematic_errors(drive: MeasuredGraph, poses: Array, known: Array) -> Array:
-    """Return the systematic errors of odometry that the poses show, shape (4,), by weighted least squares.
+    """Return the systematic errors of odometry relative to the poses, shape (4,), by weighted least squares.
 
     Args:
         drive: With its legs.
-        poses: As the graph has them, shape (n, 3).
-        known: The errors so far, by which legs are told that fit badly, shape (4,).
+        poses: Of the graph, shape (n, 3).
+        known: The errors so far, used to identify outliers among the legs, shape (4,).
     """
     if not drive.legs:
         return known
@@ -109,7 +110,7 @@ def systematic_errors(drive: MeasuredGraph, poses: Array, known: Array) -> Array
 
 
 def sighting_scales(drive: MeasuredGraph, poses: Array, landmarks: Mapping[str, Array]) -> Array:
-    """Return how far ranges and bearings scatter, as a fraction of what they claim, shape (2,)."""
+    """Return the ratios of the actual noise of ranges and bearings to their standard deviations, shape (2,)."""
     if not drive.looks:
         return np.ones(2)
     off = []
@@ -122,7 +123,7 @@ def sighting_scales(drive: MeasuredGraph, poses: Array, landmarks: Mapping[str, 
 
 
 def _graph(gtsam: Any, drive: MeasuredGraph, errors: Array, scales: Array) -> Any:
-    """Return the factors of a drive: the first pose, legs with their systematic errors mended, robust looks."""
+    """Return the factors of a drive: the first pose, legs corrected for systematic errors, robust looks."""
     graph, noise, symbol = gtsam.NonlinearFactorGraph(), gtsam.noiseModel, gtsam.symbol
     graph.add(prior_factor(gtsam, symbol("x", 0), drive.poses[0], drive.first_covariance))
     for row, leg in enumerate(drive.legs):
@@ -137,7 +138,7 @@ def _graph(gtsam: Any, drive: MeasuredGraph, errors: Array, scales: Array) -> An
 
 
 def _values(gtsam: Any, drive: MeasuredGraph) -> Any:
-    """Return poses and landmarks as gtsam keeps them."""
+    """Return poses and landmarks as gtsam values."""
     values = gtsam.Values()
     for row, pose in enumerate(drive.poses):
         values.insert(gtsam.symbol("x", row), gtsam.Pose2(*pose))

@@ -1,7 +1,6 @@
 """Graph SLAM: smooths the whole trajectory with all sightings.
 
-gtsam's iSAM2 solves the graph a little further at each new pose. It is not among what mjsim needs:
-`pip install gtsam`.
+gtsam's iSAM2 updates the solution of the graph at each new pose. gtsam is optional: `pip install gtsam`.
 """
 
 from collections.abc import Hashable, Iterator, Mapping, Sequence
@@ -22,28 +21,28 @@ from .odometry_errors import COUNT, OdometryErrors
 from .recent_motion import RecentMotion
 
 HUBER = 1.345
-"""Beyond so many standard deviations an error counts less than its square: 95 % efficient on clean data (Huber)."""
+"""Scale of Huber's loss in standard deviations: 95 % efficient on clean data."""
 
 FLOOR = 1e-3
-"""Least standard deviation of the place of a robot that turns by one radian [m/sqrt(rad)]. Odometry that claims to be
-exact along a direction makes a graph that cannot be solved; no robot turns about a point of no size."""
+"""Minimum standard deviation of the position of a robot that turns by one radian [m/sqrt(rad)]. With odometry that is
+exact along a direction, the graph could not be solved."""
 SOFT = 1e-9
-"""Added to variances of a leg between two poses, which may be next to nothing, and of the first pose, which may be
-nothing: 0.03 mm and 0.002 degrees."""
+"""Added to the variances of a leg between two poses, which may be tiny, and of the first pose, which may be zero: 0.03
+mm and 0.002 degrees."""
 RELINEARISED = 0.01
-"""A pose or landmark whose solution has moved by more is linearised anew [m, rad]. With ten times that, what gtsam has
-unless told, a corridor of 14 m bends by 0.1 m more."""
+"""A pose or landmark whose solution has moved by more is linearised again [m, rad]. With ten times that, gtsam's
+default, a corridor of 14 m bends by 0.1 m more."""
 GROWN = 1.2
-"""What is known of the systematic errors beforehand is told anew when their variances have grown by this factor."""
+"""The prior of the systematic errors is replaced when their variances have grown by this factor."""
 
 
 class GraphSlam:
     """Estimates the pose and a map of named beacons by incremental smoothing.
 
-    A pose enters the graph when something is seen and the robot has moved far enough since the last one. Systematic
-    errors of odometry are in the graph too. Sightings have a robust loss, so that a wrong one pulls with a bounded
-    force. The final path is that of the whole graph, solved again with the systematic errors of odometry and the noise
-    of sightings that it shows.
+    A pose is added to the graph when something is seen and the robot has moved far enough since the last one. The graph
+    also contains the systematic errors of odometry. Sightings have a robust loss, which bounds the influence of wrong
+    ones. The final path is that of the whole graph, solved again with the estimated systematic errors of odometry and
+    noise of sightings.
 
     References:
         Kaess et al., iSAM2: Incremental Smoothing and Mapping Using the Bayes Tree, IJRR 31(2), 2012. Grisetti et
@@ -62,14 +61,14 @@ class GraphSlam:
         """Set the rules.
 
         Args:
-            distance: How far the robot drives between two poses of the graph [m].
-            turn_deg: Or how far it turns.
+            distance: Distance between two poses of the graph [m].
+            turn_deg: Or turn between them.
             sighting_scale: Factor on the standard deviation of sightings.
-            systematic: Way over which systematic errors of odometry are taken to make as much as the noise that it
-                claims [m]; infinite: there are none.
-            frame: What stays where it is when the graph learns late how its map is turned relative to the start: with
-                'map' what was told of the map and the way so far, with 'start' the first pose (`held_frame`). The
-                final path is in the frame of the start.
+            systematic: Distance over which systematic errors of odometry are assumed to equal its noise [m]; infinite
+                for none.
+            frame: What stays fixed if the rotation of the map relative to the start is corrected later: 'map' for the
+                published map and path, 'start' for the first pose (`held_frame`). The final path is in the frame of the
+                start.
 
         Raises:
             ImportError: gtsam is not installed.
@@ -88,7 +87,7 @@ class GraphSlam:
         self._slopes: Array = np.zeros((3, COUNT))
 
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
-        """Begin the graph with the robot's prior."""
+        """Start the graph with the robot's prior."""
         gtsam = self._gtsam
         parameters = gtsam.ISAM2Params()
         parameters.setRelinearizeThreshold(RELINEARISED)
@@ -142,7 +141,7 @@ class GraphSlam:
         return self._belief()
 
     def path(self) -> Sequence[tuple[float, Pose]]:
-        """Return the final trajectory: time [s] and pose of each tick, by the whole graph solved again."""
+        """Return the final trajectory: time [s] and pose of each tick, from solving the whole graph again."""
         drive = self._measured_graph()
         poses, errors = refined_poses(self._gtsam, drive)
         found = []
@@ -152,7 +151,7 @@ class GraphSlam:
         return found
 
     def _measured_graph(self) -> MeasuredGraph:
-        """Return what was measured, and where the solver has poses and landmarks."""
+        """Return the measurements, and the solver's poses and landmarks."""
         return MeasuredGraph(
             poses=self._poses,
             landmarks=dict(self._places),
@@ -163,7 +162,7 @@ class GraphSlam:
         )
 
     def _extend(self, sightings: list[Sighting], time: float) -> None:
-        """Add a pose and what is seen from it, and solve."""
+        """Add a pose and its sightings, and solve."""
         gtsam = self._gtsam
         graph, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
         pose, F, G = self._motion(self._pose, self._mended_step())
@@ -183,7 +182,7 @@ class GraphSlam:
         self._forget_step()
 
     def _believed(self, sightings: list[Sighting], time: float) -> Iterator[Look]:
-        """Yield the looks that are believed: from the newest pose, and from before it those that have waited."""
+        """Yield the accepted looks: those from the newest pose, and earlier ones that have been waiting."""
         for sighting in sightings:
             name = sighting.name or ""
             if name not in self._names:
@@ -200,7 +199,7 @@ class GraphSlam:
                 yield from looks
 
     def _look_factor(self, look: Look, values: Any) -> Any:
-        """Return the factor of a look; a landmark that is new is added to the values."""
+        """Return the factor of a look; a new landmark is added to the values."""
         gtsam, (number, sighting) = self._gtsam, look
         name = sighting.name or ""
         if name not in self._names:
@@ -215,7 +214,7 @@ class GraphSlam:
         return look_factor(gtsam, keys, sighting, sighting.covariance * self._scale**2, loss)
 
     def _solve(self, graph: Any, values: Any) -> None:
-        """Take new factors and values in, and what is known of the systematic errors beforehand if that has changed."""
+        """Add new factors and values, and replace the prior of the systematic errors if it has changed."""
         gtsam, outdated = self._gtsam, []
         changed = self._doubt_factor < 0 or bool(np.any(self._doubt > GROWN * self._told_doubt))
         if changed:
@@ -229,7 +228,7 @@ class GraphSlam:
             self._doubt_factor = result.getNewFactorsIndices()[graph.size() - 1]
 
     def _read(self) -> None:
-        """Take pose, map and systematic errors out of the solver."""
+        """Read pose, map and systematic errors from the solver."""
         gtsam, values = self._gtsam, self._solver.calculateEstimate()
         # They stand in the order of their numbers.
         self._poses = gtsam.utilities.extractPose2(values)
@@ -247,14 +246,14 @@ class GraphSlam:
         }
 
     def _belief(self) -> Estimate:
-        """Return the last pose of the graph carried on by odometry, and the map."""
+        """Return the last pose of the graph, propagated by odometry, and the map."""
         pose, F, G = self._motion(self._frame.pose(self._pose), self._mended_step())
         own = self._step_covariance + self._slopes @ self._error_covariance @ self._slopes.T
         covariance = F @ self._frame.pose_covariance(self._pose, self._covariance) @ F.T + G @ own @ G.T
         return Estimate(Pose.from_array(pose), covariance, dict(self._map))
 
     def _mended_step(self) -> Array:
-        """Return the step since the last pose, with the systematic errors of odometry mended, shape (3,)."""
+        """Return the step since the last pose, corrected for the systematic errors of odometry, shape (3,)."""
         return np.asarray(self._step + self._slopes @ self._errors)
 
     def _forget_step(self) -> None:

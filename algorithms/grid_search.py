@@ -12,23 +12,23 @@ from mjsim.interface import ShownLines
 from .distance_grid import DistanceGrid
 
 STEPS = tuple((r, c, math.hypot(r, c)) for r in (-1, 0, 1) for c in (-1, 0, 1) if (r, c) != (0, 0))
-"""To the eight neighbours: rows, columns, cells."""
+"""Steps to the eight neighbours: rows, columns, length [cells]."""
 PLANNED = "#9c36b5"
-"""Colour of a planned way where it is shown."""
+"""Colour of a shown path."""
 
 
 def a_star(grid: DistanceGrid, start: Array, goal: Array, *, clearance: float, shyness: float = 0.0) -> Array | None:
-    """Return the cheapest way along the eight neighbours of each cell.
+    """Return the cheapest path along the eight neighbours of each cell.
 
     Args:
         grid: Distances to walls.
-        start: Where from, shape (2,) [m].
-        goal: Where to, shape (2,) [m].
-        clearance: Distance that the path keeps from walls [m]; the cells of start and goal may be nearer.
+        start: Shape (2,) [m].
+        goal: Shape (2,) [m].
+        clearance: Minimum distance of the path from walls [m]; the cells of start and goal may be closer.
         shyness: Extra cost per metre at the clearance compared with far from walls; 0 for the shortest path.
 
     Returns:
-        Points of the way, shape (n, 2) [m], start and goal the first and the last; None when there is no way.
+        Points of the path, shape (n, 2) [m], from start to goal; None if there is no path.
 
     References:
         Hart, Nilsson, Raphael, A Formal Basis for the Heuristic Determination of Minimum Cost Paths, IEEE TSSC 4(2),
@@ -67,7 +67,7 @@ def a_star(grid: DistanceGrid, start: Array, goal: Array, *, clearance: float, s
 
 
 def _way(grid: DistanceGrid, came_from: dict[int, int], end: int, start: Array, goal: Array) -> Array:
-    """Return the way back from the end, the right way round."""
+    """Return the path to the end, from the start."""
     columns = grid.distance.shape[1]
     cells = [end]
     while came_from[cells[-1]] != cells[-1]:
@@ -77,12 +77,12 @@ def _way(grid: DistanceGrid, came_from: dict[int, int], end: int, start: Array, 
 
 
 def straightened(grid: DistanceGrid, way: Array, *, clearance: float) -> Array:
-    """Return a way with as few corners as its own clearance allows: what can be gone straight is gone straight.
+    """Return a path without unnecessary corners: pieces are replaced by straight lines where clearance allows.
 
     Args:
         grid: Distances to walls.
         way: Shape (n, 2) [m].
-        clearance: How far from any wall a straight piece keeps [m].
+        clearance: Minimum distance of a straight piece from any wall [m].
     """
     corners, here = [0], 0
     while here < len(way) - 1:
@@ -93,10 +93,10 @@ def straightened(grid: DistanceGrid, way: Array, *, clearance: float) -> Array:
 
 
 def length(way: Array) -> float:
-    """Return how long a way is, points (n, 2) [m]."""
+    """Return the length of a path, points (n, 2) [m]."""
     return float(sum(math.dist(one, other) for one, other in itertools.pairwise(way.tolist())))
 
 
 def shown_way(way: Array) -> tuple[ShownLines, ...]:
-    """Return what a navigator shows of a way, shape (n, 2), in the frame of the estimate [m]."""
+    """Return the shown items for a path, shape (n, 2), in the frame of the estimate [m]."""
     return (ShownLines(name="planned path", points=way, color=PLANNED),)

@@ -1,7 +1,7 @@
 """Trajectories of arms: joint motions or straight tool motions, as goals for an arm's controller.
 
-Both are navigators: they hold the base still, and give a goal at each tick with its velocities and accelerations, from
-which the simulation goes on until the next.
+Both are navigators: they keep the base at rest, and give a goal with velocities and accelerations at each tick, which
+the simulation extrapolates until the next.
 """
 
 import math
@@ -20,20 +20,20 @@ Law = Literal["linear", "cubic", "quintic", "trapezoidal"]
 PEAKS: Mapping[Law, float] = {"linear": 1.0, "cubic": 1.5, "quintic": 1.875, "trapezoidal": 1.5}
 """Largest speed of each law from rest to rest, as a multiple of the mean."""
 BLEND = 1.0 / 3.0
-"""Fraction of a trapezoidal leg in which it gains speed, and in which it loses it."""
+"""Part of the time of a trapezoidal leg for acceleration, and for deceleration."""
 FINE = 2
-"""Points of a tool's path for each tick."""
+"""Points of a tool's path per tick."""
 MISS = 1e-6
-"""By so much a tool may miss its path [m, rad]."""
+"""Maximum deviation of a tool from its path [m, rad]."""
 
 ROUNDING = 1e-9
-"""Of a time [s]."""
+"""Rounding error of a time [s]."""
 Moving = tuple[Array, Array]
 """Values and rates, shape (joints,) each."""
 
 
 def between(law: Law, s: float) -> tuple[float, float]:
-    """Return how much of a way is done at a share s of its time, and its derivative by s.
+    """Return the normalised position at the normalised time s (0 to 1), and its derivative by s.
 
     References:
         Craig, Introduction to Robotics (1989), section 7.3; Lynch and Park, Modern Robotics (2017), section 9.2.2.
@@ -55,7 +55,7 @@ def between(law: Law, s: float) -> tuple[float, float]:
 def passing_speeds(postures: Array, seconds: Array) -> Array:
     """Return rates at which joints pass postures, 0 at both ends, shape (k, joints) like the postures.
 
-    The mean of the speeds before and behind, and 0 for a joint that turns back.
+    The mean of the speeds before and after, and 0 for a joint that reverses.
 
     References:
         Craig, Introduction to Robotics (1989), section 7.3.
@@ -67,14 +67,14 @@ def passing_speeds(postures: Array, seconds: Array) -> Array:
 
 
 def shortest_way(start: Array, goal: Array, arm: ArmInfo) -> Array:
-    """Return a goal by whole turns nearer to the start, for joints that revolve and where limits let them."""
+    """Return the goal shifted by whole turns to be closest to the start, for revolute joints within their limits."""
     revolves = np.array([not link.slide for link in arm.model.links])
     nearer = start + (goal - start + np.pi) % (2.0 * np.pi) - np.pi
     return np.where(revolves & (nearer >= arm.lower) & (nearer <= arm.upper), nearer, goal)
 
 
 class _ArmPath(ABC):
-    """What both kinds of paths share: when they begin, and the goal of a tick."""
+    """Base class of both kinds of paths: their start, and the goal of a tick."""
 
     def __init__(self, arm: str, *, wait: float, repeat: bool) -> None:
         if not (math.isfinite(wait) and wait >= 0.0):
@@ -104,7 +104,7 @@ class _ArmPath(ABC):
         return Command(joints={self._arm: goal})
 
     def _motion(self, time: float) -> tuple[Array, Array]:
-        """Return values and rates at a time since the path began [s]."""
+        """Return values and rates at a time since the start of the path [s]."""
         time = max(time, 0.0)
         if self._repeat:
             turns, within = divmod(time, self._seconds)
@@ -115,7 +115,7 @@ class _ArmPath(ABC):
 
     @abstractmethod
     def _planned(self, start: Array) -> tuple[float, Callable[[float], Moving]]:
-        """Return how long the path is [s], and what gives the motion at a time on it."""
+        """Return the duration of the path [s], and a function of time that gives the motion."""
 
 
 def _floats(values: Array) -> tuple[float, ...]:
@@ -123,7 +123,7 @@ def _floats(values: Array) -> tuple[float, ...]:
 
 
 class JointPath(_ArmPath):
-    """Brings the joints of an arm from where they are to a posture, through others on request."""
+    """Moves the joints of an arm to a posture, optionally via others."""
 
     def __init__(
         self,
@@ -140,14 +140,14 @@ class JointPath(_ArmPath):
         """Set the path.
 
         Args:
-            to_deg: Where it ends, one value a joint [deg], of those that slide [m].
+            to_deg: Final posture, one value per joint [deg], [m] for prismatic ones.
             arm: Its name.
-            via_deg: Postures on the way; cubic and quintic paths pass them, the others stop there.
-            seconds: How long it takes, or each leg of it; unless given as fast as the arm's speed limits allow.
-            law: How joints move on a leg: 'linear' at one speed, 'cubic', 'quintic' or 'trapezoidal'.
-            shortest: Whether joints that revolve go the shorter way round, where their limits let them.
-            wait: How long it holds still first [s].
-            repeat: Whether it goes back and forth, over and over.
+            via_deg: Intermediate postures; cubic and quintic paths pass them, the others stop there.
+            seconds: Duration, or that of each leg [s]; by default as fast as the arm's speed limits allow.
+            law: Motion on a leg: 'linear' at constant speed, 'cubic', 'quintic' or 'trapezoidal'.
+            shortest: Whether revolute joints turn the shorter way, if their limits allow it.
+            wait: Time to wait first [s].
+            repeat: Whether to move back and forth repeatedly.
 
         Raises:
             ValueError: A value is out of its range.
@@ -204,7 +204,7 @@ class JointPath(_ArmPath):
         return np.array(through)
 
     def _leg_seconds(self, postures: Array) -> Array:
-        """Return how long each leg takes, shape (legs,) [s]."""
+        """Return the duration of each leg, shape (legs,) [s]."""
         ways = np.abs(np.diff(postures, axis=0))
         least = np.max(PEAKS[self._law] * ways / self._info.max_velocity, axis=1)
         if self._legs is None:
@@ -224,7 +224,7 @@ class JointPath(_ArmPath):
 
 
 def by_rate(law: Law, s: float) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return what a rate of 1 at the beginning, and at the end, adds to a way at s, each with its derivative by s."""
+    """Return the effects of unit rates at start and end on the position at s, with derivatives by s."""
     if law == "cubic":
         return (s * (1.0 - s) ** 2, (1.0 - s) * (1.0 - 3.0 * s)), (s * s * (s - 1.0), s * (3.0 * s - 2.0))
     # The quintic Hermite polynomials, whose second derivatives vanish at both ends.
@@ -233,7 +233,7 @@ def by_rate(law: Law, s: float) -> tuple[tuple[float, float], tuple[float, float
 
 
 class ToolPath(_ArmPath):
-    """Brings the tool of an arm along a straight line to a pose in the robot's frame, by inverse kinematics."""
+    """Moves the tool of an arm along a straight line to a pose in the robot's frame, by inverse kinematics."""
 
     def __init__(
         self,
@@ -248,13 +248,13 @@ class ToolPath(_ArmPath):
         """Set the path.
 
         Args:
-            to: Where the tool ends, [x, y, z] in the robot's frame [m].
-            seconds: How long it takes [s].
-            rpy_deg: How it is turned there, [roll, pitch, yaw] in the robot's frame, right-handed about fixed axes;
-                as at the start unless given.
+            to: Final position of the tool, [x, y, z] in the robot's frame [m].
+            seconds: Duration [s].
+            rpy_deg: Final orientation, [roll, pitch, yaw] in the robot's frame, right-handed about fixed axes; by
+                default as at the start.
             arm: Its name.
-            wait: How long it holds still first [s].
-            repeat: Whether it goes back and forth, over and over.
+            wait: Time to wait first [s].
+            repeat: Whether to move back and forth repeatedly.
 
         Raises:
             ValueError: A value is out of its range.

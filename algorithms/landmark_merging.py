@@ -21,37 +21,37 @@ class Twins:
 
     References:
         Dissanayake, Newman, Clark, Durrant-Whyte, Csorba, A Solution to the Simultaneous Localization and Map Building
-        (SLAM) Problem, IEEE T-RA 17(3), 2001, section V: landmarks are kept by how good they are.
+        (SLAM) Problem, IEEE T-RA 17(3), 2001, section V: selection of landmarks by quality.
     """
 
     def __init__(self, *, gate: float, scale: float) -> None:
         """Start with nothing seen.
 
         Args:
-            gate: Largest squared distance of two landmarks that are one, by the variance of its coordinates.
+            gate: Maximum squared distance of two landmarks to merge, relative to the variance of its coordinates.
             scale: Factor on the standard deviation of sightings.
         """
         self._gate, self._scale = gate, scale
         self._beside: dict[Hashable, set[Hashable]] = defaultdict(set)
-        """By landmark: those that were seen at one moment with it."""
+        """By landmark: those seen simultaneously with it."""
 
     def saw(self, names: Sequence[Hashable]) -> None:
-        """Take the landmarks of one moment."""
+        """Store the landmarks seen simultaneously."""
         for name in names:
             self._beside[name].update(names)
 
     def find(
         self, slam: EkfSlamFilter, seen: Sequence[tuple[Hashable, Sighting]], among: Sequence[Hashable]
     ) -> tuple[Hashable, Hashable, float] | None:
-        """Return two landmarks that are one, the older first, and the variance of each coordinate of their gap [m^2].
+        """Return two landmarks to merge, the older first, and the variance of each coordinate of their distance [m^2].
 
         Args:
             slam: The belief.
-            seen: Landmarks of this moment with their sightings: one of the two is among them.
-            among: Landmarks that they may be, oldest first.
+            seen: Landmarks seen now, with their sightings: one of the two is among them.
+            among: Candidates, oldest first.
 
         Returns:
-            None if there are no such two.
+            None if there are no such landmarks.
         """
         if not seen:
             return None
@@ -68,7 +68,7 @@ class Twins:
         return None
 
     def unite(self, kept: Hashable, gone: Hashable) -> None:
-        """Take two landmarks for one from now on."""
+        """Treat two landmarks as one from now on."""
         beside = self._beside.pop(gone, set()) - {gone}
         self._beside[kept] |= beside | {kept}
         for other in beside:
@@ -76,6 +76,6 @@ class Twins:
 
 
 def _variance(sighting: Sighting) -> float:
-    """Return that of a place seen so in the direction in which it errs most [m^2]."""
+    """Return the largest variance in any direction of a position from a sighting [m^2]."""
     along, across = float(sighting.covariance[0][0]), sighting.range**2 * float(sighting.covariance[1][1])
     return max(along, across)

@@ -11,25 +11,25 @@ from mjsim.interface import Observation, RobotInfo, Scan
 from .balance import TickLean
 
 CLEARANCE, DOUBT = 0.05, 0.02
-"""A beam that ends lower than this above the floor may have met it; for each metre of its range, as much higher
-[m, rad]: the error of a pitch from an inertial sensor while the robot is pushed about."""
+"""A beam that ends lower than this above the floor may have hit it; the limit increases with its range [m, rad]: the
+pitch error of an inertial sensor while the robot is pushed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LevelScan:
-    """A scan, and from where in the plane it was taken."""
+    """A scan, and its planar pose."""
 
     scan: Scan
     robot_from_lidar: Pose
     """In the level frame of the robot."""
 
     def points(self) -> Array:
-        """Return where beams met something, in the level frame of the robot, shape (n, 2) [m]."""
+        """Return the points hit by beams, in the level frame of the robot, shape (n, 2) [m]."""
         return np.asarray(self.robot_from_lidar.transform(self.scan.points()))
 
 
 class LevelLidar:
-    """Gives the scans of one lidar as a level one would: without what came back from the floor.
+    """Gives the scans of one lidar as if it were level, without returns from the floor.
 
     For a balancing body, the lean comes from its inertial sensor. A lidar that is always level costs nothing.
     """
@@ -38,7 +38,7 @@ class LevelLidar:
         """Find the lidar.
 
         Args:
-            robot: What is told of the robot.
+            robot: Data sheet of the robot.
             name: Of the lidar; None for its first.
 
         Raises:
@@ -55,7 +55,7 @@ class LevelLidar:
         self._level = _in_plane(self._robot_from_lidar) if not self._robot_from_lidar[2, :2].any() else None
 
     def update(self, seen: Observation) -> LevelScan | None:
-        """Return the scan of this tick; None where none is due. Every tick is told, as a lean is summed from them."""
+        """Return the scan of this tick; None if none is due. Call it at every tick, because the pitch is integrated."""
         pitch = self._lean.update(seen)
         scan = seen.scans.get(self._name)
         if scan is None:
@@ -66,7 +66,7 @@ class LevelLidar:
 
 
 def level_scan(scan: Scan, level_from_lidar: Array) -> LevelScan:
-    """Return a scan as from a level lidar at the same place; a beam that may have met the floor tells nothing (-inf).
+    """Return a scan as from a level lidar at the same place; beams that may have hit the floor become -inf.
 
     Each range is the horizontal length of the beam. Beams keep their angles: for a tilt of t, the error is at most t^2
     / 4, 0.04 degrees at a tilt of 3 degrees.

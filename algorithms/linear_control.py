@@ -25,7 +25,7 @@ from .balance import Lqr
 
 
 class TransferLaw:
-    """A transfer function of s at work in samples: held by Tustin's rule.
+    """A transfer function of s, discretised by Tustin's rule.
 
     References:
         Franklin, Powell, Workman, Digital Control of Dynamic Systems (3rd ed., 1998), section 6.1.
@@ -46,11 +46,11 @@ class TransferLaw:
         self.reset()
 
     def reset(self) -> None:
-        """Begin again at rest."""
+        """Reset to rest."""
         self._sampled: tuple[Array, ...] | None = None
 
     def output(self, value: float, dt: float) -> float:
-        """Return its output for the input of this sample, dt after the last one [s]."""
+        """Return the output for the input of this sample, dt after the last one [s]."""
         if self._sampled is None:
             self._sampled = cont2discrete(self._law, dt, "bilinear")[:4]
             self._state = np.zeros((len(self._sampled[0]), 1))
@@ -61,13 +61,13 @@ class TransferLaw:
 
 
 class StateFeedback(Lqr):
-    """Holds a balancing base upright by feedback that is given: of the way of the axle, the pitch, and their rates."""
+    """Balances a base with given feedback of the distance of the axle, the pitch, and their rates."""
 
     def __init__(self, gain: Sequence[float]) -> None:
-        """Keep the feedback.
+        """Set the feedback.
 
         Args:
-            gain: K of u = -K x, the torque of both motors for the way [m], the pitch [rad], and their rates.
+            gain: K of u = -K x, the torque of both motors for the distance [m], the pitch [rad], and their rates.
         """
         if len(gain) != 4 or not np.isfinite(gain).all():
             raise ValueError(f"gain is {list(gain)}; give four finite numbers, of way, lean, and their rates")
@@ -75,12 +75,12 @@ class StateFeedback(Lqr):
         self._gain = tuple(float(value) for value in gain)
 
     def design(self, masses: BalancingInfo, *, wheel_radius: float, dt: float) -> tuple[float, ...]:
-        """Return the feedback that was given."""
+        """Return the given feedback."""
         return self._gain
 
 
 class JointLoop(PdGravity):
-    """Holds the joints of an arm by PD with gravity, but for one that a law of its own drives, with gravity too."""
+    """Controls one joint of an arm by its own law and the others by PD, all with gravity compensation."""
 
     def __init__(
         self,
@@ -94,10 +94,10 @@ class JointLoop(PdGravity):
         """Set the law.
 
         Args:
-            joint: The joint that it is for, such as `joint3`.
+            joint: The controlled joint, such as `joint3`.
             num: Numerator of the torque's transfer function from the error, the highest power of s first.
             den: Its denominator.
-            gain: In their place, state feedback of the value and the rate, two numbers.
+            gain: Instead of these, state feedback of the value and the rate, two numbers.
             frequency: Of the errors of the other joints [rad/s].
         """
         super().__init__(frequency=frequency)
@@ -109,7 +109,7 @@ class JointLoop(PdGravity):
         self._transfer = None if num is None or den is None else TransferLaw(num, den)
 
     def start(self, robot: RobotInfo, part: str, rng: Generator) -> None:
-        """Look at the arm.
+        """Find the joint.
 
         Raises:
             ValueError: It has no such joint.
@@ -136,7 +136,7 @@ class JointLoop(PdGravity):
 
 
 class MechanismLoop:
-    """Moves a joint of a mechanism by a law: a transfer function of its own error, or feedback of several joints."""
+    """Controls a joint of a mechanism by a transfer function of its error, or by feedback of several joints."""
 
     def __init__(
         self,
@@ -152,10 +152,10 @@ class MechanismLoop:
         Args:
             num: Numerator of the effort's transfer function from the error, the highest power of s first.
             den: Its denominator.
-            gain: In their place, by joint K of u = -K x, two numbers: of its value from where it shall be, and of its
-                rate; that of the goal for the joint that has one.
-            about: By joint that slides, where it shall be; 0 unless given [m].
-            about_deg: By joint that turns, where it shall be; 0 unless given.
+            gain: Instead of these, K of u = -K x by joint, two numbers: for the deviation from the set-point, and for
+                the rate; the set-point is the goal for a joint that has one.
+            about: Set-points of prismatic joints; default 0 [m].
+            about_deg: Set-points of revolute joints; default 0.
         """
         if (gain is None) == (num is None or den is None):
             raise ValueError("give num and den, or gain")
@@ -169,7 +169,7 @@ class MechanismLoop:
         self._transfer = None if num is None or den is None else TransferLaw(num, den)
 
     def start(self, robot: RobotInfo, part: str, rng: Generator) -> None:
-        """Begin at rest, for the joint `part`."""
+        """Start at rest, for the joint `part`."""
         self._part = part
         if self._transfer is not None:
             self._transfer.reset()
@@ -196,7 +196,7 @@ class MechanismLoop:
 
 
 class SpeedLoop:
-    """Commands a base so that its measured speed follows a signal: the error goes through a transfer function."""
+    """Controls the speed of a base to follow a signal, by a transfer function of the error."""
 
     def __init__(
         self,
@@ -206,7 +206,7 @@ class SpeedLoop:
         reference: Mapping[str, Any],
         of: Literal["forward", "turn"] = "forward",
     ) -> None:
-        """Set the law and what it shall follow.
+        """Set the law and the reference.
 
         Args:
             num: Numerator of the law, the highest power of s first.
@@ -215,7 +215,7 @@ class SpeedLoop:
             of: Which of the two.
 
         Raises:
-            ValueError: Something in them is wrong.
+            ValueError: An argument is invalid.
         """
         if of not in ("forward", "turn"):
             raise ValueError(f"of is '{of}'; it must be forward or turn")
@@ -229,7 +229,7 @@ class SpeedLoop:
         self._began: float | None = None
 
     def command(self, seen: Observation, belief: Estimate) -> Command:
-        """Return the command for the error of the speed that odometry measured over the last tick."""
+        """Return the command for the error of the speed measured by odometry over the last tick."""
         if self._began is None:
             self._began = seen.time
         moved = seen.odometry.forward if self._of == "forward" else seen.odometry.turn

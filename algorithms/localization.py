@@ -22,10 +22,10 @@ FLOOR = 1e-12
 
 
 def known_places(catalogue: Mapping[str, BeaconInfo]) -> dict[str, Array]:
-    """Return where the beacons hang, name -> (2,) [m].
+    """Return the positions of the beacons, name -> (2,) [m].
 
     Raises:
-        ValueError: The catalogue tells of no beacon's place.
+        ValueError: The catalogue has no positions.
     """
     places = {name: info.pose.as_array()[:2] for name, info in catalogue.items() if info.pose is not None}
     if not places:
@@ -34,7 +34,7 @@ def known_places(catalogue: Mapping[str, BeaconInfo]) -> dict[str, Array]:
 
 
 def difference(one: Array, other: Array) -> Array:
-    """Return one less the other, the last entry an angle in [-pi, pi)."""
+    """Return the difference, whose last entry is an angle in [-pi, pi)."""
     apart = np.asarray(one - other)
     apart[-1] = wrap_angle(apart[-1])
     return apart
@@ -85,7 +85,7 @@ class _Localization(ABC):
         )
 
     def _innovation(self, sighting: Sighting, place: Array) -> tuple[Array, Array]:
-        """Return how far a sighting is from what is expected (2,) and its covariance (2, 2), to first order."""
+        """Return the innovation of a sighting (2,) and its covariance (2, 2), to first order."""
         z, H, _ = range_bearing(self._filter.x, place[None])
         nu = difference(np.array([sighting.range, sighting.bearing]), z[0])
         return nu, np.asarray(H[0] @ self._filter.P @ H[0].T + sighting.covariance)
@@ -96,7 +96,7 @@ class _Localization(ABC):
 
     @abstractmethod
     def _predict(self, step: Array, covariance: Array) -> None:
-        """Move the belief by what odometry says."""
+        """Predict the belief with odometry."""
 
     @abstractmethod
     def _correct(self, sighting: Sighting, place: Array) -> None:
@@ -114,7 +114,7 @@ class EkfLocalization(_Localization):
         from filterpy.kalman import ExtendedKalmanFilter
 
         class PlaneFilter(ExtendedKalmanFilter):  # type: ignore[misc]  # filterpy has no types
-            """The filter of filterpy with the motion of odometry in place of F x + B u."""
+            """filterpy's filter with the motion model of odometry instead of F x + B u."""
 
             x: Any
             Q: Any

@@ -11,20 +11,20 @@ from .scan_matching import Match, Surface, WallField
 from .scan_search import GATE, hypotheses, is_ambiguous
 
 LEAST = 40
-"""Elements that must lie on old walls for a loop: 4 m of wall."""
+"""Minimum number of elements on old walls for a loop: 4 m of wall."""
 WIDEST = np.array([8.0, 8.0, 0.8])
-"""Largest window in which an old place is searched for [m, m, rad]."""
+"""Maximum search window [m, m, rad]."""
 NARROWEST = np.array([0.3, 0.3, 0.06])
-"""Smallest one."""
+"""Minimum search window [m, m, rad]."""
 FLOOR = np.diag([0.015, 0.015, 0.004]) ** 2
-"""Covariance of a loop beyond what the points tell: walls that are not quite where they were [m^2, rad^2]."""
+"""Covariance of a loop in addition to that of the match: walls are not exactly straight [m^2, rad^2]."""
 SURE = np.array([0.6, 0.6, 0.15])
-"""A place that is known as well as this, three standard deviations, needs no second witness [m, m, rad]."""
+"""If three standard deviations of a place are below this, one loop suffices [m, m, rad]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Loop:
-    """A step from an old part of the map to a new one, as a match of their walls gives it."""
+    """A step from an old part of the map to a new one, from a match of their walls."""
 
     old: int
     new: int
@@ -33,13 +33,13 @@ class Loop:
     information: Array
     """Inverse of the step's covariance, shape (3, 3)."""
     certain: bool
-    """Whether it needs no witness."""
+    """Whether it needs no confirmation by another loop."""
 
 
 def find_loop(
     old: int, new: int, walls: Surface, scan: Surface, guess: Array, covariance: Array, *, share: float
 ) -> Loop | None:
-    """Return how a new part of the map lies on an old one; None if it does not, or in more than one way.
+    """Return the pose of a new part of the map relative to an old one; None if there is no unique match.
 
     Args:
         old: Number of the old part.
@@ -48,7 +48,7 @@ def find_loop(
         scan: Walls of the new part, in its own frame.
         guess: Of the step between them, shape (3,).
         covariance: Of the guess, shape (3, 3).
-        share: Fraction of the elements near old walls that must lie on them.
+        share: Minimum ratio of elements on old walls to elements near them.
     """
     thin = scan.thinned(250)
     if min(len(walls.points), len(thin.points)) < LEAST:
@@ -69,13 +69,13 @@ def find_loop(
 
 
 def _fits(match: Match, elements: int, share: float) -> bool:
-    """Return whether enough of a scan lies on walls, and little beside them."""
+    """Return whether enough of a scan is on walls, and little beside them."""
     on = match.share * elements
     return on >= LEAST and match.share > 0.3 and match.share / (match.share + match.conflict + 1e-9) > share
 
 
 def agree(one: Loop, other: Loop, poses: Array) -> bool:
-    """Return whether two loops from one stretch of the way to another tell the same.
+    """Return whether two loops between the same parts of the path agree.
 
     Args:
         one: A loop.

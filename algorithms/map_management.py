@@ -11,27 +11,27 @@ from dataclasses import dataclass, field
 
 @dataclass(slots=True)
 class _Case:
-    """What is held for a landmark on probation, and against it."""
+    """Evidence for and against a landmark on probation."""
 
     looks: list[float] = field(default_factory=list)
-    """Times of the looks that agree, the first among them [s]."""
+    """Times of the looks that agree, including the first [s]."""
     against: int = 0
-    """How many looks disagreed."""
+    """Number of looks that disagreed."""
 
 
 class Probation:
     """Remembers which landmarks of a filter are on probation.
 
     References:
-        Thrun, Burgard, Fox, Probabilistic Robotics (2005), section 10.3.3: a list of landmarks that are provisional.
+        Thrun, Burgard, Fox, Probabilistic Robotics (2005), section 10.3.3: a list of provisional landmarks.
     """
 
     def __init__(self, *, confirmations: int, patience: float) -> None:
         """Set the rules.
 
         Args:
-            confirmations: How many looks must agree.
-            patience: Within which time they must [s].
+            confirmations: Number of looks that must agree.
+            patience: Time within which they must agree [s].
         """
         self._confirmations, self._patience = confirmations, patience
         self._cases: dict[Hashable, _Case] = {}
@@ -41,12 +41,12 @@ class Probation:
         return name in self._cases
 
     def begin(self, name: Hashable, time: float) -> None:
-        """Take a landmark that has been seen once."""
+        """Add a landmark that has been seen once."""
         if self._confirmations > 1:
             self._cases[name] = _Case([time])
 
     def agrees(self, name: Hashable, time: float) -> None:
-        """Take a look that agrees with where its landmark is; enough of them end the probation."""
+        """Count a look that agrees with its landmark; enough of them end the probation."""
         if (case := self._cases.get(name)) is None:
             return
         case.looks = [*(look for look in case.looks if time - look < self._patience), time]
@@ -54,7 +54,7 @@ class Probation:
             del self._cases[name]
 
     def fails(self, name: Hashable) -> bool:
-        """Take a look that disagrees; return whether its landmark fails, having more against it than for it."""
+        """Count a look that disagrees; return whether the landmark fails, with more looks against it than for it."""
         if (case := self._cases.get(name)) is None:
             return False
         case.against += 1

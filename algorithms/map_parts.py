@@ -1,4 +1,4 @@
-"""A map of scans in parts: within a part scans stay as they lie, and a graph of the parts closes loops."""
+"""A map of scans in submaps (parts): scans are fixed within a part, and a graph of the parts closes loops."""
 
 from collections import deque
 from dataclasses import dataclass
@@ -16,29 +16,29 @@ from .scan_matching import Surface, joined
 from .scan_search import Laid
 
 LOCAL = 6
-"""Scans back that make up the walls on which a new one is laid."""
+"""Number of recent scans whose walls a new one is matched to."""
 PART = 8
-"""Scans that make up a part of the map."""
+"""Number of scans in a part of the map."""
 LENGTH = 2.0
-"""A part is at least about so long where the robot drives straight on [m]."""
+"""Minimum length of a part when the robot drives straight [m]."""
 RECENT = 4
-"""Parts back from which on a place counts as an old one."""
+"""Number of parts after which a part counts as old."""
 TRIED = 3
-"""Old parts that a new one is compared with; twice as many where the robot may have drifted by more than 1 m."""
+"""Number of old parts that a new one is compared with; twice as many if the drift may exceed 1 m."""
 MISFIT = 100.0
-"""Squared error, in units, of a loop that is given up."""
+"""Normalised squared error above which a loop is removed."""
 UNSOLVED = 16
-"""So many parts may be added before covariances are worked out anew."""
+"""Maximum number of parts added before covariances are computed again."""
 NOTABLE, SLIGHT = 0.1, np.diag([1e-4, 1e-4, 1e-6])
-"""The graph is solved anew when what was learnt of odometry moves the newest part by a squared error of so many units,
-or of this covariance."""
+"""The graph is solved again when corrections of odometry move the newest part by this normalised squared error, or
+relative to this covariance."""
 SETTLED = 0.005
-"""The graph is solved on while poses move by more than this [m, rad]."""
+"""The graph is iterated while poses move by more than this [m, rad]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Keyframe:
-    """A scan that stays in the map."""
+    """A scan of the map."""
 
     looked: LevelScan
     surface: Surface
@@ -51,20 +51,20 @@ class Keyframe:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UncertainPlace:
-    """A pose that is known the better, the better it is known the systematic errors of odometry."""
+    """A pose whose uncertainty depends on the systematic errors of odometry."""
 
     at: Array
-    """Where it is if odometry has no systematic error, shape (3,)."""
+    """The pose without systematic errors, shape (3,)."""
     slopes: Array
-    """How it changes with the errors of odometry, shape (3, 4)."""
+    """Its derivative by the errors of odometry, shape (3, 4)."""
 
     def given(self, errors: Array) -> Array:
-        """Return the pose if odometry errs by this (4,), shape (3,)."""
+        """Return the pose for given errors of odometry (4,), shape (3,)."""
         return self.at + self.slopes @ errors
 
 
 class PartsMap:
-    """Scans of one robot, in parts of a few each; a part's frame is that of its first scan.
+    """Scans of one robot, in parts of a few scans; the frame of a part is that of its first scan.
 
     References:
         Hess, Kohler, Rapp, Andor, Real-Time Loop Closure in 2D LIDAR SLAM, ICRA 2016, section IV and V.
@@ -73,23 +73,23 @@ class PartsMap:
     def __init__(
         self, prior: Array, prior_covariance: Array, bias: OdometryBias, *, loop_distance: float, loop_share: float
     ) -> None:
-        """Begin without scans.
+        """Start without scans.
 
         Args:
-            prior: Where the robot starts, world frame, shape (3,) [m, m, rad].
+            prior: Start of the robot, world frame, shape (3,) [m, m, rad].
             prior_covariance: Of it, shape (3, 3).
-            bias: What is known of the systematic errors of odometry, kept up by others.
-            loop_distance: How near an old part must be to be tried for a loop [m].
-            loop_share: Of the walls seen near old ones, the share that must lie on them for a loop to count.
+            bias: Estimated systematic errors of odometry, updated by the caller.
+            loop_distance: Maximum distance of an old part to be tried for a loop [m].
+            loop_share: Minimum ratio of wall elements on old walls to those near them for a loop.
         """
         self._loop_distance, self._loop_share = loop_distance, loop_share
         self._prior_covariance = prior_covariance
         self._motion = odometry_motion()
         self.keyframes: list[Keyframe] = []
         self.graph = PoseGraph(prior[None])
-        """Its poses are those of the parts."""
+        """The graph, whose poses are those of the parts."""
         self.loops = 0
-        """How many are closed."""
+        """Number of closed loops."""
         self._bias, self._by_loops = bias, np.zeros(COMMON)
         self._solved_errors = bias.errors
         # Of the newest part: its covariance if it were known what odometry errs by, and how its pose changes with that.
@@ -103,26 +103,26 @@ class PartsMap:
         self._begin_way()
 
     def _begin_way(self) -> None:
-        """Count the way from the newest part's frame from here.
+        """Restart the accumulated motion at the frame of the newest part.
 
-        Loops are looked for in windows that are cautious, as if each match erred for itself; what is told of the
-        robot's pose is what matches err by.
+        Search windows for loops are conservative, as if the errors of matches persisted; the published covariance of
+        the robot's pose has their actual errors.
         """
         self._place, self._cautious = UncertainPlace(np.zeros(3), np.zeros((3, COMMON))), np.zeros((3, 3))
         self._lasting, self._passing = np.zeros((3, 3)), np.zeros((3, 3))
 
     def _forget_since(self) -> None:
-        """Count the way since the last solution from here: pose, cautious covariance of its own, slopes."""
+        """Restart the accumulated motion since the last solution: pose, conservative covariance, slopes."""
         self._since = np.zeros(3), np.zeros((3, 3)), np.zeros((3, COMMON))
 
     def add(self, looked: LevelScan, surface: Surface, laid: Laid, slopes: Array) -> None:
         """Add a scan.
 
         Args:
-            looked: As it came.
-            surface: The walls that it shows, in the robot's frame.
-            laid: The robot in the frame of the scan before, or of the prior.
-            slopes: How that changes with the systematic errors of odometry, shape (3, 4).
+            looked: The scan as received.
+            surface: Its walls, in the robot's frame.
+            laid: The robot in the frame of the previous scan, or of the prior.
+            slopes: Derivative of that by the systematic errors of odometry, shape (3, 4).
         """
         errors = self._errors
         place = self._place.given(errors)
@@ -142,14 +142,14 @@ class PartsMap:
         return pose, _total(covariance, slopes, self._bias)
 
     def _newest(self) -> tuple[Array, Array, Array]:
-        """Return the newest pose in the world, its covariance if odometry's errors were known, and its slopes."""
+        """Return the newest pose in the world, its covariance given the errors of odometry, and its slopes."""
         pose, F, G = self._motion(self.graph.poses[-1], self._place.given(self._errors))
         covariance = F @ self._covariance @ F.T + G @ self._spread @ G.T
         return pose, covariance, F @ self._slopes + G @ self._place.slopes
 
     @property
     def _errors(self) -> Array:
-        """Systematic errors of odometry, by scans that follow one another and by loops, shape (4,)."""
+        """Systematic errors of odometry, from consecutive scans and loops, shape (4,)."""
         return self._bias.errors + self._by_loops
 
     def poses(self) -> Array:
@@ -157,46 +157,46 @@ class PartsMap:
         return np.array([self._pose(each) for each in self.keyframes]).reshape(-1, 3)
 
     def recent_walls(self) -> Surface:
-        """Return the walls of the last few scans in the frame of the newest one; at least one scan is there."""
+        """Return the walls of the last few scans in the frame of the newest one; needs at least one scan."""
         last = self.keyframes[-LOCAL:]
         poses = np.array([self._pose(each) for each in last])
         steps = step_between(poses[-1], poses)
         return joined([each.surface.moved(step) for each, step in zip(last, steps, strict=True)])
 
     def work(self) -> None:
-        """Do one piece of what waits: compare a new part with an old one, or solve the graph further."""
+        """Do one piece of pending work: compare a new part with an old one, or iterate the graph."""
         if self._untried:
             self._try_loop(*self._untried.popleft())
         elif self._moving or self._learnt():
             self._solve()
 
     def _learnt(self) -> bool:
-        """Return whether what was learnt of odometry since the last solution moves the newest part notably."""
+        """Return whether corrections of odometry since the last solution move the newest part notably."""
         off = self._slopes @ (self._bias.errors - self._solved_errors)
         known = _total(self._covariance, self._slopes, self._bias)
         return bool(off @ np.linalg.solve(known + SLIGHT, off) > NOTABLE)
 
     def finish(self) -> None:
-        """Do all that waits."""
+        """Do all pending work."""
         self._moving = len(self.graph.steps) > 0
         while self._untried or self._moving:
             self.work()
 
     @property
     def _spread(self) -> Array:
-        """Covariance of the newest place in its part: what adds up on the way, and what the last match errs by."""
+        """Covariance of the newest pose in its part: accumulated error, and error of the last match."""
         return self._lasting + self._passing
 
     def _pose(self, keyframe: Keyframe) -> Array:
         return compose(self.graph.poses[keyframe.part], keyframe.place.given(self._errors))
 
     def _after(self, pose: Array, covariance: Array, step: Array, spread: Array) -> tuple[Array, Array]:
-        """Return a pose and its covariance after a step with a covariance of its own."""
+        """Return a pose and its covariance after a step with independent covariance."""
         moved, F, G = self._motion(pose, step)
         return moved, F @ covariance @ F.T + G @ spread @ G.T
 
     def _begin_part(self) -> None:
-        """Finish the current part, and begin another at the newest place."""
+        """Finish the current part, and start another at the newest pose."""
         part, members = len(self._begins) - 1, self.keyframes[self._begins[-1] :]
         errors = self._errors
         self._walls.append(joined([each.surface.moved(each.place.given(errors)) for each in members]))
@@ -216,7 +216,7 @@ class PartsMap:
     def _step_covariances(self, ones: list[int], other: int) -> list[Array]:
         """Return the covariances of the steps from old parts to the newest one, shape (3, 3) each.
 
-        They are those of the last solution, carried on along the way since.
+        They are those of the last solution, propagated along the motion since.
         """
         if not ones:
             return []
@@ -229,7 +229,7 @@ class PartsMap:
         return [self._since_too(step, joint) for step, joint in zip(steps, until, strict=True)]
 
     def _since_too(self, step: Array, joint: Array) -> Array:
-        """Return the covariance (3, 3) of a step carried on along the way since the last solution.
+        """Return the covariance (3, 3) of a step propagated along the motion since the last solution.
 
         Args:
             step: To the newest part of that solution, shape (3,).
@@ -241,7 +241,7 @@ class PartsMap:
         return np.asarray(J @ joint @ J.T + G @ covariance @ G.T)
 
     def _near(self, part: int) -> list[int]:
-        """Return the old parts of the map where a finished one might be, the nearest first."""
+        """Return the old parts where a finished one might be, the nearest first."""
         old = part - RECENT
         if old < 1:
             return []
@@ -275,7 +275,7 @@ class PartsMap:
             self._consider(loop)
 
     def _consider(self, loop: Loop) -> None:
-        """Close a loop if it is certain, or agrees with another; else remember it."""
+        """Close a loop if it is certain, or agrees with another; otherwise remember it."""
         witnesses = [other for other in self._unconfirmed if agree(loop, other, self.graph.poses)]
         if not loop.certain and not witnesses:
             self._unconfirmed.append(loop)
@@ -287,7 +287,7 @@ class PartsMap:
         self._moving = True
 
     def _solve(self) -> None:
-        """Solve the graph further; when it is settled, give up the loops that do not fit."""
+        """Iterate the graph; when it has converged, remove loops that do not fit."""
         before = self.graph.poses
         self.graph.expect(self._bias.errors, self._bias.covariance)
         self.graph.solve(rounds=1)
@@ -307,5 +307,5 @@ class PartsMap:
 
 
 def _total(own: Array, slopes: Array, bias: OdometryBias) -> Array:
-    """Return the covariance (3, 3) of a pose with a covariance of its own that changes with the errors of odometry."""
+    """Return the total covariance (3, 3) of a pose: its own, and that from the errors of odometry."""
     return np.asarray(own + slopes @ bias.covariance @ slopes.T)

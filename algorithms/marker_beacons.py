@@ -13,23 +13,23 @@ from .picture_templates import apply_homography
 from .planar_pose import homography_between
 
 MODULE = 12
-"""Side of a module in the picture that is compared [px]."""
+"""Side of a module in the template [px]."""
 FLOOR = 0.027
-"""What no number of pixels averages away, standard deviation of a corner [pixels compared]: hard edges between black
-and white alias more than pictures do; measured by scripts/measure/vision.py."""
+"""Standard deviation of a corner that more pixels do not reduce [px of the template]: hard edges between black and
+white alias more than pictures; measured by scripts/measure/vision.py."""
 DICTIONARIES = {
     **{f"{n}x{n}_{count}": f"DICT_{n}X{n}_{count}" for n in (4, 5, 6, 7) for count in (50, 100, 250, 1000)},
     **{f"apriltag_{name}": f"DICT_APRILTAG_{name}" for name in ("16h5", "25h9", "36h10", "36h11")},
     "original": "DICT_ARUCO_ORIGINAL",
     "mip_36h12": "DICT_ARUCO_MIP_36h12",
 }
-"""What a world file calls a dictionary -> what OpenCV calls it."""
+"""Name of a dictionary in world files -> name in OpenCV."""
 
 
 class MarkerBeacons:
     """Finds the markers of one dictionary, all of one size.
 
-    Detections are called by the marker's number, or by the name given for it.
+    Detections are named by the marker's number, or by the name given for it.
 
     References:
         Garrido-Jurado et al., Automatic Generation and Detection of Highly Reliable Fiducial Markers under Occlusion,
@@ -37,12 +37,12 @@ class MarkerBeacons:
     """
 
     def __init__(self, dictionary: str, width: float, *, names: Mapping[int, str] | None = None) -> None:
-        """Prepare to look for markers.
+        """Prepare the detector.
 
         Args:
             dictionary: '4x4_50', 'apriltag_36h11' and so on.
             width: Of the black square [m].
-            names: Name by number; only these are reported. None for all markers, called by their numbers.
+            names: Name by number; only these are reported. None for all markers, named by their numbers.
 
         Raises:
             ValueError: The dictionary does not exist.
@@ -62,11 +62,11 @@ class MarkerBeacons:
         self._gauges: dict[str, PictureGauge] = {}
 
     def detect(self, image: Picture, intrinsics: Intrinsics) -> list[Detection]:
-        """Return the markers that are seen in an RGB image."""
+        """Return the markers in an RGB image."""
         return [found.detection for found in self.search(PreparedImage(image, intrinsics))]
 
     def search(self, view: PreparedImage, *, known: Sequence[FoundPicture] = ()) -> list[FoundPicture]:
-        """Return markers found in a view with no idea of where they are, leaving out those that are known."""
+        """Return markers found in a whole view, leaving out known ones."""
         corners, numbers, _ = self._detector.detectMarkers(view.gray)
         taken = {picture.detection.name for picture in known}
         found: dict[str, FoundPicture] = {}
@@ -81,19 +81,19 @@ class MarkerBeacons:
         return list(found.values())
 
     def track(self, name: str, rotation: Array, position: Array, view: PreparedImage) -> FoundPicture | None:
-        """Return a marker, seen before, that should be near a pose in the camera's frame, or None.
+        """Return a marker, seen before, near a predicted pose in the camera's frame, or None.
 
         Args:
             name: Of the marker.
             rotation: camera_from_picture as predicted, shape (3, 3).
-            position: Its middle as predicted, shape (3,) [m].
-            view: Where to look.
+            position: Its centre as predicted, shape (3,) [m].
+            view: The image.
         """
         found = self._gauges[name].near(rotation, position, view)
         return None if found is None else self._without_border(found)
 
     def _measure(self, name: str, number: int, outline: Array, view: PreparedImage) -> FoundPicture | None:
-        """Return the marker measured by its whole picture; OpenCV's corners are only where that begins."""
+        """Return the marker measured by its whole picture; OpenCV's corners are the initial guess."""
         half = self._width / 2.0
         square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
         if name not in self._gauges:
@@ -109,7 +109,7 @@ class MarkerBeacons:
         return PictureGauge(name, printed, self._width * (modules + 2) / modules, floor=FLOOR)
 
     def _without_border(self, found: FoundPicture) -> FoundPicture:
-        """Return a find whose corners are those of the black square."""
+        """Return a detection whose corners are those of the black square."""
         modules = int(self._dictionary.markerSize) + 2
         outer = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
         image_from_outer = homography_between(outer, found.detection.corners)

@@ -1,4 +1,4 @@
-"""Monte Carlo localization: where am I on this map, from a lidar, the wheels, and beacons where some are seen?
+"""Monte Carlo localization on a known map, from a lidar, odometry, and sightings of beacons, if any.
 
 The world must say `map: known`. In a symmetric room a lidar cannot resolve the ambiguity; one sighting of a beacon can.
 Particles are moved by odometry, weighted by how well the scan fits the map, and resampled. They start anywhere (`start:
@@ -20,28 +20,28 @@ from .distance_grid import DistanceGrid
 from .level_scan import LevelLidar, LevelScan
 
 FAST, SLOW, LOSING = 0.3, 0.03, 0.0005
-"""Fraction of the newest scan in the fast average of the likelihood, and in the slow one when scans fit better and when
-they fit worse than that: a robot that is lost for a minute still knows how well scans fit when it was not."""
+"""Weight of the newest scan in the fast average of the likelihood, and in the slow one when scans fit better or worse
+than it: after being lost for a minute, the robot still knows how well scans normally fit."""
 CANDIDATES = 20000
-"""Places tried for particles that are put somewhere new."""
+"""Number of candidate poses for relocated particles."""
 SEARCHERS = 300
-"""Particles that are put somewhere new by a belief that is quite lost."""
+"""Number of particles relocated when the robot is completely lost."""
 COARSE = np.array([0.1, 0.05])
-"""Least standard deviation of a sighting's range and bearing [m, rad]."""
+"""Minimum standard deviations of a sighting's range and bearing [m, rad]."""
 BROAD = 0.25
-"""Standard deviation of a beam's end from its wall where places are tried, so that one nearby is found [m]."""
+"""Standard deviation of a beam's end from its wall for candidate poses, so that approximate ones are found [m]."""
 SHARP = 16.0
-"""How many beams a scan counts for where it is asked whether the robot is lost, and where it may be then."""
+"""Number of independent beams that a scan counts for when detecting that the robot is lost, and for relocation."""
 APART, LEVER = 0.01, 0.5
-"""A scan tells something new if it was taken so far from the last one, a turn counted at the end of a lever [m]."""
+"""Distance between scans for independent information, with turns converted by a lever arm [m]."""
 FLOOR = 1e-8
-"""No belief is surer than 0.1 mm and 0.1 mrad, by which robots settle on the floor [m^2, rad^2]."""
+"""Minimum covariance of the belief: 0.1 mm and 0.1 mrad, by which robots settle on the floor [m^2, rad^2]."""
 BIN = np.array([0.5, 0.5, np.radians(15.0)])
-"""Size of the bins that are counted to tell how many particles are needed [m, m, rad]."""
+"""Size of the bins of KLD-sampling [m, m, rad]."""
 
 
 class MonteCarloLocalization:
-    """Estimates the pose by particles: augmented MCL, with as many particles as the spread of the belief needs.
+    """Estimates the pose with particles: augmented MCL, with a number of particles adapted to the spread.
 
     New particles, at the start or when scans fit worse than before, are not placed at random: they are drawn from
     several random poses according to the likelihood of the scan.
@@ -73,7 +73,7 @@ class MonteCarloLocalization:
             particles: Largest number of particles; a converged belief needs far fewer.
             beams: Number of beams used per scan.
             sigma: Standard deviation of a beam's end from its wall: noise, and errors of the map [m].
-            random: Fraction of beams that end on things that are not in the map.
+            random: Probability that a beam ends on something that is not in the map.
             weight: Number of independent beams that a scan counts for; the errors of neighbouring beams are correlated,
                 and so are those of the next scan from nearly the same place: a scan from the same place as the last one
                 counts for none. Larger values make the belief overconfident.
@@ -95,14 +95,14 @@ class MonteCarloLocalization:
         """Get the walls; called before `start`.
 
         Raises:
-            ValueError: The world keeps its map secret, or has no walls.
+            ValueError: The map is unknown, or has no walls.
         """
         if map is None:
             raise ValueError("there is no map; write 'map: known' under 'run' of the world")
         self._field = DistanceGrid.from_segments(map.segments, cell=0.025, finer=5)
 
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
-        """Throw the first particles.
+        """Draw the initial particles.
 
         Raises:
             ValueError: There is no map, or the robot has no such lidar.
@@ -146,7 +146,7 @@ class MonteCarloLocalization:
         return np.column_stack([places + within, self._rng.uniform(-np.pi, np.pi, number)])
 
     def _move(self, seen: Observation) -> None:
-        """Move each particle by odometry with an error of its own."""
+        """Move each particle by odometry with random noise."""
         moved, P = seen.odometry, self._particles
         self._moved += np.hypot(moved.forward, moved.left) + LEVER * abs(moved.turn)
         spread = np.linalg.cholesky(moved.covariance * self._scale**2 + 1e-12 * np.eye(3))
@@ -157,7 +157,7 @@ class MonteCarloLocalization:
         P[:, 2] += steps[:, 2]
 
     def _weigh(self, points: Array, looks: list[Sighting]) -> None:
-        """Weigh the particles by what is seen, and resample them when few of them carry the weight."""
+        """Weight the particles by scan and sightings, and resample them if few of them carry the weight."""
         if self._nowhere:
             self._particles, self._nowhere = self._likely_places(points, looks, len(self._particles)), False
         by_beam = self._scan_fit(self._particles, points, self._sigma)
@@ -172,7 +172,7 @@ class MonteCarloLocalization:
             self._draw(points, looks, lost)
 
     def _lost(self, by_scan: Array) -> float:
-        """Return how much worse than usual scans now fit, from 0 to 1."""
+        """Return how much worse than usual scans fit, from 0 to 1."""
         # Of those that carry the weight: particles just thrown elsewhere say nothing of how lost the belief is.
         mean = float(self._weights @ np.exp(by_scan))
         self._fast += (FAST if self._fast else 1.0) * (mean - self._fast)
@@ -180,7 +180,7 @@ class MonteCarloLocalization:
         return max(0.0, 1.0 - 1.5 * self._fast / self._slow)
 
     def _points(self, scan: LevelScan) -> Array:
-        """Return where some of the beams ended, in the robot's frame, shape (n, 2) [m]."""
+        """Return the ends of some beams, in the robot's frame, shape (n, 2) [m]."""
         points = scan.points()
         return np.asarray(points[np.linspace(0, len(points) - 1, min(self._beams, len(points))).astype(int)])
 
@@ -196,7 +196,7 @@ class MonteCarloLocalization:
     def _sighting_fit(self, poses: Array, looks: list[Sighting]) -> Array:
         """Return the logarithm of the likelihood of sightings of known beacons from poses (k, 3), shape (k,).
 
-        Thrun, Burgard, Fox, Probabilistic Robotics (2005), table 6.4, with a fraction of sightings that are wrong.
+        Thrun, Burgard, Fox, Probabilistic Robotics (2005), table 6.4, with a probability of wrong sightings.
         """
         total = np.zeros(len(poses))
         for look in looks:
@@ -209,7 +209,7 @@ class MonteCarloLocalization:
         return total
 
     def _draw(self, points: Array, looks: list[Sighting], lost: float) -> None:
-        """Draw particles by weight, as many as their spread needs; a fraction of those lost goes somewhere new."""
+        """Draw particles by weight, as many as their spread needs; some are relocated if the robot is lost."""
         kept = self._particles[systematic_resample_with(self._weights, self._rng)]
         number = self._needed(kept)
         self._particles = kept[self._rng.permutation(len(kept))[:number]] if number < len(kept) else kept
@@ -222,10 +222,10 @@ class MonteCarloLocalization:
             self._weights = np.append((1.0 - share) * self._weights, np.full(new, share / new))
 
     def _likely_places(self, points: Array, looks: list[Sighting], number: int) -> Array:
-        """Return poses anywhere that a scan and sightings make likely, shape (number, 3).
+        """Return poses that are likely given a scan and sightings, shape (number, 3).
 
-        Drawn from many with a broad likelihood, then moved uphill while it narrows: with a sharp likelihood, a wrong
-        pose that fits by chance would immediately outweigh one that is nearly right.
+        They are drawn from many with a broad likelihood, then optimised while it narrows: with a sharp likelihood, a
+        wrong pose that fits by chance would immediately outweigh one that is nearly right.
         """
         tried = self._anywhere(CANDIDATES)
         fit = SHARP * self._scan_fit(tried, points, BROAD) + self._sighting_fit(tried, looks)
@@ -240,7 +240,7 @@ class MonteCarloLocalization:
         return np.asarray(poses)
 
     def _needed(self, particles: Array) -> int:
-        """Return how many particles keep the histogram's error below 0.02 with 99 % (KLD-sampling)."""
+        """Return the number of particles that keeps the histogram's error below 0.02 with 99 % (KLD-sampling)."""
         bins = len(np.unique(_bins(particles)))
         if bins < 2:
             return 200
@@ -249,7 +249,7 @@ class MonteCarloLocalization:
         return int(np.clip(needed, 200, self._most))
 
     def _belief(self) -> Estimate:
-        """Return the mean of the particles around the heaviest place, and the spread of all about it."""
+        """Return the mean of the particles around the most likely pose, and the spread of all about it."""
         P, w = self._particles, self._weights
         _, index = np.unique(_bins(P), return_inverse=True)
         heaviest = index == np.argmax(np.bincount(index, weights=w))
@@ -260,20 +260,20 @@ class MonteCarloLocalization:
         return Estimate(Pose.from_array(mean), (apart * w[:, None]).T @ apart + FLOOR * np.eye(3), show=self._shown)
 
     def _picture(self, points: Array) -> tuple[Shown, ...]:
-        """Return some of the particles, and the ends of a scan (n, 2) as seen from where the belief is."""
+        """Return shown items: some of the particles, and the ends of a scan (n, 2) from the estimated pose."""
         few = self._particles[:: -(-len(self._particles) // self._show), :2]
         scan = ShownPoints(name="scan as believed", frame="estimate", points=points, size=0.06, color="#2f9e44")
         return (ShownPoints(name="particles", points=few, size=0.04, color="#e8590c"), scan)
 
 
 def log_likelihood(field: DistanceGrid, points: Array, *, sigma: float, random: float) -> Array:
-    """Return how well the ends of a scan's beams fit a map: the logarithm of their likelihood, the mean over beams.
+    """Return the mean log-likelihood of the ends of a scan's beams, given a map.
 
     Args:
         field: Distances to the map's walls.
         points: Ends of beams in the map's frame, shape (..., beams, 2) [m].
         sigma: Standard deviation of an end's distance from its wall [m].
-        random: Fraction of beams that end anywhere.
+        random: Probability that a beam ends anywhere.
 
     Returns:
         Shape (...); 0 for a scan that fits perfectly.
@@ -286,9 +286,9 @@ def log_likelihood(field: DistanceGrid, points: Array, *, sigma: float, random: 
 
 
 def systematic_resample_with(weights: Array, rng: Generator) -> Array:
-    """Return the indices that filterpy's systematic resampling draws, from a random stream of ours.
+    """Return the indices from filterpy's systematic resampling, with our own random stream.
 
-    filterpy asks NumPy's global generator for its one number; it is lent a seed from ours, so that runs repeat.
+    filterpy draws one number from NumPy's global generator; that is seeded from ours, so that runs are reproducible.
     """
     state = np.random.get_state()  # noqa: NPY002, filterpy draws from there
     np.random.seed(int(rng.integers(2**32)))  # noqa: NPY002
@@ -299,7 +299,7 @@ def systematic_resample_with(weights: Array, rng: Generator) -> Array:
 
 
 def _bins(poses: Array) -> NDArray[np.int64]:
-    """Return a number for each pose (n, 3), the same for those in one bin."""
+    """Return a number for each pose (n, 3), equal for poses in the same bin."""
     headings = np.column_stack([poses[:, :2], wrap_angles(poses[:, 2])])
     columns, rows, turns = np.floor(headings / BIN).astype(np.int64).T
     return np.asarray((columns * 2**20 + rows) * 2**6 + turns)
@@ -313,7 +313,7 @@ def _mean(poses: Array, weights: Array) -> Array:
 
 
 def _apart(poses: Array, mean: Array) -> Array:
-    """Return poses (n, 3) less one pose, headings in [-pi, pi)."""
+    """Return differences of poses (n, 3) from one pose, headings in [-pi, pi)."""
     apart = poses - mean
     apart[:, 2] = wrap_angles(apart[:, 2])
     return apart

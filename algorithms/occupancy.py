@@ -15,9 +15,9 @@ from .ekf_models import odometry_motion
 from .level_scan import LevelLidar
 
 FREE, HIT = -0.4, 1.7
-"""What a beam that passes, and one that ends, adds to a cell's log-odds: it is occupied with 40 %, with 85 %."""
+"""Log-odds added to a cell by a beam that passes it, and by one that ends in it: occupied with 40 %, with 85 %."""
 SURE = 8.0
-"""Log-odds stay within this, so that a door that opens is believed after some scans."""
+"""Bound of the log-odds, so that an opened door is recognised after some scans."""
 
 
 class OccupancyGrid:
@@ -34,7 +34,7 @@ class OccupancyGrid:
 
         Args:
             cell: Side of a cell [m].
-            farthest: How far along a beam cells are held for free, whatever the lidar's range [m].
+            farthest: Distance along a beam up to which cells count as free, whatever the lidar's range [m].
         """
         self.cell, self.farthest = cell, farthest
         self.lower: Array = np.zeros(2)
@@ -42,7 +42,7 @@ class OccupancyGrid:
         """Shape (rows, columns); 0 for unknown."""
 
     def add(self, world_from_lidar: Pose, scan: Scan) -> None:
-        """Add a scan that was taken from a pose."""
+        """Add a scan taken from a pose."""
         angles, ranges = scan.angles() + world_from_lidar.heading, scan.ranges
         told = ~np.isneginf(ranges) & ~np.isnan(ranges)
         angles, ranges = angles[told], ranges[told]
@@ -64,19 +64,19 @@ class OccupancyGrid:
         np.clip(flat, -SURE, SURE, out=flat)
 
     def distances(self, *, unknown_is_wall: bool = False) -> DistanceGrid:
-        """Return how far each cell is from what is occupied, and from what is unknown if that counts as wall."""
+        """Return the distance of each cell from occupied cells, and from unknown ones if these count as walls."""
         occupied = self.log_odds > 0.0
         return DistanceGrid(
             occupied | (self.log_odds == 0.0) if unknown_is_wall else occupied, lower=self.lower, cell=self.cell
         )
 
     def _index(self, points: Array) -> NDArray[np.intp]:
-        """Return the places in the flattened grid of the cells that hold points (n, 2) [m]."""
+        """Return the indices in the flattened grid of the cells of points (n, 2) [m]."""
         columns, rows = np.floor((points - self.lower) / self.cell).astype(np.intp).T
         return np.asarray(rows * self.log_odds.shape[1] + columns)
 
     def _grow(self, origin: Array, reach: float) -> None:
-        """Make room for all within reach of a place, in steps of 4 m so that it happens seldom."""
+        """Extend the grid to everything within range of a place, in steps of 4 m so that it happens rarely."""
         block = round(4.0 / self.cell)
         low = np.floor((origin - reach) / self.cell).astype(int) // block * block
         high = -(-np.ceil((origin + reach) / self.cell).astype(int) // block) * block
@@ -93,7 +93,7 @@ class OccupancyGrid:
 
 
 def shown_grid(grid: OccupancyGrid) -> ShownGrid:
-    """Return a grid as it is shown: the part that is known, as odds from 0 for free to 1 for occupied."""
+    """Return a grid for display: its known part, as probabilities from 0 for free to 1 for occupied."""
     rows, columns = (np.flatnonzero((grid.log_odds != 0.0).any(axis=axis)) for axis in (1, 0))
     if not len(rows):
         return ShownGrid(name="map", cells=np.full((1, 1), np.nan), resolution=grid.cell)
@@ -104,7 +104,7 @@ def shown_grid(grid: OccupancyGrid) -> ShownGrid:
 
 
 class OccupancyMapping:
-    """Believes the wheels, and draws what the lidar sees into `grid`: the plainest map maker there is."""
+    """Maps with known poses: takes the pose from odometry, and adds lidar scans to `grid`."""
 
     def __init__(self, *, lidar: str | None = None, **grid: Any) -> None:
         """Set the rules.
@@ -128,7 +128,7 @@ class OccupancyMapping:
         self._motion = odometry_motion()
 
     def update(self, seen: Observation) -> Estimate:
-        """Return the pose of odometry; draw the scan if one has come."""
+        """Return the pose of odometry; add the scan if there is one."""
         moved = seen.odometry
         self._pose, F, G = self._motion(self._pose, np.array([moved.forward, moved.left, moved.turn]))
         self._covariance = F @ self._covariance @ F.T + G @ moved.covariance @ G.T

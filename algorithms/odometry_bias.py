@@ -5,14 +5,14 @@ import numpy as np
 from mjsim.geometry import Array
 
 PRIOR = np.array([0.05, 0.05, 0.01, 0.02])
-"""Standard deviations of what a robot's odometry errs by: share of the way, share of the turn, turn for each metre
-[rad/m], turn for each second that it moves [rad/s]."""
+"""Prior standard deviations of the errors of odometry: relative error of distance, relative error of turn, turn per
+metre [rad/m], turn per second of motion [rad/s]."""
 DRIFT = 0.01
-"""Of those standard deviations, by what share they may change from one scan to the next; tyres and floors do."""
+"""Random walk of the errors per scan, relative to those standard deviations, because tyres and floors change."""
 CLEAR = 0.1
-"""Shifts in a direction of which scans tell less than this fraction of what they tell of any other teach nothing."""
+"""Directions with less than this ratio of the largest information are ignored when learning."""
 GATE = 9.0
-"""A step that is farther off, in units squared, is a slip and teaches nothing."""
+"""Normalised squared error above which a step is a slip and is ignored."""
 
 
 class OdometryBias:
@@ -24,10 +24,11 @@ class OdometryBias:
     """
 
     def __init__(self) -> None:
-        """Begin with odometry that is right."""
+        """Start without errors."""
         self._drift = np.diag((DRIFT * PRIOR) ** 2)
         self.errors: Array = np.zeros(4)
-        """Share of the way, share of the turn, turn for each metre [rad/m] and for each second [rad/s], shape (4,)."""
+        """Relative error of distance, relative error of turn, turn per metre [rad/m] and per second [rad/s], shape
+        (4,)."""
         self.covariance: Array = np.diag(PRIOR**2)
         """Of them, shape (4, 4)."""
 
@@ -41,7 +42,7 @@ class OdometryBias:
         return told - _effects(told, float(np.hypot(told[0], told[1])), seconds) @ self.errors
 
     def slopes(self, told: Array, way: float, seconds: float) -> Array:
-        """Return how a corrected step changes with the errors of odometry, shape (3, 4).
+        """Return the derivative of a corrected step by the errors of odometry, shape (3, 4).
 
         Args:
             told: The step by odometry alone, shape (3,) [m, m, rad].
@@ -51,7 +52,7 @@ class OdometryBias:
         return -_effects(told, way, seconds)
 
     def doubt(self, told: Array, way: float, seconds: float) -> Array:
-        """Return the covariance of a step by what is not known of its systematic errors, shape (3, 3).
+        """Return the covariance of a step from the uncertainty of the systematic errors, shape (3, 3).
 
         Args:
             told: The step by odometry alone, shape (3,) [m, m, rad].
@@ -62,7 +63,7 @@ class OdometryBias:
         return np.asarray(H @ self.covariance @ H.T)
 
     def learn(self, told: Array, way: float, seconds: float, off: Array, noise: Array, after: Array) -> None:
-        """Take a step that scans have measured.
+        """Update the errors with a step measured by scans.
 
         Args:
             told: The step by odometry alone, without corrections, shape (3,) [m, m, rad].
@@ -89,7 +90,7 @@ class OdometryBias:
 
 
 def _clear(information: Array) -> Array:
-    """Return the projection on what scans tell clearly, shape (3, 3): along a corridor noise seems to tell a little."""
+    """Return the projection on directions clearly measured by scans, shape (3, 3); noise gives a little in the others."""
     values, vectors = np.linalg.eigh(information[:2, :2])
     kept = vectors[:, values >= CLEAR * values[1]]
     clear: Array = np.eye(3)
@@ -98,7 +99,7 @@ def _clear(information: Array) -> Array:
 
 
 def _effects(step: Array, way: float, seconds: float) -> Array:
-    """Return how a step as odometry tells it changes with what that errs by, shape (3, 4)."""
+    """Return the derivative of a step of odometry by the errors, shape (3, 4)."""
     forward, left, turn = step.tolist()
     effects = np.zeros((3, 4))
     effects[:, 0] = forward, left, 0.0

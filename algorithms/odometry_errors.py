@@ -15,25 +15,25 @@ from mjsim.geometry import Array
 from mjsim.interface import Odometry
 
 COUNT = 4
-"""Errors: of the way, as a share of it; of the turn, for each metre driven [rad/m]; of the turn, as a share of it; and
-how much later the robot moves than it is told [s]."""
+"""Number of errors: relative error of distance; turn per metre driven [rad/m]; relative error of turn; and delay of the
+motion [s]."""
 DELAY = 0.05
-"""Standard deviation of the delay [s]: wheels take so long to follow a command, or computers to tell what they did."""
+"""Standard deviation of the delay [s]: of wheels following commands, or of computers reporting their motion."""
 LATEST = 0.5
-"""A robot is not taken to move later than that [s]."""
+"""Maximum delay of the motion [s]."""
 BEGIN = 0.05
-"""Once the robot has driven so far, the noise that odometry claims is compared with its way [m]."""
+"""Distance after which the noise of odometry is compared with the distance [m]."""
 
 
 class OdometryErrors:
-    """How far off odometry may be at every tick, as far as its claims of noise tell.
+    """Models systematic errors of odometry in proportion to its noise.
 
     Noise of rate q adds q d to the variance over a distance d, a constant scale error s adds s^2 d^2. Both are equal
     over a given distance L if the variance of s is q / L. For the turn, one radian counts as one metre.
     """
 
     def __init__(self, way: float, *, delay: float = DELAY) -> None:
-        """Start at rest, with no error given.
+        """Start at rest, without errors.
 
         Args:
             way: L, infinite for a robot without such errors [m].
@@ -47,18 +47,18 @@ class OdometryErrors:
     def step(
         self, moved: Odometry, covariance: Array, seconds: float, *, delay: float = 0.0
     ) -> tuple[Array, Array, Array]:
-        """Return what a tick tells of them.
+        """Return the motion of a tick and its dependence on the errors.
 
         Args:
-            moved: The motion of the tick as it is told.
-            covariance: Of (forward, left, turn) as it is claimed, shape (3, 3).
-            seconds: How long a tick takes [s].
-            delay: How much later the robot is taken to move [s].
+            moved: The motion of the tick by odometry.
+            covariance: Of (forward, left, turn), shape (3, 3).
+            seconds: Period of the tick [s].
+            delay: Estimated delay of the motion [s].
 
         Returns:
-            control: (forward, left, turn) of the tick with that delay, less its slope times it, shape (3,).
+            control: (forward, left, turn) of the tick with that delay, minus its slope times it, shape (3,).
             slopes: Derivative of (forward, left, turn) by the errors, shape (3, 4).
-            gained: By how much their variances grow at this tick, shape (4,).
+            gained: Increase of their variances at this tick, shape (4,).
         """
         told = np.array([moved.forward, moved.left, moved.turn])
         way = float(np.hypot(moved.forward, moved.left))
@@ -81,5 +81,5 @@ class OdometryErrors:
         return np.array([forward, left, turn]) - max(delay, 0.0) * slopes[:, 3], slopes, gained
 
     def _past(self, ticks: int) -> Array:
-        """Return the motion that was told so many ticks ago; before the first the robot rested."""
+        """Return the motion by odometry a number of ticks ago; the robot was at rest before the first."""
         return self._told[ticks] if ticks < len(self._told) else np.zeros(3)

@@ -1,4 +1,4 @@
-"""Learns the inertial parameters of an arm's links from its motors' torques and the motion that follows."""
+"""Learns the inertial parameters of an arm's links from motor torques and the resulting motion."""
 
 import numpy as np
 
@@ -7,26 +7,26 @@ from mjsim.interface import ArmInfo, JointState
 from mjsim.mechanics import Arm
 
 DOUBT, PART = 0.2, 0.05
-"""How far a parameter may be off: as a fraction of itself, and of what its link's mass would give it at LEVER."""
+"""Prior standard deviation of a parameter: relative to its value, and to that of its link's mass at LEVER."""
 LEVER = 0.3
-"""Of parts of a link about its origin [m]."""
+"""Lever arm of parts of a link about its origin [m]."""
 FORGETTING = 0.1
-"""How fast it becomes as doubtful as at the start again [1/s]."""
+"""Rate at which the covariance returns to its initial value [1/s]."""
 MODEL = 0.01
-"""How far the equations of an arm may be off, as a fraction of the largest torque of each joint."""
+"""Standard deviation of the model error, relative to the maximum torque of each joint."""
 CREEP = 0.02
-"""Dry friction is anyone's guess of a joint that is not much faster [rad/s, m/s]."""
+"""Below about this speed, dry friction is unknown [rad/s, m/s]."""
 POSTURES = 50
-"""Postures at which the largest inertia and the largest gravity of each joint are looked for."""
+"""Number of postures used to find the maximum inertia and gravity torque of each joint."""
 
 
 class ParameterLearner:
     """Parameters of the links and their covariance, by recursive least squares with exponential forgetting.
 
-    Of the motion between two readings it knows W a = y, with W the regressor and y the torques of the motors less those
-    of rotors and friction. Both go through one low-pass filter, so that the noise of measured rates does not bias a.
-    The covariance P grows back to what it was at the start, never beyond: old motions are forgotten, and what a motion
-    does not show stays as it was.
+    The motion between two readings satisfies W a = y, with W the regressor and y the motor torques minus those of
+    rotors and friction. Both go through one low-pass filter, so that the noise of measured rates does not bias a. The
+    covariance P grows back to its initial value, never beyond: old motions are forgotten, and parameters that are not
+    excited keep their values.
 
     References:
         Slotine and Li, Composite adaptive control of robot manipulators, Automatica 25(4), 1989; Salgado, Goodwin,
@@ -35,17 +35,17 @@ class ParameterLearner:
     """
 
     def __init__(self, arm: Arm, info: ArmInfo, *, lag: float, adaptation: float) -> None:
-        """Begin with the parameters of an arm.
+        """Start with the parameters of an arm.
 
         Args:
-            arm: As it is believed to be.
+            arm: The assumed arm.
             info: Its limits.
             lag: Time constant of the filter [s].
-            adaptation: How doubtful the parameters are: a factor of their variances.
+            adaptation: Factor of the initial variances of the parameters.
         """
         self._arm, self._lag = arm, lag
         self.parameters = arm.parameters()
-        """As `Arm.parameters` has them, shape (10 n,)."""
+        """As in `Arm.parameters`, shape (10 n,)."""
         self._first = np.diag(adaptation * _variances(arm))
         self.covariance = self._first.copy()
         """P, shape (10 n, 10 n)."""
@@ -56,14 +56,14 @@ class ParameterLearner:
         self._seen = Filtered()
 
     def motion(self, state: JointState, dt: float) -> tuple[Array, Array, Array] | None:
-        """Return positions, rates and accelerations behind the torques of a reading, None at the first one."""
+        """Return positions, rates and accelerations for the torques of a reading, None at the first one."""
         before, self._before = self._before, state
         if before is None:
             return None
         return before.positions, before.velocities, np.asarray((state.velocities - before.velocities) / dt)
 
     def learn(self, W: Array, qd: Array, qdd: Array, *, torques: Array, dt: float) -> None:
-        """Take a motion into account.
+        """Update the parameters with a motion.
 
         Args:
             W: The regressor of the motion, shape (n, 10 n).
@@ -88,15 +88,15 @@ class ParameterLearner:
 
 
 class Filtered:
-    """Arrays through low-pass filters of first order, each a weighted mean of what came, from the first on."""
+    """First-order low-pass filters of arrays: each is a weighted mean of all its inputs."""
 
     def __init__(self) -> None:
-        """Nothing came."""
+        """Start without inputs."""
         self._sums: tuple[Array, ...] = ()
         self._weight = 0.0
 
     def add(self, arrays: tuple[Array, ...], share: float) -> tuple[Array, ...]:
-        """Take new arrays with a fraction of the weight, and return the means."""
+        """Add new arrays with a relative weight, and return the means."""
         sums = self._sums or tuple(np.zeros_like(array) for array in arrays)
         self._sums = tuple(total + share * (array - total) for total, array in zip(sums, arrays, strict=True))
         self._weight += share * (1.0 - self._weight)
@@ -104,7 +104,7 @@ class Filtered:
 
 
 def _variances(arm: Arm) -> Array:
-    """Return how doubtful each parameter is at the start, shape (10 n,)."""
+    """Return the initial variance of each parameter, shape (10 n,)."""
     lever = np.array([1.0, *[LEVER] * 3, *[LEVER**2] * 6])
     by_mass = (np.array([[link.mass] for link in arm.links]) * lever).reshape(-1)
     return np.asarray((DOUBT * arm.parameters()) ** 2 + (PART * by_mass) ** 2)
@@ -123,7 +123,7 @@ def largest_inertia(arm: Arm, info: ArmInfo) -> Array:
 
 
 def strength(arm: Arm, info: ArmInfo) -> Array:
-    """Return the torque that each motor has, shape (n,) [N m, N]; what the arm needs where nothing limits it."""
+    """Return the maximum torque of each motor, shape (n,) [N m, N]; without a limit, the torque that the arm needs."""
     held = np.abs(arm.gravload(postures(info))).max(axis=0)
     needed = 4.0 * held + 10.0 * largest_inertia(arm, info)
     return np.where(np.isfinite(info.max_torque), info.max_torque, needed)

@@ -1,4 +1,4 @@
-"""Drives along a smooth curve through points, by the controller of one's choice."""
+"""Drives along a smooth curve through points, with a choice of controllers."""
 
 from collections.abc import Sequence
 from typing import Literal
@@ -12,7 +12,7 @@ from .controllers import feedback_linearisation, lqr_gains, path_errors
 from .trajectories import SpeedProfile, SplinePath, fastest_profile
 
 SLOWEST = 0.05
-"""Below this it does not go, or it would never start [m/s]."""
+"""Minimum speed, so that it starts at all [m/s]."""
 
 
 class PathTracking:
@@ -33,10 +33,11 @@ class PathTracking:
         """Set the path.
 
         Args:
-            points: Where to go, each (x, y) [m], in the frame of the estimate; the curve begins at the robot.
-            controller: What keeps the robot on the curve.
-            speed: Top speed, if the robot can [m/s].
-            limits: Fraction of the robot's turn rate and accelerations that the plan uses; the rest is for control.
+            points: Each (x, y) [m], in the frame of the estimate; the curve starts at the robot.
+            controller: Control law for following the curve.
+            speed: Maximum speed, if the robot can [m/s].
+            limits: Part of the robot's limits of turn rate and acceleration that the plan uses, 0 to 1; the rest is for
+                control.
         """
         if controller not in ("lqr", "linearisation"):
             raise ValueError(f"controller is {controller!r}; it must be 'lqr' or 'linearisation'")
@@ -44,7 +45,7 @@ class PathTracking:
         self._controller, self._top, self._share = controller, speed, limits
 
     def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
-        """Lay the curve from where the robot believes to start, and time it."""
+        """Compute the curve from the robot's prior, and its speeds."""
         self._robot = robot
         first = np.array([[robot.prior.x, robot.prior.y]])
         self._path = SplinePath(np.concatenate([first, self._points]))
@@ -61,7 +62,7 @@ class PathTracking:
         self._turning = True
 
     def command(self, seen: Observation, belief: Estimate) -> Command:
-        """Return the twist that keeps to the curve; zero at its end."""
+        """Return the twist along the curve; zero at its end."""
         pose = belief.pose
         self._along = self._nearest(pose.x, pose.y)
         left = self._path.length - self._along
@@ -92,6 +93,6 @@ class PathTracking:
         return feedback_linearisation(pose, velocity, ahead=ahead)
 
     def _nearest(self, x: float, y: float) -> float:
-        """Return how far along the curve the nearest point within the next metre is [m]."""
+        """Return the distance along the curve of the nearest point within the next metre [m]."""
         near = np.linspace(self._along, min(self._along + 1.0, self._path.length), 41)
         return float(near[np.argmin(np.hypot(*(self._path.at(near) - (x, y)).T))])

@@ -1,7 +1,7 @@
-"""A mobile manipulator that drives to a box by its own map, recognises the picture on it, and lifts it.
+"""A task for a mobile manipulator: it drives to a box by its own map, recognises the picture on it, and lifts it.
 
-It knows what a person would tell it: which picture is on the box, how large both are, and where to look for them. Where
-the box is and how it is turned it sees.
+It is given the picture on the box, the sizes of both, and places to search. It measures position and orientation of the
+box.
 """
 
 import math
@@ -19,25 +19,25 @@ from mjsim.mechanics import placed
 from .joint_path import between
 
 RECENT = 1.5
-"""Looks at the box count for so long [s]."""
+"""Maximum age of a look at the box [s]."""
 AWAY, NEAR = 0.95, 0.72
-"""From which distances to the box it drives to a place before it, one after the other [m]."""
+"""Distances in front of the box to which it drives, one after the other [m]."""
 REACH, BEFORE = 0.36, 0.13
-"""How far from the arm's base the box is when the arm reaches for it, and from where the hand goes straight [m]."""
+"""Distance of the box from the arm's base when the arm reaches for it, and distance of the straight approach [m]."""
 SLOW, TURN = 0.08, 0.7
-"""Speeds near the box [m/s], [rad/s]."""
+"""Speed and turn rate near the box [m/s], [rad/s]."""
 AIMED = 0.01
-"""It faces the box, or is where it should be, as well as this [rad, m]."""
+"""Tolerances of heading and position in front of the box [rad, m]."""
 FINGERS = 2
-"""The last joints of the arm; they close towards their lower limits."""
+"""Number of finger joints at the end of the arm; they close towards their lower limits."""
 
 
 class PickUp:
-    """Searches a box by the picture on it, drives before it, grips it from the front, and lifts it.
+    """Searches for a box by the picture on it, drives in front of it, grips it from the front, and lifts it.
 
-    The base is steered by the pose that the robot's estimator believes in. The picture's four corners, as the observer
-    tells them, give where its face is and how that is turned (`cv2.solvePnP`); of the two solutions that a plane has
-    the upright one counts. The arm goes through poses found by inverse kinematics; the fingers close with a force.
+    The base is controlled with the robot's estimated pose. The picture's four corners from the observer give the pose
+    of the box's face (`cv2.solvePnP`); of the two solutions for a plane, the upright one is used. The arm moves through
+    poses found by inverse kinematics; the fingers close with a given force.
 
     References:
         Collins and Bartoli, Infinitesimal Plane-Based Pose Estimation, Int. J. of Computer Vision 109, 2014, for the
@@ -57,18 +57,18 @@ class PickUp:
         lift: float = 0.12,
         speed: float = 0.35,
     ) -> None:
-        """Say what is to be lifted.
+        """Set the task.
 
         Args:
-            picture: Name of the beacon on the front of the box, in the middle of that side.
+            picture: Name of the beacon on the front of the box, at the centre of that side.
             box: Depth behind the picture, width and height of the box [m].
             width: Of the picture, which is square [m].
-            search: Where to look for it, [x, y] each, in the frame of the estimate [m]; it turns round at each.
-            camera: Whose pictures the observer looks at.
+            search: Places to search, [x, y] each, in the frame of the estimate [m]; the robot turns around at each.
+            camera: The camera of the observer.
             arm: Its name; the last two joints are its fingers.
             force: Of each finger [N].
-            lift: How high the box is lifted [m].
-            speed: On the way [m/s].
+            lift: Height by which the box is lifted [m].
+            speed: Of driving [m/s].
 
         Raises:
             ValueError: A size is not above 0.
@@ -81,7 +81,7 @@ class PickUp:
         self._camera, self._arm, self._force, self._lift, self._speed = camera, arm, force, lift, speed
 
     def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
-        """Look at the robot's data sheet.
+        """Read the robot's data sheet.
 
         Raises:
             ValueError: It has no such camera, or no such arm with fingers.
@@ -99,13 +99,13 @@ class PickUp:
         self._steps = self._script()
 
     def command(self, seen: Observation, belief: Estimate) -> Command:
-        """Return what to do at this tick; once the box is lifted, hold it."""
+        """Return the command of this tick; once the box is lifted, it is held."""
         self._here, self._joints = belief.pose, np.array(seen.joints[self._arm].positions)
         self._look(seen)
         return next(self._steps)
 
     def _script(self) -> Iterator[Command]:
-        """Yield the commands of the whole task, one a tick; what is seen meanwhile is in the attributes."""
+        """Yield the commands of the whole task, one per tick; observations are in the attributes."""
         self._still = self._goal = self._joints.copy()
         yield from self._find()
         for distance in (AWAY, NEAR):
@@ -119,7 +119,7 @@ class PickUp:
             yield self._moving()
 
     def _look(self, seen: Observation) -> None:
-        """Note where the box is when the picture was seen at this tick: x, y, z and heading of its face, (4,)."""
+        """Store the pose of the box if the picture was seen at this tick: x, y, z and heading of its face, (4,)."""
         for sighting in seen.sightings:
             if sighting.name == self._picture and sighting.corners is not None:
                 at, outward = self._face(sighting)
@@ -131,7 +131,7 @@ class PickUp:
             self._looks.popleft()
 
     def _face(self, sighting: Sighting) -> tuple[Array, Array]:
-        """Return the middle of the picture [m] and the direction that it faces, robot frame, shape (3,) each."""
+        """Return the centre of the picture [m] and the direction that it faces, robot frame, shape (3,) each."""
         half = 0.5 * self._width
         corners = np.array([[-half, -half, 0.0], [half, -half, 0.0], [half, half, 0.0], [-half, half, 0.0]])
         _, turns, places, _ = cv2.solvePnPGeneric(
@@ -146,20 +146,20 @@ class PickUp:
         return at, outward * [1.0, 1.0, 0.0] / np.hypot(*outward[:2])
 
     def _box(self) -> tuple[Array, float]:
-        """Return the middle of the box, shape (3,) [m], and where its face looks [rad], frame of the estimate."""
+        """Return the centre of the box, shape (3,) [m], and the direction of its face [rad], frame of the estimate."""
         rows = np.array([row for _, row in self._looks])
         middle = np.median(rows[:, :3], axis=0)
         heading = math.atan2(np.sin(rows[:, 3]).sum(), np.cos(rows[:, 3]).sum())
         return middle, heading
 
     def _box_in_robot(self) -> tuple[Array, float]:
-        """Return the middle of the box in the robot's frame, shape (3,) [m], and its azimuth from the arm [rad]."""
+        """Return the centre of the box in the robot's frame, shape (3,) [m], and its azimuth from the arm [rad]."""
         middle, _ = self._box()
         x, y = self._here.inverse().transform(middle[None, :2])[0]
         return np.array([x, y, middle[2]]), math.atan2(y - self._foot[1], x - self._foot[0])
 
     def _find(self) -> Iterator[Command]:
-        """Turn round here, then at each place where to look, until the picture is seen."""
+        """Turn around here, then at each place to search, until the picture is seen."""
         for place in [None, *self._search]:
             if place is not None:
                 yield from self._drive_to(place, until_seen=True)
@@ -171,7 +171,7 @@ class PickUp:
             yield self._moving(turn=TURN)
 
     def _place_before(self, distance: float) -> Iterator[Command]:
-        """Drive to where the box is that far ahead, seen from its front, and face it."""
+        """Drive to a point at a distance in front of the box, and face it."""
         middle, facing = self._box()
         place = middle[:2] + distance * np.array([math.cos(facing), math.sin(facing)])
         if np.hypot(*(place - self._xy())) > 0.06:
@@ -189,7 +189,7 @@ class PickUp:
         return wrap_angle(math.atan2(y, x) - self._here.heading)
 
     def _drive_to(self, place: Array, *, until_seen: bool = False) -> Iterator[Command]:
-        """Drive to a place in the frame of the estimate, backwards where that is nearer and short."""
+        """Drive to a place in the frame of the estimate, backwards if that is shorter and the distance small."""
         while (left := float(np.hypot(*(place - self._xy())))) > 0.03 and not (until_seen and self._looks):
             bearing = self._bearing(place)
             back = left < 0.3 and abs(bearing) > 0.5 * math.pi
@@ -202,7 +202,7 @@ class PickUp:
             yield self._moving(turn=min(max(1.5 * error, -TURN), TURN) + math.copysign(0.01, error))
 
     def _creep(self) -> Iterator[Command]:
-        """Drive on until the box is within reach, steering by what is seen of it; then wait for a good look."""
+        """Drive forward until the box is within reach, steering by its sightings; then wait for a good one."""
         while (left := self._box_in_robot()[0][0] - self._foot[0] - REACH) > AIMED:
             bearing = self._bearing(self._box()[0][:2])
             yield self._moving(forward=min(SLOW, 0.5 * left + 0.01), turn=min(max(bearing, -0.2), 0.2))
@@ -210,7 +210,7 @@ class PickUp:
             yield self._moving()
 
     def _moving(self, *, forward: float = 0.0, turn: float = 0.0) -> Command:
-        """Return a command to the base, the arm held at its goal."""
+        """Return a command to the base, with the arm held at its goal."""
         return Command(forward=forward, turn=turn, joints={self._arm: self._arm_goal(np.zeros_like(self._goal))})
 
     def _arm_goal(self, rates: Array) -> JointGoal:
@@ -223,7 +223,7 @@ class PickUp:
     _grip = 0.0
 
     def _grasp(self, at: Array, azimuth: float) -> Iterator[Command]:
-        """Reach before the box, around it, close the fingers, and lift."""
+        """Move the hand in front of the box, around it, close the fingers, and lift."""
         ahead = np.array([math.cos(azimuth), math.sin(azimuth), 0.0])
         wide = self._info.upper[-FINGERS:]
         self._fingers = wide
@@ -234,7 +234,7 @@ class PickUp:
         yield from self._along(at, at + np.array([0.0, 0.0, self._lift]), azimuth, seconds=2.0)
 
     def _reached(self, at: Array, azimuth: float, q0: Array) -> Array:
-        """Return values of the joints that bring the tool to a place, level and ahead.
+        """Return joint values that bring the tool to a place, level and pointing forward.
 
         Raises:
             ValueError: It is out of reach.

@@ -1,4 +1,4 @@
-"""Laying a picture over its image to a fraction of a pixel, and telling whether it is there at all.
+"""Aligns a picture with its image to sub-pixel accuracy, and decides whether it is visible.
 
 The picture is compared with the image pixel by pixel, at a size at which both show the same detail. A homography
 is refined by Gauss-Newton on the picture's own gradients, with gain, offset and a slope of the light as unknowns.
@@ -28,31 +28,31 @@ from .picture_templates import (
 Mask = NDArray[np.bool_]
 
 REACH = 7
-"""Of the search around a predicted place, in pixels of the smallest template."""
+"""Search radius around a predicted place, in pixels of the smallest template."""
 STEPS = 8
-"""Gauss-Newton steps at most for one template."""
+"""Maximum number of Gauss-Newton steps for one template."""
 LEAST_SEEN = 0.6
-"""Fraction of a picture that must be seen."""
+"""Minimum visible part of a picture, 0 to 1."""
 TILE_MISFIT = 0.4
-"""Energy of a tile's difference, relative to the picture's contrast, above which it is taken for hidden."""
+"""Energy of a tile's difference, relative to the picture's contrast, above which it counts as occluded."""
 NEEDED_CORRELATION = 0.8
-"""Of a picture with its image, for it to be there."""
+"""Minimum correlation of a picture with its image."""
 STRIDE = 0.8
-"""Share of a Gauss-Newton step that is taken: slopes of the smoothed picture are a fifth too small, steps too long."""
+"""Damping factor of Gauss-Newton steps: gradients of the smoothed picture are a fifth too small, steps too large."""
 SETTLED = 1e-3
-"""Correction below which the place no longer changes, of half the picture's size; what is left is a tenth of it."""
+"""Correction at convergence, relative to half the picture's size; the remaining error is a tenth of it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Alignment:
-    """How a picture lies in the image."""
+    """Alignment of a picture with the image."""
 
     homography: Array
     """From the plane of the picture [m] to the image [px], shape (3, 3)."""
     covariance: Array
-    """Of the corners (u, v) in turn, as the differences that are left tell it, shape (8, 8) [px^2]."""
+    """Of the corners (u, v) in turn, estimated from the residuals, shape (8, 8) [px^2]."""
     correlation: float
-    """Of what is seen with the picture, at most 1."""
+    """Correlation of the visible part with the picture, at most 1."""
     pixel: float
     """Side of a pixel of the template that was used, in the image [px]."""
 
@@ -65,19 +65,19 @@ class _Fit:
     values: NDArray[np.float32]
     """Of the image at the template's inner pixels."""
     left: NDArray[np.float32]
-    """What the solution leaves of them, 0 where they do not count."""
+    """Residuals, 0 for ignored pixels."""
     seen: Mask | None
-    """Which of them count; None for all."""
+    """Which pixels are used; None for all."""
     inverse: Array
     """Of the matrix of the normal equations, shape (12, 12)."""
     solution: Array
     """Eight of homography times gain, gain, offset, two slopes."""
     settled: bool
-    """Whether the place no longer changed."""
+    """Whether it has converged."""
 
 
 def search_near(templates: tuple[PictureTemplate, ...], image: ImagePyramid, homography: Array) -> Array:
-    """Return a predicted homography, shifted to where the smallest template fits best near it."""
+    """Return a predicted homography, shifted to the best fit of the smallest template near it."""
     template = templates[0]
     rows, columns = template.gray.shape
     from_pixel = homography @ template.plane_from_pixel
@@ -89,12 +89,12 @@ def search_near(templates: tuple[PictureTemplate, ...], image: ImagePyramid, hom
 
 
 def align(templates: tuple[PictureTemplate, ...], image: ImagePyramid, homography: Array) -> Alignment | None:
-    """Return the refined place of a picture near a first guess, or None when it is not there.
+    """Return the refined alignment of a picture near an initial guess, or None if it is not visible.
 
     Args:
         templates: Of the picture.
         image: Of the camera.
-        homography: First guess, from the plane of the picture [m] to the image [px], shape (3, 3).
+        homography: Initial guess, from the plane of the picture [m] to the image [px], shape (3, 3).
     """
     found = _align_from(templates, image, homography)
     if found is not None:
@@ -105,7 +105,7 @@ def align(templates: tuple[PictureTemplate, ...], image: ImagePyramid, homograph
 
 
 def _align_from(templates: tuple[PictureTemplate, ...], image: ImagePyramid, homography: Array) -> Alignment | None:
-    """Return the place of a picture by the template of its size in the image; None when it is not there."""
+    """Return the alignment of a picture by the template of its size in the image; None if it is not visible."""
     template = templates[_fitting(templates, homography)]
     fit = _refine(template, image, homography, hidden=None)
     if fit is None or not fit.settled:
@@ -120,7 +120,7 @@ def _align_from(templates: tuple[PictureTemplate, ...], image: ImagePyramid, hom
 
 
 def _peak(values: list[float]) -> float:
-    """Return where the parabola through three values has its top, from the middle one; 0 for two, at a rim."""
+    """Return the maximum of the parabola through three values, relative to the middle one; 0 for two, at an edge."""
     if len(values) < 3:
         return 0.0
     before, top, after = values
@@ -141,7 +141,7 @@ def _fitting(templates: tuple[PictureTemplate, ...], homography: Array) -> int:
 
 
 def _sample(image: ImagePyramid, image_from_pixel: Array, size: tuple[int, int]) -> Gray:
-    """Return the image as pixels of a template see it, from the level of the pyramid with the same detail."""
+    """Return the image sampled at the pixels of a template, from the pyramid level with the same detail."""
     # At the middle a pixel covers an area of det H / w^3: the determinant of the homography's derivative.
     w = float(image_from_pixel[2] @ (size[0] / 2.0, size[1] / 2.0, 1.0))
     level = image.level(abs(float(np.linalg.det(image_from_pixel)) / w**3))
@@ -152,7 +152,7 @@ def _sample(image: ImagePyramid, image_from_pixel: Array, size: tuple[int, int])
 
 
 def _refine(template: PictureTemplate, image: ImagePyramid, homography: Array, *, hidden: Mask | None) -> _Fit | None:
-    """Return the last step to where the place no longer changes; None when the picture is lost on the way."""
+    """Return the last step of the iteration; None if the picture is lost."""
     rows, columns = template.gray.shape
     for _ in range(STEPS):
         image_from_pixel = homography @ template.plane_from_pixel
@@ -187,7 +187,7 @@ def _refine(template: PictureTemplate, image: ImagePyramid, homography: Array, *
 def _seen(
     template: PictureTemplate, size: tuple[int, int], image_from_pixel: Array, hidden: Mask | None
 ) -> Mask | None:
-    """Return which inner pixels are inside the image and not hidden; None when all are."""
+    """Return which inner pixels are inside the image and not occluded; None if all are."""
     rows, columns = template.gray.shape
     limits = np.array(size) - 2.0
     corners = np.array([[0.0, 0.0], [columns, 0.0], [columns, rows], [0.0, rows]])
@@ -202,7 +202,7 @@ def _seen(
 
 
 def _hidden_tiles(template: PictureTemplate, fit: _Fit) -> Mask:
-    """Return for each tile whether what is seen there is something else, shape (TILES^2,)."""
+    """Return for each tile whether it is occluded, shape (TILES^2,)."""
     left = fit.left
     limit = TILE_MISFIT * fit.solution[8] ** 2 * template.contrast
     if float(left @ left) < limit * np.min(template.tile_pixels):
@@ -214,7 +214,7 @@ def _judge(template: PictureTemplate, fit: _Fit) -> Alignment:
     """Return the alignment of the last step, with its covariance and correlation.
 
     References:
-        Liang, Zeger, Biometrika 73(1), 1986: covariance of a fit whose errors depend on each other within blocks.
+        Liang, Zeger, Biometrika 73(1), 1986: covariance of a fit with errors that are correlated within blocks.
     """
     values, own = fit.values, template.own
     if fit.seen is not None:
@@ -234,13 +234,13 @@ def _judge(template: PictureTemplate, fit: _Fit) -> Alignment:
 
 
 def _correlation(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:
-    """Return how alike the ups and downs of two rows of values are, from -1 to 1."""
+    """Return the correlation of two rows of values, from -1 to 1."""
     a, b = one - one.mean(), other - other.mean()
     return float(a @ b / np.sqrt(max(float(a @ a) * float(b @ b), 1e-9)))
 
 
 def corners_by_correction(template: PictureTemplate, homography: Array) -> Array:
-    """Return how the corners move with the eight numbers of the correction, shape (8, 8) [px]."""
+    """Return the derivatives of the corners by the eight numbers of the correction, shape (8, 8) [px]."""
     k = template.unit
     rows = []
     for x, y in template.corners.tolist():

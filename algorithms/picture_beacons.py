@@ -1,4 +1,4 @@
-"""Recognising flat pictures of known size in a camera's image, and measuring where they hang."""
+"""Recognises flat pictures of known size in a camera's image, and measures their poses."""
 
 from collections.abc import Mapping, Sequence
 
@@ -16,14 +16,14 @@ __all__ = ["FoundPicture", "PictureBeacons", "PreparedImage"]
 
 
 class PictureBeacons:
-    """Finds pictures of a catalogue in a camera's image and measures where they are.
+    """Finds pictures of a catalogue in a camera's image and measures their poses.
 
-    `detect` looks at an image with no idea of where the pictures are; `search` gives their whole poses, and
-    `track` looks for one picture where it should be, which costs a tenth.
+    `detect` searches a whole image; `search` does the same and gives complete poses; `track` searches for one picture
+    near a predicted pose, at a tenth of the cost.
     """
 
     def __init__(self, pictures: Mapping[str, tuple[Picture, float]]) -> None:
-        """Prepare to look for pictures.
+        """Prepare the detector.
 
         Args:
             pictures: RGB picture, shape (height, width, 3), and its width [m], by name.
@@ -34,11 +34,11 @@ class PictureBeacons:
         self._bank = make_bank(list(grays.values()))
 
     def detect(self, image: Picture, intrinsics: Intrinsics) -> list[Detection]:
-        """Return the pictures that are seen in an RGB image, in the order of the catalogue."""
+        """Return the pictures in an RGB image, in the order of the catalogue."""
         return [found.detection for found in self.search(PreparedImage(image, intrinsics))]
 
     def search(self, view: PreparedImage, *, known: Sequence[FoundPicture] = ()) -> list[FoundPicture]:
-        """Return pictures found in a view with no idea of where they are, leaving out those that are known."""
+        """Return pictures found in a whole view, leaving out known ones."""
         features = image_features(view.gray)
         fresh = np.ones(len(features.points), dtype=bool)
         for picture in known:
@@ -51,13 +51,13 @@ class PictureBeacons:
         return [picture for picture in found if picture is not None]
 
     def track(self, name: str, rotation: Array, position: Array, view: PreparedImage) -> FoundPicture | None:
-        """Return a picture that should be near a pose in the camera's frame, or None when it is not there.
+        """Return a picture near a predicted pose in the camera's frame, or None if it is not visible.
 
         Args:
             name: Of the picture.
             rotation: camera_from_picture as predicted, shape (3, 3).
-            position: Its middle as predicted, shape (3,) [m].
-            view: Where to look.
+            position: Its centre as predicted, shape (3,) [m].
+            view: The image.
         """
         return self._gauges[name].near(rotation, position, view)
 

@@ -19,20 +19,20 @@ from mjsim.geometry import Array
 from mjsim.interface import Odometry, RobotInfo, Sighting
 
 NEAREST = 1e-3
-"""Between two images the robot counts as moved at least so far [m], so that sightings at rest tell a little."""
+"""Minimum distance counted between two images [m], so that sightings at rest have a little information."""
 LEAN = 5.0
-"""How much farther a robot nods that changes its speed by 1 m/s^2; one that starts with all its power leans back by
-some 0.7 degrees on tyres and caster, just when its first landmarks enter the map."""
+"""Additional pitch for an acceleration of 1 m/s^2; a robot that starts at full power pitches by some 0.7 degrees on
+tyres and caster, just when its first landmarks enter the map."""
 SMOOTH = 0.2
-"""Over so long the change of speed is taken: odometry's noise hides that of one tick [s]."""
+"""Time over which acceleration is computed: odometry is too noisy within one tick [s]."""
 
 
 class PictureErrors:
-    """The covariance of the sightings of one moment, for filters that take each moment for independent.
+    """The covariance of simultaneous sightings, for filters that assume independence between ticks.
 
-    With a share q of a picture's variance s^2 that repeats over a way L, the mean of n looks from there has the
-    variance (1 - q) s^2 / n + q s^2. Independent looks with the variance s^2 (1 + q n) have nearly the same mean, and
-    n is L over the way between two looks. So only the product q L is to be known.
+    If the part q of a picture's variance s^2 repeats over a distance L, the mean of n looks from there has the variance
+    (1 - q) s^2 / n + q s^2. Independent looks with the variance s^2 (1 + q n) have nearly the same mean, and n is L
+    divided by the distance between two looks. So only the product q L must be known.
 
     References:
         Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), section 8.1:
@@ -43,9 +43,9 @@ class PictureErrors:
         """Initialise.
 
         Args:
-            robot: Its highest camera tells how far the view shifts as it nods; without one it is taken for level.
-            nod: How far it nods and sways at a steady speed, standard deviation [rad].
-            repeat: Fraction of the variance that repeats times the way over which it does [m].
+            robot: The height of its highest camera gives the shift by pitch; without a camera it is assumed level.
+            nod: Standard deviation of pitch and roll at constant speed [rad].
+            repeat: Repeated part of the variance (0 to 1) times the distance over which it repeats [m].
         """
         cameras = [sensor for sensor in robot.sensors.values() if sensor.intrinsics is not None]
         self._usual = nod * max((float(camera.robot_from_sensor[2, 3]) for camera in cameras), default=0.0)
@@ -53,9 +53,9 @@ class PictureErrors:
         self._repeat, self._way, self._since = repeat, math.inf, math.inf
 
     def move(self, step: Odometry, sightings: Sequence[Sighting]) -> None:
-        """Take the speed, which tells how far the robot nods, and the way since pictures were seen before.
+        """Take the motion of a tick: the acceleration determines the pitch, the distance the independence of sightings.
 
-        A turn of a radian counts as a metre of way.
+        A turn of one radian counts as one metre.
         """
         speed = step.forward / self._dt
         self._speed += min(self._dt / SMOOTH, 1.0) * (speed - self._speed)
@@ -65,13 +65,13 @@ class PictureErrors:
             self._since, self._way = max(self._way, NEAREST), 0.0
 
     def covariance(self, sightings: Sequence[Sighting], *, scale: float) -> Array:
-        """Return the covariance of (range, bearing) of k sightings of now together, shape (2 k, 2 k) [m, rad].
+        """Return the joint covariance of (range, bearing) of k simultaneous sightings, shape (2 k, 2 k) [m, rad].
 
         A place at range r and bearing b that shifts by (ahead, left) is seen at r + cos b * ahead + sin b * left and
         b + (cos b * left - sin b * ahead) / r.
 
         Args:
-            sightings: Those that were not seen in a picture keep their own covariance.
+            sightings: Those not from pictures keep their own covariance.
             scale: Factor on the standard deviation of each.
         """
         own, by_shift = [], np.zeros((2 * len(sightings), 2))
@@ -86,7 +86,7 @@ class PictureErrors:
 
 
 def each_of(together: Array) -> Array:
-    """Return the covariances of k sightings by themselves, shape (k, 2, 2), of that of all, shape (2 k, 2 k)."""
+    """Return the individual covariances of k sightings, shape (k, 2, 2), from the joint one, shape (2 k, 2 k)."""
     count = len(together) // 2
     each = np.arange(count)
     return together.reshape(count, 2, count, 2)[each, :, each]
