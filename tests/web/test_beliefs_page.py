@@ -38,13 +38,23 @@ class Sure:
         return mjsim.Estimate(self.prior, np.diag(SIGMA**2), landmarks=self.landmarks)
 
 
-def pictures(page):
-    """Return the picture of the 3-D view without and with the bodies, from the watcher's camera, shape (h, w, 3)."""
+class Ahead:
+    """Drives ahead."""
+
+    def start(self, robot, catalogue, rng):
+        pass
+
+    def command(self, seen, belief):
+        return mjsim.Command(1.0, 0.0)
+
+
+def pictures(page, layer):
+    """Return the picture of the 3-D view without and with a layer, from the watcher's camera, shape (h, w, 3)."""
     canvas = page.locator(".scene-canvas").locator("visible=true")
     found = []
     for wanted in (False, True):
         page.locator("[data-view=scene]").get_by_label("What is shown").first.click()
-        page.get_by_role("checkbox", name="95 %").set_checked(wanted)
+        page.get_by_role("checkbox", name=layer).set_checked(wanted)
         page.keyboard.press("Escape")
         expect(canvas).to_have_attribute("data-share", "1.00", timeout=PATIENCE)
         page.wait_for_timeout(500)  # all pixels are drawn when nothing has changed for a while
@@ -57,15 +67,21 @@ def seen(page, path, landmarks) -> tuple[np.ndarray, float]:
     world = mjsim.parse_world(WORLD)
     with mjsim.Simulation(world) as sim:
         mjsim.run(sim, drivers={"scout": mjsim.Driver(estimator=Sure(landmarks))}, seconds=0.4, record=path)
+    without, with_bodies = reviewed(page, "95 %", "0.36 s")
+    height = without.shape[0]
+    return np.abs(with_bodies - without).sum(axis=2) > 20, height / 2 / math.tan(math.radians(FOV_DEG) / 2)
+
+
+def reviewed(page, layer, length) -> list[np.ndarray]:
+    """Open the recording, which is so long, and return the view in 3-D without and with a layer, shape (h, w, 3)."""
     page.get_by_role("tab", name="Review", exact=True).click()
     page.locator("[data-path='out/run.mcap']").click()
-    expect(page.locator(".run-time")).to_contain_text("of 0.36 s", timeout=PATIENCE)
+    expect(page.locator(".run-time")).to_contain_text(f"of {length}", timeout=PATIENCE)
     page.get_by_title("View in 3-D").locator("visible=true").click()
     page.locator("#view-review [data-view=scene] .run-enlarge").click()
     page.get_by_label("Look from").locator("visible=true").select_option("watcher/eye")
-    without, with_bodies = pictures(page)
-    height = without.shape[0]
-    return np.abs(with_bodies - without).sum(axis=2) > 20, height / 2 / math.tan(math.radians(FOV_DEG) / 2)
+    page.get_by_role("slider", name="Time").press("End")
+    return pictures(page, layer)
 
 
 @pytest.fixture
@@ -100,3 +116,25 @@ def test_a_landmark_is_a_column_on_its_ellipse(page, tmp_path):
     near, far = FAR + LANDMARK[0] - math.sqrt(5.991) * SPREAD, FAR + LANDMARK[0] + math.sqrt(5.991) * SPREAD
     low, high = focal * HIGH / near, focal * (HIGH - 0.5) / far
     assert rows[-1] - rows[0] == pytest.approx(low - high, abs=4)
+
+
+def test_a_path_that_passes_below_the_eye_is_a_line_so_wide_from_the_lower_rim_on(page, tmp_path):
+    world = mjsim.parse_world(WORLD.replace("at: [0, 0], body", f"at: [{-FAR - 1}, 1], body"))
+    with mjsim.Simulation(world) as sim:
+        driver = mjsim.Driver(estimator=Sure({}), navigator=Ahead())
+        mjsim.run(sim, drivers={"scout": driver}, seconds=4, record=tmp_path / "out" / "run.mcap")
+        ends = sim.truth("scout").x + FAR
+    without, with_path = reviewed(page, "Trails", "3.96 s")
+    drawn = np.abs(with_path - without).sum(axis=2) > 20
+    height, width = drawn.shape
+    focal = height / 2 / math.tan(math.radians(FOV_DEG) / 2)
+    rows = np.flatnonzero(drawn.any(axis=1))
+    # It lies a metre to the left, a few centimetres above the floor, and begins a metre behind the eye.
+    below = HIGH - 0.03
+    assert rows[0] == pytest.approx(height / 2 + focal * below / ends, abs=6)
+    assert rows[-1] >= height - 2
+    middles = np.array([np.flatnonzero(drawn[row]).mean() for row in rows[5:-5]])
+    np.testing.assert_allclose(middles, width / 2 - (rows[5:-5] + 0.5 - height / 2) / below, atol=4)
+    # The path by its wheels, 2 px wide, lies under the true one: 4.5 px, measured across.
+    across = drawn[rows[5:-5]].sum(axis=1) * math.cos(math.atan(1 / below))
+    assert 3.5 < np.median(across) < 7

@@ -18,7 +18,8 @@ run: {rate_hz: 10, events: [{time: 0.2, remove: post}]}
 """
 SLOW = """() => {
   const wait = (until) => { while (performance.now() < until); };
-  WebGL2RenderingContext.prototype.readPixels = () => wait(performance.now() + 60);
+  const flush = WebGL2RenderingContext.prototype.flush;
+  WebGL2RenderingContext.prototype.flush = function () { flush.call(this); wait(performance.now() + 60); };
 }"""
 COLORS = """() => new Promise((done) => {
   const canvas = document.querySelector("#view-edit .scene-canvas");
@@ -137,5 +138,6 @@ def test_the_picture_stays_while_the_number_of_pixels_changes(sheet):
     page.evaluate(SLOW)
     # Each picture is too slow, so that the next one has fewer pixels: a canvas of another size is empty at first.
     for _ in range(3):
+        page.wait_for_timeout(150)  # the picture before is there: this one is not put off
         colors, _ = page.evaluate(COLORS)
         assert colors > 10

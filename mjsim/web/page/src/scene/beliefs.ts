@@ -7,7 +7,7 @@ import type { LandmarkRow, PlanarPose, RobotFacts, RobotTick } from "../run/prot
 import { color } from "../shell/theme";
 import { columns, ellipsoid } from "./bodies";
 import { points } from "./marks";
-import { stroke } from "./strokes";
+import { ribbon } from "./ribbons";
 
 /** So high above the floor flat things lie, and what sensors of the plane measure is drawn [m]. */
 export const ABOVE_FLOOR = 0.01;
@@ -38,7 +38,7 @@ export function trailsOf(trails: Trails, shown: Shown): Object3D[] {
   return kinds.flatMap((kind, k) =>
     trails[kind].pieces
       .filter((piece) => piece.length > 1)
-      .map((piece) => stroke(level(piece, (k + 2) * ABOVE_FLOOR), TRAILS[kind], { color: color(`--${kind}`) })),
+      .map((piece) => ribbon(level(piece, (k + 2) * ABOVE_FLOOR), TRAILS[kind], { color: color(`--${kind}`), through: false })),
   );
 }
 
@@ -133,7 +133,7 @@ function outline(robot: RobotFacts, pose: PlanarPose, rgb: string): Object3D[] {
 
 /** A closed line that is seen through everything. */
 function loop(corners: Point[], rgb: string): Object3D {
-  return stroke(level([...corners, ...corners.slice(0, 1)], 2 * ABOVE_FLOOR), OUTLINE, { color: rgb, through: true });
+  return ribbon(level([...corners, ...corners.slice(0, 1)], 2 * ABOVE_FLOOR), OUTLINE, { color: rgb, through: true });
 }
 
 /** What lies within convex outlines, as a veil that hides nothing. */

@@ -23,6 +23,7 @@ import type { Point } from "../api";
 import { el } from "../dom";
 import { Signal } from "../signal";
 import { color } from "../shell/theme";
+import { whenDrawn } from "./fence";
 import { Pace } from "./pace";
 
 /** A picture is to take between so long [ms]; beyond, the next ones have fewer or more pixels. */
@@ -59,6 +60,9 @@ export class Stage3d {
   private eye: Camera = this.orbit;
   private share = 1;
   private asked = 0;
+  /** Whether a picture is being drawn, and whether another one was asked for meanwhile. */
+  private busy = false;
+  private again = false;
   private calm = 0;
   /** The share that the canvas has the pixels for: all of them once it is calm, though there is no time for it. */
   private has = 0;
@@ -206,6 +210,8 @@ export class Stage3d {
 
   private draw(): void {
     if (!this.canvas.isConnected || !this.canvas.clientWidth) return;
+    // Pictures that wait for each other would come late.
+    if (this.busy) return void (this.again = true);
     this.drawing.emit();
     this.near();
     // Another size empties the canvas: only right before it is drawn.
@@ -213,12 +219,20 @@ export class Stage3d {
     const eye = this.eye;
     if (eye instanceof PerspectiveCamera && eye !== this.orbit) this.widen(eye);
     const began = performance.now();
+    this.busy = true;
     this.renderer.render(this.scene, eye);
-    this.await();
-    this.pace(performance.now() - began);
-    this.canvas.dataset["frames"] = String(++this.drawn);
+    whenDrawn(this.renderer.getContext() as WebGL2RenderingContext, () => this.done(performance.now() - began));
     window.clearTimeout(this.calm);
     if (this.has < 1) this.calm = window.setTimeout(() => this.sharpen(), CALM);
+  }
+
+  /** A picture is there, after so long [ms]. */
+  private done(took: number): void {
+    this.busy = false;
+    this.canvas.dataset["frames"] = String(++this.drawn);
+    this.pace(took);
+    if (this.again) this.soon();
+    this.again = false;
   }
 
   /** Keep the planes of the view near what is looked at, so that surfaces close to each other do not mix. */
@@ -233,12 +247,6 @@ export class Stage3d {
   private widen(eye: PerspectiveCamera): void {
     eye.aspect = this.canvas.clientWidth / Math.max(this.canvas.clientHeight, 1);
     eye.updateProjectionMatrix();
-  }
-
-  /** Wait until the picture is drawn: commands of WebGL return before. */
-  private await(): void {
-    const context = this.renderer.getContext();
-    context.readPixels(0, 0, 1, 1, context.RGBA, context.UNSIGNED_BYTE, new Uint8Array(4));
   }
 
   /** Choose by how long pictures take [ms] how many pixels the next ones have. */

@@ -1,26 +1,17 @@
-/** Lines and points that are seen well from near and far, also while few pixels are drawn. */
+/** Points that are seen well from near and far, also while few pixels are drawn. */
 
-import { Points, PointsMaterial, type BufferGeometry, type Material, type Object3D } from "three";
-import { Line2 } from "three/addons/lines/Line2.js";
-import { LineGeometry } from "three/addons/lines/LineGeometry.js";
-import { LineMaterial } from "three/addons/lines/LineMaterial.js";
+import { Points, PointsMaterial, type BufferGeometry } from "three";
 
 /** Across a point at least, of half the height of the view. */
 const LEAST = 0.009;
 /** By which points that lie on a surface are drawn before it, of the depth that there is. */
 const BEFORE = 1e-4;
 
-/** How a line or a point is drawn. */
+/** How points are drawn. */
 export interface Ink {
   color: string;
   /** Whether it is seen through everything. */
   through?: boolean;
-}
-
-/** A line of some width on the page [px] through points: x, y, z of one after the other. */
-export function stroke(numbers: number[], width: number, { color, through = false }: Ink): Object3D {
-  const material = new LineMaterial({ color, linewidth: width, depthTest: !through, transparent: through });
-  return new Line2(new LineGeometry().setPositions(numbers), material as LineMaterial & Material);
 }
 
 /** Round points, so large [m], and at least so large in the picture [of half its height]. */
