@@ -13,13 +13,13 @@ from .ekf_models import MotionModel, apart, gain, landmark_from, range_bearing, 
 
 Jacobians = Literal["standard", "first-estimates"]
 Places = np.ndarray[tuple[int], np.dtype[np.intp]]
-"""Where the x of k landmarks stand in the mean, shape (k,)."""
+"""Indices of x of k landmarks in the mean, shape (k,)."""
 
 YOUNG, STRAYED = 3, 0.2
-"""Up to so many looks a first estimate is renewed that the newest one has left by more than this fraction of the way to
-the landmark: its first look was poor. Later both move together as loops close, and derivatives should not follow."""
+"""Up to this many looks, a first estimate is replaced if the newest one differs by more than this ratio to the distance
+of the landmark. Later both move together as loops close, and Jacobians should not follow."""
 ITERATIONS, STILL = 10, 1e-3
-"""At most so many, until the pose moves by less than that from one to the next [m, rad]."""
+"""Maximum number of iterations, and change of the pose at convergence [m, rad]."""
 
 
 class EkfSlamFilter:
@@ -57,10 +57,10 @@ class EkfSlamFilter:
             pose: Mean of (x, y, heading), shape (3,) [m, m, rad].
             covariance: Of the pose, shape (3, 3); None for zeros, which makes the start the origin of the map.
             parameters: Number p of systematic errors of the motion, estimated too; initially 0 and certain.
-            renew: A first estimate is replaced if the newest one differs by more than this fraction of the distance to
+            renew: A first estimate is replaced if the newest one differs by more than this ratio to the distance of
                 the landmark: its Jacobians no longer describe the measurement.
             far: A correction is iterated if it turns the robot by more than this [rad], or moves the robot or a visible
-                landmark by more than this fraction of the distance between them: Jacobians from before do not hold
+                landmark by more than this ratio to the distance between them: Jacobians from before do not hold
                 after it.
         """
         if jacobians not in ("standard", "first-estimates"):
@@ -163,7 +163,7 @@ class EkfSlamFilter:
         self._anchor[:3] = new
 
     def _couple(self, B: Array) -> None:
-        """Add to P what errors of the parameters, times B (3, p), have made of the pose; F P is in its rows already."""
+        """Add the effect of errors of the parameters, times B (3, p), on the pose to P, whose rows already have F P."""
         P, size, base = self._P, self._size, self._base
         own = P[3:base, 3:base]
         crossed = P[:3, 3:base] @ B.T
@@ -178,7 +178,7 @@ class EkfSlamFilter:
 
         Returns:
             z: Range [m] and bearing [rad, left positive], shape (k, 2).
-            C: Its covariance as the belief has it, H P H^T without that of a measurement, shape (k, 2, 2).
+            C: Its covariance from the belief, H P H^T without that of a measurement, shape (k, 2, 2).
         """
         places = self._places(names)
         z, H_pose, H_landmark = self._expect(places)
@@ -188,7 +188,7 @@ class EkfSlamFilter:
         return z, H @ P @ H.transpose(0, 2, 1)
 
     def expect_together(self, names: Sequence[Hashable]) -> Array:
-        """Return the covariance of what would be measured of k landmarks together, H P H^T, shape (2 k, 2 k)."""
+        """Return the joint covariance of the expected measurements of k landmarks, H P H^T, shape (2 k, 2 k)."""
         places = self._places(names)
         return self._projected(places, *self._expect(places)[1:])[1]
 
@@ -211,13 +211,13 @@ class EkfSlamFilter:
         return nu, C + np.asarray(measurement_covariance, dtype=float)
 
     def update(self, names: Sequence[Hashable], measurements: ArrayLike, measurement_covariance: ArrayLike) -> None:
-        """Correct by the sightings of one moment, all at once; then add the landmarks that are new.
+        """Correct by simultaneous sightings, all at once; then add the new landmarks.
 
         Args:
             names: k landmarks.
             measurements: Range [m] and bearing [rad, left positive], shape (k, 2).
-            measurement_covariance: Of each (k, 2, 2), one for all (2, 2), or of all together (2 k, 2 k) when errors
-                are shared.
+            measurement_covariance: Of each (k, 2, 2), one for all (2, 2), or the joint one (2 k, 2 k) if errors are
+                correlated.
         """
         Z = np.asarray(measurements, dtype=float).reshape(-1, 2)
         if len(names) != len(Z):
@@ -234,13 +234,13 @@ class EkfSlamFilter:
             self._correct(self._places([names[i] for i in again]), Z[again], R[again][:, :, again])
 
     def positions(self, names: Sequence[Hashable]) -> Array:
-        """Return where k landmarks of the map are, shape (k, 2) [m]."""
+        """Return the positions of k landmarks of the map, shape (k, 2) [m]."""
         return np.asarray(self._mean[self._places(names)[:, None] + (0, 1)])
 
     def unite(self, kept: Hashable, gone: Hashable, variance: float) -> None:
-        """Take two landmarks for one: correct by that they are in one place, and remove the second.
+        """Merge two landmarks: correct by the constraint that they are at one place, and remove the second.
 
-        The gap between them has a variance in each direction [m^2]: sightings of either may err.
+        The constraint has a variance in each direction [m^2], because of errors of sightings.
         """
         at, other = self._order[kept] + np.arange(2), self._order[gone] + np.arange(2)
         HP = self._P[at, : self._size] - self._P[other, : self._size]
@@ -248,7 +248,7 @@ class EkfSlamFilter:
         self.remove(gone)
 
     def remove(self, name: Hashable) -> None:
-        """Take a landmark out of the map; what it has told of the pose and of other landmarks stays."""
+        """Remove a landmark from the map; its effect on the pose and on other landmarks is kept."""
         rest = np.delete(np.arange(self._size), self._order[name] + np.arange(2))
         at, size = self._order.pop(name), len(rest)
         self._order = {other: row - 2 * (row > at) for other, row in self._order.items()}
@@ -313,7 +313,7 @@ class EkfSlamFilter:
         return HP, C.reshape(count, count)
 
     def _is_far(self, step: Array, places: Places) -> bool:
-        """Return whether derivatives taken before a step do not hold after it."""
+        """Return whether derivatives from before a step are invalid after it."""
         if abs(step.item(2)) > self._far:
             return True
         columns = places[:, None] + (0, 1)
@@ -321,7 +321,7 @@ class EkfSlamFilter:
         return bool(np.any((moved * moved).sum(axis=1) > self._far**2 * (way * way).sum(axis=1)))
 
     def _iterated(self, places: Places, Z: Array, R: Array, step: Array, W: Array) -> tuple[Array, Array]:
-        """Return step and W with derivatives at where the step leads to; those given where that does not settle.
+        """Return step and W with derivatives at the result of the step; the given ones without convergence.
 
         References:
             Bell, Cathey, The Iterated Kalman Filter Update as a Gauss-Newton Method, IEEE TAC 38(2), 1993, equation 21.
@@ -343,11 +343,11 @@ class EkfSlamFilter:
         return np.asarray(self._mean[: self._size] + step)
 
     def _by_step(self, H_pose: Array, H_landmark: Array, step: Array, columns: NDArray[np.intp]) -> tuple[Array, Array]:
-        """Return derivatives by the step that has led here, (k, 2, 3) and (k, 2, 2), of those by pose and landmark."""
+        """Return derivatives by the step, (k, 2, 3) and (k, 2, 2), from those by pose and landmark."""
         return H_pose, H_landmark
 
     def _renew(self, places: Places) -> None:
-        """Take the newest estimates for the first ones of landmarks that have strayed from those too far."""
+        """Replace first estimates by the newest ones for landmarks that differ too much."""
         looks = self._looks[places] + 1
         self._looks[places] = looks
         columns = places[:, None] + (0, 1)
@@ -357,7 +357,7 @@ class EkfSlamFilter:
         self._anchor[strayed] = self._mean[strayed]
 
     def _apply(self, step: Array, W: Array) -> None:
-        """Correct the mean by a step, shape (3 + 2 n,), and take W^T W from P, W of shape (m, 3 + 2 n)."""
+        """Correct the mean by a step, shape (3 + 2 n,), and subtract W^T W from P, W of shape (m, 3 + 2 n)."""
         size = self._size
         self._mean[:size] += step
         self._mean[2] = wrap_angle(self._mean[2])
@@ -365,7 +365,7 @@ class EkfSlamFilter:
         self._P[:size, :size] -= np.matmul(W.T, W, out=loss)
 
     def _add(self, name: Hashable, z: Array, R: Array) -> None:
-        """Write mean and covariance of a new landmark behind the others.
+        """Append mean and covariance of a new landmark.
 
         With landmark = position + turned(range, bearing), its error is J_pose times the error of the pose plus J
         times that of the measurement (Probabilistic Robotics, section 10.2.2, without its infinite variance).
@@ -387,7 +387,7 @@ class EkfSlamFilter:
         self._order[name] = at
 
     def _grow(self) -> None:
-        """Double the room for landmarks, so that n landmarks cost O(n^2) copying in all."""
+        """Double the capacity for landmarks, so that n landmarks cost O(n^2) copying in total."""
         size, room = len(self._mean), 2 * len(self._mean) + 1
         self._mean, self._anchor, self._looks = (
             np.concatenate([array, np.zeros(room - size, dtype=array.dtype)])

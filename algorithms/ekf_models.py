@@ -17,7 +17,7 @@ MotionModel = Callable[[Array, Array], tuple[Array, Array, Array]]
 
 
 def bicycle_motion(wheelbase: float, period: float) -> MotionModel:
-    """Return the motion of a vehicle that is driven and steered at its front wheel.
+    """Return the motion of a vehicle driven and steered at its front wheel.
 
     Args:
         wheelbase: Distance between the axles [m].
@@ -49,7 +49,7 @@ def bicycle_motion(wheelbase: float, period: float) -> MotionModel:
 
 
 def odometry_motion() -> MotionModel:
-    """Return the motion told by odometry: control (forward [m], left [m], turn [rad]) in the robot's frame before it.
+    """Return the motion by odometry: control (forward [m], left [m], turn [rad]) in the robot's frame before it.
 
     References:
         Smith, Self, Cheeseman, Estimating Uncertain Spatial Relationships in Robotics, 1990: compounding, section 3.2.
@@ -68,7 +68,7 @@ def odometry_motion() -> MotionModel:
 
 
 def range_bearing(pose: Array, landmarks: Array) -> tuple[Array, Array, Array]:
-    """Predict range and bearing of landmarks, and how they change with the pose and with each landmark.
+    """Predict range and bearing of landmarks, with derivatives by the pose and by each landmark.
 
     Args:
         pose: (x, y, heading) in the world frame, shape (3,).
@@ -96,7 +96,7 @@ def range_bearing(pose: Array, landmarks: Array) -> tuple[Array, Array, Array]:
 
 
 def landmark_from(pose: Array, measurement: Array) -> tuple[Array, Array]:
-    """Return where a landmark is that is seen from a pose, and how that changes with the measurement.
+    """Return the position of a landmark seen from a pose, and its derivative by the measurement.
 
     Args:
         pose: (x, y, heading) in the world frame, shape (3,).
@@ -116,14 +116,14 @@ def landmark_from(pose: Array, measurement: Array) -> tuple[Array, Array]:
 
 
 def apart(Z: Array, expected: Array) -> Array:
-    """Return measured less expected range and bearing, shape (k, 2) [m, rad]."""
+    """Return measured minus expected range and bearing, shape (k, 2) [m, rad]."""
     nu = Z - expected
     nu[:, 1] = wrap_angles(nu[:, 1])
     return nu
 
 
 def together(R: Array, count: int) -> Array:
-    """Return the covariance of all measurements together, shape (k, 2, k, 2), of one for all, of each or of all."""
+    """Return the joint covariance of measurements, shape (k, 2, k, 2), from one for all, one for each, or all."""
     if R.shape == (2 * count, 2 * count):
         return R.reshape(count, 2, count, 2)
     together, each = np.zeros((count, 2, count, 2)), np.arange(count)

@@ -39,20 +39,22 @@ _MEMORY = 0.2
 """Weight of the newest tick in the running average of the odometry covariance."""
 
 _LEAST = 0.5
-"""Fraction of that average which a tick claims at least. All of it would be on average a third more than is claimed."""
+"""Minimum of a tick's covariance relative to that average. With 1, the mean would be a third more than stated."""
 
 RENEW = 0.5
-"""Share of the way to a landmark by which its place may change before derivatives follow: they are 27 degrees off."""
+"""Change of a landmark's position, relative to its distance, after which Jacobians are updated: they are off by 27
+degrees."""
 FAR = 0.2
-"""Corrections that turn the robot farther, or move it by more than this share of the way to a landmark, are iterated:
-after a minute without a landmark the first look at one turns it by more than derivatives hold for [rad]."""
+"""Corrections that turn the robot by more than this, or move it by more than this ratio to the distance of a landmark,
+are iterated: after a minute without a landmark, the first sighting may turn the robot farther than Jacobians are valid
+for [rad]."""
 WAY = 1.0
-"""Over which systematic errors of odometry are taken to make as much as its noise [m, rad]."""
+"""Distance over which systematic errors of odometry are assumed to equal its noise [m, rad]."""
 ANYWHERE = (10.0, 10.0, 1.0)
-"""Standard deviations of the pose of a robot that is put elsewhere, before its sightings count [m, m, rad]."""
+"""Standard deviations of the pose of a relocated robot, before its sightings are used [m, m, rad]."""
 
 Innovations = tuple[tuple[Hashable, Array, Array], ...]
-"""Of sightings that counted: landmark, innovation (2,) and its covariance (2, 2)."""
+"""Of accepted sightings: landmark, innovation (2,) and its covariance (2, 2)."""
 
 _ASSOCIATIONS = {"nearest": nearest_neighbour, "joint": joint_compatibility}
 
@@ -88,8 +90,8 @@ class EkfSlam:
             sighting_scale: Factor on the standard deviation of sightings.
             nod_deg: Pitch and roll of the robot at constant speed, standard deviation; they shift all sightings of one
                 picture together. The pitch is larger while the speed changes.
-            repeat: Fraction of the variance of a camera's sightings that is correlated from image to image, times the
-                distance over which it is [m]; a Kalman filter assumes independent sightings.
+            repeat: Correlated part of the variance of a camera's sightings from image to image (0 to 1), times the
+                distance over which it is correlated [m]; a Kalman filter assumes independent sightings.
             systematic: Distance after which the systematic errors of odometry (distance, turn and veer) are assumed to
                 equal its stated noise [m]; they are part of the state. Infinite: none. By default 1 m for named
                 sightings, and none for unnamed ones: with a more uncertain pose, wrong associations would be accepted.
@@ -160,7 +162,7 @@ class EkfSlam:
     def systematic_errors(self) -> Array:
         """Estimated systematic errors of odometry, shape (4,).
 
-        A fraction of the distance, a turn per metre [rad/m], a fraction of the turn, and the delay of the motion [s].
+        Relative error of the distance, turn per metre [rad/m], relative error of the turn, and delay of the motion [s].
         """
         return self._filter.parameters
 
@@ -195,7 +197,7 @@ class EkfSlam:
         return np.asarray(claimed + np.diag(np.maximum(_LEAST * self._usual - np.diag(claimed), 0.0)))
 
     def _take(self, names: Sequence[Hashable], sightings: Sequence[Sighting], time: float) -> Innovations:
-        """Correct by sightings of landmarks in the state, and add the others; return the innovations that counted."""
+        """Correct by sightings of landmarks in the state, and add the others; return the accepted innovations."""
         known = [i for i, name in enumerate(names) if name in self._filter]
         innovations = self._correct([names[i] for i in known], [sightings[i] for i in known], time) if known else ()
         for name, sighting in zip(names, sightings, strict=True):
@@ -223,7 +225,7 @@ class EkfSlam:
         return tuple((names[i], nu[i], S[i]) for i in counting)
 
     def _forget(self, time: float) -> None:
-        """Remove landmarks without a name that were not seen again: sightings of nothing."""
+        """Remove unnamed landmarks that were not seen again: false sightings."""
         for name in self._probation.overdue(time):
             if isinstance(name, int):
                 self._probation.end(name)
@@ -251,7 +253,7 @@ class EkfSlam:
         return innovations + self._take(names, [sightings[i] for i in strange], time)
 
     def _merge(self, seen: Sequence[tuple[Hashable, Sighting]]) -> None:
-        """Take landmarks for one that were mapped twice; this moment's, each with its sighting, tell which are two."""
+        """Merge landmarks that were mapped twice, based on those seen now, each with its sighting."""
         seen = [(name, sighting) for name, sighting in seen if isinstance(name, int)]
         self._twins.saw([name for name, _ in seen])
         while twins := self._twins.find(self._filter, seen, [name for name in self._told() if isinstance(name, int)]):
@@ -262,7 +264,7 @@ class EkfSlam:
             seen = [(kept if name == gone else name, sighting) for name, sighting in seen]
 
     def _strange(self, names: Sequence[Hashable | None], told: Sequence[Hashable], Z: Array, R: Array) -> list[int]:
-        """Return the sightings that no landmark of the map explains but one that another sighting explains better."""
+        """Return the sightings that match no landmark, except one that another sighting matches better."""
         unpaired = [i for i, name in enumerate(names) if name is None]
         free = [name for name in told if name not in names]
         if not free or not unpaired:
@@ -278,7 +280,7 @@ class EkfSlam:
         return [name for name in self._filter.names() if name not in self._probation]
 
     def _numbers(self) -> Iterator[int]:
-        """Yield numbers for new landmarks without a name, the least that are free."""
+        """Yield numbers for new unnamed landmarks, the smallest free ones."""
         return (n for n in itertools.count() if n not in self._filter and n not in self._merged)
 
     def _measured(self, sightings: Sequence[Sighting]) -> tuple[Array, Array]:

@@ -48,8 +48,8 @@ class InvariantEkfSlamFilter(EkfSlamFilter):
         Args:
             pose: Mean of (x, y, heading), shape (3,) [m, m, rad].
             covariance: Of the pose, shape (3, 3); None for zeros, which makes the start the origin of the map.
-            parameters: Number of the motion's constant errors; theirs are differences, as in the textbook.
-            far: From when on a correction is iterated, as `EkfSlamFilter` has it [rad].
+            parameters: Number of the motion's constant errors; their errors are differences, as in the textbook.
+            far: Limit above which a correction is iterated, as in `EkfSlamFilter` [rad].
         """
         super().__init__(jacobians="standard", pose=pose, covariance=covariance, parameters=parameters, far=far)
 
@@ -70,7 +70,7 @@ class InvariantEkfSlamFilter(EkfSlamFilter):
         return np.asarray(new)
 
     def _by_step(self, H_pose: Array, H_landmark: Array, step: Array, columns: NDArray[np.intp]) -> tuple[Array, Array]:
-        """Return H times the derivative of R p + V (d - J p turn), where the step has brought a point p."""
+        """Return H times the derivative of R p + V (d - J p turn), to which the step has moved a point p."""
         turn, rows = float(step[2]), np.concatenate([np.arange(2)[None], columns])
         old, V = self._mean[rows], _arc(turn)
         shifts = step[rows] - turn * _turned_left(old)
@@ -81,14 +81,14 @@ class InvariantEkfSlamFilter(EkfSlamFilter):
         return by_pose, H_landmark @ V
 
     def _point_rows(self) -> NDArray[np.intp]:
-        """Return where x and y of the position and of the landmarks stand in the state, shape (1 + n, 2)."""
+        """Return the indices of x and y of the position and the landmarks in the state, shape (1 + n, 2)."""
         return np.concatenate([np.arange(2), np.arange(self._base, self._size)]).reshape(-1, 2)
 
     def _shear(self, moved: Array, W: Array) -> None:
-        """Take W^T W from P, then add `moved` times the heading's error to that of each point: P <- S P S^T.
+        """Subtract W^T W from P, then add `moved` times the heading's error to that of each point: P <- S P S^T.
 
-        With c the column of S and h the heading's row of P, S P S^T = P + c h^T + h c^T, h having half of its own
-        fraction of c in it. That is P + u u^T - v v^T, which stays symmetric to the last bit and goes over P once.
+        With c the column of S and h the heading's row of P, S P S^T = P + c h^T + h c^T, with half of its own multiple
+        of c included in h. That is P + u u^T - v v^T, which is symmetric to the last bit and takes one pass over P.
 
         Args:
             moved: Of position and landmarks, shape (1 + n, 2) [m/rad].

@@ -1,4 +1,4 @@
-"""SLAM without beacons: scans are laid on one another, and where the robot comes back, the loop is closed."""
+"""SLAM with a lidar: matches scans to each other, and closes loops when the robot returns."""
 
 from collections.abc import Mapping, Sequence
 
@@ -19,12 +19,12 @@ from .scan_noise import range_noise, smoothed
 from .scan_search import Laid, lay
 
 SLIP = np.array([0.05, 0.05, 0.02])
-"""What odometry may err by beyond its data sheet: shares of the way, of the way sideways, and of the turn."""
+"""Errors of odometry beyond its data sheet: relative to the distance, to the sideways distance, and to the turn."""
 FLOOR = np.array([0.01, 0.01, 0.003])
-"""And, however short the way, by this [m, m, rad]."""
+"""The constant part of these errors [m, m, rad]."""
 
 STILL = 1e-6
-"""A tick in which odometry tells less than this is one of rest [m, rad]."""
+"""The robot is at rest in a tick if the motion by odometry is less than this [m, rad]."""
 
 
 class LidarSlam:
@@ -59,7 +59,7 @@ class LidarSlam:
             turn_deg: Turn between two keyframes.
             loop_distance: Distance within which old submaps are tried for a loop closure [m], increased by the possible
                 drift.
-            loop_share: Fraction of the walls seen near old ones that must match them for a loop closure.
+            loop_share: Minimum ratio of matching walls to walls near old ones for a loop closure.
             odometry_scale: Factor on the standard deviation of odometry, for slip that its data sheet does not include.
             show_every: Period at which the map is shown as a grid [s]; 0: never.
         """
@@ -73,7 +73,7 @@ class LidarSlam:
         self._begin(np.zeros(3), np.zeros((3, 3)))
 
     def _begin(self, prior: Array, covariance: Array) -> None:
-        """Forget everything but where the robot starts."""
+        """Reset everything to the start of the robot."""
         self._prior, self._prior_covariance = prior, covariance
         self._way: list[tuple[float, int, Array]] = []
         self._reached: list[Array] = []
@@ -84,7 +84,7 @@ class LidarSlam:
         self._rest()
 
     def _rest(self) -> None:
-        """Count the motion from here."""
+        """Restart the accumulated motion here."""
         self._step, self._step_covariance = np.zeros(3), np.zeros((3, 3))
         self._told, self._driven, self._moving = np.zeros(3), 0.0, 0.0
 
@@ -105,12 +105,12 @@ class LidarSlam:
 
     @property
     def graph(self) -> PoseGraph:
-        """Of the parts of the map."""
+        """Pose graph of the parts of the map."""
         return self._map.graph
 
     @property
     def loops(self) -> int:
-        """How many are closed."""
+        """Number of closed loops."""
         return self._map.loops
 
     def update(self, seen: Observation) -> Estimate:
@@ -133,7 +133,7 @@ class LidarSlam:
         return self._belief()
 
     def path(self) -> Sequence[tuple[float, Pose]]:
-        """Return the final trajectory: time [s] and pose of each tick, by the whole map."""
+        """Return the final trajectory: time [s] and pose of each tick, from the whole map."""
         self._map.finish()
         poses = [*self._map.poses(), self._prior]
         # What the next scan of the map found against odometry came about on the way to it.
@@ -145,10 +145,10 @@ class LidarSlam:
         """Return a pose between two scans of the map.
 
         Args:
-            last: Pose of the scan before, world frame, shape (3,).
-            step: By odometry since, shape (3,).
-            number: Of the scan before; -1 for none.
-            off: What each next scan found against odometry, world frame, shape (3,) each.
+            last: Pose of the previous scan, world frame, shape (3,).
+            step: Motion by odometry since then, shape (3,).
+            number: Of the previous scan; -1 for none.
+            off: Difference of each next scan from odometry, world frame, shape (3,) each.
         """
         pose = compose(last, step)
         if 0 <= number < len(off):
@@ -165,7 +165,7 @@ class LidarSlam:
         return grid
 
     def _extend(self, looked: LevelScan) -> None:
-        """Lay a scan on the last ones, and add it to the map."""
+        """Match a scan to the last ones, and add it to the map."""
         scan, sensor = looked.scan, looked.robot_from_lidar
         error = range_noise(scan)
         points = sensor.transform(smoothed(scan, error).points())
@@ -190,7 +190,7 @@ class LidarSlam:
         return np.diag((FLOOR + SLIP * amount) ** 2)
 
     def _belief(self) -> Estimate:
-        """Return the pose of the newest scan carried on by odometry."""
+        """Return the pose of the newest scan, propagated by odometry."""
         pose, covariance = self._map.belief() if self.keyframes else (self._prior, self._prior_covariance)
         pose, F, G = self._motion(pose, self._step)
         covariance = F @ covariance @ F.T + G @ self._step_covariance @ G.T
@@ -198,5 +198,5 @@ class LidarSlam:
 
 
 def _size(step: Array) -> float:
-    """Return a length for a step, a turn counted as if it were driven at half a metre from its middle [m]."""
+    """Return the size of a step [m], with turns converted by a lever arm of half a metre."""
     return float(np.hypot(step[0], step[1]) + 0.5 * abs(step[2]))

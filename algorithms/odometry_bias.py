@@ -90,7 +90,7 @@ class OdometryBias:
 
 
 def _clear(information: Array) -> Array:
-    """Return the projection on directions clearly measured by scans, shape (3, 3); noise gives a little in the others."""
+    """Return the projection on directions clearly measured by scans, shape (3, 3); noise fakes some in others."""
     values, vectors = np.linalg.eigh(information[:2, :2])
     kept = vectors[:, values >= CLEAR * values[1]]
     clear: Array = np.eye(3)

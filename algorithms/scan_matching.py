@@ -10,28 +10,28 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array, wrap_angle
 
 SPACING = 0.1
-"""Between neighbouring elements of a wall [m]."""
+"""Distance between neighbouring elements of a wall [m]."""
 FARTHEST = 25.0
 """Walls farther from the sensor are not used [m]."""
 NEIGHBOUR = 0.3
-"""Two consecutive points of a scan that are nearer than this lie on one wall [m]."""
+"""Two consecutive points of a scan closer than this are on one wall [m]."""
 STRAIGHT = 0.25
-"""Farther ones lie on one wall if it goes on in their direction: largest change of direction [rad]."""
+"""More distant ones are on one wall if its direction changes by at most this [rad]."""
 FLAT = 0.03
-"""Largest standard deviation of points across the line that is laid through them [m]."""
+"""Maximum standard deviation of points from the line fitted to them [m]."""
 BLURRED = 0.025
-"""For each so much noise of ranges lines are laid through one neighbour more on either side [m]."""
+"""Lines are fitted to one more neighbour on either side for each multiple of this range noise [m]."""
 SIGMA, FINEST = 0.03, 0.01
-"""Standard deviation of an element's distance from its wall, noise and walls that are not quite lines, and the least
-that it may turn out to be [m]."""
+"""Standard deviation of an element's distance from its wall, from noise and walls that are not exactly straight, and
+its minimum [m]."""
 EFFECTIVE = 0.3
-"""Fraction of the elements of a scan that count as independent; neighbours err alike."""
+"""Number of independent elements relative to all elements of a scan; errors of neighbours are correlated."""
 ALONG = 0.01
-"""Mean square of the component of walls' normals along a direction that is put down to their noise."""
+"""Mean square of the component of walls' normals along a direction that is attributed to noise."""
 WEIGHED = 0.1
-"""The same share where hypotheses are weighed: what has changed since, doors and people, hides or adds whole pieces."""
+"""As `EFFECTIVE`, when comparing hypotheses: changes, such as doors and people, hide or add whole pieces."""
 CUT = 3.0
-"""Beyond so many standard deviations an element does not lie on the wall."""
+"""Number of standard deviations beyond which an element is not on the wall."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,16 +43,16 @@ class Surface:
     normals: Array
     """Unit vectors across the walls, towards the side from which they were seen, shape (n, 2)."""
     noise: Array
-    """How far each lies off its wall by the noise of ranges, a share `EFFECTIVE` of them independent, or its neighbours
-    off the line through them, as at an edge: standard deviation, shape (n,) [m]."""
+    """Standard deviation of each from its wall, by the noise of ranges (with `EFFECTIVE` independence) or by the
+    deviation of its neighbours from their line, as at an edge, shape (n,) [m]."""
 
     def moved(self, pose: Array) -> "Surface":
-        """Return it in the frame in which `pose` (x, y, heading) is its frame's pose."""
+        """Return the surface transformed by `pose` (x, y, heading), the pose of its frame."""
         R = rotation(float(pose[2]))
         return Surface(self.points @ R.T + pose[:2], self.normals @ R.T, self.noise)
 
     def thinned(self, most: int) -> "Surface":
-        """Return at most so many of its elements, chosen evenly."""
+        """Return at most this many of its elements, evenly chosen."""
         if len(self.points) <= most:
             return self
         chosen = np.linspace(0, len(self.points) - 1, most).astype(np.intp)
@@ -62,11 +62,11 @@ class Surface:
 def surface_of(
     points: Array, *, origin: tuple[float, float] = (0.0, 0.0), noise: float = 0.0, increment: float = 0.0
 ) -> Surface:
-    """Return the straight walls that a scan shows.
+    """Return the straight walls in a scan.
 
     Args:
         points: In the order of the beams, shape (n, 2) [m].
-        origin: Where the sensor is, in the frame of the points [m].
+        origin: Position of the sensor, in the frame of the points [m].
         noise: Standard deviation of a range [m].
         increment: Angle between two beams [rad].
     """
@@ -106,8 +106,8 @@ def _lines(points: Array, run: NDArray[np.intp], *, half: int) -> tuple[Array, A
     """Return the line through each point and its neighbours on the same wall.
 
     Returns:
-        A point of the line, shape (n, 2); its normal, shape (n, 2); how far neighbours lie off it, standard deviation,
-        shape (n,) [m]; whether they lie on it, shape (n,).
+        A point of the line, shape (n, 2); its normal, shape (n, 2); standard deviation of neighbours from it, shape
+        (n,) [m]; whether they are on it, shape (n,).
     """
     number = np.arange(len(points))
     first = np.maximum(number - half, np.searchsorted(run, run, side="left"))
@@ -129,7 +129,7 @@ def _lines(points: Array, run: NDArray[np.intp], *, half: int) -> tuple[Array, A
 
 
 def joined(surfaces: list[Surface]) -> Surface:
-    """Return one surface of many that lie in one frame."""
+    """Return one surface from several in the same frame."""
     return Surface(
         np.concatenate([surface.points for surface in surfaces]),
         np.concatenate([surface.normals for surface in surfaces]),
@@ -138,14 +138,14 @@ def joined(surfaces: list[Surface]) -> Surface:
 
 
 class WallField:
-    """The nearest element of a surface for each cell of a grid, and how far it is.
+    """The nearest element of a surface for each cell of a grid, and its distance.
 
     References:
         Felzenszwalb, Huttenlocher, Distance Transforms of Sampled Functions, Theory of Computing 8, 2012.
     """
 
     def __init__(self, surface: Surface, *, cell: float = 0.1, margin: float = 1.0) -> None:
-        """Measure the distances.
+        """Compute the distances.
 
         Args:
             surface: At least one element.
@@ -162,51 +162,51 @@ class WallField:
         # Each scan has one element every `SPACING`, three in a row of three cells.
         blurred = cv2.blur(count, (3, 3), borderType=cv2.BORDER_CONSTANT)
         self.scans: NDArray[np.float32] = np.asarray(blurred, dtype=np.float32) * np.float32(3.0 * SPACING / cell)
-        """How many scans show the wall in each cell, about; shape (rows, columns)."""
+        """Approximate number of scans that show the wall in each cell; shape (rows, columns)."""
         free.ravel()[at] = 0
         distance, labels = cv2.distanceTransformWithLabels(
             free, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
         )
         self.distance: NDArray[np.float32] = np.asarray(distance, dtype=np.float32) * np.float32(cell)
-        """Shape (rows, columns) [m]; the first row lies at the smallest y."""
+        """Shape (rows, columns) [m]; the first row is at the smallest y."""
         self._labels = labels.ravel()
         self._element: NDArray[np.intp] = np.zeros(int(labels.max()) + 1, dtype=np.intp)
         self._element[self._labels[at]] = np.arange(len(at))
 
     def cells(self, points: Array) -> NDArray[np.intp]:
-        """Return the places in the flattened grid of the cells of points (..., 2) [m]; beyond it those of its edge."""
+        """Return the indices in the flattened grid of the cells of points (..., 2) [m], limited to the grid."""
         column = np.minimum(np.maximum((points[..., 0] - self.lower[0]) / self.cell, 0.0), self._most[0])
         row = np.minimum(np.maximum((points[..., 1] - self.lower[1]) / self.cell, 0.0), self._most[1])
         return np.asarray(row.astype(np.intp) * (self._most[0] + 1) + column.astype(np.intp))
 
     def nearest(self, points: Array) -> tuple[NDArray[np.float32], NDArray[np.intp]]:
-        """Return the distance [m] to the nearest element of each point (n, 2), to a cell, and its number, (n,)."""
+        """Return the distance [m] from each point (n, 2) to the nearest element, by its cell, and its index, (n,)."""
         at = self.cells(points)
         return self.distance.ravel()[at], self._element[self._labels[at]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Match:
-    """Where a scan lies on a surface."""
+    """Alignment of a scan with a surface."""
 
     pose: Array
     """Of the scan's frame in the surface's, shape (3,) [m, m, rad]."""
     information: Array
-    """Inverse of the pose's covariance as the points and the guess give it, shape (3, 3)."""
+    """Inverse of the pose's covariance from points and guess, shape (3, 3)."""
     share: float
-    """Of the scan's elements that lie on the surface."""
+    """Ratio of the scan's elements on the surface to all."""
     seen: Array
     """Part of the information that is from the points alone, shape (3, 3)."""
     older: Array
-    """The same, each point counted by half of how many scans beside one show its wall, shape (3, 3)."""
+    """The same, with each point weighted by (n - 1) / 2 if n scans show its wall, shape (3, 3)."""
     cost: float
     """Minus twice the log-likelihood of scan and guess, up to a constant."""
     conflict: float
-    """Fraction of the elements that lie near the surface, but not on it."""
+    """Ratio of elements near the surface, but not on it, to all."""
 
 
 def align(field: WallField, scan: Surface, guess: Array, information: Array, *, start: Array | None = None) -> Match:
-    """Return the pose at which a scan lies best on a surface, near where it starts.
+    """Return the pose at which a scan fits a surface best, near a start.
 
     Point-to-line ICP: each element moves to the line through the nearest element of the surface that faces the same
     side. The guess counts as a measurement, so that it decides along a bare corridor, where walls give no information.
@@ -216,7 +216,7 @@ def align(field: WallField, scan: Surface, guess: Array, information: Array, *, 
         scan: In its own frame.
         guess: Of the pose, shape (3,).
         information: Inverse of the guess's covariance, shape (3, 3).
-        start: Where to begin; by default at the guess.
+        start: Initial pose; by default the guess.
 
     References:
         Censi, An ICP Variant Using a Point-to-Line Metric, ICRA 2008.
@@ -247,9 +247,9 @@ def align(field: WallField, scan: Surface, guess: Array, information: Array, *, 
 
 
 def _trusted(J: Array, weight: Array) -> Array:
-    """Return the matrix that takes from a shift what only the noise of normals seems to tell, shape (2, 2).
+    """Return the matrix that removes from a shift the directions constrained only by noise of normals, shape (2, 2).
 
-    Along a bare corridor the normals are not exactly perpendicular to it; a match would take their errors for
+    Along a bare corridor the normals are not exactly perpendicular to it; without this, their errors would count as
     information.
 
     References:
@@ -277,7 +277,7 @@ def _median(values: Array) -> float:
 def _judged(
     field: WallField, scan: Surface, pose: Array, guess: Array, information: Array, seen: Array, older: Array
 ) -> Match:
-    """Return how well a scan lies on a surface at a pose."""
+    """Return the match of a scan with a surface at a pose."""
     pose = np.array([pose[0], pose[1], wrap_angle(float(pose[2]))])
     distance, miss, _, _ = _compared(field, scan, pose)
     on = (distance < 0.2) & (np.abs(miss) < CUT * SIGMA)
@@ -290,7 +290,7 @@ def _judged(
 
 
 def misses(pose: Array, points: Array, places: Array, normals: Array) -> tuple[Array, Array]:
-    """Return how far points are in front of lines, and how that changes with the pose of the points' frame.
+    """Return the signed distances of points from lines, and their derivatives by the pose of the points' frame.
 
     Args:
         pose: Of the points' frame in that of the lines, shape (3,).
@@ -309,10 +309,10 @@ def misses(pose: Array, points: Array, places: Array, normals: Array) -> tuple[A
 
 
 def _compared(field: WallField, scan: Surface, pose: Array) -> tuple[Array, Array, Array, Array]:
-    """Return how far elements of a scan are from those of a surface, and how that changes with the pose.
+    """Return the distances of elements of a scan from those of a surface, and their derivatives by the pose.
 
     Returns:
-        Distance to the nearest element, infinite if that faces another side, (n,) [m]; distance in front of its line,
+        Distance to the nearest element, infinite if that faces another side, (n,) [m]; signed distance from its line,
         (n,) [m]; derivative of the latter by (x, y, heading), (n, 3); the larger one of both elements' noise, (n,) [m].
     """
     R = rotation(float(pose[2])).T

@@ -9,25 +9,25 @@ from mjsim.geometry import Array
 from mjsim.interface import Scan
 
 NORMAL = 1.4826
-"""Standard deviation of a normal distribution by its median absolute deviation."""
+"""Standard deviation of a normal distribution divided by its median absolute deviation."""
 FEWEST = 20
-"""Beams whose neighbours meet something too, without which a scan tells nothing of its noise."""
+"""Minimum number of beams with neighbours that also hit something, for an estimate of the noise."""
 APART = 0.3
-"""Neighbouring beams whose ranges differ by more are taken to meet different walls [m]."""
+"""Neighbouring beams whose ranges differ by more are assumed to hit different walls [m]."""
 FINE = 0.02
-"""Ranges are averaged until they err by no more than this [m]."""
+"""Ranges are averaged until their noise is at most this [m]."""
 WIDEST = 0.2
-"""But over no more than this to either side [rad]."""
+"""Maximum angle over which ranges are averaged to either side [rad]."""
 NEAREST = 1e-3
-"""Shorter ranges are taken for this one [m]."""
+"""Shorter ranges count as this [m]."""
 
 
 def range_noise(scan: Scan) -> float:
-    """Return the standard deviation of the ranges of a scan as it shows it [m]; 0 where too few beams meet walls.
+    """Estimate the standard deviation of the ranges of a scan [m]; 0 if too few beams hit walls.
 
-    On a straight wall the inverse of the range is a cosine of the angle, so that of three neighbours the outer ones
-    add up to that in the middle times twice the cosine of the angle between two beams. What is left is noise; its
-    median is not moved by corners.
+    On a straight wall the inverse of the range is a cosine of the angle, so the sum of the outer two of three
+    neighbours is that of the middle one times twice the cosine of the angle between two beams. The residual is noise;
+    its median is robust to corners.
     """
     inverse = np.where(np.isfinite(scan.ranges), 1.0 / np.maximum(scan.ranges, NEAREST), np.nan)
     twice = 2.0 * np.cos(scan.angle_increment)
@@ -40,12 +40,12 @@ def range_noise(scan: Scan) -> float:
 
 
 def smoothed(scan: Scan, noise: float) -> Scan:
-    """Return a scan whose ranges are averaged over neighbours on the same wall, over more of them the more they err.
+    """Return a scan with ranges averaged over neighbours on the same wall, over more of them for larger noise.
 
     The inverse of the range is averaged, which keeps straight walls straight.
 
     Args:
-        scan: As it came.
+        scan: The original scan.
         noise: Standard deviation of its ranges [m].
     """
     wanted = int(np.ceil(0.5 * ((noise / FINE) ** 2 - 1.0)))
@@ -63,9 +63,9 @@ def smoothed(scan: Scan, noise: float) -> Scan:
 
 
 def _neighbours(ranges: Array, most: int, *, apart: float) -> NDArray[np.intp]:
-    """Return how many beams on either side of each meet the same wall, shape (n,).
+    """Return the number of beams on either side of each that hit the same wall, shape (n,).
 
-    As many to its right as to its left, so that none is pulled away from the end of its wall; at most `most`.
+    The number is the same on both sides, so that averages are not shifted at the end of a wall; at most `most`.
     """
     far, number = np.where(np.isfinite(ranges), ranges, np.inf), np.arange(len(ranges))
     with np.errstate(invalid="ignore"):

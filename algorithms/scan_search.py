@@ -9,49 +9,50 @@ from mjsim.geometry import Array, wrap_angle, wrap_angles
 from .scan_matching import Match, Surface, WallField, align
 
 RADIUS = 0.3
-"""How far from a wall an element still scores, at the finest level [m]."""
+"""Distance from a wall within which an element scores, at the finest level [m]."""
 SCORED = 48
-"""Elements of a scan by which hypotheses are ranked."""
+"""Number of elements of a scan used to rank hypotheses."""
 KEPT = 24
-"""Hypotheses that the next level looks at."""
+"""Number of hypotheses passed to the next level."""
 MOST = 4000
-"""Hypotheses of the coarsest level."""
+"""Maximum number of hypotheses at the coarsest level."""
 SAME = (0.2, 0.05)
-"""Two hypotheses that differ less are one [m], [rad]."""
+"""Hypotheses that differ by less are the same [m], [rad]."""
 CLEAR = 8.0
-"""An alternative whose cost is less than this above the best one's is not ruled out: a likelihood ratio of 55."""
+"""An alternative with a cost less than this above the best one is not ruled out: a likelihood ratio of 55."""
 NARROWEST, WIDEST = np.array([0.1, 0.1, 0.05]), np.array([0.6, 0.6, 0.4])
-"""Smallest and largest window around odometry in which a scan is looked for first [m, m, rad]."""
+"""Smallest and largest first search window around odometry [m, m, rad]."""
 LOST = np.array([1.2, 1.2, 0.6])
-"""Window in which it is looked for when it is not found there [m, m, rad]."""
+"""Search window if there is no match in the first [m, m, rad]."""
 GATE = 16.3
-"""Chi-square of three degrees of freedom that one of a thousand exceeds."""
+"""99.9 % quantile of chi-square with three degrees of freedom."""
 BEHIND = 0.1
-"""A hypothesis whose score is by so much below the best one's is ruled out without an alignment."""
+"""A hypothesis with a score this much below the best one is ruled out without an alignment."""
 DOUBT = 6.3
-"""Chi-square of three degrees of freedom that one of ten exceeds."""
+"""90 % quantile of chi-square with three degrees of freedom."""
 FEWEST = 20
-"""Elements that a scan and the walls must have to be compared."""
+"""Minimum number of elements of a scan and of the walls for a comparison."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Laid:
-    """Where a new scan lies in the frame of older walls."""
+    """The pose of a new scan in the frame of older walls."""
 
     pose: Array
     """Of the scan's frame in that of the walls, shape (3,) [m, m, rad]."""
     covariance: Array
     """Of the pose, shape (3, 3)."""
     own: Array
-    """Of the pose if it were known the systematic errors of odometry, shape (3, 3)."""
+    """Of the pose given the systematic errors of odometry, shape (3, 3)."""
     lasting: Array
-    """The part of `own` that adds up along a way of such poses, shape (3, 3)."""
+    """The part of `own` that accumulates along consecutive poses, shape (3, 3)."""
     follows: Array
-    """How the pose changes with the step that odometry tells, shape (3, 3): one where walls tell nothing."""
+    """Derivative of the pose by the step of odometry, shape (3, 3): one in directions without information from
+    walls."""
 
 
 def lay(scan: Surface, walls: Surface, step: Array, noise: Array, *, doubt: Array | None = None) -> Laid:
-    """Return where a new scan lies in the frame of older walls, by the walls and by odometry, and how certain that is.
+    """Return the pose of a new scan in the frame of older walls from walls and odometry, with its covariance.
 
     A match must explain much of the scan and be compatible with odometry. If there is none, the window is enlarged, and
     a match that contradicts odometry is accepted only if most of the scan fits and the match is unambiguous. Competing
@@ -60,9 +61,9 @@ def lay(scan: Surface, walls: Surface, step: Array, noise: Array, *, doubt: Arra
     Args:
         scan: In its own frame.
         walls: Seen before.
-        step: What odometry tells, shape (3,) [m, m, rad].
-        noise: Covariance of it by what is new at each step, shape (3, 3).
-        doubt: By what odometry may err by all the time, shape (3, 3); by default nothing.
+        step: Motion by odometry, shape (3,) [m, m, rad].
+        noise: Covariance of its errors that are independent at each step, shape (3, 3).
+        doubt: Covariance of its systematic errors, shape (3, 3); by default zero.
     """
     covariance = noise if doubt is None else noise + doubt
     if len(walls.points) < FEWEST or len(scan.points) < FEWEST:
@@ -83,7 +84,7 @@ def lay(scan: Surface, walls: Surface, step: Array, noise: Array, *, doubt: Arra
 
 
 def _pulled(field: WallField, scan: Surface, best: Match, step: Array, covariance: Array, weak: Array) -> bool:
-    """Return whether odometry has pulled a match away from where the walls have it, and does not allow that place."""
+    """Return whether odometry has pulled a match off the walls and is incompatible with the fit to the walls alone."""
     if _surprise(best, step, covariance) < DOUBT:
         return False
     free = align(field, scan, step, weak, start=best.pose)
@@ -100,8 +101,8 @@ def hypotheses(
         scan: In its own frame; at least one element.
         guess: Of its pose, shape (3,).
         information: Inverse of the guess's covariance, shape (3, 3).
-        window: How far from the guess to look in x, y and heading, shape (3,) [m, m, rad].
-        most: How many alignments to try.
+        window: Half extents of the search in x, y and heading, shape (3,) [m, m, rad].
+        most: Maximum number of alignments to try.
     """
     found: list[Match] = []
     poses, scores = search(field, scan.thinned(SCORED), guess, window)
@@ -118,7 +119,7 @@ def is_ambiguous(found: list[Match]) -> bool:
 
 
 def search(field: WallField, scan: Surface, guess: Array, window: Array) -> tuple[Array, Array]:
-    """Return the poses within a window at which most of a scan lies near walls, the best first, (k, 3); their scores.
+    """Return the poses within a window at which most of a scan is near walls, the best first, (k, 3); their scores.
 
     Args:
         field: Of the walls seen before.
@@ -127,7 +128,7 @@ def search(field: WallField, scan: Surface, guess: Array, window: Array) -> tupl
         window: Its half extents, shape (3,) [m, m, rad].
 
     References:
-        Olson, Real-Time Correlative Scan Matching, ICRA 2009: a coarse level bounds what the fine one can find.
+        Olson, Real-Time Correlative Scan Matching, ICRA 2009: a coarse level bounds the scores of the fine one.
     """
     step = 0.1 * 2.0 ** np.clip(np.ceil(np.log2(max(window[0], window[1]) / 0.3)), 0, 3)
     turn = min(0.12, step / max(1.5, float(np.median(np.hypot(*scan.points.T)))))
@@ -146,7 +147,7 @@ def search(field: WallField, scan: Surface, guess: Array, window: Array) -> tupl
 
 
 def distinct(poses: Array, most: int) -> list[Array]:
-    """Return at most so many of the poses (k, 3), none like an earlier one."""
+    """Return at most this many of the poses (k, 3), without duplicates."""
     chosen: list[Array] = []
     while len(poses) and len(chosen) < most:
         chosen.append(poses[0])
@@ -156,13 +157,13 @@ def distinct(poses: Array, most: int) -> list[Array]:
 
 
 def alike(one: Array, other: Array) -> bool:
-    """Return whether two poses (3,) are one hypothesis."""
+    """Return whether two poses (3,) are the same hypothesis."""
     x, y, heading = (one - other).tolist()
     return bool(x * x + y * y < SAME[0] ** 2 and abs(wrap_angle(heading)) < SAME[1])
 
 
 def _surprise(match: Match, step: Array, covariance: Array) -> float:
-    """Return the squared distance of a match from odometry, in units of what both may err by."""
+    """Return the squared Mahalanobis distance of a match from odometry."""
     off = match.pose - step
     off[2] = wrap_angle(float(off[2]))
     seen = np.linalg.inv(match.seen + 1e-6 * np.eye(3))
@@ -170,12 +171,12 @@ def _surprise(match: Match, step: Array, covariance: Array) -> float:
 
 
 def _laid(found: list[Match], noise: Array) -> Laid:
-    """Return the best of some hypotheses, the others weighed by their likelihood.
+    """Return the best of some hypotheses, with a covariance that includes the others, weighted by likelihood.
 
-    A pose on walls that the last n scans show is as far off as the mean of theirs, and by an error of its own; one by
-    odometry as far off as the last. So an error of its own lives on in the share 1 / m, m being the number of steps
-    that the pose is measured over: (n + 1) / 2 on average as far as walls tell it, one as far as odometry does. What
-    tells the way along a corridor, edges of doors, is often shown by the last scan alone.
+    The error of a pose matched to walls of the last n scans is the mean of their errors plus an independent error; the
+    error of a pose by odometry is that of the last pose plus an independent error. An independent error persists with
+    the factor 1 / m, where m is the number of steps over which the pose is measured: (n + 1) / 2 on average for walls,
+    one for odometry. Features along a corridor, such as edges of doors, are often seen by the last scan alone.
 
     References:
         Beveridge, Nelson, A new approach to decomposition of economic time series, Journal of Monetary Economics 7,
@@ -202,7 +203,7 @@ def _lattice(guess: Array, window: Array, step: float, turn: float) -> Array:
 
 
 def _scores(field: WallField, scan: Surface, poses: Array, radius: float) -> Array:
-    """Return for each pose (k, 3) how near to walls a scan lies on average: 1 for on them, 0 beyond a radius [m]."""
+    """Return the score of each pose (k, 3): the mean proximity of a scan to walls, 1 on them, 0 beyond a radius [m]."""
     likely = np.maximum(1.0 - field.distance / np.float32(radius), np.float32(0.0)).ravel()
     c, s = np.cos(poses[:, 2:]), np.sin(poses[:, 2:])
     x, y = scan.points.T
