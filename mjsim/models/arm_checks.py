@@ -6,6 +6,7 @@ from xml.etree import ElementTree
 
 from mjsim.models.files import Element
 from mjsim.models.inertias import mend_inertias
+from mjsim.models.prefixes import with_prefixes
 
 UNFIT = ("breaks the triangle", "principal moment", "is no number")
 """Sentences about inertias that no body has."""
@@ -78,7 +79,7 @@ def checked_inertias(root: Element, path: str) -> list[str]:
 def text_place(data: bytes, element: str) -> tuple[int, int]:
     """Return line and column, counted from 1, of the element of a name in a model, or where it stops being XML."""
     try:
-        ElementTree.fromstring(data)
+        ElementTree.fromstring(with_prefixes(data))
     except ElementTree.ParseError as error:
         return error.position[0], error.position[1] + 1
     except ValueError:

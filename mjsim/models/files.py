@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 
 from mjsim.models.meshes import check_mesh
 from mjsim.models.pictures import picture_size
+from mjsim.models.prefixes import is_unbound, with_prefixes
 
 Read = Callable[[str], bytes]
 """Returns a file by its path from the folder of the world, or raises ValueError."""
@@ -31,6 +32,8 @@ MOST_XML = 8_000_000
 MOST_PIXELS = 100_000_000
 """Of all textures of a model together."""
 CUBE_SIDES = 6
+FOREIGN = "foreign."
+"""Before the tags of elements that are for other programs; nothing looks for such."""
 MESH_ENDINGS = (".obj", ".stl", ".msh")
 
 _COMPILER = {
@@ -131,12 +134,14 @@ class Builder(ElementTree.TreeBuilder):
         if self.count > MOST_ELEMENTS:
             raise ValueError(f"'{self._path}' has more than {MOST_ELEMENTS} elements; make it simpler")
         if tag.startswith("{"):
-            tag = self.foreign(*tag[1:].rsplit("}", 1))
-        return super().start(tag, attrs)
+            tag = self._foreign(*tag[1:].rsplit("}", 1))
+        return super().start(tag, {name: value for name, value in attrs.items() if not name.startswith("{")})
 
-    def foreign(self, space: str, word: str) -> str:
-        """Return the tag of an element of another namespace; here they are refused."""
-        raise ValueError(f"'{self._path}' holds <{word}> of {space}; expand it")
+    def _foreign(self, space: str, word: str) -> str:
+        """Return a tag that nothing looks for; elements of xacro would change what the file means."""
+        if space.endswith("xacro"):
+            raise ValueError(f"'{self._path}' holds <{word}> of {space}; expand it")
+        return f"{FOREIGN}{word}"
 
     def end(self, tag: str) -> Element:
         """End an element."""
@@ -144,10 +149,22 @@ class Builder(ElementTree.TreeBuilder):
         return super().end(tag)
 
 
+def _tree(path: str, data: bytes, count: int) -> tuple[Element, int]:
+    """Return the root of a file, and the number of elements with those that were counted before it."""
+    builder = Builder(path, count)
+    parser = ElementTree.XMLParser(target=builder)
+    try:
+        parser.feed(data)
+        root: Element = parser.close()
+    except ElementTree.ParseError as error:
+        if is_unbound(error) and (bound := with_prefixes(data)) != data:
+            return _tree(path, bound, count)
+        raise
+    return root, builder.count
+
+
 class Gatherer:
     """Reads the files of one model and keeps count of them."""
-
-    builder = Builder
 
     def __init__(self, path: str, read: Read) -> None:
         self._path, self._folder, self._read = path, posixpath.dirname(path), read
@@ -162,14 +179,11 @@ class Gatherer:
         self._xml += len(data)
         if self._xml > MOST_XML:
             raise ValueError(f"'{self._path}' has more than {MOST_XML // 10**6} MB of XML; make it simpler")
-        builder = self.builder(path, self._elements)
-        parser = ElementTree.XMLParser(target=builder)
         try:
-            parser.feed(data)
-            root: Element = parser.close()
+            root, self._elements = _tree(path, data, self._elements)
         except ElementTree.ParseError as error:
             raise ValueError(f"'{path}' is not XML: {error}; correct it") from None
-        self._elements = builder.count
+        root.tag = root.tag.removeprefix(FOREIGN)
         return root
 
     def file(self, path: str) -> bytes:

@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 
-from mjsim.models.files import ROBOT, Builder, Element, Gatherer, ModelFiles, Read
+from mjsim.models.files import ROBOT, Element, Gatherer, ModelFiles, Read
 from mjsim.models.inertias import mend_inertias, mend_weightless, number_of
 from mjsim.models.mjcf_scenes import without_mjcf_rails, without_scenery
 from mjsim.models.places import ElementOrigin, PlacedError, element_of, numbered, plainly, starts
@@ -25,8 +25,6 @@ from mjsim.models.urdf_joints import freed_wheels, said_speeds, without_rails
 
 MOST_RETRIES = 64
 """Meshes of a robot that MuJoCo may refuse."""
-FOREIGN = "foreign."
-"""How the tags of elements of other namespaces begin."""
 GHOST = {"type": "sphere", "size": "0.005", "contype": "0", "conaffinity": "0", "rgba": "0 0 0 0"}
 """What stands for a mesh that is left out, so that its mass stays."""
 
@@ -75,7 +73,6 @@ def gather_robot(path: str, read: Read) -> RobotFiles:
     """
     gatherer = _RobotGatherer(path, read)
     root = gatherer.parse(path)
-    root.tag = root.tag.removeprefix(FOREIGN)
     if root.tag == "mujoco":
         gatherer.put_includes_in(root, 0)
     cleared = [*without_scenery(root, path), *without_mjcf_rails(root, path)]
@@ -96,18 +93,8 @@ def gather_robot(path: str, read: Read) -> RobotFiles:
     return RobotFiles(files, model, said, driven, speeds, (*cleared, *mended, *gatherer.notes()))
 
 
-class _RobotBuilder(Builder):
-    """Builds the tree of a robot, which may hold what is for other programs."""
-
-    def foreign(self, space: str, word: str) -> str:
-        """Return a tag that nothing looks for; elements of xacro would change what the file means."""
-        return super().foreign(space, word) if space.endswith("xacro") else f"{FOREIGN}{word}"
-
-
 class _RobotGatherer(Gatherer):
     """Reads the files of a robot; a faulty mesh or picture is left out."""
-
-    builder = _RobotBuilder
 
     def __init__(self, path: str, read: Read) -> None:
         super().__init__(path, read)

@@ -197,3 +197,23 @@ def test_an_end_that_is_not_there_is_told_with_a_near_name(tmp_path):
         mjsim.arm("puma560", end="x")
     with pytest.raises(UsageError, match=r"no file '.*none.xml'; name an MJCF"):
         mjsim.arm(tmp_path / "none.xml")
+
+
+def test_what_is_for_other_programs_is_passed_over_with_or_without_a_declared_prefix(tmp_path):
+    plain = LAMP.read_text()
+    told = plain.replace("<limit ", '<limit drake:acceleration="2" ').replace(
+        "</robot>", '<drake:proximity a="1"><drake:b/></drake:proximity></robot>'
+    )
+    assert told.count("drake:") >= 4
+    for number, text in enumerate((told, told.replace("<robot ", '<robot xmlns:drake="http://drake.mit.edu" ', 1))):
+        (tmp_path / f"{number}.urdf").write_text(text)
+        arm, same = mjsim.arm(tmp_path / f"{number}.urdf"), mjsim.arm(LAMP)
+        q = 0.3 * np.ones(same.n)
+        np.testing.assert_array_equal(arm.fkine(q), same.fkine(q))
+
+
+def test_what_xacro_should_have_expanded_is_refused(tmp_path):
+    told = LAMP.read_text().replace("</robot>", "<xacro:more/></robot>")
+    (tmp_path / "lamp.urdf").write_text(told)
+    with pytest.raises((UsageError, WorldError, ValueError), match="unbound prefix"):
+        mjsim.arm(tmp_path / "lamp.urdf")

@@ -14,6 +14,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 from mjsim.errors import UsageError
+from mjsim.models import with_prefixes
 from mjsim.syntax import parse_python
 
 SPACES = ("http://ros.org/wiki/xacro", "http://www.ros.org/wiki/xacro", "http://wiki.ros.org/xacro")
@@ -101,7 +102,7 @@ def parsed(data: bytes, path: Path) -> ElementTree.Element:
     if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
         raise UsageError(f"{path} declares a document type; leave <!DOCTYPE ...> out")
     try:
-        return ElementTree.fromstring(data)
+        return ElementTree.fromstring(with_prefixes(data))
     except ElementTree.ParseError as error:
         line, column = error.position
         what = str(error).partition(":")[0]
