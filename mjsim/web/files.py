@@ -4,6 +4,7 @@ import hashlib
 import os
 import re
 from collections.abc import Iterator
+from functools import cache
 from importlib import resources
 from pathlib import Path
 
@@ -58,6 +59,7 @@ def listed(folder: Folder) -> Json:
     return {"folder": str(folder.root), **{kind: sorted(names) for kind, names in found.items()}, "shipped": shipped()}
 
 
+@cache
 def shipped() -> Json:
     """Return what comes with mjsim: worlds, pictures, models, presets of arms, sensors and robots, templates."""
     return {

@@ -21,6 +21,12 @@ def page_routes() -> Sequence[BaseRoute]:
     return [Route(path, _file) for path in _FILES]
 
 
+def pack_files() -> None:
+    """Compress all files once, so that no request waits for it."""
+    for name, _ in _FILES.values():
+        _contents(name)
+
+
 async def _file(request: Request) -> Response:
     name, kind = _FILES[request.url.path]
     data, packed = _contents(name)

@@ -16,6 +16,7 @@ from mjsim.web.server import Server
 from mjsim.web.static_page import page_routes
 from mjsim.web.tabs import Tabs
 from mjsim.web.trust import Trust
+from mjsim.web.warm import warm_up
 
 
 class Studio(Closes):
@@ -44,6 +45,7 @@ class Studio(Closes):
         Raises:
             UsageError: There is no such folder or world, or the page cannot be served there.
         """
+        warm_up()
         place, trust = Folder(Path(folder)), Trust()
         if world is not None and not is_shipped(world) and not place.path(world).is_file():
             raise UsageError(f"no file '{world}' in {place.root}; name a world file")

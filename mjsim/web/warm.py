@@ -1,0 +1,27 @@
+"""What the first page would wait for, done once in a thread while its browser starts."""
+
+import threading
+from functools import cache
+
+from mjsim.web.files import EMPTY_WORLD, shipped
+from mjsim.web.panel_schema import panel_schema
+from mjsim.web.static_page import pack_files
+from mjsim.world import parse_world
+
+
+@cache
+def warm_up() -> threading.Thread:
+    """Begin to compress the page's files, to list what comes with mjsim, and to build the checks of worlds.
+
+    The first request for each would do the same, and take longer.
+    """
+    thread = threading.Thread(target=_warm_up, name="mjsim-warm-up", daemon=True)
+    thread.start()
+    return thread
+
+
+def _warm_up() -> None:
+    pack_files()
+    panel_schema()
+    shipped()
+    parse_world(EMPTY_WORLD)
