@@ -283,7 +283,8 @@ export class Stage3d {
 
   private listen(): void {
     const sizes = new ResizeObserver(() => {
-      this.resize();
+      // Another size empties the canvas: it waits for the picture that is being drawn.
+      this.has = 0;
       this.draw();
     });
     sizes.observe(this.canvas);
