@@ -1,4 +1,4 @@
-"""Recordings -> statistics, plots and pages, of one run or of many compared; nothing but files is needed."""
+"""Statistics, plots and pages of one run, or of many in comparison, from recordings alone."""
 
 from mjsim.faces import face
 

@@ -1,4 +1,4 @@
-"""Plots of joints in reports: those of arms with their tools, and the driven wheels of bases that balance."""
+"""Plots of joints in reports: of arms with their tools, and of the driven wheels of balancing bases."""
 
 from typing import Any
 
@@ -10,11 +10,11 @@ from mjsim.record import JointTrack
 from mjsim.report.plots import GROUPS, sheet
 
 XYZ = ("#d55e00", "#009e73", "#0072b2")
-"""Colours of X, Y and Z that people with colour blindness tell apart."""
+"""Colours of X, Y and Z that are safe for colour blindness."""
 
 
 def arm_plots(time: Array, track: JointTrack, slides: Array) -> dict[str, Figure]:
-    """Return the plots of an arm by their names.
+    """Return the plots of an arm by name.
 
     Args:
         time: Of the ticks, shape (N,) [s].
@@ -29,7 +29,7 @@ def arm_plots(time: Array, track: JointTrack, slides: Array) -> dict[str, Figure
 
 
 def drive_plots(time: Array, track: JointTrack) -> dict[str, Figure]:
-    """Return the plots of the wheels of a base that balances, by their names.
+    """Return the plots of the wheels of a balancing base, by name.
 
     Args:
         time: Of the ticks, shape (N,) [s].

@@ -1,4 +1,4 @@
-"""What a report says of arms: how far joints were from their goals, torques, and the way of the tool."""
+"""Statistics of arms: tracking errors of joints, torques, and the path of the tool."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from mjsim.world import World
 
 
 def arm_figures(track: JointTrack) -> dict[str, Any]:
-    """Return the figures of one arm: how far each joint was from its goal [rad, m], its torques, and the tool's way."""
+    """Return the statistics of one arm: tracking errors [rad, m], torques, and length of the tool's path."""
     error = track.goal - track.positions
     known = np.isfinite(error).all(axis=1)
     if not known.any():
@@ -27,6 +27,6 @@ def arm_figures(track: JointTrack) -> dict[str, Any]:
 
 
 def slides_of(world: World, robot: str, arm: str) -> Array:
-    """Return which joints of an arm slide, bool, shape (joints,)."""
+    """Return which joints of an arm are prismatic, bool, shape (joints,)."""
     items = next(each.arms for each in world.robots if each.name == robot)
     return np.array([link.slide for item in items if item.name == arm for link in item.arm.links])

@@ -1,6 +1,6 @@
-"""Statistics of many runs -> groups that have the same label, and their differences, run by run with the same seed.
+"""Compares statistics of many runs: groups runs by label, and computes differences paired by seed.
 
-Nothing here reads a file: what has statistics of runs, from recordings or from a sweep, can be compared.
+It reads no files: statistics from recordings and from sweeps can be compared.
 """
 
 import itertools
@@ -19,7 +19,7 @@ from mjsim.report.paired import CONFIDENCE, Difference, fewest_pairs, mean_inter
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Series:
-    """How one robot fared over one run, at N moments."""
+    """Errors of one robot over one run, at N times."""
 
     time: Array
     """Shape (N,) [s]."""
@@ -28,38 +28,38 @@ class Series:
     nees: Array
     """Shape (N,); NaN where the covariance is singular."""
     truth: Array | None = None
-    """Positions, shape (N, 2) [m]; None when they were not kept."""
+    """Positions, shape (N, 2) [m]; None if they were not kept."""
     estimate: Array | None = None
     """The same."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunFigures:
-    """The statistics of one run, and what it is compared as."""
+    """The statistics of one run, and its label."""
 
     label: str
-    """Of all runs that differ only in their seed."""
+    """Label of all runs that differ only in their seed."""
     seed: int
     robots: Mapping[str, Mapping[str, Any]]
     """As under 'robots' in `statistics.json`."""
     series: Mapping[str, Series] = field(default_factory=dict)
     """By robot; only plots need them."""
     failed: bool = False
-    """Whether it ended before its time; its figures are counted as failed, and left out."""
+    """Whether it ended early; it counts as failed, and its statistics are left out."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spread:
-    """A figure over the runs of a group."""
+    """Distribution of a statistic over the runs of a group."""
 
     count: int
-    """Runs that have the figure."""
+    """Number of runs that have the statistic."""
     mean: float
     median: float
     std: float
-    """Of the sample; 0 of one run."""
+    """Sample standard deviation; 0 for one run."""
     low: float | None
-    """Bounds of the mean with 95 % confidence; None of too few runs."""
+    """Bounds of the mean with 95 % confidence; None for too few runs."""
     high: float | None
 
 
@@ -74,25 +74,25 @@ class Group:
     spreads: Mapping[str, Spread]
     """ReportFigure -> its spread."""
     failed: tuple[int, ...]
-    """Seeds of runs that ended before their time."""
+    """Seeds of runs that ended early."""
     series: Mapping[int, Series]
-    """Seed -> how it fared."""
+    """Seed -> errors over time."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Compared:
-    """One figure of two groups."""
+    """One statistic of two groups."""
 
     figure: ReportFigure
     first: str
     """Label of a group."""
     second: str
     difference: Difference
-    """Second less first."""
+    """Second minus first."""
 
     @property
     def sentence(self) -> str:
-        """What can be said of it."""
+        """The result as a sentence."""
         figure, told = self.figure, self.difference
         if not told.verdict:
             return f"{self.first} and {self.second} in {figure.title}: {told.reason}"
@@ -100,17 +100,17 @@ class Compared:
 
     @property
     def better(self) -> str:
-        """Label of the better group, if that is certain, else empty."""
+        """Label of the significantly better group, or empty."""
         return {"first": self.first, "second": self.second, "": ""}[self.difference.verdict]
 
     @property
     def worse(self) -> str:
-        """Label of the other one, if that is certain, else empty."""
+        """Label of the significantly worse group, or empty."""
         return {"first": self.second, "second": self.first, "": ""}[self.difference.verdict]
 
     @property
     def size(self) -> str:
-        """By how much the better one is better, with the interval and the unit."""
+        """The difference with its interval and unit."""
         told = self.difference
         low, high = sorted(abs(value) for value in (told.low or 0.0, told.high or 0.0))
         return f"{abs(told.mean or 0.0):.3g} [{low:.3g}, {high:.3g}] {self.figure.unit}".rstrip()
@@ -118,22 +118,22 @@ class Compared:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Comparison:
-    """What runs tell of those that were compared."""
+    """The result of a comparison."""
 
     groups: tuple[Group, ...]
     differences: tuple[Compared, ...]
-    """Every figure of every two groups."""
+    """Every statistic of every pair of groups."""
     remarks: tuple[str, ...]
-    """What a reader has to know before believing a figure."""
+    """Notes for the interpretation of the results."""
 
     @property
     def verdicts(self) -> tuple[str, ...]:
-        """What is certain, in sentences."""
+        """Significant differences, as sentences."""
         return tuple(item.sentence for item in self.differences if item.difference.verdict)
 
     @property
     def consistency(self) -> tuple[str, ...]:
-        """Whether the estimators of the groups are as sure as they may be, in sentences."""
+        """Consistency of the estimators of the groups, as sentences."""
         return tuple(told for group in self.groups if (told := _consistency(group)))
 
 
@@ -142,12 +142,12 @@ def compare_tables(runs: Iterable[RunFigures], *, confidence: float = CONFIDENCE
     """Compare statistics of many runs.
 
     Args:
-        runs: Those with the same label differ in nothing but their seed.
-        confidence: That all intervals of one figure hold at once: with more than two groups each interval is wider
-            (Bonferroni).
+        runs: Runs with the same label must differ only in their seed.
+        confidence: That all intervals of one statistic hold simultaneously: with more than two groups each interval is
+            wider (Bonferroni).
 
     Raises:
-        UsageError: There is no run, or a label has a seed twice.
+        UsageError: There are no runs, or a label has a seed twice.
     """
     kept = tuple(runs)
     if not kept:
@@ -180,7 +180,7 @@ def _require_once(runs: Sequence[RunFigures]) -> None:
 
 
 def _members(runs: Sequence[RunFigures]) -> list[tuple[str, str, list[RunFigures]]]:
-    """Return label, robot and runs of each group; a robot is part of the label where a label has several."""
+    """Return label, robot and runs of each group; the robot is part of the label if there are several."""
     labels = dict.fromkeys(run.label for run in runs)
     found = {label: _robots([run for run in runs if run.label == label]) for label in labels}
     names = {name for robots in found.values() for name in robots}
@@ -193,14 +193,14 @@ def _members(runs: Sequence[RunFigures]) -> list[tuple[str, str, list[RunFigures
 
 
 def _robots(runs: Sequence[RunFigures]) -> list[str]:
-    """Return the robots of runs that believed something; all when none did."""
+    """Return the robots with estimates; all if there are none."""
     names = dict.fromkeys(name for run in runs for name in run.robots)
     believing = [name for name in names if any(run.robots.get(name, {}).get("position_error_m") for run in runs)]
     return believing or list(names)
 
 
 def _comparable(groups: Sequence[Group], a: Group, b: Group) -> bool:
-    """Return whether two groups are of one robot; of several robots, too, where no robot is in two groups."""
+    """Return whether two groups are of the same robot, or no robot is in several groups."""
     robots = [group.robot for group in groups]
     return a.robot == b.robot or len(set(robots)) == len(robots)
 
@@ -236,7 +236,7 @@ def _spread(values: Sequence[float]) -> Spread:
 
 
 def _difference(a: Group, b: Group, figure: ReportFigure, confidence: float) -> Difference:
-    """Return the difference of two groups; one that failed more often than the other is not called better."""
+    """Return the difference of two groups; a group with more failures is never called better."""
     found = paired_difference(a.values[figure.key], b.values[figure.key], better=figure.better, confidence=confidence)
     worse = a if len(a.failed) > len(b.failed) else b if len(b.failed) > len(a.failed) else None
     if worse is not None and found.verdict == ("first" if worse is a else "second"):

@@ -1,4 +1,4 @@
-"""A comparison as files: tables, plots, and one HTML page that opens offline."""
+"""Files of a comparison: tables, plots, and one HTML page that works offline."""
 
 import html
 import json
@@ -21,7 +21,7 @@ from mjsim.report.drawings import drawing_files, png_of, require_formats
 from mjsim.report.html_page import html_page, html_table, picture
 
 COMPARISON_FILES = ("comparison.json", "table.csv", "table.tex", "comparison.html")
-"""Of every comparison."""
+"""Files of every comparison."""
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -31,14 +31,14 @@ def write_comparison(
     """Write `comparison.json`, `table.csv`, `table.tex`, the plots and `comparison.html` into a folder.
 
     Args:
-        comparison: What is written.
-        folder: Where to; created if necessary.
+        comparison: The comparison.
+        folder: Destination; created if necessary.
         formats: Of the plots: 'png', 'pdf', 'svg'; the page has them in any case.
-        overwrite: Whether the files of an earlier comparison are replaced or, where this one has none of their name,
-            removed; all others in the folder stay.
+        overwrite: Whether to replace an earlier comparison, and remove its files that this one does not have; all
+            others in the folder stay.
 
     Raises:
-        UsageError: The folder holds a comparison, or cannot be written; or a format is not known.
+        UsageError: The folder has a comparison, or cannot be written; or a format is unknown.
     """
     from mjsim.report.comparison_plots import PLOTS
 
@@ -68,7 +68,7 @@ def _page(comparison: Comparison, pictures: dict[str, bytes]) -> str:
 
 
 def _verdicts(comparison: Comparison) -> str:
-    """Return the table of what is certain."""
+    """Return the table of significant differences."""
     rows = verdict_rows(comparison)
     if not rows:
         return "<p>No figure is certain to be better in one than in another.</p>"

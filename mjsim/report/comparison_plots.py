@@ -1,4 +1,4 @@
-"""The plots of a comparison; each function returns one figure, or None when there is nothing to draw."""
+"""The plots of a comparison; each function returns one figure, or None if there is nothing to draw."""
 
 from collections.abc import Callable, Sequence
 
@@ -14,11 +14,11 @@ from mjsim.report.over_time import FEW, mean_of, middle_of, shared_seed
 from mjsim.report.plots import GROUPS, TRUTH, scale_nees, sheet
 
 MOST_PAIRS = 10
-"""Pairs of groups whose differences are drawn; tables have all."""
+"""Maximum number of pairs of groups whose differences are drawn; tables have all."""
 BOXED = 5
-"""Runs from which on boxes are drawn."""
+"""Minimum number of runs for boxes."""
 KEYS = ("position_error_m.mean", "heading_error_deg.mean", "ate_m.rmse", "nees.mean", "landmark_error_m.aligned_rms")
-"""Figures that have boxes."""
+"""Statistics shown as boxes."""
 
 
 def error_plot(comparison: Comparison) -> Drawing | None:
@@ -54,7 +54,7 @@ def nees_plot(comparison: Comparison) -> Drawing | None:
 
 
 def path_plot(comparison: Comparison) -> Drawing | None:
-    """Draw where the robots were and believed to be, in the runs of the first seed that most groups have."""
+    """Draw the true and estimated paths, in the runs of the first seed that most groups have."""
     figure, (axes,) = sheet(1, height=7.0)
     seed = shared_seed(comparison.groups)
     if seed is None:
@@ -80,7 +80,7 @@ def path_plot(comparison: Comparison) -> Drawing | None:
 
 
 def box_plot(comparison: Comparison) -> Drawing | None:
-    """Draw how key figures spread over the runs of each group; None when no group has five."""
+    """Draw box plots of key statistics over the runs of each group; None if no group has five runs."""
     groups = comparison.groups
     figures = [f for f in FIGURES if f.key in KEYS and any(len(g.values[f.key]) >= BOXED for g in groups)]
     if not figures:
@@ -132,11 +132,11 @@ PLOTS: tuple[tuple[str, Callable[[Comparison], Drawing | None]], ...] = (
     ("nees", nees_plot),
     ("paths", path_plot),
 )
-"""Name of the file and what draws it, in the order in which a page shows them."""
+"""Name of the file and its drawing function, in the order of the page."""
 
 
 def _draw_over_time(axes: Axes, groups: Sequence[Group], values: Callable[[Series], Array]) -> bool:
-    """Draw few runs one by one, of many their median and where nine of ten lie; say whether there was one."""
+    """Draw few runs individually, or the median and the middle 90 % of many; return whether there was any."""
     for color, width, group in _styled(groups):
         runs = list(group.series.values())
         if len(runs) <= FEW:
@@ -178,7 +178,7 @@ def _draw_boxes(axes: Axes, figure: ReportFigure, groups: Sequence[Group]) -> No
 
 
 def _scale(comparison: Comparison, item: Compared) -> float | None:
-    """Return the mean of the first group, when the difference has an interval and is one of errors."""
+    """Return the mean of the first group, if the difference has an interval and is one of errors."""
     if item.difference.low is None or not item.figure.better or not item.figure.unit:
         return None
     first = next(group for group in comparison.groups if group.label == item.first)

@@ -1,4 +1,4 @@
-"""A comparison as tables: lines for a terminal, CSV, LaTeX and JSON."""
+"""Tables of a comparison: lines for a terminal, CSV, LaTeX and JSON."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
@@ -10,13 +10,13 @@ from mjsim.report.paired import CONFIDENCE
 from mjsim.report.tables import csv_text, latex_float, latex_row, latex_text
 
 ABREAST = 3
-"""Groups beside each other in a table; more of them come below."""
+"""Maximum number of groups beside each other in a table; others follow below."""
 WIDTH = 32
-"""Of a column in a terminal, at most [characters]."""
+"""Maximum width of a column in a terminal [characters]."""
 
 
 def comparison_lines(comparison: Comparison) -> list[str]:
-    """Return a comparison as lines for a terminal: means with their intervals, what is certain, what to know."""
+    """Return a comparison as lines for a terminal: means with intervals, significant differences, notes."""
     lines = []
     for groups in _abreast(comparison.groups):
         lines += [*_lines_of(groups), ""]
@@ -28,7 +28,7 @@ def comparison_lines(comparison: Comparison) -> list[str]:
 
 
 def _verdict_lines(comparison: Comparison) -> Iterator[str]:
-    """Yield what is certain, the figures of two groups below each other."""
+    """Yield significant differences, grouped by pairs of groups."""
     said = [item for item in comparison.differences if item.difference.verdict]
     for better, worse in dict.fromkeys((item.better, item.worse) for item in said):
         own = [item for item in said if (item.better, item.worse) == (better, worse)]
@@ -60,7 +60,7 @@ def _difference_row(item: Compared) -> Sequence[Any]:
 def comparison_latex(comparison: Comparison) -> str:
     """Return the means and their intervals for LaTeX with booktabs; a table for every three groups.
 
-    What is certain follows in comments.
+    Significant differences follow in comments.
     """
     tables = []
     for groups in _abreast(comparison.groups):
@@ -77,7 +77,7 @@ def comparison_latex(comparison: Comparison) -> str:
 
 
 def comparison_json(comparison: Comparison) -> dict[str, Any]:
-    """Return what `comparison.json` holds: lists of 'groups', 'differences', 'verdicts', 'consistency', 'remarks'."""
+    """Return `comparison.json`: 'groups', 'differences', 'verdicts', 'consistency', 'remarks'."""
     return {
         "groups": [
             {
@@ -108,13 +108,13 @@ def comparison_json(comparison: Comparison) -> dict[str, Any]:
 
 
 def mean_rows(comparison: Comparison) -> list[tuple[str, ...]]:
-    """Return the heading of each figure, then its mean with its interval in each group."""
+    """Return the heading of each statistic, then its mean with its interval in each group."""
     groups = comparison.groups
     return [(figure.heading, *(interval_text(figure, group) for group in groups)) for figure in _shown(groups)]
 
 
 def verdict_rows(comparison: Comparison) -> list[tuple[str, ...]]:
-    """Return what is certain: which is better, than which, in what, by how much, and of how many pairs."""
+    """Return significant differences: better group, other group, statistic, difference, and number of pairs."""
     return [
         (item.better, item.worse, item.figure.title, item.size, str(item.difference.pairs))
         for item in comparison.differences
@@ -123,7 +123,7 @@ def verdict_rows(comparison: Comparison) -> list[tuple[str, ...]]:
 
 
 def interval_text(figure: ReportFigure, group: Group) -> str:
-    """Return the mean of a figure and its interval; of few runs its least and largest value, in round brackets."""
+    """Return the mean of a statistic and its interval; for few runs its range, in round brackets."""
     spread = group.spreads.get(figure.key)
     if spread is None:
         return "-"
@@ -135,7 +135,7 @@ def interval_text(figure: ReportFigure, group: Group) -> str:
 
 
 def told_in_cells(groups: Sequence[Group]) -> str:
-    """Return what the cells of a table tell, as the brackets of `interval_text` have it."""
+    """Return the explanation of the brackets of `interval_text` in the cells of a table."""
     spreads = [spread for group in groups for spread in group.spreads.values()]
     sure = any(spread.low is not None for spread in spreads)
     few = any(spread.low is None and spread.count > 1 for spread in spreads)
@@ -147,12 +147,12 @@ def _short(figure: ReportFigure, value: float) -> str:
 
 
 def _abreast(groups: Sequence[Group]) -> Iterator[Sequence[Group]]:
-    """Yield the groups that stand beside each other."""
+    """Yield the groups beside each other."""
     return (groups[first : first + ABREAST] for first in range(0, len(groups), ABREAST))
 
 
 def _shown(groups: Sequence[Group]) -> Iterator[ReportFigure]:
-    """Yield the figures that one of the groups has."""
+    """Yield the statistics that at least one group has."""
     return (figure for figure in FIGURES if any(figure.key in group.spreads for group in groups))
 
 
@@ -162,7 +162,7 @@ def _counted(group: Group) -> str:
 
 
 def _counts(groups: Sequence[Group]) -> str:
-    """Return how many runs groups have, in few words."""
+    """Return the numbers of runs of groups, in short form."""
     counts = list(map(_counted, groups))
     return f"{counts[0]} each" if len(set(counts)) == 1 else f"from left to right {', '.join(counts)}"
 
@@ -181,7 +181,7 @@ def _lines_of(groups: Sequence[Group]) -> Iterator[str]:
 
 
 def _fitted(label: str) -> str:
-    """Return a label no wider than a column; its end tells most."""
+    """Return the end of a label, no wider than a column."""
     return label if len(label) <= WIDTH else f"...{label[3 - WIDTH :]}"
 
 

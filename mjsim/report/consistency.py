@@ -14,9 +14,9 @@ from mjsim.record import Track
 from mjsim.report.metrics import normalised_squares
 
 STATES = 3
-"""Of a pose: x, y, heading."""
+"""Number of states of a pose: x, y, heading."""
 PROBABILITY = 0.95
-"""That a value of a consistent estimator lies between two-sided bounds."""
+"""Probability that a value of a consistent estimator is between two-sided bounds."""
 
 
 def chi_square_bounds(freedom: float, *, count: float = 1.0) -> tuple[float, float]:
@@ -24,7 +24,7 @@ def chi_square_bounds(freedom: float, *, count: float = 1.0) -> tuple[float, flo
 
     Args:
         freedom: Degrees of freedom of each value.
-        count: How many values the mean is of.
+        count: Number of values in the mean.
 
     References:
         Bar-Shalom, Li, Kirubarajan (2001), eq. 5.4.2-10: the sum of `count` values is chi-square with `freedom` x
@@ -38,7 +38,7 @@ def chi_square_bounds(freedom: float, *, count: float = 1.0) -> tuple[float, flo
 
 
 def independent_count(values: Array) -> float:
-    """Return how many independent values tell as much of the mean as a series does whose values resemble each other.
+    """Return the effective number of independent values of an autocorrelated series.
 
     Args:
         values: Shape (N,), finite, equally spaced in time.
@@ -65,14 +65,14 @@ def independent_count(values: Array) -> float:
 
 
 def nees_figures(nees: Array) -> dict[str, Any]:
-    """Return what the NEES of a run says of the estimator.
+    """Return statistics of the NEES of a run.
 
     Args:
         nees: Of each tick, shape (N,); NaN where the covariance is singular.
 
     Returns:
-        `mean`; `in_band`, the share of ticks between the bounds `band` of one tick; `singular`, how many ticks had no
-        NEES; `mean_band`, the bounds of the mean of as many independent values as the run is worth, `independent`.
+        `mean`; `in_band`, the proportion of ticks between the bounds `band` of one tick; `singular`, the number of
+        ticks without NEES; `mean_band`, the bounds of the mean for the effective number of `independent` values.
     """
     regular = nees[np.isfinite(nees)]
     independent = independent_count(regular)
@@ -84,14 +84,14 @@ def nees_figures(nees: Array) -> dict[str, Any]:
 
 
 def nis_figures(nis: Array, *, freedom: int = 2) -> dict[str, Any]:
-    """Return what the NIS of a run says of the estimator; those of a consistent one are independent.
+    """Return statistics of the NIS of a run; values of a consistent estimator are independent.
 
     Args:
         nis: Of each innovation, shape (M,); NaN where its covariance is singular.
         freedom: Degrees of freedom of each, 2 for range and bearing.
 
     Returns:
-        `mean`, `in_band`, `band`, `mean_band` and `singular` as of the NEES; `count` of innovations.
+        `mean`, `in_band`, `band`, `mean_band` and `singular` as for the NEES; `count` of innovations.
     """
     regular = nis[np.isfinite(nis)]
     return {

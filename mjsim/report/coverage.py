@@ -1,4 +1,4 @@
-"""How much of the floor a robot has been over."""
+"""Coverage of the floor by a robot."""
 
 from typing import Any
 
@@ -11,20 +11,20 @@ from mjsim.world import World
 CELL = 0.5
 """Side of a cell [m]."""
 SPARE = 0.15
-"""What a robot must have to spare where a cell counts as reachable [m]."""
+"""Margin of the robot at a reachable cell [m]."""
 
 
 def coverage(world: World, positions: Array, *, radius: float) -> float | None:
-    """Return the fraction of the reachable cells that the robot's footprint has touched.
+    """Return the proportion of the reachable cells that the robot's footprint has touched.
 
     Args:
-        world: Where it drove.
-        positions: Of the robot, shape (N, 2) [m]; the first is where it started.
+        world: Its world.
+        positions: Of the robot, shape (N, 2) [m]; the first is its start.
         radius: Of its body [m].
 
     Returns:
-        In [0, 1]; None in a world without walls, where reachable has no bounds. A cell of 0.5 m is reachable when
-        the robot could come from its start to the cell's centre with 0.15 m to spare all the way.
+        In [0, 1]; None in a world without walls, where the reachable area is unbounded. A cell of 0.5 m is reachable if
+        the robot could drive from its start to the cell's centre with a margin of 0.15 m.
     """
     import shapely
 
@@ -49,7 +49,7 @@ def coverage(world: World, positions: Array, *, radius: float) -> float | None:
 def _touched(cells: Any, positions: Array, radius: float) -> NDArray[np.bool_]:
     """Return which cells a round footprint has touched: their nearest point was within its radius of its centre.
 
-    The way is taken piece by piece: the outline of all of it would cross itself at each lap, and grow without end.
+    The path is processed in pieces, since the outline of the whole path would grow with every lap.
     """
     import shapely
 
@@ -65,7 +65,7 @@ def _touched(cells: Any, positions: Array, radius: float) -> NDArray[np.bool_]:
 
 
 def _part_with(room: Any, start: Array) -> Any:
-    """Return the connected part of the free room that holds the start, or the nearest one to it."""
+    """Return the connected part of the free space that contains the start, or is closest to it."""
     import shapely
 
     parts = shapely.get_parts(room)

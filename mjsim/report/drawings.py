@@ -1,4 +1,4 @@
-"""Drawings as the contents of files: PNG for screens, PDF and SVG for papers."""
+"""Converts drawings to files: PNG for screens, PDF and SVG for papers."""
 
 import io
 from collections.abc import Mapping, Sequence
@@ -11,23 +11,23 @@ if TYPE_CHECKING:
 
 FORMATS = ("png", "pdf", "svg")
 _NO_DATE: dict[str, dict[str, None]] = {"png": {}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
-"""So that the same drawing is the same bytes."""
+"""Omits the date, so that the same drawing has the same bytes."""
 
 
 def parse_formats(text: str) -> tuple[str, ...]:
-    """Return the formats that a list such as 'png,pdf' names.
+    """Return the formats in a list such as 'png,pdf'.
 
     Raises:
-        UsageError: One of them is not known.
+        UsageError: One of them is unknown.
     """
     return require_formats([word.strip().lower() for word in text.split(",")])
 
 
 def require_formats(formats: Sequence[str]) -> tuple[str, ...]:
-    """Return formats, each once.
+    """Return formats without duplicates.
 
     Raises:
-        UsageError: One of them is not known, or there is none.
+        UsageError: One of them is unknown, or there is none.
     """
     for word in formats or [""]:
         if word not in FORMATS:
@@ -54,12 +54,12 @@ def png_of(figure: "Figure") -> bytes:
 def drawing_files(
     figures: Mapping[str, "Figure"], formats: Sequence[str], *, pictures: Mapping[str, bytes] | None = None
 ) -> dict[str, bytes]:
-    """Return the contents of files by their names, 'path.pdf' and the like.
+    """Return the contents of files by name, such as 'path.pdf'.
 
     Args:
-        figures: By the names of the files without their ending.
-        formats: What each is written as.
-        pictures: Those that are PNG already, by the same names.
+        figures: By the names of the files without suffix.
+        formats: Formats of each.
+        pictures: Those that are already PNG, by the same names.
     """
     there = {f"{name}.png": data for name, data in (pictures or {}).items()}
     names = [(name, form, f"{name}.{form}") for name in figures for form in formats]

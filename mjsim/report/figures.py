@@ -1,4 +1,4 @@
-"""The figures that tables show: what each is called, its unit, and which way is better."""
+"""The statistics shown in tables: title, unit, and which direction is better."""
 
 import math
 from collections.abc import Mapping
@@ -11,23 +11,23 @@ class ReportFigure:
     """One number of a robot in `statistics.json`."""
 
     key: str
-    """Where it stands, such as 'position_error_m.mean'."""
+    """Its key, such as 'position_error_m.mean'."""
     title: str
     unit: str = ""
     digits: int = 3
-    """After the point, in tables."""
+    """Number of decimals in tables."""
     better: Literal["lower", "higher", ""] = "lower"
-    """Which way is better; empty where neither is."""
+    """Which direction is better; empty if neither is."""
     odometry: str = ""
-    """Where the same of dead reckoning stands."""
+    """Key of the same statistic for dead reckoning."""
 
     @property
     def heading(self) -> str:
-        """Title and unit, as a row of a table has them."""
+        """Title and unit, as in a row of a table."""
         return f"{self.title} [{self.unit}]" if self.unit else self.title
 
     def text(self, value: float | None) -> str:
-        """Return a value as tables show it; '-' for one that is not there."""
+        """Return a value as shown in tables; '-' for a missing one."""
         return "-" if value is None else f"{value:.{self.digits}f}"
 
 
@@ -56,16 +56,16 @@ FIGURES = (
     ReportFigure("bumps", "bumps", "", 0),
     ReportFigure("falls", "falls", "", 0),
 )
-"""In the order of the rows of a table."""
+"""Statistics in the order of the rows of a table."""
 
 
 def largest(key: str) -> float:
-    """Return what a figure can be at most; none is below 0."""
+    """Return the maximum of a statistic; the minimum is 0."""
     return 1.0 if key == "coverage" or key.endswith(".in_band") else math.inf
 
 
 def figure_value(robot: Mapping[str, Any], key: str) -> float | None:
-    """Return the number under a key such as 'nees.mean' of a robot's figures; None where there is none."""
+    """Return the number under a key such as 'nees.mean' of a robot's statistics; None if there is none."""
     value: Any = robot
     for part in key.split("."):
         if not isinstance(value, Mapping):

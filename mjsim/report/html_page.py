@@ -1,4 +1,4 @@
-"""What all pages of results share, from reports to workplaces: HTML that opens offline, light and dark."""
+"""Common parts of all result pages, from reports to workplaces: HTML that works offline, light and dark."""
 
 import base64
 import html
@@ -25,13 +25,13 @@ img { width: 100%; height: auto; margin: 1rem 0; background: #fff; border-radius
 
 
 def html_page(title: str, command: str, *parts: str, style: str = "") -> str:
-    """Return a whole page.
+    """Return a complete page.
 
     Args:
         title: Its heading, as text.
-        command: What wrote it, such as 'mjsim report', as text.
-        parts: What it holds below the heading, as HTML.
-        style: Rules of CSS beyond those of all pages.
+        command: The command that wrote it, such as 'mjsim report', as text.
+        parts: Its contents below the heading, as HTML.
+        style: CSS rules beyond those of all pages.
     """
     heading = html.escape(title)
     return (
@@ -47,10 +47,10 @@ def html_table(
     """Return a table.
 
     Args:
-        heads: Above its columns, as text; '' above one that needs none, and none at all for no row of heads.
+        heads: Headers of its columns, as text; '' for a column without header, and none at all for no header row.
         rows: Its cells, as text.
         kind: Its class.
-        wide: Whether its lines stay whole and it scrolls, by keys too, where it is wider than the page.
+        wide: Whether its lines are not wrapped and it scrolls, also with keys, if it is wider than the page.
     """
     above = f"<thead>{_row(heads, 'th')}</thead>" if heads else ""
     opened = f'<table class="{kind}">' if kind else "<table>"
@@ -65,5 +65,5 @@ def _row(cells: Sequence[str], tag: str) -> str:
 
 
 def picture(title: str, png: bytes) -> str:
-    """Return a picture that is part of its page."""
+    """Return a picture embedded in its page."""
     return f'<img alt="{html.escape(title)}" src="data:image/png;base64,{base64.b64encode(png).decode()}">'

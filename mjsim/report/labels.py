@@ -1,4 +1,4 @@
-"""What runs are called that are compared: by the settings that differ, else by their files."""
+"""Labels of compared runs, from the settings that differ, or else from their files."""
 
 import json
 import re
@@ -11,19 +11,19 @@ from mjsim.report.comparison import RunFigures
 from mjsim.world import World
 
 MOST_SETTINGS = 4
-"""Worlds that differ in more are called by their names."""
+"""Worlds that differ in more settings are labelled by their names."""
 PARTS = ("observer", "estimator", "navigator")
-"""Of a driver, whose classes a recording tells."""
+"""Parts of a driver whose classes are in a recording."""
 _LEFT_OUT = ("run.seed", "run.view", "mjsim")
-"""Keys of a world that change nothing in a run, but its seed."""
+"""Keys of a world without effect on a run, and the seed."""
 _OF_THE_RUN = ("name", "robots", "run")
-"""Keys of a world whose values may differ in runs that took place in the same surroundings."""
+"""Keys of a world whose values may differ between runs in the same environment."""
 _NUMBERED = re.compile(r"[-_. ]*(?:seed|run)?[-_. ]*\d+$", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Found:
-    """A run as it was found, not yet labelled among others."""
+    """A run that is not yet labelled."""
 
     run: RunFigures
     path: Path
@@ -31,15 +31,15 @@ class Found:
     world: str
     """Its name."""
     folder: str = ""
-    """The label that was given with it, or the folder of several that it was in."""
+    """The label given with it, or the folder of several runs that contains it."""
 
 
 def settings_of(world: World, metadata: Mapping[str, str]) -> dict[str, str]:
     """Return all settings of a run as text, by keys such as 'robots.scout.odometry.noise.turn'.
 
     Args:
-        world: Where it took place.
-        metadata: Of its recording, which tells which modules were at work when they are not those of the world.
+        world: Its world.
+        metadata: Of its recording, which gives the modules if they are not those of the world.
     """
     leaves = dict(_leaves(world.model_dump(mode="json"), ""))
     if "modules" in metadata:
@@ -58,7 +58,7 @@ def settings_of(world: World, metadata: Mapping[str, str]) -> dict[str, str]:
 
 
 def _put_module(leaves: dict[str, str], key: str, name: str | None) -> None:
-    """Note which class was at work, or none; what the world says of another one does not hold."""
+    """Set the class that was used, or none; settings of another class in the world are dropped."""
     if name is not None and _class(leaves.get(f"{key}.use", "")) == name:
         return
     for other in [leaf for leaf in leaves if leaf == key or leaf.startswith(f"{key}.")]:
@@ -91,12 +91,12 @@ def setting_labels(settings: Sequence[Mapping[str, str]], names: Sequence[str]) 
     """Return a label for each run, made of the settings in which the runs differ.
 
     Args:
-        settings: Of each run, as `settings_of` gives them.
+        settings: Of each run, from `settings_of`.
         names: Of their worlds, for runs in which nothing differs, or too much.
 
     Returns:
-        Labels such as 'EkfSlam, jacobians=invariant', equal for equal settings; None when too much differs for that,
-        and the names do not tell the worlds apart.
+        Labels such as 'EkfSlam, jacobians=invariant', equal for equal settings; None if too much differs for that, and
+        the names do not distinguish the worlds.
     """
     told = (_told_by_class, _told_by_name)
     keys = [key for key in _differing(settings) if not any(tells(key, settings) for tells in told)]
@@ -112,7 +112,7 @@ def _differing(settings: Sequence[Mapping[str, str]]) -> list[str]:
 
 
 def _told_by_class(key: str, settings: Sequence[Mapping[str, str]]) -> bool:
-    """Return whether an argument of a module is the same wherever its class is, so that the class tells it."""
+    """Return whether an argument of a module is the same wherever its class is, so that the class implies it."""
     use = f"{key.rpartition('.')[0]}.use"
     if key.endswith(".use") or not any(use in each for each in settings):
         return False
@@ -121,7 +121,7 @@ def _told_by_class(key: str, settings: Sequence[Mapping[str, str]]) -> bool:
 
 
 def _told_by_name(key: str, settings: Sequence[Mapping[str, str]]) -> bool:
-    """Say whether something of the surroundings is the same wherever the world's name is, so that the name tells it."""
+    """Return whether a setting of the environment is implied by the name of the world."""
     names = {each.get("name") for each in settings}
     if key.partition(".")[0] in _OF_THE_RUN or None in names or len(names) == 1:
         return False
@@ -129,7 +129,7 @@ def _told_by_name(key: str, settings: Sequence[Mapping[str, str]]) -> bool:
 
 
 def _said(own: Mapping[str, str], keys: Sequence[str], settings: Sequence[Mapping[str, str]]) -> Iterable[str]:
-    """Yield what is said of each key in a label; an argument that the class of the run never has is not told."""
+    """Yield the label text of each key; an argument that the class of the run never has is left out."""
     shorts = _short_keys(keys)
     for key in keys:
         use = f"{key.rpartition('.')[0]}.use"
@@ -142,14 +142,14 @@ def _said(own: Mapping[str, str], keys: Sequence[str], settings: Sequence[Mappin
 
 
 def _said_of_class(use: str | None, key: str, uses: Sequence[str]) -> str:
-    """Return a class without its module, where that tells it from the others."""
+    """Return a class without its module, if that is unique."""
     if use is None:
         return "odometry" if key.endswith(".estimator.use") else f"no {key.split('.')[-2]}"
     return use if len({_class(each) for each in uses}) < len(set(uses)) else _class(use)
 
 
 def _short_keys(keys: Sequence[str]) -> dict[str, str]:
-    """Return the shortest end of each key that tells it from the others; of a module its last part may do."""
+    """Return the shortest unique end of each key; for a module its last part may suffice."""
     shorts = {}
     for key in keys:
         parts = key.split(".")
@@ -160,9 +160,9 @@ def _short_keys(keys: Sequence[str]) -> dict[str, str]:
 
 
 def file_labels(paths: Sequence[Path]) -> list[str]:
-    """Return a label for each recording from its file: equal for files that differ in a number at the end alone.
+    """Return a label for each recording from its file: equal for files that only differ in a number at the end.
 
-    'ekf-1.mcap' and 'ekf-2.mcap' are both 'ekf'; of files that are called alike the folder tells.
+    'ekf-1.mcap' and 'ekf-2.mcap' are both 'ekf'; files with the same name are distinguished by their folders.
     """
     stems = [_NUMBERED.sub("", path.stem) for path in paths]
     if len(set(stems)) > 1 and all(stems):
@@ -174,7 +174,7 @@ def file_labels(paths: Sequence[Path]) -> list[str]:
 def labelled(found: Sequence[Found]) -> list[RunFigures]:
     """Return runs with their labels: those given, the settings that differ, or their files, whichever can be paired.
 
-    Where some have a folder's name or one that was given, the names of the files stand for it with the others.
+    If some have the name of a folder or a given label, the others have the names of their files.
     """
     files = file_labels([each.path for each in found])
     settings = setting_labels([each.settings for each in found], [each.world for each in found]) or files
@@ -189,9 +189,9 @@ def labelled(found: Sequence[Found]) -> list[RunFigures]:
 
 
 def differing_worlds(found: Sequence[Found]) -> str:
-    """Say in what the worlds of runs differ beside their robots and how they were run; empty where in nothing.
+    """Describe how the worlds of runs differ, except in robots and run settings; empty if they do not.
 
-    Only worlds whose settings are all known are looked at: those of a sweep alone have told what was set.
+    Only worlds whose settings are all known are considered; sweeps only store changed settings.
     """
     keys = _differing([each.settings for each in found])
     parts = sorted({part for key in keys if (part := key.partition(".")[0]) not in _OF_THE_RUN})
@@ -202,7 +202,7 @@ def differing_worlds(found: Sequence[Found]) -> str:
 
 
 def _fit(labels: Sequence[str], runs: Sequence[tuple[Hashable, int]]) -> bool:
-    """Say whether runs of one label have one setting and differ in their seeds; settings and seed of each are given."""
+    """Return whether runs with the same label have equal settings and different seeds."""
     kinds = {(label, settings) for label, (settings, _) in zip(labels, runs, strict=True)}
     seeds = {(label, seed) for label, (_, seed) in zip(labels, runs, strict=True)}
     return all(labels) and len(kinds) == len(set(labels)) and len(seeds) == len(labels)

@@ -8,17 +8,17 @@ from mjsim.record import JointTrack, SensorTrack
 from mjsim.report.plots import GROUPS, sheet
 
 MOST = 16
-"""Values that are drawn in one panel, and sensors in one sheet."""
+"""Maximum number of values in one panel, and of sensors in one sheet."""
 
 
 def mechanism_plots(time: Array, joints: JointTrack, slides: Array, sensors: SensorTrack) -> dict[str, Figure]:
-    """Return the plots of a mechanism by their names.
+    """Return the plots of a mechanism by name.
 
     Args:
         time: Of the ticks, shape (N,) [s].
-        joints: How they moved.
+        joints: Their motion.
         slides: Which values are lengths, shape (values,).
-        sensors: What they read.
+        sensors: Their readings.
     """
     known = np.isfinite(joints.positions).all(axis=1)
     if not known.any() or not len(joints.names):
@@ -98,7 +98,7 @@ def _word(unit: str) -> str:
 
 
 def _energy(time: Array, track: SensorTrack) -> Figure | None:
-    """Draw energies, what actuators put in, what was lost, and what is left of the sum."""
+    """Draw energies, work of actuators, losses, and the residual of their balance."""
     parts = {name.removeprefix("energy."): track.column(name) for name in track.names if name.startswith("energy.")}
     if not parts:
         return None

@@ -1,4 +1,4 @@
-"""Errors of trajectories and maps, as the field defines them; arrays in, arrays out.
+"""Standard error metrics of trajectories and maps, on arrays.
 
 Trajectories are (N, 3) arrays of x [m], y [m], heading [rad], truth and estimate at the same times.
 """
@@ -10,7 +10,7 @@ import numpy as np
 from mjsim.geometry import Array, align_rigid, wrap_angles
 
 SAME_TIME = 1e-6
-"""Times that differ less are the same [s]."""
+"""Times that differ by less are equal [s]."""
 
 
 def position_errors(truth: Array, estimate: Array) -> Array:
@@ -24,7 +24,7 @@ def heading_errors(truth: Array, estimate: Array) -> Array:
 
 
 def poses_at(times: Array, known: Array, poses: Array) -> Array:
-    """Return a trajectory at other times, straight from one pose to the next; NaN where it has no pose nearby.
+    """Return a trajectory at other times, interpolated linearly; NaN where it has no pose nearby.
 
     Args:
         times: Shape (M,) [s].
@@ -45,7 +45,7 @@ def poses_at(times: Array, known: Array, poses: Array) -> Array:
 def absolute_trajectory_errors(truth: Array, estimate: Array) -> Array:
     """Return the position errors after the rigid alignment of the whole estimate to the truth, shape (N,) [m].
 
-    Of a single pose there is no alignment, and so no error: shape (0,).
+    For a single pose there is no alignment, and so no error: shape (0,).
 
     References:
         Sturm et al., A Benchmark for the Evaluation of RGB-D SLAM Systems, IROS 2012: the ATE; alignment by
@@ -66,10 +66,10 @@ def relative_pose_errors(truth: Array, estimate: Array, *, delta: float = 1.0) -
         delta: Length of a stretch along the estimate [m].
 
     Returns:
-        One error a stretch, shape (K,) [m]; empty when the path is shorter than one stretch.
+        One error per stretch, shape (K,) [m]; empty if the path is shorter than one stretch.
 
     References:
-        Sturm et al., IROS 2012: the RPE. Pairs as `evo_rpe --delta 1 --delta_unit m` takes them.
+        Sturm et al., IROS 2012: the RPE. Pairs are those of `evo_rpe --delta 1 --delta_unit m`.
     """
     first, last = stretches(estimate, delta)
     moved_truth, turned_truth = _motion(truth[first], truth[last])
@@ -90,7 +90,7 @@ def relative_turn_errors(truth: Array, estimate: Array, *, delta: float = 1.0) -
 
 
 def stretches(path: Array, delta: float) -> tuple[list[int], list[int]]:
-    """Return where each stretch of a path of (N, 2 or 3) [m] begins and ends, as rows; each ends once it is `delta`."""
+    """Return start and end row of each stretch of a path (N, 2 or 3) [m]; each ends once it has length `delta`."""
     steps = np.linalg.norm(np.diff(path[:, :2], axis=0), axis=1)
     ends, length = [0], 0.0
     for index, step in enumerate(steps.tolist(), start=1):
@@ -135,7 +135,7 @@ def normalised_squares(errors: Array, covariance: Array) -> Array:
         covariance: Shape (N, n, n).
 
     Returns:
-        Shape (N,); n on average when the errors are as large as the covariance says.
+        Shape (N,); n on average if the errors match the covariance.
 
     References:
         Bar-Shalom, Li, Kirubarajan (2001), eqs. 5.4.2-3 (NEES) and 5.4.2-5 (NIS).
@@ -155,7 +155,7 @@ def normalised_squares(errors: Array, covariance: Array) -> Array:
 
 
 def landmark_errors(truth: Array, estimate: Array) -> tuple[Array, Array]:
-    """Return the distances between landmarks and where they are, as estimated and after rigid alignment.
+    """Return the errors of landmark positions, as estimated and after rigid alignment.
 
     Args:
         truth: Shape (K, 2) [m].
@@ -171,7 +171,7 @@ def landmark_errors(truth: Array, estimate: Array) -> tuple[Array, Array]:
 
 
 def summary(errors: Array) -> dict[str, float]:
-    """Return mean, rmse, max and final of a series of at least one error, of their sizes where signed."""
+    """Return mean, rmse, max and final of the sizes of a series of at least one error."""
     sizes = np.abs(errors)
     return {
         "mean": float(sizes.mean()),
@@ -182,7 +182,7 @@ def summary(errors: Array) -> dict[str, float]:
 
 
 def spread(errors: Array) -> dict[str, float | None]:
-    """Return rmse, mean, median, max, min and std of errors, as evo names them; all None when there are none."""
+    """Return rmse, mean, median, max, min and std of errors, with evo's names; all None if there are none."""
     if not len(errors):
         return dict.fromkeys(("rmse", "mean", "median", "max", "min", "std"))
     return {

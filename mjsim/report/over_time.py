@@ -1,4 +1,4 @@
-"""What is drawn of a comparison over time and on the plan: few runs one by one, of many what they have in common."""
+"""Data of comparison plots over time and on the plan: few runs individually, or the distribution of many."""
 
 from collections.abc import Callable, Sequence
 
@@ -8,7 +8,7 @@ from mjsim.geometry import Array
 from mjsim.report.comparison import Group, Series
 
 FEW = 3
-"""Runs of a group that are drawn one by one; of more, their median and where nine of ten lie."""
+"""Maximum number of runs of a group drawn individually; of more, the median and the middle 90 % are drawn."""
 
 
 def on_one_clock(runs: Sequence[Series], values: Callable[[Series], Array]) -> tuple[Array, Array]:
@@ -21,21 +21,21 @@ def on_one_clock(runs: Sequence[Series], values: Callable[[Series], Array]) -> t
 
 
 def middle_of(runs: Sequence[Series], values: Callable[[Series], Array]) -> tuple[Array, Array]:
-    """Return times (T,) [s] and, at them, where nine of ten runs lie: low, median and high, shape (3, T)."""
+    """Return times (T,) [s] and the 5 % quantile, median and 95 % quantile of runs, shape (3, T)."""
     time, each = on_one_clock(runs, values)
     known = np.isfinite(each).any(axis=0)
     return time[known], np.nanquantile(each[:, known], (0.05, 0.5, 0.95), axis=0)
 
 
 def mean_of(runs: Sequence[Series], values: Callable[[Series], Array]) -> tuple[Array, Array]:
-    """Return times (T,) [s] and the mean of what runs have at them, shape (T,)."""
+    """Return times (T,) [s] and the mean of the runs, shape (T,)."""
     time, each = on_one_clock(runs, values)
     known = np.isfinite(each).any(axis=0)
     return time[known], np.nanmean(each[:, known], axis=0)
 
 
 def shared_seed(groups: Sequence[Group]) -> int | None:
-    """Return the first seed of which most groups have a path; None where no path was kept."""
+    """Return the first seed for which most groups have a path; None if no path was kept."""
     counts: dict[int, int] = {}
     for group in groups:
         for seed in (seed for seed, series in group.series.items() if series.truth is not None):

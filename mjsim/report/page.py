@@ -1,4 +1,4 @@
-"""A report as files: `statistics.json`, the plots, and one HTML page that opens offline."""
+"""Files of a report: `statistics.json`, the plots, and one HTML page that works offline."""
 
 import html
 import json
@@ -21,23 +21,23 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 REPORT_FILES = ("statistics.json", "report.html", "table.csv", "table.tex")
-"""Of every report."""
+"""Files of every report."""
 
 
 def write_report(
     recording: Recording, folder: Path, *, formats: Sequence[str] = ("png",), overwrite: bool = False
 ) -> dict[str, Any]:
-    """Write statistics, plots and page into a folder, created if necessary; return what `statistics.json` holds.
+    """Write statistics, plots and page into a folder, created if necessary; return the content of `statistics.json`.
 
     Args:
-        recording: What it is about.
-        folder: Where the files go.
+        recording: The recording.
+        folder: Destination of the files.
         formats: Of the plots: 'png', 'pdf', 'svg'; the page has them in any case.
-        overwrite: Whether the files of an earlier report are replaced or, where this one has none of their name,
-            removed; all others in the folder stay.
+        overwrite: Whether to replace an earlier report, and remove its files that this one does not have; all others in
+            the folder stay.
 
     Raises:
-        UsageError: The folder holds a report, or cannot be written; or a format is not known.
+        UsageError: The folder has a report, or cannot be written; or a format is unknown.
     """
     formats = require_formats(formats)
     free_paths(folder, REPORT_FILES, overwrite=overwrite)
@@ -47,7 +47,7 @@ def write_report(
 
 
 def _files(recording: Recording, figures: dict[str, Any], formats: Sequence[str]) -> dict[str, bytes]:
-    """Return what is written, by the names of the files."""
+    """Return the contents of the files by name."""
     files = {
         "statistics.json": (json.dumps(figures, indent=1, allow_nan=False) + "\n").encode(),
         "table.csv": csv_table(figures).encode(),
@@ -79,14 +79,14 @@ def _files(recording: Recording, figures: dict[str, Any], formats: Sequence[str]
 
 @np.errstate(over="ignore", invalid="ignore")
 def _draw(world: World, track: Track) -> dict[str, "Figure"]:
-    """Return the plots of a track by their names."""
+    """Return the plots of a track by name."""
     from mjsim.report.plots import PLOTS
 
     return {name: figure for name, draw in PLOTS if (figure := draw(world, track)) is not None}
 
 
 def _drawn_arms(recording: Recording, robot: str) -> Iterator[tuple[str, dict[str, "Figure"]]]:
-    """Yield the name of each arm of a robot, or 'drive' of one that balances, and its plots by their names."""
+    """Yield the name of each arm of a robot, or 'drive' of a balancing one, and its plots by name."""
     if not recording.joints:
         return
     from mjsim.report.arm_plots import arm_plots, drive_plots
@@ -102,7 +102,7 @@ def _drawn_arms(recording: Recording, robot: str) -> Iterator[tuple[str, dict[st
 
 
 def _drawn_mechanisms(recording: Recording) -> Iterator[tuple[str, dict[str, "Figure"]]]:
-    """Yield the name of each mechanism, and its plots by their names."""
+    """Yield the name of each mechanism, and its plots by name."""
     if not recording.world.mechanisms:
         return
     from mjsim.report.mechanism_plots import mechanism_plots
@@ -127,7 +127,7 @@ def _section(robot: str, figures: dict[str, Any], pictures: Mapping[str, bytes])
 
 
 def _times(run: dict[str, Any]) -> str:
-    """Return the table of what each module and part of the loop cost."""
+    """Return the table of the computing times of modules and parts of the loop."""
     costs = sorted(run["milliseconds"].items(), key=lambda item: -item[1]["mean"])
     rows = [(part, f"{cost['mean']:.3f}", f"{cost['p99']:.3f}") for part, cost in costs]
     table = html_table(("", "mean [ms]", "99 % below [ms]"), rows)

@@ -1,9 +1,9 @@
-"""Whether one of two things is better: differences of pairs, and bootstrap intervals of their mean.
+"""Paired comparison: differences of pairs, and bootstrap intervals of their mean.
 
 References:
     Efron, Tibshirani, An Introduction to the Bootstrap (1993), chapter 14: BCa intervals.
     Hesterberg, What Teachers Should Know About the Bootstrap, The American Statistician 69(4), 2015, section 5.4:
-    quantiles further out for few values, because a sample is narrower than what it is drawn from.
+    wider quantiles for few values, because a sample is narrower than its population.
 """
 
 import math
@@ -17,46 +17,46 @@ from numpy.typing import ArrayLike
 CONFIDENCE = 0.95
 RESAMPLES = 9999
 SEED = 20261121
-"""Of the resampling, so that the same values have the same interval."""
+"""Seed of the resampling, so that the same values have the same interval."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Difference:
-    """The second of two less the first, over pairs, such as runs with the same seed."""
+    """Differences (second minus first) over pairs, such as runs with the same seed."""
 
     pairs: int
     mean: float | None
     """None without a pair."""
     low: float | None
-    """Bounds of the mean; None of too few pairs."""
+    """Bounds of the mean; None for too few pairs."""
     high: float | None
     confidence: float
     """Of the interval."""
     verdict: Literal["first", "second", ""]
-    """Which is better; empty when that is not certain."""
+    """Which is significantly better; empty if neither."""
     reason: str
-    """Why it is certain or not, for people."""
+    """Explanation of the verdict."""
 
 
 def fewest_pairs(confidence: float = CONFIDENCE) -> int:
-    """Return how many pairs a verdict needs at least: 6 for 95 %.
+    """Return the minimum number of pairs for a verdict: 6 for 95 %.
 
-    Of fewer, even pairs that all differ in one direction do so by chance more often than the confidence allows: signs
-    of n pairs agree with probability 2^(1 - n) when neither is better.
+    With fewer, even pairs that all differ in one direction do so by chance more often than the confidence allows: the
+    signs of n pairs agree with probability 2^(1 - n) if neither is better.
     """
     return math.floor(1.0 - math.log2(1.0 - confidence)) + 1
 
 
 def mean_interval(values: ArrayLike, *, confidence: float = CONFIDENCE) -> tuple[float, float] | None:
-    """Return the bounds between which the mean lies of what values were drawn from.
+    """Return a confidence interval for the mean of the population of values.
 
     Args:
         values: Independent, shape (n,).
-        confidence: That it does, in (0, 1).
+        confidence: In (0, 1).
 
     Returns:
-        Low and high: the BCa bootstrap, its quantiles moved outward as Student's t is wider than the normal
-        distribution. None of fewer values than `fewest_pairs`; for equal values that value, twice.
+        Low and high: the BCa bootstrap, with quantiles widened as Student's t is relative to the normal distribution.
+        None for fewer values than `fewest_pairs`; for equal values that value, twice.
     """
     from scipy.special import ndtr, stdtrit
     from scipy.stats import bootstrap
@@ -88,12 +88,12 @@ def paired_difference(
     better: Literal["lower", "higher", ""] = "lower",
     confidence: float = CONFIDENCE,
 ) -> Difference:
-    """Return how the second differs from the first, and which is better, if that is certain.
+    """Return the difference of the second from the first, and which is significantly better, if any.
 
     Args:
         first: Value of each seed.
         second: The same; seeds that only one of them has are left out.
-        better: Which way is better; empty for a figure of which neither is.
+        better: Which direction is better; empty if neither is.
         confidence: Of the interval.
     """
     seeds = sorted(first.keys() & second.keys())

@@ -16,13 +16,13 @@ from mjsim.report.statistics import landmark_figures
 from mjsim.world import World
 
 TRUTH, ESTIMATE, ODOMETRY, MAP, BUMP = "#333333", "#0072b2", "#e69f00", "#009e73", "#d55e00"
-"""Colours that people with colour blindness tell apart (Okabe and Ito, 2008)."""
+"""Colours that are safe for colour blindness (Okabe and Ito, 2008)."""
 FINAL = "#cc79a7"
 """Colour of the final trajectory of an estimator, of the same palette."""
 GROUPS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#8c6d1f", "#332288", "#882255")
-"""Such colours for groups that are drawn together, none of them that of truth or odometry; more begin again."""
+"""Such colours for groups drawn together, without those of truth and odometry; more groups repeat them."""
 MOST_BARS = 30
-"""Landmarks that are drawn."""
+"""Maximum number of landmarks in a plot."""
 
 
 def path_plot(world: World, track: Track) -> Figure:
@@ -83,7 +83,7 @@ def distance_plot(world: World, track: Track) -> Figure:
 
 
 def nees_plot(world: World, track: Track) -> Figure:
-    """Draw NEES and NIS over time with their 95 % bands; of the NIS each innovation is a point."""
+    """Draw NEES and NIS over time with their 95 % bands; each innovation is a point of the NIS."""
     rows, nis = normalised_innovations(track)
     figure, panels = sheet(2 if len(nis) else 1, height=5.6 if len(nis) else 3.6)
     nees = metrics.normalised_errors(track.truth, track.estimate, track.covariance)
@@ -143,7 +143,8 @@ PLOTS: tuple[tuple[str, Callable[[World, Track], Figure | None]], ...] = (
     ("nees", nees_plot),
     ("landmarks", landmark_plot),
 )
-"""Name of the file and what draws it, in the order in which a page shows them; None where there is nothing to draw."""
+"""Name of the file and its drawing function, in the order of the page; the latter returns None if there is nothing to
+draw."""
 
 
 def sheet(rows: int, *, height: float) -> tuple[Figure, list[Axes]]:

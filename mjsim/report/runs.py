@@ -1,4 +1,4 @@
-"""Runs that are to be compared, from wherever they are: recordings, folders of them, sweeps."""
+"""Loads runs to compare from recordings, folders of them, and sweeps."""
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
@@ -18,10 +18,10 @@ from mjsim.report.statistics import known_part, statistics_file
 from mjsim.report.sweep_runs import sweep_runs
 
 MOST_POINTS = 1000
-"""Of a series that is kept of each run, for plots."""
+"""Maximum number of points of a series kept for each run, for plots."""
 
 RunSource = str | Path | Recording
-"""A recording or its file, or a folder that holds recordings or a sweep."""
+"""A recording or its file, or a folder with recordings or a sweep."""
 
 
 def compare(
@@ -30,14 +30,13 @@ def compare(
     confidence: float = CONFIDENCE,
     progress: Callable[[float], None] | None = None,
 ) -> Comparison:
-    """Return what runs tell of the estimators, settings or robots in which they differ.
+    """Compare the estimators, settings or robots in which runs differ.
 
     Args:
-        runs: Recordings, their files, or folders of them; with labels, when given as a mapping. Unlabelled ones are
-            grouped by the settings in which they differ, else by the names of their files; folders among others by
-            folder.
-        confidence: That all intervals of one figure hold at once.
-        progress: Called with the fraction of what is to be read that has been.
+        runs: Recordings, their files, or folders of them; a mapping gives labels. Runs without label are grouped by the
+            settings in which they differ, or else by the names of their files; folders among others by folder.
+        confidence: That all intervals of one statistic hold simultaneously.
+        progress: Called with the progress of reading, 0 to 1.
 
     Raises:
         UsageError: A file cannot be read, there is nothing to compare, or one label has a seed twice.
@@ -76,7 +75,7 @@ def _sources(
 
 
 def _readers(source: RunSource, *, alone: bool) -> list[Callable[[], list[Found]]]:
-    """Return what reads the runs of a source, one call each, so that only one is in memory."""
+    """Return functions that each read one run of a source, so that only one is in memory."""
     if isinstance(source, Recording):
         return [lambda: [run_of(source)]]
     path = Path(source)
@@ -96,7 +95,7 @@ def _recorded(file: Path) -> list[Found]:
 
 @np.errstate(over="ignore", invalid="ignore")
 def run_of(recording: Recording) -> Found:
-    """Return the statistics of a recording, its settings, and how its robots fared over time."""
+    """Return the statistics of a recording, its settings, and the errors of its robots over time."""
     figures = statistics_file(recording)
     run = figures["run"]
     fault = any(robot["fault"] is not None for robot in figures["robots"].values())

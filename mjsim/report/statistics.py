@@ -1,4 +1,4 @@
-"""A recording -> the figures of `statistics.json`; docs/statistics.md tells what each is."""
+"""Computes the statistics of a recording for `statistics.json`; docs/statistics.md describes each."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -23,18 +23,18 @@ ESTIMATE_FIGURES = (
     *FINAL_FIGURES,
     *("rpe_deg", "nees", "nis", "landmark_error_m", "transient", "recovery"),
 )
-"""Keys of the figures that need an estimate."""
+"""Keys of the statistics that need an estimate."""
 
 
 def statistics(recording: Recording, *, begin: float | None = None, end: float | None = None) -> dict[str, Any]:
-    """Return the figures of each robot by its name, and those of the run under 'run'.
+    """Return the statistics of each robot by name, and those of the run under 'run'.
 
-    The keys are those of `statistics.json`, which holds the robots one level down, under 'robots'.
+    The keys are those of `statistics.json`, which has the robots one level down, under 'robots'.
 
     Args:
         recording: Of a run.
-        begin: Only what was from this time on [s].
-        end: Only what was until this time [s].
+        begin: Start of the section [s]; by default that of the run.
+        end: End of the section [s]; by default that of the run.
 
     Raises:
         UsageError: No tick is between these times.
@@ -45,7 +45,7 @@ def statistics(recording: Recording, *, begin: float | None = None, end: float |
 
 @np.errstate(over="ignore", invalid="ignore")  # An estimate may be anywhere; what overflows is told as None.
 def statistics_file(recording: Recording) -> dict[str, Any]:
-    """Return what `statistics.json` holds: {"run": {...}, "robots": {name: {...}}}."""
+    """Return the content of `statistics.json`: {"run": {...}, "robots": {name: {...}}}."""
     seconds = float(recording.time[-1] - recording.time[0]) + _period(recording)
     asked = recording.metadata.get("seconds")
     figures = {
@@ -69,13 +69,14 @@ def statistics_file(recording: Recording) -> dict[str, Any]:
 
 
 def robot_statistics(world: World, name: str, track: Track, *, lifted: Sequence[float] = ()) -> dict[str, Any]:
-    """Return the figures of one robot; those of an estimate are None for a robot that nothing drove.
+    """Return the statistics of one robot; those of an estimate are None for a robot without a driver.
 
     Args:
-        world: Where it was.
+        world: Its world.
         name: Of the robot.
-        track: What was recorded of it.
-        lifted: When it was put down elsewhere [s]: it did not drive there, but its error goes on being counted.
+        track: Its recorded data.
+        lifted: Times at which it was moved elsewhere [s]: these moves are not driven distance, but the error still
+            counts.
     """
     placed = np.isfinite(track.truth).all(axis=1)
     positions, times = track.truth[placed, :2], track.time[placed]
@@ -105,7 +106,7 @@ def stands(world: World, name: str) -> bool:
 
 
 def _arms(recording: Recording, name: str) -> dict[str, Any]:
-    """Return the figures of a robot's arms under 'arms'; nothing for a robot without."""
+    """Return the statistics of a robot's arms under 'arms'; nothing for a robot without arms."""
     found = {
         joints.partition("/")[2]: arm_figures(track)
         for joints, track in recording.joints.items()
@@ -115,7 +116,7 @@ def _arms(recording: Recording, name: str) -> dict[str, Any]:
 
 
 def _pose_figures(poses: Array) -> dict[str, Any]:
-    """Return height, roll and pitch of the base over the run; None where its place was never known.
+    """Return height, roll and pitch of the base over the run; None if its pose was never known.
 
     Args:
         poses: World frame, (x, y, z, qx, qy, qz, qw), shape (N, 7).
@@ -128,7 +129,7 @@ def _pose_figures(poses: Array) -> dict[str, Any]:
 
 
 def known_part(track: Track) -> Track | None:
-    """Return the ticks at which truth and estimate are both known; None when there is none."""
+    """Return the ticks at which both truth and estimate are known; None if there are none."""
     known = np.isfinite(track.truth).all(axis=1) & np.isfinite(track.estimate).all(axis=1)
     if not known.any():
         return None
@@ -138,13 +139,13 @@ def known_part(track: Track) -> Track | None:
 
 
 def lifts(recording: Recording, name: str) -> list[float]:
-    """Return when a robot was put down elsewhere while it was recorded [s]."""
+    """Return the times at which a robot was moved elsewhere during the recording [s]."""
     moves = [event for event in recording.events if isinstance(event, MoveEvent) and event.move == name]
     return [event.time for event in moves if event.time >= recording.time[0]]
 
 
 def _estimate_figures(world: World, track: Track, part: Track, *, lifted: Sequence[float]) -> dict[str, Any]:
-    """Return the figures under the keys of ESTIMATE_FIGURES, of the part of a track with truth and estimate."""
+    """Return the statistics under the keys of ESTIMATE_FIGURES, for the part of a track with truth and estimate."""
     errors = metrics.position_errors(part.truth, part.estimate)
     turned = np.abs(np.degrees(metrics.heading_errors(part.truth, part.estimate)))
     wheels = part.odometry if np.isfinite(part.odometry).all() else None
@@ -174,16 +175,16 @@ def _path_figures(truth: Array, poses: Array, keys: tuple[str, str, str, str]) -
 
 
 def _final_figures(part: Track) -> dict[str, Any]:
-    """Return the errors of the final trajectory, at its own times; none without one, or without truth at its times."""
+    """Return the errors of the final trajectory at its own times; none without one, or without truth then."""
     truth = metrics.poses_at(part.path[:, 0], part.time, part.truth)
     known = np.isfinite(truth).all(axis=1)
     return _path_figures(truth[known], part.path[known, 1:], FINAL_FIGURES) if known.any() else {}
 
 
 def landmark_figures(world: World, track: Track) -> dict[str, Any]:
-    """Return errors of the last map against where the beacons hang; `false` counts names that hang nowhere.
+    """Return errors of the last map relative to the true positions; `false` counts landmarks that do not exist.
 
-    Beacons on robots and on what moves have no place that a map could hold, and are left out.
+    Beacons on robots and on moving objects have no fixed position and are left out.
     """
     places, mapped = last_map(world, track)
     known = [(str(n), mean) for n, mean in mapped if n in places]
@@ -205,7 +206,7 @@ def landmark_figures(world: World, track: Track) -> dict[str, Any]:
 
 
 def last_map(world: World, track: Track) -> tuple[dict[str, tuple[float, float]], list[tuple[Any, Array]]]:
-    """Return where each fixed beacon hangs by its name [m], and (name, mean (2,) [m]) of each landmark at the end."""
+    """Return the position of each fixed beacon by name [m], and (name, mean (2,) [m]) of each landmark at the end."""
     everything = tuple(hung(world))
     places = {item.beacon.name: (item.place.x, item.place.y) for item in everything if item.fixed}
     moving = {item.beacon.name for item in everything if not item.fixed}
@@ -235,7 +236,7 @@ def _period(recording: Recording) -> float:
 
 
 def _plain(value: Any) -> Any:
-    """Return figures fit for JSON, with None for what is not finite."""
+    """Return statistics as JSON values, with None for numbers that are not finite."""
     if isinstance(value, Mapping):
         return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, list):
