@@ -1,4 +1,4 @@
-"""Joints: arms by tables, their kinematics and dynamics, paths of joints and tools; no MuJoCo and no files."""
+"""Joints: arms from DH tables, their kinematics and dynamics, paths of joints and tools; without MuJoCo and files."""
 
 from mjsim.faces import face
 

@@ -28,7 +28,7 @@ class Arm:
     """A chain of n links; those beyond its end are fingers.
 
     All methods take arrays of any leading shape and return them with that shape. q is the value of each joint [rad, m
-    where it slides]; the world is the frame in which `base` is given.
+    for prismatic joints]; the world is the frame in which `base` is given.
     """
 
     links: tuple[Link, ...]
@@ -44,7 +44,7 @@ class Arm:
     """Frame of the flange in that of the link that carries it, link_from_flange, shape (4, 4) [m]."""
     end: int | None = None
     """Number of the link that carries the flange, counted from 0; by default the last one. Links that it carries are
-    fingers: they weigh and move, and no pose of the tool depends on them."""
+    fingers: they have mass and move, but do not affect the pose of the tool."""
     gravity: tuple[float, float, float] = GRAVITY
     """World frame [m/s^2]."""
     _chain: Chain = field(init=False, repr=False)
@@ -83,10 +83,10 @@ class Arm:
             rows: One for each joint, with the keys that a row has in a world file: `theta_deg` or `theta` [rad], `d`,
                 `a`, `alpha_deg` or `alpha` [rad]; the joint's value is added to theta, or to d where `slide` is true;
                 `range_deg` or `range` [rad], `mass`, `center`, `inertia` and so on. Or four numbers: theta [rad], d, a,
-                alpha [rad]. What is missing is 0; without `mass` a link weighs as much as a capsule of 1000 kg/m^3.
+                alpha [rad]. Missing numbers are 0; without `mass` a link has that of a capsule of 1000 kg/m^3.
             convention: 'standard' (A = Rz Tz Tx Rx) or 'modified' (A = Rx Tx Rz Tz).
-            unit: Of lengths in the rows, 'm' or 'mm'. Poses of the arm are in metres in any case.
-            name: What it is called.
+            unit: Of lengths in the rows, 'm' or 'mm'. Poses of the arm are always in metres.
+            name: Its name.
             base: world_from_base, shape (4, 4) [m].
             tool: flange_from_tool, shape (4, 4) [m].
 
@@ -102,7 +102,7 @@ class Arm:
 
     @property
     def n(self) -> int:
-        """How many joints there are."""
+        """Number of joints."""
         return len(self.links)
 
     @property
@@ -117,7 +117,7 @@ class Arm:
 
     @property
     def limits(self) -> tuple[Array, Array]:
-        """Lower and upper limits of the joints, infinite where there is none, shape (n,) each [rad, m]."""
+        """Lower and upper limits of the joints, infinite without limits, shape (n,) each [rad, m]."""
         return np.array([link.lower for link in self.links]), np.array([link.upper for link in self.links])
 
     def fkine(self, q: ArrayLike) -> Array:
@@ -129,11 +129,11 @@ class Arm:
         return self.posture(q).tool
 
     def posture(self, q: ArrayLike) -> Posture:
-        """Return where all joints, links and the tool are at q, shape (..., n)."""
+        """Return the poses of all joints, links and the tool at q, shape (..., n)."""
         return posture_at(self._chain, self._values("q", q))
 
     def jacob0(self, q: ArrayLike) -> Array:
-        """Return how the tool's velocity depends on the joints' rates, in the world frame.
+        """Return the Jacobian of the tool in the world frame.
 
         Args:
             q: Shape (..., n).
@@ -153,20 +153,20 @@ class Arm:
     def ikine(self, T: ArrayLike, q0: ArrayLike | None = None, *, mask: Sequence[float] = (1.0,) * 6) -> Reached:
         """Return joint values that bring the tool to poses.
 
-        Values lie within the joints' limits, by whole turns where that helps. From `q0` damped least squares look for
-        the nearest solution; where they end elsewhere they try again from seeded chance.
+        Values are within the joints' limits, shifted by whole turns if necessary. Damped least squares search for the
+        nearest solution from `q0`, and if they fail, from seeded random starts.
 
         Args:
             T: world_from_tool, shape (..., 4, 4) [m].
-            q0: Where to start, shape (..., n) or (n,); by default the middle of the limits, or 0.
-            mask: Weights of x, y, z and of the rotation about them; 0 where any value is well, as for an arm with
-                fewer than six joints.
+            q0: Initial values, shape (..., n) or (n,); by default the middle of the limits, or 0.
+            mask: Weights of x, y, z and of the rotation about them; 0 for free coordinates, as for an arm with fewer
+                than six joints.
 
         Returns:
             Values, and for each pose whether it was reached: within 1e-10 m and 1e-10 rad.
 
         Raises:
-            ValueError: T is no pose, or shapes do not fit.
+            ValueError: T is not a pose, or shapes do not match.
 
         References:
             Sugihara, IEEE Trans. Robotics 27(5), 2011; Corke (2017), section 7.2.2.
@@ -188,7 +188,7 @@ class Arm:
         )
 
     def rne(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Array:
-        """Return the torques that a motion takes, motors and their friction included.
+        """Return the torques for a motion, including those for rotors and friction.
 
         Args:
             q: Values of the joints, shape (..., n) [rad, m].
@@ -212,10 +212,10 @@ class Arm:
         return rigid + self._masses.armature * qdd
 
     def friction(self, qd: ArrayLike) -> Array:
-        """Return the torques that friction takes, shape (..., n) [N m, N], at rates of that shape.
+        """Return the torques of friction, shape (..., n) [N m, N], at rates of that shape.
 
-        Viscous friction of a motor counts with the square of its gear, dry friction with the gear (Corke (2017),
-        section 9.1.1); at rest there is none.
+        Viscous friction of a motor is multiplied by the square of its gear ratio, dry friction by the ratio (Corke
+        (2017), section 9.1.1); at rest there is none.
         """
         return dynamics.friction(self._masses, self._values("qd", qd))
 
@@ -228,9 +228,9 @@ class Arm:
         return dynamics.mass_matrix(self._chain, self._masses, self.posture(q))
 
     def coriolis(self, q: ArrayLike, qd: ArrayLike) -> Array:
-        """Return the matrix C with which C @ qd are the torques of Coriolis and centrifugal forces.
+        """Return the matrix C such that C @ qd are the torques of Coriolis and centrifugal forces.
 
-        Of all such matrices it is that of the Christoffel symbols: dM/dt - 2 C is skew-symmetric.
+        It is the one from the Christoffel symbols: dM/dt - 2 C is skew-symmetric.
 
         Args:
             q: Shape (..., n) [rad, m].
@@ -284,7 +284,7 @@ class Arm:
         return dynamics.parameters(self.links)
 
     def armature(self) -> Array:
-        """Return the inertia of the rotors as the joints feel it, shape (n,) [kg m^2, kg]."""
+        """Return the inertia of the rotors reflected to the joints, shape (n,) [kg m^2, kg]."""
         return self._masses.armature.copy()
 
     def plot(self, q: ArrayLike) -> "Figure":
@@ -325,10 +325,10 @@ class Arm:
 
 
 def _widened(posture: Posture) -> Posture:
-    """Return a posture with an axis of one before that of the joints, for several rates at a time."""
+    """Return a posture with an axis of length one before that of the joints, for several rates at a time."""
     return Posture(posture.joints[..., None, :, :, :], posture.links[..., None, :, :, :], posture.tool[..., None, :, :])
 
 
 def with_links(arm: Arm, links: Sequence[Link]) -> Arm:
-    """Return an arm with other links, in all else the same."""
+    """Return the same arm with other links."""
     return dataclasses.replace(arm, links=tuple(links))

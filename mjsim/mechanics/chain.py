@@ -27,9 +27,9 @@ class Chain:
     after: Array
     """Of each link, shape (n, 4, 4)."""
     slides: Array
-    """1.0 where a joint slides, else 0.0, shape (n,)."""
+    """1.0 for prismatic joints, else 0.0, shape (n,)."""
     turns: Array
-    """1.0 where a joint revolves, else 0.0, shape (n,)."""
+    """1.0 for revolute joints, else 0.0, shape (n,)."""
     parents: tuple[int, ...]
     """Number of the link that carries each, -1 for the base."""
     carried: Array
@@ -58,7 +58,7 @@ class Chain:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Posture:
-    """Where all parts of an arm are at some values of its joints, world frame."""
+    """Poses of all parts of an arm for values of its joints, world frame."""
 
     joints: Array
     """world_from_joint, each with its own motion, shape (..., n, 4, 4)."""
@@ -116,7 +116,7 @@ def chain_of(links: tuple[Link, ...], base: Array, tool: Array, end: int) -> Cha
 
 
 def posture_at(chain: Chain, q: Array) -> Posture:
-    """Return where all parts are.
+    """Return the poses of all parts.
 
     Args:
         chain: The arm.
@@ -132,11 +132,11 @@ def posture_at(chain: Chain, q: Array) -> Posture:
 
 
 def jacobian(chain: Chain, posture: Posture, points: Array) -> tuple[Array, Array]:
-    """Return how points at the end of the arm move with its joints, world frame.
+    """Return the Jacobian of points at the end of the arm, world frame.
 
     Args:
         chain: The arm.
-        posture: Where it is.
+        posture: Its poses.
         points: Shape (..., 3) [m].
 
     Returns:
@@ -155,7 +155,7 @@ def tool_jacobian(chain: Chain, q: Array, *, in_tool: bool) -> Array:
     Args:
         chain: The arm.
         q: Values of its joints, shape (..., n) [rad, m].
-        in_tool: Whether velocities are along the axes of the tool, else of the world.
+        in_tool: Whether velocities are along the axes of the tool instead of the world.
     """
     posture = posture_at(chain, q)
     linear, angular = jacobian(chain, posture, posture.tool[..., :3, 3])

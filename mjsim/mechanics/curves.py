@@ -1,4 +1,4 @@
-"""Smooth curves in space by their length: where they are, which way they go, and how they bend.
+"""Smooth 3-D curves parametrised by arc length: positions, tangents and curvature.
 
 References:
     do Carmo, Differential Geometry of Curves and Surfaces (1976), section 1.3; de Boor, A Practical Guide to Splines
@@ -18,28 +18,28 @@ from mjsim.geometry import Array
 from mjsim.mechanics.transforms import cross
 
 FINE = 40
-"""Pieces by which what lies between two given points is measured and drawn."""
+"""Number of pieces between two given points for measuring and drawing."""
 ROUND = 1440
-"""Pieces of a circle or an ellipse."""
+"""Number of pieces of a circle or an ellipse."""
 STRAIGHT = 1e-9
-"""Width of a curve that is a straight line, as a fraction of its length."""
+"""Maximum width of a straight curve, relative to its length."""
 ROUNDS = 30
-"""Steps of Newton's method towards the nearest point."""
+"""Maximum number of steps of Newton's method towards the nearest point."""
 NEAR = 1e-8
-"""A step towards the nearest point shorter than this fraction of the curve is the last: its error is the square."""
+"""A step towards the nearest point shorter than this, relative to the curve, is the last: its error is the square."""
 
 
 class SpaceCurve:
-    """A smooth curve by its length; an open one goes on along straight lines beyond its ends."""
+    """A smooth curve parametrised by arc length; an open one continues in straight lines beyond its ends."""
 
     def __init__(self, points: Array, *, closed: bool, axis: Array, pieces: int = FINE) -> None:
-        """Lay a cubic spline through points, and measure it.
+        """Fit a cubic spline through points, and measure it.
 
         Args:
-            points: Which it passes, shape (n, 3) [m]; a closed curve comes back to the first, which is not repeated.
-            closed: Whether it does.
-            axis: Across it where it is straight, so that no plane has it alone, shape (3,).
-            pieces: Into which the way between two points is cut where it is measured.
+            points: Points on it, shape (n, 3) [m]; a closed curve returns to the first, which is not repeated.
+            closed: Whether it is closed.
+            axis: Normal for a straight curve, which has no unique plane, shape (3,).
+            pieces: Number of pieces between two points for measuring.
         """
         points = np.concatenate([points, points[:1]]) if closed else points
         marks = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
@@ -51,7 +51,7 @@ class SpaceCurve:
         speeds = np.linalg.norm(rough((fine[:-1, None] + half) + half * nodes, 1), axis=-1)
         along = np.concatenate([[0.0], np.cumsum((speeds * weights * half).sum(axis=1))])
         self.closed, self.length = closed, float(along[-1])
-        """Whether it comes back to where it begins, and its length [m]."""
+        """Whether it is closed, and its length [m]."""
         knots = rough(fine)
         if closed:
             knots[-1] = knots[0]
@@ -60,16 +60,16 @@ class SpaceCurve:
         self._cubes = list(np.moveaxis(self._spline.c, 1, 0))
         sizes, ways = np.linalg.svd(knots - knots.mean(axis=0), full_matrices=False)[1:]
         self.axis: Array = axis / np.linalg.norm(axis) if sizes[1] < STRAIGHT * sizes[0] else ways[-1]
-        """The direction in which it is flattest, shape (3,): the normal of its plane where it has one."""
+        """The direction in which it is flattest, shape (3,): the normal of its plane if it is planar."""
 
     @classmethod
     def ellipse(cls, across: float, up: float, axis: Array) -> Self:
         """Return an ellipse about the origin.
 
         Args:
-            across: Half of its size along the first direction in its plane [m].
-            up: Half of its size along the second [m].
-            axis: Normal of its plane, shape (3,); both directions follow from it as those of a planar joint do.
+            across: Semi-axis along the first direction in its plane [m].
+            up: Semi-axis along the second [m].
+            axis: Normal of its plane, shape (3,); both directions follow from it as for a planar joint.
         """
         turns = np.arange(ROUND) * 2.0 * math.pi / ROUND
         first, second = plane(axis)
@@ -77,14 +77,14 @@ class SpaceCurve:
         return cls(points, closed=True, axis=axis, pieces=1)
 
     def at(self, along: float) -> tuple[Array, Array, Array]:
-        """Return where it is at a length from its beginning, its tangent there, and how that changes with the length.
+        """Return position, tangent and derivative of the tangent at an arc length.
 
         Args:
             along: The length [m].
 
         Returns:
             place: Shape (3,) [m].
-            slope: Of length 1, as nearly as the spline has it, shape (3,).
+            slope: Of length 1, as nearly as possible for the spline, shape (3,).
             bend: 0 beyond the ends, shape (3,) [1/m].
         """
         inner = along % self.length if self.closed else min(max(along, 0.0), self.length)
@@ -97,15 +97,15 @@ class SpaceCurve:
         return place + beyond * slope, slope, np.zeros(3) if beyond else 6.0 * u * a + 2.0 * b
 
     def place(self, along: float) -> Array:
-        """Return where it is at a length from its beginning [m], shape (3,) [m]."""
+        """Return the position at an arc length [m], shape (3,) [m]."""
         return self.at(along)[0]
 
     def normals(self, along: float) -> Array:
-        """Return two directions across it at a length, shape (2, 3): in its plane and along its axis if it is flat."""
+        """Return two normals at an arc length, shape (2, 3): in its plane and along its axis if it is planar."""
         return self.across(self.at(along)[1])
 
     def across(self, tangent: Array) -> Array:
-        """Return the same two directions by its tangent there, shape (3,)."""
+        """Return the same two normals for its tangent there, shape (3,)."""
         across = cross(self.axis, tangent)
         size = math.sqrt(float(across @ across))
         first = across / size if size > 1e-6 else plane(tangent)[0]
@@ -117,12 +117,12 @@ class SpaceCurve:
         return np.asarray(self._spline(np.linspace(0.0, self.length, count + 1)))
 
     def nearest(self, point: Array) -> float:
-        """Return the length at which it is nearest to a point, shape (3,) [m]."""
+        """Return the arc length at which it is closest to a point, shape (3,) [m]."""
         apart = np.linalg.norm(self._spline(self._marks) - point, axis=1)
         return self.follow(point, self._marks[int(np.argmin(apart))])
 
     def follow(self, point: Array, along: float) -> float:
-        """Return the length near another at which it is square to the way to a point, shape (3,) [m]."""
+        """Return the arc length near another at which it is perpendicular to the line to a point, shape (3,) [m]."""
         for _ in range(ROUNDS):
             place, tangent, bend = self.at(along)
             away = point - place

@@ -21,13 +21,13 @@ CONVENTIONS = ("standard", "modified")
 UNITS: Mapping[str, float] = {"m": 1.0, "mm": 0.001}
 """Unit of the lengths in a table -> metres."""
 ANGLES = ("theta", "alpha", "range", "velocity")
-"""Keys in radians, or with `_deg` behind them in degrees; the last two of a joint that revolves."""
+"""Keys in radians, or with the suffix `_deg` in degrees; the last two for revolute joints."""
 LENGTHS, LENGTHS_OF_SLIDE = ("d", "a", "center", "radius"), ("range", "velocity")
 FIGURES = ("torque", "mass", "inertia", "gear", "rotor_inertia", "friction", "slide")
 KEYS = (*ANGLES, *LENGTHS, *FIGURES)
 IN_DEGREES = tuple(f"{name}_deg" for name in ANGLES)
 THIN, THINNEST = 0.04, 0.01
-"""Radius of a link, unless given: a fraction of the length of the whole arm, and the least [m]."""
+"""Default radius of a link relative to the length of the arm, and its minimum [m]."""
 Row = Mapping[str, Any] | Sequence[float]
 
 
@@ -54,7 +54,7 @@ def links_of(rows: Sequence[Row], *, convention: str, unit: str) -> tuple[Link, 
 
 
 def _of_row(number: int, make: Any, *arguments: Any) -> Any:
-    """Return what a function makes of a row; an error says which row it is."""
+    """Return the result of a function for a row; errors name the row."""
     try:
         return make(*arguments)
     except (TypeError, ValueError) as error:
@@ -84,7 +84,7 @@ def _in_metres(row: Row, scale: float) -> dict[str, Any]:
 
 
 def _around_joint(row: Mapping[str, Any], *, modified: bool) -> tuple[Array, Array]:
-    """Return what stands before and after the joint's own motion in the matrix of a row, shape (4, 4) each.
+    """Return the factors before and after the joint's own motion in the matrix of a row, shape (4, 4) each.
 
     Standard: A = Rz(theta) Tz(d) Tx(a) Rx(alpha); modified: A = Rx(alpha) Tx(a) Rz(theta) Tz(d). The joint turns about
     z or slides along it, which commutes with Rz and Tz.
@@ -125,7 +125,7 @@ def _link(row: Mapping[str, Any], before: Array, after: Array, end: Array, radiu
 
 
 def _solid(row: Mapping[str, Any], start: Array, end: Array, radius: float) -> Solid:
-    """Return mass, centre and inertia as the row has them; those of the capsule where it gives no mass."""
+    """Return mass, centre and inertia of the row; those of the capsule if it gives no mass."""
     if "mass" in row:
         center, inertia = row.get("center", (0.0,) * 3), row.get("inertia", (0.0,) * 6)
         return Solid(float(row["mass"]), _numbers("center", center, 3), _numbers("inertia", inertia, 6))
@@ -136,7 +136,7 @@ def _solid(row: Mapping[str, Any], start: Array, end: Array, radius: float) -> S
 
 
 def _both_ways(coulomb: Any) -> tuple[float, float]:
-    """Return dry friction to plus and to minus; one number means the same both ways."""
+    """Return dry friction in positive and negative direction; one number is used for both."""
     if np.ndim(coulomb) == 0:
         return float(coulomb), -float(coulomb)
     plus, minus = _numbers("coulomb", coulomb, 2)

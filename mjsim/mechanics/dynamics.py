@@ -46,9 +46,10 @@ class LinkMotion:
     spin_rate: Array
     """[rad/s^2]"""
     swing: Array
-    """Accelerations of a link's points by their places from one of them, shape (..., n, 3, 3) [1/s^2]."""
+    """Accelerations of a link's points as a linear function of their relative positions, shape (..., n, 3, 3)
+    [1/s^2]."""
     origin: Array
-    """Acceleration of the link's point at its joint, with gravity taken off [m/s^2]."""
+    """Acceleration of the link's point at its joint, minus gravity [m/s^2]."""
 
 
 def masses_of(links: tuple[Link, ...]) -> Masses:
@@ -65,10 +66,10 @@ def masses_of(links: tuple[Link, ...]) -> Masses:
 
 
 def motion_of(chain: Chain, posture: Posture, qd: Array, qdd: Array, gravity: Array) -> LinkMotion:
-    """Return how all links move; rates have shape (..., n), gravity (3,) [m/s^2].
+    """Return the motion of all links; rates have shape (..., n), gravity (3,) [m/s^2].
 
-    The acceleration of a joint's point is the sum over the stretches of arm before it, each rigid with the link that
-    it turns with, and over the slides before it with their Coriolis terms.
+    The acceleration of a joint's point is the sum over the rigid parts of the arm before it, and over the prismatic
+    joints before it with their Coriolis terms.
     """
     axes, points = posture.axes, posture.points
     turn = axes * (chain.turns * qd)[..., None]
@@ -93,7 +94,7 @@ def _swing(spin: Array, spin_rate: Array) -> Array:
 
 
 def rigid_torques(chain: Chain, masses: Masses, posture: Posture, qd: Array, *, qdd: Array, gravity: Array) -> Array:
-    """Return the torques of the links alone, without rotors and friction, shape (..., n) [N m, N]."""
+    """Return the torques for the links, without rotors and friction, shape (..., n) [N m, N]."""
     motion = motion_of(chain, posture, qd, qdd, gravity)
     rotation = posture.links[..., :3, :3]
     centers = (posture.links @ masses.center[:, :, None])[..., :3, 0]
@@ -114,7 +115,7 @@ def gravity_torques(chain: Chain, masses: Masses, posture: Posture, gravity: Arr
 
 
 def _at_joints(chain: Chain, posture: Posture, force: Array, moment: Array) -> Array:
-    """Return what joints give, shape (..., n), for a force on each link and a moment about its joint's point."""
+    """Return the joint torques, shape (..., n), for a force on each link and a moment about its joint's point."""
     points, force_beyond = posture.points, chain.inwards(force)
     about_origin, beyond_origin = cross(points, np.stack([force, force_beyond]))
     moment_beyond = chain.inwards(moment + about_origin) - beyond_origin
@@ -124,14 +125,14 @@ def _at_joints(chain: Chain, posture: Posture, force: Array, moment: Array) -> A
 
 
 def friction(masses: Masses, qd: Array) -> Array:
-    """Return the torque that friction in the motors takes, shape (..., n) [N m, N]."""
+    """Return the torques of friction in the motors, shape (..., n) [N m, N]."""
     plus, minus = masses.coulomb
     result: Array = masses.viscous * qd + np.where(qd > 0.0, plus, np.where(qd < 0.0, minus, 0.0))
     return result
 
 
 def mass_matrix(chain: Chain, masses: Masses, posture: Posture) -> Array:
-    """Return the inertia that joints feel, rotors included, shape (..., n, n) [kg m^2, kg m, kg].
+    """Return the mass matrix, including rotors, shape (..., n, n) [kg m^2, kg m, kg].
 
     M = sum over links of m Jv^T Jv + Jw^T I Jw (Spong, Hutchinson, Vidyasagar (2006), equation 7.50).
     """
@@ -185,7 +186,7 @@ def _by_parameter(rotation: Array, origin: Array, spin: Array, spin_rate: Array)
 _FIRST, _SECOND = np.array([0, 1, 2, 0, 1, 0]), np.array([0, 1, 2, 1, 2, 2])
 """Axes of Ixx, Iyy, Izz, Ixy, Iyz, Ixz."""
 _ONCE = np.array([0.5, 0.5, 0.5, 1.0, 1.0, 1.0])[:, None, None]
-"""A moment of inertia stands once in the matrix, a product twice."""
+"""A moment of inertia occurs once in the matrix, a product twice."""
 
 
 def _unit_moment(first: Array, second: Array, vector: Array) -> Array:

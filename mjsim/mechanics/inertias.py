@@ -1,4 +1,4 @@
-"""Mass and inertia of a capsule, and which inertias there can be.
+"""Mass and inertia of a capsule, and checks of inertias.
 
 An inertia is six numbers: Ixx, Iyy, Izz, Ixy, Iyz, Ixz [kg m^2], about the centre of mass.
 """
@@ -11,11 +11,11 @@ import numpy as np
 from mjsim.geometry import Array
 
 DENSITY = 1000.0
-"""Of a link whose mass nobody gives [kg/m^3]."""
+"""Density of a link without given mass [kg/m^3]."""
 ROUNDING = 1e-9
-"""A principal moment may lie below 0 by this fraction of the largest, which is rounding."""
+"""Tolerance for negative principal moments by rounding, relative to the largest."""
 LEAST_MASS, LEAST_MOMENT = 1e-6, 1e-9
-"""Of a body that plain MuJoCo is given [kg, kg m^2]."""
+"""Minimum mass and moment of a body for plain MuJoCo [kg, kg m^2]."""
 
 Vector3 = tuple[float, float, float]
 Six = tuple[float, float, float, float, float, float]
@@ -70,9 +70,9 @@ def capsule(start: Array, end: Array, radius: float) -> Solid:
 
 
 def check_inertia(inertia: Six) -> None:
-    """Raise ValueError when no rigid body has this inertia, nor one with rotors in it.
+    """Check that an inertia is possible for a rigid body, or one with rotors; raises ValueError otherwise.
 
-    An inertia that breaks the triangle inequality is let pass: published tables have links with one moment only.
+    An inertia that violates the triangle inequality is accepted: published tables have links with one moment only.
     """
     moments = np.linalg.eigvalsh(tensor(inertia))
     if moments[0] < -ROUNDING * np.abs(moments).max():
@@ -82,9 +82,9 @@ def check_inertia(inertia: Six) -> None:
 
 
 def nearest_valid(solid: Solid) -> Solid:
-    """Return the nearest mass and inertia that plain MuJoCo takes: above 0, and no moment above the sum of the others.
+    """Return the nearest mass and inertia valid in plain MuJoCo: positive, and no moment above the sum of the others.
 
-    Principal axes stay. The moments are moved least in the sense of least squares.
+    Principal axes are kept. The change of the moments is minimal in the least-squares sense.
     """
     moments, axes = np.linalg.eigh(tensor(solid.inertia))
     excess = max(moments[2] - moments[0] - moments[1], 0.0) / 3.0
@@ -95,6 +95,6 @@ def nearest_valid(solid: Solid) -> Solid:
 
 
 def is_valid(solid: Solid) -> bool:
-    """Return whether plain MuJoCo takes mass and inertia as they are."""
+    """Return whether mass and inertia are valid in plain MuJoCo."""
     moments = np.linalg.eigvalsh(tensor(solid.inertia))
     return solid.mass >= LEAST_MASS and moments[0] >= LEAST_MOMENT and moments[2] <= moments[0] + moments[1]

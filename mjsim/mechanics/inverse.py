@@ -1,4 +1,4 @@
-"""Joint values that bring a tool to a pose: damped least squares, for many poses at a time.
+"""Inverse kinematics by damped least squares, for many poses at a time.
 
 References:
     Sugihara, Solvability-Unconcerned Inverse Kinematics by the Levenberg-Marquardt Method, IEEE Trans. Robotics 27(5),
@@ -15,32 +15,33 @@ from mjsim.mechanics.chain import Chain, jacobian, posture_at
 from mjsim.mechanics.transforms import rotation_vector
 
 NEAR = 1e-10
-"""A pose is reached when position and rotation are as near as this [m, rad]."""
+"""Tolerances of position and rotation for a reached pose [m, rad]."""
 STEPS, TRIES = 60, 40
-"""Of one try, and tries: the first from where the caller says, the others from chance."""
+"""Maximum number of steps per try, and number of tries: the first from the caller's start, the others from random
+ones."""
 DAMPING = 1e-2
-"""Fraction of the squared error that is added to the diagonal, and the least of it below."""
+"""Multiple of the squared error that is added to the diagonal, and its minimum."""
 LEAST_DAMPING = 1e-14
 TURN = 2.0 * np.pi
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reached:
-    """What inverse kinematics found."""
+    """Result of inverse kinematics."""
 
     q: Array
     """Values of the joints, within their limits, shape (..., n) [rad, m]."""
     converged: NDArray[np.bool_]
-    """Whether the tool is where it should be, bool, shape (...)."""
+    """Whether the pose was reached, bool, shape (...)."""
     distance: Array
-    """From the tool to where it should be, shape (...) [m]."""
+    """Position error of the tool, shape (...) [m]."""
     angle: Array
-    """Between how it is turned and how it should be, shape (...) [rad]."""
+    """Rotation error of the tool, shape (...) [rad]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PoseGoals:
-    """Poses to reach, one a row."""
+    """Poses to reach, one per row."""
 
     chain: Chain
     lower: Array
@@ -49,7 +50,7 @@ class PoseGoals:
     goals: Array
     """world_from_tool, shape (m, 4, 4)."""
     weights: Array
-    """Of x, y, z and the rotation about them, shape (6,); 0 where anything is well."""
+    """Of x, y, z and the rotation about them, shape (6,); 0 for free coordinates."""
 
     def part(self, rows: NDArray[np.intp]) -> "PoseGoals":
         """Return the task of some of the rows."""
@@ -57,11 +58,11 @@ class PoseGoals:
 
 
 def solve(task: PoseGoals, q0: Array) -> Reached:
-    """Return joint values for each pose; those that are not reached are the nearest that was found, within limits.
+    """Return joint values for each pose; for poses not reached, the best values found, within limits.
 
     Args:
         task: The poses.
-        q0: Where to start for each of them, shape (m, n).
+        q0: Initial values for each of them, shape (m, n).
     """
     best = _inside(task, q0)
     distance, angle = _misses(task, best)
@@ -82,7 +83,7 @@ def solve(task: PoseGoals, q0: Array) -> Reached:
 
 
 def _descend(task: PoseGoals, q: Array) -> Array:
-    """Return where damped least squares come to from `q`, shape (m, n)."""
+    """Return the result of damped least squares from `q`, shape (m, n)."""
     identity = np.eye(q.shape[-1])
     damping = np.full(len(q), DAMPING)
     error, slope = _error_and_slope(task, q)
@@ -102,7 +103,7 @@ def _descend(task: PoseGoals, q: Array) -> Array:
 
 
 def _error_and_slope(task: PoseGoals, q: Array) -> tuple[Array, Array]:
-    """Return what is left to the goals, shape (m, 6), and the weighted Jacobian, shape (m, 6, n)."""
+    """Return the errors to the goals, shape (m, 6), and the weighted Jacobian, shape (m, 6, n)."""
     posture = posture_at(task.chain, q)
     offset = task.goals[:, :3, 3] - posture.tool[:, :3, 3]
     turn = rotation_vector(task.goals[:, :3, :3] @ np.swapaxes(posture.tool[:, :3, :3], -1, -2))
@@ -118,7 +119,7 @@ def _misses(task: PoseGoals, q: Array) -> tuple[Array, Array]:
 
 
 def _inside(task: PoseGoals, q: Array) -> Array:
-    """Return values within the limits: by whole turns where a joint revolves, else the nearest."""
+    """Return values within the limits: shifted by whole turns for revolute joints, else clipped."""
     revolves = task.chain.slides == 0.0
     finite_lower, finite_upper = np.isfinite(task.lower), np.isfinite(task.upper)
     turns = np.zeros_like(q)
@@ -130,9 +131,9 @@ def _inside(task: PoseGoals, q: Array) -> Array:
 
 
 def _anywhere(task: PoseGoals, rng: np.random.Generator, q0: Array) -> Array:
-    """Return values by chance within the limits, or within a turn and a metre, shape (m, n) as `q0`.
+    """Return random values within the limits, or within a turn and a metre, shape (m, n) like `q0`.
 
-    Joints that do not move the tool stay as they are there.
+    Joints that do not move the tool keep their values of `q0`.
     """
     reach = np.where(task.chain.slides == 0.0, np.pi, 1.0)
     lower, upper = np.maximum(task.lower, -reach), np.minimum(task.upper, reach)

@@ -1,7 +1,7 @@
-"""Bodies that joints hold to the ground and to each other: where they are, and how that changes with the joints.
+"""Bodies connected by joints to the ground and to each other: poses and Jacobians.
 
-Every joint is a chain of primitives that slide or turn. A loop is cut at one of its joints: beyond it stands a ghost, a
-frame without mass, which coincides with the body that the joint leads to as long as the loop is closed.
+Every joint is a chain of primitives that slide or turn. A loop is cut at one of its joints: behind it is a ghost, a
+frame without mass, which coincides with the body behind the joint if the loop is closed.
 
 References:
     Featherstone, Rigid Body Dynamics Algorithms (2008), sections 4.1 to 4.4 and 8.2.
@@ -23,7 +23,7 @@ if TYPE_CHECKING:  # most linkages have no curve
 GROUND = 0
 """Number of the ground among the bodies."""
 WIDTH = {"slide": 1, "turn": 1, "ball": 3, "curve": 1}
-"""How many values a primitive has."""
+"""Number of values of a primitive."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,15 +32,15 @@ class Primitive:
 
     kind: Literal["slide", "turn", "ball", "curve"]
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
-    """Unit vector in the frame before it; no matter for a ball or a curve."""
+    """Unit vector in the frame before it; unused for a ball or a curve."""
     suffix: str = ""
-    """Of its name, after that of the joint and a point; empty where it is all of the joint."""
+    """Suffix of its name, after that of the joint and a point; empty if it is the whole joint."""
     curve: "SpaceCurve | None" = None
-    """What it slides along, in the frame before it, where its kind says so."""
+    """The curve along which it slides, in the frame before it, for this kind."""
 
     @property
     def width(self) -> int:
-        """How many values it has."""
+        """Number of values."""
         return WIDTH[self.kind]
 
 
@@ -56,9 +56,9 @@ class TreeJoint:
     after: Array
     """Shape (4, 4)."""
     sign: float = 1.0
-    """-1 where the joint is passed from its second body to its first: the motions are undone then."""
+    """-1 if the joint is traversed from its second body to its first, with inverted motions."""
     first: int
-    """Column of the first primitive's value; those passed backwards come in the same columns."""
+    """Column of the first primitive's value; the same for a joint traversed backwards."""
 
     def columns(self) -> list[int]:
         """Return the first column of each primitive."""
@@ -72,7 +72,7 @@ class TreeJoint:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Placement:
-    """All bodies for some values of the joints, frame of the ground."""
+    """Poses of all bodies for values of the joints, frame of the ground."""
 
     poses: Array
     """ground_from_body, shape (bodies, 4, 4)."""
@@ -86,7 +86,7 @@ class Placement:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Passed:
-    """A primitive on the way to a body, with all that does not change with its value."""
+    """A primitive on the path to a body, with its constant parts."""
 
     kind: Literal["slide", "turn", "ball", "curve"]
     part: slice
@@ -126,14 +126,14 @@ class Linkage:
     """A tree of bodies; body 0 is the ground, body k + 1 is placed by joint k, and parents come first."""
 
     def __init__(self, joints: Sequence[TreeJoint]) -> None:
-        """Work out which values move which body.
+        """Determine which values move which body.
 
         Args:
-            joints: One for each body but the ground.
+            joints: One per body except the ground.
         """
         self.joints = tuple(joints)
         self.size = sum(primitive.width for joint in joints for primitive in joint.primitives)
-        """How many values there are."""
+        """Number of values."""
         self.moves = np.zeros((len(joints) + 1, self.size), dtype=bool)
         """Whether a value moves a body, shape (bodies, values)."""
         for number, joint in enumerate(joints, start=1):
@@ -146,7 +146,7 @@ class Linkage:
             self._slides[each.part] = each.kind in ("slide", "curve")
 
     def place(self, values: Array) -> Placement:
-        """Return where all bodies are.
+        """Return the poses of all bodies.
 
         Args:
             values: Of the joints, shape (values,) [rad, m].
@@ -180,10 +180,10 @@ class Linkage:
         return Placement(poses=poses, slides=self._slides, axes=axes, anchors=anchors)
 
     def point_jacobian(self, placed: Placement, body: int, point: Array) -> Array:
-        """Return how a point of a body moves with the values, shape (3, values).
+        """Return the Jacobian of a point of a body, shape (3, values).
 
         Args:
-            placed: Where all bodies are.
+            placed: Poses of all bodies.
             body: Its number.
             point: In the frame of the ground, shape (3,) [m].
         """
@@ -192,13 +192,13 @@ class Linkage:
         return np.asarray((columns * self.moves[body][:, None]).T)
 
     def turn_jacobian(self, placed: Placement, body: int) -> Array:
-        """Return how a body turns with the values, in the frame of the ground, shape (3, values)."""
+        """Return the Jacobian of a body's rotation, in the frame of the ground, shape (3, values)."""
         turning = self.moves[body] & np.logical_not(placed.slides)
         return np.asarray((placed.axes * turning[:, None]).T)
 
 
 def left_jacobian(vector: Array) -> Array:
-    """Return how the angular velocity follows from the rate of a rotation vector, shape (3, 3).
+    """Return the matrix from the rate of a rotation vector to the angular velocity, shape (3, 3).
 
     References:
         Lynch and Park (2017), exercise 3.19; Chirikjian, Stochastic Models (2011), equation 10.86.

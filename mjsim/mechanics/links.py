@@ -12,9 +12,9 @@ from mjsim.mechanics.transforms import is_rigid
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Link:
-    """A rigid body and the joint in front of it, which revolves [rad, N m] or slides [m, N].
+    """A rigid body and the joint before it, revolute [rad, N m] or prismatic [m, N].
 
-    Figures of the motor are those of one that turns `gear` times as fast as the joint.
+    Values of the motor are on its side of the gear: it turns `gear` times as fast as the joint.
     """
 
     before: Array
@@ -35,19 +35,20 @@ class Link:
     inertia: Six = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     """Ixx, Iyy, Izz, Ixy, Iyz, Ixz about the centre, along the axes of the link [kg m^2]."""
     gear: float = 1.0
-    """Turns of the motor for one of the joint [-, rad/m]; negative where they go opposite ways."""
+    """Gear ratio, motor to joint [-, rad/m]; negative for opposite directions."""
     rotor_inertia: float = 0.0
     """[kg m^2]"""
     viscous: float = 0.0
     """Friction at the motor [N m s/rad]."""
     coulomb: tuple[float, float] = (0.0, 0.0)
-    """Dry friction at the motor while the joint moves to plus, not below 0, and to minus, not above 0 [N m]."""
+    """Dry friction at the motor for positive motion of the joint (at least 0), and negative motion (at most 0) [N
+    m]."""
     max_torque: float = math.inf
     """At the joint [N m, N]."""
     max_velocity: float = math.inf
     """Of the joint [rad/s, m/s]."""
     bone: tuple[Vector3, Vector3] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-    """Ends of the capsule that it looks like, in its frame [m]."""
+    """Ends of the capsule that represents it, in its frame [m]."""
     radius: float = 0.05
     """Of that capsule [m]."""
     dh: tuple[float, float, float, float] | None = None
@@ -58,7 +59,7 @@ class Link:
     """Number of the link that carries it, counted from 0, -1 for the base; by default the one before it."""
 
     def __post_init__(self) -> None:
-        """Check what does not depend on other links."""
+        """Check everything that does not depend on other links."""
         for name in ("before", "after"):
             matrix = np.array(getattr(self, name), dtype=float)
             if matrix.shape != (4, 4) or not np.isfinite(matrix).all() or not is_rigid(matrix):
@@ -75,7 +76,7 @@ class Link:
 
     @property
     def armature(self) -> float:
-        """Inertia of the rotor as the joint feels it [kg m^2, kg]."""
+        """Inertia of the rotor reflected to the joint [kg m^2, kg]."""
         return self.gear**2 * self.rotor_inertia
 
 

@@ -1,4 +1,4 @@
-"""What must hold between the bodies of a linkage: closed loops, gears, distances; and values for which it does.
+"""Constraints between the bodies of a linkage (closed loops, gears, distances), and values that satisfy them.
 
 References:
     Haug, Computer-Aided Kinematics and Dynamics of Mechanical Systems (1989), chapters 3 and 4.
@@ -15,31 +15,32 @@ from mjsim.mechanics.linkage import Linkage, Placement
 from mjsim.mechanics.transforms import rotation_vector
 
 CLOSE_ENOUGH = 1e-10
-"""Residuals below this are none [rad, m]."""
+"""Residuals below this are zero [rad, m]."""
 WRITTEN = 1e-6
-"""Loops with more constraints than they need close to this where their lengths have six digits [rad, m]."""
+"""Closing error of redundantly constrained loops with lengths of six digits [rad, m]."""
 ROUNDS, STARTS = 60, 6
-"""Steps of Newton's method from one start, and starts that are tried."""
+"""Maximum number of steps of Newton's method from one start, and number of starts."""
 EFFORT, LEAST_EFFORT = 8000, 40
-"""How often joints may be placed in one search, and residuals worked out at least: it must end within a second."""
+"""Maximum number of joint evaluations in one search, and minimum number of residual evaluations: it must end within a
+second."""
 SLOW, PATIENCE = 0.995, 4
-"""A start is given up after so many steps in a row that leave more than this fraction of the residuals."""
+"""A start is abandoned after this many consecutive steps that reduce the residuals to more than this ratio."""
 LONGEST_STEP = 0.6
-"""Of Newton's method in one value [rad, m]."""
+"""Maximum step of Newton's method in one value [rad, m]."""
 NO_RANK = 1e-9
-"""Singular values below this fraction of the largest are none."""
+"""Singular values below this, relative to the largest, count as zero."""
 SMALL = 1e-5
-"""Of the step by which the change of a Jacobian is found."""
+"""Step for the numerical derivative of a Jacobian."""
 
 
 class Rows(Protocol):
-    """Some equations between the values of a linkage."""
+    """Constraint equations between the values of a linkage."""
 
     def residual(self, linkage: Linkage, placed: Placement, values: Array) -> Array:
-        """Return by how much they are missed, shape (rows,) [rad, m]."""
+        """Return their residuals, shape (rows,) [rad, m]."""
 
     def jacobian(self, linkage: Linkage, placed: Placement, values: Array) -> Array:
-        """Return how that changes with the values, shape (rows, values)."""
+        """Return the derivative of the residuals, shape (rows, values)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,14 +101,14 @@ class BodyPoint:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Apart:
-    """Two points are as far apart as a length."""
+    """Two points have a given distance."""
 
     ends: tuple[BodyPoint, BodyPoint]
     length: float
     """[m]"""
 
     def residual(self, linkage: Linkage, placed: Placement, values: Array) -> Array:
-        """Return by how much they are too far apart, shape (1,) [m]."""
+        """Return the error of their distance, shape (1,) [m]."""
         return np.array([np.linalg.norm(self._between(placed)) - self.length])
 
     def jacobian(self, linkage: Linkage, placed: Placement, values: Array) -> Array:
@@ -129,7 +130,7 @@ class Meet:
     spot: BodyPoint
 
     def residual(self, linkage: Linkage, placed: Placement, values: Array) -> Array:
-        """Return the way from the ghost to the point, frame of the ground, shape (3,) [m]."""
+        """Return the vector from the ghost to the point, frame of the ground, shape (3,) [m]."""
         return np.asarray(self.spot.place(placed) - placed.poses[self.ghost, :3, 3])
 
     def jacobian(self, linkage: Linkage, placed: Placement, values: Array) -> Array:
@@ -140,7 +141,7 @@ class Meet:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Closed:
-    """Values for which all rows hold, or as nearly as was found."""
+    """Values that satisfy all rows, or the best ones found."""
 
     values: Array
     """Shape (values,) [rad, m]."""
@@ -149,30 +150,30 @@ class Closed:
 
     @property
     def good(self) -> bool:
-        """Whether all rows hold, as nearly as lengths are written."""
+        """Whether all rows are satisfied, within the precision of written lengths."""
         return self.miss < WRITTEN
 
 
 def residual(linkage: Linkage, rows: Sequence[Rows], values: Array) -> Array:
-    """Return by how much all rows are missed, shape (rows,)."""
+    """Return the residuals of all rows, shape (rows,)."""
     placed = linkage.place(values)
     return np.concatenate([np.zeros(0), *(row.residual(linkage, placed, values) for row in rows)])
 
 
 def jacobian(linkage: Linkage, rows: Sequence[Rows], values: Array) -> Array:
-    """Return how the residuals change with the values, shape (rows, values)."""
+    """Return the derivative of the residuals by the values, shape (rows, values)."""
     placed = linkage.place(values)
     return np.concatenate([np.zeros((0, linkage.size)), *(row.jacobian(linkage, placed, values) for row in rows)])
 
 
 def close(linkage: Linkage, rows: Sequence[Rows], values: Array, *, held: Sequence[int] = ()) -> Closed:
-    """Return values for which all rows hold, near those given; as near to holding as can be where none are found.
+    """Return values that satisfy all rows, near those given; the best ones if none are found.
 
     Args:
         linkage: The bodies.
-        rows: What must hold.
-        values: Where the search begins, shape (values,).
-        held: Columns that stay as they are.
+        rows: The constraints.
+        values: Initial values, shape (values,).
+        held: Columns that are fixed.
     """
     free = np.setdiff1d(np.arange(linkage.size), np.array(held, dtype=int))
     rng, left = np.random.default_rng(0), max(EFFORT // max(len(linkage.joints), 1), LEAST_EFFORT)
@@ -189,7 +190,7 @@ def close(linkage: Linkage, rows: Sequence[Rows], values: Array, *, held: Sequen
 
 
 def _nearest(linkage: Linkage, rows: Sequence[Rows], values: Array, free: Array) -> Closed:
-    """Return values for which the sum of the squares of all residuals is least, near those given."""
+    """Return values that minimise the sum of squares of all residuals, near those given."""
     from scipy.optimize import least_squares
 
     def whole(part: Array) -> Array:
@@ -207,19 +208,19 @@ def _nearest(linkage: Linkage, rows: Sequence[Rows], values: Array, free: Array)
 
 
 def followed(linkage: Linkage, rows: Sequence[Rows], values: Array, *, held: Sequence[int] = ()) -> Closed:
-    """Return values at which rows hold as nearly as they can, close to those given: as `close`, from one start."""
+    """Return values that satisfy the rows as well as possible, near those given: like `close`, from one start."""
     free = np.setdiff1d(np.arange(linkage.size), np.array(held, dtype=int))
     return _newton(linkage, rows, values, free, effort=EFFORT)[0]
 
 
 def tracked(linkage: Linkage, rows: Sequence[Rows], values: Array, *, columns: Sequence[int]) -> Array:
-    """Return values in which some columns follow the others, near those given: the residuals are smallest there.
+    """Return values in which some columns are adapted to the others, near those given, to minimise the residuals.
 
     Args:
         linkage: The bodies.
-        rows: What must hold, nearly, as it is.
+        rows: The constraints, nearly satisfied.
         values: Shape (values,).
-        columns: Those that follow.
+        columns: Columns to adapt.
     """
     values, own = values.copy(), np.array(columns, dtype=int)
     for _ in range(ROUNDS):
@@ -231,11 +232,11 @@ def tracked(linkage: Linkage, rows: Sequence[Rows], values: Array, *, columns: S
 
 
 def _newton(linkage: Linkage, rows: Sequence[Rows], values: Array, free: Array, *, effort: int) -> tuple[Closed, int]:
-    """Return where Newton's method comes to from one start; each step is halved until it helps.
+    """Return the result of Newton's method from one start; each step is halved until it improves.
 
     Returns:
         closed: The values.
-        used: How often the residuals were worked out; no more often than `effort`, or little more.
+        used: Number of residual evaluations; about `effort` at most.
     """
     values, used, slow = values.copy(), 1, 0
     missed = residual(linkage, rows, values)
@@ -264,21 +265,21 @@ def _newton(linkage: Linkage, rows: Sequence[Rows], values: Array, free: Array, 
 
 
 def solved(matrix: Array, right: Array) -> Array:
-    """Return the smallest x for which matrix @ x is nearest to the right side."""
+    """Return the least-squares solution of matrix @ x = right side with the smallest norm."""
     return np.asarray(np.linalg.lstsq(matrix, right, rcond=NO_RANK)[0])
 
 
 def rates(
     linkage: Linkage, rows: Sequence[Rows], values: Array, *, held: Mapping[int, float], wanted: Array
 ) -> tuple[Array, float]:
-    """Return the rates of the values at which all rows go on holding, and by how much they are missed.
+    """Return the rates of the values that keep all rows satisfied, and their residual.
 
     Args:
         linkage: The bodies.
-        rows: What must hold.
+        rows: The constraints.
         values: Shape (values,).
-        held: Rates that are known, by column.
-        wanted: How fast each residual shall change, shape (rows,): 0, or the rate of what a row follows.
+        held: Known rates, by column.
+        wanted: Required rate of each residual, shape (rows,): 0, or the rate of a followed motion.
     """
     matrix, found = jacobian(linkage, rows, values), np.zeros(linkage.size)
     known = np.array(sorted(held), dtype=int)
@@ -290,7 +291,7 @@ def rates(
 
 
 def turning(linkage: Linkage, rows: Sequence[Rows], values: Array, speeds: Array) -> Array:
-    """Return the part of the residuals' second derivatives that the speeds alone make, shape (rows,)."""
+    """Return the part of the residuals' second derivatives due to speeds, shape (rows,)."""
     size = float(np.abs(speeds).max(initial=0.0))
     if size == 0.0 or not rows:
         return np.zeros(len(residual(linkage, rows, values)))
@@ -301,6 +302,6 @@ def turning(linkage: Linkage, rows: Sequence[Rows], values: Array, speeds: Array
 
 
 def freedoms(linkage: Linkage, rows: Sequence[Rows], values: Array) -> int:
-    """Return in how many independent ways the values can change while all rows hold."""
+    """Return the number of degrees of freedom of the values under the constraints."""
     matrix = jacobian(linkage, rows, values)
     return linkage.size - (int(np.linalg.matrix_rank(matrix, rtol=1e-8)) if len(matrix) else 0)

@@ -1,4 +1,4 @@
-"""How the joints of an arm or a mechanism move at one moment, as it truly is."""
+"""The true motion of the joints of an arm or a mechanism at one time."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from mjsim.geometry import Array
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class JointMotion:
-    """The truth of some joints; each array has shape (joints,), in rad and N m, or m and N where they slide."""
+    """The true motion of joints; each array has shape (joints,), in rad and N m, or m and N for prismatic joints."""
 
     names: tuple[str, ...]
     positions: Array
@@ -20,4 +20,4 @@ class JointMotion:
     goal: Array
     """Set-points of the joints."""
     tool: Array | None = None
-    """world_from_tool of an arm, shape (4, 4) [m]; None where there is none."""
+    """world_from_tool of an arm, shape (4, 4) [m]; None otherwise."""

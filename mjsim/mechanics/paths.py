@@ -16,20 +16,20 @@ def jtraj(
 ) -> tuple[Array, Array, Array]:
     """Return values, rates and accelerations along quintics from one posture to another.
 
-    Accelerations are 0 at both ends, rates as given. The path begins at the first of the times and ends at the last.
+    Accelerations are 0 at both ends, rates as given. The path starts at the first of the times and ends at the last.
 
     Args:
-        q0: Where it begins, shape (..., n) [rad, m].
-        q1: Where it ends, the same shape.
-        t: Increasing times, shape (k,) [s]; a whole number k of at least 2 stands for 0 to 1 in k steps.
-        qd0: Rates at the beginning, shape (n,) or one number [rad/s, m/s].
+        q0: Start, shape (..., n) [rad, m].
+        q1: End, the same shape.
+        t: Increasing times, shape (k,) [s]; an integer k of at least 2 stands for k times from 0 to 1.
+        qd0: Rates at the start, shape (n,) or one number [rad/s, m/s].
         qd1: Rates at the end, likewise.
 
     Returns:
         q, qd, qdd: Shape (..., k, n) each [rad, m], [rad/s, m/s], [rad/s^2, m/s^2].
 
     Raises:
-        ValueError: The times do not increase, or shapes do not fit.
+        ValueError: The times do not increase, or shapes do not match.
     """
     times = _times(t)
     length = times[-1] - times[0]
@@ -48,15 +48,15 @@ def ctraj(T0: ArrayLike, T1: ArrayLike, t: ArrayLike) -> Array:
     """Return poses of a tool along a straight line, turning about one axis, both with a quintic's speed.
 
     Args:
-        T0: Where it begins, outer_from_tool, shape (4, 4) [m].
-        T1: Where it ends, the same frame, shape (4, 4).
+        T0: Start, outer_from_tool, shape (4, 4) [m].
+        T1: End, in the same frame, shape (4, 4).
         t: As for `jtraj`, k times [s].
 
     Returns:
         Poses in the same frame, shape (k, 4, 4). The tool turns the shorter way.
 
     Raises:
-        ValueError: The times do not increase, or a pose is none.
+        ValueError: The times do not increase, or a matrix is not a pose.
     """
     first, last = (np.asarray(pose, dtype=float) for pose in (T0, T1))
     for name, pose in (("T0", first), ("T1", last)):

@@ -1,4 +1,4 @@
-"""What the sensors of a mechanism read at one moment."""
+"""Sensor readings of a mechanism at one time."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from mjsim.geometry import Array
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SensorReadings:
-    """Numbers with their names and units; each array has shape (numbers,)."""
+    """Values with names and units; each array has shape (numbers,)."""
 
     names: tuple[str, ...]
     """Such as 'q4.velocity', 'q5.force.x', 'energy.kinetic'."""

@@ -1,7 +1,7 @@
 """Signals: numbers that change with time, with their first and second derivatives in closed form.
 
-A signal has no unit of its own; values are what it drives: rad, m, N m and so on. At a jump the value is the one after
-it, and derivatives are those between jumps.
+A signal has the unit of the quantity it drives: rad, m, N m and so on. At a jump the value is the one after it;
+derivatives ignore jumps.
 
 References:
     The shapes are those of Simulink's sources and of scipy.signal (square, sawtooth, chirp).
@@ -21,22 +21,22 @@ if TYPE_CHECKING:  # Slow to load, and few signals need it.
     from scipy.interpolate import CubicSpline
 
 EARLY = 1e-9
-"""A time so little before a jump counts as after it: times of steps are sums of rounded numbers [s, periods]."""
+"""A time this close before a jump counts as after it, since times of steps have rounding errors [s, periods]."""
 
 
 class TimeSignal(ABC):
-    """A number for each time."""
+    """A value as a function of time."""
 
     def value(self, time: ArrayLike) -> Array:
-        """Return the values at times [s], of their shape."""
+        """Return the values at times [s], with the same shape."""
         return self._at(np.asarray(time, dtype=float), 0)
 
     def rate(self, time: ArrayLike) -> Array:
-        """Return the derivatives by time at times [s], of their shape [1/s]."""
+        """Return the derivatives at times [s], with the same shape [1/s]."""
         return self._at(np.asarray(time, dtype=float), 1)
 
     def second(self, time: ArrayLike) -> Array:
-        """Return the second derivatives at times [s], of their shape [1/s^2]."""
+        """Return the second derivatives at times [s], with the same shape [1/s^2]."""
         return self._at(np.asarray(time, dtype=float), 2)
 
     @property
@@ -51,7 +51,7 @@ class TimeSignal(ABC):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Constant(TimeSignal):
-    """Always the same."""
+    """A constant."""
 
     level: float
 
@@ -80,7 +80,7 @@ class StepChange(TimeSignal):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ramp(TimeSignal):
-    """A straight line between two times, level before and after."""
+    """A straight line between two times, constant before and after."""
 
     before: float = 0.0
     slope: float
@@ -88,7 +88,7 @@ class Ramp(TimeSignal):
     start: float = 0.0
     """[s]"""
     seconds: float = np.inf
-    """How long it goes on [s]."""
+    """Duration [s]."""
 
     def _at(self, time: Array, order: int) -> Array:
         since = time - self.start
@@ -100,7 +100,7 @@ class Ramp(TimeSignal):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Periodic(TimeSignal):
-    """What comes again after each period."""
+    """Base class of periodic signals."""
 
     amplitude: float
     frequency: float
@@ -122,10 +122,10 @@ class Sine(Periodic):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Square(Periodic):
-    """Up for a fraction of each period, then down by as much."""
+    """Offset + amplitude for the first part of each period, then offset - amplitude."""
 
     duty: float = 0.5
-    """The fraction of a period for which it is up."""
+    """The high part of a period, 0 to 1."""
 
     @property
     def jumps(self) -> bool:
@@ -141,10 +141,10 @@ class Square(Periodic):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sawtooth(Periodic):
-    """Up along a straight line for a fraction of each period, then down along another; at phase 0 it begins to rise."""
+    """Rises linearly during the first part of each period, then falls linearly; at phase 0 it starts to rise."""
 
     rise: float = 1.0
-    """The fraction of a period in which it rises; 0.5 is a triangle."""
+    """The rising part of a period, 0 to 1; 0.5 is a triangle."""
 
     @property
     def jumps(self) -> bool:
@@ -170,7 +170,7 @@ class Sawtooth(Periodic):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pulse(TimeSignal):
-    """Another value for a while, once or again and again."""
+    """A pulse, once or periodically."""
 
     amplitude: float
     when: float = 0.0
@@ -196,7 +196,7 @@ class Pulse(TimeSignal):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Chirp(TimeSignal):
-    """A sine whose frequency goes from one to another, and stays there; time 0 is at phase 0."""
+    """A sine whose frequency changes from one value to another, and stays there; phase 0 at time 0."""
 
     amplitude: float
     first: float
@@ -204,7 +204,7 @@ class Chirp(TimeSignal):
     last: float
     """Frequency from the end of the sweep on [Hz]."""
     seconds: float
-    """How long the sweep takes [s]."""
+    """Duration of the sweep [s]."""
     offset: float = 0.0
     sweep: Literal["linear", "exponential"] = "linear"
 
@@ -238,16 +238,16 @@ class Chirp(TimeSignal):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Random(TimeSignal):
-    """A new value now and then, kept in between; 0 chance before time 0."""
+    """A new random value at regular times, held in between; before time 0 the offset."""
 
     deviation: float
     """Standard deviation of the values about the offset."""
     hold: float
-    """How long each is kept [s]."""
+    """Time for which each value is held [s]."""
     offset: float = 0.0
     shape: Literal["normal", "uniform", "binary"] = "normal"
     rng: Generator
-    """Its own random stream: the same one gives the same signal, whenever it is asked for which time."""
+    """Its own random stream: the same stream gives the same signal, in whatever order times are requested."""
     _drawn: list[Array] = field(default_factory=lambda: [np.zeros(0)])
 
     @property
@@ -263,7 +263,7 @@ class Random(TimeSignal):
         return self.offset + self.deviation * np.where(number >= 0, held, 0.0)
 
     def _levels(self, count: int) -> Array:
-        """Return at least so many values of deviation 1; they are drawn in blocks, once each."""
+        """Return at least this many values of deviation 1; they are drawn in blocks, once each."""
         while len(self._drawn[0]) < count:
             self._drawn[0] = np.concatenate([self._drawn[0], self._block()])
         return self._drawn[0]
@@ -278,7 +278,7 @@ class Random(TimeSignal):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Table(TimeSignal):
-    """Values at times, with something between them; the first and the last hold outside."""
+    """Values at times, interpolated; the first and the last apply outside."""
 
     times: Array
     """Increasing, shape (n,) [s]."""
@@ -286,7 +286,7 @@ class Table(TimeSignal):
     """Shape (n,)."""
     between: Literal["linear", "hold", "cubic"] = "linear"
     repeat: bool = False
-    """Whether it begins again after the last time, which then stands for the first."""
+    """Whether it repeats after the last time, which then coincides with the first."""
     _spline: "list[CubicSpline]" = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -336,5 +336,5 @@ class Table(TimeSignal):
 
 
 def _share(time: Array, frequency: float, phase: float) -> Array:
-    """Return how far into its period a signal is, from 0 to 1."""
+    """Return the position of a signal within its period, from 0 to 1."""
     return np.asarray(np.mod(frequency * time + phase / (2.0 * np.pi) + EARLY, 1.0))

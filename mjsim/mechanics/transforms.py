@@ -40,7 +40,7 @@ def _screw(angle: Array, offset: Array, *, axis: int) -> Array:
 def placed(at: ArrayLike, rpy: ArrayLike) -> Array:
     """Return the transform outer_from_inner of a frame at `at`, shape (3,) [m], turned by roll, pitch and yaw.
 
-    The angles [rad] are right-handed about the fixed axes x, y and z in this order, as REP 103 has it. Shape (4, 4).
+    The angles [rad] are right-handed about the fixed axes x, y and z in this order (REP 103). Shape (4, 4).
     """
     roll, pitch, yaw = np.asarray(rpy, dtype=float)
     about_y = np.eye(4)
@@ -51,7 +51,7 @@ def placed(at: ArrayLike, rpy: ArrayLike) -> Array:
 
 
 def rpy_of(matrix: Array) -> Array:
-    """Return roll, pitch and yaw of a homogeneous transform as `placed` takes them, shape (3,) [rad]."""
+    """Return roll, pitch and yaw of a homogeneous transform, as for `placed`, shape (3,) [rad]."""
     roll, yaw = np.arctan2(matrix[2, 1], matrix[2, 2]), np.arctan2(matrix[1, 0], matrix[0, 0])
     return np.array([roll, np.arctan2(-matrix[2, 0], np.hypot(matrix[0, 0], matrix[1, 0])), yaw])
 
@@ -74,7 +74,7 @@ def is_rigid(matrix: Array) -> bool:
 
 
 def cross(a: Array, b: Array) -> Array:
-    """Return the cross product of vectors, shape (..., 3); for few vectors eight times as quick as NumPy's."""
+    """Return the cross product of vectors, shape (..., 3); for few vectors eight times as fast as NumPy's."""
     return np.asarray(a.take(_YZX, -1) * b.take(_ZXY, -1) - a.take(_ZXY, -1) * b.take(_YZX, -1))
 
 
