@@ -20,9 +20,9 @@ from mjsim.modules.roles import unfit_instance
 
 T = TypeVar("T")
 BESIDE = "beside_"
-"""Begins the names of the packages that files beside a world are modules of; people do not need to see it."""
+"""Prefix of the packages for files beside a world; hidden in messages."""
 LONGEST_TEXT = 240
-"""Characters of what a module's exception says; the rest of the line says who and where."""
+"""Maximum length of a module's exception text in a message [characters]."""
 
 _BESIDE = re.compile(rf"\b{BESIDE}\d+\.")
 
@@ -30,25 +30,25 @@ _BESIDE = re.compile(rf"\b{BESIDE}\d+\.")
 class Boundary:
     """Calls the modules of one robot.
 
-    Everything that a module raises ends in a ModuleFault, `SystemExit` and other exceptions that are no `Exception`
-    too. Only KeyboardInterrupt passes in the main thread: Python raises it for Ctrl-C, wherever the program is.
+    All exceptions of a module become a ModuleFault, including `SystemExit` and others that are not an `Exception`. Only
+    KeyboardInterrupt passes in the main thread: Python raises it for Ctrl-C anywhere in the program.
     """
 
     def __init__(self, robot: str) -> None:
-        """Keep the robot's name, for messages."""
+        """Store the robot's name for messages."""
         self._robot = robot
 
     def require(self, role: str, module: object, now: float = 0.0) -> None:
-        """Raise ModuleFault unless a module has the methods that its role needs."""
+        """Check that a module has the methods of its role; raises ModuleFault otherwise."""
         if what := self._call(role, module, now, "", unfit_instance, role, module):
             raise self.fault(role, module, now, what)
 
     def offers(self, role: str, module: object, method: str, now: float = 0.0) -> bool:
-        """Return whether a module has a method that its role does not need."""
+        """Return whether a module has an optional method."""
         return self._call(role, module, now, method, _has, module, method)
 
     def attribute(self, role: str, module: object, now: float, name: str) -> Any:
-        """Return an attribute of a module; None when it has none of this name."""
+        """Return an attribute of a module; None if it does not exist."""
         return self._call(role, module, now, "", getattr, module, name, None)
 
     def ask(self, role: str, module: object, now: float, method: str, *arguments: Any) -> Any:
@@ -58,7 +58,7 @@ class Boundary:
             role: Of the module.
             module: Whose method it is.
             now: Simulated time [s].
-            method: Its name; looking it up may run the module's code, too.
+            method: Its name; the lookup may also run the module's code.
             *arguments: Of the method.
         """
         return self._call(role, module, now, method, _ask, module, method, arguments)
@@ -78,7 +78,7 @@ class Boundary:
     def check(
         self, role: str, module: object, now: float, method: str, check: Callable[..., T], value: object, *more: Any
     ) -> T:
-        """Return what a check makes of a method's answer; reading a value may run the module's code too."""
+        """Return the result of a check of a method's result; reading a value may also run the module's code."""
         try:
             return check(value, *more)
         except Unfit as error:
@@ -90,12 +90,12 @@ class Boundary:
             raise self.fault(role, module, now, what) from error
 
     def fault(self, role: str, module: object, now: float, what: str) -> ModuleFault:
-        """Return the fault of a module: who, when, what."""
+        """Return the error of a module: who, when, what."""
         return fault_of(role, name_of(module), self._robot, now, what)
 
 
 def fault_of(role: str, module: str, robot: str, now: float, what: str) -> ModuleFault:
-    """Return the fault of a module that has a name for people."""
+    """Return the error of a module with a given display name."""
     return ModuleFault(f"{role} {module} of robot '{robot}' at {now:.2f} s {what}", robot=robot)
 
 
@@ -112,7 +112,7 @@ def _has(module: object, method: str) -> bool:
 
 
 def name_of(module: object) -> str:
-    """Return what a module is called in messages."""
+    """Return the name of a module in messages."""
     if isinstance(module, Hosted):
         return module.name
     return module.__name__ if isinstance(module, type) else type(module).__name__
@@ -126,12 +126,12 @@ def said_of(error: BaseException, module: object = None, method: str = "") -> st
 
 
 def is_of_users(error: BaseException) -> bool:
-    """Return whether an exception was raised in, or below, code of the user's."""
+    """Return whether an exception was raised in, or below, user code."""
     return bool(_place(error, None))
 
 
 def _text(error: BaseException) -> str:
-    """Return type and text of an exception; its `__str__` is the user's, too."""
+    """Return type and text of an exception; its `__str__` may be user code."""
     try:
         said = _BESIDE.sub("", one_line(error.msg if isinstance(error, SyntaxError) else str(error)))
     except Exception:
@@ -144,7 +144,7 @@ def _text(error: BaseException) -> str:
 
 
 def _place(error: BaseException, module: object) -> str:
-    """Return ' (file:line)' of the innermost frame in the user's own code; '' when there is none."""
+    """Return ' (file:line)' of the innermost frame in user code; '' if there is none."""
     if isinstance(error, SyntaxError) and error.filename and error.lineno:
         return f" ({Path(error.filename).name}:{error.lineno})"
     places = [(frame.filename, frame.lineno) for frame in traceback.extract_tb(error.__traceback__)]
@@ -157,7 +157,7 @@ def _place(error: BaseException, module: object) -> str:
 
 
 def _method_place(module: object, method: str) -> str:
-    """Return ' (file:line)' of where a method is defined; '' when that cannot be told."""
+    """Return ' (file:line)' of the definition of a method; '' if unknown."""
     if isinstance(module, Hosted):
         return f" ({module.place})" if module.place else ""
     found = inspect.getattr_static(type(module), method, None)
@@ -166,13 +166,13 @@ def _method_place(module: object, method: str) -> str:
 
 
 def _is_ours(file: str) -> bool:
-    """Return whether a file is the simulator's; the algorithms that come with it are modules like any other."""
+    """Return whether a file belongs to the simulator, except the algorithms, which are modules like any other."""
     package = Path(mjsim.errors.__file__).parent
     return file.startswith(f"{package}{os.sep}") and not file.startswith(f"{package / 'algorithms'}{os.sep}")
 
 
 def _is_installed(file: str) -> bool:
-    """Return whether a file came with Python, is of an installed package, or was made by a decorator."""
+    """Return whether a file belongs to Python or an installed package, or was generated by a decorator."""
     return file.startswith((sysconfig.get_path("stdlib"), "<frozen", "<string>", "<__")) or not {
         "site-packages",
         "dist-packages",

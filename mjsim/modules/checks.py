@@ -32,7 +32,7 @@ SHOWN_KINDS = ", ".join(kind.__name__ for kind in SHOWN)
 
 
 def checked_command(command: object, robot: RobotInfo) -> Command | WheelCommand:
-    """Return a command that is finite and fits the robot, its numbers as floats."""
+    """Check that a command is finite and fits the robot; return it with floats."""
     if isinstance(command, WheelCommand):
         return WheelCommand(checked_wheel_speeds(command.speeds, robot.wheels))
     if not isinstance(command, Command):
@@ -47,11 +47,11 @@ def checked_command(command: object, robot: RobotInfo) -> Command | WheelCommand
 
 
 def checked_estimate(belief: object, *, whole: bool = True) -> Estimate:
-    """Return an estimate that is finite, whose arrays have their shapes, and whose covariances are covariances.
+    """Check that an estimate is finite, has arrays of the right shapes, and valid covariances; return it.
 
     Args:
-        belief: As the estimator gave it; a subclass of Estimate stays what it is.
-        whole: Whether all of the joint covariance is looked at; else its shape and its diagonal.
+        belief: From the estimator; a subclass of Estimate is kept.
+        whole: Whether to check the whole joint covariance instead of its shape and diagonal.
     """
     if not isinstance(belief, Estimate):
         raise Unfit(f"returned {kind_of(belief)}; it must be an Estimate")
@@ -83,14 +83,14 @@ def checked_estimate(belief: object, *, whole: bool = True) -> Estimate:
 
 
 def checked_sightings(sightings: object) -> Sequence[Sighting]:
-    """Return sightings that are finite, with covariances that are covariances."""
+    """Check that sightings are finite and have valid covariances; return them."""
     if not isinstance(sightings, Sequence) or isinstance(sightings, (str, bytes)):
         raise Unfit(f"returned {kind_of(sightings)}; it must be a list of Sighting")
     return [_checked_sighting(seen) for seen in sightings]
 
 
 def checked_show(show: object) -> tuple[Shown, ...]:
-    """Return what a module shows, when it is as it should be; Unfit says what is wrong."""
+    """Check the items that a module shows, and return them; raises Unfit with the problem."""
     if not isinstance(show, (tuple, list)):
         raise Unfit(f"returned a show that is {kind_of(show)}; it must be a tuple of {SHOWN_KINDS}")
     for item in show:
@@ -104,7 +104,7 @@ def checked_show(show: object) -> tuple[Shown, ...]:
 
 
 def checked_path(path: object) -> Array:
-    """Return a trajectory as rows of time [s], x, y [m] and heading [rad], shape (M, 4), times strictly ascending."""
+    """Check a trajectory; return rows of time [s], x, y [m] and heading [rad], shape (M, 4)."""
     if not isinstance(path, Sequence) or isinstance(path, (str, bytes)):
         raise Unfit(f"returned {kind_of(path)}; it must be a list of (time, Pose)")
     rows = []
@@ -119,7 +119,7 @@ def checked_path(path: object) -> Array:
 
 
 def checked_pose(pose: object) -> Pose:
-    """Return a pose that is finite, its numbers as floats."""
+    """Check that a pose is finite; return it with floats."""
     if not isinstance(pose, Pose):
         raise Unfit(f"returned a pose that is {kind_of(pose)}; it must be a Pose")
     x, y, heading = pose.x, pose.y, pose.heading
@@ -129,7 +129,7 @@ def checked_pose(pose: object) -> Pose:
 
 
 def kind_of(value: object) -> str:
-    """Return what a value is, for a message; a coroutine is closed, so that nothing waits for it."""
+    """Return the kind of a value for a message; a coroutine is closed."""
     if inspect.iscoroutine(value):
         value.close()
         return "a coroutine, which `async def` makes"
@@ -139,33 +139,33 @@ def kind_of(value: object) -> str:
 
 
 def checked_wheel_speeds(speeds: Any, wheels: Sequence[str]) -> tuple[float, ...]:
-    """Return a finite speed for each wheel, as floats [rad/s]."""
+    """Check the speeds of the wheels; return them as floats [rad/s]."""
     return _finite(
         "a list of wheel speeds", _several("wheel speeds", speeds, len(wheels), f"the wheels are {', '.join(wheels)}")
     )
 
 
 def checked_torques(torques: Any, motors: Sequence[str]) -> tuple[float, ...]:
-    """Return a finite torque for each motor, as floats [N m]."""
+    """Check the torques of the motors; return them as floats [N m]."""
     right = f"the motors are {', '.join(motors)}"
     return _finite("a list of torques", _several("torques", torques, len(motors), right))
 
 
 def checked_twist(twist: Any) -> tuple[float, float, float]:
-    """Return a finite twist (forward, left, turn), as floats."""
+    """Check that a twist (forward, left, turn) is finite; return it as floats."""
     forward, left, turn = _finite("a twist", _several("numbers of a twist", twist, 3, "they are forward, left, turn"))
     return forward, left, turn
 
 
 def checked_wheel_names(names: Any) -> tuple[str, ...]:
-    """Return the names of a drive's wheels."""
+    """Check the names of a drive's wheels; return them."""
     if isinstance(names, (tuple, list)) and names and all(isinstance(name, str) for name in names):
         return tuple(map(str, names))
     raise Unfit(f"has wheels that are {kind_of(names)}; they must be a tuple of the names of its hinges")
 
 
 def _several(what: str, values: Any, count: int, right: str) -> Any:
-    """Return what has a length, which must be this one."""
+    """Check that a value is a sequence of a given length; return it."""
     if not hasattr(type(values), "__len__") or isinstance(values, (str, bytes)):
         raise Unfit(f"returned {what} that are {kind_of(values)}; {right}")
     if len(values) != count:
@@ -174,7 +174,7 @@ def _several(what: str, values: Any, count: int, right: str) -> Any:
 
 
 def _checked_goals(joints: object, robot: RobotInfo) -> dict[str, JointGoal]:
-    """Return finite goals for arms that are there, one number for each joint."""
+    """Check that goals are finite, for existing arms, with one number per joint; return them."""
     if not isinstance(joints, Mapping):
         raise Unfit(f"returned joints that are {kind_of(joints)}; they must be a dict: arm -> JointGoal")
     goals = {}
@@ -225,7 +225,7 @@ def _checked_sighting(seen: object) -> Sighting:
 
 
 def _is_plain_landmark(pair: Any) -> bool:
-    """Return whether mean and covariance are good arrays of doubles; False means that they need a closer look."""
+    """Return whether mean and covariance are valid arrays of doubles; False means that they need a full check."""
     return type(pair) is tuple and len(pair) == 2 and _is_plain_gaussian(*pair)
 
 
@@ -274,7 +274,7 @@ def _checked_joint(joint: Any, size: int, *, whole: bool) -> Array:
 
 
 def _parts(what: str, item: object, names: Sequence[str]) -> Sequence[Any]:
-    """Return the parts of what must be a tuple of so many."""
+    """Check that a value is a tuple of the right length; return its parts."""
     if not isinstance(item, (tuple, list)) or len(item) != len(names):
         count = f" of {len(item)}" if isinstance(item, (tuple, list)) else ""
         raise Unfit(f"returned {what} that is {kind_of(item)}{count}; it must be ({', '.join(names)})")
@@ -282,7 +282,7 @@ def _parts(what: str, item: object, names: Sequence[str]) -> Sequence[Any]:
 
 
 def _finite(what: str, values: Sequence[Any]) -> tuple[float, ...]:
-    """Return numbers as finite floats."""
+    """Check that numbers are finite; return them as floats."""
     numbers = tuple(_number(what, value) for value in values)
     if not all(map(math.isfinite, numbers)):
         raise Unfit(f"returned {what} that is not finite: {list(numbers)}")

@@ -13,19 +13,19 @@ from mjsim.modules.given import seal, sealed_robot
 
 
 class CheckedController:
-    """Asks a `Controller`; what it does wrong is one ModuleFault, what it answers is finite and fits."""
+    """Calls a `Controller`; its errors become a ModuleFault, and its results are checked."""
 
     def __init__(
         self, controller: object, *, robot: str, part: str, motors: Sequence[str], clock: Callable[[], float]
     ) -> None:
-        """Look at what the controller has.
+        """Check the methods of the controller.
 
         Args:
             controller: The instance of the user's class.
             robot: Name of its robot.
-            part: What it controls: 'drive', or the name of an arm.
+            part: The controlled part: 'drive', or the name of an arm.
             motors: Names of the motors, in the order of the torques.
-            clock: Tells the simulated time [s].
+            clock: Gives the simulated time [s].
 
         Raises:
             ModuleFault: It lacks a method.
@@ -37,7 +37,7 @@ class CheckedController:
         self._seconds = 0.0
 
     def start(self, robot: RobotInfo, rng: Generator) -> None:
-        """Let it get ready for a run."""
+        """Start it for a run."""
         now = self._clock()
         self._boundary.ask("controller", self._controller, now, "start", sealed_robot(robot), self._part, rng)
 

@@ -1,8 +1,8 @@
 """Covariances that modules return: real, symmetric and positive semidefinite, within rounding.
 
-What is well formed passes a closed form (3 x 3 and 2 x 2) or one Cholesky factorisation (larger ones). Only what
-does not is looked at closely. Tolerances are relative to the standard deviations of the rows, so that they mean the
-same in m^2 and in rad^2.
+Valid matrices pass a closed form (3 x 3 and 2 x 2) or one Cholesky factorisation (larger ones). Only the others are
+checked in detail. Tolerances are relative to the standard deviations of the rows, so that they have the same meaning in
+m^2 and in rad^2.
 """
 
 import math
@@ -14,16 +14,17 @@ from numpy.typing import ArrayLike, NDArray
 from mjsim.geometry import Array
 
 TOLERANCE = 1e-6
-"""Of asymmetry and of negative eigenvalues, once every variance is scaled to 1; filters in double precision stay far
-below it."""
+"""Tolerance of asymmetry and of negative eigenvalues, after scaling every variance to 1; filters in double precision
+stay far below it."""
 SINGLE = 1e-3
 """The same for arrays in single precision or less."""
 _FLOOR, _SHARE = 1e-4, 1e-9
-"""Standard deviations count as at least this [m, rad], and this share of the largest one, when rows are scaled: what a
-measurement without error leaves of a variance is rounding, of either sign."""
+"""Minimum standard deviation for scaling rows [m, rad], and relative to the largest one: after a measurement without
+error, a variance is only rounding error of either sign."""
 _SQUARE = TOLERANCE**2
 _SLACK = 1e-15
-"""Of the determinant of a 3 x 3 covariance whose variances are 1: that of a singular one is zero but for rounding."""
+"""Tolerance of the determinant of a 3 x 3 covariance with variances of 1: that of a singular one is zero except for
+rounding."""
 
 
 class Unfit(ValueError):  # noqa: N818  # as the faults of `mjsim.errors`
@@ -35,11 +36,11 @@ def real_array(what: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
 
     Args:
         what: Names the value in the message.
-        value: As the module gave it; an array of doubles is returned as it is.
-        shape: That it must have.
+        value: From the module; an array of doubles is returned unchanged.
+        shape: The required shape.
 
     Raises:
-        Unfit: It has another shape, or holds something else.
+        Unfit: It has another shape, or contains something else.
     """
     given = _array(what, value)
     if given.shape != shape:
@@ -64,14 +65,14 @@ def covariance(what: str, value: ArrayLike, size: int) -> Array:
 
 
 def has_good_diagonal(value: Any, size: int) -> bool:
-    """Return whether a matrix of doubles is finite, with no negative variance: a quick look at a large covariance."""
+    """Return whether a matrix of doubles is finite, with no negative variance: a quick check of a large covariance."""
     if not (type(value) is np.ndarray and value.dtype == np.float64 and value.shape == (size, size)):
         return False
     return bool(np.isfinite(value).all()) and bool((value.diagonal() >= 0.0).all())
 
 
 def is_plainly_good(value: Any, size: int) -> bool:
-    """Return whether a small covariance is good by its principal minors; False means that it needs a closer look."""
+    """Return whether a small covariance is valid by its principal minors; False means that it needs a full check."""
     if not (type(value) is np.ndarray and value.dtype == np.float64 and value.shape == (size, size)):
         return False
     if size == 2:
@@ -97,7 +98,7 @@ def _good_by_minors3(
 
 
 def _look_closely(what: str, P: Array, *, tolerance: float) -> None:
-    """Raise Unfit unless a finite matrix is symmetric and positive semidefinite within a tolerance."""
+    """Check that a finite matrix is symmetric and positive semidefinite within a tolerance; raises Unfit otherwise."""
     least = max(_FLOOR, _SHARE * math.sqrt(float(np.abs(P).max())))
     deviations = np.maximum(np.sqrt(np.abs(P.diagonal())), least)
     scaled = P / deviations[:, None] / deviations

@@ -8,18 +8,18 @@ from mjsim.modules.checks import checked_twist, checked_wheel_names, checked_whe
 
 
 class CheckedDrive:
-    """Asks a user's `DriveModel`; what it does wrong is one ModuleFault, what it answers is finite and fits."""
+    """Calls a user's `DriveModel`; its errors become a ModuleFault, and its results are checked."""
 
     def __init__(self, model: object, *, robot: str, clock: Callable[[], float]) -> None:
-        """Look at what the model has.
+        """Check the methods of the model.
 
         Args:
             model: The instance of the user's class.
             robot: Name of its robot.
-            clock: Tells the simulated time [s].
+            clock: Gives the simulated time [s].
 
         Raises:
-            ModuleFault: It lacks a method, or does not say which wheels it has.
+            ModuleFault: It lacks a method, or the names of its wheels.
         """
         self._model, self._clock, self._boundary = model, clock, Boundary(robot)
         self._boundary.require("drive", model)
@@ -34,7 +34,7 @@ class CheckedDrive:
         return self._boundary.check("drive", self._model, now, method, self._checked_speeds, speeds)
 
     def twist_from_wheels(self, speeds: Sequence[float]) -> tuple[float, float, float]:
-        """Return the twist of speeds, or the small motion of rotations, as `DriveModel` says."""
+        """Return the twist for speeds, or the small motion for rotations; see `DriveModel`."""
         now, method = self._clock(), "twist_from_wheels"
         twist = self._boundary.ask("drive", self._model, now, method, speeds)
         return self._boundary.check("drive", self._model, now, method, checked_twist, twist)

@@ -12,12 +12,12 @@ from mjsim.interface import BeaconInfo, Observation, RobotInfo, WorldMap
 K = TypeVar("K")
 V = TypeVar("V")
 _READINGS = tuple(part.name for part in fields(Observation) if get_origin(part.type) is Mapping)
-"""The fields of an observation that hold readings by the name of their sensor."""
+"""The fields of an observation with readings by the name of their sensor."""
 _PLAIN = frozenset({float, int, str, bool, type(None), np.float64})
 
 
 class Sealed(dict[K, V]):
-    """A dict that cannot be changed; a copy of it, deep or pickled too, is a plain dict that can."""
+    """A read-only dict; a copy, also a deep or pickled one, is a plain dict."""
 
     def _refuse(self, *arguments: object, **named: object) -> NoReturn:
         raise TypeError("inputs of a module are read-only; copy them first")
@@ -30,7 +30,7 @@ class Sealed(dict[K, V]):
 
 
 def sealed_observation(seen: Observation) -> Observation:
-    """Return an observation that modules cannot change: its arrays are sealed in place, its dicts are sealed copies."""
+    """Return a read-only observation: its arrays are made read-only in place, its dicts are read-only copies."""
     seal(seen)
     here: dict[str, Any] = {
         name: Sealed(items) for name in _READINGS if (items := getattr(seen, name)) and type(items) is dict
@@ -39,7 +39,7 @@ def sealed_observation(seen: Observation) -> Observation:
 
 
 def sealed_robot(robot: RobotInfo) -> RobotInfo:
-    """The same for what modules know of their robot."""
+    """The same for the data sheet of a robot."""
     seal(robot)
     return replace(robot, sensors=_sealed(robot.sensors), arms=_sealed(robot.arms))
 
@@ -57,7 +57,7 @@ def sealed_map(map: WorldMap | None) -> WorldMap | None:
 
 
 def seal(value: Any) -> None:
-    """Make the arrays in a value read-only, in tuples, dicts and our own values within it too."""
+    """Make the arrays in a value read-only, also those within tuples, dicts and values of mjsim."""
     kind: Any = type(value)
     if kind is np.ndarray:
         value.setflags(False)  # not to be written
@@ -75,7 +75,7 @@ def seal(value: Any) -> None:
 
 @cache
 def _sealable(kind: Any) -> tuple[str, ...]:
-    """Return the fields of one of our values that are more than a number or a text."""
+    """Return the fields of a value of mjsim that are not just a number or a text."""
     return tuple(part.name for part in fields(kind) if part.type not in _PLAIN) if is_dataclass(kind) else ()
 
 

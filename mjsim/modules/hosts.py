@@ -14,18 +14,18 @@ if TYPE_CHECKING:  # Slow to load for those who only look at files.
     from mjsim.interface import BeaconInfo, WorldMap
 
 Provenance = Literal["shipped", "installed", "beside"]
-"""With mjsim, in some other package, or in files beside the world."""
+"""Part of mjsim, in another package, or in files beside the world."""
 
 
 @dataclass(frozen=True, slots=True)
 class Doubt:
-    """What is wrong with a module, found without running it."""
+    """A problem of a module, found without running it."""
 
     message: str
     key: str = "use"
-    """Where: a key of the mapping with `use`."""
+    """Location: a key of the mapping with `use`."""
     missing: bool = True
-    """Whether something is not there, which is the world file's mistake; else it is the module's own."""
+    """Whether something does not exist, which is an error of the world file, not of the module."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,38 +44,38 @@ class Offer:
 
     role: str
     use: str
-    """What a world file writes to name it."""
+    """Its `use:` in a world file."""
     title: str
     about: str = ""
     keys: Sequence[Key] = field(default=())
 
 
 class Host(ABC):
-    """Runs the modules of one language. All methods but `make` look at files without running them."""
+    """Runs the modules of one language. All methods except `make` inspect files without running them."""
 
     @abstractmethod
     def speaks(self, use: str) -> bool:
-        """Return whether the text of `use:` names a module of this language."""
+        """Return whether a `use:` names a module of this language."""
 
     @abstractmethod
     def origin(self, use: str) -> Provenance:
-        """Return where a module comes from."""
+        """Return the origin of a module."""
 
     @abstractmethod
     def place(self, use: str) -> str:
-        """Return the file, by its path from the world's folder, or the package that a module is in."""
+        """Return the file of a module, relative to the world's folder, or its package."""
 
     @abstractmethod
     def runs(self, file: str) -> bool:
-        """Return whether a file of a module, by its name, is code rather than data."""
+        """Return whether a file of a module is code rather than data, from its name."""
 
     @abstractmethod
     def doubts(self, use: Use, role: str, source: Source) -> Iterator[Doubt]:
-        """Yield what is wrong with a module, and why it cannot fill a role."""
+        """Yield problems of a module, and why it does not fit a role."""
 
     @abstractmethod
     def files(self, uses: Sequence[Use], source: Source) -> Mapping[str, bytes]:
-        """Return the files that modules consist of, by their paths from the world's folder.
+        """Return the files of modules by path, relative to the world's folder.
 
         Raises:
             UsageError: A file cannot be read.
@@ -83,26 +83,26 @@ class Host(ABC):
 
     @abstractmethod
     def offers(self, files: Sequence[tuple[Path, str]]) -> Iterator[Offer]:
-        """Yield the modules that files hold; each file comes with what a world file writes before the colon."""
+        """Yield the modules in files; each file is given with its part of `use:` before the colon."""
 
     def at_hand(self, named: str) -> tuple[Path | None, str]:
-        """Return the folder of a module, and its `use:`, for what a command line names from the working folder."""
+        """Return the folder of a module, and its `use:`, for a name on the command line."""
         return None, named
 
     @abstractmethod
     def make(self, use: Use, source: Source, *, role: str, robot: str) -> Any:
-        """Return a module that is ready for its role's `start`; what costs much begins there.
+        """Create a module, ready for `start`, where expensive work happens.
 
-        Code beside the world is read by `read_code`, so that what runs is what somebody allowed.
+        Code beside the world is read by `read_code`, so that only code that the user allowed runs.
 
         Raises:
-            UsageError: It does not exist, or does not take these keys.
-            ModuleFault: It is there, and fails.
+            UsageError: It does not exist, or does not accept these keys.
+            ModuleFault: It exists but fails.
         """
 
 
 def read_code(path: Path, source: Source) -> bytes:
-    """Return the content of a file of code, which may run; what is run must be made of these bytes.
+    """Return the content of a code file after checking that it may run; only run these bytes.
 
     Args:
         path: Of the file, beside the world or below.
@@ -121,19 +121,19 @@ def read_code(path: Path, source: Source) -> bytes:
 
 
 class Failed(Exception):  # noqa: N818  # as the faults of `mjsim.errors`
-    """Fault of a hosted module; the text is a sentence without its subject."""
+    """Error of a hosted module; the text is a sentence without its subject."""
 
 
 class Hosted(Closes):
-    """A live module that holds more than memory, such as a process: it is closed when the run ends."""
+    """A module with resources, such as a process: it is closed when the run ends."""
 
     place: str = ""
-    """Where it is written, such as 'my_slam.m:1'; for what it does wrong without telling where."""
+    """Its location, such as 'my_slam.m:1', for errors without a location."""
 
     @property
     @abstractmethod
     def name(self) -> str:
-        """What it is called in messages."""
+        """Its name in messages."""
 
     def take_world(self, catalogue: "Mapping[str, BeaconInfo]", map: "WorldMap | None") -> None:
         """Get the catalogue and the map before `start`, in any role; the map is None unless `map: known`."""

@@ -12,7 +12,7 @@ from mjsim.modules.covariances import Unfit
 from mjsim.modules.foreign.shown import shown_of
 
 Answer = Mapping[str, Any]
-"""By field: an array, nested lists, or a text that tells what it is."""
+"""By field: an array, nested lists, or a text that describes its type."""
 FIELDS: Mapping[str, Sequence[str]] = {
     "estimator": (
         *("pose", "covariance", "landmarks", "landmark_covariance", "ids", "joint_covariance"),
@@ -26,7 +26,7 @@ FIELDS: Mapping[str, Sequence[str]] = {
 """Role -> fields of its answer; '' is the whole answer."""
 
 NO_STRUCT = ", not of struct"
-"""Ends what `mjsim_pack.m` says of the fields of what has none."""
+"""Suffix that `mjsim_pack.m` adds for a value without fields."""
 
 
 def estimate_of(answer: Answer, numbers: Numbers, *, counts_last: bool) -> Estimate:
@@ -35,7 +35,7 @@ def estimate_of(answer: Answer, numbers: Numbers, *, counts_last: bool) -> Estim
     Args:
         answer: Its fields.
         numbers: Of the names of beacons.
-        counts_last: Whether stacks count their items last, as Octave's do.
+        counts_last: Whether the item index of stacks is the last, as in Octave.
     """
     take = _Taker(answer, "est", counts_last)
     pose = Pose(*take.vector("pose", 3).tolist())
@@ -59,11 +59,11 @@ def estimate_of(answer: Answer, numbers: Numbers, *, counts_last: bool) -> Estim
 
 
 def command_of(answer: Answer, arms: Mapping[str, str], *, counts_last: bool) -> Command | WheelCommand:
-    """Return the command of an answer: of the wheels, or of the robot; what is not said is 0.
+    """Return the command of an answer: for the wheels, or for the robot; missing numbers are 0.
 
     Args:
         answer: Its fields.
-        arms: What the language calls each arm -> its name.
+        arms: Name of each arm in the language -> its name.
         counts_last: As for `estimate_of`.
     """
     take = _Taker(answer, "cmd", counts_last)
@@ -120,7 +120,7 @@ def torques_of(answer: Answer, *, counts_last: bool) -> Sequence[float]:
 
 
 class _Taker:
-    """Takes fields of an answer, each with the shape that it must have."""
+    """Extracts fields of an answer, and checks their shapes."""
 
     def __init__(self, answer: Answer, of: str, counts_last: bool) -> None:
         self._answer, self._of, self._counts_last = answer, of, counts_last
@@ -135,7 +135,7 @@ class _Taker:
         return float(array.ravel()[0])
 
     def numbers(self, name: str) -> tuple[float, ...] | None:
-        """Return numbers in a row or a column; None when they are not there, or there are none."""
+        """Return numbers in a row or a column; None if the field is missing or empty."""
         array = np.zeros(0) if self.get(name) is None else self._array(name)
         return tuple(array.ravel().tolist()) if array.size else None
 
@@ -149,7 +149,7 @@ class _Taker:
         return self._array(name)
 
     def stack(self, name: str, shape: tuple[int, ...]) -> Array:
-        """Return items of a shape, counted first, shape (n, ...); none when the field is not there, or is empty."""
+        """Return items of a shape with the item index first, shape (n, ...); none if the field is missing or empty."""
         if self.get(name) is None:
             return np.zeros((0, *shape))
         array = self._array(name)
@@ -189,7 +189,7 @@ class _Taker:
 
 
 def _names(ids: Array, count: int, numbers: Numbers, what: str, *, twice: bool = False) -> list[str | int]:
-    """Return what landmarks are called: the name of a beacon, its number where that has none, else its place."""
+    """Return the names of landmarks: of the beacon, or its number, or else the index."""
     if not len(ids):
         return list(range(1, count + 1))
     if len(ids) != count:
@@ -202,7 +202,7 @@ def _names(ids: Array, count: int, numbers: Numbers, what: str, *, twice: bool =
 
 
 def _name(number: float, numbers: Numbers, *, otherwise: bool = False) -> Any:
-    """Return the name for a number: None for 0; one that is no beacon's stays where that is allowed."""
+    """Return the name for a number: None for 0; numbers of no beacon are kept where that is allowed."""
     if not float(number).is_integer() or number < 0:
         raise Unfit(f"returned the id {number:g}; ids are whole numbers, 0 for none")
     if number == 0:

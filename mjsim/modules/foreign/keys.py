@@ -1,4 +1,4 @@
-"""Keys beside `use` that belong to what runs a module: `patience` and `paths`."""
+"""Keys beside `use` that are for mjsim, not for the module: `patience` and `paths`."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -9,15 +9,15 @@ from mjsim.modules.hosts import Doubt
 from mjsim.world import Source, Use
 
 PATIENCE = 10.0
-"""How long a module may take to start, or to answer, unless the world says otherwise [s]."""
+"""Default time limit for a module to start, or to answer [s]."""
 OWN_KEYS = ("patience", "paths")
-"""Keys beside `use` that are not for the module but for what runs it."""
+"""Keys beside `use` that are not for the module."""
 MOST_FILES, MOST_BYTES = 1000, 100_000_000
-"""That a module may consist of."""
+"""Limits of the number and the size of files of a module."""
 
 
 def folder_of(source: Source) -> Path:
-    """Return the folder from which a world's paths lead."""
+    """Return the base folder of a world's paths."""
     return (source.folder or Path.cwd()).resolve()
 
 
@@ -27,10 +27,10 @@ def options_of(use: Use) -> dict[str, Any]:
 
 
 def patience_of(use: Use) -> float:
-    """Return how long a module may take to answer [s].
+    """Return the time limit for a module to answer [s].
 
     Raises:
-        ValueError: It is no such time.
+        ValueError: It is invalid.
     """
     patience = use.arguments().get("patience", PATIENCE)
     if isinstance(patience, bool) or not isinstance(patience, (int, float)) or not 0 < patience <= 1e5:
@@ -42,7 +42,7 @@ def paths_of(use: Use, source: Source) -> list[Path]:
     """Return the folders that `paths` adds.
 
     Raises:
-        ValueError: One is not there, or leaves the folder of the world.
+        ValueError: One does not exist, or is outside the folder of the world.
     """
     named = use.arguments().get("paths", [])
     if not isinstance(named, (list, tuple)) or not all(isinstance(name, str) for name in named):
@@ -54,7 +54,7 @@ def beside(name: str, source: Source, *, folder: bool = False) -> Path:
     """Return a file, or folder, within the folder of the world.
 
     Raises:
-        ValueError: It does not exist, or leaves that folder.
+        ValueError: It does not exist, or is outside that folder.
     """
     home = folder_of(source)
     try:
@@ -72,7 +72,7 @@ def beside(name: str, source: Source, *, folder: bool = False) -> Path:
 
 
 def key_doubts(use: Use, role: str, source: Source) -> Iterator[Doubt]:
-    """Yield what is wrong with the keys, and a role that only Python can fill."""
+    """Yield problems of the keys, and of a role that is only possible in Python."""
     for key, read in (("patience", lambda: patience_of(use)), ("paths", lambda: paths_of(use, source))):
         try:
             read()
@@ -83,14 +83,14 @@ def key_doubts(use: Use, role: str, source: Source) -> Iterator[Doubt]:
 
 
 def require_sound(doubts: Iterator[Doubt]) -> None:
-    """Raise UsageError when something is not there."""
+    """Check that everything exists; raises UsageError otherwise."""
     for doubt in doubts:
         if doubt.missing:
             raise UsageError(doubt.message)
 
 
 def read_files(paths: Sequence[Path], source: Source) -> dict[str, bytes]:
-    """Return files by their paths from the folder of the world.
+    """Return files by path, relative to the folder of the world.
 
     Raises:
         UsageError: One cannot be read, or there are too many.
@@ -110,5 +110,5 @@ def read_files(paths: Sequence[Path], source: Source) -> dict[str, bytes]:
 
 
 def files_in(folder: Path, home: Path) -> list[Path]:
-    """Return the files below a folder, those that lead out of the world's folder left out."""
+    """Return the files below a folder, except links out of the world's folder."""
     return [path for path in sorted(folder.rglob("*")) if path.is_file() and path.resolve().is_relative_to(home)]

@@ -1,4 +1,4 @@
-"""A module that runs in a process of its own, in the roles that modules have."""
+"""A module in a separate process, in all roles of modules."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
@@ -34,10 +34,10 @@ from mjsim.modules.hosts import Failed, Hosted
 
 
 class Engine(ABC):
-    """Asks a process in the words of its language."""
+    """Communicates with a process in its language."""
 
     counts_last: bool
-    """Whether stacks count their items last in what it answers."""
+    """Whether the item index of stacks is the last in its answers."""
 
     @abstractmethod
     def start(self, robot: Mapping[str, Tree], rng: Generator, fields: Sequence[str]) -> bool:
@@ -45,7 +45,7 @@ class Engine(ABC):
 
     @abstractmethod
     def ask(self, method: str, given: Mapping[str, Tree]) -> Answer:
-        """Return what the process answers."""
+        """Return the answer of the process."""
 
     @abstractmethod
     def close(self) -> None:
@@ -53,10 +53,10 @@ class Engine(ABC):
 
 
 class ForeignModule(Hosted):
-    """A module of one role: its methods put values into trees, and read the answers."""
+    """A module of one role: its methods encode the arguments, and decode the answers."""
 
     def __init__(self, engine: Engine, *, role: str, name: str, place: str, options: Mapping[str, Any]) -> None:
-        """Keep what it consists of; nothing is started."""
+        """Store the parts; the process is not started."""
         self._engine, self._role, self._name, self._options = engine, role, name, dict(options)
         self.place = place
         self._catalogue: Mapping[str, BeaconInfo] = {}
@@ -71,11 +71,11 @@ class ForeignModule(Hosted):
         return self._name
 
     def take_world(self, catalogue: Mapping[str, BeaconInfo], map: WorldMap | None) -> None:
-        """Keep what it is told when it starts."""
+        """Store the data for its start."""
         self._catalogue, self._map = catalogue, map
 
     def start(self, robot: RobotInfo, *given: Any) -> None:
-        """Start the process and tell it all that does not change."""
+        """Start the process and send it all constant data."""
         *parts, rng = given
         self._numbers = Numbers(list(self._catalogue))
         fields = octave_names(robot.arms) if self._engine.counts_last else {name: name for name in robot.arms}
@@ -86,34 +86,34 @@ class ForeignModule(Hosted):
         self._pictures = self._begin(told, rng)
 
     def observe(self, seen: Observation) -> Sequence[Sighting]:
-        """Return what an observer sees."""
+        """Return the sightings of an observer."""
         answer = self._ask("observe", obs=self._seen(seen))
         return sightings_of(answer, self._numbers, seen, counts_last=self._engine.counts_last)
 
     def update(self, seen: Observation) -> Estimate:
-        """Return what an estimator believes."""
+        """Return the estimate of an estimator."""
         answer = self._ask("update", obs=self._seen(seen))
         return estimate_of(answer, self._numbers, counts_last=self._engine.counts_last)
 
     def command(self, seen: Observation, belief: Estimate) -> Command | WheelCommand:
-        """Return what a navigator wants."""
+        """Return the command of a navigator."""
         answer = self._ask("command", obs=self._seen(seen), est=estimate_tree(belief, self._numbers))
         self._shown = shown_of(answer.get("show"), "cmd")
         return command_of(answer, self._arms, counts_last=self._engine.counts_last)
 
     def show(self) -> tuple[Shown, ...]:
-        """Return what a navigator showed with its last command."""
+        """Return the items that a navigator showed with its last command."""
         return self._shown
 
     def adjust(self, command: Command, seen: Observation) -> Command | WheelCommand:
-        """Return what an avoidance makes of a command."""
+        """Return the command changed by an avoidance."""
         answer = self._ask("adjust", cmd=command_tree(command), obs=self._seen(seen))
         safe = command_of(answer, self._arms, counts_last=self._engine.counts_last)
         # Who avoids a wall need not think of the arms.
         return replace(safe, joints=command.joints) if isinstance(safe, Command) and not safe.joints else safe
 
     def torques(self, sensed: FastReading, wanted: Command) -> Sequence[float]:
-        """Return what a controller tells the motors."""
+        """Return the torques of a controller."""
         answer = self._ask("torques", fast=fast_tree(sensed), wanted=command_tree(wanted))
         return torques_of(answer, counts_last=self._engine.counts_last)
 

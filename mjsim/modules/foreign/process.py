@@ -1,4 +1,4 @@
-"""A process of a module: it gets requests, gives answers, and is gone when it must be, with all that it started."""
+"""A process of a module: gets requests, gives answers, and is terminated reliably with all its children."""
 
 import fcntl
 import os
@@ -13,27 +13,27 @@ from mjsim.closing import Closes
 from mjsim.modules.foreign.said import Said
 
 GRACE = 0.5
-"""How long a process may take to end by itself once nothing more will be asked [s]."""
+"""Time for a process to end by itself after the last request [s]."""
 MOST_BYTES = 1 << 28
-"""Of one answer."""
+"""Maximum size of one answer."""
 _PIPE = 1 << 20
-"""Bytes that a pipe holds, where the system lets us; a picture passes in one go."""
+"""Capacity of a pipe, if the system allows it [bytes]; enough for a picture."""
 _LOOK = 0.05
-"""How often a process that does not answer is looked at [s]."""
+"""Interval for checking a process that does not answer [s]."""
 _KEEP = '{ exec 0<&3 3<&- 1>/dev/null 2>&1; read -r _; kill -9 0; } & exec 3<&-; cd -- "$1" || exit 126; shift; '
-"""Ends the group when whoever started it is gone, however that came: then its end of descriptor 3 is closed."""
+"""Kills the group when its parent is gone for any reason: then the parent's end of descriptor 3 is closed."""
 ON_STANDARD = _KEEP + 'exec "$@"'
 """Requests on standard input, answers on standard output."""
 ON_3_AND_4 = _KEEP + 'exec "$@" 3<&0 4>&1 0</dev/null 1>&2'
-"""Requests on descriptor 3, answers on 4: standard output stays the module's own."""
+"""Requests on descriptor 3, answers on 4: standard output is free for the module."""
 
 
 class Ended(Exception):  # noqa: N818  # what happened, not a fault of ours
-    """A process ended, or was ended, before it answered; the text tells how, as a sentence without its subject."""
+    """A process ended, or was killed, before it answered; the text describes how, as a sentence without its subject."""
 
 
 class Process(Closes):
-    """A process in a group of its own, asked one thing at a time."""
+    """A process in its own process group; one request at a time."""
 
     def __init__(
         self, command: Sequence[str], folder: Path, *, shell: str, said: Said, more: Mapping[str, str] | None = None
@@ -42,10 +42,10 @@ class Process(Closes):
 
         Args:
             command: Program and arguments.
-            folder: In which it runs.
+            folder: Its working directory.
             shell: `ON_STANDARD` or `ON_3_AND_4`.
-            said: Takes what it prints.
-            more: Variables of its environment beside ours.
+            said: Called with its output.
+            more: Additional environment variables.
 
         Raises:
             OSError: It cannot be started.
@@ -81,12 +81,12 @@ class Process(Closes):
         """Send a request and return the answer.
 
         Args:
-            request: All of it.
-            ends: How many of the bytes that have come are the answer; 0 as long as more must come.
-            patience: How long it may take [s].
+            request: The complete request.
+            ends: Number of received bytes that form the answer; 0 while it is incomplete.
+            patience: Time limit [s].
 
         Raises:
-            Ended: It ended, or it was too slow or answered too much and was killed.
+            Ended: It ended, or was killed because it was too slow or its answer too large.
         """
         deadline = time.monotonic() + patience
         if self._rest:
@@ -100,7 +100,7 @@ class Process(Closes):
         return answer
 
     def _write(self, left: memoryview) -> memoryview:
-        """Write what the process takes now; return what is left."""
+        """Write as much as the process accepts now; return the rest."""
         while left:
             try:
                 left = left[os.write(self._request, left) :]
@@ -111,7 +111,7 @@ class Process(Closes):
         return left
 
     def _wait(self, deadline: float, patience: float, *, writes: bool) -> None:
-        """Take what comes next, or find that nothing will."""
+        """Wait for the next data, or for the end of the process."""
         if writes:
             self._poll.register(self._request, select.POLLOUT)
         came = self._take(min(_LOOK, deadline - time.monotonic()))
@@ -126,7 +126,7 @@ class Process(Closes):
             self._stop(f"did not answer within {patience:g} s and was ended")
 
     def _take(self, seconds: float) -> bool:
-        """Take what comes next in so many seconds; return whether something of an answer, or room for a request did."""
+        """Wait for a time for data; return whether part of an answer, or capacity for the request, became available."""
         came = False
         for fd, _ in self._poll.poll(max(0.0, seconds) * 1e3):
             if fd == self._request:
@@ -153,7 +153,7 @@ class Process(Closes):
         return found is not None
 
     def _end(self) -> str:
-        """Return how a process ended that nobody ended."""
+        """Return how a process ended by itself."""
         self._said.take(self._read(self._log))
         found = os.waitid(os.P_PID, self._pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)
         if found is not None and found.si_code != os.CLD_EXITED:
@@ -168,7 +168,7 @@ class Process(Closes):
         raise Ended(what)
 
     def close(self) -> None:
-        """Let it end by itself for a moment; then end it and all that it started."""
+        """Wait briefly for it to end by itself; then kill it with all its children."""
         if self._open:
             os.close(self._request)
             self._ours = self._ours[1:]
@@ -178,7 +178,7 @@ class Process(Closes):
             self._kill()
 
     def _kill(self) -> None:
-        """End the whole group; its leader is waited for last, so that the number is still its own."""
+        """Kill the whole group; its leader is reaped last, so that its id is not reused."""
         if self._open:
             self._open = False
             with suppress(ProcessLookupError, PermissionError):

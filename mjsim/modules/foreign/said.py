@@ -4,23 +4,23 @@ from mjsim.errors import printable
 from mjsim.progress import show
 
 MOST_LINES = 200
-"""Of one module in one run."""
+"""Maximum number of lines of one module in one run."""
 LONGEST_LINE = 300
-"""Characters."""
+"""Maximum length of a line [characters]."""
 
 
 class Said:
-    """Shows the lines that a process prints on the terminal, the first of them."""
+    """Shows the first lines that a process prints on the terminal."""
 
     def __init__(self, who: str) -> None:
-        """Keep who prints, such as 'scout/estimator'."""
+        """Store who prints, such as 'scout/estimator'."""
         self._who = who
         self._rest = b""
         self._last = ""
         self._lines = 0
 
     def take(self, data: bytes) -> None:
-        """Take what was printed."""
+        """Process output."""
         # A line without an end is kept as far as it may be shown.
         *lines, rest = (self._rest + data).split(b"\n") if data else (self._rest,)
         self._rest = rest[: 4 * LONGEST_LINE]
@@ -29,12 +29,12 @@ class Said:
             self._show(line)
 
     def last(self) -> str:
-        """Return the last line that says something, for messages."""
+        """Return the last non-empty line, for messages."""
         self.close()
         return self._last
 
     def close(self) -> None:
-        """Show what has no end of line."""
+        """Show the last line if it is incomplete."""
         rest, self._rest = self._rest, b""
         if rest:
             self._show(rest)

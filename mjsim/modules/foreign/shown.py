@@ -1,4 +1,4 @@
-"""What modules in other languages show: objects with `points`, `lines`, `grid` or `text`, turned into values."""
+"""Converts items shown by modules in other languages: objects with `points`, `lines`, `grid` or `text`."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -17,15 +17,15 @@ _KEYS: Mapping[str, tuple[str, ...]] = {
     "grid": ("resolution", "origin"),
     "text": ("at",),
 }
-"""What tells one kind from another -> its further keys."""
+"""Key that identifies a kind -> its further keys."""
 
 
 def shown_of(answer: Any, of: str = "est") -> tuple[Shown, ...]:
-    """Return what an answer shows; one item may stand without a list.
+    """Return the shown items of an answer; a single item needs no list.
 
     Args:
-        answer: As JSON gave it: an object, or a list of them; None for nothing.
-        of: What the language calls what it is a field of.
+        answer: From JSON: an object, or a list of them; None for nothing.
+        of: Name of the enclosing value in the language.
     """
     items = [] if answer is None else answer if isinstance(answer, list) else [answer]
     if len(items) > MOST_ITEMS:

@@ -1,4 +1,4 @@
-"""The folder in which a process of a module runs: that of the world, or a copy of what somebody allowed."""
+"""The folder in which a module's process runs: that of the world, or a copy of the files that the user allowed."""
 
 import os
 import shutil
@@ -11,17 +11,17 @@ from mjsim.world import Source, Use
 
 
 class Workplace:
-    """Where a module's files are while it runs.
+    """The files of a module while it runs.
 
-    Where code runs only with the content that somebody allowed, the process gets a copy of exactly that: nobody can
-    change it between the look and the start.
+    If code may only run with the content that the user allowed, the process gets a copy of exactly that, so it cannot
+    be changed between check and start.
     """
 
     def __init__(self, host: Host, use: Use, source: Source) -> None:
-        """Read the files of a module where they must be allowed.
+        """Read the files of a module, if they need permission.
 
         Raises:
-            UsageError: A file may not run as it is, or cannot be read.
+            UsageError: A file may not run with its content, or cannot be read.
         """
         self._home = folder_of(source)
         self._copy: Path | None = None
@@ -34,7 +34,7 @@ class Workplace:
                 self._files[Path(name)] = content, path.stat().st_mode & 0o777
 
     def enter(self) -> Path:
-        """Return the folder; a copy is made."""
+        """Return the folder, after copying if necessary."""
         if self._files is None:
             return self._home
         if self._copy is None:

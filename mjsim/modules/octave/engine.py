@@ -104,7 +104,7 @@ class OctaveEngine(Engine):
         try:
             made = doubles_of(tree)
         except ValueError as error:
-            raise Failed(f"cannot be told of its robot: {error}") from error
+            raise Failed(f"cannot receive the data sheet of its robot: {error}") from error
         code = b""
         if made.code not in self._layouts:
             if len(self._layouts) == _MOST_LAYOUTS:
