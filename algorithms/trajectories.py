@@ -136,7 +136,7 @@ def fastest_profile(
     solver = TOPPRA(constraints, geometry, gridpoints=along, parametrizer="ParametrizeConstAccel")
     _, speeds, _ = solver.compute_parameterization(0.0, 0.0)
     if speeds is None:
-        raise ValueError("no motion along this path keeps the limits; its curve is too sharp")
+        raise ValueError("no motion along this path is within the limits; its curve is too sharp")
     speeds = np.asarray(speeds, dtype=float)
     # Constant acceleration between grid points: time is distance over the mean speed.
     steps = np.diff(along) / np.maximum(0.5 * (speeds[1:] + speeds[:-1]), 1e-9)

@@ -53,7 +53,7 @@ def bearings_only(places: ArrayLike, bearings: ArrayLike, deviations: ArrayLike)
     found = least_squares(misses, _linear_solution(beacons, angles), jac=slopes, method="lm")
     information = found.jac.T @ found.jac
     if np.linalg.cond(information) > 1e10:
-        raise ValueError("beacons and robot lie on one circle or line; many poses see them so")
+        raise ValueError("beacons and robot are on one circle or line, where the pose is ambiguous")
     return Pose.from_array([*found.x[:2], wrap_angles(found.x[2])]), np.asarray(np.linalg.inv(information), dtype=float)
 
 
@@ -69,7 +69,7 @@ def _linear_solution(beacons: Array, angles: Array) -> Array:
     cosine, sine, qx, qy = np.linalg.svd(A)[2][-1]
     length = np.hypot(cosine, sine)
     if length < 1e-9:
-        raise ValueError("beacons and robot lie on one circle or line; many poses see them so")
+        raise ValueError("beacons and robot are on one circle or line, where the pose is ambiguous")
     cosine, sine, qx, qy = (float(value / length) for value in (cosine, sine, qx, qy))
     position = np.array([cosine * qx - sine * qy, sine * qx + cosine * qy])
     ahead = (np.stack([x, y], axis=-1) - position) @ (cosine, sine)

@@ -301,7 +301,7 @@ def free_paths(folder: str | Path, names: Iterable[str], *, overwrite: bool = Fa
     for name in names:
         # Names may come from a file that somebody else made.
         if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts or not name.isprintable():
-            raise UsageError(f"{name[:80]!r} is no name of a file in '{folder}'")
+            raise UsageError(f"{name[:80]!r} is not a valid file name in '{folder}'")
         paths.append(Path(folder) / name)
     require_free(*paths, overwrite=overwrite)
     return paths

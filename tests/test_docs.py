@@ -93,7 +93,7 @@ def test_the_page_of_what_changes_runs(capsys):
     assert "Pose(x=7.0, y=1.0" in capsys.readouterr().out
 
 
-def test_the_readme_tells_every_command():
+def test_the_readme_lists_every_command():
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     assert sorted(re.findall(r"^\| `([a-z-]+)[ `]", text, re.MULTILINE)) == sorted(COMMANDS)
 

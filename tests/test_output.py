@@ -184,7 +184,7 @@ def test_a_folder_that_cannot_be_written_is_one_line(tmp_path: Path):
         write(tmp_path / "file" / "a", "new")
 
 
-def test_a_set_of_files_leaves_none_of_the_one_before_and_none_of_a_persons(tmp_path: Path):
+def test_a_set_of_files_replaces_the_previous_set_and_keeps_files_of_the_user(tmp_path: Path):
     write_set(tmp_path, {"a.png": b"1", "b.png": b"2", "c.png": b"3", "d.png": b"4"}, of="report")
     write_set(tmp_path, {"x.png": b"5"}, of="comparison")
     (tmp_path / "b.png").write_text("a person's own")

@@ -102,7 +102,7 @@ def test_developers_have_what_users_have_at_the_same_versions():
     assert users.items() < developers.items()
 
 
-def test_users_are_spared_what_is_heavy_and_rarely_used():
+def test_a_user_installation_leaves_out_large_optional_packages():
     spared = {"pyarrow", "ezdxf", "usd-core", "gtsam", "distributed", "evo", "pandas", "playwright", "uv"}
     assert not spared & pins("requirements.lock").keys()
     assert {"mujoco", "dm-control", "numpy", "opencv-python-headless", "filterpy"} <= pins("requirements.lock").keys()

@@ -136,7 +136,7 @@ def _place(interface: str | None) -> str:
             probe.bind((str(address), 0))
     except (ValueError, OSError):
         raise UsageError(
-            f"no network interface, nor IPv4 address of one, '{interface}'{did_you_mean(interface, names)}"
+            f"no network interface or IPv4 address '{interface}'{did_you_mean(interface, names)}"
         ) from None
     return f"address={quoteattr(str(address))}"
 

@@ -146,7 +146,7 @@ def _heavier(obstacle: ModelObstacle, model: mujoco.MjModel) -> float:
     """Return the factor by which the masses of a file are multiplied."""
     total = float(model.body_mass.sum())
     if not total < HEAVIEST:
-        raise ValueError(f"'{obstacle.model}' weighs {total:g} kg; that is no thing")
+        raise ValueError(f"'{obstacle.model}' weighs {total:g} kg, too much for an object; check its units")
     # What moves as a whole is what no joint of the file holds.
     base = float(model.body_mass[model.body_weldid == 0].sum())
     if base <= 0.0 and (obstacle.movable or obstacle.path is not None):

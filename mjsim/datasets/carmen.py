@@ -42,7 +42,7 @@ def export_carmen(recording: Recording, file: str | Path, *, overwrite: bool = F
     """
     robots = [robot for robot in recording.robots if recording.is_observed(robot)]
     if not robots:
-        raise UsageError(f"'{recording.path}' holds no observations; nothing drove a robot in that run")
+        raise UsageError(f"'{recording.path}' has no observations; no robot had a driver in that run")
     file = Path(file)
     names = {robot: file if len(robots) == 1 else file.with_stem(f"{file.stem}_{robot}") for robot in robots}
     require_free(*names.values(), overwrite=overwrite, source=recording.path)

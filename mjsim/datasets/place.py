@@ -63,7 +63,7 @@ def _require_free(places: Sequence[Path], *, files: str, overwrite: bool) -> Non
     """Check that no file exists that may not be replaced."""
     for place in places:
         if os.path.lexists(place) and not place.is_dir():
-            raise UsageError(f"'{place}' exists and is no folder; name another one")
+            raise UsageError(f"'{place}' exists and is not a folder; name another one")
         if not overwrite and _of_kind(place, files):
             raise UsageError(f"'{place}' exists; name another folder, or add --overwrite (in Python: overwrite=True)")
 

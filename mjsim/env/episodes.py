@@ -227,7 +227,7 @@ class Episodes:
             raise UsageError(f"the action is {action!r}; it must be a dict by robot: {', '.join(self.robots)}")
         for name in action:
             if name not in self.actions:
-                raise UsageError(f"no robot '{name}' is driven by actions{did_you_mean(str(name), self.robots)}")
+                raise UsageError(f"no robot '{name}' is controlled by actions{did_you_mean(str(name), self.robots)}")
         if missing := [name for name in self.robots if name not in action]:
             raise UsageError(f"no action for robot '{missing[0]}'; each step needs one of {', '.join(self.robots)}")
         return action

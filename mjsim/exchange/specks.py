@@ -49,7 +49,7 @@ def without_specks(grid: Grid) -> Cleaned:
     kept[0] = False
     if (parts := int(np.count_nonzero(kept))) > MOST_PARTS:
         raise UsageError(
-            f"the map has {parts} parts, and that of a building at most {MOST_PARTS}; clean it in a paint program"
+            f"the map has {parts} parts, and that of a building at most {MOST_PARTS}; clean it in an image editor"
         )
     return Cleaned(np.asarray(kept[groups] & grid.occupied, dtype=bool), noise)
 

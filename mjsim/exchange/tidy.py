@@ -36,7 +36,7 @@ def tidied(clean: Cells, grid: Grid) -> Cells:
     cells = cells | (_closed(cells, BETWEEN / 2 / grid.resolution) & ~grid.free)
     swollen = np.count_nonzero(_crowded(cells, grid.resolution) & ~clean)
     if swollen > MOST_SWOLLEN * np.count_nonzero(clean) and np.count_nonzero(clean) > FEW:
-        raise UsageError("the map has gaps everywhere, as noise has; clean it in a paint program")
+        raise UsageError("the map has gaps everywhere, like noise; clean it in an image editor")
     cells = cells | _hollows(cells, grid)
     return _without_pinholes(cells)
 

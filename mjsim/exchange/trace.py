@@ -145,7 +145,7 @@ def _walls(network: Cells, grid: Grid) -> list[Bar]:
 def _bounded(count: int, most: int, kind: str) -> None:
     if count > most:
         raise UsageError(
-            f"the map has {count} {kind}, and that of a building at most {most}; clean it in a paint program"
+            f"the map has {count} {kind}, and that of a building at most {most}; clean it in an image editor"
         )
 
 

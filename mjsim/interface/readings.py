@@ -310,7 +310,7 @@ def message_text(content: object) -> str:
         text = json.dumps(content, allow_nan=False, separators=(",", ":"), default=_plain)
     except (TypeError, ValueError, RecursionError) as error:
         raise ValueError(
-            f"a message that cannot be sent ({error}); it holds finite numbers, texts, None, lists and dicts"
+            f"a message that cannot be sent ({error}); it may contain finite numbers, strings, None, lists and dicts"
         ) from None
     if len(text) > LONGEST_MESSAGE:
         raise ValueError(f"a message of {len(text)} characters as JSON; {LONGEST_MESSAGE} can be sent")

@@ -102,7 +102,7 @@ def lqr_design(plant: LinearPlant, weights: Sequence[float], effort: float) -> D
     try:
         K, _, _ = theory().lqr(plant.A, plant.B, np.diag(weights), np.array([[effort]]))
     except (ValueError, np.linalg.LinAlgError) as error:
-        raise UsageError(f"LQR finds no feedback: {error}; weigh every state that does not settle by itself") from None
+        raise UsageError(f"LQR finds no feedback: {error}; give a weight to every unstable state") from None
     return _fed_back(plant, K, f"LQR, Q = diag({', '.join(f'{weight:g}' for weight in weights)}), R = {effort:g}")
 
 
@@ -143,7 +143,7 @@ def lead_design(plant: LinearPlant, *, margin_deg: float, crossover: float, lag:
 
 def _check_states(plant: LinearPlant) -> None:
     if not len(plant.A):
-        raise UsageError("the plant has no states to feed back; take --pid simc")
+        raise UsageError("the plant has no states to feed back; use --pid simc")
 
 
 def _first(plant: LinearPlant) -> Any:
@@ -183,19 +183,19 @@ def _ultimate(loop: Any) -> tuple[float, float]:
     """Return the ultimate gain and period [s]."""
     gain, _, at, _ = theory().margin(loop)
     if not (math.isfinite(gain) and math.isfinite(at) and at > 0.0 and (loop.poles().real < 1e-9).all()):
-        raise UsageError(f"no gain lets this plant just oscillate; {OTHERWISE}")
+        raise UsageError(f"no gain makes this plant oscillate; {OTHERWISE}")
     return float(gain), 2.0 * math.pi / float(at)
 
 
 def _reaction(loop: Any) -> tuple[float, float, float]:
     """Return gain, dead time and time constant of the plant's step response, by its steepest tangent [s]."""
     if not (loop.poles().real < 0.0).all():
-        raise UsageError(f"the plant does not settle by itself; {OTHERWISE}")
+        raise UsageError(f"the plant is not stable; {OTHERWISE}")
     if not len(loop.poles()):
-        raise UsageError("the plant is a gain alone, without a lag that a rule could go by; any integral gain holds it")
+        raise UsageError("the plant is a pure gain without a lag; any integral gain stabilises it")
     control, gain = theory(), float(np.real(loop.dcgain()))
     if abs(gain) < 1e-9 * float(np.abs(loop.D).max() + np.abs(loop.C @ loop.B).max(initial=0.0)) or gain == 0.0:
-        raise UsageError(f"the plant comes back to 0 after a step, so that no PID can hold it elsewhere; {OTHERWISE}")
+        raise UsageError(f"the plant returns to 0 after a step, so no PID can hold it elsewhere; {OTHERWISE}")
     time = np.linspace(0.0, 1.5 * shown_seconds(loop.poles()), 20_000)
     _, response = control.step_response(loop, time)
     response = response * np.sign(gain)
@@ -223,7 +223,7 @@ def _cohen_coon(loop: Any) -> Parameters:
     """Cohen, Coon, Theoretical Consideration of Retarded Control, Transactions of the ASME 75 (1953)."""
     gain, dead, constant = _reaction(loop)
     if dead < 1e-6 * constant:
-        raise UsageError("the plant has no dead time, which this rule goes by; take the rule simc")
+        raise UsageError("the plant has no dead time, which this rule needs; use the rule simc")
     r = dead / constant
     kp = (1.35 + 0.25 * r) / (gain * r)
     return kp, dead * (2.5 + 0.46 * r) / (1 + 0.61 * r), 0.37 * dead / (1 + 0.19 * r)
@@ -251,7 +251,7 @@ def _ramp(loop: Any) -> tuple[float, float]:
     slope = 2.0 * near - far
     dead = (near - far) / s / slope if slope else 0.0
     if not dead > 1e-6 * s:
-        raise UsageError(f"the plant integrates without a lag, so that any gain settles it; {OTHERWISE}")
+        raise UsageError(f"the plant is an integrator without a lag, so any gain stabilises it; {OTHERWISE}")
     return slope, dead
 
 

@@ -101,7 +101,7 @@ def experiment(
     scene = None if plant.of is None else ScenePlant(world, plant)
     if scene is None:
         if recording is not None:
-            raise UsageError(f"plant '{plant.name}' is a formula; a recording tells nothing of it")
+            raise UsageError(f"plant '{plant.name}' is a formula; recordings contain no data about it")
         linear = formula_plant(plant)
         found = Experiment(plant=plant, study=study(linear, seconds=plant.seconds), about=f"{plant.name}: a formula")
     else:

@@ -50,7 +50,7 @@ def _inputs(recording: Recording, scene: ScenePlant, robot: Robot | None) -> tup
     """Return the input of each tick, shape (N,), and whether it is held until the next."""
     effect, of = scene.effect, str(scene.plant.of)
     if isinstance(effect, BodyPush | PointsPush):
-        raise UsageError(f"a recording does not tell {scene.plant.input} of {of}; take a joint's force as input")
+        raise UsageError(f"recordings do not contain {scene.plant.input} of {of}; use a joint's force as input")
     if robot is not None and "/" not in of:
         assert isinstance(effect, ForceEffect)
         told = _motors(recording, scene.model, robot)
@@ -111,8 +111,8 @@ def _check_rate(recording: Recording, robot: str, part: str) -> None:
     rate = CONTROL_RATE if loop is None else loop.rate_hz
     if rate > run.rate_hz:
         raise UsageError(
-            f"the recording tells the torque of {robot}/{part} {run.rate_hz:g} times a second, and its controller"
-            f" changes it {rate:g} times; record it with --set run.rate_hz={rate:g}"
+            f"the recording has the torque of {robot}/{part} at {run.rate_hz:g} Hz, but its controller"
+            f"runs at {rate:g} Hz; record with --set run.rate_hz={rate:g}"
         )
 
 

@@ -242,8 +242,8 @@ class ScenePlant:
                 return found
         worst = int(np.argmax(np.abs(left)))
         raise UsageError(
-            f"plant '{self.plant.name}' is in no equilibrium at its working point: {self._dof_name(coordinates[worst])}"
-            f" would gain {left[worst]:.3g} /s^2; change 'around', or take the input that can hold it"
+            f"plant '{self.plant.name}' has no equilibrium at its operating point: {self._dof_name(coordinates[worst])}"
+            f" would accelerate by {left[worst]:.3g} /s^2; change 'around', or use an input that can hold it"
         )
 
     def _newton(self, setting: Setting, free: list[int]) -> tuple[Setting, Array]:

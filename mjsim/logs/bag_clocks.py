@@ -64,7 +64,7 @@ class Clocks:
             if len(rows):
                 self._jumps[topic] = recorded[rows].tolist(), list(accumulate(steps.tolist(), initial=0.0))
                 told = ", ".join(f"{step:+.1f} s" for step in steps[:5].tolist())
-                notes[f"clock of {topic}"] = f"set {len(rows)} times ({told}); its times go on as before"
+                notes[f"clock of {topic}"] = f"set {len(rows)} times ({told}); the jumps are removed"
         self._seen.clear()
         return notes
 

@@ -95,7 +95,7 @@ class _Robot:
         if self._track is None:
             self._notes.setdefault("odometry", "none; the robot stands still")
         elif self._odometry is not None and self._odometry.by_twists():
-            self._notes["odometry"] = f"twists of topic {topics.odometry}; its poses are none, or never change"
+            self._notes["odometry"] = f"twists of topic {topics.odometry}; it has no poses, or they never change"
         self._base = self._base_frame()
 
     def _base_frame(self) -> str | None:
@@ -103,7 +103,7 @@ class _Robot:
         child = self._odometry.child if self._odometry is not None else ""
         usual = self._frames.base(self._topics.space)
         if child and usual is not None and child not in self._frames:
-            self._notes["odometry's frame"] = f"{child} is not in /tf; it is taken for {usual}"
+            self._notes["odometry's frame"] = f"{child} is not in /tf; it is assumed to be {usual}"
             return usual
         return child or usual
 
@@ -140,7 +140,7 @@ class _Robot:
             source = f"topic {self._topics.command}"
             self._notes["commands"] = source
             if self._track is None:
-                self._notes["odometry"] = f"none; the robot is told to do what {source} says"
+                self._notes["odometry"] = f"none; the robot is assumed to follow {source}"
             return told.table(told.twists)
         if self._odometry is None or not self._odometry.twists:
             return np.zeros((0, 3))

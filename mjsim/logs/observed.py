@@ -241,7 +241,7 @@ def _rate_of(observations: Sequence[Observation]) -> float:
     times = np.array([seen.time for seen in observations])
     step = float(times[-1] - times[0]) / (len(times) - 1)
     if not step > 0.0:
-        raise UsageError("the times of the observations do not rise; give them in the order of time")
+        raise UsageError("the times of the observations do not rise; give them in order of time")
     off = np.abs(times - times[0] - step * np.arange(len(times)))
     worst = int(np.argmax(off))
     if off[worst] > JITTER * step:

@@ -111,7 +111,7 @@ def _intrinsics(path: Path, width: int, height: int, notes: dict[str, str]) -> I
     if known is not None and (width, height) == (640, 480):
         notes["calibration"] = f"of freiburg{known[1]}, as published"
         return _calibrated(CALIBRATIONS[int(known[1])], width, height)
-    notes["calibration"] = "not in the folder; a usual one is assumed"
+    notes["calibration"] = "not in the folder; a default is assumed"
     fx, fy, cx, cy = USUAL
     return _calibrated(
         (fx * width / 640, fy * height / 480, (cx + 0.5) * width / 640 - 0.5, (cy + 0.5) * height / 480 - 0.5),

@@ -39,7 +39,7 @@ def read_table(path: Path, columns: Sequence[str], *, positive: Collection[str] 
             row = _row(words, columns, positive)
             if columns[0] == TIME:
                 if row[0] < latest:
-                    raise ValueError(f"time is {row[0]:.15g} after {latest:.15g}; lines must be in the order of time")
+                    raise ValueError(f"time is {row[0]:.15g} after {latest:.15g}; lines must be in order of time")
                 latest = row[0]
         except ValueError as error:
             raise UsageError(f"{path}:{number}: {error}"[:LONGEST_MESSAGE]) from None

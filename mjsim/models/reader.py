@@ -117,7 +117,7 @@ def solid_parts(model: mujoco.MjModel, *, urdf: bool) -> list[Array]:
         part = corners @ data.geom_xmat[number].reshape(3, 3).T + data.geom_xpos[number]
         # Asked so that NaN is refused too.
         if not (np.abs(part) < LARGEST).all():
-            raise ValueError(f"it reaches {np.abs(part).max():g} units far; that is no thing")
+            raise ValueError(f"it reaches {np.abs(part).max():g} units far, too large for an object; check its units")
         parts.append(part)
     return parts
 

@@ -274,7 +274,7 @@ def _check_finite(model: mujoco.MjModel, path: str) -> None:
     """Raise ValueError when a part has a place that is no number."""
     bad = np.flatnonzero(~np.isfinite(model.body_pos).all(axis=1))
     if len(bad):
-        raise ValueError(f"'{path}': the place of '{model.body(int(bad[0])).name}' is no number; mend its origin")
+        raise ValueError(f"'{path}': the place of '{model.body(int(bad[0])).name}' is not finite; correct its origin")
 
 
 def _servo_speeds(model: mujoco.MjModel) -> Iterator[tuple[str, float]]:

@@ -108,7 +108,7 @@ def _derived(m: Measures) -> dict[str, float]:
     }
     for length, measure in found.values():
         if length < LEAST:
-            raise MeasureError(measure, f"{measure} is {m[measure]:.4g} m, which no body has beside the other measures")
+            raise MeasureError(measure, f"{measure} is {m[measure]:.4g} m, which is impossible with the other measures")
     return {name: length for name, (length, _) in found.items()}
 
 

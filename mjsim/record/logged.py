@@ -50,7 +50,7 @@ class LoggedCamera:
             return cls(intrinsics, has_depth=has_depth)
         place = np.array(told["robot_from_camera"], dtype=float)
         if place.shape != (4, 4) or not np.isfinite(place).all():
-            raise ValueError("a camera's place has other than 4 x 4 numbers")
+            raise ValueError("a camera's pose does not have 4 x 4 numbers")
         return cls(intrinsics, place, has_depth)
 
 

@@ -284,7 +284,7 @@ class Recording:
             stamps = {item["name"]: item["stamp"] for item in content["cameras"]}
             check_fit(seen, self._sensors(robot))
             if unknown := stamps.keys() - {name for of, name in self.cameras() if of == robot}:
-                raise ValueError(f"a picture of '{min(unknown):.40}', which is no camera of the robot")
+                raise ValueError(f"a picture of '{min(unknown):.40}', which is not a camera of the robot")
         return seen, stamps
 
     def event_in(self, message: RawMessage) -> RobotEvent:
@@ -341,7 +341,7 @@ def check_fit(seen: Observation, sensors: Collection[AnySensor]) -> None:
             value = getattr(seen, codec.field)
             for name in value if isinstance(value, Mapping) else (reading.name for reading in value):
                 if name not in names:
-                    raise ValueError(f"a reading of '{name:.40}', which is no sensor of the robot")
+                    raise ValueError(f"a reading of '{name:.40}', which is not a sensor of the robot")
     for name, scan in seen.scans.items():
         if {len(scan.ranges), len(scan.ranges if scan.intensities is None else scan.intensities)} != {beams.get(name)}:
             raise ValueError(f"a scan of {len(scan.ranges)} beams; '{name:.40}' has {beams.get(name, 0)}")

@@ -107,7 +107,7 @@ def require_observations(run: Recording, robot: str) -> None:
     if robot not in run.robots:
         raise UsageError(f"no robot '{robot}' in '{run.path}'{did_you_mean(robot, run.robots)}")
     if not run.is_observed(robot):
-        raise RecordingError(f"'{run.path}' holds no observation of robot '{robot}'; nothing drove it in that run")
+        raise RecordingError(f"'{run.path}' holds no observation of robot '{robot}'; it had no driver in that run")
 
 
 def _write(

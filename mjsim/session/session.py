@@ -376,5 +376,5 @@ class Session(Closes):
 
 def _checked_speed(speed: float | None) -> float | None:
     if speed is not None and not speed > 0.0:
-        raise UsageError(f"speed is {speed:g}; it must be above 0, or None for as fast as it goes")
+        raise UsageError(f"speed is {speed:g}; it must be above 0, or None for as fast as possible")
     return speed

@@ -67,7 +67,7 @@ def glb_bytes(model: mujoco.MjModel, data: mujoco.MjData, *, sparing: bool = Fal
     bodies = solid_bodies(model, data, groups=SEEN_FROM_OUTSIDE, sparing=sparing)
     count = sum(len(surface.triangles.corners) for body in bodies for surface in body.surfaces)
     if count > MOST_TRIANGLES:
-        raise UsageError(f"the scene has {count} triangles; at most {MOST_TRIANGLES} can be given away")
+        raise UsageError(f"the scene has {count} triangles; a .glb file may have at most {MOST_TRIANGLES}")
     return _Writer(model, data, bodies).file()
 
 

@@ -111,7 +111,7 @@ class Onlooker(Closes):
         seen &= (model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE) & (model.geom_type != mujoco.mjtGeom.mjGEOM_HFIELD)
         geoms = [k for k in np.flatnonzero(seen).tolist() if model.geom(k).name != "floor"]
         if not geoms:
-            raise UsageError("nothing stands on this floor; there is nothing to portray")
+            raise UsageError("nothing stands on this floor; there is nothing to draw")
         low, high = box_around(model, scene.data, geoms)
         half = math.radians(float(model.vis.global_.fovy)) / 2.0
         camera = mujoco.MjvCamera()
@@ -184,7 +184,7 @@ class Onlooker(Closes):
 
     def _shown(self) -> StillScene:
         if self._scene is None:
-            raise UsageError("nothing to draw yet; show a state first")
+            raise UsageError("no state is shown; call show first")
         return self._scene
 
 

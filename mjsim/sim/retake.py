@@ -67,7 +67,7 @@ class Retake(Closes):
         """
         row = int(np.searchsorted(self._times, stamp - SAME_TIME))
         if row == len(self._times) or self._times[row] - stamp > SAME_TIME:
-            raise RecordingError(f"camera '{camera}' took its picture at {stamp:g} s; no tick of then is recorded")
+            raise RecordingError(f"camera '{camera}' took its picture at {stamp:g} s; no tick at that time is recorded")
         if not self._cameras:
             self._compile()
         self._scene.show(self._qpos[row], qvel=self._qvel[row], looks=self._looks(row))

@@ -54,7 +54,9 @@ def run_on_cluster(
             except KilledWorker as error:
                 outcome, recording = died(job, int(error.allowed_failures) + 1), None
             except CancelledError as error:
-                raise MjsimError(f"the Dask cluster at {address} went away; the same command goes on") from error
+                raise MjsimError(
+                    f"the Dask cluster at {address} is no longer reachable; repeat the command to resume"
+                ) from error
             finally:
                 future.release()
             if recording is not None:
@@ -72,7 +74,9 @@ def _client(address: str) -> Iterator["Client"]:
     try:
         parse_host_port(parse_address(address)[1])  # A client would leave threads behind before it finds out.
     except ValueError as error:
-        raise UsageError(f"'{address}' is no address of a Dask scheduler; write it as tcp://10.0.0.5:8786") from error
+        raise UsageError(
+            f"'{address}' is not the address of a Dask scheduler; write it as tcp://10.0.0.5:8786"
+        ) from error
     try:
         client = Client(address, timeout=ANSWERS_WITHIN, set_as_default=False)
     except (OSError, ValueError) as error:

@@ -95,13 +95,13 @@ def parse_seeds(text: str) -> tuple[int, ...]:
     for part in text.split(","):
         match = _SEEDS.fullmatch(part.strip())
         if match is None:
-            raise UsageError(f"--seeds {text}: '{part}' is no seed; write 0:50 for 0 to 49, or 1,2,7")
+            raise UsageError(f"--seeds {text}: '{part}' is not a seed; write 0:50 for 0 to 49, or 1,2,7")
         first = int(match[1])
         after = int(match[2]) if match[2] else first + 1
         if after <= first:
-            raise UsageError(f"--seeds {text}: '{part}' names no seed; the second number is the one after the last")
+            raise UsageError(f"--seeds {text}: '{part}' contains no seed; the second number is the one after the last")
         if after - first > MOST_RUNS:
-            raise UsageError(f"--seeds {text}: these are {after - first} seeds; at most {MOST_RUNS} can be run")
+            raise UsageError(f"--seeds {text}: there are {after - first} seeds; at most {MOST_RUNS} can be run")
         seeds += range(first, after)
     return tuple(seeds)
 
@@ -123,7 +123,7 @@ def parse_settings(texts: Iterable[str]) -> dict[str, tuple[Any, ...]]:
             settings[key] = tuple(YAML(typ="safe", pure=True).load(f"[{values}]"))
             json.dumps(settings[key])
         except (YAMLError, TypeError):
-            raise UsageError(f"--set {text}: '{values}' are no YAML values with commas between") from None
+            raise UsageError(f"--set {text}: '{values}' are not YAML values separated by commas") from None
     return settings
 
 

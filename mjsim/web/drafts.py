@@ -201,7 +201,7 @@ class Drafts:
 
     def _place(self, name: str) -> Path:
         if not ID.fullmatch(name):
-            raise RefusedError(400, f"'{name:.60}' is no id of a draft; see the list")
+            raise RefusedError(400, f"'{name:.60}' is not the id of a draft; see the list")
         return drafts_folder() / name
 
     def _all(self, place: Path) -> Iterator[Draft]:
@@ -227,7 +227,7 @@ class Drafts:
     def _in_order(self, tab: str, number: int) -> Iterator[bool]:
         """Yield whether an order of a tab is newer than all before; they come over several connections."""
         if not TAB.fullmatch(tab):
-            raise RefusedError(400, f"'{tab:.60}' is no name of a tab; it has 16 digits, 0 to f")
+            raise RefusedError(400, f"'{tab:.60}' is not the name of a tab; it has 16 digits, 0 to f")
         with self._lock:
             newest = number > self._numbers.get(tab, -1)
             if newest:

@@ -192,7 +192,7 @@ def _as_before(old: bytes, data: bytes) -> bytes:
 def _world_path(folder: Folder, path: str) -> Path:
     place = folder.path(path)
     if place.suffix.lower() not in (".yaml", ".yml"):
-        raise RefusedError(400, f"'{path:.80}' is no name of a world; write one that ends in .yaml")
+        raise RefusedError(400, f"'{path:.80}' is not the name of a world; write one that ends in .yaml")
     if any(part.startswith(".") for part in place.relative_to(folder.root).parts):
         raise RefusedError(403, f"'{path:.80}' is hidden; worlds are kept where people see them")
     return place

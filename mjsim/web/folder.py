@@ -35,7 +35,7 @@ class Folder:
         """
         given = PurePosixPath(name)
         if not name or len(name) > LONGEST or not name.isprintable() or "\\" in name:
-            raise RefusedError(400, f"path {name[:60]!r} is no name of a file; write such as 'worlds/room.yaml'")
+            raise RefusedError(400, f"path {name[:60]!r} is not a file name; write for example 'worlds/room.yaml'")
         if any(len(part.encode("utf-8", "replace")) > LONGEST_NAME for part in given.parts):
             raise RefusedError(400, f"path '{name:.60}...' has a name of more than {LONGEST_NAME} bytes; shorten it")
         if given.is_absolute() or ".." in given.parts or name[1:2] == ":":

@@ -98,7 +98,7 @@ def _person_posed(person: Person, ask: PoseAsk) -> _Posed:
     if ask.pull is None:
         return _Posed(person)
     if ask.pull.part not in HANDS:
-        raise ValueError(f"'{ask.pull.part}' is no hand; pull 'left' or 'right'")
+        raise ValueError(f"'{ask.pull.part}' is not a hand; pull 'left' or 'right'")
     look = _look(person, ask.pull.look)
     # As far towards the viewer as it is.
     by = look[:2, :3].T @ (np.array(ask.pull.end) - ask.pull.start)

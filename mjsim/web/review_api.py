@@ -141,7 +141,7 @@ class ReviewApi:
         name = request.query_params.get("path", "")
         place = self._folder.path(name)
         if PurePosixPath(name).parts[:1] != ("out",) or not place.is_relative_to(self._folder.path("out")):
-            raise RefusedError(403, f"'{name:.80}' does not lie in 'out'; only what was made there is given away")
+            raise RefusedError(403, f"'{name:.80}' is not in 'out'; only files in it can be downloaded")
         if not place.is_file():
             raise RefusedError(404, f"no file '{name:.80}'; it may have been moved or removed")
         return FileResponse(place, filename=place.name, headers=HEADERS)

@@ -128,7 +128,7 @@ class RunApi:
         if self.stage.world is None:
             raise UsageError("no run has begun; start one")
         if self.stage.session is None:
-            raise UsageError("this run goes on elsewhere; steer it from there")
+            raise UsageError("this run is controlled by another program; steer it from there")
         return self.stage.session
 
     def _start(self, request: Start) -> None:

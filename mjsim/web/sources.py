@@ -43,5 +43,5 @@ def _shipped(module: str) -> str:
 def _beside(world: World, place: str) -> str:
     files = foreign_code(world).files
     if place not in files:
-        raise RefusedError(404, f"'{place}' is no file of code beside this world; only such files are shown")
+        raise RefusedError(404, f"'{place}' is not a source file beside this world; only such files are shown")
     return files[place].decode("utf-8", errors="replace")

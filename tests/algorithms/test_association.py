@@ -71,7 +71,7 @@ def test_joint_compatibility_finds_the_best_of_all_pairings(seed):
     assert nu.ravel() @ np.linalg.solve(S, nu.ravel()) == pytest.approx(distance)
 
 
-def test_the_whole_tells_where_each_sighting_by_itself_is_wrong():
+def test_joint_compatibility_finds_errors_of_individual_associations():
     """The robot is 0.8 m ahead of where it believes to be, among marks 0.8 m apart: each seems to be the one before."""
     places = np.array([[2.0 + 0.8 * k, (-1.0) ** k * 1.5] for k in range(5)] + [[6.5, 0.3]])
     slam = EkfSlamFilter()

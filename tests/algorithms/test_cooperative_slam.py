@@ -41,7 +41,7 @@ def test_merged_maps_are_the_sum_of_their_information():
     np.testing.assert_allclose(merged.mean, np.linalg.solve(information, vector), atol=1e-5)
 
 
-def test_a_frame_that_nobody_knows_is_found_from_two_landmarks_on_both_maps():
+def test_an_unknown_frame_is_found_from_two_landmarks_on_both_maps():
     rng, frame = np.random.default_rng(1), Pose(3.0, -2.0, 2.5)
     places = rng.uniform(-5.0, 5.0, (5, 2))
     elsewhere = np.array([(frame.inverse() @ Pose(*place, 0.0)).as_array()[:2] for place in places])
@@ -119,7 +119,7 @@ def test_a_robot_that_hears_nothing_believes_what_it_would_alone():
 
 
 @pytest.mark.slow
-def test_a_report_tells_only_the_own_map_and_comes_once_a_period():
+def test_a_report_has_only_the_own_map_and_is_sent_once_per_period():
     slam, navigator = CooperativeSlam(period=1.0), ReportingWaypoints([[5.0, 0.0]])
     robot = pioneer(prior=Pose(0.0, 0.0, 0.0), prior_covariance=np.zeros((3, 3)))
     slam.start(robot, {}, np.random.default_rng(0))

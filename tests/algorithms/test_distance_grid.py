@@ -42,7 +42,7 @@ def test_a_line_is_clear_where_a_disc_could_pass():
             assert grid.is_clear(one, other, 0.3) == (room > 0.3)
 
 
-def test_a_map_without_walls_is_told():
+def test_a_map_without_walls_is_an_error():
     with pytest.raises(ValueError, match="no walls"):
         DistanceGrid.from_segments(np.zeros((0, 2, 2)))
 

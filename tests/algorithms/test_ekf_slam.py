@@ -69,7 +69,7 @@ def test_first_estimates_lose_little_where_the_standard_filter_does_well(atrium)
 
 
 @pytest.mark.slow
-def test_first_estimates_mend_the_large_loop_that_bends_the_standard_filter():
+def test_first_estimates_keep_a_large_loop_consistent_where_the_standard_filter_fails():
     run = golden("cloister_1")
     _, standard, _ = run_golden(run, "standard")
     assert np.abs(wrap_angles(standard[:, 2] - run["estimate"][:, 2])).max() < 1e-8

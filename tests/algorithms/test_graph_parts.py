@@ -34,7 +34,7 @@ def test_what_is_told_stays_where_it_was_while_the_turn_of_the_map_is_unsure():
     np.testing.assert_allclose(place, (1.0, 2.0), atol=1e-9)
 
 
-def test_a_solution_that_is_sure_is_told_as_it_is():
+def test_a_certain_solution_is_reported_unchanged():
     frame, pose = held(0.5 * UNSURE)
     np.testing.assert_array_equal(frame.pose(pose), pose)
     np.testing.assert_allclose(frame.pose_covariance(pose, np.eye(3)), np.eye(3), atol=1e-12)

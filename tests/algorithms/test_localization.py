@@ -73,7 +73,7 @@ def test_a_gross_outlier_and_an_unknown_beacon_change_nothing(kind):
 
 
 @BOTH
-def test_a_world_that_keeps_its_map_secret_is_told_what_to_write(kind):
+def test_a_world_with_unknown_map_gets_an_error_with_a_remedy(kind):
     secret = {name: dataclasses.replace(info, pose=None, center=None) for name, info in CATALOGUE.items()}
     with pytest.raises(ValueError, match="map: known"):
         kind().start(pioneer(), secret, np.random.default_rng(0))

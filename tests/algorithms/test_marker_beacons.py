@@ -53,7 +53,7 @@ def test_markers_of_another_dictionary_are_never_reported(studio, dictionary):
         assert others.detect(studio.before(name, distance, yaw, rng=rng).image, INTRINSICS) == []
 
 
-def test_a_dictionary_that_is_not_there_is_told():
+def test_an_unknown_dictionary_is_an_error():
     with pytest.raises(ValueError, match="no dictionary '4x4_51'"):
         MarkerBeacons("4x4_51", 0.3)
 

@@ -117,7 +117,7 @@ def test_resampling_draws_in_proportion_and_repeats_with_the_same_stream():
     np.testing.assert_array_equal(drawn, again)
 
 
-def test_a_secret_map_and_a_missing_lidar_are_told():
+def test_an_unknown_map_and_a_missing_lidar_are_errors():
     with pytest.raises(ValueError, match="map: known"):
         MonteCarloLocalization().take_map(None)
     estimator = MonteCarloLocalization(lidar="scan")

@@ -101,7 +101,7 @@ def test_where_there_is_no_way_it_waits():
 
 
 @pytest.mark.slow
-def test_wandering_visits_much_and_bumps_seldom():
+def test_wandering_covers_much_of_the_room_with_few_bumps():
     poses, bumps = drive(Wander(), 120.0, avoidance=True)
     assert len(np.unique(np.floor(poses[:, :2]), axis=0)) > 10
     assert bumps == 0

@@ -29,7 +29,7 @@ def looks_from(pose: Array, time: float, rng: np.random.Generator | None = None)
 
 
 @pytest.mark.parametrize("late", [0.03, 0.1, 0.25])
-def test_a_late_look_is_what_would_be_seen_now(late):
+def test_a_delayed_look_is_moved_to_the_current_pose(late):
     step, motion = Pose(0.05, 0.0, 0.08), RecentMotion()
     poses = [Pose(0.4, -0.2, 0.3)]
     for tick in range(1, 8):
@@ -48,7 +48,7 @@ def test_a_late_look_is_what_would_be_seen_now(late):
         assert np.linalg.eigvalsh(told.covariance)[0] > 0.0
 
 
-def test_a_look_of_now_stays_as_it_is():
+def test_a_current_look_is_unchanged():
     motion = RecentMotion()
     motion.move(Odometry(0.05, 0.0, 0.1, 1e-6 * np.eye(3)), 0.1)
     look = looks_from(np.zeros(3), 0.1)[0]
@@ -132,7 +132,7 @@ def test_a_robot_that_was_carried_away_finds_itself_on_its_map(jacobians):
 
 
 @pytest.mark.slow
-def test_the_final_path_of_graph_slam_is_mended_of_the_errors_that_the_drive_shows():
+def test_the_final_path_of_graph_slam_is_corrected_for_systematic_errors():
     pytest.importorskip("gtsam", reason="an extra")
     from mjsim.algorithms.graph_slam import GraphSlam
 

@@ -128,7 +128,7 @@ def test_many_looks_on_a_short_way_tell_what_their_mean_knows():
     assert 1.0 / information == pytest.approx(of_the_mean, rel=0.06)  # 0.29 for 0.28: see the class
 
 
-def test_looks_at_rest_tell_next_to_nothing_more_and_those_of_a_beacon_sensor_all_they_know():
+def test_looks_at_rest_add_little_information_except_those_of_a_beacon_sensor():
     picture = [Sighting(0.0, "lion", 3.0, 0.2, np.eye(2), corners=np.zeros((4, 2)))]
     reflector = [Sighting(0.0, "post", 3.0, 0.2, np.eye(2))]
     errors = PictureErrors(with_camera(0.0), nod=0.0, repeat=0.5)

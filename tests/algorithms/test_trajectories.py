@@ -76,6 +76,6 @@ def test_no_limit_is_broken_on_a_winding_path():
     assert np.mean(at_limit | (np.abs(turn_acceleration) > 2.7)) > 0.9
 
 
-def test_points_that_repeat_are_told():
+def test_repeated_points_are_errors():
     with pytest.raises(ValueError, match="no two in a row the same"):
         SplinePath([(0, 0), (0, 0)])

@@ -85,7 +85,7 @@ def test_compile_gives_a_folder_that_plain_mujoco_loads(room, capsys):
 
 
 @pytest.mark.slow
-def test_a_value_of_no_choice_is_told_in_plain_words(room, capsys):
+def test_an_invalid_choice_is_a_plain_error(room, capsys):
     code, _, err = typed("show", "room.yaml", "-o", "x.png", "--labels", "some", capsys=capsys)
     assert code == 2
     assert err == "mjsim: Invalid value for '--labels': 'some' is not one of 'none', 'walls', 'all'.\n"
@@ -135,7 +135,7 @@ def test_a_module_that_cannot_be_made_is_the_users_mistake(room, capsys):
         (("--video", "film.avi"), "cannot write a film as 'film.avi'; name it .mp4"),
     ],
 )
-def test_a_run_that_cannot_be_is_told_before_it_begins(room, capsys, words, complaint):
+def test_an_impossible_run_is_an_error_before_it_starts(room, capsys, words, complaint):
     code, out, err = typed("run", "room.yaml", *words, capsys=capsys)
     assert (code, out, err.splitlines()[-1]) == (2, "", complaint)
     assert not Path("out").exists()

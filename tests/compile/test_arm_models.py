@@ -125,7 +125,7 @@ def test_a_written_world_reads_back_equal(folder):
         ("'arm.txt' is not a model; name an MJCF (.xml) or URDF (.urdf) file", "{model: arm.txt}"),
     ],
 )
-def test_keys_that_do_not_fit_are_told(sentence, arm, folder):
+def test_invalid_keys_are_errors(sentence, arm, folder):
     path = folder / "w.yaml"
     path.write_text(f"mjsim: 1\nrobots:\n- {{name: r, base: fixed, at: [0, 0], arms: [{arm}]}}\n")
     with pytest.raises(mjsim.WorldError) as caught:

@@ -137,7 +137,7 @@ def test_a_world_tells_where_its_beacons_hang_at_the_start():
         ("[0.55, 0]", "beacon 'b' at [0.55, 0] on 'box' hangs inside obstacle 'pillar', where it cannot be seen; "),
     ],
 )
-def test_a_beacon_that_is_hidden_in_its_carrier_or_behind_another_thing_is_told(at, message):
+def test_a_beacon_hidden_in_its_carrier_or_behind_another_thing_is_reported(at, message):
     text = f"""mjsim: 1
 obstacles:
   - {{name: box, box: [0.5, 0.6, 1.0], at: [2, 1]}}

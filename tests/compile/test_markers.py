@@ -106,7 +106,7 @@ def test_every_dictionary_of_opencv_has_the_markers_that_we_say():
         ),
     ],
 )
-def test_a_marker_that_no_dictionary_has_is_told_with_its_place(marker, message):
+def test_a_marker_outside_its_dictionary_is_an_error_at_its_place(marker, message):
     with pytest.raises(WorldError) as caught:
         parse_world(f"mjsim: 1\nbeacons: [{{name: a, at: [1, 2], marker: {marker}}}]")
     assert str(caught.value).startswith(message)

@@ -115,11 +115,11 @@ def test_a_file_without_a_mass_needs_one_of_the_world(world):
         ("<mujoco><worldbody/></mujoco>", r"m.yaml:5:31: 'lever.xml' has no shape"),
     ],
 )
-def test_a_file_that_is_none_is_told_where_it_is_named(world, file, line):
+def test_an_unreadable_file_is_reported_where_it_is_named(world, file, line):
     with pytest.raises(WorldError, match=line):
         check_models(world(file=file))
 
 
-def test_a_file_that_is_not_there_is_told(tmp_path):
+def test_a_missing_file_is_reported(tmp_path):
     with pytest.raises(WorldError, match=r"w.yaml:5:31: .*lever.xml"):
         mjsim.parse_world(WORLD.format(keys="", start=30), file=str(tmp_path / "w.yaml"))

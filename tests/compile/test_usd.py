@@ -67,7 +67,7 @@ def test_the_validators_of_usd_find_no_fault(tmp_path):
     assert [fault.GetErrorAsString() for fault in faults] == []
 
 
-def test_a_name_that_is_no_usd_is_refused(tmp_path):
+def test_a_name_without_a_usd_suffix_is_refused(tmp_path):
     from mjsim.compile import write_usd
 
     with pytest.raises(UsageError, match=r"ends in '\.obj'; a USD file ends in \.usda, \.usdc, \.usd"):

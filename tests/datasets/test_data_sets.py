@@ -291,7 +291,7 @@ def test_euroc_comes_in_again(euroc: Path, run: Recording, tmp_path: Path):
         ("equidistant", "omni", "a lens of model 'omni'; radial-tangential,"),
     ],
 )
-def test_a_calibration_of_euroc_that_is_not_as_it_must_be_is_one_line(old, new, said, euroc: Path, tmp_path: Path):
+def test_an_invalid_euroc_calibration_is_a_one_line_error(old, new, said, euroc: Path, tmp_path: Path):
     shutil.copytree(euroc / "cam1", tmp_path / "cam1")
     sheet = tmp_path / "cam1" / "sensor.yaml"
     sheet.write_text(sheet.read_text().replace(old, new))

@@ -299,7 +299,7 @@ def test_a_bag_never_replaces_recordings_that_lie_in_its_folder(run: Recording, 
 
 def test_a_file_in_the_place_of_the_folder_is_kept(run: Recording, tmp_path: Path):
     (tmp_path / "bag").write_text("mine")
-    with pytest.raises(UsageError, match="is no folder"):
+    with pytest.raises(UsageError, match="is not a folder"):
         export_rosbag2(run, tmp_path / "bag", overwrite=True)
     assert (tmp_path / "bag").read_text() == "mine"
 

@@ -164,7 +164,7 @@ def test_random_starts_are_free_within_reach_and_known_to_the_robot_itself():
     assert np.ptp(spread[:, 2]) > 5.0
 
 
-def test_a_world_without_a_free_place_is_told():
+def test_a_world_without_a_free_place_is_an_error():
     tight = parse_world(ROOM.replace("scout\n", "scout\n    body: {radius: 2.1}\n"))
     with pytest.raises(UsageError, match="no free place for robot 'scout'; it is too wide for this world"):
         Episodes(task(world=tight, random_starts=True))
@@ -209,7 +209,7 @@ def test_several_robots_are_driven_by_dicts():
     assert episodes.step.truth["other"].x > 1.05
     with pytest.raises(UsageError, match="no action for robot 'other'; each step needs one of scout, other"):
         episodes.go_on({"scout": [0, 0]})
-    with pytest.raises(UsageError, match="no robot 'othr' is driven by actions; did you mean 'other'"):
+    with pytest.raises(UsageError, match="no robot 'othr' is controlled by actions; did you mean 'other'"):
         episodes.go_on({"scout": [0, 0], "othr": [0, 0]})
 
 
@@ -240,7 +240,7 @@ def test_the_avoidance_of_the_world_file_keeps_its_hand_in():
         ("north", r"the action for robot 'scout' is 'north'; it must be \(2,\): forward, turn"),
     ],
 )
-def test_an_action_that_does_not_fit_is_told(action, message):
+def test_an_invalid_action_is_an_error(action, message):
     episodes = Episodes(task(observations=["odometry"]))
     with pytest.raises(UsageError, match="reset the environment before its first step"):
         episodes.go_on([0, 0])
@@ -292,13 +292,13 @@ def test_what_the_functions_of_a_task_raise_is_one_line_and_so_is_an_odd_value()
     ("keys", "message"),
     [
         ({"robots": "scot"}, "no robot 'scot' in this world; did you mean 'scout'"),
-        ({"robots": []}, r"robots is \[\]; name each robot that is driven once"),
+        ({"robots": []}, r"robots is \[\]; name each controlled robot once"),
         ({"observations": ["scn"]}, "robot 'scout' observes no 'scn'; did you mean 'scan'"),
         ({"actions": "legs"}, "actions is 'legs'; it must be 'twist' or 'wheels'"),
         ({"seconds": 0.001}, "seconds is 0.001; an episode has at least one tick of 0.04 s"),
-        ({"world": room(robots=())}, "no robot in world 'learning'; an environment needs one to drive"),
+        ({"world": room(robots=())}, "no robot in world 'learning'; an environment needs one to control"),
     ],
 )
-def test_a_task_that_cannot_be_is_told_at_once(keys, message):
+def test_an_invalid_task_is_an_error_at_once(keys, message):
     with pytest.raises(UsageError, match=message):
         Episodes(task(**keys))

@@ -12,7 +12,7 @@ from tests.learning import NUMBERS, ROOM, advance, alike, room, task, touched
 
 
 @pytest.mark.parametrize("keys", [{}, {"actions": "wheels", "random_starts": True}, {"robots": ["other", "scout"]}])
-def test_gymnasium_finds_nothing_to_complain_of(keys):
+def test_gymnasiums_checker_passes(keys):
     observations = ("odometry", "bump") if "robots" in keys else NUMBERS
     env = gymnasium.make("mjsim.env.gym:mjsim/World-v0", task=task(observations=observations, **keys))
     # Warnings are errors in these tests.
@@ -61,7 +61,7 @@ def test_gymnasium_makes_many_by_name():
 
 
 @pytest.mark.slow
-def test_gymnasium_finds_nothing_to_complain_of_in_pictures_either():
+def test_gymnasiums_checker_passes_with_pictures():
     world = parse_world(ROOM.replace("noise: 3}", "noise: 3, depth: true}"))
     env = gymnasium.make(
         "mjsim.env.gym:mjsim/World-v0", task=task(world=world, observations=None), render_mode="rgb_array"
@@ -162,7 +162,7 @@ def test_what_goes_wrong_in_a_process_is_told_in_a_line_and_the_others_go_on():
 
 
 @pytest.mark.parametrize(("keys", "message"), [((0, 1), "count is 0"), ((1, 0), "processes is 0")])
-def test_nothing_at_all_is_refused(keys, message):
+def test_a_vector_environment_needs_an_environment_and_a_process(keys, message):
     count, processes = keys
     with pytest.raises(UsageError, match=f"{message}; it must be 1 or more"):
         vector_environment(task(), count, processes=processes)

@@ -138,7 +138,7 @@ def test_a_png_is_read_whatever_lies_beside_its_picture(tmp_path, capfd):
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_picture_that_is_all_black_is_no_map():
+def test_an_all_black_picture_is_refused_as_a_map():
     occupied = np.ones((2500, 2500), dtype=bool)
     with pytest.raises(UsageError, match="the map has 6250000 occupied cells, and that of a building at most 6000000"):
         world_from_grid(Grid(occupied, ~occupied, 0.05, Pose(0.0, 0.0, 0.0)))
@@ -159,7 +159,7 @@ def test_shapes_that_cannot_be_read_are_left_out_and_counted(tmp_path):
     assert any("left out: 1 LWPOLYLINE that cannot be read" in line for line in brought.report)
 
 
-def test_faults_of_a_drawing_that_were_mended_are_counted_not_printed(tmp_path, capfd):
+def test_repaired_faults_of_a_drawing_are_counted_not_printed(tmp_path, capfd):
     path = tmp_path / "house.dxf"
     path.write_bytes((PLANS / "house.dxf").read_bytes().replace(b"\n0.0\n", b"\n0.(\n", 1))
     brought = bring_drawing(path, robot=None, reading=Reading())

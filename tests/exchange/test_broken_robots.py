@@ -93,7 +93,7 @@ MACRO = (
             (),
             "joints 'l0_hinge' and 'r0_hinge' both carry link 'l0'",
         ),
-        (TWO.replace("0.0 0.2 -0.05", "inf 0.2 0"), (), r"urdf:2:105: the place of 'l0' is no number; mend its"),
+        (TWO.replace("0.0 0.2 -0.05", "inf 0.2 0"), (), r"urdf:2:105: the place of 'l0' is not finite; correct its"),
         (TWO.replace('radius="0.1"', 'radius="0"'), (), "size 0 must be positive"),
         ('<svg xmlns="http://www.w3.org/2000/svg"/>', (), "begins with <svg>; a model begins with <mujoco>"),
         (XACRO.format("<wheel/>"), (), "<wheel> is not a URDF element; if it calls a macro, write <xacro:wheel>"),
@@ -165,7 +165,7 @@ MACRO = (
         (IN_MILLIMETRES, (), r"the robot is 500 m across; it must be 0\.02 to 20 m"),
     ],
 )
-def test_a_broken_file_is_told_in_one_line(tmp_path, monkeypatch, text, options, what):
+def test_a_broken_file_is_a_one_line_error(tmp_path, monkeypatch, text, options, what):
     if "pip install xacro" in what:
         monkeypatch.setitem(__import__("sys").modules, "xacro", None)
     place = tmp_path / "robot.urdf"
@@ -196,7 +196,7 @@ def test_a_broken_file_is_told_in_one_line(tmp_path, monkeypatch, text, options,
         ),
     ],
 )
-def test_a_command_that_cannot_be_meant_is_told_in_one_line(tmp_path, monkeypatch, line, what):
+def test_an_implausible_command_is_a_one_line_error(tmp_path, monkeypatch, line, what):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "bad.yaml").write_text("walls: []\npreset: burger\n")
     (tmp_path / "w").mkdir()

@@ -253,9 +253,9 @@ def test_a_robot_that_balances_gets_the_inertial_sensor_that_levels_its_scans(tm
 
 
 @pytest.mark.slow
-def test_a_picture_of_noise_is_no_map(tmp_path):
+def test_a_picture_of_noise_is_refused_as_a_map(tmp_path):
     noise = np.random.default_rng(0).integers(0, 256, (250, 250)).astype(np.uint8)
-    with pytest.raises(UsageError, match="has gaps everywhere, as noise has; clean it"):
+    with pytest.raises(UsageError, match="has gaps everywhere, like noise; clean it"):
         world_from_map(written(tmp_path, noise))
 
 

@@ -69,7 +69,7 @@ def test_markers_of_a_maze_hang_before_walls_and_face_the_way():
         assert walls.distance(Point(nose)) > 0.5
 
 
-def test_a_maze_that_is_none_is_refused():
+def test_an_invalid_maze_is_refused():
     for size, cell, message in [((2, 9), 1.5, "3 to 50"), ((9, 60), 1.5, "3 to 50"), ((9, 9), 0.5, "no room")]:
         with pytest.raises(UsageError, match=message):
             maze_world(size, seed=1, cell=cell)

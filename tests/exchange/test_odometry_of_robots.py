@@ -111,7 +111,7 @@ def nees(belief: DeadReckoning, truth: np.ndarray) -> float:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("path", [BURGER, RACECAR], ids=["burger", "racecar"])
-def test_odometry_of_a_robot_from_a_file_errs_as_it_tells(path):
+def test_the_odometry_of_an_imported_robot_is_consistent(path):
     text, files = brought(path)
     found = np.concatenate([nees_of(text, files, seed=seed) for seed in (5, 6)])
     # Times of one drive are not independent: each one's sum over the robots is compared with its own bounds.
@@ -120,7 +120,7 @@ def test_odometry_of_a_robot_from_a_file_errs_as_it_tells(path):
 
 
 @pytest.mark.slow
-def test_a_nose_heavy_skid_steered_robot_turns_about_its_own_middle_and_errs_as_it_tells(tmp_path):
+def test_a_nose_heavy_skid_steered_robot_turns_about_its_origin_with_consistent_odometry(tmp_path):
     (tmp_path / "heavy.urdf").write_text(nose_heavy())
     text, files = brought(tmp_path / "heavy.urdf")
     (robot,) = parse_world(text, source=Source(attached=files)).robots

@@ -211,7 +211,7 @@ def test_what_is_filled_with_a_hole_is_drawn_with_its_hole(tmp_path):
         ('<line x2="4em" y2="1"/>', "has no lines to make walls of"),
     ],
 )
-def test_odd_drawings_are_refused_in_one_line(shapes, message, tmp_path):
+def test_unusual_drawings_are_refused_in_one_line(shapes, message, tmp_path):
     path = tmp_path / "plan.svg"
     path.write_text(f'<svg xmlns="http://www.w3.org/2000/svg">{shapes}</svg>')
     if message is None:

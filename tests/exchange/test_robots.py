@@ -119,7 +119,7 @@ def test_what_is_missing_is_counted(presets):
 
 
 @pytest.mark.slow
-def test_front_is_told_by_names_where_x_is_not_ahead(presets):
+def test_the_front_is_found_from_names_if_it_is_not_x(presets):
     _, said = presets["car"]
     # Its front_bumper lies at -y, its back_bumper at +y.
     assert "it looks along [0, -1] of its file" in said
@@ -288,7 +288,7 @@ def test_meshes_in_text_and_of_too_many_triangles_are_read(tmp_path, count, text
         ("preset: turtlebot3_burger.yaml, drive: {type: skid_steer}", "has the drive differential, not skid_steer"),
     ],
 )
-def test_a_preset_file_that_is_wrong_is_told_with_its_place(presets, keys, what):
+def test_an_error_in_a_preset_file_is_reported_with_its_place(presets, keys, what):
     folder = presets["turtlebot3_burger"][0].parent
     (folder / "two.yaml").write_text("mjsim: 1\nrobots: [{name: a, at: [0, 0]}, {name: b, at: [5, 0]}]\n")
     (folder / "bad.yaml").write_text("drive: {type: [\n")

@@ -89,7 +89,7 @@ def test_macros_are_expanded_by_the_library_and_packages_found(tmp_path):
     ("text", "what"),
     [
         (f'{HEAD}<xacro:property name="a" value="${{b}}"/><xacro:property name="b" value="${{a}}"/>'
-         '<link name="${a}"/></robot>', "stands for itself"),
+         '<link name="${a}"/></robot>', "refers to itself"),
         (f'{HEAD}<link name="${{gone}}"/></robot>', "no xacro:property 'gone'; declare it"),
         (f"{HEAD}<xacro:nothing/></robot>", "is not valid xacro"),
         (f'{HEAD}<xacro:include filename="$(find far)/x.xacro"/></robot>', "names the package 'far'"),

@@ -48,7 +48,7 @@ def test_every_experiment_is_a_shipped_world():
             assert world.name == f"classic-{name}"
 
 
-def test_a_wrong_name_is_told(capsys, tmp_path):
+def test_a_wrong_name_is_an_error(capsys, tmp_path):
     with pytest.raises(SystemExit) as caught:
         main(["experiments", "slum", "-o", str(tmp_path)])
     assert caught.value.code == 2

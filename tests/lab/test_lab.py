@@ -134,9 +134,9 @@ def test_a_lead_gives_the_phase_margin_at_the_crossover(lag):
         ),
         (
             lambda: pid_design(linear("double"), "simc"),
-            "the plant does not settle by itself; take another rule of --pid, or --place",
+            "the plant is not stable; take another rule of --pid, or --place",
         ),
-        (lambda: pid_design(linear("double"), "ziegler-nichols"), "no gain lets this plant just oscillate; take"),
+        (lambda: pid_design(linear("double"), "ziegler-nichols"), "no gain makes this plant oscillate; take"),
         (lambda: placed_design(linear(), [-1, -2]), "2 poles are given; plant has 3 states: x1, x2, x3"),
         (
             lambda: placed_design(linear("double"), [-1 + 1j, -2]),
@@ -254,7 +254,7 @@ def test_simc_tunes_a_plant_that_integrates():
     ("ask", "message"),
     [
         (lambda: formula("deaf"), "plant 'deaf': u moves none of y; name another input"),
-        (lambda: pid_design(formula("washout").plant, "simc"), "comes back to 0 after a step"),
+        (lambda: pid_design(formula("washout").plant, "simc"), "returns to 0 after a step"),
         (lambda: lqr_design(formula("gain").plant, [], 1.0), "has no states to feed back"),
         (lambda: lead_design(formula("tuned").plant, margin_deg=45.0, crossover=2.0), "has a pole at 2 rad/s"),
     ],

@@ -139,7 +139,7 @@ def test_a_drive_is_identified_from_a_run_whatever_its_profile_makes_of_commands
         ("of: scout, input: forward, outputs: heading", "forward moves none of heading; name another input"),
         (
             "of: puma/arm, input: joint1, outputs: joint1, around: {joint3_deg: 20}",
-            "is in no equilibrium at its working",
+            "has no equilibrium at its operating",
         ),
         ("of: puma/arm, input: joint3, outputs: joint3, around: {joint3: 1}", "joint joint3 turns; write joint3_deg"),
         (

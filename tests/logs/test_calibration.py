@@ -65,7 +65,7 @@ def test_the_command_says_it_and_writes_it_once(log, tmp_path, capsys):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("ticks", [-2, 0, 3])
-def test_a_delay_is_told_and_an_import_takes_it_away(tmp_path, ticks):
+def test_a_delay_is_calibrated_and_corrected_by_an_import(tmp_path, ticks):
     """A robot turns left and right by turns, so many ticks later than its log tells."""
     times = DT * np.arange(600)
     turns = np.where((times // 2.0) % 2 == 0, 0.06, -0.04)

@@ -177,7 +177,7 @@ def test_beams_that_are_no_numbers_and_messages_of_others_that_come_first_are_re
 @pytest.mark.parametrize(
     ("value", "said"), [("much", "is 'much'; it must be a number"), ("-1", "is -1; it must be 0 to 10"), ("nan", "nan")]
 )
-def test_noise_of_odometry_that_is_none_is_named(value, said, tmp_path):
+def test_invalid_noise_of_odometry_is_named(value, said, tmp_path):
     write_carmen(tmp_path / "room.clf", seconds=0.5)
     with (tmp_path / "room.clf").open("a") as file:
         file.write(f"PARAM odometry_noise_turn {value}\n")
@@ -194,7 +194,7 @@ def test_a_log_is_never_replaced_by_its_recording(tmp_path):
     assert log.read_bytes() == before
 
 
-def test_a_rate_that_no_world_has_is_told_without_a_line_of_a_file(tmp_path, capsys):
+def test_an_impossible_rate_is_an_error_without_a_file_line(tmp_path, capsys):
     write_carmen(tmp_path / "room.clf", seconds=0.5)
     assert run_command("import-log", tmp_path / "room.clf", "-o", tmp_path / "run.mcap", "--rate", 7) == 2
     assert capsys.readouterr().err.startswith("--rate: rate_hz is 7 Hz; a tick must be a whole number of 4 ms steps")

@@ -115,7 +115,7 @@ def test_the_class_that_runs_in_simulation_maps_the_landmarks_of_a_log(mrclam):
     assert statistics(again)["robot2"]["position_error_m"]["max"] < 0.01
 
 
-def test_a_log_of_mrclam_without_ground_truth_is_replayed_and_its_errors_are_not_told(tmp_path):
+def test_an_mrclam_log_without_ground_truth_is_replayed_without_errors_in_its_report(tmp_path):
     folder = tmp_path / "MRCLAM"
     write_mrclam(folder, numbers=(1, 2), seconds=3.0)
     for path in folder.glob("*Groundtruth.dat"):
@@ -262,7 +262,7 @@ def test_fixes_of_a_car_that_never_moves_tell_no_heading():
         ("Robot1_Odometry.dat", "1248272273.0 fast 0", "forward velocity is 'fast'; it must be a finite number"),
         ("Robot1_Groundtruth.dat", "1248272273.0 1 nan 0", "y is 'nan'; it must be a finite number"),
         ("Robot1_Measurement.dat", "1248272273.0 63 -1 0", "range is -1; it must be above 0"),
-        ("Robot1_Odometry.dat", "12 0 0", "time is 12 after 1248272272.84; lines must be in the order of time"),
+        ("Robot1_Odometry.dat", "12 0 0", "time is 12 after 1248272272.84; lines must be in order of time"),
     ],
 )
 def test_a_line_that_is_not_as_it_must_be_is_named(tmp_path, file, line, said):

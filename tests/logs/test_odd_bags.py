@@ -176,7 +176,7 @@ def test_a_bag_is_known_by_what_it_holds_whatever_its_name(form, name, tmp_path)
     assert "bag breaks off" not in log.metadata
 
 
-def test_a_camera_of_an_unknown_encoding_is_left_out_and_told(tmp_path):
+def test_a_camera_of_an_unknown_encoding_is_left_out_and_reported(tmp_path):
     with new_bag(tmp_path / "seen") as bag:
         for k in range(5):
             header = bag.header(START + 0.1 * k, "eye")

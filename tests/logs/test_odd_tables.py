@@ -76,7 +76,7 @@ def test_a_cell_of_a_scan_that_is_empty_is_not_a_number(tmp_path):
     np.testing.assert_array_equal(ranges, [-np.inf, 2.5, np.inf])
 
 
-def test_a_truth_of_another_time_is_told(tmp_path):
+def test_a_truth_that_does_not_overlap_the_log_is_reported(tmp_path):
     text = f"{LOG}truth: {{file: truth.csv, time: t, x: x, y: y, heading: yaw}}\n"
     run = mjsim.import_log(write(tmp_path, text, truth="t,x,y,yaw\n1000,0,0,0\n1001.5,0,0,0\n"))
     assert (
@@ -97,7 +97,7 @@ def test_a_truth_of_another_time_is_told(tmp_path):
         ("ranges: r", 'ranges: ""', r"log\.yaml:3:43: a column of 0 letters; it is a name, or a number from 1$"),
     ],
 )
-def test_a_fault_is_told_once_with_its_place_in_the_description(old, new, said, tmp_path):
+def test_an_error_is_reported_once_with_its_place_in_the_description(old, new, said, tmp_path):
     path = write(tmp_path, (LOG + SCANS).replace(old, new), scan="t,r0,r1,r2\n0,1,1,1\n1,1,1,1\n")
     with pytest.raises(MjsimError, match=said) as caught:
         mjsim.import_log(path)

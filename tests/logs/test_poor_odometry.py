@@ -35,7 +35,7 @@ def test_what_moves_aside_follows_the_arc_of_its_velocity():
 
 
 @pytest.mark.slow
-def test_odometry_without_poses_is_told_by_its_twists(tmp_path, capsys):
+def test_odometry_without_poses_is_integrated_from_its_twists(tmp_path, capsys):
     with new_bag(tmp_path / "run") as bag:
         for k in range(21):
             at = START + 0.1 * k
@@ -72,4 +72,4 @@ def test_motion_that_only_tf_tells_and_frames_that_tf_does_not_know(tmp_path, ca
         run = mjsim.read_recording(out)
         assert _end(run).x == pytest.approx(0.5, abs=1e-6)
         assert run.world.robots[0].sensors[0].at == pytest.approx((0.2, 0.0, 0.3))
-    assert "wheel_center is not in /tf; it is taken for base_link" in capsys.readouterr().err
+    assert "wheel_center is not in /tf; it is assumed to be base_link" in capsys.readouterr().err

@@ -84,7 +84,7 @@ def test_a_folder_comes_in_with_its_pictures_depth_calibration_and_truth_in_spac
         ("camera.yaml", "Camera.fx: wide\n", "has no number Camera.fx"),
     ],
 )
-def test_a_folder_that_is_not_as_it_must_be_is_refused_in_one_line(file, content, said, folder, tmp_path):
+def test_an_invalid_folder_is_a_one_line_error(file, content, said, folder, tmp_path):
     shutil.copytree(folder[0], tmp_path / "tum")
     (tmp_path / "tum" / file).write_text(content)
     with pytest.raises(UsageError, match=said) as caught:

@@ -283,7 +283,7 @@ def test_observations_that_make_no_recording_are_refused_in_one_line(tmp_path):
         (
             [replace(seen[0], encoders={"wheels": WheelTicks(seen[0].time, (1, 2), 100)}), *seen[1:]],
             {"world": mjsim.parse_world(PLAIN), "robot": "scout"},
-            "observation 0: a reading of 'wheels', which is no sensor of the robot",
+            "observation 0: a reading of 'wheels', which is not a sensor of the robot",
         ),
         (
             [

@@ -174,7 +174,7 @@ def _world(folder, arms):
     return path
 
 
-def test_a_wrong_model_alone_is_told_with_its_own_place(tmp_path):
+def test_a_wrong_model_is_reported_alone_with_its_place(tmp_path):
     path = tmp_path / "a.urdf"
     path.write_text(
         '<robot name="r">\n  <link name="a"/>\n  <link name="b"/>\n'

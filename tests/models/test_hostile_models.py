@@ -43,18 +43,18 @@ HOSTILE = {
     "a deep nest": ("<mujoco>" + "<body>" * 100, "is nested more than 64 deep"),
     "no XML": ("<mujoco><geom></mujoco>", "is not XML: mismatched tag"),
     "another kind of XML": ("<svg/>", "begins with <svg>; a model begins with <mujoco> (MJCF) or <robot> (URDF)"),
-    "nothing solid": ("<mujoco/>", "has no shape that could stand in a room"),
+    "nothing solid": ("<mujoco/>", "has no shape for a room"),
     "no number": (
         '<mujoco><worldbody><geom size="a"/></worldbody></mujoco>',
         "MuJoCo cannot take 'bad.xml': XML Error: bad format in attribute 'size'",
     ),
     "no size of a thing": (
         '<mujoco><worldbody><geom size="1e9"/></worldbody></mujoco>',
-        "it reaches 1e+09 units far; that is no thing",
+        "it reaches 1e+09 units far, too large for an object; check its units",
     ),
     "no end": (
         '<mujoco><worldbody><geom size="1"/><geom size="inf"/><geom size="1"/></worldbody></mujoco>',
-        "that is no thing",
+        "too large for an object",
     ),
     "too far": (
         '<mujoco><worldbody><body pos="9e5 0 0"><geom size="1" pos="9e5 0 0"/></body></worldbody></mujoco>',

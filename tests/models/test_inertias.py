@@ -17,7 +17,7 @@ LINK = """<robot name="r"><link name="base"/><link name="part"><inertial><mass v
     "moments",
     [(1e-7, 1.1e-15, 1e-7), (1e-7, 0.0, 1e-7), (1e-16, 1e-16, 1e-16), (1e-7, 1e-7, 3e-7), (-1e-7, 1e-7, 1e-7)],
 )
-def test_moments_that_mujoco_refuses_are_mended_and_said(moments):
+def test_inertias_that_mujoco_refuses_are_repaired_and_reported(moments):
     text = LINK.format(*moments)
     with pytest.raises(ValueError, match="inertia"):
         mujoco.MjModel.from_xml_string(text)

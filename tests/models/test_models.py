@@ -351,9 +351,9 @@ def test_a_thing_without_mass_is_not_movable(tmp_path):
         check_models(world_of(tmp_path, "at: [1, 1], model: air.xml, movable: true"))
 
 
-def test_a_thing_that_the_physics_cannot_move_is_told_before_it_runs(folder):
+def test_an_object_that_the_physics_cannot_move_is_an_error_before_the_run(folder):
     (folder / "cupboard" / "heavy.urdf").write_text(CUPBOARD.replace('mass value="3"', 'mass value="1e20"'))
-    with pytest.raises(WorldError, match=r"weighs 1e\+20 kg; that is no thing"):
+    with pytest.raises(WorldError, match=r"weighs 1e\+20 kg, too much for an object; check its units"):
         check_models(world_of(folder, "at: [1, 1], model: cupboard/heavy.urdf, movable: true"))
     with pytest.raises(WorldError, match="too small for the physics; scale it up or make it heavier"):
         check_models(world_of(folder, "at: [1, 1], model: twisted.xml, scale: 1e-4, movable: true"))

@@ -18,13 +18,13 @@ def test_the_head_tells_the_size_that_a_decoder_finds(kind):
     assert cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_COLOR).shape[:2] == (37, 311)
 
 
-def test_webp_with_loss_tells_its_size():
+def test_the_size_of_a_lossy_webp_is_read():
     data = cv2.imencode(".webp", WIDE, [cv2.IMWRITE_WEBP_QUALITY, 80])[1].tobytes()
     assert data[12:16] == b"VP8 "
     assert any_picture_size(data) == (311, 37)
 
 
-def test_extended_webp_tells_the_size_of_its_canvas():
+def test_the_canvas_size_of_an_extended_webp_is_read():
     data = b"RIFF\0\0\0\0WEBPVP8X" + struct.pack("<II", 10, 0) + b"\x36\x01\x00\x24\x00\x00"
     assert any_picture_size(data) == (311, 37)
 

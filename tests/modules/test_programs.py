@@ -146,7 +146,7 @@ def test_a_mistake_is_one_line_and_what_was_recorded_is_readable(tmp_path, bad, 
     assert gone("sleep 77077")
 
 
-def test_two_answers_to_one_question_are_told(tmp_path):
+def test_two_answers_to_one_request_are_an_error(tmp_path):
     script(
         tmp_path,
         "bad",

@@ -46,7 +46,7 @@ def test_a_class_with_the_methods_fits_and_is_not_made(role):
 
 
 @pytest.mark.parametrize("role", ROLES)
-def test_a_program_is_no_module(role):
+def test_unrelated_classes_and_functions_are_refused_as_modules(role):
     assert misfit(role, subprocess.Popen) is not None
     assert misfit(role, subprocess.run) is not None
 

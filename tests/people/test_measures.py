@@ -85,7 +85,7 @@ def test_proportion_and_corpulence_are_percentiles_among_people_of_the_same_stat
         ({"span": 1.8}, "a figure does not keep span: the shoulder blades move inwards when arms are raised sideways"),
     ],
 )
-def test_measures_that_nobody_has_are_refused(own, said):
+def test_impossible_body_measures_are_refused(own, said):
     with pytest.raises(ValueError, match="^" + said.replace("?", r"\?")):
         Measures.of_own("male", own)
 

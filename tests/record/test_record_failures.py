@@ -43,7 +43,7 @@ def read_or_none(path: Path) -> Recording | None:
 
 
 @pytest.mark.slow
-def test_a_file_cut_anywhere_gives_what_precedes_the_cut(recording: Recording, tmp_path: Path):
+def test_a_truncated_file_gives_all_records_before_the_cut(recording: Recording, tmp_path: Path):
     contents = recording.path.read_bytes()
     chooser, counts = random.Random(0), []
     for place in sorted(chooser.sample(range(1, len(contents)), 40)):
@@ -64,7 +64,7 @@ def test_a_file_cut_anywhere_gives_what_precedes_the_cut(recording: Recording, t
 
 
 @pytest.mark.slow
-def test_a_broken_byte_costs_what_follows_it_and_no_more(recording: Recording, tmp_path: Path):
+def test_a_broken_byte_loses_only_the_data_after_it(recording: Recording, tmp_path: Path):
     contents = bytearray(recording.path.read_bytes())
     chooser = random.Random(1)
     for place in chooser.sample(range(100, len(contents)), 20):
@@ -81,7 +81,7 @@ def test_a_broken_byte_costs_what_follows_it_and_no_more(recording: Recording, t
     ("contents", "message"),
     [(b"", "is empty"), (b"mjsim: 1\nname: room\n", "is not an MCAP file"), (b"\x89MCAP", "is not an MCAP file")],
 )
-def test_a_file_that_is_no_recording_is_refused_in_one_line(tmp_path: Path, contents: bytes, message: str):
+def test_a_file_that_is_not_a_recording_is_a_one_line_error(tmp_path: Path, contents: bytes, message: str):
     path = tmp_path / "run.mcap"
     path.write_bytes(contents)
     with pytest.raises(RecordingError, match=message) as caught:

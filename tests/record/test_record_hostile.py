@@ -134,9 +134,9 @@ def test_readings_of_sensors_that_the_robot_does_not_have_are_refused_and_nothin
     scan |= {"range_max": 1.0, "ranges": ranges}
     parts.change("/scout/observation", lambda content: content.update(scans=[scan]))
     run = mjsim.read_recording(parts.write(tmp_path / "run.mcap"))
-    with pytest.raises(RecordingError, match=r"a reading of '../../up', which is no sensor of the robot"):
+    with pytest.raises(RecordingError, match=r"a reading of '../../up', which is not a sensor of the robot"):
         list(run.observations("scout"))
-    with pytest.raises(RecordingError, match="no sensor"):
+    with pytest.raises(RecordingError, match="not a sensor"):
         export_csv(run, tmp_path / "deep" / "csv")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["run.mcap"]
 

@@ -136,7 +136,7 @@ def test_too_much_or_something_else_is_the_modules_fault(show, why):
         checked_estimate(Estimate(Pose(0, 0, 0), np.eye(3), show=show))
 
 
-def test_a_list_passes_and_arrays_that_change_later_do_not_change_what_is_shown():
+def test_shown_items_may_be_a_list_and_are_copied():
     points = np.zeros((2, 2))
     belief = checked_estimate(Estimate(Pose(0, 0, 0), np.eye(3), show=[ShownPoints(name="p", points=points)]))
     points[:] = 7.0

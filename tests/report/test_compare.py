@@ -273,7 +273,7 @@ def test_folders_of_one_name_keep_apart(tmp_path):
         ),
     ],
 )
-def test_a_broken_file_of_a_sweep_is_told_in_a_line(tmp_path, name, text, told):
+def test_a_broken_file_of_a_sweep_is_a_one_line_error(tmp_path, name, text, told):
     folder = fake_sweep(tmp_path / "sweep", [[TURN, 0.1, 0.2]], seeds=1)
     (folder / name).write_text(text)
     with pytest.raises(UsageError) as caught:

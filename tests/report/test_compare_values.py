@@ -64,7 +64,7 @@ def test_equal_runs_differ_by_exactly_0_and_nothing_is_said():
     assert told.reason == "no difference at all"
 
 
-def test_pairs_see_what_is_hidden_in_how_much_the_runs_vary():
+def test_pairing_shows_a_difference_hidden_by_the_variation_of_runs():
     rng = np.random.default_rng(4)
     hard = rng.uniform(1.0, 10.0, 12)  # Some seeds are hard for both.
     first, second = by_seed(hard), by_seed(hard + rng.normal(0.3, 0.1, 12))
@@ -150,7 +150,7 @@ def test_runs_that_failed_are_left_out_and_who_failed_more_often_is_not_called_b
     assert "failed more often" in found.differences[0].difference.reason
 
 
-def test_estimators_that_are_too_sure_are_told_from_consistent_ones():
+def test_overconfident_estimators_are_distinguished_from_consistent_ones():
     sure, sound = (compare_tables(runs("it", ERRORS, nees=nees)).consistency[0] for nees in (9.0, 2.9))
     assert "is overconfident" in sure
     assert "may well be consistent" in sound

@@ -101,7 +101,7 @@ def main_ended(*words: str) -> int:
     return int(ended.value.code or 0)
 
 
-def test_a_wrong_format_is_told_before_anything_is_read(tmp_path, capsys):
+def test_a_wrong_format_is_an_error_before_anything_is_read(tmp_path, capsys):
     with pytest.raises(SystemExit) as ended:
         main(["report", "none.mcap", "-o", str(tmp_path), "--formats", "jpg"])
     assert ended.value.code == 2

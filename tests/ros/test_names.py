@@ -74,7 +74,7 @@ def test_map_odom_and_base_link_chain_to_the_estimate():
 
 
 @pytest.mark.parametrize("word", ["x", "-1", "233", "1.5"])
-def test_a_domain_that_is_none_is_one_line(monkeypatch: pytest.MonkeyPatch, word: str):
+def test_an_invalid_domain_is_a_one_line_error(monkeypatch: pytest.MonkeyPatch, word: str):
     monkeypatch.setenv("ROS_DOMAIN_ID", word)
     with pytest.raises(UsageError, match=f"ROS_DOMAIN_ID is '{word}'; it must be a whole number from 0 to 232"):
         domain_id()
@@ -88,7 +88,7 @@ def test_the_domain_is_0_unless_it_is_named(monkeypatch: pytest.MonkeyPatch):
 
 
 def test_an_interface_that_is_not_there_is_one_line():
-    with pytest.raises(UsageError, match="no network interface, nor IPv4 address of one, 'loo'; did you mean 'lo'"):
+    with pytest.raises(UsageError, match="no network interface or IPv4 address 'loo'; did you mean 'lo'"):
         Bus(domain=0, interface="loo")
 
 

@@ -90,7 +90,7 @@ def test_a_replay_makes_the_path_anew_and_keeps_that_of_other_robots(tmp_path):
         (7, "it must be a list of (time, Pose)"),
     ],
 )
-def test_a_path_that_is_none_is_a_fault_of_one_line_and_the_run_stays_readable(tmp_path, path, said):
+def test_an_invalid_final_path_is_a_one_line_error_and_the_run_stays_readable(tmp_path, path, said):
     class Wrong(Late):
         def path(self):
             return path

@@ -134,7 +134,7 @@ def test_what_is_not_there_is_said_in_one_line(ringed, tmp_path):
         replay(ringed, robot="scuot", estimator=Still())
     with mjsim.Simulation(ringed.world) as sim:
         alone = mjsim.run(sim, drivers={"scout": mjsim.Driver()}, seconds=0.2)
-    with pytest.raises(RecordingError, match="holds no observation of robot 'idle'; nothing drove it in that run"):
+    with pytest.raises(RecordingError, match="holds no observation of robot 'idle'; it had no driver in that run"):
         replay(alone, robot="idle", estimator=Still())
     with pytest.raises(UsageError, match="is the recording itself; name another file"):
         replay(ringed, robot="scout", estimator=Still(), record=ringed.path)

@@ -84,7 +84,7 @@ def test_a_run_has_one_tick_a_period_from_zero_on():
 
 
 @pytest.mark.slow
-def test_told_to_go_on_a_robot_bumps_and_stays_and_wriggles():
+def test_a_robot_commanded_to_continue_bumps_stops_and_wriggles():
     recording = run(navigator=Steady(mjsim.Command(0.7)), seconds=20.0)
     track = recording.robots["scout"]
     assert kinds(recording)[:1] == ["bump"]

@@ -154,7 +154,7 @@ def test_what_neighbouring_rays_hit_is_joined_where_the_body_could_not_pass_betw
     assert set(map(tuple, points[points[:, 0] < 0.0].round(3))) == {(-0.5, 0.0), (-0.354, -0.354)}
 
 
-def test_a_body_tells_how_slender_it_is():
+def test_a_footprint_has_the_slenderness_of_its_body():
     assert Footprint(ROBOT).slender == 1.0
     assert Footprint(CAR).width == pytest.approx(0.31)
     assert Footprint(CAR).slender == pytest.approx(0.48 / 0.155)

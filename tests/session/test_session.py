@@ -153,7 +153,7 @@ def test_a_run_that_was_stopped_is_over_and_its_recording_whole(tmp_path):
     session.close()
 
 
-def test_a_watcher_gets_the_newest_tick_and_holds_nobody_up(session):
+def test_a_watcher_gets_the_newest_tick_and_does_not_delay_others(session):
     watcher = session.watch()
     first = watcher.next(PATIENCE)
     session.result()
@@ -223,7 +223,7 @@ def test_with_a_speed_a_tick_comes_when_the_clock_says_so(monkeypatch):
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, float("nan")])
 def test_a_speed_that_cannot_be_is_refused(session, speed):
-    with pytest.raises(mjsim.UsageError, match=r"speed is .*; it must be above 0, or None for as fast as it goes"):
+    with pytest.raises(mjsim.UsageError, match=r"speed is .*; it must be above 0, or None for as fast as possible"):
         session.speed = speed
 
 
@@ -242,7 +242,7 @@ def test_who_drives_by_hand_takes_the_place_of_the_navigator_for_a_while():
     session.close()
 
 
-def test_a_command_by_hand_is_let_go_by_none_and_must_be_finite():
+def test_a_manual_command_ends_with_none_and_must_be_finite():
     helm = Helm(["scout"])
     helm.take("scout", mjsim.Command(1.0), hold=5.0)
     assert helm.command("scout", 3.0) == mjsim.Command(1.0)
@@ -253,7 +253,7 @@ def test_a_command_by_hand_is_let_go_by_none_and_must_be_finite():
         helm.take("scout", mjsim.Command(np.nan), hold=1.0)
 
 
-def test_the_avoidance_has_its_say_when_somebody_drives_by_hand():
+def test_avoidance_stays_active_during_manual_driving():
     world = mjsim.parse_world(ROOM.replace("at: [0, 0]", "at: [1.6, 0]"))
     with mjsim.Session(world, drivers=drivers(), seconds=1.0) as session:
         session.drive("scout", mjsim.Command(0.5), hold=10.0)
@@ -263,7 +263,7 @@ def test_the_avoidance_has_its_say_when_somebody_drives_by_hand():
     assert order.command.forward < 0.2
 
 
-def test_a_closed_session_says_so_to_who_asks_for_more(session):
+def test_requests_to_a_closed_session_are_refused(session):
     session.close()
     session.restart()
     assert session.state == "ended"

@@ -199,7 +199,7 @@ def test_noise_that_was_changed_by_hand_is_changed_so_again_to_the_bit_and_a_res
     assert same_run(tmp_path / "hand.mcap", tmp_path / "again.mcap")
 
 
-def test_noise_that_is_as_the_world_says_again_is_no_event_of_a_restart(touched):
+def test_noise_reset_to_the_worlds_value_is_not_an_event_of_a_restart(touched):
     touched.set_noise(TURN, 0.5)
     ticked(touched)
     touched.set_noise(TURN, 0.02)

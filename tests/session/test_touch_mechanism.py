@@ -89,7 +89,7 @@ def ticks(sim, count):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("mode", ["forward", "kinematics"])
-def test_a_joint_that_is_given_back_comes_to_its_signal_without_a_blow_whole_turns_aside(mode):
+def test_a_released_joint_returns_smoothly_to_its_signal_modulo_whole_turns(mode):
     with mjsim.Simulation(mjsim.parse_world(text(mode))) as sim:
         ticks(sim, 12)
         sim.lead("bars", "q2", 140)
@@ -108,7 +108,7 @@ def test_a_joint_that_is_given_back_comes_to_its_signal_without_a_blow_whole_tur
 
 
 @pytest.mark.slow
-def test_a_joint_whose_speed_is_told_goes_on_with_it_from_where_it_was_given_back():
+def test_a_released_joint_with_a_speed_signal_continues_from_its_value():
     with mjsim.Simulation(mjsim.parse_world(text(kind="velocity"))) as sim:
         sim.lead("bars", "q2", 140)
         ticks(sim, 120)

@@ -87,7 +87,7 @@ def test_a_wheel_that_the_file_lacks_is_named(rover):
         Simulation(load_world(rover))
 
 
-def test_a_file_without_a_base_is_told(rover):
+def test_a_file_without_a_base_is_reported(rover):
     (rover.parent / "rover.xml").write_text(ROVER.replace('name="base"', 'name="hull"'))
     with pytest.raises(WorldError, match="no body named 'base'"):
         Simulation(load_world(rover))

@@ -171,6 +171,6 @@ def test_an_empty_scene_is_a_file_too():
     assert not {"meshes", "buffers", "cameras"} & set(document)
 
 
-def test_a_name_that_is_no_glb_is_refused(tmp_path):
+def test_a_name_without_the_suffix_glb_is_refused(tmp_path):
     with pytest.raises(UsageError, match=r"ends in '\.gltf'; a binary file of glTF ends in \.glb"):
         write_glb(parse_world("mjsim: 1"), tmp_path / "room.gltf")

@@ -59,7 +59,7 @@ def test_a_3d_lidar_meets_a_hand_where_it_was_led_and_no_longer_where_it_was():
     assert min(seen[-3:]) < seen[0] - 0.1
 
 
-def test_a_hand_out_of_reach_comes_as_near_as_it_can_and_the_event_tells_how_near():
+def test_a_hand_out_of_reach_moves_as_close_as_possible_and_the_event_has_the_distance():
     event = "{time: 0, reach: anna, hand: left, to: [-3, 0, 1.2]}"
     with mjsim.Simulation(mjsim.parse_world(ROOM.replace("EVENTS", event))) as sim:
         (happened,) = sim.happened()

@@ -104,7 +104,7 @@ def test_noise_of_a_way_does_not_depend_on_the_ticks_that_it_takes():
 
 
 @pytest.mark.slow
-def test_the_covariance_told_is_that_of_the_increments():
+def test_the_reported_covariance_is_that_of_the_increments():
     n, wheels = 20000, WHEELS.wheels_from_twist(0.3, 0.0, 0.9)
     meter = noisy(distance=0.05, turn=0.05, seed=2)
     told = [meter.increment(wheels) for _ in range(n)]
@@ -144,7 +144,7 @@ def test_what_slips_while_speeds_change_has_a_variance_that_does_not_depend_on_t
 
 
 @pytest.mark.slow
-def test_a_skid_steered_robot_that_gathers_speed_errs_as_its_covariance_says():
+def test_the_odometry_of_an_accelerating_skid_steered_robot_is_consistent():
     nees = normalised_errors("preset: husky", count=24, ticks=25)
     assert np.mean(nees) / 24 == pytest.approx(3.0, abs=2.0 * math.sqrt(6.0 / 24))
 
@@ -233,7 +233,7 @@ def test_dead_reckoning_errs_as_its_covariance_says():
         f"preset: youbot, {NOISY}",
     ],
 )
-def test_every_drive_tells_an_honest_covariance(keys):
+def test_the_odometry_of_every_drive_is_consistent(keys):
     count, ticks = 12, 250
     nees = normalised_errors(keys, count=count, ticks=ticks)
     # The mean over all times wanders less than that at one time, which has the deviation sqrt(6 / count).

@@ -92,7 +92,7 @@ def test_odometry_does_not_depend_on_who_looked_before():
 
 
 @pytest.mark.parametrize("heading", [0.0, 33.0, -100.0])
-def test_the_ring_tells_the_free_distance_to_the_walls_of_a_box(heading):
+def test_the_ring_measures_the_free_distance_to_the_walls_of_a_box(heading):
     sim = Simulation(parse_world(BOX % heading))
     x, y = 0.2, -0.3
     expected = []

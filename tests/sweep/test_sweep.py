@@ -138,7 +138,7 @@ def test_a_dask_cluster_of_which_one_worker_is_killed_gives_the_same_table(room,
     assert recording.seed == 2
 
 
-def test_a_run_that_fails_is_told_and_the_others_go_on(tmp_path, capsys):
+def test_a_failed_run_is_reported_and_the_others_continue(tmp_path, capsys):
     (tmp_path / "room.yaml").write_text(ROOM.replace("stroll.py:Stroll", "trap.py:Trap"))
     (tmp_path / "trap.py").write_text(TRAP)
     with pytest.raises(SystemExit) as ended:

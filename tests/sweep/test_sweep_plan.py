@@ -140,8 +140,8 @@ def test_a_folder_that_holds_something_else_is_left_alone(room, tmp_path):
 
 
 @pytest.mark.slow
-def test_an_address_that_is_none_is_refused_before_anything_is_asked(room, tmp_path):
-    with pytest.raises(UsageError, match=r"^'nonsense' is no address of a Dask scheduler; write it as tcp://"):
+def test_an_invalid_address_is_refused_before_anything_is_sent(room, tmp_path):
+    with pytest.raises(UsageError, match=r"^'nonsense' is not the address of a Dask scheduler; write it as tcp://"):
         mjsim.sweep(room / "room.yaml", seeds=[0], folder=tmp_path / "out", dask="nonsense")
 
 

@@ -80,7 +80,7 @@ def test_a_png_says_how_large_it_is_on_paper(tmp_path):
     np.testing.assert_array_equal(cv2.imread(str(tmp_path / "new" / "room.png"))[..., ::-1], page)
 
 
-def test_a_file_that_is_no_picture_is_refused(tmp_path):
+def test_a_file_that_is_not_a_picture_is_refused(tmp_path):
     with pytest.raises(UsageError, match=r"name it \.png or \.jpg"):
         draw_world(room(), tmp_path / "room.bmp")
 

@@ -110,7 +110,7 @@ def test_without_trails_there_are_none():
 
 
 @pytest.mark.parametrize(("follow", "color"), [("truth", TRUTH), ("estimate", ESTIMATE)])
-def test_the_close_up_follows_whom_it_is_told(follow, color):
+def test_the_close_up_follows_the_given_robot(follow, color):
     moment = replace(NOW, estimate=np.array([5.0, 3.0, 0.0]), truth=np.array([3.5, 2.5, 0.0]))
     frame = Frame(HALL, look=View(follow=follow, ellipses=False, sightings=False))
     box = arrange(world_bounds(HALL), camera=4 / 3).close_up

@@ -111,7 +111,7 @@ def test_what_an_arm_cannot_do_is_refused_in_one_line(said, asked):
 
 
 @pytest.mark.slow
-def test_a_browser_is_told_of_arms_and_moves_them():
+def test_a_browser_receives_arms_and_moves_them():
     with moving(mjsim.parse_world(DRIVEN)) as (_, page), listener(page.url) as browser:
         run = browser.until("run", state="running")
         (arm,) = run["robots"][0]["arms"]

@@ -153,7 +153,7 @@ def attack(address, place, redirect, *, log, temporary):
 
 
 @pytest.mark.parametrize("other", [True, False])
-def test_nobody_else_reads_the_way_in_or_runs_code(place, other):
+def test_other_users_cannot_read_the_one_time_address_or_run_code(place, other):
     with studio(place) as (address, notes, log, temporary):
         word = httpx.URL(url_of(notes)).params["token"]
         # The same user can read every file; without a cookie the page stays closed all the same.

@@ -68,7 +68,7 @@ def test_the_page_is_told_what_the_command_says(page, folder):
     assert errors["values"] == pytest.approx(metrics.position_errors(track.truth, track.estimate), abs=1e-4)
 
 
-def test_other_worlds_are_told_in_a_line(page, folder):
+def test_other_worlds_are_a_one_line_error(page, folder):
     told = ask(page, "noisy-1.mcap", "hall-1.mcap").json()
     assert [group["label"] for group in told["groups"]] == ["room", "hall"]
     assert "the worlds of these runs differ in walls" in told["know"][0]

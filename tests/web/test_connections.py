@@ -81,7 +81,7 @@ def cookie_for(server):
 
 
 @pytest.mark.slow
-def test_strangers_that_say_nothing_or_stop_are_closed(server, sockets):
+def test_silent_unauthenticated_connections_are_closed(server, sockets):
     late = [
         sockets(server),
         sockets(server, b"GET / HT"),
@@ -92,7 +92,7 @@ def test_strangers_that_say_nothing_or_stop_are_closed(server, sockets):
 
 
 @pytest.mark.slow
-def test_a_stranger_that_says_something_now_and_then_gains_no_time(server, sockets):
+def test_sending_bytes_does_not_extend_an_unauthenticated_connection(server, sockets):
     raw, began = sockets(server, head(server)), time.monotonic()
     with suppress(ConnectionError):
         while time.monotonic() - began < PATIENCE:
@@ -101,7 +101,7 @@ def test_a_stranger_that_says_something_now_and_then_gains_no_time(server, socke
         pytest.fail("it is heard still")
 
 
-def test_a_stranger_is_answered_once_and_not_kept(server, sockets):
+def test_an_unauthenticated_request_is_answered_once_and_closed(server, sockets):
     raw = sockets(server, head(server) + b"\r\n")
     assert b"401" in raw.recv(12)
     assert is_closed(raw)
@@ -168,7 +168,7 @@ def test_a_websocket_that_never_reads_is_dropped(tmp_path):
 
 
 @pytest.mark.slow
-def test_the_oldest_strangers_make_room_and_who_is_known_stays(server, sockets):
+def test_the_oldest_unauthenticated_connections_are_replaced_and_sessions_stay(server, sockets):
     with client_of(server.url) as client:
         first = [sockets(server) for _ in range(SHORT.strangers)]
         client.get("/")
@@ -179,7 +179,7 @@ def test_the_oldest_strangers_make_room_and_who_is_known_stays(server, sockets):
         assert len(more) == SHORT.strangers
 
 
-def test_too_many_known_connections_are_told_so(server, sockets):
+def test_too_many_authenticated_connections_get_an_error(server, sockets):
     request = head(server, cookie_for(server)) + b"\r\n"
     answers = []
     for _ in range(SHORT.known + 3):

@@ -74,7 +74,7 @@ PLACES = (
 
 
 @pytest.mark.slow
-def test_nobody_comes_in_without_a_session_on_loopback_and_live_too(studio, stranger):
+def test_access_needs_a_session_on_loopback_and_live_too(studio, stranger):
     for method, place in PLACES:
         answer = stranger.request(method, place, content=b"{}")
         assert answer.status_code == 401, place
@@ -89,7 +89,7 @@ def test_nobody_comes_in_without_a_session_on_loopback_and_live_too(studio, stra
             assert is_in(browser)
 
 
-def test_strangers_learn_nothing_but_how_to_get_in(studio, stranger, folder):
+def test_unauthenticated_users_only_see_the_login_form(studio, stranger, folder):
     told = stranger.get("/").text + stranger.get("/api/folder").text
     assert 'name="token"' in told
     for secret in (TOKEN, str(folder), folder.name, "room.yaml"):
@@ -219,7 +219,7 @@ def test_a_session_is_of_no_use_to_another_user(studio):
 
 
 @pytest.mark.slow
-def test_a_closed_connection_is_nobodys(studio):
+def test_a_closed_connection_belongs_to_no_user(studio):
     """The kernel shows connections whose program let go of them as the root user's."""
     other_user()
     with client_of(studio.url) as browser:
@@ -348,5 +348,5 @@ def test_an_address_that_others_reach_asks_as_well(folder):
             headers = {"Host": f"{host}:{port}"} | ({"Origin": origin} if origin else {})
             answer = httpx.get(f"http://127.0.0.1:{port}/", headers=headers, timeout=PATIENCE, trust_env=False)
             assert answer.status_code == status
-    with pytest.raises(UsageError, match=r"cannot serve at '203\.0\.113\.7': it is no address of this machine"):
+    with pytest.raises(UsageError, match=r"cannot serve at '203\.0\.113\.7': it is not an address of this machine"):
         Studio(folder, host="203.0.113.7")

@@ -135,7 +135,7 @@ def test_a_browser_that_waits_gets_the_tick_when_it_comes(live):
         live.show(TICKS[0])
         assert seen.until("tick")["time"] == 0.0
         seen.say("pause")
-        assert seen.until("refused")["error"] == "this run goes on elsewhere; steer it from there"
+        assert seen.until("refused")["error"] == "this run is controlled by another program; steer it from there"
         seen.say("start", text="mjsim: 1")
         assert "one run alone" in seen.until("refused", do="start")["error"]
 

@@ -102,7 +102,7 @@ people: [{name: ann, sex: female, seat: stool}]
         (PRESS, {"values": {"slid": 1}}, "no joint 'slid' in this mechanism; did you mean 'slide'?"),
         (PRESS, {"hands": {"left": [0, 0, 1]}}, "a mechanism has no hands; give values, or pull a joint"),
         (EVE, {"values": {"knee": 1}}, "no joint 'knee'; there are head_bend"),
-        (EVE, {"pull": {"look": "side", "part": "nose", "start": [0, 0], "end": [1, 1]}}, "'nose' is no hand"),
+        (EVE, {"pull": {"look": "side", "part": "nose", "start": [0, 0], "end": [1, 1]}}, "'nose' is not a hand"),
     ],
 )
 def test_what_cannot_be_posed_is_refused_in_one_line(client, item, keys, message):

@@ -87,7 +87,7 @@ def picture(page, **keys):
     return cv2.imdecode(data, cv2.IMREAD_COLOR_RGB).astype(int)
 
 
-def test_a_recording_is_told_as_a_whole(page, recording):
+def test_the_page_receives_all_data_of_a_recording(page, recording):
     told = get(page, "").json()
     assert (told["name"], told["seconds"], told["dt"], told["seed"], told["whole"]) == ("room", 2.96, 0.04, 1, True)
     assert told["cameras"] == ["scout/front"]
@@ -177,7 +177,7 @@ def test_the_view_from_outside_can_be_turned(page):
     assert picture(page, time=1.0, view="chase").shape == (600, 960, 3)
 
 
-def test_a_part_is_filmed_and_given_away(page, folder):
+def test_a_section_is_exported_as_video_and_downloaded(page, folder):
     asked = {"path": RUN, "from": 1.0, "to": 2.0, "view": "plan"}
     job = page.post("/api/recording/video", json=asked).json()["job"]
     until = time.monotonic() + PATIENCE
@@ -199,7 +199,7 @@ def test_a_part_is_filmed_and_given_away(page, folder):
     assert len(paths) == 3
 
 
-def test_a_recording_is_brought_from_elsewhere_and_kept_only_if_it_is_one(page, folder):
+def test_a_dropped_file_is_kept_only_if_it_is_a_recording(page, folder):
     data = (folder / RUN).read_bytes()
     brought = page.post("/api/recording/upload", params={"name": "../my run.mcap"}, content=data).json()["path"]
     assert brought == "out/brought/my-run.mcap"

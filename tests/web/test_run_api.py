@@ -202,7 +202,7 @@ def test_who_comes_late_gets_what_was(running):
 
 
 @pytest.mark.slow
-def test_a_robot_is_driven_by_hand_in_shares_of_what_it_can_do_and_given_back(page):
+def test_a_robot_is_driven_by_hand_relative_to_its_limits_and_released(page):
     with browser(page.url) as seen:
         start(seen, text=ROOM.replace("at: [0, 0]", "at: [-1, -1]"), speed=1.0)
         seen.until("tick")

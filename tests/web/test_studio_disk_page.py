@@ -53,7 +53,7 @@ def test_a_file_that_changes_on_disk_is_read_again_as_a_step_that_can_be_undone(
     assert (tmp_path / "room.yaml").read_bytes() == (THEIRS + "# mine\n").replace("\n", "\r\n").encode()
 
 
-def test_late_news_of_ones_own_save_is_no_news(sheet, tmp_path):
+def test_a_late_notice_of_the_pages_own_save_is_ignored(sheet, tmp_path):
     links = []
     sheet.page.route_web_socket(re.compile("/api/tab"), lambda link: links.append((link, link.connect_to_server())))
     sheet.page.reload()

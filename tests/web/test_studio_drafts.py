@@ -68,7 +68,7 @@ def test_drafts_are_private_and_lie_in_the_state_folder_alone(client, folder, st
     assert len(list(place.iterdir())) == 1  # a tab has one text
 
 
-def test_a_folder_for_state_that_is_not_absolute_is_no_folder(monkeypatch, tmp_path):
+def test_a_relative_state_folder_is_ignored(monkeypatch, tmp_path):
     monkeypatch.setenv("HOME", str(tmp_path))
     monkeypatch.setenv("XDG_STATE_HOME", "state")
     assert drafts_folder() == tmp_path / ".local" / "state" / "mjsim" / "drafts"
@@ -231,7 +231,7 @@ def test_what_was_left_behind_by_a_kill_is_removed(client, state):
 @pytest.mark.parametrize("name", ["", "..", "../room.yaml", "/etc/passwd", "0" * 41, f"{'0' * 24}-{ONE}/x", "é" * 9])
 def test_what_is_no_draft_is_refused(client, name):
     for address in ("read", "drop"):
-        assert ask(client, address, status=400, id=name)["error"].endswith("is no id of a draft; see the list")
+        assert ask(client, address, status=400, id=name)["error"].endswith("is not the id of a draft; see the list")
     keep(client, "#", tab=name, status=400)
     ask(client, "forget", status=400, tab=name, number=1)
     keep(client, "#", path="../room.yaml", status=403)

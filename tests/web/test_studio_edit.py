@@ -311,7 +311,7 @@ def test_new_worlds_begin_empty_or_as_a_template_and_are_not_written_before_they
     assert sorted(folder.rglob("*")) == before
 
 
-def test_pictures_are_brought_beside_the_world_and_seen_small(client, folder):
+def test_pictures_are_imported_beside_the_world_and_shown_as_thumbnails(client, folder):
     lion = Path(mjsim.__file__).parent.parent / "assets" / "posters" / "lion.jpg"
     brought = client.post("/api/upload?name=Our Lion.jpg&path=deep/hall.yaml", content=lion.read_bytes()).json()
     assert brought == {"path": "Our-Lion.jpg", "file": "deep/Our-Lion.jpg"}

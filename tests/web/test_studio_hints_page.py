@@ -26,7 +26,7 @@ run:
 """
 
 
-def test_a_key_tells_its_unit_its_meaning_and_its_default(sheet):
+def test_hovering_a_key_shows_its_unit_meaning_and_default(sheet):
     hint = sheet.page.locator(".cm-hint")
     for key, pieces in {
         "elevation": ["elevation [m]", "default 0"],

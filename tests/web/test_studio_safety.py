@@ -193,7 +193,7 @@ def test_what_is_brought_is_bounded_and_a_picture(client, folder):
 JSON = {"Content-Type": "application/json"}
 
 
-def test_a_picture_that_is_brought_is_written_anew_under_a_name_that_is_free(client, folder):
+def test_an_imported_picture_is_encoded_again_under_a_free_name(client, folder):
     data = picture(400, 300) + b"<script>alert(1)</script>"
     names = ["../../evil.py", "my poster.jpg", "my poster.jpg", "..", "ü/ö.jpeg", ".hidden.jpg"]
     got = [client.post("/api/upload", params={"name": name}, content=data).json()["path"] for name in names]
@@ -247,7 +247,10 @@ def test_an_upload_that_is_cut_short_leaves_nothing(client, studio, folder):
 def test_the_command_says_in_a_line_what_is_wrong(tmp_path, capsys):
     for arguments, said in (
         ([str(tmp_path / "nowhere.yaml")], "nowhere.yaml'; name a world file or a folder"),
-        ([str(tmp_path), "--host", "203.0.113.7"], "cannot serve at '203.0.113.7': it is no address of this machine"),
+        (
+            [str(tmp_path), "--host", "203.0.113.7"],
+            "cannot serve at '203.0.113.7': it is not an address of this machine",
+        ),
     ):
         with pytest.raises(SystemExit) as ended:
             main(["studio", *arguments])

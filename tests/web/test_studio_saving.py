@@ -210,7 +210,7 @@ def test_names_that_no_file_system_takes_are_refused(client):
             error = told(client, address, status=400, path=name, **more)["error"]
             assert error.endswith("has a name of more than 255 bytes; shorten it")
     error = told(client, "open", status=400, path="a/" * 3000 + "room.yaml")["error"]
-    assert error == f"path '{'a/' * 30}' is no name of a file; write such as 'worlds/room.yaml'"
+    assert error == f"path '{'a/' * 30}' is not a file name; write for example 'worlds/room.yaml'"
     longest = "é" * 125 + ".yaml"
     told(client, "save", path=longest, text=ROOM)
     assert told(client, "open", path=longest)["text"] == ROOM

@@ -51,7 +51,7 @@ def test_a_mechanism_is_on_the_plan_and_its_crank_is_dragged_with_the_loop_close
     sheet.reads("start_deg: 30}   # by hand")
 
 
-def test_a_webp_picture_is_brought_as_a_png(sheet, tmp_path):
+def test_a_webp_picture_is_imported_as_a_png(sheet, tmp_path):
     pixels = np.full((40, 60, 3), (40, 160, 220), np.uint8)
     data = cv2.imencode(".webp", pixels, [cv2.IMWRITE_WEBP_QUALITY, 101])[1].tobytes()
     sheet.click(6.0, 0.0)

@@ -37,7 +37,7 @@ def told(path: str = "", events: str = "") -> list[str]:
         ),
     ],
 )
-def test_a_mover_that_goes_through_what_stays_is_told(points, doubt):
+def test_a_mover_through_fixed_objects_is_reported(points, doubt):
     (message,) = told(f", path: {{points: {points}}}")
     assert message.startswith(doubt)
 

@@ -96,7 +96,7 @@ def test_folders_devices_and_closed_files_are_refused(tmp_path):
         load_runnable(closed)
 
 
-def test_all_faults_of_a_file_are_told_together_in_order(tmp_path):
+def test_all_errors_of_a_file_are_reported_together_in_order(tmp_path):
     path = tmp_path / "room.yaml"
     path.write_text(
         "mjsim: 1\nwals: []\nwalls:\n- points: [[0, 0], [1, 0]]\n  height: -2.0\n  color: red\n"

@@ -22,7 +22,7 @@ def world_of(*people):
     return parse_world(DESK + "".join(f"  - {{{keys}}}\n" for keys in people), file="w.yaml")
 
 
-def test_one_who_sits_reads_back_equal_and_is_at_the_seat():
+def test_a_seated_person_reads_back_equal_and_is_at_the_seat():
     world = world_of(
         "name: a, sex: male, seat: chair, hands: {left: desk.key}, feet: {right: desk.rest}, gaze: desk.key"
     )

@@ -108,7 +108,7 @@ def test_a_beacon_on_a_model_hangs_at_its_height_above_the_lowest_point(tmp_path
         np.testing.assert_allclose(simulation.data.geom("beacon/tag").xpos, [1.2, 2, 0.9], atol=1e-3)
 
 
-def test_a_beacon_inside_the_robot_that_carries_it_is_told():
+def test_a_beacon_inside_the_robot_that_carries_it_is_reported():
     text = "beacons: [{name: b, on: r, at: [0, 0], center: HIGH}]\nrobots: [{name: r, at: [2, 2]}]"
     assert not check_world(parse_world(ROOM + text.replace("HIGH", "0.5")))
     (problem,) = check_world(parse_world(ROOM + text.replace("HIGH", "0.1")))

@@ -64,7 +64,7 @@ lamps:
 }
 
 
-def test_the_mistakes_of_the_page_are_told_so(tmp_path, monkeypatch):
+def test_the_error_examples_of_the_page_are_correct(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("parts").mkdir()
     for name, text in MISTAKEN.items():

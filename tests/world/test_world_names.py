@@ -78,7 +78,7 @@ def test_the_studio_opens_a_shipped_world_in_the_working_folder(folder):
         opened("huskie")
 
 
-def test_a_misspelt_name_is_told_with_the_one_meant(capsys):
+def test_a_misspelt_name_gets_a_suggestion(capsys):
     expected = "no shipped world 'galery'; did you mean 'gallery'?\n"
     for command in (["check"], ["run"], ["show", "-o", "a.png"], ["sweep", "--seeds", "1", "-o", "s"], ["fmt"]):
         assert typed(*command, "galery", capsys=capsys) == (2, "", expected), command

@@ -201,7 +201,7 @@ def test_keys_of_a_users_module_are_its_own():
         ("[{times: 100000}, {times: 2}]", "5: repeating comes to more than 100000 items; repeat less"),
     ],
 )
-def test_a_repeat_that_cannot_be_is_told_at_its_place(item, fault):
+def test_an_impossible_repeat_is_an_error_at_its_place(item, fault):
     column, _, message = fault.partition(": ")
     assert faults("lamps:\n" + f"  - {{at: [1, 1], repeat: {item}}}\n") == [f"room.yaml:3:{column}: {message}"]
 

@@ -172,7 +172,7 @@ class _Names:
         if "$" not in text:
             return text
         if depth > DEEPEST or len(text) > LONGEST:
-            raise UsageError(f"{self._path}: the value '{text[:60]}' stands for itself; mend its xacro:property")
+            raise UsageError(f"{self._path}: the value '{text[:60]}' refers to itself; correct its xacro:property")
         new = _SUBSTITUTION.sub(lambda match: self._value(match, depth), text)
         return new if new == text else self.text(new, depth + 1)
 
