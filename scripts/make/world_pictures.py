@@ -51,10 +51,9 @@ OUTSIDE = {"corridor": "scout/chase"}
 """Views from outside other than the overview."""
 HEAD = """# Worlds
 
-These worlds come with mjsim. `mjsim worlds` lists them with their files; wherever a command takes a WORLD, the name is
-enough, also where a folder of that name lies beside you. `mjsim worlds --copy office` copies one to work on; change it,
-`mjsim check` says what is wrong as you go, and `mjsim show WORLD -o plan.png` draws the plan on a sheet to be printed.
-Every one of them runs as it is:
+These worlds come with mjsim. `mjsim worlds` lists them with their files. Wherever a command takes a WORLD, the name is
+enough, even if there is a folder of that name. `mjsim worlds --copy office` makes a copy for you to edit; `mjsim check`
+reports errors in it, and `mjsim show WORLD -o plan.png` draws a plan for printing. All of them run unchanged:
 
 ```sh
 .venv/bin/mjsim run gallery --seconds 30 --video gallery.mp4
@@ -98,7 +97,7 @@ def page(worlds: Mapping[str, World]) -> str:
 
 def folder_section(folder: str, title: str, command: str) -> str:
     """Return the section of a folder's worlds."""
-    text = f"\n## {title}\n\nThe worlds of `worlds/{folder}`; they are found by their names alone.\n"
+    text = f"\n## {title}\n\nThe worlds of `worlds/{folder}`; `mjsim` finds them by their names.\n"
     for name in (path.stem for path in in_folder(folder)):
         shown = command.format(name, name)
         text += f"\n### {name}\n\n{about(f'{folder}/{name}')}\n\n```sh\n.venv/bin/mjsim {shown}\n```\n\n"
