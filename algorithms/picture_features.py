@@ -1,8 +1,8 @@
-"""Finding pictures in a camera's image without any idea of where they are: binary features, matched and voted.
+"""Finds pictures in a camera's image without a prior of their pose: binary features, matching and voting.
 
 References:
     Rublee, Rabaud, Konolige, Bradski, ORB: an efficient alternative to SIFT or SURF, ICCV 2011.
-    Morel, Yu, ASIFT, SIAM Journal on Imaging Sciences 2(2), 2009, for features of turned views.
+    Morel, Yu, ASIFT, SIAM Journal on Imaging Sciences 2(2), 2009, for features of rotated views.
     Lowe, Distinctive Image Features, IJCV 60(2), 2004, section 7, for the votes.
 """
 
@@ -18,20 +18,20 @@ from mjsim.geometry import Array
 Gray = NDArray[np.uint8]
 
 TEMPLATE_SIDE = 150
-"""Long side of a picture when its features are taken [px]."""
+"""Long side of a picture when its features are extracted [px]."""
 VIEWS_DEG = {0.0: 90, -48.0: 65, 48.0: 65}
-"""Turns about the upright axis at which a picture's features are taken, and how many each."""
+"""Rotations about the vertical axis at which features of a picture are extracted -> number of features."""
 IMAGE_FEATURES = 900
 ENLARGE = 1.5
-"""Of the camera's image before features are taken, so that those of far pictures are found."""
+"""Enlargement of the camera's image before features are extracted, so that distant pictures are found."""
 RIM = 18
-"""Of plain gray around a picture, so that features near its edge are kept [px]."""
+"""Width of the gray border around a picture, which keeps features near its edge [px]."""
 LIKELY_BITS = 12
-"""Of the first 64 bits of two descriptors that may differ in a pair that is looked at more closely."""
+"""Most of the first 64 bits that may differ in a pair of descriptors that is compared in full."""
 MATCH_BITS = 64
-"""Of all 256 bits that may differ in a match."""
+"""Most of the 256 bits that may differ in a match."""
 CHUNK = 32
-"""Rows compared at a time, so that what comes out stays in the processor's cache."""
+"""Rows compared at a time, so that the result stays in the processor's cache."""
 VOTES = 6
 """Matches that must agree on a picture's place."""
 
@@ -43,11 +43,11 @@ class Features:
     descriptors: NDArray[np.uint64]
     """Shape (n, 4)."""
     points: Array
-    """Where, shape (n, 2); pixels of the image, or metres in the plane of the picture."""
+    """Positions, shape (n, 2); pixels of the image, or metres in the plane of the picture."""
     angles: Array
     """Direction [deg]."""
     sizes: Array
-    """Diameter of the patch [px of the image, or of the view that it was taken in]."""
+    """Diameter of the patch [px of the image, or of the rotated view]."""
 
     def only(self, chosen: NDArray[np.bool_]) -> "Features":
         """Return the chosen rows."""
@@ -60,9 +60,9 @@ class Bank:
 
     features: Features
     owners: NDArray[np.intp]
-    """Which picture each is of."""
+    """Index of the picture of each feature."""
     to_middle: Array
-    """From the feature to the picture's middle in its own view, shape (n, 2) [px of that view]."""
+    """From the feature to the picture's center in its view, shape (n, 2) [px of that view]."""
 
     def of(self, pictures: NDArray[np.bool_]) -> "Bank":
         """Return the features of the chosen pictures."""
@@ -78,11 +78,11 @@ class PictureCandidate:
     plane: Array
     """Points in the plane of the picture, shape (n, 2) [m]."""
     image: Array
-    """Where they are in the image, shape (n, 2) [px]."""
+    """The same points in the image, shape (n, 2) [px]."""
 
 
 def make_bank(pictures: Sequence[tuple[Gray, float]]) -> Bank:
-    """Return the features of gray pictures with their widths [m], each seen head-on and from both sides."""
+    """Return the features of gray pictures of given widths [m], each seen from the front and from both sides."""
     parts = [
         _view_features(index, gray, width, yaw_deg, count)
         for index, (gray, width) in enumerate(pictures)
@@ -128,9 +128,9 @@ def find_candidates(bank: Bank, image: Features) -> list[PictureCandidate]:
 
 
 def match(rows: NDArray[np.uint64], entries: NDArray[np.uint64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return pairs of descriptors that are alike: for each row at most its nearest entry.
+    """Return pairs of similar descriptors: for each row at most its nearest entry.
 
-    A look at the first 64 bits leaves one pair in a thousand to compare in full.
+    Comparing the first 64 bits leaves one pair in a thousand to compare in full.
     """
     first_rows, first_entries = np.ascontiguousarray(rows[:, :1]), np.ascontiguousarray(entries[:, 0])
     near = [np.zeros(0, dtype=np.intp)]
@@ -146,7 +146,7 @@ def match(rows: NDArray[np.uint64], entries: NDArray[np.uint64]) -> tuple[NDArra
 
 
 def _largest_agreement(middles: Array, scales: Array, turns: Array) -> NDArray[np.intp]:
-    """Return the matches that agree with the one that most agree with."""
+    """Return the largest set of matches that agree with one of them."""
     apart = np.linalg.norm(middles[:, None] - middles[None], axis=2)
     # A quarter of the picture's size, as the larger of the two matches tells it.
     near = apart < 0.25 * TEMPLATE_SIDE * np.maximum(scales[:, None], scales[None])
@@ -170,7 +170,7 @@ def _detect(gray: Gray, count: int, *, levels: int) -> Features:
 
 
 def _view_features(picture: int, gray: Gray, width: float, yaw_deg: float, count: int) -> Bank:
-    """Return the features of one picture as it is seen turned by an angle."""
+    """Return the features of one picture seen under a yaw angle."""
     scale = TEMPLATE_SIDE / max(gray.shape)
     small = cv2.resize(gray, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     view_from_small = _turned_view(small.shape[1], small.shape[0], np.radians(yaw_deg))

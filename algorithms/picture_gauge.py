@@ -1,4 +1,4 @@
-"""Measuring where one known flat picture hangs, once it is roughly known where it is in the image."""
+"""Measures the pose of one known flat picture whose position in the image is roughly known."""
 
 from dataclasses import dataclass
 
@@ -13,11 +13,11 @@ from .picture_templates import Gray, ImagePyramid, apply_homography, make_templa
 from .planar_pose import PlanarPose, fit_pose, image_from_plane
 
 MOST_TILT_DEG = 68.0
-"""Between the line of sight and the picture's normal."""
+"""Largest angle between the line of sight and the picture's normal."""
 LEAST_SIDE = 20.0
-"""Of a picture in the image, the root of its area [px]."""
+"""Smallest size of a picture in the image: the square root of its area [px]."""
 CORNER_FLOOR = 0.006
-"""What no number of pixels averages away of a picture, standard deviation of each coordinate of a corner
+"""Error of a picture's corners that does not average out over pixels, standard deviation of each coordinate
 [pixels compared]; measured by scripts/measure/vision.py."""
 
 
@@ -28,11 +28,11 @@ class FoundPicture:
     detection: Detection
     pose: PlanarPose
     correlation: float
-    """With its image, at most 1."""
+    """Correlation with its image, at most 1."""
 
 
 class PreparedImage:
-    """A camera's image, with what is made of it only once."""
+    """A camera's image with the data that is computed from it only once."""
 
     def __init__(self, image: Picture, intrinsics: Intrinsics) -> None:
         """Take an RGB image, shape (height, width, 3)."""
@@ -42,16 +42,16 @@ class PreparedImage:
 
 
 class PictureGauge:
-    """Compares one picture with an image and tells where it hangs."""
+    """Compares one picture with an image and measures its pose."""
 
     def __init__(self, name: str, gray: Gray, width: float, *, floor: float = CORNER_FLOOR) -> None:
         """Make templates of a picture.
 
         Args:
-            name: What its detections are called.
+            name: Name in its detections.
             gray: Shape (height, width).
             width: Of the printed picture [m].
-            floor: What no number of pixels averages away, standard deviation of a corner [pixels compared].
+            floor: Error that does not average out over pixels, standard deviation of a corner [pixels compared].
         """
         self.name = name
         self._floor = floor
@@ -63,8 +63,8 @@ class PictureGauge:
 
         Args:
             rotation: camera_from_picture as predicted, shape (3, 3).
-            position: Its middle as predicted, shape (3,) [m].
-            view: Where to look.
+            position: Its predicted center, shape (3,) [m].
+            view: Image to search.
         """
         homography = image_from_plane(rotation, position, view.intrinsics)
         if not self._plausible(homography, view.intrinsics):
@@ -77,14 +77,14 @@ class PictureGauge:
 
         Args:
             homography: From the picture's plane [m] to the image [px], shape (3, 3).
-            view: Where to look.
+            view: Image to search.
         """
         return self._measured(homography, view) if self._plausible(homography, view.intrinsics) else None
 
     def _measured(
         self, homography: Array, view: PreparedImage, *, guess: tuple[Array, Array] | None = None
     ) -> FoundPicture | None:
-        """Return the picture near a homography; its pose is sought from a guess, (3, 3) and (3,), if there is one."""
+        """Return the picture near a homography; its pose is fitted from a guess, (3, 3) and (3,), if given."""
         alignment = align(self._templates, view.pyramid, homography)
         if alignment is None or not self._plausible(alignment.homography, view.intrinsics):
             return None
@@ -100,7 +100,7 @@ class PictureGauge:
         return FoundPicture(detection, pose, alignment.correlation)
 
     def _plausible(self, homography: Array, intrinsics: Intrinsics) -> bool:
-        """Tell whether a homography shows the picture's front, not too small, and enough of it in the image."""
+        """Return whether a homography shows the picture's front, large enough, and enough of it in the image."""
         corners = self._templates[0].corners
         depth = corners @ homography[2, :2] + homography[2, 2]
         if depth.max() * depth.min() <= 0.0:

@@ -14,16 +14,16 @@ Gray = NDArray[np.uint8]
 SIDES = (32, 45, 64, 90, 128)
 """Long sides of the templates of a picture [px]."""
 TILES = 5
-"""Tiles along a side, by which parts that are hidden are found."""
+"""Tiles along a side, for detecting hidden parts."""
 BLOCK = 5
-"""Side of the blocks within which differences from the image are taken to depend on each other [px]."""
+"""Side of the blocks within which differences from the image are assumed to be correlated [px]."""
 BLUR = 0.6
-"""Of a template, standard deviation [px]; about what drawing, or a lens, does to the image."""
+"""Blur of a template, standard deviation [px]; about that of the renderer or a lens."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PictureTemplate:
-    """A picture at one size. What is by pixel leaves out a rim; it has one row for each of the n others, by block."""
+    """A picture at one size. Data per pixel leave out the rim: one row for each of the n other pixels, by block."""
 
     gray: Gray
     """Shape (rows, columns)."""
@@ -38,15 +38,15 @@ class PictureTemplate:
     inner: NDArray[np.intp]
     """Index of each pixel in the raveled template, shape (n,)."""
     own: NDArray[np.float32]
-    """Its value less the mean of all, shape (n,)."""
+    """Value of each pixel minus their mean, shape (n,)."""
     tiles: NDArray[np.intp]
-    """Its tile, shape (n,)."""
+    """Tile of each pixel, shape (n,)."""
     tile_pixels: NDArray[np.intp]
-    """How many pixels each tile has, shape (TILES^2,)."""
+    """Number of pixels of each tile, shape (TILES^2,)."""
     blocks: NDArray[np.intp]
-    """Where each block of BLOCK x BLOCK neighbours begins among the n, shape (blocks,)."""
+    """Index among the n at which each block of BLOCK x BLOCK neighbours begins, shape (blocks,)."""
     design: NDArray[np.float32]
-    """How it changes with eight numbers of a homography, gain, offset and two slopes, shape (n, 12)."""
+    """Derivatives by the eight parameters of a homography, gain, offset and two slopes, shape (n, 12)."""
     normal: Array
     """design.T @ design, shape (12, 12)."""
     inverse: Array
@@ -56,7 +56,7 @@ class PictureTemplate:
 
 
 def make_templates(gray: Gray, width: float) -> tuple[PictureTemplate, ...]:
-    """Return the templates of a gray picture of that width [m], from small to large."""
+    """Return the templates of a gray picture of a given width [m], from small to large."""
     return tuple(_make_template(gray, width, side) for side in SIDES)
 
 
@@ -103,7 +103,7 @@ def _make_template(gray: Gray, width: float, side: int) -> PictureTemplate:
 def warp_slopes(
     small: NDArray[np.float32], first: tuple[float, float], step: tuple[float, float]
 ) -> NDArray[np.float32]:
-    """Return how each pixel changes with homography, gain, offset and slopes, shape (pixels, 12).
+    """Return the derivatives of each pixel by homography, gain, offset and slopes, shape (pixels, 12).
 
     Args:
         small: The template.
@@ -120,7 +120,7 @@ def warp_slopes(
 
 
 class ImagePyramid:
-    """A camera's gray image at full, half, quarter... size, each made when it is first asked for."""
+    """A camera's gray image at full, half, quarter... size, each computed on first use."""
 
     def __init__(self, gray: Gray) -> None:
         """Take a gray image, shape (height, width)."""
@@ -132,7 +132,7 @@ class ImagePyramid:
         return self._levels[0].shape[1], self._levels[0].shape[0]
 
     def level(self, area: float) -> int:
-        """Return the level whose pixels are nearest to an area [px^2 of the image]."""
+        """Return the level whose pixels are nearest in area [px^2 of the image]."""
         return int(np.clip(np.rint(0.5 * np.log2(max(area, 1e-9))), 0, 4))
 
     def image(self, level: int) -> Gray:
@@ -143,7 +143,7 @@ class ImagePyramid:
 
 
 def quadrilateral_area(corners: Array) -> float:
-    """Return the area inside corners given clockwise as seen in the image, shape (4, 2); negative when mirrored."""
+    """Return the area inside corners, clockwise in the image, shape (4, 2); negative when mirrored."""
     (ax, ay), (bx, by), (cx, cy), (dx, dy) = corners.tolist()
     return 0.5 * float((cx - ax) * (dy - by) - (dx - bx) * (cy - ay))
 

@@ -1,6 +1,6 @@
-"""Where a flat picture of known size hangs, from the four corners of its image.
+"""Pose of a flat picture of known size from the four corners of its image.
 
-The picture's frame has its origin at the middle, x to its right, y down, z into the wall; the camera's frame is
+The picture's frame has its origin at its center, x to its right, y down, z into the wall; the camera's frame is
 optical (x right, y down, z ahead). `camera_from_picture` is a rotation R and an offset t.
 """
 
@@ -14,7 +14,7 @@ from mjsim.interface import Intrinsics
 STEPS = 8
 """Gauss-Newton steps at most."""
 LIKELY_MISFIT = 9.2
-"""99 % quantile of chi-square with 2 degrees of freedom, what 8 coordinates of corners leave of 6 of a pose."""
+"""99 % quantile of chi-square with 2 degrees of freedom: 8 coordinates of corners minus 6 of a pose."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,7 +24,7 @@ class PlanarPose:
     rotation: Array
     """camera_from_picture, shape (3, 3)."""
     position: Array
-    """The picture's middle, shape (3,) [m]."""
+    """The picture's center, shape (3,) [m]."""
     covariance: Array
     """Of (position, rotation vector in the camera's frame), shape (6, 6) [m, rad]."""
     misfit: float
@@ -53,7 +53,7 @@ def image_from_plane(rotation: Array, position: Array, intrinsics: Intrinsics) -
 
 
 def pose_from_homography(homography: Array, intrinsics: Intrinsics) -> tuple[Array, Array]:
-    """Return rotation (3, 3) and position (3,) [m] of the plane that a homography shows; a first guess.
+    """Return an initial guess of rotation (3, 3) and position (3,) [m] of the plane of a homography.
 
     References:
         Zhang, A Flexible New Technique for Camera Calibration, IEEE PAMI 22(11), 2000, section 3.1.
@@ -73,10 +73,10 @@ def fit_pose(
     *,
     guess: tuple[Array, Array] | None = None,
 ) -> PlanarPose:
-    """Return the pose that explains the corners best.
+    """Return the pose that fits the corners best.
 
-    Without a guess, or when what it leads to explains them badly, both poses that a plane seen nearly head-on may
-    have are refined, and the better one is returned.
+    Without a guess, or when the fit from it is poor, both poses of the ambiguity of a plane seen nearly from the
+    front are refined, and the better one is returned.
 
     Args:
         corners: Image of the corners from the picture's top left clockwise, shape (4, 2) [px].
@@ -120,7 +120,7 @@ def homography_between(source: Array, target: Array) -> Array:
 
 
 def rotation_between(first: Array, second: Array) -> Array:
-    """Return the smallest rotation that turns one unit vector into another, not opposite, one, shape (3, 3)."""
+    """Return the smallest rotation from one unit vector to another, which is not its opposite, shape (3, 3)."""
     axis = _cross_matrix(_cross_matrix(first) @ second)
     return np.asarray(np.eye(3) + axis + axis @ axis / (1.0 + float(first @ second)))
 
@@ -128,7 +128,7 @@ def rotation_between(first: Array, second: Array) -> Array:
 def _refine(
     rotation: Array, position: Array, points: Array, corners: Array, information: Array, intrinsics: Intrinsics
 ) -> PlanarPose:
-    """Return the pose after Gauss-Newton from a first guess."""
+    """Return the pose after Gauss-Newton steps from an initial guess."""
     for _ in range(STEPS):
         error, H = corner_error(rotation, position, points, corners, intrinsics)
         weighted = H.T @ information
@@ -147,7 +147,7 @@ def _refine(
 def corner_error(
     rotation: Array, position: Array, points: Array, corners: Array, intrinsics: Intrinsics
 ) -> tuple[Array, Array]:
-    """Return seen minus predicted corners, shape (8,) [px], and the derivative of the prediction, shape (8, 6)."""
+    """Return measured minus predicted corners, shape (8,) [px], and the derivative of the prediction, shape (8, 6)."""
     turned, (fx, fy) = points @ rotation.T, (intrinsics.fx, intrinsics.fy)
     left, rows = [], []
     # Four points: plain numbers are several times faster than arrays.

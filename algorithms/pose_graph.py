@@ -1,4 +1,4 @@
-"""A graph of poses in the plane: measured steps between them, and the poses that agree with all best."""
+"""A graph of planar poses: measured steps between them, and the poses that fit all steps best."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -11,14 +11,14 @@ from scipy.sparse.linalg import SuperLU, splu
 from mjsim.geometry import Array, wrap_angle, wrap_angles
 
 COMMON = 4
-"""Errors that all steps may have in common: the systematic errors of odometry."""
+"""Number of errors common to all steps: the systematic errors of odometry."""
 HUBER = 2.0
-"""Beyond so many standard deviations a step between far poses counts less than its square."""
+"""Huber threshold of a step between distant poses, in standard deviations."""
 
 
 @dataclass
 class PoseGraph:
-    """Poses (x, y, heading) and measured steps from one to another; the first pose stays where it is.
+    """Poses (x, y, heading) and measured steps from one to another; the first pose is fixed.
 
     References:
         Grisetti, Kuemmerle, Stachniss, Burgard, A Tutorial on Graph-Based SLAM, IEEE ITS Magazine 2(4), 2010,
@@ -28,29 +28,29 @@ class PoseGraph:
     poses: Array
     """Shape (n, 3) [m, m, rad]."""
     ends: NDArray[np.intp] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.intp))
-    """From which pose to which each step leads, shape (k, 2)."""
+    """Indices of the first and second pose of each step, shape (k, 2)."""
     steps: Array = field(default_factory=lambda: np.zeros((0, 3)))
     """Pose of the second in the frame of the first, shape (k, 3)."""
     informations: Array = field(default_factory=lambda: np.zeros((0, 3, 3)))
     """Weight of each step, the inverse of a covariance, shape (k, 3, 3)."""
     spreads: Array = field(default_factory=lambda: np.zeros((0, 3, 3)))
-    """Covariance of what each step errs by, shape (k, 3, 3); weights may be more cautious."""
+    """Covariance of the error of each step, shape (k, 3, 3); weights may be more conservative."""
     slopes: Array = field(default_factory=lambda: np.zeros((0, 3, COMMON)))
-    """How each step changes with the errors that all have in common, shape (k, 3, 4); `steps` are without them."""
+    """Derivative of each step by the common errors, shape (k, 3, 4); `steps` are given for common errors of 0."""
     errors: Array = field(default_factory=lambda: np.zeros(COMMON))
-    """The errors that all steps have in common, as they agree best, shape (4,)."""
+    """Estimate of the common errors of all steps, shape (4,)."""
     _expected: Array = field(default_factory=lambda: np.zeros(COMMON), init=False, repr=False)
     _doubt: Array = field(default_factory=lambda: np.eye(COMMON), init=False, repr=False)
     _solution: "GraphSolution | None" = field(default=None, init=False, repr=False)
-    """Factors of the normal equations of the last round."""
+    """Factors of the normal equations of the last iteration."""
 
     def add_pose(self, pose: Array) -> int:
-        """Add a pose; return its number."""
+        """Add a pose and return its index."""
         self.poses = np.concatenate([self.poses, pose[None]])
         return len(self.poses) - 1
 
     def expect(self, errors: Array, covariance: Array) -> None:
-        """Take what is known, beside the steps, of the errors that they have in common, (4,) and (4, 4)."""
+        """Set the prior of the common errors: mean (4,) and covariance (4, 4)."""
         self._expected, self._doubt = errors, covariance
 
     def add_step(
@@ -65,12 +65,12 @@ class PoseGraph:
         """Add a measured step from one pose to another.
 
         Args:
-            one: Number of the pose that it leads from.
-            other: Number of the pose that it leads to.
-            step: Pose of the second in the frame of the first if the errors in common were 0, shape (3,).
+            one: Index of the first pose.
+            other: Index of the second pose.
+            step: Pose of the second in the frame of the first for common errors of 0, shape (3,).
             information: Its weight, shape (3, 3).
-            spread: Covariance of what it errs by for itself, shape (3, 3); by default the inverse of the weight.
-            slopes: How it changes with the errors in common, shape (3, 4); by default not at all.
+            spread: Covariance of its own error, shape (3, 3); by default the inverse of the weight.
+            slopes: Its derivative by the common errors, shape (3, 4); by default 0.
         """
         spread = np.asarray(np.linalg.inv(information), dtype=float) if spread is None else spread
         self.ends = np.concatenate([self.ends, np.array([[one, other]], dtype=np.intp)])
@@ -81,7 +81,7 @@ class PoseGraph:
         self.slopes = np.concatenate([self.slopes, slopes[None]])
 
     def solve(self, *, rounds: int = 8) -> float:
-        """Move the poses to where they agree with all steps best; return the mean squared error left, in units."""
+        """Fit the poses to all steps; return the remaining mean squared normalized error."""
         squared = np.zeros(0)
         for _ in range(rounds):
             self._solution, b, squared = self._system()
@@ -95,7 +95,7 @@ class PoseGraph:
         return float(np.mean(squared)) if len(squared) else 0.0
 
     def drop_misfits(self, limit: float) -> int:
-        """Forget steps between far poses whose squared error is above a limit, in units; return how many."""
+        """Drop steps between distant poses whose squared normalized error exceeds a limit; return their number."""
         _, _, squared = self._errors()
         kept = (np.abs(self.ends[:, 0] - self.ends[:, 1]) == 1) | (squared <= limit)
         self.ends, self.steps = self.ends[kept], self.steps[kept]
@@ -104,14 +104,14 @@ class PoseGraph:
         return int(np.sum(~kept))
 
     def covariance(self, number: int) -> Array:
-        """Return the covariance of one pose, given the first, by what the steps err by, shape (3, 3).
+        """Return the covariance of one pose, given the first, from the spreads of the steps, shape (3, 3).
 
-        With weights that are the inverses of the spreads it is that of `covariances`.
+        If the weights are the inverses of the spreads, it equals that of `covariances`.
         """
         return self.joint_covariance(number)[:3, :3]
 
     def joint_covariance(self, number: int) -> Array:
-        """Return that of one pose and of the errors that all steps have in common, shape (7, 7).
+        """Return the covariance of one pose and of the common errors of all steps, shape (7, 7).
 
         References:
             White, A heteroskedasticity-consistent covariance matrix estimator, Econometrica 48, 1980: least squares
@@ -131,7 +131,7 @@ class PoseGraph:
 
     @property
     def solved(self) -> int:
-        """How many poses, from the first, the last solution has; 0 before the first one."""
+        """Number of poses, from the first, in the last solution; 0 before the first one."""
         return 0 if self._solution is None else len(self._solution.across) // 3
 
     def factorise(self) -> None:
@@ -141,7 +141,7 @@ class PoseGraph:
     def covariances(self, numbers: Sequence[int]) -> Array:
         """Return the joint covariance of k poses, given the first of the graph, by the weights, shape (3 k, 3 k).
 
-        It is that of the last solution where that has all of these poses.
+        It is that of the last solution if that contains all of these poses.
         """
         number = 3 * len(numbers)
         return self._columns(numbers)[_rows(numbers), :number]
@@ -151,7 +151,7 @@ class PoseGraph:
         return [joint[:3, :3] for joint in self.joint_step_covariances(ones, other)]
 
     def joint_step_covariances(self, ones: Sequence[int], other: int) -> list[Array]:
-        """Return those of the same steps and of the errors that all have in common, shape (7, 7) each."""
+        """Return the joint covariances of each of these steps and of the common errors, shape (7, 7) each."""
         numbers = [*ones, other]
         columns = self._columns(numbers)
         joint = columns[_ends(numbers, len(columns))]
@@ -166,7 +166,7 @@ class PoseGraph:
         return found
 
     def _columns(self, numbers: Sequence[int]) -> Array:
-        """Return the columns of the inverse of H of k poses and of the errors in common, shape (3 n + 4, 3 k + 4)."""
+        """Return the columns of the inverse of H of k poses and of the common errors, shape (3 n + 4, 3 k + 4)."""
         if self._solution is None or max(numbers) >= self.solved:
             self.factorise()
         assert self._solution is not None
@@ -177,13 +177,13 @@ class PoseGraph:
         return self._solution.solve(columns)
 
     def _weights(self, squared: Array) -> Array:
-        """Return how much each step counts beside its information, by its squared error in units, shape (k,)."""
+        """Return the robust weight of each step from its squared normalized error, shape (k,)."""
         # Steps along the way are trusted; those that close a loop might be wrong.
         far = np.abs(self.ends[:, 0] - self.ends[:, 1]) > 1
         return np.where(far, np.minimum(1.0, HUBER / np.sqrt(np.maximum(squared, 1e-12))), 1.0)
 
     def _errors(self) -> tuple[Array, Array, Array]:
-        """Return each step's error (k, 3), its derivatives by both poses (k, 3, 6), and its square in units (k,)."""
+        """Return each step's error (k, 3), its derivatives by both poses (k, 3, 6), and its normalized square (k,)."""
         first, second = self.ends.T
         error, A, B = step_errors(self.poses[first], self.poses[second], self.steps + self.slopes @ self.errors)
         squared = np.einsum("ki,ki->k", error, (self.informations @ error[:, :, None])[:, :, 0])
@@ -215,18 +215,18 @@ class PoseGraph:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GraphSolution:
-    """Factors of the normal equations of n poses and the errors that all steps have in common."""
+    """Factors of the normal equations of n poses and the common errors of all steps."""
 
     factors: SuperLU
-    """Of the part of the poses."""
+    """Factors of the poses' part."""
     across: Array
-    """By how much poses change with the errors in common, steps held, times -1: shape (3 n, 4)."""
+    """Minus the derivative of the poses by the common errors, steps held, shape (3 n, 4)."""
     common: Array
-    """Inverse of the part of the errors in common once the poses follow them, shape (4, 4)."""
+    """Inverse of the Schur complement of the common errors' part, shape (4, 4)."""
 
     @classmethod
     def of(cls, factors: SuperLU, across: Array, common: Array) -> "GraphSolution":
-        """Return it of the factors of the poses' part of H, the part of both (3 n, 4), and that of the errors (4, 4).
+        """Return the solution from the factors of the poses' part of H, the mixed (3 n, 4) and the errors' part (4, 4).
 
         References:
             Golub, Van Loan, Matrix Computations (2013), section 3.2.11: the Schur complement.
@@ -235,7 +235,7 @@ class GraphSolution:
         return cls(factors, follow, np.asarray(np.linalg.inv(common - across.T @ follow), dtype=float))
 
     def solve(self, right: Array) -> Array:
-        """Return what H times makes the right side (3 n + 4, m)."""
+        """Return the solution of H x = the right side (3 n + 4, m)."""
         poses = np.asarray(self.factors.solve(np.ascontiguousarray(right[:-COMMON])), dtype=float)
         # `across` is A^-1 B with A symmetric, so its transpose times the right side is B^T A^-1 times it.
         errors = self.common @ (right[-COMMON:] - self.across.T @ right[:-COMMON])
@@ -243,17 +243,17 @@ class GraphSolution:
 
 
 def _rows(numbers: Sequence[int]) -> NDArray[np.intp]:
-    """Return where the states of k poses stand, shape (3 k,)."""
+    """Return the indices of the states of k poses, shape (3 k,)."""
     return (3 * np.asarray(numbers)[:, None] + np.arange(3)).ravel()
 
 
 def _ends(numbers: Sequence[int], size: int) -> NDArray[np.intp]:
-    """Return where the states of k poses and, at the end, the errors in common stand, shape (3 k + 4,)."""
+    """Return the indices of the states of k poses and, at the end, of the common errors, shape (3 k + 4,)."""
     return np.concatenate([_rows(numbers), np.arange(size - COMMON, size)])
 
 
 def _of_blocks(blocks: Array, rows: NDArray[np.intp], columns: NDArray[np.intp], number: int) -> csc_array:
-    """Return the matrix (3 n, 3 n) of the sums of blocks (k, 3, 3), given the row and column of each, in blocks."""
+    """Return the matrix (3 n, 3 n) of summed blocks (k, 3, 3), given the block row and column of each."""
     order = np.argsort(rows * number + columns, kind="stable")
     rows, columns = rows[order], columns[order]
     begins = np.flatnonzero(np.concatenate([[True], (np.diff(rows) != 0) | (np.diff(columns) != 0)]))
@@ -263,7 +263,7 @@ def _of_blocks(blocks: Array, rows: NDArray[np.intp], columns: NDArray[np.intp],
 
 
 def _factors(H: csc_array) -> SuperLU:
-    """Return the factors of a symmetric positive definite matrix: without pivots, in an order that keeps symmetry."""
+    """Return the factors of a symmetric positive definite matrix, without pivoting, in a symmetric ordering."""
     return splu(H, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
 
@@ -275,7 +275,7 @@ def step_between(one: Array, other: Array) -> Array:
 
 
 def compose(outer: Array, inner: Array) -> Array:
-    """Return the pose (3,) in the world of one that is given in the frame of another."""
+    """Return a pose (3,) in the world from one given in the frame of another pose."""
     c, s = np.cos(outer[2]), np.sin(outer[2])
     x, y, heading = inner
     return np.array(
@@ -284,7 +284,7 @@ def compose(outer: Array, inner: Array) -> Array:
 
 
 def step_errors(ones: Array, others: Array, steps: Array) -> tuple[Array, Array, Array]:
-    """Return how far poses are from measured steps (k, 3), and the derivatives by both poses (k, 3, 3)."""
+    """Return the errors of measured steps (k, 3), and their derivatives by both poses (k, 3, 3)."""
     found = step_between(ones, others)
     error = found - steps
     error[:, 2] = wrap_angles(error[:, 2])
@@ -297,6 +297,6 @@ def step_errors(ones: Array, others: Array, steps: Array) -> tuple[Array, Array,
 
 
 def carried(pose: Array, first: Array) -> Array:
-    """Return how a pose changes with the first one of its graph, which turns and shifts all of it, shape (3, 3)."""
+    """Return the derivative of a pose by the first one of its graph, which the graph follows, shape (3, 3)."""
     dx, dy = pose[:2] - first[:2]
     return np.array([[1.0, 0.0, -dy], [0.0, 1.0, dx], [0.0, 0.0, 1.0]])

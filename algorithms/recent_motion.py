@@ -16,13 +16,13 @@ from mjsim.interface import Odometry, Sighting
 from .ekf_models import landmark_from, odometry_motion, range_bearing
 
 MEMORY = 10.0
-"""How far back the way is kept [s]."""
+"""Time for which the motion is kept [s]."""
 SAME = 1e-6
-"""What is told so soon after it was seen was seen now [s]."""
+"""A sighting of at most this age counts as current [s]."""
 
 
 class RecentMotion:
-    """The way of the last seconds, by odometry alone."""
+    """The motion of the last seconds by odometry alone."""
 
     def __init__(self) -> None:
         """Start at rest."""
@@ -31,7 +31,7 @@ class RecentMotion:
         self._track: deque[tuple[float, Array, Array]] = deque([start])  # time, pose, sum of the steps' covariances
 
     def move(self, step: Odometry, time: float) -> None:
-        """Take the motion since the tick before; `time` is that of this tick [s]."""
+        """Add the motion since the previous tick; `time` is that of this tick [s]."""
         _, pose, total = self._track[-1]
         pose, _, _ = self._motion(pose, np.array([step.forward, step.left, step.turn]))
         self._track.append((time, pose, total + step.covariance))
@@ -41,8 +41,8 @@ class RecentMotion:
     def since(self, time: float) -> tuple[Array, Array]:
         """Return the step from the pose at a time to the newest one, shape (3,), and its covariance (3, 3).
 
-        Between two ticks the motion is even; before the first the robot was at rest. The covariance is the sum of
-        those of odometry, which holds while the robot turns little.
+        Motion between two ticks is interpolated linearly; before the first tick the robot was at rest. The covariance
+        is the sum of those of odometry, which is valid while the robot turns little.
         """
         _, pose, total = self._track[-1]
         then, known = self._at(time)
@@ -52,13 +52,13 @@ class RecentMotion:
         return np.array([c * dx + s * dy, c * dy - s * dx, turn]), total - known
 
     def to_now(self, sighting: Sighting) -> Sighting:
-        """Return a sighting as it would be from the newest pose; one of now is returned as it is."""
+        """Return a sighting transformed to the newest pose; a current one is returned unchanged."""
         if sighting.stamp >= self._track[-1][0] - SAME:
             return sighting
         return carried(sighting, *self.since(sighting.stamp))
 
     def _at(self, time: float) -> tuple[Array, Array]:
-        """Return the pose at a time, shape (3,), and the covariances added up till then (3, 3)."""
+        """Return the pose at a time, shape (3,), and the sum of the covariances up to then (3, 3)."""
         later = None
         for entry in reversed(self._track):
             if entry[0] <= time:
@@ -76,10 +76,10 @@ class RecentMotion:
 
 
 def carried(sighting: Sighting, step: Array, covariance: Array) -> Sighting:
-    """Return a sighting as it would be after a step of the robot.
+    """Return a sighting transformed to the pose after a step of the robot.
 
     Args:
-        sighting: From before the step.
+        sighting: Taken before the step.
         step: (forward, left, turn) in the robot's frame before it, shape (3,) [m, m, rad].
         covariance: Of the step, shape (3, 3).
     """

@@ -1,4 +1,4 @@
-"""Pictures made straight again: what a camera with a lens sees, as a pinhole would have seen it."""
+"""Rectifies images of a camera with lens distortion to those of a pinhole camera."""
 
 from dataclasses import replace
 
@@ -9,21 +9,21 @@ from mjsim.interface import CameraFrame, Intrinsics, Picture
 
 
 class Rectifier:
-    """Straightens the pictures of one camera; what the pinhole sees beyond the lens's picture is black."""
+    """Rectifies the images of one camera; pixels outside the distorted image are black."""
 
     def __init__(self, intrinsics: Intrinsics) -> None:
-        """Make the table, as OpenCV makes it from a calibration.
+        """Compute the lookup table, as OpenCV does from a calibration.
 
         Args:
             intrinsics: Of the camera.
 
         Raises:
-            ValueError: The lens is of a kind that nobody knows.
+            ValueError: The lens model is unknown.
         """
         if intrinsics.lens not in ("pinhole", "brown", "fisheye"):
             raise ValueError(f"no lens '{intrinsics.lens}'; there are pinhole, brown and fisheye")
         self.intrinsics = replace(intrinsics, lens="pinhole", distortion=())
-        """Of the straight pictures: the same focal length and middle."""
+        """Intrinsics of the rectified images: same focal length and principal point."""
         self._maps: tuple[Picture, Picture] | None = None
         if intrinsics.lens != "pinhole":
             module = cv2.fisheye if intrinsics.lens == "fisheye" else cv2
@@ -32,7 +32,7 @@ class Rectifier:
             self._maps = (np.asarray(x), np.asarray(y))
 
     def straight(self, frame: CameraFrame) -> CameraFrame:
-        """Return a frame with its picture straight, and without depth and instances, which stay bent."""
+        """Return a frame with its image rectified, without depth and instances, which are not rectified."""
         if self._maps is None:
             return frame
         picture = cv2.remap(frame.image, *self._maps, cv2.INTER_LINEAR, borderValue=0)

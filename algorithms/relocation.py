@@ -19,13 +19,13 @@ from mjsim.interface import Sighting
 from .recent_motion import MEMORY, RecentMotion
 
 COUNTED, FAILING = 12, 9
-"""Of so many sightings of the map at least so many must fail; fewer do where every other one is wrong."""
+"""Number of recent sightings of the map, and of failures among them for a lost robot; if half are wrong, fewer fail."""
 AGREEING = 0.7
-"""Fraction of the looks that a new pose must explain."""
+"""Proportion of the sightings that a new pose must explain."""
 APART = 0.5
-"""Two looks that give a pose are at least so far from each other [m]."""
+"""Least distance between the two sightings that give a pose [m]."""
 MOST_LOOKS = 40
-"""The newest ones are used."""
+"""Most sightings used, the newest ones."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,7 +35,7 @@ class _Look:
 
 
 class Relocation:
-    """Remembers which sightings of the map failed, and finds the pose that explains them."""
+    """Records which sightings of the map failed, and finds the pose that explains them."""
 
     def __init__(self) -> None:
         """Start with nothing seen."""
@@ -48,16 +48,16 @@ class Relocation:
         return sum(self._failed) >= FAILING
 
     def saw(self, name: Hashable, sighting: Sighting, *, failed: bool) -> None:
-        """Take a sighting of a landmark of the map."""
+        """Record a sighting of a landmark of the map."""
         self._looks.append(_Look(name, sighting))
         self._failed.append(failed)
 
     def found(self) -> None:
-        """Forget that sightings failed: the pose is new."""
+        """Reset the record of failures after a new pose."""
         self._failed.clear()
 
     def looks(self, motion: RecentMotion, time: float) -> tuple[list[Hashable], list[Sighting]]:
-        """Return the last looks at the map, each landmark's newest one, as they would be from here."""
+        """Return the newest sighting of each landmark of the map, transformed to the current pose."""
         newest = {look.name: look.sighting for look in self._looks if time - look.sighting.stamp < MEMORY}
         return list(newest), [motion.to_now(sighting) for sighting in newest.values()]
 
@@ -65,15 +65,15 @@ class Relocation:
 def pose_from_looks(
     names: Sequence[Hashable], looks: Sequence[Sighting], places: Mapping[Hashable, Array]
 ) -> Array | None:
-    """Return the pose from which the most landmarks are seen where they are, None if no pose explains enough.
+    """Return the pose with which most sightings agree; None if no pose explains enough of them.
 
-    Every pair of looks far enough apart gives a pose; that on which most others agree is taken (an exhaustive RANSAC,
-    Fischler, Bolles 1981), and fitted to those that agree (Arun, Huang, Blostein 1987, in the plane).
+    Every pair of sightings far enough apart gives a pose; the one with most inliers is taken (an exhaustive RANSAC,
+    Fischler, Bolles 1981), and fitted to its inliers (Arun, Huang, Blostein 1987, in the plane).
 
     Args:
-        names: Of what was seen.
-        looks: From where the robot is.
-        places: Landmarks of the map, shape (2,) each [m].
+        names: Landmark of each sighting.
+        looks: Sightings from the current pose.
+        places: Positions of the landmarks of the map, shape (2,) each [m].
 
     Returns:
         (x, y, heading), shape (3,) [m, m, rad].
@@ -92,7 +92,7 @@ def pose_from_looks(
 
 
 def fitted(seen: Array, hung: Array) -> Array:
-    """Return the pose (3,) that brings points in the robot's frame (n, 2) to their places in the world (n, 2)."""
+    """Return the pose (3,) that best maps points in the robot's frame (n, 2) to their positions in the world (n, 2)."""
     a, b = seen - seen.mean(axis=0), hung - hung.mean(axis=0)
     heading = np.arctan2(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.sum(a * b))
     c, s = np.cos(heading), np.sin(heading)
@@ -101,11 +101,11 @@ def fitted(seen: Array, hung: Array) -> Array:
 
 
 def _residuals(pose: Array, seen: Array, hung: Array) -> Array:
-    """Return how far seen points (n, 2) come to lie from their places (n, 2), shape (n,) [m]."""
+    """Return the distances of mapped points (n, 2) from their positions (n, 2), shape (n,) [m]."""
     c, s = np.cos(pose[2]), np.sin(pose[2])
     return np.asarray(np.hypot(*(pose[:2] + seen @ np.array([[c, s], [-s, c]]) - hung).T))
 
 
 def _tolerances(looks: Sequence[Sighting]) -> Array:
-    """Return three standard deviations of each look's place, shape (n,) [m]."""
+    """Return three standard deviations of the position of each sighting, shape (n,) [m]."""
     return np.array([3.0 * np.hypot(np.sqrt(k.covariance[0, 0]), k.range * np.sqrt(k.covariance[1, 1])) for k in looks])

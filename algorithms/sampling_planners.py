@@ -1,4 +1,4 @@
-"""Ways found by trying places at random: RRT* and the probabilistic roadmap."""
+"""Sampling-based path planners: RRT* and the probabilistic roadmap."""
 
 import math
 from collections.abc import Callable
@@ -29,21 +29,21 @@ def rrt_star(
     reach: float = 1.0,
     goal_share: float = 0.05,
 ) -> Array | None:
-    """Return a way that comes the nearer to the shortest the more samples there are.
+    """Return a path that converges to the shortest with the number of samples.
 
     Args:
         is_clear: Whether one can go straight from one point to another.
-        start: Where from, shape (2,) [m].
-        goal: Where to, shape (2,) [m].
-        lower: Corner of the region to look in, shape (2,) [m].
-        upper: The corner across from it, shape (2,) [m].
-        rng: Where chance comes from.
-        samples: How many places to try.
-        reach: The longest branch [m].
-        goal_share: Fraction of samples that are the goal itself.
+        start: Start of the path, shape (2,) [m].
+        goal: End of the path, shape (2,) [m].
+        lower: Lower left corner of the region searched, shape (2,) [m].
+        upper: Upper right corner, shape (2,) [m].
+        rng: Random number generator.
+        samples: Number of samples.
+        reach: Longest branch [m].
+        goal_share: Proportion of samples that are the goal itself.
 
     Returns:
-        Corners of the way, shape (n, 2) [m]; None when none was found.
+        Corners of the path, shape (n, 2) [m]; None if no path was found.
 
     References:
         Karaman, Frazzoli, Sampling-based Algorithms for Optimal Motion Planning, IJRR 30(7), 2011, algorithm 6; the
@@ -73,7 +73,7 @@ def rrt_star(
 
 
 class _Tree:
-    """Places, each with its parent and the length of the way to it, in arrays made once."""
+    """Nodes, each with its parent and the length of the path to it, in preallocated arrays."""
 
     def __init__(self, root: Array, room: int) -> None:
         self.places = np.full((room, 2), np.inf)
@@ -89,7 +89,7 @@ class _Tree:
         return np.flatnonzero(((self.places[: self.size] - place) ** 2).sum(axis=1) <= radius**2)
 
     def add(self, place: Array, around: list[int]) -> None:
-        """Hang a place on the neighbour that makes its way shortest; then lead neighbours over it where that helps."""
+        """Add a node below the neighbour with the shortest path to it; rewire neighbours where that shortens theirs."""
         steps = np.hypot(*(self.places[around] - place).T)
         best = int(np.argmin(self.cost[around] + steps))
         new, self.size = self.size, self.size + 1
@@ -102,7 +102,7 @@ class _Tree:
                 self._hang(neighbour, new, shorter)
 
     def _hang(self, child: int, parent: int, cost: float) -> None:
-        """Set a place's parent; all that hangs on it comes nearer by as much."""
+        """Set the parent of a node, and shorten the paths to all nodes below it by as much."""
         self._parent[child] = parent
         self._children[parent].append(child)
         gain, below = cost - float(self.cost[child]), [child]
@@ -119,23 +119,23 @@ class _Tree:
 
 
 class Roadmap:
-    """A probabilistic roadmap: places that see each other, made once and asked for many ways.
+    """A probabilistic roadmap: connected samples, built once for many queries.
 
     References:
         Kavraki, Svestka, Latombe, Overmars, Probabilistic Roadmaps for Path Planning in High-Dimensional
         Configuration Spaces, IEEE T-RA 12(4), 1996. The number of neighbours grows as in Karaman and Frazzoli
-        (2011), section 3.3.2 (k-PRM*), so that ways become the shortest.
+        (2011), section 3.3.2 (k-PRM*), so that paths converge to the shortest.
     """
 
     def __init__(self, is_clear: IsClear, *, lower: Array, upper: Array, rng: Generator, places: int = 600) -> None:
-        """Draw places and join neighbours.
+        """Draw samples and connect neighbours.
 
         Args:
             is_clear: Whether one can go straight from one point to another.
-            lower: Corner of the region, shape (2,) [m].
-            upper: The corner across from it, shape (2,) [m].
-            rng: Where chance comes from.
-            places: How many free places to draw.
+            lower: Lower left corner of the region, shape (2,) [m].
+            upper: Upper right corner, shape (2,) [m].
+            rng: Random number generator.
+            places: Number of free samples to draw.
         """
         self._is_clear = is_clear
         drawn: list[Array] = []
@@ -151,7 +151,7 @@ class Roadmap:
         self._roads = self._joined(self._places, self._places)
 
     def path(self, start: Array, goal: Array) -> Array | None:
-        """Return the shortest way over the roadmap, shape (n, 2) [m]; None when there is none."""
+        """Return the shortest path over the roadmap, shape (n, 2) [m]; None if there is none."""
         ends = np.array([start, goal], dtype=float)
         number = len(self._places)
         joins = self._joined(ends, self._places)
@@ -171,7 +171,7 @@ class Roadmap:
         return np.asarray(places[way[::-1]])
 
     def _joined(self, ones: Array, others: Array) -> Indices:
-        """Return the pairs (one, other) of near neighbours that see each other, shape (n, 2)."""
+        """Return the index pairs of near neighbours with a clear line between them, shape (n, 2)."""
         if not len(others):
             return np.zeros((0, 2), dtype=int)
         _, near = cKDTree(others).query(ones, k=min(self._neighbours, len(others)))

@@ -1,4 +1,4 @@
-"""Commands that change with time as signals say: to identify a robot, or to make it do exactly this."""
+"""Commands from signals over time: to identify a robot, or to drive it in open loop."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -13,9 +13,9 @@ Keys = Mapping[str, Any]
 
 
 class Signal:
-    """Tells the robot a twist, and its arms goals, that signals give; time counts from the first tick.
+    """Commands a twist, and goals of the arms, from signals; time starts at the first tick.
 
-    The bump reaction, and the avoidance if on, do the rest. Without a signal a speed is 0.
+    The bump reaction, and the avoidance if on, still act. Without a signal a speed is 0.
     """
 
     def __init__(
@@ -36,7 +36,7 @@ class Signal:
                 [deg], in metres for one that slides.
 
         Raises:
-            ValueError: There is none at all, or something in one is wrong.
+            ValueError: There is no signal, or one is invalid.
         """
         if forward is None and left is None and turn is None and not joints:
             raise ValueError("no signal is given; give forward, left, turn or joints, such as forward: {sine: {...}}")
@@ -47,10 +47,10 @@ class Signal:
                 _made(name, keys, angle=name == "turn", rng=None)
 
     def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
-        """Make the signals; the random ones draw from the module's own random stream.
+        """Create the signals; random ones use the module's own random stream.
 
         Raises:
-            ValueError: The robot has no such arm, or the arm not as many joints.
+            ValueError: The robot has no such arm, or the arm has fewer joints.
         """
         # Each has a source of its own, whichever others there are.
         given = [(name, keys, _source(rng)) for name, keys in self._keys.items()]

@@ -16,20 +16,20 @@ KEYS = {
     "w": (1, 0), "\x1b[A": (1, 0), "s": (-1, 0), "\x1b[B": (-1, 0),
     "a": (0, 1), "\x1b[D": (0, 1), "d": (0, -1), "\x1b[C": (0, -1),
 }  # fmt: skip
-"""Key -> steps of speed and of turn rate; the arrows come as three characters."""
+"""Key -> steps of speed and of turn rate; arrow keys are three characters."""
 STEPS = 5
-"""Strokes from standstill to the largest speed."""
+"""Key presses from standstill to the largest speed."""
 
 
 class Teleop:
-    """Turns key strokes into a twist: each stroke of w or s changes the speed by a step, of a or d the turn rate."""
+    """Turns key presses into a twist: w and s change the speed by a step, a and d the turn rate."""
 
     def __init__(self, *, speed: float = 0.5, turn_deg: float = 60.0) -> None:
         """Set the largest speed [m/s] and turn rate [degrees/s], if the robot can."""
         self._speed, self._turn = speed, turn_deg * 3.141592653589793 / 180.0
 
     def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
-        """Listen to single keys; the terminal is put back when the run ends.
+        """Read single key presses; the terminal is restored when the run ends.
 
         Raises:
             RuntimeError: Standard input is not a terminal.
@@ -43,7 +43,7 @@ class Teleop:
         tty.setcbreak(self._stream)
 
     def command(self, seen: Observation, belief: Estimate) -> Command:
-        """Return the twist that the keys ask for."""
+        """Return the twist that the keys command."""
         while select.select([self._stream], [], [], 0.0)[0]:
             typed = os.read(self._stream, 64).decode(errors="ignore")
             if not typed:
@@ -63,6 +63,6 @@ class Teleop:
 
 
 def _restore(stream: int, settings: list[Any]) -> None:
-    """Put the terminal back as it was."""
+    """Restore the settings of the terminal."""
     if os.isatty(stream):
         termios.tcsetattr(stream, termios.TCSADRAIN, settings)

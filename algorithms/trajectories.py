@@ -1,4 +1,4 @@
-"""Smooth motion: a spline through points, the smoothest motion between two states, the fastest along a path."""
+"""Trajectories: a spline through points, minimum jerk between two states, and the fastest motion along a path."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline
 from mjsim.geometry import Array
 
 SAMPLES_PER_METRE = 20
-"""Where a path is looked at when its speeds are worked out."""
+"""Samples of a path per metre when its speed profile is computed."""
 
 
 class SplinePath:
@@ -20,10 +20,10 @@ class SplinePath:
     """
 
     def __init__(self, points: ArrayLike) -> None:
-        """Lay the path.
+        """Fit the spline.
 
         Args:
-            points: Shape (n, 2) [m], no two in a row the same, at least two.
+            points: At least two, shape (n, 2) [m]; consecutive points differ.
         """
         corners = np.asarray(points, dtype=float)
         steps = np.hypot(*np.diff(corners, axis=0).T)
@@ -58,7 +58,7 @@ class SplinePath:
 
 
 def minimum_jerk(start: ArrayLike, end: ArrayLike, duration: float) -> np.polynomial.Polynomial:
-    """Return the motion of least jerk between two states of one coordinate: a polynomial of the fifth degree in time.
+    """Return the minimum-jerk motion between two states of one coordinate: a polynomial of degree 5 in time.
 
     Args:
         start: Position, velocity and acceleration at time 0, shape (3,) [m, m/s, m/s^2].
@@ -80,12 +80,12 @@ def minimum_jerk(start: ArrayLike, end: ArrayLike, duration: float) -> np.polyno
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SpeedProfile:
-    """How fast to go along a path: distances and when they are reached."""
+    """Speed along a path: distances and the times at which they are reached."""
 
     along: Array
     """Distance along the path, shape (n,) [m]."""
     times: Array
-    """When it is reached, shape (n,) [s]."""
+    """Time at which it is reached, shape (n,) [s]."""
     speeds: Array
     """Speed there, shape (n,) [m/s]."""
 
@@ -103,10 +103,10 @@ class SpeedProfile:
 def fastest_profile(
     path: SplinePath, *, speed: float, turn: float, acceleration: float, turn_acceleration: float
 ) -> SpeedProfile:
-    """Return the fastest motion along a path from rest to rest that keeps a robot's limits.
+    """Return the fastest motion along a path from rest to rest within a robot's limits.
 
     Args:
-        path: Where to go.
+        path: The path.
         speed: Largest speed [m/s].
         turn: Largest turn rate [rad/s].
         acceleration: Largest change of speed [m/s^2].
@@ -118,7 +118,7 @@ def fastest_profile(
 
     References:
         Pham, Pham, A New Approach to Time-Optimal Path Parameterization Based on Reachability Analysis, IEEE T-RO
-        34(3), 2018; toppra is its authors' program. The robot's two coordinates are distance and heading.
+        34(3), 2018; toppra is its authors' library. The robot's two coordinates are distance and heading.
     """
     try:
         from toppra import SplineInterpolator

@@ -1,7 +1,7 @@
 """Pose from bearings to beacons at known positions, without a map or a past.
 
-`bearings_only` solves one moment, `Triangulation` brings it to a robot: each moment with three beacons in view gives
-a pose, and odometry carries it on to the next.
+`bearings_only` solves for one instant. `Triangulation` runs it on a robot: three beacons in view give a pose, and
+odometry propagates it to the next.
 """
 
 from collections.abc import Mapping
@@ -19,13 +19,13 @@ from .localization import known_places
 
 
 def bearings_only(places: ArrayLike, bearings: ArrayLike, deviations: ArrayLike) -> tuple[Pose, Array]:
-    """Return the pose from which beacons are seen under given bearings.
+    """Return the pose from bearings to beacons at known positions.
 
-    The lines of sight are linear in (cos, sin) of the heading and in the position turned by it, which gives a first
-    pose without a guess; from there, least squares on the bearings gives the most likely one.
+    The lines of sight are linear in (cos, sin) of the heading and in the position rotated by it, which gives an
+    initial pose without a guess; least squares on the bearings then gives the most likely one.
 
     Args:
-        places: Of the beacons, shape (n, 2) with n at least 3 [m].
+        places: Positions of the beacons, shape (n, 2) with n at least 3 [m].
         bearings: To each, left positive, shape (n,) [rad].
         deviations: Standard deviation of each bearing, or of all, shape (n,) or () [rad].
 
@@ -33,8 +33,8 @@ def bearings_only(places: ArrayLike, bearings: ArrayLike, deviations: ArrayLike)
         The pose, and its covariance (3, 3) to first order.
 
     Raises:
-        ValueError: There are fewer than three beacons, or they and the robot lie on one circle or line: then many
-            poses see them so.
+        ValueError: There are fewer than three beacons, or they and the robot lie on one circle or line, so that the
+            pose is ambiguous.
 
     References:
         Shimshoni, On Mobile Robot Localization from Landmark Bearings, IEEE T-RA 18(6), 2002: the linear solution.
@@ -58,7 +58,7 @@ def bearings_only(places: ArrayLike, bearings: ArrayLike, deviations: ArrayLike)
 
 
 def _linear_solution(beacons: Array, angles: Array) -> Array:
-    """Return the pose whose lines of sight pass the beacons best, shape (3,)."""
+    """Return the pose of least squares on the lines of sight, shape (3,)."""
     # About the beacons' middle and in units of their spread, so that the four unknowns are of one size.
     middle = beacons.mean(axis=0)
     size = float(np.abs(beacons - middle).max()) or 1.0
@@ -82,14 +82,14 @@ def _linear_solution(beacons: Array, angles: Array) -> Array:
 class Triangulation:
     """Estimates the pose from bearings alone, and by odometry in between.
 
-    The world must say `map: known`. A moment that tells less than what odometry has carried on is left out.
+    The world must set `map: known`. A fix less certain than the pose propagated by odometry is ignored.
     """
 
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
         """Begin at the robot's prior.
 
         Raises:
-            ValueError: The world does not say where its beacons hang.
+            ValueError: The world does not give the poses of its beacons.
         """
         self._places = known_places(catalogue)
         self._pose = robot.prior.as_array()

@@ -10,23 +10,23 @@ from scipy.sparse.csgraph import dijkstra
 from mjsim.geometry import Array
 
 ROUNDING = 4
-"""Straight pieces for a quarter of the circle around a corner."""
+"""Straight segments per quarter circle around a corner."""
 
 
 def shortest_path(segments: Array, start: Array, goal: Array, *, clearance: float) -> Array | None:
-    """Return the shortest way of a disc among walls.
+    """Return the shortest path of a disc among walls.
 
-    Walls are grown by the clearance; the shortest way leads along straight lines from corner to corner of what has
-    grown. Round corners are cut into straight pieces outside the true arc, so that the clearance holds.
+    Walls are inflated by the clearance; the shortest path consists of straight lines between corners of the inflated
+    walls. Round corners are approximated by straight segments outside the true arc, so that the clearance holds.
 
     Args:
         segments: Faces of walls and obstacles, shape (n, 2, 2) [m].
-        start: Where from, shape (2,) [m].
-        goal: Where to, shape (2,) [m].
+        start: Start of the path, shape (2,) [m].
+        goal: End of the path, shape (2,) [m].
         clearance: Radius of the disc [m], above 0.
 
     Returns:
-        Corners of the way, shape (n, 2) [m], start and goal the first and the last; None when there is no way.
+        Corners of the path including start and goal, shape (n, 2) [m]; None if there is no path.
 
     References:
         Lozano-Perez, Wesley, An Algorithm for Planning Collision-Free Paths Among Polyhedral Obstacles, CACM 22(10),

@@ -1,4 +1,4 @@
-"""Follows walls: the simplest way to see a whole building."""
+"""Follows walls: the simplest way to explore a building."""
 
 import math
 from typing import Literal
@@ -12,24 +12,24 @@ from mjsim.interface import Command, Estimate, Observation, RobotInfo, WorldMap
 from .controllers import lqr_gains
 
 TOWARDS = np.arange(2, 6)
-"""Rays of the ring from 45 degrees ahead to 112 degrees, towards a wall at the left."""
+"""Rays of the ring from 45 to 112 degrees to the left, towards the wall."""
 
 
 class WallFollow:
-    """Keeps a wall at one side, at a distance, with the ring of proximity rays.
+    """Keeps a wall on one side, at a distance, with the ring of proximity rays.
 
-    The wall is the line through what the rays towards that side hit; an LQR keeps to the line beside it. Before an
-    inner corner the robot turns away, around an outer corner it drives a curve until the wall is there again.
+    The wall is a line fitted to the hits of the rays on that side; an LQR follows a line parallel to it. At an inner
+    corner the robot turns away; around an outer corner it drives a curve until it detects the wall again.
 
     References:
         Anderson, Moore, Optimal Control: Linear Quadratic Methods (1990), section 2.4, for the gains.
     """
 
     def __init__(self, *, side: Literal["left", "right"] = "right", distance: float = 0.4, speed: float = 0.35) -> None:
-        """Set the rules.
+        """Set side, distance and speed.
 
         Args:
-            side: Where the wall is kept.
+            side: Side of the wall.
             distance: From the robot's rim to the wall [m].
             speed: [m/s], if the robot can.
         """
@@ -41,14 +41,14 @@ class WallFollow:
         self._distance, self._speed = distance, speed
 
     def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
-        """Work out the gains; no wall has been seen yet."""
+        """Compute the gains."""
         self._robot = robot
         self._forward = min(self._speed, robot.max_speed)
         self._gains = lqr_gains(self._forward, robot.dt, lateral=6.0, heading=2.0)
         self._following = False
 
     def command(self, seen: Observation, belief: Estimate) -> Command:
-        """Return the twist that keeps to the wall."""
+        """Return the twist that follows the wall."""
         # With the wall at the right, the mirror image of what is seen has it at the left.
         ring = seen.proximity if self._sign > 0 else np.roll(seen.proximity[::-1], 1)
         turn, share = self._steer(ring)
@@ -56,7 +56,7 @@ class WallFollow:
         return Command(forward=share * self._forward, turn=self._sign * min(max(turn, -fastest), fastest))
 
     def _steer(self, ring: Array) -> tuple[float, float]:
-        """Return the turn rate towards a wall at the left [rad/s], and the fraction of the speed."""
+        """Return the turn rate for a wall at the left [rad/s], and the factor of the speed."""
         ahead = float(min(ring[15], ring[0], ring[1]))
         needed = self._distance + 0.1
         if ahead < needed:

@@ -8,34 +8,34 @@ from numpy.random import Generator
 from mjsim.interface import Command, Estimate, Observation, RobotInfo, WorldMap
 
 AHEAD = (15, 0, 1)
-"""Rays of the ring that look where the robot drives."""
+"""Rays of the ring in the driving direction."""
 
 
 class Wander:
-    """Drives straight on; before an obstacle it turns on the spot by an angle drawn at random.
+    """Drives straight ahead; before an obstacle it turns on the spot by a random angle.
 
     It needs only the ring of proximity rays; with `avoidance: true` it also avoids corners of obstacles between two
     rays.
     """
 
     def __init__(self, *, speed: float = 0.4, distance: float = 0.5) -> None:
-        """Set the rules.
+        """Set speed and distance.
 
         Args:
             speed: [m/s], if the robot can.
-            distance: How near an obstacle ahead may come [m].
+            distance: Distance to an obstacle ahead at which the robot turns [m].
         """
         if speed <= 0 or distance <= 0:
             raise ValueError(f"speed is {speed} and distance {distance}; both must be above 0")
         self._speed, self._distance = speed, distance
 
     def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
-        """Begin by driving ahead."""
+        """Start by driving ahead."""
         self._robot, self._rng = robot, rng
         self._left_to_turn = 0.0
 
     def command(self, seen: Observation, belief: Estimate) -> Command:
-        """Return the twist: ahead, or on with the turn."""
+        """Return the twist: ahead, or the current turn."""
         self._left_to_turn -= math.copysign(min(abs(seen.odometry.turn), abs(self._left_to_turn)), self._left_to_turn)
         blocked = bool(np.min(seen.proximity[list(AHEAD)]) < self._distance) or bool(seen.bump)
         if blocked and abs(self._left_to_turn) < 0.05:
