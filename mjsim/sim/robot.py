@@ -16,6 +16,7 @@ from mjsim.interface import (
     JointGoal,
     Message,
     Observation,
+    Odometry,
     RobotInfo,
     WheelCommand,
 )
@@ -210,6 +211,11 @@ class SimulatedRobot:
                 **sensed.fields(),
             )
         return self._seen
+
+    @property
+    def odometry(self) -> Odometry:
+        """The increment of the last tick."""
+        return self._odometry
 
     def identities(self, tick: int) -> tuple[str | None, ...]:
         """Return the true beacon of each sighting of the sensors at a tick, None for a false sighting."""

@@ -12,7 +12,17 @@ from mjsim.closing import Closes
 from mjsim.compile import compile_world, set_exact_masses
 from mjsim.errors import PhysicsFault, UsageError, did_you_mean
 from mjsim.geometry import Array, Pose, Pose3
-from mjsim.interface import BeaconInfo, Command, Controller, ControlLoop, Observation, RobotInfo, WheelCommand, WorldMap
+from mjsim.interface import (
+    BeaconInfo,
+    Command,
+    Controller,
+    ControlLoop,
+    Observation,
+    Odometry,
+    RobotInfo,
+    WheelCommand,
+    WorldMap,
+)
 from mjsim.mechanics import JointMotion, SensorReadings
 from mjsim.sim.actuation import Actuation
 from mjsim.sim.canvas import Canvas, Quality
@@ -111,6 +121,10 @@ class Simulation(Closes):
     def sense(self, robot: str) -> Observation:
         """Return a robot's observation at this tick; computed once per tick, pictures only when due."""
         return self._robot(robot).sense(self.tick)
+
+    def odometry(self, robot: str) -> Odometry:
+        """Return the odometry increment of a robot at this tick, as `sense` does, without computing other readings."""
+        return self._robot(robot).odometry
 
     def apply(self, robot: str, command: Command | WheelCommand) -> None:
         """Give a robot a command, which it follows within its limits until the next one.
@@ -216,27 +230,15 @@ class Simulation(Closes):
         self._happen(open=name, angle_deg=math.degrees(angle))
 
     def close_door(self, name: str) -> None:
-        """Start to close a door.
-
-        Raises:
-            UsageError: The door does not exist.
-        """
+        """Start to close a door; raises UsageError if it does not exist."""
         self._happen(close=name)
 
     def door_angle(self, name: str) -> float:
-        """Return the opening angle of a door, positive to the left side of its wall [rad].
-
-        Raises:
-            UsageError: The door does not exist.
-        """
+        """Return a door's angle, positive to the left side of its wall [rad]; raises UsageError if there is none."""
         return self._script.door(name)
 
     def set_light(self, level: float) -> None:
-        """Set the ambient light.
-
-        Raises:
-            UsageError: It is out of bounds.
-        """
+        """Set the ambient light; raises UsageError if it is out of bounds."""
         self._happen(light=level)
 
     def set_lamp(self, name: str, brightness: float) -> None:
@@ -256,11 +258,7 @@ class Simulation(Closes):
         self._happen(noise=key, value=value)
 
     def remove(self, name: str) -> None:
-        """Remove a beacon or an obstacle, with everything attached to it.
-
-        Raises:
-            UsageError: The name does not exist.
-        """
+        """Remove a beacon or an obstacle, with everything attached to it; raises UsageError if there is none."""
         self._happen(remove=name)
 
     def shove(self, name: str, impulse: Sequence[float], seconds: float = 0.1) -> None:

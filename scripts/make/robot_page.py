@@ -63,7 +63,7 @@ def measured(name: str, command: Command) -> tuple[float, float, float]:
         for _ in range(round(MEASURED / sim.dt)):
             sim.step()
             path.append(sim.truth("it"))
-            seen = sim.sense("it").odometry
+            seen = sim.odometry("it")
             told = told @ Pose(seen.forward, seen.left, seen.turn)
     steps = list(itertools.pairwise(path))
     way = sum(math.hypot(b.x - a.x, b.y - a.y) for a, b in steps)

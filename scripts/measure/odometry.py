@@ -64,7 +64,7 @@ def driven(preset: str, numbers: Sequence[int], *, seed: int) -> tuple[Array, Ar
                 for name, rng in chances.items():
                     sim.apply(name, some_command(sim.robots[name], rng))
             sim.step()
-            told.append([along_the_arc(sim.sense(name).odometry) for name in chances])
+            told.append([along_the_arc(sim.odometry(name)) for name in chances])
             poses.append([pose.as_array() for pose in sim.truths().values()])
     return np.swapaxes(np.array(told), 0, 1), np.swapaxes(np.array(poses), 0, 1)
 

@@ -2,11 +2,13 @@
 
 import contextlib
 import io
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from mjsim.cli import main
+from mjsim.exchange.robots import slip
 
 
 def typed(*line: str) -> tuple[int, str]:
@@ -27,3 +29,11 @@ def brought(path: Path, folder: Path, *options: str) -> tuple[Path, str]:
     code, said = typed("new", "--robot-from", str(path), "-o", str(preset), *options)
     assert code == 0, said
     return preset, said
+
+
+@contextlib.contextmanager
+def few_drives() -> Iterator[None]:
+    """Let a robot's slip be learned from 10 drives, not 80: they tell its track as well, but not how sure it is."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(slip, "ROBOTS", 10)
+        yield

@@ -15,7 +15,7 @@ from mjsim.interface import Command
 from mjsim.models import anatomy_of, gather_robot
 from mjsim.sim import Simulation
 from mjsim.world import load_world
-from tests.exchange.bringing import brought
+from tests.exchange.bringing import brought, few_drives
 from tests.exchange.odd_robots import (
     STRETCHED,
     box,
@@ -47,7 +47,8 @@ from tests.exchange.odd_robots import (
 )
 def test_odd_robots_are_found_whatever_their_axes_and_frames(tmp_path, name, text, drive, track, radius):
     (tmp_path / name).write_text(text)
-    preset, _ = brought(tmp_path / name, tmp_path)
+    with few_drives():
+        preset, _ = brought(tmp_path / name, tmp_path)
     (robot,) = load_world(preset).robots
     assert robot.drive.type == drive
     assert robot.drive.turning_track == pytest.approx(track[0], abs=track[1])
@@ -232,7 +233,8 @@ def test_the_largest_speed_is_that_of_the_wheels_in_the_file(tmp_path):
 @pytest.mark.slow
 def test_six_wheels_turn_by_chains(tmp_path):
     (tmp_path / "six.urdf").write_text(rover([0.25, 0.0, -0.25]))
-    preset, _ = brought(tmp_path / "six.urdf", tmp_path)
+    with few_drives():
+        preset, _ = brought(tmp_path / "six.urdf", tmp_path)
     world = load_world(preset)
     with Simulation(world) as sim:
         sim.apply("six", Command(0.3, turn=0.5))

@@ -163,7 +163,7 @@ class _Pilot:
         for _ in range(round(min(seconds, MOST_TIME) / sim.dt)):
             before = sim.truth(robot)
             sim.step()
-            seen = sim.sense(robot).odometry
+            seen = sim.odometry(robot)
             self._told = self._told @ Pose(seen.forward, seen.left, seen.turn)
             self._told_turn += seen.turn
             self._turned += (before.inverse() @ sim.truth(robot)).heading

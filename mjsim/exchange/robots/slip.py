@@ -130,7 +130,7 @@ def _driven(world: World, first: int) -> Drives:
                 for name, rng in chances.items():
                     sim.apply(name, _some_command(sim.robots[name], rng))
             sim.step()
-            told.append([_along_the_arc(sim.sense(name).odometry) for name in chances])
+            told.append([_along_the_arc(sim.odometry(name)) for name in chances])
             poses.append([pose.as_array() for pose in sim.truths().values()])
         return Drives(np.swapaxes(np.array(told), 0, 1), np.swapaxes(np.array(poses), 0, 1), sim.dt)
 
