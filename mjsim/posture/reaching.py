@@ -2,7 +2,9 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
+import mujoco
 import numpy as np
 
 from mjsim.geometry import Array
@@ -37,8 +39,7 @@ def lead_hands(figure: Figure, values: Array, root: Array, hands: Mapping[str, A
         root: World from pelvis, shape (4, 4) [m].
         hands: Where the grip of a hand is to be, by its side, world frame, shape (3,) each [m].
     """
-    model = Sitter(figure, Seating(world_from_seat=root)).model
-    model.jnt_range[model.joint(ROOT[2]).id] = 0.0
+    model = _model(figure, np.asarray(root, dtype=float).tobytes())
     names = [model.joint(number).name for number in range(model.njnt)]
     own = np.array([names.index(name) for name in figure.joints])
     before = np.zeros(model.nq)
@@ -50,3 +51,16 @@ def lead_hands(figure: Figure, values: Array, root: Array, hands: Mapping[str, A
     contacts = [PointContact(name=side, site=f"{side}_{LED}", target=target) for side, target in hands.items()]
     found = solve_posture(model, contacts, Preference(values=before, weights=weights))
     return LedPosture(values=found.values[own], short={side: found.errors[side] for side in found.missed})
+
+
+@lru_cache(maxsize=16)
+def _model(figure: Figure, root: bytes) -> mujoco.MjModel:
+    """Return a figure whose pelvis stays where it is, compiled; kept, as the same person is led again and again.
+
+    Args:
+        figure: Whose joints.
+        root: World from pelvis, the bytes of a matrix of shape (4, 4) [m].
+    """
+    model = Sitter(figure, Seating(world_from_seat=np.frombuffer(root).reshape(4, 4))).model
+    model.jnt_range[model.joint(ROOT[2]).id] = 0.0
+    return model
