@@ -144,13 +144,20 @@ class Linkage:
         self._slides = np.zeros(self.size, dtype=bool)
         for each in (each for way in self._ways for each in way):
             self._slides[each.part] = each.kind in ("slide", "curve")
+        self._last: tuple[bytes, Placement] | None = None
 
     def place(self, values: Array) -> Placement:
-        """Return the poses of all bodies.
+        """Return the poses of all bodies; keeps the last one, as residuals and Jacobians ask for the same.
 
         Args:
             values: Of the joints, shape (values,) [rad, m].
         """
+        last, asked = self._last, values.tobytes()
+        if last is None or last[0] != asked:
+            self._last = last = asked, self._placed(values)
+        return last[1]
+
+    def _placed(self, values: Array) -> Placement:
         poses = np.tile(np.eye(4), (len(self.joints) + 1, 1, 1))
         axes, anchors = np.zeros((self.size, 3)), np.zeros((self.size, 3))
         for number, (joint, way) in enumerate(zip(self.joints, self._ways, strict=True), start=1):

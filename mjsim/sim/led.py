@@ -1,7 +1,7 @@
 """Mechanisms with prescribed motions, and all mechanisms of a world."""
 
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 
 import mujoco
 import numpy as np
@@ -77,18 +77,17 @@ class LedMechanism(MechanismAtWork):
         """Solve for all values and speeds at a step, and write them."""
         linkage, rows = self._assembly.linkage, [*self._assembly.rows, *self._locks.led(step)]
         slopes = [follower.slope(step * self._h)[0] for follower in self._followers]
-        wanted = [np.zeros(self._held()), np.array(slopes)]
+        wanted = [np.zeros(self._held), np.array(slopes)]
         self._now = tracked(linkage, rows, self._now, columns=range(linkage.size))
         if np.abs(residual(linkage, rows, self._now)).max(initial=0.0) > MISSED and (line := self.locked(step)):
             raise PhysicsFault(f"physics failed at {step * self._h:.2f} s: {line}")
         speeds, _ = rates(linkage, rows, self._now, held={}, wanted=np.concatenate(wanted))
         self._places.write(self._data, self._assembly, self._now, speeds)
 
+    @cached_property
     def _held(self) -> int:
-        """Return how many rows hold it beside the motions."""
-        assembly = self._assembly
-        placed = assembly.linkage.place(self._now)
-        return sum(len(row.residual(assembly.linkage, placed, self._now)) for row in assembly.rows)
+        """How many rows hold it beside the motions."""
+        return len(residual(self._assembly.linkage, self._assembly.rows, self._now))
 
     def _accelerations(self, step: int) -> dict[int, float]:
         return {each.equality: each.slope(step * self._h)[1] for each in self._followers}
