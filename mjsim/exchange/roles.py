@@ -2,7 +2,7 @@
 
 import re
 import unicodedata
-from collections.abc import Iterable
+from functools import lru_cache
 from typing import Literal
 
 Role = Literal["wall", "door", "window", "opening", "furniture", "column", "stairs", "room", "note"]
@@ -43,16 +43,18 @@ _LATIN = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "å": "a
 
 def role_of(*names: str) -> Role | None:
     """Return the role of what is on a layer or in a block; None when no name says it; the first that does counts."""
-    for name in names:
-        words = set(_words(name))
-        joined = "".join(_words(name))
-        said = {role for role, known in WORDS.items() if words & known}
-        said |= {role for role in _COMPOUND if any(word in joined for word in _COMPOUND[role])} if not said else set()
-        if {"door", "window"} <= said:
-            return "opening"
-        if said:
-            return next(role for role in WORDS if role in said)
-    return None
+    return next((role for name in names if (role := _role_of(name))), None)
+
+
+@lru_cache(maxsize=4096)  # a drawing has few names, and thousands of lines under each
+def _role_of(name: str) -> Role | None:
+    words = _words(name)
+    joined = "".join(words)
+    said = {role for role, known in WORDS.items() if not known.isdisjoint(words)}
+    said |= {role for role in _COMPOUND if any(word in joined for word in _COMPOUND[role])} if not said else set()
+    if {"door", "window"} <= said:
+        return "opening"
+    return next((role for role in WORDS if role in said), None)
 
 
 _COMPOUND: dict[Role, tuple[str, ...]] = {
@@ -66,7 +68,7 @@ _COMPOUND: dict[Role, tuple[str, ...]] = {
 """Parts of words that say it in one word with others: 'Innenwand24', 'doorblock'."""
 
 
-def _words(name: str) -> Iterable[str]:
+def _words(name: str) -> list[str]:
     """Return the words of a name in lower case, without accents: 'A-WALL-Ext2' has a, wall, ext."""
     split = re.sub(r"([a-zäöüß])([A-Z])", r"\1 \2", name)
     plain = unicodedata.normalize("NFC", split).lower().translate(_LATIN)
