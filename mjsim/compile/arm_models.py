@@ -18,11 +18,11 @@ from mjsim.models import FileArm, seen_and_touched
 from mjsim.world import RobotArm
 
 NEAR = 2e-3
-"""Links whose shapes are nearer than this at the start always pass through each other [m]."""
+"""Links whose shapes are nearer than this at the start never collide with each other [m]."""
 
 
 def original_of(spec: mujoco.MjSpec, file: FileArm, *, key: str) -> LoadedFile:
-    """Return the file of an arm for the scene; `key` begins the names of its meshes and materials there."""
+    """Return the file of an arm for the scene; the names of its meshes and materials there start with `key`."""
     return LoadedFile(file.model, file.files.urdf, LookOf(spec, file.model, key), key)
 
 
@@ -49,12 +49,12 @@ def add_shapes(
     *,
     name: str,
 ) -> None:
-    """Add the geoms of an arm's file to what stands and to the links.
+    """Add the geoms of an arm's file to the stand and the links.
 
     Args:
         spec: The scene.
-        stand: What no joint moves.
-        bodies: The links.
+        stand: Body of the parts that no joint moves.
+        bodies: Bodies of the links.
         item: The arm.
         original: Its file in this scene.
         name: `ROBOT/ARM`.
@@ -94,7 +94,7 @@ def solid_keys(model: mujoco.MjModel, number: int, *, seen: bool, touched: bool)
 def passing(item: RobotArm) -> Iterator[tuple[int, int]]:
     """Yield pairs of links (-1 for the base) that do not collide with each other.
 
-    Those that a joint joins, those that the file lets pass, and those that touch at the start.
+    These are links joined by a joint, links that the file excludes, and links that touch at the start.
     """
     file, model = item.file_arm, item.file_arm.model
     yield from ((link.parent, number) for number, link in enumerate(file.links))
@@ -115,7 +115,7 @@ def passing(item: RobotArm) -> Iterator[tuple[int, int]]:
 
 
 def _touch(model: mujoco.MjModel, data: mujoco.MjData, first: int, second: int) -> bool:
-    """Return whether two geoms are nearer than what counts as contact."""
+    """Return whether two geoms are near enough to count as touching."""
     reach = float(model.geom_rbound[first] + model.geom_rbound[second]) + NEAR
     if float(np.linalg.norm(data.geom_xpos[first] - data.geom_xpos[second])) > reach:
         return False

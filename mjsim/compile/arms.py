@@ -1,7 +1,7 @@
 """Arms as MuJoCo bodies: links `ROBOT/ARM/link1`, joints and motors `ROBOT/ARM/joint1`, sites `flange` and `tool`.
 
 The frame of a link's body is that of its row in the table. A link whose mass or inertia MuJoCo's compiler refuses gets
-the nearest that it takes; `set_exact_masses` gives the compiled model those of the table.
+the nearest valid one; `set_exact_masses` sets those of the table in the compiled model.
 """
 
 import math
@@ -20,23 +20,23 @@ from mjsim.mechanics import Arm, Link, inverted, is_valid, nearest_valid, tensor
 from mjsim.world import NoBody, Robot, RobotArm, World
 
 SHORTEST = 1e-6
-"""A bone that is shorter is a ball [m]."""
+"""A segment of a link shorter than this is a sphere [m]."""
 NEAR = 2.5
-"""Links that are joined by less than this many radii of arm pass through each other."""
+"""Links joined by less than this many radii of arm do not collide."""
 HUB = (1.25, 1.4)
-"""Radius and half of the length of what is seen of a joint, in radii of its link."""
+"""Radius and half length of the visual shape of a joint, in radii of its link."""
 DIGITS = 12
-"""To which angles in degrees are rounded, so that 30 degrees stay 30 on the way through radians."""
+"""Decimals of angles in degrees, so that 30 degrees stay 30 after conversion through radians."""
 
 
 def add_arms(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, originals: dict[str, LoadedFile]) -> None:
-    """Add the arms of a robot to its base, as they stand at the start.
+    """Add the arms of a robot to its base in their initial configuration.
 
     Args:
         spec: The scene.
         base: The body of the robot.
         robot: From the world file.
-        originals: Files of arms that the scene has already, by their paths; it may grow.
+        originals: Files of arms already in the scene, by path; new ones are added.
     """
     for item in robot.arms:
         name = f"{robot.name}/{item.name}"
@@ -99,7 +99,7 @@ def _add_model(
 
 
 def _motion(link: Link, value: float) -> Array:
-    """Return how far a joint has moved its link, shape (4, 4)."""
+    """Return the transform of a link by its joint, shape (4, 4)."""
     pose = np.eye(4)
     if link.slide:
         pose[2, 3] = value
@@ -110,7 +110,7 @@ def _motion(link: Link, value: float) -> Array:
 
 
 def _placed(pose: Array) -> dict[str, Array]:
-    """Return where a body is as MuJoCo has it: pos and quat."""
+    """Return the pose of a body in MuJoCo's terms: pos and quat."""
     quaternion = np.zeros(4)
     mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(pose[:3, :3]).ravel())
     return {"pos": pose[:3, 3], "quat": quaternion}
@@ -145,12 +145,12 @@ def _add_joint(body: mujoco.MjsBody, link: Link, name: str, start: float) -> Non
 
 
 def _spec_value(link: Link, value: float) -> float:
-    """Return a value as a spec has it: angles of joints are in degrees there."""
+    """Return a value in the units of an MjSpec: angles of joints in degrees."""
     return value if link.slide else round(math.degrees(value), DIGITS)
 
 
 def _add_motor(spec: mujoco.MjSpec, link: Link, name: str) -> None:
-    """Add a motor, told the torque on its own side of the gear."""
+    """Add a motor, whose command is the torque on its own side of the gear."""
     motor = spec.add_actuator(name=name, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=name)
     motor.gear[0] = link.gear
     if math.isfinite(link.max_torque):
@@ -159,7 +159,7 @@ def _add_motor(spec: mujoco.MjSpec, link: Link, name: str) -> None:
 
 
 def _add_shape(body: mujoco.MjsBody, link: Link, name: str, color: str) -> None:
-    """Add what is seen and touched of a link, and the hub of its joint, which is seen alone."""
+    """Add the visual and collision shape of a link, and the purely visual hub of its joint."""
     start, end = map(np.array, link.bone)
     _add_bone(body, start, end, link.radius, name=name, color=color)
     frame = inverted(link.after)
@@ -179,14 +179,14 @@ def _add_bone(body: mujoco.MjsBody, start: Array, end: Array, radius: float, *, 
 
 
 def _add_column(base: mujoco.MjsBody, item: RobotArm, name: str) -> None:
-    """Add what stands between the base of an arm and its first joint, where that is somewhere else."""
+    """Add a column between the base of an arm and its first joint if they are apart."""
     foot, head = item.arm.base[:3, 3], (item.arm.base @ item.arm.links[0].before)[:3, 3]
     if np.linalg.norm(head - foot) >= SHORTEST:
         _add_bone(base, foot, head, item.arm.links[0].radius, name=f"{name}/column", color=item.color)
 
 
 def _add_excludes(spec: mujoco.MjSpec, bodies: list[mujoco.MjsBody], arm: Arm) -> None:
-    """Let links pass through each other that so little arm joins that they always overlap."""
+    """Exclude collisions of links that always overlap because too little arm joins them."""
     lengths = [math.dist(*link.bone) for link in arm.links]
     widest = max(link.radius for link in arm.links)
     for first in range(len(bodies)):
@@ -196,9 +196,9 @@ def _add_excludes(spec: mujoco.MjSpec, bodies: list[mujoco.MjsBody], arm: Arm) -
 
 
 def _clear_of_ground(spec: mujoco.MjSpec, robot: Robot, item: RobotArm, bodies: list[mujoco.MjsBody]) -> None:
-    """Let the first link of a standing arm pass through what it stands on; all of them when one begins below the floor.
+    """Exclude collisions of an arm's first link with its support; of all links if one starts below the floor.
 
-    A table of joints alone, as books print them, often has its origin on the floor and reaches below.
+    A table of joints alone, as in textbooks, often has its origin on the floor and reaches below it.
     """
     posture, links = item.arm.posture(item.start()), item.arm.links
     ends = np.array([[[*end, 1.0] for end in link.bone] for link in links])
@@ -239,7 +239,7 @@ def set_exact_masses(model: mujoco.MjModel, world: World) -> None:
 
 
 def reached(robot: Robot) -> Array:
-    """Return two corners of a box around the arms of a robot as they start, world frame, shape (2, 3) [m]."""
+    """Return two corners of a box around the arms of a robot at the start, world frame, shape (2, 3) [m]."""
     points = np.concatenate([item.arm.posture(item.start()).links[:, :3, 3] for item in robot.arms])
     c, s = math.cos(math.radians(robot.heading_deg)), math.sin(math.radians(robot.heading_deg))
     points = points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) + [*robot.at, 0.0]

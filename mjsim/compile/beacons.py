@@ -1,8 +1,8 @@
 """Beacons: thin planes with pictures or markers.
 
-One that hangs in the room, or on a thing that stays, is a plane `beacon/NAME` of the world. One on a thing that
-moves or on a robot is a box as thin as paper, fixed to that body, as MuJoCo lets no plane move. Both have their x to
-the viewer's right, y up and z towards the viewer.
+A beacon in the room, or on a static object, is a plane `beacon/NAME` of the world. One on a moving object or on a
+robot is a box as thin as paper, fixed to that body, as planes cannot move in MuJoCo. Both have x to the viewer's
+right, y up and z towards the viewer.
 """
 
 import math
@@ -22,14 +22,14 @@ from mjsim.models import bounded, read_picture
 from mjsim.world import Beacon, Hung, Marker, Robot, World, hung, printed_share
 
 GIVEN_BACK = 0.25
-"""Fraction of the lamps' light that a picture gives back; it shines by itself, so that its colours are its own at
-any angle and only a little brighter where a lamp of high quality adds to it."""
+"""Reflectance of a picture; it is emissive, so that its colours are the same at any angle and only a little brighter
+where a lamp of high quality adds to them."""
 MOST_PICTURES = 900
-"""MuJoCo holds 1000 textures and as many materials."""
+"""MuJoCo allows 1000 textures and as many materials."""
 BACK_GAP = 0.001
-"""From a picture to the back that hides it from behind [m]."""
+"""Distance from a picture to the back that hides it from behind [m]."""
 FLUSH_GAP = 0.0005
-"""Offset of a picture that lies exactly in the face of a wall, so that the two do not flicker [m]."""
+"""Offset of a picture that lies exactly in the face of a wall, against flicker [m]."""
 PAPER = 0.0002
 """Half the thickness of a beacon that moves [m]."""
 BACK = "#8d867b"
@@ -37,7 +37,7 @@ BACK = "#8d867b"
 REFLECTOR_PIXELS = 48
 
 PrintedFace = tuple[str, Array]
-"""Name of a material, and the size of what it shows for a beacon of width 1, (width, height)."""
+"""Name of a material, and the size of its picture for a beacon of width 1, (width, height)."""
 
 
 def beacon_looks(spec: mujoco.MjSpec, world: World) -> Callable[[Beacon], PrintedFace]:
@@ -89,7 +89,7 @@ def add_hung_beacons(
 
 
 def add_carried_beacons(spec: mujoco.MjSpec, world: World, look_of: Callable[[Beacon], PrintedFace]) -> None:
-    """Add the beacons on robots and on things that move to the bodies of these, which must be there already."""
+    """Add the beacons on robots and moving objects to their bodies, which must exist already."""
     for item in hung(world):
         if item.fixed or item.carrier is None:
             continue
@@ -126,7 +126,7 @@ def add_carried_beacons(spec: mujoco.MjSpec, world: World, look_of: Callable[[Be
 
 
 def _face(beacon: Beacon) -> str | Marker | None:
-    """Return what a beacon shows: a picture, a marker, or nothing."""
+    """Return the face of a beacon: a picture, a marker, or none."""
     return beacon.image if beacon.image is not None else beacon.marker
 
 
@@ -147,7 +147,7 @@ def _add_look(spec: mujoco.MjSpec, world: World, face: str | Marker | None, numb
 
 
 def _reflector() -> Picture:
-    """Return a plate of small bright prisms, as on road signs."""
+    """Return a retroreflector: a plate of small bright prisms, as on road signs."""
     y, x = np.mgrid[:REFLECTOR_PIXELS, :REFLECTOR_PIXELS]
     picture = np.full((REFLECTOR_PIXELS, REFLECTOR_PIXELS, 3), (206, 212, 218), dtype=np.uint8)
     picture[(x + y) // 4 % 2 == (x - y) // 4 % 2] = (240, 243, 246)
@@ -187,7 +187,7 @@ class _Solid:
 
 
 def _before_the_wall(item: Hung, world_from_plane: Array, solid: _Solid) -> Array:
-    """Return where a picture hangs, moved out by half a millimetre when it lies in the face of a wall or of a thing."""
+    """Return the position of a picture, moved out half a millimetre if it lies in a face of a wall or object."""
     at, out = np.array([item.place.x, item.place.y, item.center]), world_from_plane[:, 2] * FLUSH_GAP
     if item.carrier is not None or (solid.holds(at - out) and not solid.holds(at + out)):
         return np.asarray(at + out, dtype=float)

@@ -12,13 +12,13 @@ from mjsim.geometry import Array
 from mjsim.world import BoxBody, CylinderBody, Part, PolygonBody, rims
 
 PlainBody = CylinderBody | BoxBody | PolygonBody
-"""Shapes that are built here."""
+"""Shapes that this module builds."""
 TOUCHED = 3
-"""Geom group of what is touched and hit by rays, and not seen."""
+"""Geom group of geoms that collide and are hit by rays, but are invisible."""
 BUMPER_TRAVEL = 0.001
-"""A bumper feels what is this near without being pressed yet, so that contact does not flicker [m]."""
+"""A bumper detects objects at this distance before it is pressed, so that contact does not flicker [m]."""
 BUMPER_FRICTION = 0.3
-"""Of a plastic bumper on a wall."""
+"""Friction of a plastic bumper on a wall."""
 
 
 def add_body(
@@ -27,13 +27,13 @@ def add_body(
     """Add the collision shape, its mass, and the visual shape.
 
     Args:
-        spec: For the meshes of polygons.
-        base: Of the robot; its origin is on the floor.
+        spec: The scene, for the meshes of polygons.
+        base: Body of the robot; its origin is on the floor.
         body: The shape.
-        name: Of the first geom; others have a number behind.
+        name: Name of the first geom; others have a number appended.
         low: Height of its lower face above the floor [m].
-        mass: Of all but the wheels [kg].
-        balanced: Whether the mass lies over the origin, as robots on two wheels have it, or over the shape's middle.
+        mass: Mass of all but the wheels [kg].
+        balanced: Whether the mass lies above the origin, as for robots on two wheels, or at the shape's center.
     """
     _set_mass(base, body, low=low, mass=mass, balanced=balanced)
     half = (body.height - low) / 2
@@ -60,7 +60,7 @@ def add_body(
 
 
 def _shapes(spec: mujoco.MjSpec, body: PlainBody, name: str, half: float) -> list[dict[str, Any]]:
-    """Return what makes the geoms of a body: type and size of each."""
+    """Return the geoms of a body: type and size of each."""
     if isinstance(body, CylinderBody):
         return [{"type": mujoco.mjtGeom.mjGEOM_CYLINDER, "size": [body.radius, half, 0.0]}]
     if isinstance(body, BoxBody):
@@ -70,7 +70,7 @@ def _shapes(spec: mujoco.MjSpec, body: PlainBody, name: str, half: float) -> lis
 
 
 def _convex_pieces(body: PolygonBody) -> list[Array]:
-    """Return convex outlines that together are a polygon, counter-clockwise, shapes (n, 2) [m]."""
+    """Return the convex pieces of a polygon, counter-clockwise, shapes (n, 2) [m]."""
     import shapely
 
     outline = body.outline()
@@ -83,7 +83,7 @@ def _convex_pieces(body: PolygonBody) -> list[Array]:
 
 
 def _prism(spec: mujoco.MjSpec, outline: Array, half: float, name: str) -> dict[str, Any]:
-    """Add the mesh of an upright prism; return what makes its geom."""
+    """Add the mesh of an upright prism; return the keys of its geom."""
     corners = [[x, y, z] for z in (-half, half) for x, y in outline.tolist()]
     mesh = spec.add_mesh(name=name, uservert=np.array(corners).ravel(), maxhullvert=-1)
     mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
@@ -91,7 +91,7 @@ def _prism(spec: mujoco.MjSpec, outline: Array, half: float, name: str) -> dict[
 
 
 def _set_mass(base: mujoco.MjsBody, body: PlainBody, *, low: float, mass: float, balanced: bool) -> None:
-    """Give the base its mass, spread evenly over the outline; it lies low, as batteries do, unless the body says."""
+    """Set the mass of the base, even over the outline; it lies low, like batteries, unless the body sets it."""
     half = (body.height - low) / 2
     (x, y), (xx, yy, xy) = _spread(body)
     # A quarter of the way across, as high up as that, and never above the middle.
@@ -109,7 +109,7 @@ def _set_mass(base: mujoco.MjsBody, body: PlainBody, *, low: float, mass: float,
 
 
 def _spread(body: PlainBody) -> tuple[tuple[float, float], tuple[float, float, float]]:
-    """Return the middle of a body's outline [m], and the means of x^2, y^2 and x y around it [m^2]."""
+    """Return the centroid of a body's outline [m], and the means of x^2, y^2 and x y about it [m^2]."""
     if isinstance(body, CylinderBody):
         return (0.0, 0.0), (body.radius**2 / 4, body.radius**2 / 4, 0.0)
     if isinstance(body, BoxBody):
@@ -127,7 +127,7 @@ def _spread(body: PlainBody) -> tuple[tuple[float, float], tuple[float, float, f
 
 
 def _add_part(base: mujoco.MjsBody, part: Part) -> None:
-    """Add a part of the look, which cameras see and nothing touches."""
+    """Add a purely visual part, which cameras see."""
     if part.box is not None:
         kind, size = mujoco.mjtGeom.mjGEOM_BOX, [part.box[0] / 2, part.box[1] / 2, part.box[2] / 2]
     elif part.cylinder is not None:
@@ -151,7 +151,7 @@ def _orientation(part: Part) -> Array:
 
 
 def _add_heading_mark(base: mujoco.MjsBody, body: PlainBody) -> None:
-    """Add a bar on top from the middle to the rim, so that people see where the robot looks."""
+    """Add a bar on top from the center to the rim, which shows the heading of the robot."""
     red, green, blue, _ = color_of(body.color)
     bright = 0.3 * red + 0.59 * green + 0.11 * blue > 0.6
     ahead, aside = rims(body, np.array([0.0, math.pi / 2])).tolist()

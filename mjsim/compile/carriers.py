@@ -7,7 +7,7 @@ from mjsim.world import Robot, Sensor
 
 
 def carrier_of(robot: Robot, sensor: Sensor) -> tuple[str, Array]:
-    """Return the body that carries a sensor, below the robot's name, and the frame on it in which the sensor is given.
+    """Return the body that carries a sensor, below the robot's name, and the frame of the sensor's pose on it.
 
     The frame is body_from_frame, shape (4, 4) [m].
     """
@@ -20,7 +20,7 @@ def carrier_of(robot: Robot, sensor: Sensor) -> tuple[str, Array]:
 
 
 def robot_from_carrier(robot: Robot, sensor: Sensor) -> Array:
-    """Return the frame in which a sensor is given, as it is at the start, shape (4, 4) [m]."""
+    """Return the frame of a sensor's pose at the start, shape (4, 4) [m]."""
     on = getattr(sensor, "on", None)
     if on is None:
         return np.eye(4)

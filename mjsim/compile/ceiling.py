@@ -12,7 +12,7 @@ from mjsim.world import Ceiling, World
 
 
 def add_ceiling(spec: mujoco.MjSpec, world: World, walls: list[WallBox], lower: Array, upper: Array) -> None:
-    """Add the ceiling over all that stands in the world; it is seen from below and touches nothing."""
+    """Add the ceiling over the world; it is visible from below and collides with nothing."""
     ceiling = world.ceiling
     if ceiling is None:
         return
@@ -34,7 +34,7 @@ def add_ceiling(spec: mujoco.MjSpec, world: World, walls: list[WallBox], lower: 
 
 
 def ceiling_height(ceiling: Ceiling, walls: list[WallBox], top: float) -> float:
-    """Return the height of a ceiling: its own, that of the highest wall, or without walls that of all things [m]."""
+    """Return the height of a ceiling: its own, that of the highest wall, or without walls of the highest object [m]."""
     if ceiling.height is not None:
         return ceiling.height
     return max((float(wall.center[2] + wall.half[2]) for wall in walls), default=top)

@@ -3,14 +3,14 @@
 import mujoco
 
 SOLID, LEAF, MOVER, GHOST = 1, 2, 4, 8
-"""Bits of contact: what is solid touches what is solid; of the others each touches what lets it by `conaffinity`.
-A ghost is what was taken away: it lies on the floor, and touches nothing else."""
+"""Bits of contact: solids collide with solids; each of the others with those whose `conaffinity` has its bit.
+A ghost is a removed object: it lies on the floor and collides with nothing else."""
 GROUND = ("floor", "wall/")
-"""How the names of floor and walls begin."""
+"""Prefixes of the names of floor and walls."""
 
 
 def sort_contacts(spec: mujoco.MjSpec) -> None:
-    """Set what leaves and movers collide with; a scene without either stays as it is."""
+    """Set the collisions of leaves and movers; a scene without either is unchanged."""
     slides = {joint.parent.name for joint in spec.joints if joint.type == mujoco.mjtJoint.mjJNT_SLIDE}
     movers = {name for name in slides if name.startswith("obstacle/")}
     doors = {joint.parent.name for joint in spec.joints if joint.name.startswith("door/")}
@@ -29,7 +29,7 @@ def sort_contacts(spec: mujoco.MjSpec) -> None:
 
 
 def _root(body: mujoco.MjsBody) -> str:
-    """Return the name of what a body is part of: the one that stands in the world."""
+    """Return the name of the top-level body that a body is part of."""
     while body.name != "world" and body.parent.name != "world":
         body = body.parent
     return str(body.name)

@@ -1,7 +1,7 @@
 """Doors: leaves `door/NAME` on hinges, pushed open by robots or driven by events.
 
-The angle of a hinge is 0 when the door is closed, positive to the left side of its wall. A leaf never touches the
-wall that it hangs in, which it meets at every angle. A locked one is held by a constraint of the same name.
+The angle of a hinge is 0 when the door is closed, positive to the left side of its wall. A leaf never collides with
+its own wall, which it overlaps at every angle. A locked one is held by a constraint of the same name.
 """
 
 import math
@@ -14,13 +14,13 @@ from mjsim.compile.pictures import color_of
 from mjsim.world import THICKNESS, Leaf, World, leaves
 
 GAP = 0.006
-"""Around a leaf [m]."""
+"""Gap around a leaf [m]."""
 HANDLE = 1.05
-"""Height of the handle [m]."""
+"""Height of the handle above the floor [m]."""
 
 
 def add_doors(spec: mujoco.MjSpec, world: World) -> None:
-    """Add the leaves of all doors as they stand at the start, each with a motor that does nothing by itself."""
+    """Add the leaves of all doors at their initial angles, each with an idle motor."""
     for leaf in leaves(world):
         _add_leaf(spec, leaf)
 
@@ -51,7 +51,7 @@ def _add_leaf(spec: mujoco.MjSpec, leaf: Leaf) -> None:
 
 
 def _add_handle(body: mujoco.MjsBody, leaf: Leaf) -> None:
-    """Add a bar through the leaf near its free edge, for the eye."""
+    """Add a purely visual bar through the leaf near its free edge."""
     bar = body.add_geom(
         type=mujoco.mjtGeom.mjGEOM_BOX,
         pos=[leaf.width * 0.9, 0.0, HANDLE],

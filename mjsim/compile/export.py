@@ -12,7 +12,7 @@ from mjsim.output import free_paths, write_files
 from mjsim.world import World
 
 DIGITS = 15
-"""Of each number in the file: the most at which 0.1 is written as 0.1."""
+"""Significant digits of numbers in the file: the most with which 0.1 is written as 0.1."""
 
 
 def export_scene(world: World, folder: str | Path, *, overwrite: bool = False) -> Path:
@@ -37,9 +37,9 @@ def export_scene(world: World, folder: str | Path, *, overwrite: bool = False) -
 
 @contextmanager
 def _written_with(digits: int) -> Iterator[None]:
-    """Let MuJoCo write numbers with so many digits, not the six that would move a far wall by a millimetre.
+    """Make MuJoCo write numbers with so many digits; its default of six would move a distant wall by a millimetre.
 
-    MuJoCo has this setting for its own bindings only; a MuJoCo without it writes six.
+    The setting exists for MuJoCo's own bindings only; a MuJoCo without it writes six.
     """
     (path,) = Path(mujoco.__file__).parent.glob("libmujoco.*")
     library = ctypes.CDLL(str(path))

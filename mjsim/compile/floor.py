@@ -12,16 +12,16 @@ from mjsim.models import bounded, read_picture
 from mjsim.world import FloorPatch, World, item_names
 
 AROUND_WALLS, AROUND_NOTHING = 2.0, 20.0
-"""How far the floor is seen beyond what stands on it [m]; one can drive on beyond that."""
+"""Margins of the visible floor around the objects on it [m]; robots can drive beyond it."""
 LAYER = 0.0006
-"""By which a patch stands out of what it lies on [m]: twice as far as a wheel gives way, so that it carries the
-wheel alone, and less than a wheel notices."""
+"""Height of a patch above the surface below it [m]: twice the sag of a wheel, so that the patch alone carries the
+wheel, and too small to disturb it."""
 DEPTH = 0.1
-"""How far a patch reaches into the floor, so that the way out of it is up [m]."""
+"""Depth of a patch in the floor, so that contacts push upwards out of it [m]."""
 
 
 def add_floor(spec: mujoco.MjSpec, world: World, lower: Array, upper: Array) -> None:
-    """Add the floor: endless to touch, as large as the world to see, its tiles counted from the world's origin."""
+    """Add the floor: infinite for collisions, as large as the world for the eye, tiled from the world's origin."""
     floor = world.floor
     around = AROUND_WALLS if world.walls else AROUND_NOTHING
     center = (lower[:2] + upper[:2]) / 2
@@ -42,7 +42,7 @@ def add_floor(spec: mujoco.MjSpec, world: World, lower: Array, upper: Array) -> 
 
 
 def add_patches(spec: mujoco.MjSpec, world: World) -> None:
-    """Add the patches `floor/NAME`: what is touched is a slab let into the floor, what is seen lies on it."""
+    """Add the patches `floor/NAME`: the collision shape is a slab in the floor, the visual one lies on it."""
     patches = world.floor.patches
     for patch, name, layer in zip(patches, item_names(patches), layers(patches), strict=True):
         top, half = layer * LAYER, [size / 2 for size in patch.size]
@@ -75,7 +75,7 @@ def add_patches(spec: mujoco.MjSpec, world: World) -> None:
 
 
 def layers(patches: tuple[FloorPatch, ...]) -> list[int]:
-    """Return on which layer each patch lies, counted from 1: above those before that it covers in part."""
+    """Return the layer of each patch, counted from 1: above earlier patches that it overlaps."""
     import shapely
 
     outlines = [shapely.Polygon(patch.outline()) for patch in patches]

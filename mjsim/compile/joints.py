@@ -7,11 +7,11 @@ import mujoco
 from mjsim.world import MotorJoint
 
 DIGITS = 12
-"""To which angles in degrees are rounded, so that 30 degrees stay 30 on the way through radians."""
+"""Decimals of angles in degrees, so that 30 degrees stay 30 after conversion through radians."""
 
 
 def add_joint(body: mujoco.MjsBody, joint: MotorJoint) -> None:
-    """Let a body, placed as it stands at the start, move about or along a joint; its frame is the joint's."""
+    """Add a revolute or prismatic joint to a body in its initial pose; the joint's frame is the body's."""
     revolute = joint.kind == "revolute"
     body.add_joint(
         name=joint.name,
@@ -43,7 +43,7 @@ def lock(spec: mujoco.MjSpec, name: str, *, held: bool) -> None:
 
     Args:
         spec: The scene.
-        name: Of the joint, and of the lock.
+        name: Name of the joint and of the lock.
         held: Whether it is locked at the start.
     """
     added = spec.add_equality(name=name, type=mujoco.mjtEq.mjEQ_JOINT, name1=name, active=held)
@@ -53,5 +53,5 @@ def lock(spec: mujoco.MjSpec, name: str, *, held: bool) -> None:
 
 
 def _spec_value(joint: MotorJoint, value: float) -> float:
-    """Return a value as a spec has it: angles of joints are in degrees there."""
+    """Return a value in the units of an MjSpec: angles of joints in degrees."""
     return round(math.degrees(value), DIGITS) if joint.kind == "revolute" else value

@@ -1,7 +1,7 @@
 """Light: ambient light, lamps, and surfaces subdivided finely enough for lamps.
 
-MuJoCo lights corners and spreads that over the faces between them, and knows at most eight lights at a time. So
-faces are divided in a world that has lamps, and in no other.
+MuJoCo lights vertices, interpolates over the faces between them, and draws at most eight lights at a time. Faces are
+therefore subdivided in a world with lamps, and in no other.
 """
 
 import mujoco
@@ -13,29 +13,29 @@ from mjsim.geometry import Array
 from mjsim.world import Lamp, World, item_names
 
 EVEN, TOWARDS_VIEWER = (0.71, 0.71, 0.72), 0.08
-"""Light from everywhere, red, green, blue; and what is added where one looks at a face squarely."""
+"""Ambient light, red, green, blue; and light added on faces perpendicular to the line of sight."""
 DIRECTED = (("light/key", (0.80, 0.10, 0.50), 0.18), ("light/fill", (-0.45, 0.75, 0.50), 0.26))
-"""Name, where it shines from, and strength: walls that face east, north, west and south get 0.86, 0.92, 0.83
-and 0.71 of full light, the floor 0.93; what one looks at squarely gets 0.08 more."""
+"""Name, direction of origin, and strength: walls that face east, north, west and south get 0.86, 0.92, 0.83 and 0.71
+of full light, the floor 0.93; faces perpendicular to the line of sight get 0.08 more."""
 PICTURES = "beacon/"
-"""How the names of materials begin that show pictures."""
+"""Prefixes of the names of materials with pictures."""
 LEVEL = "light"
-"""Name of the number in the scene that holds the general light."""
+"""Name of the custom number in the scene for the general light."""
 GIVEN_BACK = 0.25
-"""Fraction of the general light that a picture gives back; it shines by itself, so that its colours are its own at
-any angle and only a little brighter where a lamp of high quality adds to it."""
+"""Reflectance of a picture; it is emissive, so that its colours are the same at any angle and only a little brighter
+where a lamp of high quality adds to them."""
 MEAN_LIGHT = 0.92
-"""Of what faces all sides, in full general light."""
+"""Light averaged over faces of all directions, in full general light."""
 NEAR_SHARE = 0.2
 """A lamp lights in proportion to 1 / (0.2 + 0.2 d^2) at d metres: once at 2 m, never more than five times."""
 INDIRECT = 0.2
-"""Fraction of a lamp's light that comes from all sides, as walls throw it back."""
+"""Proportion of a lamp's light that is ambient, as reflected by walls."""
 MOST_LIGHTS = 8
-"""As many lights as OpenGL draws with."""
+"""Largest number of lights in OpenGL."""
 FINE, MOST_TRIANGLES = 0.4, 60_000
-"""Longest edge of a face that lamps light [m], and how many triangles there are about when that is not too fine."""
+"""Longest edge of a face lit by lamps [m], and the approximate limit of triangles above which it is coarser."""
 PICTURE_PARTS, QUADS = 6, 8
-"""Into how many strips a picture, and the face of a box, are divided each way."""
+"""Subdivisions per side of a picture, and of the face of a box."""
 
 
 def add_general_light(spec: mujoco.MjSpec, level: float, lower: Array, upper: Array) -> None:
@@ -69,7 +69,7 @@ def lamp_names(world: World) -> list[str]:
 
 
 def general_light(model: mujoco.MjModel) -> float:
-    """Return the general light of a compiled scene; 1 in one that is not ours."""
+    """Return the general light of a compiled scene; 1 in a scene not from mjsim."""
     index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, LEVEL)
     return float(model.numeric_data[model.numeric_adr[index]]) if index >= 0 else 1.0
 
@@ -86,7 +86,7 @@ def lamps_drawn(model: mujoco.MjModel) -> int:
 
 
 def add_lamps(spec: mujoco.MjSpec, world: World) -> None:
-    """Add the lamps: lights that shine to all sides, without shadows."""
+    """Add the lamps: point lights without shadows."""
     for lamp, name in zip(world.lamps, lamp_names(world), strict=True):
         direct, indirect = lamp_light(lamp, lamp.brightness)
         spec.worldbody.add_light(
@@ -114,24 +114,24 @@ def lamp_light(lamp: Lamp, brightness: float) -> tuple[Array, Array]:
 
 
 def given_back(world: World) -> float:
-    """Return the fraction of light that pictures reflect: all of it where they are to show the light of lamps."""
+    """Return the reflectance of pictures: 1 where they are to show the light of lamps."""
     return 1.0 if world.lamps else GIVEN_BACK
 
 
 def picture_glow(level: float, share: float) -> float:
-    """Return the light of its own that a picture has, as a multiple of what it gives back.
+    """Return the emission of a picture, as a multiple of its reflectance.
 
-    Full light shows its colours as they are; in less, its own light and what it gives back make up that much.
+    In full light its colours are exact; in less, emission and reflected light together make up that level.
 
     Args:
         level: General light.
-        share: Of light that it gives back.
+        share: Reflectance of the picture.
     """
     return (level if level >= 1.0 else level * (1.0 - MEAN_LIGHT * share)) / share
 
 
 def light_pictures(spec: mujoco.MjSpec, world: World) -> None:
-    """Let the pictures on beacons glow as the general light has it."""
+    """Set the emission of the pictures on beacons for the general light."""
     share = given_back(world)
     for material in spec.materials:
         if material.name.startswith(PICTURES):
@@ -140,7 +140,7 @@ def light_pictures(spec: mujoco.MjSpec, world: World) -> None:
 
 
 def dim_light(model: mujoco.MjModel, level: float) -> None:
-    """Change the general light of a compiled scene; pictures on beacons glow as it has it."""
+    """Change the general light of a compiled scene, and with it the emission of pictures on beacons."""
     index = model.numeric(LEVEL).id
     model.numeric_data[model.numeric_adr[index]] = level
     model.vis.headlight.ambient[:] = [level * value for value in EVEN]
@@ -162,7 +162,7 @@ def dim_lamp(model: mujoco.MjModel, name: str, lamp: Lamp, brightness: float) ->
 
 
 def divide_faces(spec: mujoco.MjSpec) -> None:
-    """Divide what is seen so finely that lamps light it as they should."""
+    """Subdivide visual shapes finely enough for lamps."""
     spec.visual.quality.numquads = QUADS
     meshes = [mesh for mesh in spec.meshes if len(mesh.uservert)]
     area = sum(_area(np.reshape(mesh.uservert, (-1, 3))[np.reshape(mesh.userface, (-1, 3))]) for mesh in meshes)
@@ -192,12 +192,12 @@ def _divide_mesh(mesh: mujoco.MjsMesh, longest: float) -> None:
 
 
 def divided(corners: Array, triangles: NDArray[np.int32], longest: float) -> tuple[Array, NDArray[np.int32]]:
-    """Return a mesh whose edges are at most so long: each longer edge is halved until none is left.
+    """Return a mesh whose edges have at most a given length; longer edges are halved until none is left.
 
-    An edge is halved for its length alone, so that neighbours which share it stay joined without a crack.
+    Whether an edge is halved depends on its length alone, so that neighbours that share it stay joined without cracks.
 
     Args:
-        corners: Place of each corner [m] and whatever else goes linearly over a face, shape (n, 3 or more).
+        corners: Position of each corner [m] and other values linear over a face, shape (n, 3 or more).
         triangles: Indices of corners, shape (m, 3).
         longest: [m]
     """
@@ -215,7 +215,7 @@ def divided(corners: Array, triangles: NDArray[np.int32], longest: float) -> tup
 
 
 def _split(triangles: NDArray[np.int32], middles: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the parts of triangles whose edges have middles, -1 where an edge is whole, shape (m, 3) both."""
+    """Return the parts of triangles given the midpoints of their edges, -1 for undivided edges, shape (m, 3) both."""
     # Turned so that a sole long edge comes first, and of two the whole one last.
     has = middles >= 0
     count = has.sum(axis=1)

@@ -12,7 +12,7 @@ from mjsim.mechanics import Solid, is_valid, nearest_valid
 from mjsim.world import MechanismBody
 
 COMPACT = 0.3
-"""Thickness of a body that is no rod, as a fraction of its least half size, so that joints do not hide it."""
+"""Thickness of a body that is no rod, relative to its least half size, so that joints do not hide it."""
 
 
 def lowest(body: MechanismBody, world_from_shape: Array) -> float:
@@ -35,14 +35,14 @@ def lowest(body: MechanismBody, world_from_shape: Array) -> float:
 
 
 def pose_keys(pose: Array) -> dict[str, Array]:
-    """Return where a body is as MuJoCo has it: pos and quat."""
+    """Return the pose of a body in MuJoCo's terms: pos and quat."""
     quaternion = np.zeros(4)
     mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(pose[:3, :3]).ravel())
     return {"pos": pose[:3, 3], "quat": quaternion}
 
 
 def thickness(body: MechanismBody) -> float:
-    """Return the radius of a rod, or a fraction of the least half size of another body [m]."""
+    """Return the radius of a rod; for other bodies a part of the least half size [m]."""
     match body:
         case _ if hasattr(body, "rod"):
             return float(body.rod[1])
@@ -57,7 +57,7 @@ def thickness(body: MechanismBody) -> float:
 
 
 def set_mass(body: mujoco.MjsBody, solid: Solid) -> None:
-    """Set mass and inertia of a body, the nearest that MuJoCo takes."""
+    """Set mass and inertia of a body to the nearest valid ones in MuJoCo."""
     given = solid if is_valid(solid) else nearest_valid(solid)
     xx, yy, zz, xy, yz, xz = given.inertia
     body.explicitinertial = True

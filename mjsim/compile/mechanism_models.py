@@ -23,9 +23,9 @@ def add_file_shape(
 
     Args:
         spec: The scene.
-        body: In the scene.
-        item: As it is in the world.
-        file: Of the item, in this scene.
+        body: Body in the scene.
+        item: Body in the world file.
+        file: File of the item in this scene.
         name: `MECHANISM/BODY`, which the first geom gets; the others are NAME-2 and so on.
     """
     frame, data = item.frame(), item.shape.whole.rest.data

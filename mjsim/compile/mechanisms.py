@@ -1,7 +1,7 @@
 """Mechanisms as MuJoCo bodies: `MECHANISM/BODY`, joints and motors `MECHANISM/JOINT`, loops as equality constraints.
 
-Bodies stand as they start, so that the reference of every joint is its value there. A loop is cut at one joint: its two
-sides are held together by constraints that bring them together within one step of the physics.
+Bodies are compiled in their initial poses, so that the reference of every joint is its value there. A loop is cut at
+one joint; constraints close the cut within one step of the physics.
 """
 
 import math
@@ -24,46 +24,46 @@ if TYPE_CHECKING:  # most worlds have no curve
     from mjsim.mechanics import SpaceCurve
 
 STIFFEST = 2.0
-"""Time constant of the end of a range, in periods of the physics: MuJoCo's own bound."""
+"""Time constant of a joint limit, in periods of the physics: MuJoCo's own bound."""
 HARDEST = 0.9999
-"""How little a constraint yields: MuJoCo's own bound of the impedance."""
+"""Impedance of a constraint: MuJoCo's own upper bound."""
 DIGITS = 12
-"""To which angles in degrees are rounded, so that 30 degrees stay 30 on the way through radians."""
+"""Decimals of angles in degrees, so that 30 degrees stay 30 after conversion through radians."""
 HUB = 1.6
-"""Radius of what is seen of a joint, in radii of the thinnest rod that it joins."""
+"""Radius of the visual shape of a joint, in radii of the thinnest rod that it joins."""
 JOINT_KINDS = {
     "slide": mujoco.mjtJoint.mjJNT_SLIDE,
     "turn": mujoco.mjtJoint.mjJNT_HINGE,
     "ball": mujoco.mjtJoint.mjJNT_BALL,
 }
 GHOST = ".ghost"
-"""How the names of far sides of cut joints end."""
+"""Suffix of the names of the far sides of cut joints."""
 GHOSTLY = 1e-4
-"""Mass and moments of such a body, as shares of the least mass and of the largest moment of its mechanism."""
+"""Mass and moments of inertia of such a body, relative to the least mass and the largest moment of its mechanism."""
 SHOWN, WIRE = 64, 1.5e-3
-"""Pieces in which a curve is shown, and their radius as a fraction of its length."""
+"""Number of segments in which a curve is drawn, and their radius relative to its length."""
 BELOW = 1e-3
-"""A body that begins this much below the floor passes through it [m]."""
+"""A body that starts this far below the floor does not collide with it [m]."""
 
 
 def add_mechanisms(spec: mujoco.MjSpec, world: World) -> None:
-    """Add all mechanisms as they start, each with motors that do nothing by themselves."""
+    """Add all mechanisms in their initial configuration, with idle motors."""
     files: dict[str, LoadedFile] = {}
     for mechanism in world.mechanisms:
         _Builder(spec, mechanism, world.run.step, files).build()
 
 
 def stiff(equality: mujoco.MjsEquality, step: float) -> None:
-    """Let a constraint bring its residual to 0 in one period of the physics [s]: J a = -r' / h - r / h^2.
+    """Set a constraint to bring its residual to 0 in one period of the physics [s]: J a = -r' / h - r / h^2.
 
-    Softer ones take energy from what moves fast: a four-bar whose crank turns at 21 rad/s loses a fifth in 4 s at 4 ms.
+    Softer ones dissipate energy: a four-bar whose crank turns at 21 rad/s loses a fifth in 4 s at 4 ms.
     """
     equality.solref = [-HARDEST / step**2, -HARDEST / step]
     equality.solimp = [HARDEST, HARDEST, 0.001, 0.5, 2.0]
 
 
 def seen_box(mechanism: Mechanism) -> Array:
-    """Return corners of a box around all that is seen of a mechanism at the start, world frame, shape (2, 3) [m]."""
+    """Return the corners of a box around the visual shapes of a mechanism at the start, world frame, (2, 3) [m]."""
     # The corner of a joint's cylinder is farther away than its radius.
     margin = math.sqrt(2.0) * HUB * max(thickness(body) for body in mechanism.bodies)
     return np.asarray(mechanism.spanned() + np.array([[-margin], [margin]]))
@@ -128,7 +128,7 @@ class _Builder:
         add_file_shape(self._spec, body, item, self._files[item.model], name=self._full(item.name))
 
     def _add_ghost(self, number: int, parent: int, name: str) -> None:
-        """Add a body that is nothing but the far side of a joint at which a loop is cut; it weighs next to nothing."""
+        """Add an almost massless body for the far side of a joint at which a loop is cut."""
         pose = inverted(self._placed.poses[parent]) @ self._placed.poses[number]
         if parent == 0:
             pose = self._ground @ pose
@@ -141,7 +141,7 @@ class _Builder:
         self._bodies[name] = body
 
     def _add_joints(self, number: int, name: str) -> None:
-        """Add the primitives of a joint to the body that it places, in the order in which they are passed."""
+        """Add the primitives of a joint to the body that it moves, in their order from the base."""
         tree, item = self._assembly.linkage.joints[number - 1], self._item(name)
         body, pose = self._bodies[self._assembly.bodies[number]], self._placed.poses[number]
         for primitive, column in zip(tree.primitives, tree.columns(), strict=True):
@@ -158,7 +158,7 @@ class _Builder:
         return value if self._assembly.slides[column] else round(math.degrees(value), DIGITS)
 
     def _set_figures(self, added: mujoco.MjsJoint, item: MechanismJoint, place: int, column: int) -> None:
-        """Set range, spring, damping and friction of one value of a joint."""
+        """Set range, spring, damping and friction of one coordinate of a joint."""
         added.stiffness[0], added.damping[0] = item.figures("stiffness")[place], item.figures("damping")[place]
         added.frictionloss = item.figures("friction")[place]
         if added.type == mujoco.mjtJoint.mjJNT_BALL:
@@ -173,7 +173,7 @@ class _Builder:
         return next(joint for joint in self._mechanism.all_joints if joint.name == name)
 
     def _hold(self, name: str, ghost: int, body: int) -> None:
-        """Weld the far side of a cut joint to the body that it leads to."""
+        """Weld the far side of a cut joint to its body."""
         sites = []
         for side, number in (("a", ghost), ("b", body)):
             # Both frames are one at the start.
@@ -186,7 +186,7 @@ class _Builder:
         stiff(added, self._step)
 
     def _add_couplings(self) -> None:
-        """Add gears and threads: values count from the start."""
+        """Add gears and screws; joint values are relative to the start."""
         for each in self._assembly.couplings:
             names = [self._full(self._assembly.names[column]) for column in (each.first, each.second)]
             added = self._spec.add_equality(
@@ -197,7 +197,7 @@ class _Builder:
             stiff(added, self._step)
 
     def _add_rods(self) -> None:
-        """Add what keeps two points apart: rods, and distances that follow a motion."""
+        """Add distance constraints between two points: rods, and distances that follow a motion."""
         ends = [(rod.name, rod.ends) for rod in self._assembly.rods]
         ends += [(drive.name, drive.ends) for drive in self._assembly.drives if drive.ends is not None]
         for name, spots in ends:
@@ -216,7 +216,7 @@ class _Builder:
         tendon.springlength = [-1.0 if spring.rest is None else spring.rest] * 2
 
     def _tie(self, name: str, sites: tuple[str, str], *, rgba: list[float]) -> None:
-        """Keep two sites as far apart as they start."""
+        """Keep two sites at their initial distance."""
         tendon = self._spec.add_tendon(name=self._full(name), width=0.008, rgba=rgba)
         for site in sites:
             tendon.wrap_site(site)
@@ -226,7 +226,7 @@ class _Builder:
         stiff(added, self._step)
 
     def _add_track(self, track: CurvePoint) -> None:
-        """Add what holds a point on a curve: lines of constant length, across the curve where the point is."""
+        """Hold a point on a curve: constraints of constant length, across the curve at the point."""
         joint = self._assembly.linkage.joints[track.ghost - 1]
         curve, along = joint.primitives[0].curve, float(self._assembly.start[track.column])
         assert curve is not None, "made for it"
@@ -239,7 +239,7 @@ class _Builder:
         self._show_curve(curve, joint.parent, joint.before)
 
     def _show_curve(self, curve: "SpaceCurve", body: int, body_from_curve: Array) -> None:
-        """Add what is seen of a curve."""
+        """Add the visual shape of a curve."""
         pose = self._ground @ body_from_curve if body == 0 else body_from_curve
         points = curve.sampled(SHOWN) @ pose[:3, :3].T + pose[:3, 3]
         for ends in pairwise(points):
@@ -249,7 +249,7 @@ class _Builder:
             make_decor(geom, DARK)
 
     def _close(self, name: str) -> None:
-        """Hold both sides of a cut together: at one point, and at another along its axis where that says more."""
+        """Hold both sides of a cut together: at one point, and at a second one along its axis if needed."""
         joint, ends = self._item(name), self._assembly.places[name]
         ghost, number = self._assembly.cuts[name]
         placement = self._placed
@@ -272,7 +272,7 @@ class _Builder:
             stiff(added, self._step)
 
     def _lever(self) -> float:
-        """Return how far along an axis a loop is held at a second point [m]: about as far as the mechanism is large."""
+        """Return the distance along an axis to the second point of a cut [m]: about the mechanism's size."""
         points = self._placed.poses[:, :3, 3]
         return max(float(np.linalg.norm(np.ptp(points, axis=0))) / 4.0, 0.05)
 
@@ -284,7 +284,7 @@ class _Builder:
         return full
 
     def _add_hub(self, joint: MechanismJoint) -> None:
-        """Add what is seen of a joint."""
+        """Add the visual shape of a joint."""
         ends, parts = self._assembly.places[joint.name], joint.primitives((0.0, 0.0, 1.0))
         if not parts:
             return
@@ -311,7 +311,7 @@ class _Builder:
         make_decor(body.add_geom(**shape), DARK)
 
     def _add_motors(self) -> None:
-        """Add a motor for each value that a torque or a force moves, and what holds those that follow a motion."""
+        """Add a motor for each coordinate driven by a torque or force, and constraints for those with a motion."""
         drives = {drive.number: drive for drive in self._assembly.drives}
         for number, actuator in enumerate(self._mechanism.actuators):
             if number in drives:
@@ -329,7 +329,7 @@ class _Builder:
         stiff(added, self._step)
 
     def _let_pass(self) -> None:
-        """Let bodies pass through each other, and those that begin below the floor through what stands still."""
+        """Exclude collisions among the bodies, and of those that start below the floor with static objects."""
         names = [self._full(body.name) for body in self._mechanism.bodies]
         if not self._mechanism.collide:
             for place, first in enumerate(names):
@@ -342,7 +342,7 @@ class _Builder:
 
 
 def _along(axis: Array, at: tuple[float, ...], *, which: int) -> Array:
-    """Return a frame at a point, one of whose axes lies along another, shape (4, 4)."""
+    """Return a frame at a point with one axis along a given direction, shape (4, 4)."""
     pose, start = np.eye(4), np.eye(3)[int(np.argmin(np.abs(axis)))]
     first = np.cross(axis, start)
     first /= np.linalg.norm(first)

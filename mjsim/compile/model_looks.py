@@ -10,21 +10,21 @@ from mjsim.interface import Picture
 from mjsim.models import UNSAID, encode_png
 
 GRAY = [128 / 255, 128 / 255, 128 / 255, 1.0]
-"""The same, said."""
+"""Colour of geoms without a colour in the file."""
 CUBE_SIDES = "RLUDFB"
 """Right, left, up, down, front and back, one below the other."""
 
 
 class LookOf:
-    """The looks of one file; its materials enter the scene when the first geom has them."""
+    """Materials of one file, which are added to the scene when a geom first uses them."""
 
     def __init__(self, spec: mujoco.MjSpec, model: mujoco.MjModel, key: str) -> None:
         """Keep the scene and the file.
 
         Args:
             spec: The scene.
-            model: The file as MuJoCo has it.
-            key: Begins the names of its materials in the scene.
+            model: The file as compiled by MuJoCo.
+            key: Prefix of the names of its materials in the scene.
         """
         self._spec, self._model, self._key = spec, model, key
         self._names: dict[int, str] = {}
@@ -33,8 +33,8 @@ class LookOf:
         """Return material and colour of a geom.
 
         Args:
-            number: Of the geom in the file.
-            plain: '#rrggbb', for all of it instead of its own; None for its own.
+            number: Number of the geom in the file.
+            plain: Colour '#rrggbb' in place of its own; None for its own.
         """
         rgba = self._model.geom_rgba[number].tolist()
         material = int(self._model.geom_matid[number])
@@ -66,7 +66,7 @@ class LookOf:
         material.texuniform, material.texrepeat = bool(model.mat_texuniform[number]), model.mat_texrepeat[number]
 
     def _add_cube(self, name: str, sides: Picture) -> mujoco.MjsMaterial:
-        """Add a material that shows a picture on each side of a cube around a thing."""
+        """Add a material with a cube map: a picture on each side."""
         file = f"{name}.png"
         self._spec.assets[file] = encode_png(sides)
         texture = self._spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_CUBE, file=file)

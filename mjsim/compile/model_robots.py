@@ -1,9 +1,9 @@
 """Robots from MJCF and URDF files, with mjsim's running gear in place of the wheels of the file.
 
-MuJoCo reads the file by itself; what enters the scene is made of the numbers it found, see `mjsim.compile.models`. What
-no joint moves becomes the body `ROBOT/base`. Wheels and what steers them are `ROBOT/wheel_left` and so on, as on all
-robots: their looks and masses are those of the file, and they touch the floor as ours do. All other joints keep their
-names below `ROBOT/` with their limits, each with a motor that does nothing and a lock that holds it still.
+MuJoCo compiles the file by itself, and the scene is built from the result, see `mjsim.compile.models`. Parts that no
+joint moves become the body `ROBOT/base`. Wheels and steering are `ROBOT/wheel_left` and so on, as on all robots: with
+the looks and masses of the file, and contacts with the floor as for mjsim's own robots. All other joints keep their
+names below `ROBOT/` and their limits, each with an idle motor and a lock that holds it.
 """
 
 import math
@@ -37,13 +37,13 @@ from mjsim.models import AtRest, Rigid, at_rest, seen_and_touched
 from mjsim.world import Camera, ModelBody, Robot, Wheel
 
 LOWEST = 0.2
-"""What of a body hangs lower, as a fraction of the wheels' radius, does not touch: casters stand for it."""
+"""Geoms of a body below this height, relative to the wheels' radius, do not collide: casters replace them."""
 LIGHTEST = 1e-3
-"""Mass of a moving part, at least, of the robot's."""
+"""Least mass of a moving part, relative to the robot's."""
 LARGEST_FITTING = 0.25
 """[m]"""
 ARMATURE = 1e-4
-"""Inertia of what holds a joint, at least, as that of the robot's mass at its radius."""
+"""Least armature of a held joint, relative to the robot's mass at its radius."""
 
 
 @dataclass(slots=True, eq=False)
@@ -56,7 +56,7 @@ class _Build:
     original: LoadedFile
     rest: AtRest
     heavier: float
-    """By what the masses of the file are multiplied."""
+    """Factor of the masses of the file."""
     robot_from_file: Array
     """Shape (3, 4) [m]."""
     made: dict[int, mujoco.MjsBody] = field(default_factory=dict)
@@ -65,14 +65,14 @@ class _Build:
     """Origin and axes of each, robot frame."""
     taken: set[str] = field(default_factory=set)
     rolling: set[int] = field(default_factory=set)
-    """Roots of wheels with rollers, and of what hangs on them."""
+    """Roots of wheels with rollers and of the parts on them."""
 
     def point(self, p_file: Array) -> Array:
         """Return a point in the robot's frame, shape (3,)."""
         return np.asarray(self.robot_from_file[:, :3] @ p_file + self.robot_from_file[:, 3])
 
     def name(self, own: str) -> str:
-        """Return the name of a part below the robot's, one that no other part has."""
+        """Return a unique name of a part below the robot's."""
         name = f"{self.robot.name}/{own}"
         number = 2
         while name in self.taken:
@@ -84,10 +84,10 @@ class _Build:
 def add_model_robot(
     spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, body: ModelBody, original: LoadedFile
 ) -> list[tuple[Array, Array]]:
-    """Add what a robot from a file has to its base, which stands where the robot does.
+    """Add the parts of a robot from a file to its base, which is at the robot's pose.
 
     Returns:
-        The lowest and the highest corner of each small thing that is seen, robot frame, shape (3,) each [m].
+        The lowest and the highest corner of each small visual geom, robot frame, shape (3,) each [m].
     """
     rest = at_rest(original.model)
     build = _Build(spec, robot, body, original, rest, heavier_by(body, rest), _robot_from_file(body))
@@ -114,7 +114,7 @@ def add_model_robot(
 
 
 def _fittings(build: _Build) -> Iterator[tuple[Array, Array]]:
-    """Yield boxes around what is seen and as small as a sensor, robot frame."""
+    """Yield boxes around visual geoms as small as a sensor, robot frame."""
     seen, _ = seen_and_touched(build.original.model, urdf=build.original.urdf)
     for number in np.flatnonzero(seen).tolist():
         low, high = _box(build, number)
@@ -129,7 +129,7 @@ def _box(build: _Build, number: int) -> tuple[Array, Array]:
 
 
 def _houses_camera(build: _Build, number: int) -> bool:
-    """Return whether a geom is the housing of a camera, which must not stand before its lens."""
+    """Return whether a geom is the housing of a camera, which must not block its view."""
     low, high = _box(build, number)
     cameras = [np.array(sensor.at) for sensor in build.robot.sensors if isinstance(sensor, Camera)]
     small = float((high - low).max()) < LARGEST_FITTING
@@ -165,7 +165,7 @@ def _joints_of(body: ModelBody, wheel: Wheel) -> tuple[str, ...]:
 
 
 def _add_part(build: _Build, part: Rigid) -> None:
-    """Add a part that is no wheel: the base, or what hangs on joints that hold still."""
+    """Add a part that is no wheel: the base, or a part on held joints."""
     turn = build.robot_from_file[:, :3] @ part.turn
     if part.root:
         model = build.original.model
@@ -178,7 +178,7 @@ def _add_part(build: _Build, part: Rigid) -> None:
 
 
 def _make(build: _Build, part: Rigid, name: str, place: Array, turn: Array) -> mujoco.MjsBody:
-    """Add the body of a part at a place in the robot's frame, its axes those of `turn`."""
+    """Add the body of a part at a position in the robot's frame, with the axes of `turn`."""
     origin, axes = build.frames[part.parent]
     body = build.made[part.parent].add_body(name=name, pos=axes.T @ (place - origin), quat=_quaternion(axes.T @ turn))
     build.made[part.root], build.frames[part.root] = body, (place, turn)
@@ -186,7 +186,7 @@ def _make(build: _Build, part: Rigid, name: str, place: Array, turn: Array) -> m
 
 
 def _add_held(build: _Build, part: Rigid, number: int) -> None:
-    """Add a joint of the file that holds still where it is at rest."""
+    """Add a joint of the file that is held at its rest position."""
     model, address = build.original.model, build.original.model.jnt_dofadr[number]
     slide = int(model.jnt_type[number]) == int(mujoco.mjtJoint.mjJNT_SLIDE)
     unit = 1.0 if slide else 180.0 / math.pi
@@ -207,7 +207,7 @@ def _add_held(build: _Build, part: Rigid, number: int) -> None:
 
 
 def _add_knuckle(build: _Build, part: Rigid, joint: str, steering: Mapping[str, str]) -> None:
-    """Add what a steered wheel hangs on: a hinge that stands upright, with its servo."""
+    """Add the knuckle of a steered wheel: a vertical hinge with its servo."""
     anchor, _ = build.rest.axis(build.original.model.joint(joint).id)
     name = f"{build.robot.name}/{steering[joint]}"
     body = _make(build, part, name, build.point(anchor), np.eye(3))
@@ -219,7 +219,7 @@ def _add_knuckle(build: _Build, part: Rigid, joint: str, steering: Mapping[str, 
 
 
 def _add_wheels(build: _Build, part: Rigid, joint: str, wheels: list[Wheel]) -> None:
-    """Add a wheel of the file; two where the wheels of an axle are one part, each with what lies on its side."""
+    """Add a wheel of the file; two if the wheels of an axle are one part, each with the geoms on its side."""
     sides: list[tuple[Wheel, str, float]] = []
     if len(wheels) > 1:
         sides = [(wheel, f"wheel_{wheel.name}", 1.0 if wheel.at[1] > 0 else -1.0) for wheel in wheels]
@@ -268,7 +268,7 @@ def _add_wheel(build: _Build, part: Rigid, joint: str, wheel: Wheel, *, name: st
 
 
 def _add_roller_wheel(build: _Build, part: Rigid, wheel: Wheel, sizes: WheelSpec) -> None:
-    """Add a wheel with rollers of ours, where the file has one, which looks as that of the file."""
+    """Add a wheel with mjsim's rollers in place of one of the file, with its looks."""
     assert wheel.rollers is not None, "a wheel without rollers is a plain one"
     seen, _ = seen_and_touched(build.original.model, urdf=build.original.urdf)
     looks = any(bool(seen[number]) for number in build.rest.geoms(part))
@@ -291,18 +291,18 @@ def _add_roller_wheel(build: _Build, part: Rigid, wheel: Wheel, sizes: WheelSpec
 
 
 def _add_roller_looks(build: _Build, part: Rigid) -> None:
-    """Add what is seen of a roller of the file to its wheel, on which rollers of ours run."""
+    """Add the visual shape of a roller of the file to its wheel with mjsim's rollers."""
     build.made[part.root], build.frames[part.root] = build.made[part.parent], build.frames[part.parent]
     build.rolling.add(part.root)
     _add_geoms(build, part, touch=False)
 
 
 _FOLLOWERS = tuple(f"-{number}" for number in range(2, 10))
-"""How the names of wheels end that another one turns."""
+"""Suffixes of the names of wheels driven by another one."""
 
 
 def _middle(build: _Build, part: Rigid, joint: str, side: float) -> Array:
-    """Return the middle of a wheel, robot frame, shape (3,) [m]."""
+    """Return the center of a wheel, robot frame, shape (3,) [m]."""
     model = build.original.model
     anchor, _ = build.rest.axis(model.joint(joint).id)
     middle = build.point(anchor)
@@ -318,14 +318,14 @@ def _middle(build: _Build, part: Rigid, joint: str, side: float) -> Array:
 
 
 def _couple(spec: mujoco.MjSpec, follower: str, leader: str) -> None:
-    """Let a wheel turn as another one does, as a chain would."""
+    """Couple the rotation of a wheel to that of another one, like a chain."""
     chain = spec.add_equality(name=follower, type=mujoco.mjtEq.mjEQ_JOINT, name1=follower, name2=leader)
     chain.objtype = mujoco.mjtObj.mjOBJ_JOINT
     chain.data[:5] = [0.0, 1.0, 0.0, 0.0, 0.0]
 
 
 def _weigh(build: _Build, part: Rigid, *, balanced: bool) -> None:
-    """Give a part the mass of the file, and an inertia that physics allows."""
+    """Set the mass of a part from the file, and a physically valid inertia."""
     load = mass_of(build.body, build.rest)
     body, (origin, axes) = build.made[part.root], build.frames[part.root]
     mass = part.mass * build.heavier
@@ -346,7 +346,7 @@ def _weigh(build: _Build, part: Rigid, *, balanced: bool) -> None:
 
 
 def _add_geoms(build: _Build, part: Rigid, *, side: float = 0.0, touch: bool = True) -> bool:
-    """Add the geoms of a part to its body; return whether one of them is seen."""
+    """Add the geoms of a part to its body; return whether one of them is visible."""
     model = build.original.model
     seen, touched = seen_and_touched(model, urdf=build.original.urdf)
     lowest = LOWEST * min(wheel.radius for wheel in build.body.wheels.values())
@@ -364,7 +364,7 @@ def _add_geoms(build: _Build, part: Rigid, *, side: float = 0.0, touch: bool = T
 
 
 def _ways(*, seen: bool, touches: bool, base: bool, housing: bool) -> list[dict[str, Any]]:
-    """Return how a geom of the file stands in the scene: as what is seen, as what is touched, or both."""
+    """Return the roles of a geom of the file in the scene: visual, collision, or both."""
     solid = {"priority": 1, "friction": [BUMPER_FRICTION, 0.005, 0.0001], "solref": [0.01, 1.0]}
     decor = {"group": FITTINGS if housing else DECOR, "contype": 0, "conaffinity": 0}
     if base and touches and not housing:

@@ -1,9 +1,9 @@
 """Objects from MJCF and URDF files, rebuilt in the scene.
 
-MuJoCo reads the file by itself, in memory; what enters the scene is made of the numbers it found: bodies, joints,
-geoms, meshes and looks. So a file's own settings, classes and units stay outside, it can be scaled, and many things of
-one file share meshes and looks. A model is a body `obstacle/NAME`; bodies, joints and geoms of the file keep their
-names below it: `obstacle/NAME/seat`.
+MuJoCo compiles the file by itself, in memory, and the scene is built from the result: bodies, joints, geoms, meshes and
+looks. A file's own settings, classes and units therefore do not affect the scene, the file can be scaled, and many
+objects of one file share meshes and looks. A model is a body `obstacle/NAME`; bodies, joints and geoms of the file keep
+their names below it: `obstacle/NAME/seat`.
 """
 
 from collections.abc import Mapping
@@ -21,33 +21,33 @@ from mjsim.models import ModelShape, no_warnings, seen_and_touched
 from mjsim.world import ModelObstacle
 
 SEEN = 0
-"""Group of what is seen and touched."""
+"""Group of geoms that are visible and collide."""
 HEAVIEST = 1e6
 """[kg]"""
 LEAST_INERTIA = 1e-12
-"""Of what moves [kg m^2]: MuJoCo takes a little less."""
+"""Least inertia of a moving body [kg m^2]: slightly above MuJoCo's own bound."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LoadedFile:
-    """A file as MuJoCo has it, whose things stand in one scene."""
+    """A file compiled by MuJoCo, for objects in one scene."""
 
     model: mujoco.MjModel
     urdf: bool
     looks: LookOf
     key: str
-    """Begins the names of its meshes in the scene."""
+    """Prefix of the names of its meshes in the scene."""
     meshes: dict[tuple[int, float], str] = field(default_factory=dict)
-    """Names of the meshes that the scene has already, by number and scale."""
+    """Names of the meshes already in the scene, by number and scale."""
 
 
 def original(spec: mujoco.MjSpec, shape: ModelShape, *, key: str) -> LoadedFile:
-    """Return a file for the things of a scene.
+    """Return a file for the objects of a scene.
 
     Args:
         spec: The scene.
-        shape: What the file holds.
-        key: Begins the names of its meshes and materials in the scene.
+        shape: Content of the file.
+        key: Prefix of the names of its meshes and materials in the scene.
     """
     return LoadedFile(shape.model, shape.files.urdf, LookOf(spec, shape.model, key), key)
 
@@ -67,15 +67,15 @@ def add_model(
     name: str,
     solid: Mapping[str, Any],
 ) -> None:
-    """Add what a model has to a body of the scene, whose frame becomes that of the file.
+    """Add the content of a model to a body of the scene, whose frame becomes that of the file.
 
     Args:
         spec: The scene.
-        body: Standing where the obstacle does, lifted so that the model's lowest point comes to its elevation.
+        body: Body at the obstacle's pose, lifted so that the model's lowest point is at its elevation.
         obstacle: The obstacle.
         original: Its file.
         name: `obstacle/NAME`.
-        solid: What every geom that can be touched has in common.
+        solid: Common keys of all geoms that collide.
 
     Raises:
         ValueError: It is movable but has no mass.
@@ -104,15 +104,15 @@ def add_model(
 def copy_geom(
     spec: mujoco.MjSpec, body: mujoco.MjsBody, original: LoadedFile, number: int, *, scale: float, **keys: Any
 ) -> None:
-    """Add a geom of a file to a body of the scene; it weighs nothing, as masses are those of bodies.
+    """Add a geom of a file to a body of the scene; it has no mass, as bodies carry the masses.
 
     Args:
         spec: The scene.
-        body: In the scene.
+        body: Body in the scene.
         original: The file.
-        number: Of the geom in the file.
-        scale: Metres to one unit of length of the file.
-        keys: What else it has: place, looks, contacts.
+        number: Number of the geom in the file.
+        scale: Metres per unit of length of the file.
+        keys: Its other keys: pose, looks, contacts.
     """
     model = original.model
     size = model.geom_size[number] * scale
@@ -122,12 +122,12 @@ def copy_geom(
 
 
 def _below(name: str, own: str) -> str:
-    """Return the name of a part; nothing for one that has none."""
+    """Return the name of a part in the scene; '' for a part without a name."""
     return f"{name}/{own}" if own else ""
 
 
 def _add_bodies(body: mujoco.MjsBody, model: mujoco.MjModel, *, scale: float, name: str) -> list[mujoco.MjsBody]:
-    """Add the bodies of a model below one that stands for its world; return them by number."""
+    """Add the bodies of a model below the one for its world body; return them by number."""
     bodies = [body]
     for number in range(1, model.nbody):
         parent = bodies[int(model.body_parentid[number])]
@@ -143,7 +143,7 @@ def _add_bodies(body: mujoco.MjsBody, model: mujoco.MjModel, *, scale: float, na
 
 
 def _heavier(obstacle: ModelObstacle, model: mujoco.MjModel) -> float:
-    """Return the factor by which the masses of a file are multiplied."""
+    """Return the factor of the masses of a file."""
     total = float(model.body_mass.sum())
     if not total < HEAVIEST:
         raise ValueError(f"'{obstacle.model}' weighs {total:g} kg, too much for an object; check its units")
@@ -185,7 +185,7 @@ def _add_joint(body: mujoco.MjsBody, model: mujoco.MjModel, number: int, *, scal
 
 
 def _mesh_of(spec: mujoco.MjSpec, original: LoadedFile, number: int, scale: float) -> str:
-    """Return the name of a mesh in the scene, which is added if it is not there."""
+    """Return the name of a mesh in the scene, which is added if missing."""
     name = original.meshes.get((number, scale))
     if name is not None:
         return name
@@ -202,9 +202,9 @@ def _mesh_of(spec: mujoco.MjSpec, original: LoadedFile, number: int, scale: floa
 
 
 def _mesh_corners(model: mujoco.MjModel, number: int) -> tuple[Array, NDArray[np.intp], bool]:
-    """Return the corners of a mesh, its triangles, shape (m, 3), and whether it has places on a texture.
+    """Return the vertices of a mesh, its triangles, shape (m, 3), and whether it has texture coordinates.
 
-    Of each corner it is place, normal and place on the texture, shape (n, 6 or 8).
+    A vertex is position, normal and texture coordinates, shape (n, 6 or 8).
     """
     faces = slice(first := int(model.mesh_faceadr[number]), first + int(model.mesh_facenum[number]))
     textured = bool(model.mesh_texcoordadr[number] >= 0 and model.mesh_texcoordnum[number] > 0)
@@ -224,7 +224,7 @@ def _mesh_corners(model: mujoco.MjModel, number: int) -> tuple[Array, NDArray[np
 
 
 def _add_excludes(spec: mujoco.MjSpec, model: mujoco.MjModel, bodies: list[mujoco.MjsBody]) -> None:
-    """Let what is joined, and what the file says, pass through each other."""
+    """Exclude collisions of bodies joined by joints, and those that the file excludes."""
     pairs = {(int(model.body_parentid[number]), number) for number in range(2, model.nbody)}
     pairs |= {(int(signature) >> 16, int(signature) & 0xFFFF) for signature in model.exclude_signature}
     named = {tuple(sorted((bodies[a].name, bodies[b].name))) for a, b in pairs}

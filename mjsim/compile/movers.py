@@ -1,7 +1,7 @@
 """Movers: obstacles with a scripted motion.
 
-A mover is a body on two slides, `obstacle/NAME/x` and `obstacle/NAME/y`, which hold how far it is from its start.
-The simulation sets them; contact sees its true velocity, and nothing that it meets slows it down.
+A mover is a body on two slides, `obstacle/NAME/x` and `obstacle/NAME/y`, whose values are the displacement from its
+start. The simulation sets them; contacts use its true velocity, and no object slows it down.
 """
 
 import math
@@ -9,11 +9,11 @@ import math
 import mujoco
 
 INERTIA = 1e4
-"""Of a mover along its slides [kg]: what it meets in one physics step cannot slow it down."""
+"""Inertia of a mover along its slides [kg]: no contact within one physics step can slow it down."""
 
 
 def add_slides(body: mujoco.MjsBody, name: str, *, heading: float) -> None:
-    """Let a body move in the plane, as heavy as if nothing could stop it; its heading is in the world [rad]."""
+    """Add slides in the plane, with a practically infinite inertia, to a body with a heading in the world [rad]."""
     c, s = math.cos(heading), math.sin(heading)
     # An axis is given in the frame of its body.
     for axis, direction in (("x", [c, -s, 0.0]), ("y", [s, c, 0.0])):

@@ -1,8 +1,8 @@
 """Obstacles, static or movable.
 
-The frame of an obstacle has its origin in the middle of its underside, x along its length. One that stands still
-is part of the world; a movable one is a body `obstacle/NAME` with a free joint of the same name, and one that goes
-its own path a body of that name on slides. Geoms carry the name too, numbered where there are several:
+The frame of an obstacle has its origin at the center of its underside, x along its length. A static one is part of
+the world; a movable one is a body `obstacle/NAME` with a free joint of the same name, and one with a scripted path a
+body of that name on slides. Geoms carry the name too, numbered where there are several:
 `obstacle/NAME/1`. Models are always bodies, as their parts may have joints.
 """
 
@@ -35,7 +35,7 @@ from mjsim.world import (
 )
 
 TWISTING, ROLLING = 0.005, 0.002
-"""Friction of a movable thing that is turned on the spot, and of one that rolls: length of the lever [m]."""
+"""Torsional and rolling friction of a movable object: length of the lever [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,12 +44,12 @@ class ObstacleBody:
 
     body: mujoco.MjsBody
     frame: mujoco.MjsFrame | None
-    """Of the obstacle, in the world; None when the body is there already."""
+    """Frame of the obstacle in the world; None if the body exists already."""
     solid: dict[str, Any]
-    """What every geom that can be touched has in common."""
+    """Common keys of all geoms that collide."""
 
     def add_geom(self, **keys: Any) -> mujoco.MjsGeom:
-        """Add a geom whose place is in the frame of the obstacle."""
+        """Add a geom whose pose is in the frame of the obstacle."""
         geom = self.body.add_geom(material="matte", **keys)
         if self.frame is not None:
             geom.set_frame(self.frame)
@@ -57,10 +57,10 @@ class ObstacleBody:
 
 
 def add_obstacles(spec: mujoco.MjSpec, world: World) -> None:
-    """Add the obstacles of a world where they stand at the start.
+    """Add the obstacles of a world at their initial poses.
 
     Raises:
-        WorldError: MuJoCo cannot read the files of some models; each is told where it is named first.
+        WorldError: MuJoCo cannot read the files of some models; each is listed where it is first named.
     """
     originals: dict[str, LoadedFile] = {}
     tried: set[object] = set()
@@ -83,7 +83,7 @@ def add_obstacles(spec: mujoco.MjSpec, world: World) -> None:
 
 
 def _check_alone(obstacle: ModelObstacle, tried: set[object]) -> None:
-    """Raise ValueError when a model would not do as the only thing in a world; `tried` holds those that do."""
+    """Raise ValueError when a model fails as the only object in a world; `tried` holds those that passed."""
     key = obstacle.model, obstacle.scale, obstacle.mass, obstacle.movable, obstacle.path is not None
     if key not in tried:
         spec = mujoco.MjSpec()
@@ -96,7 +96,7 @@ def _check_alone(obstacle: ModelObstacle, tried: set[object]) -> None:
 
 
 def check_things(world: World) -> None:
-    """Raise WorldError when MuJoCo cannot read the files of a world's things."""
+    """Raise WorldError when MuJoCo cannot read the files of a world's objects."""
     if any(isinstance(obstacle, ModelObstacle) for obstacle in world.obstacles):
         add_obstacles(mujoco.MjSpec(), world)
 

@@ -1,4 +1,4 @@
-"""The view of a whole world from above at an angle, and the box that it must show."""
+"""The view of an entire world from above at an angle, and the box that it must show."""
 
 import math
 from collections.abc import Sequence
@@ -14,11 +14,11 @@ from mjsim.world import World, extent, hung, top
 OVERVIEW_TILT, OVERVIEW_FOV = math.radians(60.0), 40.0
 """Downwards [rad]; vertical field of view [deg]."""
 OVERVIEW_ASPECT, OVERVIEW_FILL = 16 / 9, 0.96
-"""Shape of a picture that shows the whole world, as films have it, and how much of its height or width that fills."""
+"""Aspect ratio of an image of the entire world, and the part of its height or width that the world fills."""
 
 
 def scene_bounds(world: World, boxes: Sequence[WallBox]) -> tuple[Array, Array]:
-    """Return the lowest and the highest corner of all that stands on the floor, shape (3,) each [m]."""
+    """Return the lowest and the highest corner of all objects on the floor, shape (3,) each [m]."""
     points = [np.array([[*robot.at, 0.0], [*robot.at, robot.body.height]]) for robot in world.robots]
     points += [reached(robot) for robot in world.robots if robot.arms]
     points += [seen_box(mechanism) for mechanism in world.mechanisms]
@@ -39,10 +39,10 @@ def scene_bounds(world: World, boxes: Sequence[WallBox]) -> tuple[Array, Array]:
 
 
 def overview_place(lower: Array, upper: Array) -> tuple[Array, Array, Array]:
-    """Return where the camera is, as near as it can be and still see every corner, and its right and up, shape (3,).
+    """Return the nearest position of the camera that sees every corner, and its right and up, shape (3,).
 
     Args:
-        lower: Lowest corner of what it shows, world frame, shape (3,) [m].
+        lower: Lowest corner of the box to show, world frame, shape (3,) [m].
         upper: Highest corner.
     """
     s, c = math.sin(OVERVIEW_TILT), math.cos(OVERVIEW_TILT)
@@ -59,11 +59,11 @@ def overview_place(lower: Array, upper: Array) -> tuple[Array, Array, Array]:
 
 
 def overview_of(world: World, reach: Array) -> Array:
-    """Return where the camera must be to show a world and what moves beyond it, shape (3,) [m].
+    """Return the position of a camera that shows a world and the motion beyond it, shape (3,) [m].
 
     Args:
-        world: As it starts.
-        reach: Corners of a box around what moves, world frame, shape (2, 3) [m].
+        world: The world at the start.
+        reach: Corners of a box around moving objects, world frame, shape (2, 3) [m].
     """
     lower, upper = scene_bounds(world, wall_boxes(world.walls))
     lower, upper = np.minimum(lower, reach[0]), np.maximum(upper, reach[1])

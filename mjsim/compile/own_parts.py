@@ -1,15 +1,15 @@
-"""Parts of one robot, which pass through each other."""
+"""Parts of one robot, which do not collide with each other."""
 
 from itertools import combinations
 
 import mujoco
 
 ROLLER = "/roller"
-"""In the names of rollers, which touch nothing of each other anyway."""
+"""Part of the names of rollers, which do not collide with each other anyway."""
 
 
 def exclude_parts(spec: mujoco.MjSpec, base: mujoco.MjsBody) -> None:
-    """Let the parts of a robot pass through each other."""
+    """Exclude collisions among the parts of a robot."""
     whole = [base, *base.find_all(mujoco.mjtObj.mjOBJ_BODY)]
     names = sorted({body.name for body in whole if _touches(body)})
     for first, second in combinations(names, 2):

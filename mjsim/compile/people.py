@@ -1,6 +1,6 @@
 """People as MuJoCo bodies: `PERSON/SEGMENT`, held in their posture, with a camera in each eye.
 
-A person is part of the world: nothing moves, and what runs into one stops.
+A person is static: robots that run into one stop.
 """
 
 from collections.abc import Mapping
@@ -20,21 +20,21 @@ if TYPE_CHECKING:  # worlds without people do without it
     from mjsim.people import Mesh, Segment
 
 EYE_FOV = 60.0
-"""Vertical field of view of the picture from an eye [deg]."""
+"""Vertical field of view of the image from an eye [deg]."""
 EYE_SIZE = (640, 480)
-"""Of that picture [px]."""
+"""Size of that image [px]."""
 EYEBALL = 0.012
-"""Radius of what is seen of an eye [m]."""
+"""Radius of the visual shape of an eye [m]."""
 LOOKING = (0.0, -1.0, 0.0, 0.0, 0.0, 1.0)
-"""Right and up of a camera that looks along x."""
+"""Right and up axis of a camera that looks along x."""
 FRICTION = (0.5, 0.005, 0.0001)
-"""Of clothes on what runs into them; assumed."""
+"""Friction of clothes; assumed."""
 TOOLS = ("thumb_tip", "fingertip", "grip")
 """Landmarks of a hand that are sites in the scene."""
 
 
 def add_people(spec: mujoco.MjSpec, world: World) -> None:
-    """Add all people as they stand at the start."""
+    """Add all people in their initial posture."""
     if not world.people:
         return
     from mjsim.posture import poses_of
@@ -91,7 +91,7 @@ def _add_mesh(spec: mujoco.MjSpec, mesh: "Mesh", name: str) -> None:
 
 
 def _add_face(spec: mujoco.MjSpec, head: mujoco.MjsBody, person: Person) -> None:
-    """Add hair and eyes, which are seen alone, and the cameras that look from the eyes."""
+    """Add purely visual hair and eyes, and the cameras of the eyes."""
     from mjsim.people import hair
 
     _add_mesh(spec, hair(person.figure), f"{person.name}/hair")

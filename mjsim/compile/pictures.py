@@ -9,11 +9,13 @@ from mjsim.models import encode_png
 from mjsim.world import QUIET, modules_across
 
 LONGEST_BEACON_SIDE = 640
-"""Of a beacon's texture [px]: more cannot be seen at 640 x 480, and finding pictures gets no better."""
+"""Longest side of a beacon's texture [px]: more is invisible at 640 x 480 and does not improve the detection of
+pictures."""
 LONGEST_TILE_SIDE = 1024
-"""Of a floor or wall texture [px]."""
+"""Longest side of a floor or wall texture [px]."""
 MARKER_SIDE = 384
-"""Of a marker's texture with its border, about [px]; more is lost in any picture, and less is blurred near by."""
+"""Approximate side of a marker's texture with its border [px]; more is lost in any image, and less is blurred
+nearby."""
 WHITE = 255
 
 
@@ -28,21 +30,21 @@ def marker_picture(dictionary: str, number: int) -> Picture:
 
 
 def _opencv_name(dictionary: str) -> str:
-    """Return what OpenCV calls a dictionary: '4X4_50', 'ARUCO_ORIGINAL', 'APRILTAG_36h11'."""
+    """Return OpenCV's name of a dictionary: '4X4_50', 'ARUCO_ORIGINAL', 'APRILTAG_36h11'."""
     if dictionary.startswith("apriltag_"):
         return dictionary.replace("apriltag", "APRILTAG")
     return {"original": "ARUCO_ORIGINAL", "mip_36h12": "ARUCO_MIP_36h12"}.get(dictionary, dictionary.upper())
 
 
 def add_material(spec: mujoco.MjSpec, name: str, picture: Picture, *, emission: float = 0.0, gray: float = 1.0) -> None:
-    """Add a material that shows a picture, without gloss; its texture and file carry the same name.
+    """Add a matte material with a picture; its texture and file have the same name.
 
     Args:
         spec: The scene to add to.
         name: A path without suffix, unique in the scene.
         picture: RGB.
-        emission: Light of its own, as a multiple of `gray`.
-        gray: Fraction of the light that it gives back.
+        emission: Its own light, as a multiple of `gray`.
+        gray: Reflectance.
     """
     file = f"{name}.png"
     spec.assets[file] = encode_png(picture)
@@ -56,7 +58,7 @@ def add_material(spec: mujoco.MjSpec, name: str, picture: Picture, *, emission: 
 
 
 def add_matte(spec: mujoco.MjSpec, name: str) -> mujoco.MjsMaterial:
-    """Add a white material without gloss: one tone a face, whatever the angle."""
+    """Add a matte white material: one tone per face, at any angle."""
     return spec.add_material(name=name, specular=0.0, shininess=0.0, reflectance=0.0)
 
 

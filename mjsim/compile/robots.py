@@ -1,6 +1,6 @@
 """Robots as MuJoCo bodies: collision shape, wheels and motors, sensors.
 
-The robot's frame has x ahead and y to the left, its origin on the floor where its drive turns about.
+The robot's frame has x ahead and y to the left, its origin on the floor at its drive's center of rotation.
 """
 
 import math
@@ -27,7 +27,7 @@ from mjsim.models import no_warnings
 from mjsim.world import BalancingDrive, Fault, ModelBody, NoBody, Robot, World, problems_at
 
 WHEEL = 0.1
-"""Radius of the wheels of a drive that does not tell it [m]."""
+"""Radius of the wheels of a drive that does not set it [m]."""
 
 
 def add_robot(spec: mujoco.MjSpec, robot: Robot, originals: dict[str, LoadedFile]) -> None:
@@ -36,10 +36,10 @@ def add_robot(spec: mujoco.MjSpec, robot: Robot, originals: dict[str, LoadedFile
     Args:
         spec: The scene.
         robot: From the world file.
-        originals: Files of robots that the scene has already, by their paths; it may grow.
+        originals: Files of robots already in the scene, by path; new ones are added.
 
     Raises:
-        ValueError: MuJoCo cannot take the file of the robot; in a sentence.
+        ValueError: MuJoCo refuses the file of the robot; the message is a sentence.
     """
     looks: list[tuple[Array, Array]] = []
     if isinstance(robot.body, ModelBody) and not robot.body.ready:
@@ -64,7 +64,7 @@ def add_robots(spec: mujoco.MjSpec, world: World) -> None:
     """Add the robots of a world.
 
     Raises:
-        WorldError: MuJoCo cannot take the files of some; each is told.
+        WorldError: MuJoCo refuses the files of some; each is listed.
     """
     originals: dict[str, LoadedFile] = {}
     faults: list[Fault] = []
@@ -78,7 +78,7 @@ def add_robots(spec: mujoco.MjSpec, world: World) -> None:
 
 
 def check_robots(world: World) -> None:
-    """Raise WorldError when MuJoCo cannot take the files of robots, each as the only thing in a world."""
+    """Raise WorldError when MuJoCo refuses the files of robots, each as the only object in a world."""
     faults: list[Fault] = []
     for index, robot in enumerate(world.robots):
         if isinstance(robot.body, ModelBody):
@@ -91,7 +91,7 @@ def check_robots(world: World) -> None:
 
 
 def _try_robot(robot: Robot, *, step: float) -> None:
-    """Raise ValueError when the physics of a robot from a file fails, at rest or as it drives on a bare floor."""
+    """Raise ValueError when the physics of a robot from a file fails, at rest or driving on an empty floor."""
     assert isinstance(robot.body, ModelBody)
     spec = mujoco.MjSpec()
     set_physics(spec, step)
@@ -107,7 +107,7 @@ def _try_robot(robot: Robot, *, step: float) -> None:
 
 
 def _add_base(spec: mujoco.MjSpec, robot: Robot) -> mujoco.MjsBody:
-    """Add the body that a robot hangs on; one that rolls is free."""
+    """Add the base body of a robot; that of a mobile one is free."""
     start = leaning_start(robot)
     base = spec.worldbody.add_body(name=f"{robot.name}/base", pos=start[:3], quat=start[3:])
     if robot.base != "fixed":
@@ -120,7 +120,7 @@ def _add_base(spec: mujoco.MjSpec, robot: Robot) -> mujoco.MjsBody:
 
 
 def leaning_start(robot: Robot) -> list[float]:
-    """Return where a robot's base is at the start, x, y, z [m] and a quaternion: it leans about its axle."""
+    """Return the initial pose of a leaning robot's base, x, y, z [m] and a quaternion: it leans about its axle."""
     heading, lean = math.radians(robot.heading_deg), math.radians(robot.lean_deg)
     back, up = -robot.drive.driven_radius * math.sin(lean), robot.drive.driven_radius * (1.0 - math.cos(lean))
     (cy, sy), (cp, sp) = ((math.cos(angle / 2), math.sin(angle / 2)) for angle in (heading, lean))
@@ -129,7 +129,7 @@ def leaning_start(robot: Robot) -> list[float]:
 
 
 def _add_own(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, body: PlainBody) -> None:
-    """Add the body and the running gear of a robot of one of our kinds."""
+    """Add the body and the running gear of a robot of one of mjsim's kinds."""
     if robot.base == "fixed":
         add_body(spec, base, body, name=f"{robot.name}/body", low=0.0, mass=body.mass, balanced=False)
         return

@@ -1,7 +1,7 @@
-"""The running gear of a base: wheels as described by the drive, casters, motors and steering.
+"""The running gear of a base: wheels of the drive, casters, motors and steering.
 
-Parts are named `ROBOT/wheel_left`, `ROBOT/wheel_front_left`, `ROBOT/steer_front_left` and so on; the servos have the
-names of what they turn.
+Parts are named `ROBOT/wheel_left`, `ROBOT/wheel_front_left`, `ROBOT/steer_front_left` and so on; servos have the names
+of the joints that they turn.
 """
 
 import math
@@ -26,18 +26,18 @@ from mjsim.compile.wheels import (
 from mjsim.world import AnyDrive, Body, BoxBody, Motor, Robot, TorqueMotor, Wheel, rims
 
 PUSH = 5.0
-"""Largest push of all wheels together, per mass [m/s^2]: enough for steep ramps, and less than tyres hold; more for
-robots that accelerate faster."""
+"""Largest traction of all wheels together, per mass [m/s^2]: enough for steep ramps, and below the grip of the tyres;
+more for robots that accelerate faster."""
 RESERVE = 1.2
-"""Push of the motors, as a multiple of what the largest acceleration needs."""
+"""Traction of the motors, as a multiple of that for the largest acceleration."""
 CASTERS = 0.7
-"""How far ahead and behind casters stand, as a fraction of the body's reach."""
+"""Distance of casters ahead and behind, relative to the body's reach."""
 MOST_CLEARANCE = 0.03
-"""Of a body above the floor [m]."""
+"""Largest ground clearance of a body [m]."""
 
 
 def add_running_gear(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot) -> None:
-    """Add casters and wheels, with what steers and turns them."""
+    """Add casters, wheels, steering and motors."""
     if robot.drive.on_casters:
         ahead, behind = rims(robot.body, np.array([0.0, math.pi])).tolist()
         for x in (CASTERS * ahead, -CASTERS * behind):
@@ -70,7 +70,7 @@ def _add_wheel(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, wheel: W
 
 
 def _sizes(robot: Robot, wheel: Wheel) -> WheelSpec:
-    """Return sizes and masses of a wheel."""
+    """Return the sizes and masses of a wheel."""
     assert robot.body.mass is not None
     inertia = FREE_INERTIA if wheel.motor is None else wheel.motor.inertia
     return WheelSpec(
@@ -88,7 +88,7 @@ def _sizes(robot: Robot, wheel: Wheel) -> WheelSpec:
 def add_motor(
     spec: mujoco.MjSpec, drive: AnyDrive, wheel: WheelSpec, motor: Motor | TorqueMotor, *, load: float
 ) -> None:
-    """Add the motor of a wheel of a robot of some mass [kg]: a servo, or one that a controller drives."""
+    """Add the motor of a wheel of a robot of a given mass [kg]: a servo, or a torque motor for a controller."""
     if isinstance(motor, TorqueMotor):
         add_torque_motor(spec, wheel.name, torque=motor.torque)
         return

@@ -23,22 +23,23 @@ from mjsim.geometry import Array
 from mjsim.world import Camera, Robot, World, gc_paused
 
 NEAR = 0.02
-"""Nearest distance that a camera sees, whatever the size of the world [m]."""
+"""Near clipping distance of cameras, independent of the size of the world [m]."""
 WIDEST, TALLEST = 1920, 1080
-"""Pictures of at least this size can be drawn [px]."""
+"""Least size of the offscreen buffer [px]."""
 CHASE_AT, CHASE_TILT, CHASE_FOV = (-1.6, 0.0, 2.7), math.radians(46.0), 55.0
-"""In the robot's frame [m], above most walls, so that none hides it; downwards [rad]; vertical field of view [deg]."""
+"""Position in the robot's frame [m], above most walls so that none hides the robot; downward tilt [rad]; vertical field
+of view [deg]."""
 
 
 @gc_paused()
 def compile_world(world: World) -> mujoco.MjSpec:
     """Return the scene of a world, its pictures in memory.
 
-    Geoms of group 0 are seen and touched, of group 1 seen only, of group 3 touched only. Cameras look at
-    groups 0 and 1, range sensors at 0 and 3.
+    Geoms of group 0 are visible and collide, of group 1 are visible only, of group 3 collide only. Cameras see groups
+    0 and 1, range sensors 0 and 3.
 
     Raises:
-        UsageError: The world is more than MuJoCo can hold.
+        UsageError: The world exceeds a limit of MuJoCo.
         WorldError: The file of a model cannot be read.
         ValueError: A picture cannot be read.
     """
@@ -75,7 +76,7 @@ def compile_world(world: World) -> mujoco.MjSpec:
 
 
 def _set_visual(spec: mujoco.MjSpec, world: World, lower: Array, upper: Array) -> None:
-    """Set sizes, clipping planes and the quality of pictures: flat faces need no finer cutting to be lit evenly."""
+    """Set sizes, clipping planes and image quality: flat faces need no subdivision for even light."""
     diagonal = float(np.linalg.norm(upper - lower))
     spec.stat.center = (lower + upper) / 2
     spec.stat.extent = diagonal / 2
@@ -97,7 +98,7 @@ def _add_overview(spec: mujoco.MjSpec, lower: Array, upper: Array) -> None:
 
 
 def _add_chase(spec: mujoco.MjSpec, robot: Robot) -> None:
-    """Add a camera that looks over a robot from behind, unless the robot has one of that name."""
+    """Add a chase camera behind and above a robot, unless the robot has a camera of that name."""
     name = f"{robot.name}/chase"
     if spec.camera(name) is None:
         up = np.array([math.sin(CHASE_TILT), 0.0, math.cos(CHASE_TILT)])

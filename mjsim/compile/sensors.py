@@ -1,4 +1,4 @@
-"""Onboard sensors as MuJoCo has them: cameras, and the housings and masts that carry any of them."""
+"""Onboard sensors in MuJoCo: cameras, and housings and masts of all sensors."""
 
 import math
 from collections.abc import Sequence
@@ -12,27 +12,27 @@ from mjsim.geometry import Array
 from mjsim.world import Camera, Robot, Sensor
 
 HOUSING = (0.03, 0.02, 0.02)
-"""Half of the length, width and height of what is seen of a camera [m]."""
+"""Half length, width and height of the housing of a camera [m]."""
 
 
 PUCK = (0.035, 0.02)
-"""Radius, and half of the height, of what is seen of a sensor that looks around [m]."""
+"""Radius and half height of the housing of a sensor that looks all around [m]."""
 
 
 Boxes = Sequence[tuple[Array, Array]]
 """Lowest and highest corners, robot frame, shape (3,) each [m]."""
 NEAR = 0.02
-"""What is seen this near to a sensor is the sensor [m]."""
+"""A visual geom this near to a sensor counts as the sensor [m]."""
 
 
 def add_sensor(base: mujoco.MjsBody, robot: Robot, sensor: Sensor, looks: Boxes = ()) -> None:
     """Add a sensor: a camera with its housing, or the dark housing of another.
 
     Args:
-        base: What carries it.
+        base: Body that carries it.
         robot: From the world file.
         sensor: One of its sensors.
-        looks: What is seen of the robot and small; a sensor that lies in one of these has its looks already.
+        looks: Boxes of the robot's small visual geoms; a sensor inside one of these has a visual shape already.
     """
     name, frame = carrier_of(robot, sensor)
     below = () if name == "base" else base.find_all(mujoco.mjtObj.mjOBJ_BODY)
@@ -52,7 +52,7 @@ def add_sensor(base: mujoco.MjsBody, robot: Robot, sensor: Sensor, looks: Boxes 
 
 
 def _add_camera(carrier: mujoco.MjsBody, robot: Robot, camera: Camera, *, frame: Array, dressed: bool) -> None:
-    """Add a camera, with a small dark housing behind its lens unless it is dressed already."""
+    """Add a camera, with a small dark housing behind its lens unless it has a visual shape already."""
     axes = frame[:3, :3] @ robot_from_view(camera)
     place = frame[:3, :3] @ camera.at + frame[:3, 3]
     orientation = [*axes[:, 0], *axes[:, 1]]
@@ -83,14 +83,14 @@ def _add_mast(base: mujoco.MjsBody, robot: Robot, middle: Array) -> None:
 
 
 def robot_from_view(camera: Camera) -> Array:
-    """Return the axes of a camera as MuJoCo has them, to the right, up and back, as columns, shape (3, 3)."""
+    """Return the axes of a camera in MuJoCo's convention, right, up and back, as columns, shape (3, 3)."""
     yaw, pitch = math.radians(camera.yaw_deg), math.radians(camera.pitch_deg)
     cy, sy, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
     return np.array([[sy, -sp * cy, -cp * cy], [-cy, -sp * sy, -cp * sy], [0.0, cp, -sp]])
 
 
 def vertical_fov_deg(camera: Camera) -> float:
-    """Return the vertical field of view, pixels being square [deg]."""
+    """Return the vertical field of view for square pixels [deg]."""
     half = math.tan(math.radians(camera.fov_deg) / 2) * camera.height / camera.width
     return math.degrees(2 * math.atan(half))
 

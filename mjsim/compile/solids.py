@@ -1,10 +1,9 @@
-"""Upright prisms -> the faces that can be seen of their union: no overlaps, no inner faces, no cracks.
+"""Upright prisms -> the visible faces of their union: no overlaps, no inner faces, no cracks.
 
-The prisms' outlines cut the plane into cells; each cell is solid over some spans of height, its column. A side face
-stands wherever a cell is solid and its neighbour is not, a level face wherever a span ends. All faces take their
-corners from one set of nodes, so that neighbouring faces share their edges exactly. Columns are few and cells many:
-what depends on columns is worked out once for each, what depends on cells in arrays. The mathematics knows nothing
-of MuJoCo.
+The prisms' outlines divide the plane into cells; each cell is solid over some spans of height, its column. There is a
+side face wherever a cell is solid and its neighbour is not, and a level face at each end of a span. The corners of all
+faces come from one set of nodes, so that neighbouring faces share their edges exactly. There are few columns and many
+cells: work per column is done once for each, work per cell in arrays. The module is independent of MuJoCo.
 """
 
 import itertools
@@ -19,13 +18,13 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 
 GRID = 1e-6
-"""Points nearer than this are one [m]."""
+"""Points nearer than this are merged [m]."""
 
 Whole = NDArray[np.int64]
 Span = tuple[float, float, int]
-"""Lower and upper height [m] of what is solid, and its look."""
+"""Lower and upper height [m] of a solid span, and its look."""
 Column = tuple[Span, ...]
-"""What is solid over a cell, from below."""
+"""The solid spans over a cell, from below."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,12 +38,12 @@ class Prisms:
     high: Array
     """Shape (n,) [m]."""
     look: Whole
-    """Index of the colour or texture of each, shape (n,); where prisms overlap, the lowest index is seen."""
+    """Index of the colour or texture of each, shape (n,); where prisms overlap, the lowest index is visible."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Face:
-    """A flat face, cut into triangles."""
+    """A flat face, divided into triangles."""
 
     points: Array
     """Corners, world frame, shape (n, 3) [m]."""
@@ -62,11 +61,11 @@ class Faces:
     points: Array
     """Corners, world frame, shape (n, 3) [m]."""
     normals: Array
-    """Of the face of each corner, outwards, shape (n, 3)."""
+    """Outward normal of the face of each corner, shape (n, 3)."""
     triangles: NDArray[np.int32]
     """Indices of corners, counter-clockwise seen from outside, shape (m, 3)."""
     look: Whole
-    """Of each triangle, shape (m,)."""
+    """Look of each triangle, shape (m,)."""
 
     @classmethod
     def joined(cls, parts: Sequence["Faces"]) -> Self:
@@ -83,7 +82,7 @@ class Faces:
 
     @classmethod
     def of(cls, faces: Sequence[Face]) -> Self:
-        """Return faces that stand one by one."""
+        """Return separate faces as one set."""
         return cls.joined(
             [
                 Faces(
@@ -97,7 +96,7 @@ class Faces:
         )
 
     def some(self, chosen: NDArray[np.bool_] | Whole) -> "Faces":
-        """Return some of the triangles, with no corner that they do not use."""
+        """Return some of the triangles, with only the corners that they use."""
         corners, triangles = np.unique(self.triangles[chosen], return_inverse=True)
         return Faces(
             self.points[corners],
@@ -108,7 +107,7 @@ class Faces:
 
 
 def visible_faces(prisms: Prisms, *, floor: float = 0.0) -> Faces:
-    """Return the faces of the union of prisms; those that lie on the floor or below are left out."""
+    """Return the faces of the union of prisms, without those on or below the floor."""
     if not len(prisms.low):
         return Faces.joined([])
     cells, columns, column_of = _cells(prisms)
@@ -116,7 +115,7 @@ def visible_faces(prisms: Prisms, *, floor: float = 0.0) -> Faces:
 
 
 def _cells(prisms: Prisms) -> tuple[NDArray[np.object_], list[Column], Whole]:
-    """Return the solid cells that the outlines cut out of the plane, the columns there are, and which each cell has."""
+    """Return the solid cells between the outlines, the distinct columns, and the column of each cell."""
     corners = np.round(prisms.outlines / GRID).astype(np.int64)
     # A window leaves two prisms on one outline.
     _, once, outline_of = _unique_rows(corners.reshape(len(corners), -1))
@@ -146,7 +145,9 @@ def _cells(prisms: Prisms) -> tuple[NDArray[np.object_], list[Column], Whole]:
 
 
 def _touched(corners: Whole, outlines: NDArray[np.object_]) -> NDArray[np.bool_]:
-    """Say of each outline whether another meets it anywhere but along a whole edge of both: the others are cells."""
+    """Return for each outline whether another one meets it other than along a complete edge of both.
+
+    An outline that none meets is a cell."""
     one, other = shapely.STRtree(outlines).query(outlines, predicate="dwithin", distance=2 * GRID)
     one, other = one[one < other], other[one < other]
     ahead, back = corners, np.roll(corners, -1, axis=1)
@@ -162,7 +163,7 @@ def _touched(corners: Whole, outlines: NDArray[np.object_]) -> NDArray[np.bool_]
 
 
 def _column(prisms: Sequence[Span]) -> Column:
-    """Return what is solid where prisms lie over each other, from below, neighbours of one look as one."""
+    """Return the column of overlapping prisms, from below, with adjacent spans of one look merged."""
     heights = sorted({height for low, high, _ in prisms for height in (low, high)})
     spans: list[Span] = []
     for low, high in itertools.pairwise(heights):
@@ -177,7 +178,7 @@ def _column(prisms: Sequence[Span]) -> Column:
 
 
 def _sides(cells: NDArray[np.object_], columns: Sequence[Column], column_of: Whole) -> Faces:
-    """Return the upright faces: those parts of the spans of each cell that its neighbour's spans leave free."""
+    """Return the side faces: the parts of the spans of each cell that its neighbour's spans do not cover."""
     places, start, end, cell, neighbour = _edges(cells)
     count = len(columns)
     other = np.where(neighbour < 0, count, column_of[neighbour])
@@ -192,9 +193,9 @@ def _sides(cells: NDArray[np.object_], columns: Sequence[Column], column_of: Who
 
 
 def _edges(cells: NDArray[np.object_]) -> tuple[Array, Whole, Whole, Whole, Whole]:
-    """Return the nodes, and of each edge of a cell both nodes, solid to the left, its cell and the cell beyond or -1.
+    """Return the nodes, and for each edge of a cell both nodes, solid to the left, its cell and the cell beyond or -1.
 
-    Nodes have shape (n, 2) [m], all else (edges,).
+    Nodes have shape (n, 2) [m], the others (edges,).
     """
     rings, cell_of_ring = shapely.get_rings(cells, return_index=True)
     points, ring = shapely.get_coordinates(rings, return_index=True)
@@ -209,7 +210,7 @@ def _edges(cells: NDArray[np.object_]) -> tuple[Array, Whole, Whole, Whole, Whol
 
 
 def _without(spans: Column, others: Column) -> Iterator[Span]:
-    """Yield the parts of spans that no other span covers."""
+    """Yield the parts of spans not covered by others."""
     for low, high, look in spans:
         free = low
         for other_low, other_high, _ in others:
@@ -223,7 +224,7 @@ def _without(spans: Column, others: Column) -> Iterator[Span]:
 
 
 def _upright(places: Array, start: Whole, end: Whole, low: Array, high: Array, look: Whole) -> Faces:
-    """Return upright faces with a corner wherever a neighbour has one, so that no crack of a pixel is seen."""
+    """Return side faces with a corner wherever a neighbour has one, so that no cracks are visible."""
     heights, level = np.unique(np.concatenate([low, high]), return_inverse=True)
     bottom, top = level.ravel().reshape(2, -1)
     # Every place and height where a face has a corner, in order.
@@ -252,7 +253,7 @@ def _upright(places: Array, start: Whole, end: Whole, low: Array, high: Array, l
 
 
 def _levels(cells: NDArray[np.object_], columns: Sequence[Column], column_of: Whole, floor: float) -> Faces:
-    """Return the level faces, tops and undersides, where a span ends and none of another look goes on."""
+    """Return the level faces, tops and undersides, where a span ends and no other one continues."""
     parts, cell = shapely.get_parts(shapely.constrained_delaunay_triangles(cells), return_index=True)
     corners = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]
     (ax, ay), (bx, by) = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
@@ -269,7 +270,7 @@ def _levels(cells: NDArray[np.object_], columns: Sequence[Column], column_of: Wh
 
 
 def _ends(column: Column, floor: float) -> Iterator[tuple[float, float, int]]:
-    """Yield the height of each level face of a column [m], 1 when it looks up and -1 when down, and its look."""
+    """Yield the height of each level face of a column [m], 1 if it faces up and -1 if down, and its look."""
     lows, highs = {low for low, _, _ in column}, {high for _, high, _ in column}
     for low, high, look in column:
         if high not in lows:
@@ -279,7 +280,7 @@ def _ends(column: Column, floor: float) -> Iterator[tuple[float, float, int]]:
 
 
 def _expanded(counts: Sequence[int] | Whole, kinds: Whole) -> tuple[Whole, Whole]:
-    """Return, where each item stands for as many as its kind has, the item of each and its place among all kinds'."""
+    """Expand items into the members of their kinds; return the item of each member and its index among all members."""
     many = np.asarray(counts, dtype=np.int64)
     first = np.cumsum(many) - many
     item, step = _fan(many[kinds])
@@ -287,13 +288,13 @@ def _expanded(counts: Sequence[int] | Whole, kinds: Whole) -> tuple[Whole, Whole
 
 
 def _fan(counts: Whole) -> tuple[Whole, Whole]:
-    """Return each index as often as its count, and beside it 0, 1, 2 and so on."""
+    """Return each index as often as its count, and with it 0, 1, 2 and so on."""
     item = np.repeat(np.arange(len(counts)), counts)
     return item, np.arange(len(item)) - (np.cumsum(counts) - counts)[item]
 
 
 def _unique_rows(rows: Whole) -> tuple[Whole, Whole, Whole]:
-    """Return the rows that differ, where each is first, and which of them each row is; faster than numpy's own."""
+    """Return the unique rows, the first index of each, and the inverse indices; faster than numpy's own."""
     order = np.lexsort(rows.T)
     new = np.ones(len(rows), dtype=bool)
     new[1:] = (rows[order][1:] != rows[order][:-1]).any(axis=1)

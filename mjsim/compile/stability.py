@@ -1,4 +1,4 @@
-"""Likely causes of failing physics: servos too stiff for their load, joints that move hardly any mass."""
+"""Likely causes of failing physics: servos too stiff for their load, joints that move almost no mass."""
 
 from collections.abc import Iterator
 
@@ -8,15 +8,15 @@ import numpy as np
 from mjsim.geometry import Array
 
 MOST_DAMPED = 2.0
-"""Fraction of a speed that a servo may take away in one step; beyond, it swings ever farther."""
+"""Proportion of a speed that a servo may remove in one step; beyond it, the servo is unstable."""
 MOST_PULLED = 4.0
-"""The same of a position, in a step squared."""
+"""The same for a position error, per step squared."""
 LIGHT = 1e-5
-"""Inertia of a joint that is as good as none [kg m^2] or [kg]."""
+"""Inertia of a joint below which it counts as none [kg m^2] or [kg]."""
 STEPS = 125
-"""Of a robot that is tried alone, at rest and each way."""
+"""Physics steps of a robot tested alone, for each motion."""
 WAYS = ((0.0, 0.0), (1.0, 1.0), (-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0))
-"""Shares of the speed of the wheels to the left and to the right: at rest, ahead, back, turning left and right."""
+"""Factors of the speed of the left and right wheels: at rest, ahead, back, turning left and right."""
 
 
 def likely_cause(model: mujoco.MjModel) -> str:
@@ -28,8 +28,8 @@ def drives(model: mujoco.MjModel, *, speed: float) -> bool:
     """Return whether a robot can be simulated for half a second each at rest, ahead, back, and turning either way.
 
     Args:
-        model: With nothing but a robot and a floor.
-        speed: Of its wheels [rad/s], where their servos are not limited to less.
+        model: Model of only a robot and a floor.
+        speed: Speed of its wheels [rad/s], unless their servos are limited to less.
     """
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
@@ -50,9 +50,9 @@ def drives(model: mujoco.MjModel, *, speed: float) -> bool:
 
 
 def _orders(model: mujoco.MjModel, data: mujoco.MjData, left: float, right: float) -> Array:
-    """Return what servos are told so that the wheels on each side turn at a speed [rad/s], shape (nu,).
+    """Return the commands of all servos for a speed of the wheels on each side [rad/s], shape (nu,).
 
-    Servos of positions keep to the middle; so do motors, whose torque says nothing of a speed.
+    Position servos get the middle of their range; so do torque motors, whose command is no speed.
     """
     order = np.zeros(model.nu)
     for number in range(model.nu):
@@ -68,7 +68,7 @@ def _orders(model: mujoco.MjModel, data: mujoco.MjData, left: float, right: floa
 
 
 def _suspicions(model: mujoco.MjModel) -> Iterator[tuple[float, str]]:
-    """Yield how bad what is suspicious is, and a sentence about it."""
+    """Yield the severity of each suspicion, and a sentence about it."""
     step = float(model.opt.timestep)
     for number in range(model.nu):
         if int(model.actuator_trntype[number]) != int(mujoco.mjtTrn.mjTRN_JOINT):

@@ -16,23 +16,23 @@ from mjsim.output import require_free, write_files
 from mjsim.world import World
 
 KINDS = (".usda", ".usdc", ".usd")
-"""Names of files end so."""
+"""Suffixes of files."""
 MOST_SHAPES = 100_000
-"""That the exporter makes room for."""
+"""Largest number of shapes for the exporter."""
 FACETS = 24
-"""Around a round shape; the exporter's own hundred by hundred make 1 MB of each roller of a wheel."""
+"""Facets around a round shape; the exporter's own 100 by 100 take 1 MB for each roller of a wheel."""
 
 
 def write_usd(world: World, path: str | Path, *, overwrite: bool = False) -> Path:
-    """Write the scene of a world as it stands at the start, robots too, and return the path of the file.
+    """Write the scene of a world at the start, including robots, and return the path of the file.
 
     Args:
-        world: What is to be written.
-        path: Ends in .usda (text), .usdc or .usd; pictures come into `NAME_pictures` beside it.
-        overwrite: Whether files that exist may be replaced.
+        world: The world.
+        path: File name that ends in .usda (text), .usdc or .usd; pictures are written to `NAME_pictures` beside it.
+        overwrite: Whether to replace existing files.
 
     Raises:
-        UsageError: usd-core is not installed, the name ends otherwise, or a file exists or cannot be written.
+        UsageError: usd-core is not installed, the suffix is another one, or a file exists or cannot be written.
     """
     path = Path(path)
     if path.suffix not in KINDS:
@@ -73,7 +73,7 @@ def write_usd(world: World, path: str | Path, *, overwrite: bool = False) -> Pat
 
 @contextmanager
 def _coarsely_round() -> Iterator[None]:
-    """Let the exporter make round shapes of fewer facets; it has no setting for that."""
+    """Make the exporter use fewer facets for round shapes; it has no setting for that."""
     from mujoco.usd import shapes
 
     finely = shapes.mesh_factory
@@ -85,7 +85,7 @@ def _coarsely_round() -> Iterator[None]:
 
 
 def _type_varnames(stage: Any) -> None:
-    """Make the names of texture coordinates strings, as UsdPreviewSurface has them; the exporter writes tokens."""
+    """Make the names of texture coordinates strings, as UsdPreviewSurface requires; the exporter writes tokens."""
     from pxr import Sdf, UsdShade
 
     for prim in stage.Traverse():
@@ -97,7 +97,7 @@ def _type_varnames(stage: Any) -> None:
 
 
 def _plainly_named(spec: mujoco.MjSpec) -> mujoco.MjSpec:
-    """Return a scene whose shapes have names that USD takes: letters, digits and underscores."""
+    """Return a scene whose shapes have valid names in USD: letters, digits and underscores."""
     taken: set[str] = set()
     for geom in spec.geoms:
         if geom.name:

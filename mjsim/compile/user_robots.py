@@ -14,12 +14,12 @@ BASE = "base"
 def add_user_robot(
     spec: mujoco.MjSpec, body: ModelBody, *, name: str, at: tuple[float, ...], quaternion: Array
 ) -> mujoco.MjsBody:
-    """Add the body `base` of a file with its servos, all names after `ROBOT/`; return it.
+    """Add the body `base` of a file with its servos, all names prefixed with `ROBOT/`; return it.
 
-    Its wheels are seen by cameras and hit by no rays, as those of all robots.
+    Its wheels are visible to cameras but not to rays, as those of all robots.
 
     Raises:
-        ValueError: MuJoCo cannot read the file, or it has no such body; in a sentence.
+        ValueError: MuJoCo cannot read the file, or it has no such body; the message is a sentence.
     """
     files = body.files
     if files.urdf:
@@ -49,7 +49,7 @@ def add_user_robot(
 
 
 def _take_assets(spec: mujoco.MjSpec, model: mujoco.MjSpec, name: str) -> None:
-    """Bring meshes and pictures of a robot into the scene, under names that no other robot's have."""
+    """Add the meshes and textures of a robot to the scene under unique names."""
     for item in (*model.meshes, *model.textures):
         if item.file:
             key = f"{name}-{item.file}"
@@ -58,7 +58,7 @@ def _take_assets(spec: mujoco.MjSpec, model: mujoco.MjSpec, name: str) -> None:
 
 
 def _hide_from_rays(wheel: mujoco.MjsBody, geom: mujoco.MjsGeom) -> None:
-    """Give a part of the running gear the group that is touched alone, and one that is seen in its place."""
+    """Move a part of the running gear to the group that only collides, and add a visual copy of it."""
     if not (geom.contype or geom.conaffinity):
         geom.group = DECOR
         return

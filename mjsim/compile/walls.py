@@ -1,6 +1,6 @@
 """Walls: boxes for collisions, and few merged meshes for rendering.
 
-Both come from the same boxes, so that what is seen is what is bumped into.
+Both come from the same boxes, so that visual and collision shapes agree.
 """
 
 import math
@@ -19,20 +19,20 @@ from mjsim.world import Wall, World, item_names, solid_pieces
 COLLISION, VISUAL = 3, 1
 """Geom groups."""
 UNDIVIDED = 1000.0
-"""Spacing of the lines by which MuJoCo divides a plane to draw it [m]: flat faces lit from afar need none."""
+"""Spacing of MuJoCo's subdivision of planes for drawing [m]: flat faces in distant light need none."""
 CHUNK = 12.0
-"""Side of the squares by which the meshes of a large floor are divided, so that unseen ones cost nothing [m]."""
+"""Side of the squares into which the meshes of a large floor are divided, so that invisible ones cost nothing [m]."""
 LEAST_CORNERS = 4
-"""Of a mesh of MuJoCo."""
+"""Least number of vertices of a mesh in MuJoCo."""
 LINES = "walls"
-"""Name of the numbers in the scene that tell where walls stand that reach to the floor."""
+"""Name of the custom numbers in the scene with the positions of walls that reach the floor."""
 ON_FLOOR = 1e-6
-"""What begins no higher stands on the floor [m]."""
+"""Largest height at which the lower edge of a wall counts as on the floor [m]."""
 
 BATCH = 2000
-"""Boxes that are added one by one to a scene."""
+"""Number of boxes added one by one to a scene."""
 LAP = 1e-5
-"""How far a box reaches into what it touches at its ends, so that no ray slips between them by rounding [m]."""
+"""Overlap of boxes that meet at their ends, so that no ray passes between them by rounding [m]."""
 
 WallFinish = tuple[str | None, str, float]
 """Texture, colour and size of a tile [m]."""
@@ -40,7 +40,7 @@ WallFinish = tuple[str | None, str, float]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WallBox:
-    """The solid of one piece of a wall."""
+    """The box of one segment of a wall."""
 
     name: str
     center: Array
@@ -48,11 +48,11 @@ class WallBox:
     half: Array
     """Half sizes along the wall, across it and upwards, shape (3,) [m]."""
     heading: float
-    """Of the wall [rad]."""
+    """Heading of the wall [rad]."""
     look: WallFinish
 
     outline: Array
-    """Of the piece from above, mitred where it has a corner, counter-clockwise, shape (4, 2) [m]."""
+    """Outline of the segment from above, mitred at corners, counter-clockwise, shape (4, 2) [m]."""
     line: Array
     """Its centreline, solid from end to end, shape (2, 2) [m]."""
 
@@ -60,7 +60,7 @@ class WallBox:
 def wall_boxes(walls: Sequence[Wall]) -> list[WallBox]:
     """Return the boxes of all walls, wall by wall.
 
-    At a mitre a box reaches as far as its longer side does: the rest is inside the box of the next segment.
+    At a mitre a box extends to the end of its longer side: the excess lies inside the box of the next segment.
     """
     solids = solid_pieces(walls)
     pieces = [piece for wall in solids for piece in wall]
@@ -89,7 +89,7 @@ def _look(wall: Wall) -> WallFinish:
 
 
 def add_walls(spec: mujoco.MjSpec, world: World, boxes: Sequence[WallBox]) -> None:
-    """Add the walls of a world: a box for each piece, and the meshes that are seen."""
+    """Add the walls of a world: a collision box for each segment, and the visual meshes."""
     _add_boxes(spec, boxes)
     _add_lines(spec, boxes)
     looks = list(dict.fromkeys(box.look for box in boxes))
@@ -102,10 +102,10 @@ def add_walls(spec: mujoco.MjSpec, world: World, boxes: Sequence[WallBox]) -> No
 
 
 def wall_lines(model: mujoco.MjModel) -> Array:
-    """Return the centrelines of what stands on the floor and hides what is behind it, in a compiled scene.
+    """Return the centrelines of the walls in a compiled scene that stand on the floor and occlude objects behind them.
 
     Returns:
-        x and y of one end, of the other, and the height, shape (n, 5) [m]; none in a scene that is not ours.
+        x and y of one end, of the other, and the height, shape (n, 5) [m]; empty for a scene not from mjsim.
     """
     index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, LINES)
     if index < 0:
@@ -115,7 +115,7 @@ def wall_lines(model: mujoco.MjModel) -> Array:
 
 
 def _add_lines(spec: mujoco.MjSpec, boxes: Sequence[WallBox]) -> None:
-    """Note the centrelines of the walls that stand on the floor: cameras need not draw what these hide."""
+    """Store the centrelines of the walls that stand on the floor: cameras need not draw objects hidden by these."""
     standing = [box for box in boxes if box.center[2] - box.half[2] < ON_FLOOR]
     if standing:
         rows = [[*box.line.ravel().tolist(), float(box.center[2] + box.half[2])] for box in standing]
@@ -123,7 +123,7 @@ def _add_lines(spec: mujoco.MjSpec, boxes: Sequence[WallBox]) -> None:
 
 
 def _add_boxes(spec: mujoco.MjSpec, boxes: Sequence[WallBox]) -> None:
-    """Add what is bumped into, many boxes in parts of their own: MuJoCo counts the whole scene again at each geom."""
+    """Add the collision boxes, many of them in separate specs: MuJoCo recounts the entire scene at each new geom."""
     centers = np.array([box.center for box in boxes]).tolist()
     sizes = [[along + LAP, across, up] for along, across, up in (box.half.tolist() for box in boxes)]
     colors = {look: color_of(look[1]) for look in {box.look for box in boxes}}
@@ -170,7 +170,7 @@ def _chunks(faces: Faces) -> list[Faces]:
 
 
 def _with_enough_corners(faces: Faces) -> Faces:
-    """Return the same faces; a triangle that is alone in its square has a corner twice, as MuJoCo wants four."""
+    """Return the same faces; a triangle alone in its square has one corner twice, as MuJoCo requires four."""
     if len(faces.points) >= LEAST_CORNERS:
         return faces
     points, normals = (np.vstack([each, each[-1:]]) for each in (faces.points, faces.normals))
@@ -178,7 +178,7 @@ def _with_enough_corners(faces: Faces) -> Faces:
 
 
 def add_mesh_geom(spec: mujoco.MjSpec, name: str, faces: Sequence[Face], *, tile: float) -> mujoco.MjsGeom:
-    """Add faces to the world as one mesh that is seen and never touched, textured by metric tiles."""
+    """Add faces to the world as one purely visual mesh, textured by metric tiles."""
     return _add_mesh(spec, name, Faces.of(faces), tile=tile)
 
 
@@ -194,7 +194,7 @@ def _add_mesh(spec: mujoco.MjSpec, name: str, faces: Faces, *, tile: float) -> m
 
 
 def _texture_points(faces: Faces) -> Array:
-    """Return where each corner lies on the texture, to the right and downwards, shape (n, 2) [m]."""
+    """Return the position of each corner on the texture, right and down, shape (n, 2) [m]."""
     (x, y, z), (nx, ny, nz) = faces.points.T, faces.normals.T
     level = nz != 0.0
     return np.column_stack([np.where(level, x, y * nx - x * ny), np.where(level, -y, -z)])

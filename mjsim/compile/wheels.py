@@ -10,36 +10,37 @@ import numpy as np
 from mjsim.compile.parts import DARK, RUNNING_GEAR, make_decor
 
 RESPONSE = 0.1
-"""Time constant of the wheels' velocity servos with the robot's mass on them, of a differential drive [s]."""
+"""Time constant of the wheels' velocity servos of a differential drive, with the load of the robot's mass [s]."""
 LAG = 0.05
-"""Time constant with which the servos of all other drives follow what they are told, whatever the load [s]."""
+"""Time constant of the servos of all other drives, at any load [s]."""
 LONGEST_STEP = 0.004
-"""Of the physics that a world may ask for [s]; what is as stiff as can be is so for all steps alike."""
+"""Longest period of the physics in a world file [s]; the stiffest servos are chosen for it and are the same at all
+periods."""
 STIFFNESS = 0.5
-"""Fraction of a free wheel's missing speed that those servos give it in the longest step; well below 2, where Euler's
-steps explode."""
+"""Proportion of a free wheel's speed error that those servos correct in the longest step; well below 2, where Euler's
+method becomes unstable."""
 STEERING_RATE = 40.0
 """Natural frequency of a steering servo [rad/s]."""
 SAG = 3.47e-4
-"""How deep MuJoCo's contacts let a pair of wheels into the floor at rest [m]; nearly the same for all masses and
+"""Penetration of a pair of wheels into the floor at rest in MuJoCo's contacts [m]; nearly the same for all masses and
 sizes."""
 SAGS = {"full": SAG, "shared": 2.15e-4, "heavy": 3.8e-4, "light": 5.15e-4}
-"""That of wheels by what they bear, see `mjsim.world.drives.Wheel.load` [m]."""
+"""Penetration of wheels by their load, see `mjsim.world.drives.Wheel.load` [m]."""
 WHEEL_SHARE = 0.05
-"""Mass of one wheel, of the robot's."""
+"""Mass of one wheel, relative to the robot's."""
 FREE_INERTIA = 0.1 * 0.02
-"""Inertia that stands for bearings and so on of a wheel without a motor, of the robot's mass at the wheel's rim."""
+"""Armature of a wheel without a motor, for bearings and the like, relative to the robot's mass at the wheel's rim."""
 ROLLER_SHARE, ROLLER_INERTIA = 0.25, 0.03
-"""Radius of a roller at its middle, of the wheel's over the rollers; and its inertia, of the robot's mass at its rim.
-MuJoCo's contacts are as soft as what touches is light; rollers that are heavy would jerk the robot when they touch."""
+"""Radius of a roller at its middle, relative to the wheel's over the rollers; and its inertia, relative to the robot's
+mass at its rim. MuJoCo's contacts are softer for lighter bodies; heavy rollers would jerk the robot at contact."""
 SPRUNG = ([0.06, 1.0], [0.5, 0.5, 0.001, 0.5, 2.0])
-"""MuJoCo's `solref` and `solimp` of a caster that gives way as on springs."""
+"""MuJoCo's `solref` and `solimp` of a caster as soft as on springs."""
 STEADY = ([0.02, 1.0], [0.9, 0.95, 0.001, 0.5, 2.0])
-"""Those of a caster that bears a fraction of the robot; MuJoCo's own."""
+"""Those of a caster that carries part of the robot's weight; MuJoCo's own."""
 HUB, HUB_COLOR = 0.55, (0.42, 0.43, 0.45, 1.0)
-"""Radius of what is seen of a rim, of the wheel's."""
+"""Radius of the visual shape of a rim, relative to the wheel's."""
 ACROSS = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
-"""Turns what stands upright about z so that it lies along y."""
+"""Rotation of an axis from z to y."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,9 +48,9 @@ class WheelSpec:
     """Description of a wheel."""
 
     name: str
-    """Of its body, its hinge and its servo: `ROBOT/wheel_left`."""
+    """Name of its body, its hinge and its servo: `ROBOT/wheel_left`."""
     at: tuple[float, float]
-    """Of its middle, in the frame of what carries it [m]."""
+    """Position of its center in the frame of its carrier [m]."""
     radius: float
     """[m]"""
     half_width: float
@@ -59,7 +60,7 @@ class WheelSpec:
     gear: float
     """Inertia of its motor and gear about the axle [kg m^2]."""
     sag: float = SAG
-    """How deep it is let into the floor [m]."""
+    """Penetration into the floor [m]."""
     solid: bool = False
     """Whether it is a solid cylinder; else an ellipsoid."""
 
@@ -70,10 +71,10 @@ def add_plain_wheel(
     """Add a wheel with its hinge.
 
     Args:
-        carrier: The robot's base, or what steers.
+        carrier: The robot's base, or the knuckle that steers.
         wheel: Its sizes.
-        lift: Of the carrier's origin above the floor [m].
-        hub: Whether its rim is seen.
+        lift: Height of the carrier's origin above the floor [m].
+        hub: Whether its rim is visible.
     """
     # It rolls on a circle that ends half-way into the contact.
     body = carrier.add_body(name=wheel.name, pos=[*wheel.at, wheel.radius - wheel.sag / 2 - lift])
@@ -83,7 +84,7 @@ def add_plain_wheel(
 
 
 def add_tread(body: mujoco.MjsBody, wheel: WheelSpec) -> None:
-    """Add the hinge of a wheel, and what of it touches the floor."""
+    """Add the hinge of a wheel, and its collision shape."""
     body.add_joint(name=wheel.name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 1.0, 0.0], armature=wheel.gear)
     body.add_geom(
         type=mujoco.mjtGeom.mjGEOM_ELLIPSOID,
@@ -101,7 +102,7 @@ def add_tread(body: mujoco.MjsBody, wheel: WheelSpec) -> None:
 
 
 def add_tyre(body: mujoco.MjsBody, radius: float, half_width: float, *, hub: bool) -> None:
-    """Add what is seen of a wheel."""
+    """Add the visual shape of a wheel."""
     tyre = body.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[radius, half_width, 0.0], quat=ACROSS)
     make_decor(tyre, DARK)
     if not hub:
@@ -127,20 +128,21 @@ def add_roller_wheel(
     count: int,
     seen: bool = True,
 ) -> mujoco.MjsBody:
-    """Add a wheel whose rim is rollers that turn freely, and return its body.
+    """Add a wheel with freely turning rollers along its rim, and return its body.
 
-    A roller is an ellipsoid of radius r and half length L, whose middle is R - r from the axle. With the wheel turned
-    by t, the roller's axis dips by n = sin(angle) sin(t) and its lowest point is (R - r) cos(t) + sqrt(r^2 + (L^2 -
-    r^2) n^2) below the axle. That is R to third order in t when L^2 = r^2 + r (R - r) / sin(angle)^2: it runs round.
+    A roller is an ellipsoid of radius r and half length L, whose center is R - r from the axle. With the wheel rotated
+    by t, the roller's axis dips by n = sin(angle) sin(t), and its lowest point is (R - r) cos(t) + sqrt(r^2 + (L^2 -
+    r^2) n^2) below the axle. That is R to third order in t if L^2 = r^2 + r (R - r) / sin(angle)^2: the wheel runs
+    true.
 
     Args:
-        spec: For what must not touch: the rollers and their own robot.
-        base: What carries it.
-        wheel: Its sizes; the mass is that of all of it.
+        spec: The scene, for excluding collisions of the rollers with their own robot.
+        base: Body that carries it.
+        wheel: Its sizes; the mass includes the rollers.
         heading: Direction in which the wheel rolls, robot frame [rad].
         angle: From the wheel's axle to the axis of the lowest roller, about the vertical, left positive [rad].
-        count: Of rollers.
-        seen: Whether it is drawn.
+        count: Number of rollers.
+        seen: Whether it is visible.
     """
     big, small = wheel.radius, ROLLER_SHARE * wheel.radius
     body = base.add_body(
@@ -175,12 +177,12 @@ def _add_roller(
     """Add a roller to a wheel.
 
     Args:
-        wheel: What carries it.
-        name: Of its body and its hinge.
-        place: Where on the rim, from the lowest point [rad].
-        angle: From the wheel's axle to its axis when it is lowest [rad].
+        wheel: Body of the wheel.
+        name: Name of its body and its hinge.
+        place: Position on the rim, from the lowest point [rad].
+        angle: From the wheel's axle to its axis at the lowest point [rad].
         inertia: About its axis [kg m^2].
-        sizes: Distance of its middle from the axle, radius and half length [m].
+        sizes: Distance of its center from the axle, radius and half length [m].
     """
     distance, radius, length = sizes
     # Of the lowest roller: the axle is y, the axis lies level at the roller's angle from it.
@@ -215,13 +217,16 @@ def _add_roller(
 
 
 def add_caster(base: mujoco.MjsBody, *, x: float, radius: float) -> None:
-    """Add a caster that slides, and is soft so that most weight stays on the wheels."""
+    """Add a sliding caster, soft so that most weight stays on the wheels."""
     # As on springs: at the foot of a ramp both casters bear the robot, and its wheels must not hang in the air.
     _add_sliding_ball(base, at=(x, 0.0, radius - SAG), radius=radius, contact=SPRUNG)
 
 
 def add_steady_caster(base: mujoco.MjsBody, *, x: float, y: float, radius: float) -> None:
-    """Add a caster that slides and bears what the mass of the robot puts on it; the wheels are let into the floor."""
+    """Add a sliding caster that carries its part of the robot's weight.
+
+    The wheels are placed into the floor by their sag, the caster is not.
+    """
     _add_sliding_ball(base, at=(x, y, radius), radius=radius, contact=STEADY)
 
 
@@ -252,10 +257,10 @@ def add_torque_motor(spec: mujoco.MjSpec, name: str, *, torque: float, gear: flo
     """Add a torque motor.
 
     Args:
-        spec: Of the scene.
-        name: Of the hinge or slide, and of the motor.
-        torque: Largest, either way, on the side of the joint [N m], or [N].
-        gear: Turns of the motor for one of the joint; what it is told is the torque before the gear.
+        spec: The scene.
+        name: Name of the hinge or slide, and of the motor.
+        torque: Largest torque in either direction at the joint [N m], or force [N].
+        gear: Gear ratio, turns of the motor per turn of the joint; the command is the torque before the gear.
     """
     motor = _actuator(spec, name, torque=None)
     motor.gear[0] = gear
@@ -263,19 +268,20 @@ def add_torque_motor(spec: mujoco.MjSpec, name: str, *, torque: float, gear: flo
 
 
 def add_soft_servo(spec: mujoco.MjSpec, name: str, *, inertia: float, torque: float | None) -> None:
-    """Add the velocity servo of a differential drive's wheel, which follows with a lag that the load gives it."""
+    """Add the velocity servo of a differential drive's wheel, whose lag depends on the load."""
     _actuator(spec, name, torque).set_to_velocity(kv=inertia / RESPONSE)
 
 
 def add_servo(spec: mujoco.MjSpec, wheel: WheelSpec, *, torque: float | None) -> None:
-    """Add a velocity servo that follows with the same lag whatever the load, as far as its torque goes [N m]."""
+    """Add a velocity servo with a lag independent of the load, within its torque [N m]."""
     servo = _actuator(spec, wheel.name, torque)
     servo.set_to_velocity(kv=STIFFNESS * wheel.gear / LONGEST_STEP)
     _follow(servo, LAG)
 
 
 def add_steering(base: mujoco.MjsBody, spec: mujoco.MjSpec, name: str, wheel: WheelSpec) -> mujoco.MjsBody:
-    """Add what steers a wheel, right above it: a hinge with a position servo; return what carries the wheel."""
+    """Add the steering of a wheel right above it, a hinge with a position servo; return the body that carries the
+    wheel."""
     knuckle = base.add_body(name=name, pos=[*wheel.at, 2 * wheel.radius])
     _weigh(knuckle, 0.1 * wheel.mass, [0.1 * wheel.mass * wheel.radius**2] * 3)
     add_kingpin(spec, knuckle, name, inertia=wheel.mass * wheel.radius**2)
@@ -283,7 +289,7 @@ def add_steering(base: mujoco.MjsBody, spec: mujoco.MjSpec, name: str, wheel: Wh
 
 
 def add_kingpin(spec: mujoco.MjSpec, knuckle: mujoco.MjsBody, name: str, *, inertia: float) -> None:
-    """Add the hinge that steers, with its position servo, made for an inertia [kg m^2]."""
+    """Add the hinge that steers, with its position servo tuned for an inertia [kg m^2]."""
     knuckle.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 0.0, 1.0], armature=inertia)
     servo = _actuator(spec, name, torque=None)
     whole = 1.5 * inertia
@@ -292,7 +298,7 @@ def add_kingpin(spec: mujoco.MjSpec, knuckle: mujoco.MjsBody, name: str, *, iner
 
 
 def _weigh(body: mujoco.MjsBody, mass: float, inertia: Sequence[float]) -> None:
-    """Give a body a mass [kg] in its origin and an inertia about its axes [kg m^2]."""
+    """Set the mass of a body [kg], at its origin, and its inertia about its axes [kg m^2]."""
     body.explicitinertial, body.mass, body.inertia = True, mass, inertia
     body.ipos = [0.0, 0.0, 0.0]  # else it is where the body is in its carrier
 
@@ -305,6 +311,6 @@ def _actuator(spec: mujoco.MjSpec, name: str, torque: float | None) -> mujoco.Mj
 
 
 def _follow(servo: mujoco.MjsActuator, lag: float) -> None:
-    """Let a servo follow what it is told with a time constant [s]."""
+    """Make a servo follow its command with a time constant [s]."""
     servo.dyntype = mujoco.mjtDyn.mjDYN_FILTEREXACT
     servo.dynprm[0] = lag
