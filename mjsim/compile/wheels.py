@@ -280,8 +280,7 @@ def add_servo(spec: mujoco.MjSpec, wheel: WheelSpec, *, torque: float | None) ->
 
 
 def add_steering(base: mujoco.MjsBody, spec: mujoco.MjSpec, name: str, wheel: WheelSpec) -> mujoco.MjsBody:
-    """Add the steering of a wheel right above it, a hinge with a position servo; return the body that carries the
-    wheel."""
+    """Add a steering hinge with a position servo right above a wheel; return the body that carries the wheel."""
     knuckle = base.add_body(name=name, pos=[*wheel.at, 2 * wheel.radius])
     _weigh(knuckle, 0.1 * wheel.mass, [0.1 * wheel.mass * wheel.radius**2] * 3)
     add_kingpin(spec, knuckle, name, inertia=wheel.mass * wheel.radius**2)

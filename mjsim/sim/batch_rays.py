@@ -1,4 +1,4 @@
-"""Rays of a sensor that turns while it and everything else moves: each batch of them has a state of its own."""
+"""Rays of a rotating sensor in a moving world: each batch of rays has its own state of the simulation."""
 
 from itertools import pairwise
 
@@ -11,15 +11,15 @@ from mjsim.sim.rays import SOLID, RayHits, Rays
 from mjsim.sim.standing import Standing, has_embree, is_clear
 
 TINY = 1e-12
-"""A ray along a face has at least this share across it."""
+"""Least component of a ray perpendicular to a face that it runs along."""
 
 
 class BatchRays:
-    """Casts all rays of a turn: Embree at what stays where it is, MuJoCo where the shape is neither flat nor a box.
+    """Casts all rays of a turn: Embree for static geoms, MuJoCo for shapes that are neither flat nor boxes.
 
-    What may move, and did not during a turn, makes a second scene, collected again after any of it has moved.
+    Movable geoms that did not move during a turn form a second scene, rebuilt after any of them has moved.
 
-    Without Embree (`pip install 'mjsim[embree]'`) MuJoCo casts all.
+    Without Embree (`pip install 'mjsim[embree]'`) MuJoCo casts all rays.
     """
 
     def __init__(
@@ -29,10 +29,10 @@ class BatchRays:
 
         Args:
             model: The compiled world.
-            robot: Name of the robot that carries the sensor, which its rays do not meet.
-            carrier: The body that carries it, below the robot's name.
+            robot: Name of the robot that carries the sensor; rays ignore it.
+            carrier: The body that carries the sensor, below the robot's name.
             mount: carrier_from_sensor, shape (4, 4) [m].
-            edges: Where each batch begins among the rays of a turn, and their count at the end, shape (batches + 1,).
+            edges: First ray of each batch, and the number of rays of a turn at the end, shape (batches + 1,).
         """
         self._model, self._data = model, mujoco.MjData(model)
         self._batches = [slice(first, last) for first, last in pairwise(edges.tolist())]
@@ -53,12 +53,12 @@ class BatchRays:
         self._has_embree = has_embree()
 
     def cast(self, beams: Array, states: Array, *, limit: float) -> RayHits:
-        """Return what the rays of a turn meet.
+        """Return the hits of the rays of a turn.
 
         Args:
             beams: Unit vectors in the sensor's frame, shape (n, 3).
             states: MuJoCo's positions at each batch, shape (batches, nq).
-            limit: What is farther is not met [m].
+            limit: Largest distance of a hit [m].
         """
         if beams is not self._beams:
             self._beams, self._cones = beams, [_cone(beams[batch]) for batch in self._batches]
@@ -82,7 +82,7 @@ class BatchRays:
         return hits
 
     def _held(self) -> bytes:
-        """Return how what stands still is turned: events move the arms of people."""
+        """Return the orientations of static geoms that events can change: the arms of people."""
         return bytes(self._model.body_quat[self._turning].tobytes())
 
     def _bring_up(self, state: Array) -> None:
@@ -90,7 +90,7 @@ class BatchRays:
         mujoco.mj_kinematics(self._model, self._data)
 
     def _aim(self, number: int, beams: Array, state: Array) -> None:
-        """Note where the rays of a batch start and point, and where what may move is meanwhile."""
+        """Store the origins and directions of the rays of a batch, and the poses of movable geoms at its time."""
         self._bring_up(state)
         place, axes = self._rays.pose()
         batch, turned = self._batches[number], axes @ self._turned
@@ -101,21 +101,21 @@ class BatchRays:
         self._axes[number] = self._data.geom_xmat[self._movers]
 
     def _stay(self) -> NDArray[np.bool_]:
-        """Return which of the movers keep their pose to the last bit for the whole turn, with the sensor outside."""
+        """Return which movers keep exactly the same pose for the entire turn, with the sensor outside of them."""
         same = (self._places == self._places[0]).all(axis=(0, 2)) & (self._axes == self._axes[0]).all(axis=(0, 2))
         away = np.linalg.norm(self._places - self._eyes[:, None], axis=2).min(axis=0)
         stay: NDArray[np.bool_] = same & (away > self._model.geom_rbound[self._movers])
         return stay
 
     def _standing(self, name: str, geoms: NDArray[np.int64], poses: bytes, limit: float) -> RayHits:
-        """Return what rays meet of geoms that stay in place, collected again when others do, or elsewhere."""
+        """Return the hits of rays on geoms at rest; the scene is rebuilt when the set or the poses of these change."""
         key = geoms.tobytes() + poses
         if name not in self._known or self._known[name][0] != key:
             self._known[name] = key, Standing(self._model, self._data, geoms)
         return self._known[name][1].cast(self._starts, self._directions, limit=limit)
 
     def _at_round(self, number: int, state: Array, hits: RayHits, limit: float) -> None:
-        """Put in what the rays of a batch meet where MuJoCo alone can tell."""
+        """Add the hits of the rays of a batch on shapes that only MuJoCo can intersect."""
         rows = np.flatnonzero(hits.unsure)
         if rows.size:
             self._bring_up(state)
@@ -125,7 +125,7 @@ class BatchRays:
             hits.facing[rows] = np.abs(np.einsum("ij,ij->i", normals, asked))
 
     def _near(self, moving: NDArray[np.intp], limit: float) -> list[list[int]]:
-        """Return of each batch those movers whose bounding sphere lies in reach of the cone around its rays."""
+        """Return for each batch the movers whose bounding sphere intersects the cone around its rays."""
         to, radii = self._places[:, moving] - self._eyes[:, None], self._model.geom_rbound[self._movers[moving]]
         away = np.maximum(np.linalg.norm(to, axis=2), TINY)
         aside = np.arccos(np.clip(np.einsum("bmi,bi->bm", to, self._ahead) / away, -1.0, 1.0))
@@ -135,7 +135,7 @@ class BatchRays:
         return [moving[row].tolist() for row in near]
 
     def _at_mover(self, number: int, mover: int, hits: RayHits) -> None:
-        """Put in what rays meet of a box that moves; note who may meet a mover that is none."""
+        """Add the hits of rays on a moving box; note the batches that may hit a mover of another shape."""
         model, geom, axes = self._model, self._movers[mover], self._axes[number, mover].reshape(3, 3)
         to, directions = self._places[number, mover] - self._eyes[number], self._directions[self._batches[number]]
         ahead, radius = directions @ to, model.geom_rbound[geom]
@@ -154,14 +154,14 @@ class BatchRays:
 
 
 def _cone(beams: Array) -> tuple[Array, float]:
-    """Return the axis of a cone around beams, shape (3,), and how far they are off it [rad]; -inf for no beams."""
+    """Return the axis of a cone around beams, shape (3,), and its half angle [rad]; -inf for no beams."""
     axis = beams.sum(axis=0)
     axis /= max(float(np.linalg.norm(axis)), TINY)
     return axis, float(np.arccos(np.clip((beams @ axis).min(), -1.0, 1.0))) if len(beams) else -np.inf
 
 
 def box_met(start: Array, directions: Array, half: Array) -> tuple[Array, Array]:
-    """Return how far rays from outside go to a box about the origin, and the cosine at which they meet it.
+    """Return the distances of rays from outside to a box about the origin, and the cosines of incidence.
 
     Args:
         start: Shape (3,) [m].
@@ -169,7 +169,7 @@ def box_met(start: Array, directions: Array, half: Array) -> tuple[Array, Array]
         half: Half sizes, shape (3,) [m].
 
     Returns:
-        Distances, +inf for rays that pass, 0 from inside, and cosines, shape (n,) each.
+        Distances, +inf for rays that miss, 0 from inside, and cosines, shape (n,) each.
 
     References:
         Kay and Kajiya, Ray Tracing Complex Scenes, SIGGRAPH 1986: a box is three slabs.

@@ -1,4 +1,4 @@
-"""A model on the graphics processor: its meshes and textures, and the memory that pictures are drawn in."""
+"""A model on the graphics processor: its meshes and textures, and the buffer for images."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,16 +11,16 @@ from mjsim.sim.opengl import GLContext, make_context
 
 Quality = Literal["normal", "high"]
 SHADOW_PIXELS, SAMPLES = 4096, 4
-"""Of high quality: side of the shadow map [px], and samples a pixel."""
+"""High quality: side of the shadow map [px], and samples per pixel."""
 BACKGROUND = (0.87, 0.91, 0.95)
-"""What is seen where the world ends, in full light, red, green, blue."""
+"""Colour of the background in full light, red, green, blue."""
 
 
 class Canvas:
-    """What the renderers of one model share; each use may come from another thread, one at a time."""
+    """Resources shared by the renderers of one model; any thread may use them, one at a time."""
 
     def __init__(self, model: mujoco.MjModel, *, quality: Quality = "normal") -> None:
-        """Keep the model; all else is made at the first use."""
+        """Keep the model; everything else is created at first use."""
         self.model = model
         self.quality: Quality = quality
         self._context: GLContext | None = None
@@ -28,10 +28,10 @@ class Canvas:
 
     @contextmanager
     def at_work(self, width: int, height: int) -> Iterator["Canvas"]:
-        """Let this thread draw pictures of a size, until the end of the block.
+        """Reserve the canvas for this thread and images of a given size, until the end of the block.
 
         Raises:
-            OpenGLError: This machine has no way to draw.
+            OpenGLError: This machine cannot render.
         """
         if self._context is None:
             self._context = make_context(width, height)
@@ -50,12 +50,12 @@ class Canvas:
             context.release()
 
     def paint_background(self, level: float) -> None:
-        """Paint what nothing was drawn on as the general light shows it; to be called after mjr_render."""
+        """Fill the background in the general light; to be called after mjr_render."""
         red, green, blue = (min(level, 1.0) * value for value in BACKGROUND)
         self.gl.paint(self._background, (red, green, blue))
 
     def close(self) -> None:
-        """Give back the context and all that it holds; a second call does nothing."""
+        """Release the context and its resources; a second call does nothing."""
         if self._context is None:
             return
         self._context.make_current()

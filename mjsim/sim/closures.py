@@ -1,9 +1,9 @@
 """Closed loops of mechanisms: targets of the points that hold a loop together.
 
-A constraint of MuJoCo pulls its residual r back by J a = -b r' - k r, and knows nothing of the part of r'' that speeds
-alone make, c = r'' - J a. With speeds half a step before positions, and b = 1 / h and k = 1 / h^2 as `mjsim.compile`
-has them, r is -c / 2k after one step. The point of one side is moved by that, so that bodies are where they should be.
-c is that of the step before, which leaves an error of the third order of the step.
+A constraint of MuJoCo reduces its residual r by J a = -b r' - k r, and ignores the part of r'' due to velocities
+alone, c = r'' - J a. With velocities half a step before positions, and b = 1 / h and k = 1 / h^2 as in `mjsim.compile`,
+r is -c / 2k after one step. The point of one side is shifted by that, so that bodies are at their exact positions. c is
+that of the step before, which leaves an error of third order in the step.
 """
 
 import mujoco
@@ -18,7 +18,7 @@ class Closures:
     """Points at which loops of a mechanism are held together."""
 
     def __init__(self, model: mujoco.MjModel, equalities: Array) -> None:
-        """Find them.
+        """Find the points.
 
         Args:
             model: The compiled world.
@@ -30,7 +30,7 @@ class Closures:
         self._rest = [model.site_pos[first].copy() for first, _ in self._sites]
 
     def aim(self, data: mujoco.MjData) -> None:
-        """Move the points for the next step; the state still has the accelerations of the step before."""
+        """Shift the points for the next step; the state still has the accelerations of the step before."""
         count = int(data.ne)
         if not len(self._own) or not count:
             return
@@ -46,7 +46,7 @@ class Closures:
             self._model.site_pos[first] = rest - softness / 2.0 * (turned.T @ alone)
 
     def _parting(self, data: mujoco.MjData, first: int, second: int) -> Array:
-        """Return by how much the first site accelerates away from the second, world frame, shape (3,) [m/s^2]."""
+        """Return the acceleration of the first site relative to the second, world frame, shape (3,) [m/s^2]."""
         ends = []
         for site in (first, second):
             spatial = np.zeros(6)

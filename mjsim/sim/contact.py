@@ -7,14 +7,14 @@ from mjsim.compile import RUNNING_GEAR
 from mjsim.world import Robot
 
 UPRIGHT = 0.7
-"""A contact whose normal is steeper than this carries wheels and casters, and is no bump."""
+"""A contact whose normal is steeper than this supports wheels and casters, and is no bump."""
 
 
 class Bumper:
     """Detects contact between any part of a robot and anything except the floor."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot) -> None:
-        """Keep the state, read at each measurement, and which geoms are whose."""
+        """Keep the state, read at each measurement, and find the geoms of the robot and the floor."""
         self._data = data
         self._base = model.body(f"{robot.name}/base").id
         # All of the base that touches, but casters, which have a group of their own.
@@ -23,7 +23,7 @@ class Bumper:
         self._floor = model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
 
     def bearings(self) -> tuple[float, ...]:
-        """Return where the robot is touched now, in its frame, left positive, sorted [rad]; empty when free."""
+        """Return the bearings of current contacts in the robot's frame, left positive, sorted [rad]."""
         contact = self._data.contact
         pairs = contact.geom
         own = self._own[pairs]

@@ -1,4 +1,4 @@
-"""OpenGL contexts of EGL that need no screen: on a GPU, or in software by Mesa.
+"""OpenGL contexts of EGL without a screen: on a GPU, or in software by Mesa.
 
 References:
     EGL 1.5, EGL_EXT_device_enumeration and EGL_EXT_platform_device; numbers from Khronos' egl.h and eglext.h.
@@ -34,7 +34,7 @@ class Egl:
         self.destroy_context = function(library, "eglDestroyContext", c_uint, c_void_p, c_void_p)
 
     def displays(self) -> Iterator[int]:
-        """Yield a display of each device that starts, in EGL's order; MUJOCO_EGL_DEVICE_ID names one of them."""
+        """Yield a display of each device that initializes, in EGL's order; MUJOCO_EGL_DEVICE_ID selects one of them."""
         query = self.get_address(b"eglQueryDevicesEXT")
         display_of = self.get_address(b"eglGetPlatformDisplayEXT")
         if not query or not display_of:
@@ -63,24 +63,24 @@ class EglContext:
             raise OpenGLError("EGL gives no OpenGL context")
 
     def make_current(self) -> None:
-        """Let the OpenGL calls of this thread go to this context."""
+        """Make this the context of the OpenGL calls of this thread."""
         if not self._context or not self._egl.make_current(self._display, None, None, self._context):
             raise OpenGLError("the EGL context was freed, or is at work in another thread")
 
     def renderer(self) -> str:
-        """Return who draws; the context must be current."""
+        """Return the name of the OpenGL renderer; the context must be current."""
         return renderer_name(self._egl.get_address)
 
     def release(self) -> None:
-        """Let no OpenGL call of this thread go anywhere, so that another thread may make it current."""
+        """Detach the context from this thread, so that another thread can make it current."""
         self._egl.make_current(self._display, None, None, None)
 
     def address(self, name: bytes) -> int | None:
-        """Return where an OpenGL function is, or None when there is none of that name."""
+        """Return the address of an OpenGL function, or None if there is none of that name."""
         return cast("int | None", self._egl.get_address(name))
 
     def free(self) -> None:
-        """Release it; a second call does nothing."""
+        """Destroy the context; a second call does nothing."""
         if self._context:
             if self._egl.current_context() == self._context:
                 self._egl.make_current(self._display, None, None, None)

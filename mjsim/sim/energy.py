@@ -1,7 +1,8 @@
 """Work and losses of a mechanism, integrated over its steps.
 
-Speeds are half a step before places, so that the forces of a step, which are those at its places, act from half a step
-before to half a step after them: what they do is force times the mean of both speeds, and at a tick half of it is done.
+Velocities are half a step before positions. The forces of a step, evaluated at its positions, therefore act from half a
+step before to half a step after them: their power is force times the mean of both velocities, and at a tick half of the
+work of the step is done.
 """
 
 from collections.abc import Sequence
@@ -17,10 +18,10 @@ RUBBING = mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF
 
 
 class EnergyCount:
-    """What actuators put into a mechanism since the start, and what damping and friction took."""
+    """Work of the actuators on a mechanism since the start, and losses by damping and friction."""
 
     def __init__(self, model: mujoco.MjModel, dofs: Array, followers: Sequence[Follower]) -> None:
-        """Start empty.
+        """Start at zero.
 
         Args:
             model: The compiled world.
@@ -33,18 +34,18 @@ class EnergyCount:
         """[J]"""
 
     def begin(self, data: mujoco.MjData) -> None:
-        """Take off the half of the first step that lies before the start, with all forces worked out."""
+        """Subtract the half of the first step before the start; all forces must be computed."""
         work, lost = self._powers(data, data.qvel, 0)
         self.work, self.lost = -self._h / 2.0 * work, -self._h / 2.0 * lost
 
     def add(self, data: mujoco.MjData, before: Array, lag: Array, step: int) -> None:
-        """Add the step that was taken.
+        """Add the last step.
 
         Args:
-            data: After it, with its forces.
-            before: Speeds before it, of the whole world, shape (nv,).
-            lag: What of the applied forces is none of an actuator, shape (n,) [N m, N].
-            step: Its number.
+            data: State after the step, with its forces.
+            before: Velocities of the entire world before the step, shape (nv,).
+            lag: Part of the applied forces that is not from actuators, shape (n,) [N m, N].
+            step: Number of the step.
         """
         dofs, middle = self._dofs, (before + data.qvel) / 2.0
         work, lost = self._powers(data, middle, step)
@@ -54,12 +55,12 @@ class EnergyCount:
         self.lost += self._h * (lost + float(slow @ middle[dofs]))
 
     def now(self, data: mujoco.MjData, step: int) -> tuple[float, float]:
-        """Return work and losses up to the places of a step, with all forces of these worked out [J]."""
+        """Return work and losses up to the positions of a step, for which all forces must be computed [J]."""
         work, lost = self._powers(data, data.qvel, step)
         return self.work + self._h / 2.0 * work, self.lost + self._h / 2.0 * lost
 
     def _powers(self, data: mujoco.MjData, speeds: Array, step: int) -> tuple[float, float]:
-        """Return what applied forces and actuators put in, and what is lost to damping and friction [W]."""
+        """Return the power of applied forces and actuators, and the losses to damping and friction [W]."""
         dofs = self._dofs
         work = float((data.qfrc_actuator[dofs] + data.qfrc_applied[dofs]) @ speeds[dofs])
         for each in self._followers:

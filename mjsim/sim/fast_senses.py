@@ -12,7 +12,7 @@ from mjsim.sim.sensors import FastDevice
 
 
 class JointEncoders:
-    """The encoders of some hinges or slides of a robot, each with a motor of its name."""
+    """The encoders of some hinges or slides of a robot, each with a motor of the same name."""
 
     def __init__(
         self, model: mujoco.MjModel, data: mujoco.MjData, joints: Sequence[str], *, step: float | None = None
@@ -23,7 +23,7 @@ class JointEncoders:
             model: The compiled world.
             data: Its state, read at each measurement.
             joints: Names of hinges or slides.
-            step: Of the encoders [rad]; by default as fine as can be.
+            step: Resolution of the encoders [rad]; by default exact.
         """
         self._data, self._step = data, step
         self._places = np.array([model.joint(name).qposadr[0] for name in joints], dtype=int)
@@ -31,7 +31,7 @@ class JointEncoders:
         self._before: tuple[float, Array] | None = None
 
     def read(self, stamp: float) -> JointState:
-        """Return what they tell now; `stamp` is the simulated time [s]."""
+        """Return the current readings; `stamp` is the simulated time [s]."""
         data = self._data
         positions, velocities = data.qpos[self._places], data.qvel[self._dofs]
         if self._step is not None:
@@ -40,7 +40,7 @@ class JointEncoders:
         return JointState(stamp, positions, velocities, data.qfrc_actuator[self._dofs])
 
     def _change(self, stamp: float, positions: Array) -> Array:
-        """Return the speeds that whole steps tell since the last reading, shape (joints,)."""
+        """Return the speeds from encoder steps since the last reading, shape (joints,)."""
         before, self._before = self._before, (stamp, positions)
         if before is None or stamp <= before[0]:
             return np.zeros(len(positions))
@@ -48,7 +48,7 @@ class JointEncoders:
 
 
 class ImuFeed:
-    """Hands the readings of a robot's inertial sensors to several controllers, each at its own rate."""
+    """Distributes the readings of a robot's inertial sensors to several controllers, each at its own rate."""
 
     def __init__(self, devices: Sequence[FastDevice]) -> None:
         """Keep the sensors."""
@@ -72,15 +72,15 @@ class ImuFeed:
 
 
 class FastSenses:
-    """What one controller senses; its readings are those since its own last call."""
+    """Inputs of one controller: the readings since its own last call."""
 
     def __init__(self, *, wheels: JointEncoders, arms: Mapping[str, JointEncoders], imu: ImuFeed) -> None:
-        """Keep what it reads."""
+        """Keep the sensors."""
         self._wheels, self._arms, self._feed = wheels, arms, imu
         self._readings = imu.join()
 
     def read(self, stamp: float, dt: float) -> FastReading:
-        """Return what is sensed now.
+        """Return the current inputs.
 
         Args:
             stamp: The simulated time [s].

@@ -1,7 +1,7 @@
-"""Motions that joints follow: what an equality constraint must aim at so that the joint is where its signal is.
+"""Motions that joints follow: the target of an equality constraint that keeps the joint on its signal.
 
-A constraint of MuJoCo pulls like a spring with a damper, k (y - q) - b q', and so lags behind what moves. It is led by
-what that lag would be: it aims at y + (b y' + y'') / k, with b = 1 / h and k = 1 / h^2 as `mjsim.compile` has it. The
+A constraint of MuJoCo acts like a spring with a damper, k (y - q) - b q', and so lags behind a moving target. The lag
+is compensated: the target is y + (b y' + y'') / k, with b = 1 / h and k = 1 / h^2 as in `mjsim.compile`. The
 derivatives are those of the steps of the physics, which are exact for them: the speed of step n is (y[n] - y[n-1]) / h.
 """
 
@@ -14,29 +14,29 @@ from mjsim.geometry import Array
 from mjsim.world import Motion
 
 FASTEST = 1.0
-"""At which a joint goes where it is led to, unless it is faster then [rad/s, m/s],"""
+"""Largest speed of a joint on its way to a goal, unless it is faster already [rad/s, m/s]."""
 QUICKEST = 0.4
-"""and least time that it takes [s]."""
+"""Least duration of a motion to a goal [s]."""
 STRETCHES = tuple(1.1**k for k in range(20))
-"""Factors on the time from rest that are tried where a joint moves away from its goal."""
+"""Factors on the duration from rest that are tried if a joint moves away from its goal."""
 ROUNDED = 1.0 + 1e-6
-"""Factor on a speed that another one may exceed by rounding."""
+"""Tolerance factor of speeds against rounding."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Blend:
-    """A way from one place to rest at another: a polynomial of the fifth degree, whose acceleration does not jump."""
+    """A motion to rest at another value: a polynomial of degree 5 with continuous acceleration."""
 
     begin: float
     """[s]"""
     seconds: float
-    """How long it takes [s]."""
+    """Its duration [s]."""
     factors: Array
-    """Of the powers 0 to 5 of the fraction of that time, shape (6,)."""
+    """Coefficients of the powers 0 to 5 of the time relative to the duration, shape (6,)."""
 
     @classmethod
     def to(cls, goal: float, *, begin: float, value: float, speed: float, change: float) -> "Blend":
-        """Return the way to a goal from a value with a speed and an acceleration, at a time [s]."""
+        """Return the motion to a goal from a value with a speed and an acceleration, at a time [s]."""
         # The greatest speed of such a way from rest is 15/8 of its mean.
         seconds = max(QUICKEST, 15.0 / 8.0 * abs(goal - value) / FASTEST)
         # One that turns round first has farther to go than from rest.
@@ -53,19 +53,19 @@ class Blend:
     def _within(
         cls, seconds: float, goal: float, *, begin: float, value: float, speed: float, change: float
     ) -> "Blend":
-        """Return the way that takes so long [s]."""
+        """Return the motion of a given duration [s]."""
         first = np.array([value, speed * seconds, change * seconds**2 / 2.0])
         rest = np.array([goal - first.sum(), -first[1] - 2.0 * first[2], -2.0 * first[2]])
         last = np.linalg.solve(np.array([[1.0, 1.0, 1.0], [3.0, 4.0, 5.0], [6.0, 12.0, 20.0]]), rest)
         return cls(begin, seconds, np.concatenate([first, last]))
 
     def fastest(self) -> float:
-        """Return the greatest speed on the way [rad/s, m/s]."""
+        """Return the greatest speed of the motion [rad/s, m/s]."""
         speeds = np.polynomial.Polynomial(self.factors).deriv(1)(np.linspace(0.0, 1.0, 101)) / self.seconds
         return float(np.abs(speeds).max())
 
     def at(self, time: float) -> tuple[float, float, float]:
-        """Return value, speed and acceleration at a time not before its begin [s]."""
+        """Return value, speed and acceleration at a time not before its start [s]."""
         share = min((time - self.begin) / self.seconds, 1.0)
         way = np.polynomial.Polynomial(self.factors)
         if share == 1.0:
@@ -78,18 +78,18 @@ class Course:
     """One motion, at every step of the physics."""
 
     def __init__(self, drive: Motion, *, step: float, start: float) -> None:
-        """Begin at the start.
+        """Start with the signal.
 
         Args:
-            drive: What is followed.
+            drive: Motion to follow.
             step: Period of the physics [s].
             start: Value of the joint or distance at the start [rad, m].
         """
         self.drive, self._h = drive, step
         self._blend: Blend | None = None
-        """Where it is led; None where it is not."""
+        """Motion to a goal; None when it follows its signal."""
         self._offset: Blend | None = None
-        """What is left of where it was led while it comes back to its signal: of its speed, where that is followed."""
+        """Remaining offset while it returns to its signal; of the speed if the signal is a speed."""
         speed, change = self.slope(0.0)
         before = start - self._h * (speed - self._h / 2.0 * change)
         self._n, self._window = 0, [before, start, start]
@@ -103,7 +103,7 @@ class Course:
         return (value, speed) if self.drive.kind == "velocity" else (speed, change)
 
     def _said(self, time: float) -> tuple[float, float, float]:
-        """Return what the signal has at a time [s], with what is left of where it was led, and both derivatives."""
+        """Return the signal at a time [s], plus the remaining offset, and both derivatives."""
         signal = self.drive.signal
         said = float(signal.value(time)), float(signal.rate(time)), float(signal.second(time))
         if self._offset is None:
@@ -127,12 +127,12 @@ class Course:
             self._window[2] = self._after(self._n)
 
     def goal(self, n: int) -> float:
-        """Return where the joint shall be at step n [rad, m]."""
+        """Return the desired value of the joint at step n [rad, m]."""
         self._go_to(n)
         return self._window[1]
 
     def lead(self, goal: float, n: int) -> None:
-        """From step n on go to a value and stay there, whatever the signal has [rad, m]."""
+        """Move to a value from step n on and stay there, regardless of the signal [rad, m]."""
         self._go_to(n)
         speed, change = self.slope(n * self._h)
         self._offset = None
@@ -140,11 +140,11 @@ class Course:
         self._window[2] = self._after(n)
 
     def release(self, n: int, *, whole: float) -> None:
-        """From step n on follow the signal again, which a joint that was led comes back to; no other joint changes.
+        """Follow the signal again from step n on: a joint moved to a goal returns to it; others are unchanged.
 
         Args:
             n: Number of the step.
-            whole: What may stay of the difference, any number of times: 2 pi of a joint that turns freely, or 0.
+            whole: Period whose multiples may remain as a difference: 2 pi for a joint without limits, or 0.
         """
         self._go_to(n)
         if self._blend is not None:
@@ -152,7 +152,7 @@ class Course:
             self._window[2] = self._after(n)
 
     def end(self, n: int, *, whole: float) -> float | None:
-        """Return where `release` would bring it back to its signal [rad, m]; None where that says how fast alone."""
+        """Return the value at which `release` reaches the signal again [rad, m]; None if the signal is a speed."""
         self._go_to(n)
         if self._blend is None or self.drive.kind == "velocity":
             return None
@@ -160,7 +160,7 @@ class Course:
         return float(self.drive.signal.value(way.begin + way.seconds)) + way.at(way.begin + way.seconds)[0]
 
     def _way_back(self, n: int, whole: float) -> Blend:
-        """Return how the difference from the signal, of speeds where that is what it has, goes from step n on."""
+        """Return the decay of the difference from the signal, or from its speed, from step n on."""
         time, signal = n * self._h, self.drive.signal
         speed, change = self.slope(time)
         if self.drive.kind == "velocity":
@@ -172,12 +172,12 @@ class Course:
         return Blend.to(kept, begin=time, value=off, speed=speed, change=change)
 
     def speed(self, n: int) -> float:
-        """Return how fast the physics has it move at step n: half a step earlier than its goal [1/s]."""
+        """Return its speed in the physics at step n: half a step earlier than its goal [1/s]."""
         self._go_to(n)
         return (self._window[1] - self._window[0]) / self._h
 
     def middle_speed(self, n: int) -> float:
-        """Return how fast it moves when it is at the goal of step n [1/s]."""
+        """Return its speed at the goal of step n [1/s]."""
         return self.speed(n) + self._h / 2.0 * self.acceleration(n)
 
     def acceleration(self, n: int) -> float:
@@ -196,24 +196,24 @@ class Follower(Course):
         Args:
             model: The compiled world.
             equality: Number of the constraint.
-            drive: What is followed.
-            start: Value of the joint or distance at the start [rad, m], from which the constraint counts.
+            drive: Motion to follow.
+            start: Value of the joint or distance at the start [rad, m], the reference of the constraint.
         """
         super().__init__(drive, step=float(model.opt.timestep), start=start)
         self._model, self.equality, self._rest = model, equality, start
 
     def aim(self, n: int, *, gave: float) -> None:
-        """Set what the constraint aims at in step n; it gave way by so much in the step before [rad, m]."""
+        """Set the target of the constraint in step n, given its yield in the step before [rad, m]."""
         # So much further the joint shall be after the step.
         lead = self._h * self.speed(n) + self._h**2 * self.acceleration(n)
         self._model.eq_data[self.equality, 0] = self.goal(n) + lead + gave - self._rest
 
 
 def yields(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    """Return by how much constraints gave way to their forces in the last step, by number, shape (neq,) [rad, m].
+    """Return the yield of constraints to their forces in the last step, by number, shape (neq,) [rad, m].
 
-    Each is softened by R, so that its acceleration falls short by R f; what it aims at can make up for that. Of one of
-    several rows only the last is told.
+    Each is softened by R, so that its acceleration is too small by R f; its target can compensate for that. For a
+    constraint with several rows only the last one is returned.
     """
     count, found = int(data.ne), np.zeros(model.neq)
     found[data.efc_id[:count]] = data.efc_R[:count] * data.efc_force[:count] * model.opt.timestep**2

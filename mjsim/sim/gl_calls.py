@@ -1,4 +1,4 @@
-"""The few OpenGL functions that MuJoCo has no function for, found in the context that is current.
+"""The few OpenGL functions that MuJoCo does not wrap, looked up in the current context.
 
 References:
     OpenGL 4.6 compatibility profile; MESA_pack_invert for rows read from the top; numbers from Khronos' gl.h.
@@ -21,10 +21,10 @@ LIGHTING, CULL_FACE, FOG, TEXTURE_2D = 0x0B50, 0x0B44, 0x0B60, 0x0DE1
 
 
 class GlCalls:
-    """Reading of pictures, and the background behind everything."""
+    """Reads images, and paints the background."""
 
     def __init__(self, context: GLContext) -> None:
-        """Find the functions; the context must be current."""
+        """Look up the functions; the context must be current."""
         self._context = context
         self._read_pixels = self._function(b"glReadPixels", None, c_int, c_int, c_int, c_int, c_uint, c_uint, c_void_p)
         self._pixel_store = self._function(b"glPixelStorei", None, c_uint, c_int)
@@ -35,7 +35,7 @@ class GlCalls:
         """Whether `read` gives the top row first."""
 
     def read(self, into: Picture) -> None:
-        """Read what was drawn, RGBA, shape (height, width, 4); four bytes a pixel are read fastest."""
+        """Read the rendered image, RGBA, shape (height, width, 4); four bytes per pixel are fastest."""
         height, width = into.shape[:2]
         if self.reads_from_top:
             self._pixel_store(PACK_INVERT, 1)
@@ -44,7 +44,7 @@ class GlCalls:
             self._pixel_store(PACK_INVERT, 0)
 
     def background(self) -> int:
-        """Return a list of commands that paints what nothing was drawn on, for `paint`."""
+        """Return a display list that paints the background, for `paint`."""
         listed = int(self._function(b"glGenLists", c_uint, c_int)(1))
         matrix_mode, load_identity = self._function(b"glMatrixMode", None, c_uint), self._function(b"glLoadIdentity")
         disable, vertex = (
@@ -70,7 +70,7 @@ class GlCalls:
         return listed
 
     def paint(self, listed: int, color: tuple[float, float, float]) -> None:
-        """Carry out a list of commands in a colour, red, green, blue."""
+        """Execute a display list in a colour, red, green, blue."""
         self._color(*color)
         self._call_list(listed)
 

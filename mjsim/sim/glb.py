@@ -20,25 +20,25 @@ from mjsim.sim.still import StillScene
 from mjsim.world import World
 
 MOST_TRIANGLES = 4_000_000
-"""Of a scene that is given away."""
+"""Largest number of triangles of an exported scene."""
 JPEG_QUALITY = 90
-"""Of pictures that are smaller so than without loss."""
+"""Quality of pictures that are smaller as JPEG than as PNG."""
 UPRIGHT = [-(0.5**0.5), 0.0, 0.0, 0.5**0.5]
-"""glTF has y up: how a scene with z up is turned, x, y, z, w."""
+"""Rotation from z up to y up, as in glTF: quaternion x, y, z, w."""
 _FLOAT, _SHORT, _WHOLE = 5126, 5123, 5125
 _POINTS, _CORNERS = 34962, 34963
 
 
 def write_glb(world: World, path: str | Path, *, overwrite: bool = False) -> Path:
-    """Write the scene of a world as it stands at the start, robots too, and return the path of the file.
+    """Write the scene of a world at the start, including robots, and return the path of the file.
 
     Args:
-        world: What is to be written.
-        path: Ends in .glb.
-        overwrite: Whether an existing file may be replaced.
+        world: The world.
+        path: File name that ends in .glb.
+        overwrite: Whether to replace an existing file.
 
     Raises:
-        UsageError: The name ends otherwise, the scene is too large, or the file exists or cannot be written.
+        UsageError: The suffix is another one, the scene is too large, or the file exists or cannot be written.
     """
     path = Path(path)
     if path.suffix != ".glb":
@@ -50,16 +50,16 @@ def write_glb(world: World, path: str | Path, *, overwrite: bool = False) -> Pat
 
 
 def glb_bytes(model: mujoco.MjModel, data: mujoco.MjData, *, sparing: bool = False) -> bytes:
-    """Return what is seen of a model as a .glb file.
+    """Return the visible geoms of a model as a .glb file.
 
-    Below a node that turns z up to y up stands a node for all that does not move, then one for each body that does,
-    under the names of the bodies; cameras hang on what carries them. `extras.things` of a primitive holds the names of
-    the geoms that were merged into it, each with how many triangles it has.
+    Below a node that rotates z up to y up are a node for all static geoms and one for each moving body, under the
+    names of the bodies; cameras are children of their carriers. `extras.things` of a primitive holds the names of the
+    geoms that were merged into it, each with its number of triangles.
 
     Args:
-        model: What is drawn.
-        data: With the places of geoms and bodies worked out.
-        sparing: Whether many people have fewer triangles, for a view that is drawn often.
+        model: The model.
+        data: Its state, with the poses of geoms and bodies computed.
+        sparing: Whether to use fewer triangles for many people, for a view that is drawn often.
 
     Raises:
         UsageError: It has more than `MOST_TRIANGLES`.
@@ -72,7 +72,7 @@ def glb_bytes(model: mujoco.MjModel, data: mujoco.MjData, *, sparing: bool = Fal
 
 
 class _Writer:
-    """Puts the parts of a file together."""
+    """Assembles the parts of a file."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, bodies: Sequence[SolidBody]) -> None:
         self._model, self._data, self._bodies = model, data, bodies
@@ -83,7 +83,7 @@ class _Writer:
         self._textures = used_textures(bodies)
 
     def file(self) -> bytes:
-        """Return the whole file."""
+        """Return the complete file."""
         text = json.dumps(self._document(), separators=(",", ":"), allow_nan=False).encode()
         text += b" " * (-len(text) % 4)
         self._binary += bytes(-len(self._binary) % 4)
@@ -93,7 +93,7 @@ class _Writer:
         return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
     def _document(self) -> Mapping[str, Any]:
-        """Return the part of the file that is JSON; empty lists may not stand in it."""
+        """Return the JSON part of the file; glTF forbids empty lists."""
         meshes = [self._mesh(body) for body in self._bodies if body.surfaces]
         images = [self._image(texture) for texture in self._textures]
         listed = {
@@ -116,7 +116,7 @@ class _Writer:
         }
 
     def _nodes(self) -> list[dict[str, Any]]:
-        """Return the turned root, the bodies, then the cameras."""
+        """Return the rotated root, the bodies, then the cameras."""
         model, data = self._model, self._data
         carriers = {body.body: 1 + place for place, body in enumerate(self._bodies)}
         root = {"name": "scene", "rotation": UPRIGHT, "children": list(carriers.values())}
@@ -138,7 +138,7 @@ class _Writer:
         return [root, *bodies, *cameras]
 
     def _camera_node(self, camera: int, body: int) -> dict[str, Any]:
-        """Return the node of a camera in the frame of a body; glTF has its axes as MuJoCo does."""
+        """Return the node of a camera in the frame of a body; its axes in glTF are those of MuJoCo."""
         model, data = self._model, self._data
         world_from_body = data.xmat[body].reshape(3, 3)
         quat = np.empty(4)
@@ -224,14 +224,14 @@ def _encoded(model: mujoco.MjModel, texture: int) -> tuple[bytes, str]:
 
 
 def _linear(displayed: Array) -> NDArray[np.uint16]:
-    """Return colours as glTF holds them: RGBA proportional to light, of 16 bits each (IEC 61966-2-1)."""
+    """Return colours in glTF's encoding: linear RGBA of 16 bits each (IEC 61966-2-1)."""
     rgb = displayed[:, :3]
     light = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
     return np.asarray(np.round(np.column_stack([light, displayed[:, 3]]).clip(0.0, 1.0) * 65535.0), dtype=np.uint16)
 
 
 def _xyzw(wxyz: Array) -> list[float]:
-    """Return a quaternion in the order of glTF, of length 1 as precisely as it goes."""
+    """Return a quaternion in the order of glTF, normalized to float precision."""
     unit = np.asarray(wxyz, dtype=float) / np.linalg.norm(wxyz)
     return [*unit[1:].tolist(), float(unit[0])]
 

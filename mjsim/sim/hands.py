@@ -16,52 +16,52 @@ UPPER = (
     *("abdomen", "thorax", "neck", "head"),
     *("left_upper_arm", "left_forearm", "left_hand", "right_upper_arm", "right_forearm", "right_hand"),
 )
-"""Segments that move when a hand does; hips and legs stay."""
+"""Segments that move with a hand; hips and legs do not move."""
 
 USUAL = 0.8
-"""The speed that a hand reaches on its way [m/s]."""
+"""Peak speed of a hand [m/s]."""
 SPEED = 1.0
-"""No hand is faster, also when it is led elsewhere on its way [m/s]."""
+"""Largest speed of a hand, also when its goal changes during the motion [m/s]."""
 LEAST = 0.1
-"""However near a hand is led, it takes so long [s]."""
+"""Shortest duration of a motion [s]."""
 SAMPLES = 64
-"""A motion is looked at so often when its duration is worked out."""
+"""Samples of a motion for its duration."""
 STRETCHED = 1.2
-"""A motion that would be too fast, as another one is still going on, takes so many times as long, and so on."""
+"""Factor by which a motion that would be too fast, during another one, is lengthened, repeatedly."""
 TIMES = 12
-"""So often, at most."""
+"""Most such repetitions."""
 AWAY = 0.002
-"""A hand that is nearer to where it was led is there [m]."""
+"""Distance from its goal within which a hand counts as arrived [m]."""
 
 
 @dataclass(slots=True)
 class _LedCourse:
-    """How the hands of one person were led: the posture that each turn aims at, and when that is there."""
+    """Motions of the hands of one person: the posture at the end of each motion, and its times."""
 
     aims: list[tuple[str, tuple[float, float, float] | None]]
-    """Which hand, and where to."""
+    """Hand and goal of each motion."""
     postures: list[Array]
-    """Values of the joints before all, then those that each turn aims at [rad]."""
+    """Joint values before all motions, then those at the end of each [rad]."""
     short: list[float]
-    """How far each hand stays away from where it was led [m]."""
+    """Remaining distance of the hand from its goal [m]."""
     times: list[tuple[float, float]]
-    """When each turn begins, and how long it takes [s]."""
+    """Start and duration of each motion [s]."""
     asked: Sequence[HandLed] | None = None
-    """The turns that were asked for last, which are worked out."""
+    """The last requested motions, which are computed."""
 
 
 class LedPeople:
-    """Postures of the people of a world whose hands were led; each on the way to the last is worked out once.
+    """Postures of the people of a world whose hands were moved; each motion is computed once.
 
-    Hands move as people's do: the joints go from posture to posture with the least jerk, so that hands reach
-    `USUAL`. A hand that is led elsewhere on its way passes from one motion into the other without a stop.
+    Hands move like those of people: the joints move from posture to posture with minimum jerk, so that hands reach
+    `USUAL`. If the goal of a hand changes during a motion, the motions blend without a stop.
 
     References:
         Flash, Hogan: The Coordination of Arm Movements, Journal of Neuroscience 5 (1985), equation 2.
     """
 
     def __init__(self, world: World) -> None:
-        """Know nothing yet."""
+        """Start without motions."""
         self._world = world
         self._people = {person.name: person for person in world.people}
         self._starts: dict[str, tuple[Array, Array]] = {}
@@ -73,24 +73,24 @@ class LedPeople:
         """Return the values of a figure's joints, shape (n,) [rad].
 
         Args:
-            name: Of the person.
-            turns: How its hands were led, in order of time.
-            time: When [s]; by default all hands have arrived.
+            name: Name of the person.
+            turns: Motions of its hands, in order of time.
+            time: Time [s]; by default after all motions.
         """
         return self._blend(self._course(name, turns), len(turns), time)
 
     def arrival(self, name: str, turns: Sequence[HandLed]) -> float:
-        """Return when the hands of a person are where they were led last [s]; -inf when they never were."""
+        """Return the time at which the hands of a person reach their last goals [s]; -inf without motions."""
         begin, seconds = self._course(name, turns).times[len(turns) - 1] if turns else (-math.inf, 0.0)
         return begin + seconds
 
     def short(self, name: str, turns: Sequence[HandLed]) -> float:
-        """Return how far the hand that was led last stays away from there [m]; 0 when it gets there."""
+        """Return the remaining distance of the last moved hand from its goal [m]; 0 if it reaches it."""
         far = self._course(name, turns).short[len(turns) - 1] if turns else 0.0
         return far if far > AWAY else 0.0
 
     def grips(self, looks: Looks | None) -> dict[str, dict[str, Array]]:
-        """Return where the grips of all hands are, by person and side, world frame, shape (3,) each [m]."""
+        """Return the positions of the grips of all hands, by person and side, world frame, shape (3,) each [m]."""
         for name, person in self._people.items():
             turns, time = key = self._moment(name, looks)
             if name not in self._grips or self._grips[name][0] != key:
@@ -98,7 +98,7 @@ class LedPeople:
         return {name: grips for name, (_, grips) in self._grips.items()}
 
     def outlines(self, looks: Looks | None) -> dict[str, list[tuple[Array, str]]]:
-        """Return what people whose hands were led look like from above, by name.
+        """Return the outlines from above of people whose hands were moved, by name.
 
         Outlines of segments, the lowest first, each with its colour; convex, world frame, counter-clockwise, shape
         (n, 2) [m].
@@ -116,17 +116,17 @@ class LedPeople:
         return found
 
     def _moment(self, name: str, looks: Looks | None) -> tuple[tuple[HandLed, ...], float]:
-        """Return how the hands of a person were led until then, and when that is, but for the rest after it [s]."""
+        """Return the motions of a person's hands up to a time, and that time, at most the end of the motions [s]."""
         turns = () if looks is None else looks.reached.get(name, ())
         return turns, math.inf if looks is None else min(looks.time, self.arrival(name, turns))
 
     def _placed(self, person: Person, values: Array) -> dict[str, Array]:
-        """Return where the grips are by side, shape (..., 3) [m], for values of shape (..., n)."""
+        """Return the positions of the grips by side, shape (..., 3) [m], for values of shape (..., n)."""
         spots = person.figure.spots(person.figure.poses(values, self._start(person)[1]))
         return {side: spots[f"{side}_grip"] for side in ("left", "right")}
 
     def _start(self, person: Person) -> tuple[Array, Array]:
-        """Return the values of the joints before any reach, and world from pelvis."""
+        """Return the joint values before any motion, and world_from_pelvis."""
         if person.name not in self._starts:
             self._starts[person.name] = self._seated(person) if person.seat is not None else _standing(person)
         return self._starts[person.name]
@@ -138,7 +138,7 @@ class LedPeople:
         return found.values, found.world_from_pelvis
 
     def _course(self, name: str, turns: Sequence[HandLed]) -> _LedCourse:
-        """Return how a person's hands were led, at least as far as these turns; others than before are worked out."""
+        """Return a person's motions, at least as far as these; new ones are computed."""
         if name not in self._courses:
             self._courses[name] = _LedCourse([], [self._start(self._people[name])[0]], [], [])
         course = self._courses[name]
@@ -164,7 +164,7 @@ class LedPeople:
     def _aimed(
         self, name: str, postures: Sequence[Array], aims: Sequence[tuple[str, tuple[float, float, float] | None]]
     ) -> tuple[Array, float]:
-        """Return the values of the joints after the last aim, and how far the hand stays away [m]."""
+        """Return the joint values after the last motion, and the remaining distance of the hand [m]."""
         from mjsim.posture import lead_hands
 
         (side, to), before, start = aims[-1], postures[-1], postures[0]
@@ -179,7 +179,7 @@ class LedPeople:
         return found.values, 0.0 if aims[-1][1] is None else found.short.get(side, 0.0)
 
     def _blend(self, course: _LedCourse, count: int, time: float) -> Array:
-        """Return the values of the joints at a time, after so many turns, shape (n,) [rad]."""
+        """Return the joint values at a time, after a number of motions, shape (n,) [rad]."""
         arrived = (k for k in range(count, 0, -1) if sum(course.times[k - 1]) <= time)
         first = next(arrived, 0)
         values = course.postures[first]
@@ -191,7 +191,7 @@ class LedPeople:
         return values
 
     def _duration(self, name: str, course: _LedCourse, count: int) -> float:
-        """Return how long the last of so many turns takes, so that no hand is too fast meanwhile [s]."""
+        """Return the duration of the last of a number of motions, so that no hand is too fast [s]."""
         person, begin, aim = self._people[name], course.times[count - 1][0], course.postures[count]
         share = _least_jerk(np.linspace(0.0, 1.0, SAMPLES + 1))[:, None]
 
@@ -212,10 +212,10 @@ class LedPeople:
 
 
 class LedHands:
-    """Turns the segments of people in a model, forwards or backwards in time; the model is changed in place."""
+    """Rotates the segments of people in a model, forwards or backwards in time; changes the model in place."""
 
     def __init__(self, model: mujoco.MjModel, world: World) -> None:
-        """Keep how the segments are turned at the start."""
+        """Keep the initial orientations of the segments."""
         self._model = model
         self.people = LedPeople(world)
         """Where their hands go."""
@@ -224,7 +224,7 @@ class LedHands:
         self._shown: dict[str, tuple[tuple[HandLed, ...], float]] = {}
 
     def show(self, reached: Mapping[str, tuple[HandLed, ...]], time: float) -> None:
-        """Let hands be where they are at a time [s], led one after the other; those of all others as at the start."""
+        """Set the hands to a time [s] of successive motions; those of all other people as at the start."""
         for name in {**self._shown, **reached}:
             if name in self._people:
                 turns = reached.get(name, ())
@@ -250,12 +250,12 @@ def _least_jerk(share: float) -> float: ...
 @overload
 def _least_jerk(share: Array) -> Array: ...
 def _least_jerk(share: float | Array) -> float | Array:
-    """Return how much of its way a motion has gone after a fraction of its time, 0 to 1."""
+    """Return the progress of a minimum-jerk motion at a relative time, both 0 to 1."""
     return share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
 
 
 def _shared(old: Sequence[object], new: Sequence[object]) -> int:
-    """Return how many members two rows have in common at their beginnings."""
+    """Return the length of the common prefix of two sequences."""
     different = (k for k, (first, second) in enumerate(zip(old, new, strict=False)) if first != second)
     return next(different, min(len(old), len(new)))
 

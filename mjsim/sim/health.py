@@ -10,12 +10,12 @@ from mjsim.compile import likely_cause
 from mjsim.world import World
 
 FASTEST = 100.0
-"""No robot of ours is as fast unless the physics failed [m/s]."""
+"""Speed above which the physics must have failed [m/s]."""
 
 
 @contextmanager
 def warnings_kept() -> Iterator[list[str]]:
-    """Yield a list that takes up MuJoCo's warnings, which it else prints and writes to a file."""
+    """Yield a list that collects MuJoCo's warnings, which it otherwise prints and writes to a file."""
     said: list[str] = []
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(said.append)
@@ -29,18 +29,18 @@ class Health:
     """Reports failures in the state of a compiled world."""
 
     def __init__(self, model: mujoco.MjModel, world: World) -> None:
-        """Find the speeds that are looked at: those of bases that are free to move."""
+        """Find the velocities to check: those of free bases."""
         starts = [model.joint(f"{robot.name}/free").dofadr[0] for robot in world.robots if robot.base != "fixed"]
         self._model = model
         self._speeds = np.array([start + axis for start in starts for axis in range(3)], dtype=int)
 
     def fault(self, data: mujoco.MjData, said: list[str], *, loop: str | None) -> str | None:
-        """Return what has failed and its likely cause; None where nothing has.
+        """Return the failure and its likely cause; None without a failure.
 
         Args:
             data: The state.
             said: Warnings of its last steps.
-            loop: What is known of mechanisms that failed; a better account than MuJoCo's own warning.
+            loop: Description of mechanisms that failed, which is preferred to MuJoCo's own warning.
         """
         warning, speeds = data.warning, data.qvel[self._speeds]
         if warning.number.any():
