@@ -26,7 +26,6 @@ from .html_page import picture as picture
 from .over_time import FEW as FEW
 from .over_time import mean_of as mean_of
 from .over_time import middle_of as middle_of
-from .over_time import shared_seed as shared_seed
 from .page import REPORT_FILES as REPORT_FILES
 from .page import write_report as write_report
 from .paired import CONFIDENCE as CONFIDENCE
@@ -41,4 +40,5 @@ from .plots import sheet as sheet
 from .runs import compare as compare
 from .statistics import statistics as statistics
 from .statistics import statistics_file as statistics_file
+from .sweep_runs import sweep_world as sweep_world
 from .tables import key_table as key_table

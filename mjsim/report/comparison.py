@@ -31,6 +31,8 @@ class Series:
     """Positions, shape (N, 2) [m]; None if they were not kept."""
     estimate: Array | None = None
     """The same."""
+    estimated: bool = True
+    """Whether an estimator gave the estimate; else it is dead reckoning."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -105,7 +105,11 @@ def run_of(recording: Recording) -> Found:
             label="",
             seed=recording.seed,
             robots=figures["robots"],
-            series={name: _series(part) for name, part in parts.items() if part is not None},
+            series={
+                name: _series(part, estimated=recording.has_estimator(name))
+                for name, part in parts.items()
+                if part is not None
+            },
             failed=fault or not run["whole"],
         ),
         path=recording.path,
@@ -114,7 +118,7 @@ def run_of(recording: Recording) -> Found:
     )
 
 
-def _series(track: Track) -> Series:
+def _series(track: Track, *, estimated: bool) -> Series:
     rows = slice(None, None, -(-len(track.time) // MOST_POINTS))
     truth, estimate = track.truth[rows], track.estimate[rows]
     return Series(
@@ -123,4 +127,5 @@ def _series(track: Track) -> Series:
         nees=metrics.normalised_errors(truth, estimate, track.covariance[rows]),
         truth=truth[:, :2],
         estimate=estimate[:, :2],
+        estimated=estimated,
     )

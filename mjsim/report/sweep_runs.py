@@ -10,9 +10,10 @@ import numpy as np
 from pydantic import BaseModel, Field, ValidationError
 
 from mjsim.errors import UsageError
+from mjsim.geometry import Array
 from mjsim.report.comparison import RunFigures, Series
 from mjsim.report.labels import Found, settings_of
-from mjsim.world import load_world, with_settings
+from mjsim.world import World, load_world, with_settings
 
 Values = list[float | None]
 Setting = Annotated[list[Any], Field(min_length=2)]
@@ -45,6 +46,12 @@ class _Series(BaseModel):
     time: list[float]
     position_error_m: Values
     nees: Values
+    estimated: bool = True
+    # Sweeps of earlier versions kept no paths.
+    truth_x_m: Values = []
+    truth_y_m: Values = []
+    estimate_x_m: Values = []
+    estimate_y_m: Values = []
 
 
 class _Outcome(BaseModel):
@@ -89,7 +96,7 @@ def _told(case: Mapping[str, Any]) -> dict[str, str]:
 
 def _all(folder: Path, plan: _Plan, numbers: list[int]) -> dict[int, dict[str, str]]:
     """Return all settings of each case, as a recording tells them."""
-    world = load_world(folder / "world" / plan.world)
+    world = sweep_world(folder)
     cases = {number: [f"{key}={json.dumps(value)}" for key, value in plan.case(number).items()] for number in numbers}
     return {number: settings_of(with_settings(world, case), {}) for number, case in cases.items()}
 
@@ -100,6 +107,9 @@ def _found(file: Path, outcome: _Outcome, settings: Mapping[str, str], world: st
             time=np.array(each.time, dtype=float),
             position_error_m=np.array(each.position_error_m, dtype=float),
             nees=np.array(each.nees, dtype=float),
+            truth=_path(each.truth_x_m, each.truth_y_m),
+            estimate=_path(each.estimate_x_m, each.estimate_y_m),
+            estimated=each.estimated,
         )
         for robot, each in outcome.series.items()
     }
@@ -107,6 +117,21 @@ def _found(file: Path, outcome: _Outcome, settings: Mapping[str, str], world: st
         label="", seed=outcome.seed, robots=outcome.robots, series=series, failed=outcome.error is not None
     )
     return Found(run=run, path=file, settings=settings, world=Path(world).stem)
+
+
+def _path(x: Values, y: Values) -> Array | None:
+    """Return positions, shape (N, 2) [m]; None where none were kept."""
+    return np.array([x, y], dtype=float).T if x else None
+
+
+def sweep_world(folder: Path) -> World:
+    """Return the world that was swept, without what the cases set.
+
+    Raises:
+        UsageError: The plan of the sweep cannot be read.
+        WorldError: The world is no longer there.
+    """
+    return load_world(folder / "world" / _read(folder, folder / "sweep.json", _Plan).world)
 
 
 def _read(folder: Path, file: Path, kind: type[File]) -> File:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from mjsim.errors import ModuleFault, PhysicsFault, UsageError
+from mjsim.geometry import Array
 from mjsim.record import Recording, Track
 from mjsim.report import metrics, statistics_file
 from mjsim.run import run
@@ -17,7 +18,8 @@ MOST_POINTS = 400
 """Maximum number of points of a time series kept for each run."""
 Outcome = dict[str, Any]
 """Outcome of a job, as JSON values: `case`, `seed`, `error` (None on success), `run` and `robots` as in
-statistics.json, `series` (by robot: time, nees, position_error_m, odometry_error_m), `clock` (wall-clock times)."""
+statistics.json, `series` (by robot: time, nees, position_error_m, odometry_error_m, true and estimated x and y, and
+whether an estimator gave the estimate), `clock` (wall-clock times)."""
 
 
 def run_job(world_file: Path, job: Job, *, record: Path, pictures: bool) -> Outcome:
@@ -59,12 +61,16 @@ def died(job: Job, times: int) -> Outcome:
 def _figures(recording: Recording) -> Outcome:
     figures = statistics_file(recording)
     clock = {key: figures["run"].pop(key) for key in ("wall_seconds", "real_time_factor", "milliseconds")}
-    series = {name: _series(track) for name, track in recording.robots.items() if np.isfinite(track.estimate).all()}
+    series = {
+        name: {**_series(track), "estimated": recording.has_estimator(name)}
+        for name, track in recording.robots.items()
+        if np.isfinite(track.estimate).all()
+    }
     return {**figures, "series": series, "clock": clock}
 
 
 def _series(track: Track) -> dict[str, list[float | None]]:
-    """Return NEES and errors over time, at MOST_POINTS ticks at most."""
+    """Return NEES, errors and paths over time, at MOST_POINTS ticks at most."""
     rows = slice(None, None, -(-len(track.time) // MOST_POINTS))
     truth, estimate = track.truth[rows], track.estimate[rows]
     columns = {
@@ -72,5 +78,12 @@ def _series(track: Track) -> dict[str, list[float | None]]:
         "nees": metrics.normalised_errors(truth, estimate, track.covariance[rows]),
         "position_error_m": metrics.position_errors(truth, estimate),
         "odometry_error_m": metrics.position_errors(truth, track.odometry[rows]),
+        **_path("truth", truth),
+        **_path("estimate", estimate),
     }
     return {name: [float(x) if np.isfinite(x) else None for x in values] for name, values in columns.items()}
+
+
+def _path(name: str, poses: Array) -> dict[str, Array]:
+    """Return x and y [m]; a tenth of a millimetre is enough for a drawing, and keeps the file of a run small."""
+    return {f"{name}_{axis}_m": np.round(poses[:, column], 4) for column, axis in enumerate("xy")}

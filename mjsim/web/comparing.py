@@ -1,5 +1,6 @@
 """Comparison of runs for the page: the results of `mjsim compare`, and data for plots."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -21,16 +22,19 @@ from mjsim.report import (
     mean_of,
     mean_rows,
     middle_of,
-    shared_seed,
+    sweep_world,
     told_in_cells,
     verdict_rows,
 )
 from mjsim.web.answers import RefusedError
 from mjsim.web.folder import Folder
 from mjsim.web.past import plain
+from mjsim.world import World
 
 MOST = 60
 """Recordings and folders of sweeps that are compared at once."""
+MOST_PATHS = 20
+"""Runs of a group whose paths are drawn."""
 
 
 def compared(folder: Folder, names: Sequence[str]) -> Comparison:
@@ -59,11 +63,11 @@ def comparison_told(comparison: Comparison, *, scene: Mapping[str, Any] | None) 
         comparison: What is told.
         scene: The plan on which paths are drawn; None for none.
     """
-    seed = shared_seed(comparison.groups)
+    seeds = _drawn_seeds(comparison.groups)
     told = comparison_json(comparison)
     most = max((len(group.series) for group in comparison.groups), default=0)
     return {
-        "groups": [_group(group, seed) for group in comparison.groups],
+        "groups": [_group(group, seeds) for group in comparison.groups],
         "scene": scene,
         "nees": {"expected": STATES, "band": plain(chi_square_bounds(STATES, count=max(most, 1)), 3)},
         "cells": told_in_cells(comparison.groups),
@@ -80,18 +84,35 @@ def first_recording(folder: Folder, names: Sequence[str]) -> Path | None:
     return next((path for path in map(folder.path, names) if path.is_file()), None)
 
 
-def _group(group: Group, seed: int | None) -> dict[str, Any]:
-    """Return the lines of a group, and the runs whose paths are drawn: few, or the one of the shared seed."""
+def first_swept_world(folder: Folder, names: Sequence[str]) -> World | None:
+    """Return the world of the first sweep; None where there is none, or where it is gone."""
+    found = next((path for path in map(folder.path, names) if (path / "sweep.json").is_file()), None)
+    try:
+        return None if found is None else sweep_world(found)
+    except MjsimError:
+        return None
+
+
+def _drawn_seeds(groups: Sequence[Group]) -> frozenset[int]:
+    """Return the seeds whose paths are drawn: those of which most groups have one come first."""
+    counts = Counter(seed for group in groups for seed, series in group.series.items() if series.truth is not None)
+    return frozenset(sorted(counts, key=lambda seed: (-counts[seed], seed))[:MOST_PATHS])
+
+
+def _group(group: Group, seeds: frozenset[int]) -> dict[str, Any]:
+    """Return the lines of a group, and the paths of the runs with these seeds."""
     runs = list(group.series.values())
     few = len(runs) <= FEW
     errors = [{"seed": each, **_line(run, run.position_error_m)} for each, run in group.series.items()] if few else []
-    drawn = {each: series for each, series in group.series.items() if few or each == seed}
     return {
         "label": group.label,
         "runs": len(runs),
         "errors": errors if few else [_spread(runs)],
         "nees": _mean_nees(runs),
-        "paths": [_path(each, series) for each, series in drawn.items() if series.truth is not None],
+        "estimated": any(run.estimated for run in runs),
+        "paths": [
+            _path(each, series) for each, series in group.series.items() if each in seeds and series.truth is not None
+        ],
     }
 
 
@@ -106,7 +127,7 @@ def _spread(runs: Sequence[Series]) -> dict[str, Any]:
 
 
 def _mean_nees(runs: Sequence[Series]) -> dict[str, Any]:
-    time, values = mean_of(runs, lambda series: series.nees)
+    time, values = mean_of(runs, lambda series: series.nees if series.estimated else np.full(len(series.time), np.nan))
     return {"time": plain(time), "values": plain(values, 3)}
 
 

@@ -219,6 +219,9 @@ class TrackHistory(TypedDict):
     heading_error: list[float | None]
     """[rad]"""
     nees: list[float | None]
+    """Null where the covariance is singular, or no estimator there."""
+    estimated: bool
+    """Whether an estimator gives the estimate; else it is dead reckoning."""
     timing: dict[str, list[float | None]]
     """Wall-clock time of each module [ms]."""
 
@@ -273,6 +276,9 @@ class RobotTick(TypedDict):
     heading_error: float
     """[rad]"""
     nees: float | None
+    """Null where the covariance is singular, or no estimator there."""
+    estimated: bool
+    """Whether an estimator gives the estimate; else it is dead reckoning."""
     timing: dict[str, float]
     """[ms]"""
     command: tuple[float, float, float]

@@ -14,6 +14,8 @@ from mjsim.web.news import TrackHistory
 
 MOST = 2000
 """Rows that are kept; when twice as many are there, every second one goes."""
+NO_NEES = np.full(1, np.nan)
+"""Of dead reckoning, which stands in for an estimate: there is no estimator to judge."""
 WIDTH = 19
 """Numbers of a row: time, truth, estimate and dead reckoning as (x, y, heading), covariance (3, 3)."""
 
@@ -63,6 +65,7 @@ class Past:
             odometry=rows[keep, 7:10],
             covariance=rows[keep, 10:],
             timing={name: np.array(column)[keep] for name, column in timing.items()},
+            estimated="estimator" in timing,
         )
 
     def _thin(self, rows: int) -> None:
@@ -74,7 +77,14 @@ class Past:
 
 @np.errstate(over="ignore", invalid="ignore")  # an estimate may be anywhere
 def track_told(
-    time: Array, *, truth: Array, estimate: Array, odometry: Array, covariance: Array, timing: Mapping[str, Array]
+    time: Array,
+    *,
+    truth: Array,
+    estimate: Array,
+    odometry: Array,
+    covariance: Array,
+    timing: Mapping[str, Array],
+    estimated: bool,
 ) -> TrackHistory:
     """Return a way as the page takes it.
 
@@ -85,9 +95,11 @@ def track_told(
         odometry: Dead reckoning, shape (n, 3).
         covariance: Of the estimate, shape (n, 9).
         timing: Wall-clock time of each module, shape (n,) [s].
+        estimated: Whether an estimator gave the estimate; dead reckoning has no NEES.
     """
     P = covariance.reshape(-1, 3, 3)
     sigma = np.sqrt(np.einsum("nii->ni", P))
+    nees = metrics.normalised_errors(truth, estimate, P) if estimated else np.repeat(NO_NEES, len(time))
     return {
         "time": plain(time),
         "truth": plain(truth),
@@ -96,7 +108,8 @@ def track_told(
         "sigma": plain(sigma),
         "error": plain(metrics.position_errors(truth, estimate)),
         "heading_error": plain(metrics.heading_errors(truth, estimate)),
-        "nees": plain(metrics.normalised_errors(truth, estimate, P), 3),
+        "nees": plain(nees, 3),
+        "estimated": estimated,
         "timing": {name: plain(1e3 * seconds, 3) for name, seconds in timing.items()},
     }
 

@@ -20,7 +20,7 @@ from mjsim.record import read_recording
 from mjsim.report import statistics_file
 from mjsim.sim import Orbit
 from mjsim.web.answers import Ask, RefusedError, answered, asked, posted, refusal
-from mjsim.web.comparing import compared, comparison_told, first_recording
+from mjsim.web.comparing import compared, comparison_told, first_recording, first_swept_world
 from mjsim.web.fields import column_told, fields_told
 from mjsim.web.films import Films
 from mjsim.web.folder import Folder
@@ -121,7 +121,8 @@ class ReviewApi:
         names = request.query_params.getlist("path")
         comparison = compared(self._folder, names)
         first = first_recording(self._folder, names)
-        scene = None if first is None else self._scene(self._shelf.open(first).recording.world)
+        world = first_swept_world(self._folder, names) if first is None else self._shelf.open(first).recording.world
+        scene = None if world is None else self._scene(world)
         return comparison_told(comparison, scene=scene)
 
     def _film(self, ask: FilmAsk) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from mjsim.report import metrics
 from mjsim.web.jointed import bodies_told, joint_rows, joints_told
 from mjsim.web.measured import SensorPast, row_of
 from mjsim.web.news import EventNews, JointRow, RobotTick, TickNews, TrackHistory
-from mjsim.web.past import plain, track_told
+from mjsim.web.past import NO_NEES, plain, track_told
 from mjsim.web.showing import shown_told
 from mjsim.web.telling import outlines_told, people_told, recognised_told, robots_told, with_removed
 from mjsim.world import EVENT_KINDS, kind_of, said_of
@@ -142,6 +142,7 @@ def _track(recording: Recording, name: str) -> TrackHistory:
         odometry=track.odometry[keep],
         covariance=covariance[keep],
         timing={part: seconds[keep] for part, seconds in _timing(recording, name).items()},
+        estimated=recording.has_estimator(name),
     )
 
 
@@ -158,6 +159,8 @@ def _robot(recording: Recording, name: str, *, row: int, measured: SensorPast | 
     truth, estimate, P = track.truth[row], track.estimate[row], track.covariance[row]
     marks = track.landmarks
     mapped = [k for k in range(len(marks.names)) if np.isfinite(marks.mean[row, k]).all()]
+    estimated = recording.has_estimator(name)
+    nees = metrics.normalised_errors(truth[None], estimate[None], P[None]) if estimated else NO_NEES
     timing = {part: float(1e3 * seconds[row]) for part, seconds in _timing(recording, name).items()}
     told: RobotTick = {
         "truth": plain(truth),
@@ -175,7 +178,8 @@ def _robot(recording: Recording, name: str, *, row: int, measured: SensorPast | 
         "recognised": recognised_told(track.sightings[row]),
         "error": plain(metrics.position_errors(truth[None], estimate[None]), 5)[0],
         "heading_error": plain(metrics.heading_errors(truth[None], estimate[None]), 5)[0],
-        "nees": plain(metrics.normalised_errors(truth[None], estimate[None], P[None]), 3)[0],
+        "nees": plain(nees, 3)[0],
+        "estimated": estimated,
         "timing": {part: round(ms, 3) for part, ms in timing.items() if math.isfinite(ms)},
         "command": plain(track.command[row]),
     }

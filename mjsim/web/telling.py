@@ -23,7 +23,7 @@ from mjsim.web.news import (
     RobotTick,
     TickNews,
 )
-from mjsim.web.past import plain
+from mjsim.web.past import NO_NEES, plain
 from mjsim.web.showing import shown_told
 from mjsim.world import (
     EVENT_KINDS,
@@ -121,7 +121,8 @@ def _robot_told(tick: Tick, name: str, scans: Mapping[str, Array]) -> RobotTick:
     seen, order, truth = tick.seen[name], tick.orders[name], tick.truth[name].as_array()
     belief = order.estimate
     estimate, P = belief.pose.as_array(), np.asarray(belief.covariance, dtype=float)
-    nees = metrics.normalised_errors(truth[None], estimate[None], P[None])
+    estimated = "estimator" in order.timing
+    nees = metrics.normalised_errors(truth[None], estimate[None], P[None]) if estimated else NO_NEES
     told: RobotTick = {
         "truth": plain(truth),
         "estimate": plain(estimate),
@@ -135,6 +136,7 @@ def _robot_told(tick: Tick, name: str, scans: Mapping[str, Array]) -> RobotTick:
         "error": plain(metrics.position_errors(truth[None], estimate[None]), 5)[0],
         "heading_error": plain(metrics.heading_errors(truth[None], estimate[None]), 5)[0],
         "nees": plain(nees, 3)[0],
+        "estimated": estimated,
         "timing": {part: round(1e3 * seconds, 3) for part, seconds in {**tick.timing, **order.timing}.items()},
         "command": plain(_twist(order.command, seen)),
         "proximity": plain(seen.proximity, 3),

@@ -1,6 +1,7 @@
 """Recordings compared in Review, in a real browser: chosen by ticks, drawn on one clock."""
 
 import csv
+import json
 from xml.etree import ElementTree
 
 import cv2
@@ -52,6 +53,41 @@ def test_each_run_of_a_kind_has_a_column_of_its_own_by_its_seed(browser, folder,
         group = compare([tmp_path / f"run{seed}.mcap" for seed in (1, 2)]).groups[0]
         errors = [group.series[seed].position_error_m[26] for seed in (1, 2)]
         assert [float(value) for value in rows[27]] == pytest.approx([1.04, *errors], abs=1e-4)
+
+
+def test_a_sweep_shows_the_paths_of_its_runs_on_the_plan_of_its_world(browser, tmp_path):
+    expect.set_options(timeout=PATIENCE)
+    (tmp_path / "room.yaml").write_text(ROOM)
+    settings = {"robots.scout.odometry.noise.turn": [0.02, 0.2]}
+    mjsim.sweep(tmp_path / "room.yaml", seeds=range(4), folder=tmp_path / "swept", settings=settings, workers=1)
+    with Studio(tmp_path) as studio, page_at(browser, studio.url) as page:
+        page.get_by_role("tab", name="Review", exact=True).click()
+        page.get_by_label("Compare swept").check()
+        page.get_by_role("button", name="Compare 1 chosen").click()
+        tile = page.locator(".compare .run-tile")
+        rows = list(csv.reader(kept(page, tile, "CSV", tmp_path).read_text().splitlines()))[1:]
+        assert {(label, seed) for label, seed, *_ in rows} == {
+            (f"noise.turn={turn}", str(seed)) for turn in (0.02, 0.2) for seed in range(4)
+        }
+        drawn = ElementTree.fromstring(kept(page, tile, "SVG", tmp_path).read_bytes())
+        paths = [each.get("d") for each in drawn.iter("{http://www.w3.org/2000/svg}path")]
+        assert len([path for path in paths if path.endswith("Z")]) >= 4  # the walls of the room
+        assert len([path for path in paths if "L" in path and not path.endswith("Z")]) >= 2 * 2 * 4
+        assert cv2.imread(str(kept(page, tile, "PNG", tmp_path))).size > 0
+        expect(page.locator(".compare .run-chart-box[data-empty^='No estimator']")).to_be_visible()
+        expect(page.locator(".compare-no-plan")).to_be_hidden()
+
+        # A sweep of an earlier version kept no paths: the plan says so, and the figures are there.
+        for file in (tmp_path / "swept" / "runs").glob("*.json"):
+            outcome = json.loads(file.read_text())
+            for series in outcome["series"].values():
+                for key in [key for key in series if key.endswith(("_x_m", "_y_m"))]:
+                    del series[key]
+            file.write_text(json.dumps(outcome))
+        page.keyboard.press("Escape")
+        page.get_by_role("button", name="Compare 1 chosen").click()
+        expect(page.locator(".compare-no-plan")).to_contain_text("No paths to draw")
+        expect(page.locator(".compare-legend li")).to_have_count(2)
 
 
 def kept(page, chart, kind, folder):

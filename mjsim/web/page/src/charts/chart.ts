@@ -43,6 +43,8 @@ export interface ChartSettings {
   atLeast?: [number, number];
   /** The few largest values may be cut off: one slow tick does not press all others flat. */
   robust?: boolean;
+  /** The axis shows at most so many times what the first line reaches: other lines may lie beyond. */
+  mostOfFirst?: number;
   /** Figures shown after the point. */
   digits?: number;
   /** The values of all lines of the legend are read at a time, not only that of the first line. */
@@ -77,6 +79,8 @@ export class Chart {
   private readonly plot: uPlot;
   private readonly reading = document.createElement("output");
   private marks = NO_MARKS;
+  private readonly endings: (() => void)[] = [];
+  private readonly box = document.createElement("div");
   private most = Number.POSITIVE_INFINITY;
 
   constructor(
@@ -86,20 +90,27 @@ export class Chart {
   ) {
     this.element.className = "run-chart unknown";
     const head = document.createElement("figcaption");
-    head.append(heading(settings), legend(settings.lines), savingMenu(this), this.reading);
-    const box = document.createElement("div");
-    box.className = "run-chart-box";
-    box.dataset["empty"] = word("charts.noValues");
-    this.element.append(head, box);
+    head.append(heading(settings), legend(settings.lines, this.endings), savingMenu(this), this.reading);
+    this.box.className = "run-chart-box";
+    this.explain(word("charts.noValues"));
+    this.element.append(head, this.box);
     const empty = [[], ...settings.lines.map(() => [])] as unknown as uPlot.AlignedData;
-    this.plot = new uPlot(this.options(sync), empty, box);
-    new ResizeObserver(() => this.fit(box)).observe(box);
-    themeChanged.on(() => this.plot.redraw(false, true));
+    this.plot = new uPlot(this.options(sync), empty, this.box);
+    const sizes = new ResizeObserver(() => this.fit(this.box));
+    sizes.observe(this.box);
+    this.endings.push(() => sizes.disconnect(), themeChanged.on(() => this.plot.redraw(false, true)));
+  }
+
+  /** Say in the empty chart why there are no values. */
+  explain(why: string): void {
+    this.box.dataset["empty"] = why;
   }
 
   /** Show columns: time, then one a line. */
   show(columns: [Column, ...Column[]]): void {
-    if (this.settings.robust) this.most = 1.3 * quantile(columns.slice(1).flat(), MOST_SHOWN);
+    const { robust, mostOfFirst, atLeast = [0, 0] } = this.settings;
+    if (robust) this.most = 1.3 * quantile(columns.slice(1).flat(), MOST_SHOWN);
+    if (mostOfFirst) this.most = mostOfFirst * Math.max(atLeast[1], largest(columns[1] ?? []));
     this.element.classList.toggle("unknown", columns.slice(1).every((column) => column.every((each) => each === null)));
     this.plot.setData(columns as unknown as uPlot.AlignedData);
   }
@@ -152,6 +163,7 @@ export class Chart {
   }
 
   close(): void {
+    for (const end of this.endings) end();
     this.plot.destroy();
     this.element.remove();
   }
@@ -221,7 +233,7 @@ export class Chart {
   private range(low: number | null, high: number | null): [number, number] {
     if (this.settings.tight) return rangeOf([[low, high]]);
     const [least, most] = this.settings.atLeast ?? [0, 1e-6];
-    let [from, to] = [Math.min(low ?? least, least), Math.max(Math.min(high ?? most, this.most), most)];
+    let [from, to] = [Math.min(Math.max(low ?? least, -this.most), least), Math.max(Math.min(high ?? most, this.most), most)];
     const room = (to - from) * 0.06;
     to += room;
     from = this.settings.fromZero ? 0 : from - room;
@@ -310,6 +322,11 @@ export class Chart {
     // What rounds to zero has no sign.
     return typeof value === "number" ? value.toFixed(this.settings.digits ?? 3).replace(/^-(?=[0.]*$)/, "") : null;
   }
+}
+
+/** Size of the largest value. */
+function largest(values: Column): number {
+  return values.reduce((most: number, value) => Math.max(most, Math.abs(value ?? 0)), 0);
 }
 
 /** Colours of what is no line, as they are now. */

@@ -9,7 +9,8 @@ export function heading({ title, unit }: ChartSettings): HTMLElement {
   return element;
 }
 
-export function legend(lines: Pick<Line, "label" | "color">[]): HTMLElement {
+/** The names of lines in their colours; `endings` takes what lets go of it. */
+export function legend(lines: Pick<Line, "label" | "color">[], endings: (() => void)[]): HTMLElement {
   const list = document.createElement("span");
   list.className = "run-chart-legend";
   for (const line of lines.filter((each) => each.label)) {
@@ -17,7 +18,7 @@ export function legend(lines: Pick<Line, "label" | "color">[]): HTMLElement {
     const swatch = document.createElement("i");
     const paint = (): void => void (swatch.style.background = line.color());
     paint();
-    themeChanged.on(paint);
+    endings.push(themeChanged.on(paint));
     entry.append(swatch, line.label);
     list.append(entry);
   }

@@ -92,7 +92,7 @@ class XyPlot implements Plot {
     this.colorOf = colorsOf(drawn);
     const lines = drawn.map((field, k) => ({ label: drawn.length > 1 ? labelOf(field) : "", color: () => this.colorOf(k) }));
     this.box.setAttribute("aria-label", this.title);
-    this.element.append(el("figcaption", {}, el("strong", {}, this.title), legend(lines), savingMenu(this), this.reading), this.box);
+    this.element.append(el("figcaption", {}, el("strong", {}, this.title), legend(lines, this.endings), savingMenu(this), this.reading), this.box);
     const sizes = new ResizeObserver(() => this.draw());
     sizes.observe(this.box);
     this.endings.push(() => sizes.disconnect(), themeChanged.on(() => this.draw()));

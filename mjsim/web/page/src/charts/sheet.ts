@@ -10,6 +10,8 @@ type Column = (number | null)[];
 /** 2.5 % and 97.5 % quantiles of chi-square with three degrees of freedom. */
 const NEES_BAND: [number, number] = [0.216, 9.348];
 const NEES_EXPECTED = 3;
+/** Bounds beyond so many times the largest error are cut off, as the error would be flat beside them. */
+const BOUNDS_SHOWN = 10;
 
 export type Kind = "distance" | "x" | "y" | "heading" | "nees" | "timing";
 
@@ -39,7 +41,7 @@ function bounded(title: string, unit: string, atLeast: number): ChartSettings {
     bound("3σ", 0.45),
     bound("", 0.45, 4),
   ];
-  return { title, unit, lines, atLeast: [-atLeast, atLeast], expected: 0 };
+  return { title, unit, lines, atLeast: [-atLeast, atLeast], expected: 0, mostOfFirst: BOUNDS_SHOWN };
 }
 
 function settingsOf(kind: Kind, modules: string[]): ChartSettings {
@@ -103,6 +105,12 @@ function columnsOf(kind: Kind, history: History, modules: string[]): Column[] {
   }
 }
 
+/** Why a run has no NEES. */
+export function noNees(estimated: boolean | null): string {
+  if (estimated === null) return word("charts.noValues");
+  return word(estimated ? "charts.noNeesSingular" : "charts.noNeesDeadReckoning");
+}
+
 /** A row of charts that show the same run. */
 export class Sheet {
   readonly element = document.createElement("div");
@@ -142,7 +150,10 @@ export class Sheet {
       this.drop("timing");
       this.arrange();
     }
-    for (const [kind, chart] of this.charts) chart.show([history.time, ...columnsOf(kind, history, this.modules)]);
+    for (const [kind, chart] of this.charts) {
+      if (kind === "nees") chart.explain(noNees(history.estimated));
+      chart.show([history.time, ...columnsOf(kind, history, this.modules)]);
+    }
   }
 
   mark(marks: Marks): void {

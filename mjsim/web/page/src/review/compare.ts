@@ -3,6 +3,7 @@
 import uPlot from "uplot";
 
 import { Chart, NO_MARKS, type Line } from "../charts/chart";
+import { noNees } from "../charts/sheet";
 import { el, fill } from "../dom";
 import { clock } from "../run/bar";
 import { button, sign, write } from "../run/controls";
@@ -142,6 +143,7 @@ export class Compare {
       handlers,
       "compare",
     );
+    consistency.explain(noNees(groups.some(({ estimated }) => estimated)));
     consistency.show(joined(groups.map((group) => [group.nees.time, group.nees.values])));
     this.charts = [errors, consistency];
     fill(this.sheet, ...this.charts.map((chart) => chart.element));

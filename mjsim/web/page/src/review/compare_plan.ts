@@ -11,17 +11,19 @@ import { button, sign } from "../run/controls";
 import { faded, inLight, readTokens } from "../run/ink";
 import { makeTile, type Tile } from "../run/tile";
 import { color } from "../shell/theme";
-import type { Comparison, RunPath } from "./comparison";
+import type { Comparison, Group, RunPath } from "./comparison";
 import { styleOf } from "./compare";
 import { word } from "../words/words";
 
+/** Paths of more runs of a group are drawn paler, and their spots smaller. */
+const FEW = 3;
 /** What stands in the way of robots. */
 const SOLID = new Set(["wall", "obstacle"]);
 
 export class ComparePlan {
   readonly tile: Tile;
   private readonly host = el("div", { class: "run-floor", tabindex: 0, role: "group", "aria-label": word("run.planKeys") });
-  private readonly note = el("p", { class: "hint compare-no-plan" }, word("review.noPathsASweepKeeps"));
+  private readonly note = el("p", { class: "hint compare-no-plan" }, word("review.noPathsWereKept"));
   private readonly legend = el("span", { class: "run-legend" });
   private readonly plan = new Plan(this.host);
   private paths: { path: RunPath; group: number }[] = [];
@@ -41,7 +43,7 @@ export class ComparePlan {
     this.paths = groups.flatMap((group, k) => group.paths.map((path) => ({ path, group: k })));
     this.labels = groups.map(({ label }) => label);
     this.note.hidden = this.paths.length > 0;
-    this.legend.textContent = this.paths.length ? word("review.linesEstimatesWideAndPale") : "";
+    this.legend.textContent = this.paths.length ? told(groups) : "";
     this.plan.forgetView();
     this.plan.setItems(scene?.items ?? [], scene?.bounds ?? [0, 0, 8, 6]);
   }
@@ -81,24 +83,32 @@ export class ComparePlan {
     return styleOf(group, this.labels.length);
   }
 
+  /** How strong lines are: of many runs that lie upon each other each is paler. */
+  private strength(): { truth: number; estimate: number } {
+    const each = Math.max(...this.labels.map((_, k) => this.paths.filter(({ group }) => group === k).length));
+    return each > FEW ? { truth: 0.1, estimate: 0.5 } : { truth: 0.28, estimate: 1 };
+  }
+
   private curves(which: "truth" | "estimate"): Curve[] {
     return this.paths.map(({ path, group }, k): Curve => {
       const { color, dash, width } = this.style(group);
       const points = path[which].map(pointOf);
       const [x, y] = [points.map(([x]) => x), points.map(([, y]) => y)];
-      if (which === "truth") return { label: k ? "" : word("review.truthWideAndPale"), color: faded(color(), 0.28), width: 5, x, y };
+      const strength = this.strength();
+      if (which === "truth") return { label: k ? "" : word("review.truthWideAndPale"), color: faded(color(), strength.truth), width: 5, x, y };
       const first = this.paths.findIndex((other) => other.group === group) === k;
-      return { label: first ? (this.labels[group] ?? "") : "", color: color(), width, ...(dash ? { dash } : {}), x, y };
+      return { label: first ? (this.labels[group] ?? "") : "", color: strength.estimate < 1 ? faded(color(), strength.estimate) : color(), width, ...(dash ? { dash } : {}), x, y };
     });
   }
 
   private draw(context: CanvasRenderingContext2D): void {
     context.save();
     context.lineJoin = context.lineCap = "round";
-    for (const { path, group } of this.paths) this.line(context, path.truth, faded(this.style(group).color(), 0.28), 5, []);
+    const { truth, estimate } = this.strength();
+    for (const { path, group } of this.paths) this.line(context, path.truth, faded(this.style(group).color(), truth), 5, []);
     for (const { path, group } of this.paths) {
       const { color, dash, width } = this.style(group);
-      this.line(context, path.estimate, color(), width, dash ?? []);
+      this.line(context, path.estimate, estimate < 1 ? faded(color(), estimate) : color(), width, dash ?? []);
     }
     for (const { path, group } of this.paths) this.spot(context, path, this.style(group).color());
     context.restore();
@@ -123,13 +133,14 @@ export class ComparePlan {
   /** Where a run believed to be at the time that is looked at, and where it was. */
   private spot(context: CanvasRenderingContext2D, { time, truth, estimate }: RunPath, color: string): void {
     const row = rowAt(time, this.time + 1e-6);
+    const size = this.strength().estimate < 1 ? 3.5 : 5.5;
     const [was, believed] = [truth[row], estimate[row]];
     context.setLineDash([]);
     for (const [point, filled] of [[was, false], [believed, true]] as const) {
       if (!point || !isKnown(point)) continue;
       const [x, y] = this.plan.view.toScreen(point);
       context.beginPath();
-      context.arc(x, y, 5.5, 0, 2 * Math.PI);
+      context.arc(x, y, size, 0, 2 * Math.PI);
       context.fillStyle = filled ? color : readTokens().paper;
       context.strokeStyle = filled ? readTokens().paper : color;
       context.lineWidth = 2;
@@ -137,6 +148,15 @@ export class ComparePlan {
       context.stroke();
     }
   }
+}
+
+/** What the lines are, and which paths are missing. */
+function told(groups: Group[]): string {
+  const without = groups.filter(({ paths }) => !paths.length).map(({ label }) => label);
+  const [drawn, runs] = [groups.reduce((sum, { paths }) => sum + paths.length, 0), groups.reduce((sum, each) => sum + each.runs, 0)];
+  const lines = word("review.linesEstimatesWideAndPale");
+  if (without.length) return word("review.linesButNotOf", { lines, labels: without.join(", ") });
+  return drawn < runs ? word("review.linesOfRuns", { lines, drawn, runs }) : lines;
 }
 
 /** x and y; null where it is not known. */

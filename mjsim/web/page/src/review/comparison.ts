@@ -27,6 +27,9 @@ export interface Group {
   runs: number;
   errors: TimeLine[];
   nees: TimeLine;
+  /** Whether an estimator gave an estimate; else it is dead reckoning, which has no NEES. */
+  estimated: boolean;
+  /** Of some of its runs; of none where no path was kept. */
   paths: RunPath[];
 }
 

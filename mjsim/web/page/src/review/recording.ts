@@ -79,6 +79,7 @@ export const NOTHING: RobotTick = {
   error: 0,
   heading_error: 0,
   nees: null,
+  estimated: false,
   timing: {},
   command: [0, 0, 0],
 };

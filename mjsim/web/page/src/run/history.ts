@@ -37,6 +37,8 @@ export class History {
   /** Distance of estimate and of dead reckoning from the truth [m]. */
   readonly distance: [Column, Column] = [[], []];
   readonly nees: Column = [];
+  /** Whether an estimator gave the estimates; null before the first. */
+  estimated: boolean | null = null;
   /** [ms] */
   readonly timing = new Map<string, Column>();
   /** Counts every change, so that who draws knows whether there is news. */
@@ -47,6 +49,7 @@ export class History {
   clear(): void {
     for (const column of this.columns()) column.length = 0;
     this.timing.clear();
+    this.estimated = null;
     this.every = 1;
     this.passed = 0;
     this.version += 1;
@@ -55,6 +58,7 @@ export class History {
   /** Note a tick; one that does not come after the last is not noted. */
   add(time: number, tick: RobotTick): void {
     if (++this.passed % this.every) return;
+    this.estimated = tick.estimated;
     const variance = [tick.covariance[0], tick.covariance[4], tick.covariance[8]];
     const sigma = variance.map((each) => Math.sqrt(each ?? Number.NaN));
     this.append(time, known(tick.truth), known(tick.estimate), known(tick.odometry), sigma, tick.nees, tick.timing);
@@ -63,6 +67,7 @@ export class History {
   /** Begin with a whole track. */
   fill(track: TrackHistory): void {
     this.clear();
+    this.estimated = track.estimated;
     const modules = Object.keys(track.timing ?? {});
     track.time.forEach((time, k) => {
       const [truth, estimate, odometry] = [known(track.truth[k]), known(track.estimate[k]), known(track.odometry[k])];

@@ -192,7 +192,10 @@ export interface RobotTick {
   error: number;
   /** [rad] */
   heading_error: number;
+  /** Null where the covariance is singular, or no estimator there. */
   nees: number | null;
+  /** Whether an estimator gives the estimate; else it is dead reckoning. */
+  estimated: boolean;
   /** [ms] */
   timing: Record<string, number>;
   /** Forward, left [m/s], turn [rad/s]. */
@@ -324,7 +327,10 @@ export interface TrackHistory {
   error: (number | null)[];
   /** [rad] */
   heading_error: (number | null)[];
+  /** Null where the covariance is singular, or no estimator there. */
   nees: (number | null)[];
+  /** Whether an estimator gives the estimate; else it is dead reckoning. */
+  estimated: boolean;
   /** Wall-clock time of each module [ms]. */
   timing: Record<string, (number | null)[]>;
 }
