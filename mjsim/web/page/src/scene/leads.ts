@@ -3,13 +3,13 @@
  * along x, y, z too; a joint only as it moves.
  */
 
-import { Group, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial, type Object3D, SphereGeometry, Vector3 } from "three";
+import { Group, LineBasicMaterial, LineSegments, Matrix4, type Object3D, Vector3 } from "three";
 import { changeTo, gripAfter } from "../run/joint_grips";
 import { color } from "../shell/theme";
 import { Signal } from "../signal";
 import type { Point } from "../api";
+import { clearHandles, Gesture, handleLength, inFront, inkOf, knobMesh, knobsNear, type Owner } from "./gesture";
 import type { Lead, Led } from "./grip";
-import { KNOB, NEAR, NEAR_FINGER, REACH, STILL } from "./handles";
 import { points } from "./marks";
 import type { Stage3d } from "./stage";
 
@@ -23,7 +23,6 @@ interface Knob {
 }
 
 interface Held extends Knob {
-  start: PointerEvent;
   /** Where the handle was, and where it was taken, world frame [m]. */
   from: Vector3;
   taken: Vector3;
@@ -36,7 +35,7 @@ interface Held extends Knob {
 
 type Find = (body: string) => Object3D | null;
 
-export class Leads {
+export class Leads implements Owner {
   readonly led = new Signal<Led>();
   private readonly group = new Group();
   private leads: Lead[] = [];
@@ -45,29 +44,19 @@ export class Leads {
   private active = "";
   private held: Held | null = null;
   private shown = "";
-  private readonly endings: (() => void)[] = [];
+  private readonly gesture: Gesture;
 
   constructor(private readonly stage: Stage3d) {
     stage.over.add(this.group);
     stage.drawing.on(() => this.scale());
-    this.listen("pointerdown", (event) => this.down(event));
-    this.listen("pointermove", (event) => this.move(event));
-    this.listen("pointerup", (event) => this.isHolder(event) && this.end(true));
-    this.listen("pointercancel", (event) => this.isHolder(event) && this.end(false));
-    const escape = (event: KeyboardEvent): void => {
-      if (event.key !== "Escape" || !this.held) return;
-      event.stopImmediatePropagation();
-      this.end(false);
-    };
-    window.addEventListener("keydown", escape, true);
-    this.endings.push(() => window.removeEventListener("keydown", escape, true));
+    this.gesture = new Gesture(stage, this);
   }
 
   /** Put handles where tools and hands are now; `find` gives bodies that move. */
   show(leads: Lead[], find: Find): void {
     [this.leads, this.find] = [leads, find];
     if (!this.leads.some(({ key }) => key === this.active)) this.active = this.leads.find(({ joint }) => !joint)?.key ?? "";
-    if (this.held && !this.leads.some(({ key }) => key === this.held?.key)) this.end(false);
+    if (this.held && !this.leads.some(({ key }) => key === this.held?.key)) this.gesture.giveUp();
     this.build();
     this.stage.soon();
   }
@@ -78,8 +67,8 @@ export class Leads {
   }
 
   dispose(): void {
-    for (const end of this.endings) end();
-    this.clear();
+    this.gesture.dispose();
+    clearHandles(this.group);
   }
 
   /** Make handles anew where there are others. */
@@ -87,19 +76,10 @@ export class Leads {
     const shown = [this.active, ...this.leads.map(({ key }) => key)].join("\n");
     if (shown !== this.shown) {
       this.shown = shown;
-      this.clear();
+      clearHandles(this.group);
       this.group.add(...this.leads.map((lead) => (lead.joint ? drawnJoint() : drawn(lead.key === this.active))));
     }
     this.scale();
-  }
-
-  private clear(): void {
-    this.group.traverse((part) => {
-      if (!(part instanceof Mesh || part instanceof LineSegments)) return;
-      (part as Mesh).geometry.dispose();
-      ((part as Mesh).material as MeshBasicMaterial).dispose();
-    });
-    this.group.clear();
   }
 
   private scale(): void {
@@ -107,17 +87,12 @@ export class Leads {
       const made = this.group.children[k];
       const place = this.placeOf(lead);
       made?.position.copy(place);
-      made?.scale.setScalar(this.length(place));
-      if (lead.joint && made) pointTo(made, new Vector3(...lead.joint.grip.at).sub(place).divideScalar(this.length(place)));
+      made?.scale.setScalar(handleLength(this.stage, place));
+      if (lead.joint && made) pointTo(made, new Vector3(...lead.joint.grip.at).sub(place).divideScalar(handleLength(this.stage, place)));
     });
     this.stage.orbit.updateMatrixWorld();
     const places = this.knobs().map((knob) => [knob.key, knob.way ?? "", ...this.stage.onCanvas(this.knobPlace(knob)).map(Math.round)]);
     this.stage.canvas.dataset["leads"] = JSON.stringify(places);
-  }
-
-  /** How long handles are there [m]. */
-  private length(place: Vector3): number {
-    return Math.max(REACH * this.stage.orbit.position.distanceTo(place), 1e-3);
   }
 
   private knobs(): Knob[] {
@@ -143,43 +118,27 @@ export class Leads {
   private knobPlace({ key, way }: Knob): Vector3 {
     const lead = this.leads.find((each) => each.key === key);
     const place = lead ? this.placeOf(lead) : new Vector3();
-    return way ? place.addScaledVector(WAYS[way], this.length(place)) : place;
+    return way ? place.addScaledVector(WAYS[way], handleLength(this.stage, place)) : place;
   }
 
-  private listen(kind: "pointerdown" | "pointermove" | "pointerup" | "pointercancel", heard: (event: PointerEvent) => void): void {
-    const { canvas } = this.stage;
-    // Before the view itself is turned by the same press.
-    const first = (event: PointerEvent): void => {
-      const was = this.held;
-      heard(event);
-      if (was || this.held) event.stopImmediatePropagation();
-    };
-    canvas.addEventListener(kind, first, true);
-    this.endings.push(() => canvas.removeEventListener(kind, first, true));
-  }
-
-  private down(event: PointerEvent): void {
-    const knob = event.button || this.held ? null : this.knobAt(event);
-    if (!knob) return;
-    const lead = this.leads.find(({ key }) => key === knob.key);
-    if (!lead) return;
-    this.stage.canvas.setPointerCapture(event.pointerId);
-    this.stage.canvas.focus();
+  take(event: PointerEvent): boolean {
+    const knob = this.knobAt(event);
+    const lead = this.leads.find(({ key }) => key === knob?.key);
+    if (!knob || !lead) return false;
     const [from, taken] = [this.knobPlace({ ...knob, way: null }), this.knobPlace(knob)];
-    this.held = { ...knob, start: event, from, taken, to: null, lead, by: 0 };
+    this.held = { ...knob, from, taken, to: null, lead, by: 0 };
     if (!lead.joint) this.active = knob.key;
     this.build();
+    return true;
   }
 
-  private move(event: PointerEvent): void {
+  hover(event: PointerEvent): void {
+    if (this.knobAt(event)) this.stage.canvas.style.cursor = "grab";
+  }
+
+  drag({ clientX, clientY }: PointerEvent): void {
     const { held, stage } = this;
-    if (!held) {
-      if (!event.buttons && this.knobAt(event)) stage.canvas.style.cursor = "grab";
-      return;
-    }
-    if (!this.isHolder(event)) return;
-    const { clientX, clientY } = event;
-    if (!held.to && Math.hypot(clientX - held.start.clientX, clientY - held.start.clientY) <= STILL) return;
+    if (!held) return;
     if (held.lead.joint) return this.turn(held, [clientX, clientY]);
     const seen = held.way ? stage.onLine(clientX, clientY, held.taken, WAYS[held.way]) : stage.onFacing(clientX, clientY, held.taken);
     if (seen) held.to = held.from.clone().add(seen.sub(held.taken));
@@ -197,12 +156,7 @@ export class Leads {
     this.stage.soon();
   }
 
-  /** Whether it is the pointer, of several fingers, that holds a handle. */
-  private isHolder(event: PointerEvent): boolean {
-    return event.pointerId === this.held?.start.pointerId;
-  }
-
-  private end(done: boolean): void {
+  end(done: boolean): void {
     const { held } = this;
     const lead = this.leads.find(({ key }) => key === held?.key);
     this.held = null;
@@ -215,26 +169,17 @@ export class Leads {
   }
 
   private knobAt(event: PointerEvent): Knob | null {
-    const box = this.stage.canvas.getBoundingClientRect();
-    const far = (knob: Knob): number => {
-      const [x, y] = this.stage.onCanvas(this.knobPlace(knob));
-      return Math.hypot(x + box.left - event.clientX, y + box.top - event.clientY);
-    };
-    const near = event.pointerType === "touch" ? NEAR_FINGER : NEAR;
     const joints = new Set(this.leads.filter(({ joint }) => joint).map(({ key }) => key));
-    const found = this.stage.isFree ? this.knobs().filter((knob) => far(knob) <= near) : [];
+    const found = knobsNear(this.stage, event, this.knobs(), (knob) => this.knobPlace(knob));
     // What is led anywhere comes before joints beside it, which come apart from it as one goes nearer.
-    return found.sort((a, b) => Number(joints.has(a.key)) - Number(joints.has(b.key)) || far(a) - far(b))[0] ?? null;
+    return found.sort((a, b) => Number(joints.has(a.key)) - Number(joints.has(b.key)))[0] ?? null;
   }
 }
 
 /** A knob that is smaller, with the line to the axis of its joint. */
 function drawnJoint(): Group {
-  const ink = { color: color("--seen"), depthTest: false, transparent: true };
-  const group = new Group();
-  group.add(new Mesh(new SphereGeometry(0.8 * KNOB, 16, 12), new MeshBasicMaterial(ink)), new LineSegments(points([0, 0, 0, 0, 0, 1]), new LineBasicMaterial(ink)));
-  for (const part of group.children) part.renderOrder = 4;
-  return group;
+  const ink = inkOf(color("--seen"));
+  return inFront(new Group(), knobMesh(new Vector3(), ink, 0.8), new LineSegments(points([0, 0, 0, 0, 0, 1]), new LineBasicMaterial(ink)));
 }
 
 /** Let the line of a joint's knob end there, in units of the handles' length. */
@@ -247,17 +192,8 @@ function pointTo(knob: Object3D, { x, y, z }: Vector3): void {
 
 /** A knob, with those along the axes and the lines to them where it is the one that was taken last. */
 function drawn(active: boolean): Group {
-  const accent = color("--accent");
-  const ink = { color: accent, depthTest: false, transparent: true };
-  const group = new Group();
+  const ink = inkOf(color("--accent"));
   const places = [new Vector3(), ...(active ? Object.values(WAYS) : [])];
-  const knobs = places.map((place) => {
-    const knob = new Mesh(new SphereGeometry(KNOB, 16, 12), new MeshBasicMaterial(ink));
-    knob.position.copy(place);
-    return knob;
-  });
   const lines = places.flatMap((place) => [0, 0, 0, ...place.toArray()]);
-  group.add(...knobs, new LineSegments(points(lines), new LineBasicMaterial(ink)));
-  for (const part of group.children) part.renderOrder = 4;
-  return group;
+  return inFront(new Group(), ...places.map((place) => knobMesh(place, ink)), new LineSegments(points(lines), new LineBasicMaterial(ink)));
 }
