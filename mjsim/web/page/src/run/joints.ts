@@ -1,23 +1,27 @@
 /** All about the joints of a run: sliders of arms and mechanisms, and how all joints move. */
 
 import type { Values } from "../api";
-import { el } from "../dom";
+import { el, fill } from "../dom";
 import { ArmPanel } from "./arms";
 import { JointStates } from "./joint_states";
 import { MechanismPanel } from "./mechanisms";
 import type { RunNews, TickNews } from "./protocol";
+import type { Toasts } from "../shell/toasts";
+import { word } from "../words/words";
 
 export class JointPanel {
   readonly element: HTMLElement;
   private readonly arms: ArmPanel;
   private readonly mechanisms: MechanismPanel;
+  /** Which joints cannot be led, and why. */
+  private readonly fixed = el("div", {});
   private readonly states = new JointStates();
 
   /** `send` takes touches of the run, as events of a world file. */
   constructor(send: (event: Values) => void) {
     this.arms = new ArmPanel(send);
     this.mechanisms = new MechanismPanel(send);
-    this.element = el("div", {}, this.arms.element, this.mechanisms.element, this.states.element);
+    this.element = el("div", {}, this.arms.element, this.mechanisms.element, this.fixed, this.states.element);
   }
 
   /** Whether it shows arms. */
@@ -29,6 +33,8 @@ export class JointPanel {
   show(run: RunNews | null, chosen: string, enabled: boolean): void {
     this.arms.show(run?.robots.find(({ name }) => name === chosen) ?? null, enabled);
     this.mechanisms.show(run?.mechanisms ?? [], enabled);
+    const said = Object.keys(run?.joints ?? {}).flatMap((name) => notLed(run, name) ?? []);
+    fill(this.fixed, ...said.map((text) => el("p", { class: "hint" }, text)));
     const facts = Object.entries(run?.joints ?? {}).filter(([key]) => !key.includes("/") || key.startsWith(`${chosen}/`));
     this.states.show(Object.fromEntries(facts));
     this.arms.hint.hidden = facts.length > 0;
@@ -39,4 +45,19 @@ export class JointPanel {
     this.mechanisms.tick(news.mechanisms);
     this.states.tick(news.joints);
   }
+}
+
+/** Say why joints of what was pressed cannot be led, if so. */
+export function explainJoints(names: string[], run: RunNews | null, toasts: Toasts): void {
+  const [said] = names.flatMap((name) => notLed(run, name) ?? []);
+  if (said) toasts.done(said);
+}
+
+/** Why joints of a mechanism cannot be led, in a sentence; null where all can, or it is none. */
+function notLed(run: RunNews | null, name: string): string | null {
+  if (name.includes("/")) return null;
+  const led = new Set(run?.mechanisms?.find((each) => each.name === name)?.joints.map((joint) => joint.name));
+  const others = (run?.joints?.[name] ?? []).map((joint) => joint.name).filter((joint) => !led.has(joint));
+  const [joint] = others;
+  return joint === undefined ? null : word("run.jointsFollowNoSignal", { name, joint, joints: others.join(", ") });
 }

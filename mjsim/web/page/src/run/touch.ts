@@ -10,6 +10,7 @@ import { changeTo, gripAfter, type HeldJoint, heldJoints, jointEvent, type Joint
 import type { PlanarPose, RobotFacts, RobotTick } from "./protocol";
 import { openTouchMenu } from "./touch_menu";
 import { drawJoint, drawTools, handLeads, type Hands, type Held, jointLeads, ledEvent, reachEvent, toolLeads, toolsOf } from "./touch_tools";
+import { Signal } from "../signal";
 import { word } from "../words/words";
 
 /** A push by a drag with Shift [N s for a metre]. */
@@ -64,13 +65,17 @@ export class Touch implements Tool {
     (on) => this.hold(on),
     sign("hand"),
   );
+  /** A press met none of what can be led or dragged, but things of these names. */
+  readonly missed = new Signal<string[]>();
   private solids: Door | null = null;
+  /** How far hands stay away from where they were led [m], by person and side. */
+  private readonly short = new Map<string, number>();
   private enabled = false;
   private grab: Grab | null = null;
 
   constructor(
     private readonly floor: Floorplan,
-    private readonly send: (event: Values) => void,
+    private readonly tell: (event: Values) => void,
   ) {
     floor.plan.overlay.push((context) => this.draw(context));
     floor.plan.menuAsked = (spot, at) => this.enabled && this.menu(spot, at);
@@ -81,19 +86,38 @@ export class Touch implements Tool {
     if (on === this.enabled) return;
     this.enabled = on;
     this.button.hidden = !on;
+    this.short.clear();
     if (!on) this.hold(false);
   }
+
+  /** A hand stays so far away from where it was led [m]. */
+  staysAway(person: string, side: string, metres: number): void {
+    this.short.set(`${person}/${side}`, metres);
+    this.floor.plan.drawOver();
+    this.showLeads();
+  }
+
+  private readonly noteOf = (hand: string): string | undefined => {
+    const metres = this.short.get(hand);
+    return metres === undefined ? undefined : word("run.metresShort", { metres: metres.toFixed(2) });
+  };
+
+  private readonly send = (event: Values): void => {
+    if (event["hand"] !== undefined) this.short.delete(`${String(event["reach"] ?? event["release"])}/${String(event["hand"])}`);
+    this.tell(event);
+  };
 
   /** Have handles in a view in 3-D too. */
   leadIn(solids: Door): void {
     this.solids = solids;
+    solids.chosen.on((item) => isPressed(this.button) && this.missed.emit(item?.name ? [item.name] : []));
     solids.led.on((led) => this.send(led.joint ? this.jointEvent(led.joint) : ledEvent(led)));
   }
 
   /** Put those handles where tools are now. */
   showLeads(): void {
     const { floor } = this;
-    const leads = isPressed(this.button) ? [...toolLeads(floor.robots()), ...handLeads(floor.hands()), ...jointLeads(this.joints())] : [];
+    const leads = isPressed(this.button) ? [...toolLeads(floor.robots()), ...handLeads(floor.hands(), this.noteOf), ...jointLeads(this.joints())] : [];
     this.solids?.lead(leads);
   }
 
@@ -115,6 +139,7 @@ export class Touch implements Tool {
 
   down(spot: Spot): boolean {
     const thing = this.thingAt(spot);
+    if (!thing) this.missed.emit(this.floor.plan.itemsAt(spot.screen).flatMap(({ name }) => name ?? []));
     if (!thing) return false;
     this.grab = { thing, to: thing.at, from: spot.world, push: spot.shift && !thing.held, by: 0 };
     return true;
@@ -277,7 +302,11 @@ export class Touch implements Tool {
   private draw(context: CanvasRenderingContext2D): void {
     const { grab } = this;
     const { view, palette } = this.floor.plan;
-    if (isPressed(this.button)) drawTools(context, this.tools(), view, palette);
+    if (isPressed(this.button)) {
+      const tools = this.tools();
+      drawTools(context, tools, view, palette);
+      for (const { name, at } of tools) this.letters(context, this.noteOf(name) ?? "", view.toScreen(at));
+    }
     if (!grab) return;
     const [from, to] = [view.toScreen(grab.thing.at), view.toScreen(grab.to)];
     context.strokeStyle = palette.accent;

@@ -40,10 +40,13 @@ function handsOf(hands: Hands): Touchable[] {
   );
 }
 
-/** The same, for the view in 3-D. */
-export function handLeads(hands: Hands): Lead[] {
+/** The same, for the view in 3-D; `noteOf` gives what is written beside one. */
+export function handLeads(hands: Hands, noteOf: (hand: string) => string | undefined): Lead[] {
   return Object.entries(hands).flatMap(([person, sides]) =>
-    Object.entries(sides).map(([side, at]): Lead => ({ key: JSON.stringify([person, "", side]), body: "", stands: [0, 0, 0], at })),
+    Object.entries(sides).map(([side, at]): Lead => {
+      const key = JSON.stringify([person, "", side]);
+      return { key, body: "", stands: [0, 0, 0], at, note: noteOf(`${person}/${side}`) };
+    }),
   );
 }
 

@@ -14,7 +14,7 @@ import { Cameras } from "./cameras";
 import { EventList } from "./events";
 import { Floor } from "./floor";
 import { Wheel, type Push } from "./keys";
-import { JointPanel } from "./joints";
+import { explainJoints, JointPanel } from "./joints";
 import { Link, type LinkState } from "./link";
 import { NoisePanel } from "./noise";
 import { Pad } from "./pad";
@@ -22,6 +22,7 @@ import type { News, RunRequest, ShortNews, RefusedNews, RunNews, TickNews } from
 import { RunRecord } from "./record";
 import { Setup } from "./setup";
 import { sideSwitch } from "./side";
+import { startWorld } from "./start";
 import { Tabs } from "./tabs";
 import { Stage } from "./tile";
 import { Keep, shortSaid } from "./touch_keep";
@@ -148,6 +149,7 @@ export class RunView implements View {
     this.stage.arranged.on((large) => this.floor.lendLayers(large === "scene" ? this.solids.menus : null));
     this.floor.touch.leadIn(this.solids.door);
     this.solids.door.chosen.on((item) => item?.kind === "robot" && this.chooseRobot(item.name ?? ""));
+    this.floor.touch.missed.on((names) => explainJoints(names, this.run, this.studio.toasts));
     this.bar.element.prepend(sideSwitch(side));
     const dock = el(
       "div",
@@ -199,7 +201,10 @@ export class RunView implements View {
   private take(news: News): void {
     if (news.kind === "run") this.takeRun(this.ownRun(news));
     else if (news.kind === "refused") void this.refused(news);
-    else if (news.kind === "short") this.studio.toasts.done(shortSaid(news));
+    else if (news.kind === "short") {
+      this.floor.touch.staysAway(news.person, news.hand, news.metres);
+      this.studio.toasts.done(shortSaid(news));
+    }
     else if (this.live || this.run?.state !== "idle") this.takeMoment(news);
   }
 
@@ -324,16 +329,11 @@ export class RunView implements View {
     }
   }
 
-  private async start(): Promise<void> {
-    const { document, toasts } = this.studio;
-    await document.settled();
-    const { path, text, parsed } = document;
-    if (path === null) return toasts.error(word("run.noWorldIsOpenOpen"));
-    const wrong = parsed.problems.find((problem) => problem.kind === "error");
-    if (wrong) return toasts.error(word("run.lineOfTheWorldIs", { line: wrong.line, message: wrong.message }));
-    if (Object.keys(parsed.needs_trust).length && !(await this.studio.askTrust())) return;
-    this.banner.clear();
-    this.send({ do: "start", path, text, speed: this.bar.speed, ...this.setup.settings() });
+  private start(): Promise<void> {
+    return startWorld(this.studio, (path, text) => {
+      this.banner.clear();
+      this.send({ do: "start", path, text, speed: this.bar.speed, ...this.setup.settings() });
+    });
   }
 
   /** Say why a request was refused; one that waits for trust is given again once it is there. */

@@ -25,6 +25,8 @@ export interface Lead {
   /** x, y and heading of that frame where no body that moves has this name [m, rad]. */
   stands: Place;
   at: Place;
+  /** What is written beside it. */
+  note?: string | undefined;
   /** Of a joint: how it moves. */
   joint?: HeldJoint;
 }

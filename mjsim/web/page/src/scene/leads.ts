@@ -5,6 +5,7 @@
 
 import { Group, LineBasicMaterial, LineSegments, Matrix4, type Object3D, Vector3 } from "three";
 import { changeTo, gripAfter } from "../run/joint_grips";
+import { el } from "../dom";
 import { color } from "../shell/theme";
 import { Signal } from "../signal";
 import type { Point } from "../api";
@@ -37,6 +38,8 @@ type Find = (body: string) => Object3D | null;
 
 export class Leads implements Owner {
   readonly led = new Signal<Led>();
+  /** What is written beside handles. */
+  readonly notes = el("div", { class: "scene-notes" });
   private readonly group = new Group();
   private leads: Lead[] = [];
   private find: Find = () => null;
@@ -91,8 +94,21 @@ export class Leads implements Owner {
       if (lead.joint && made) pointTo(made, new Vector3(...lead.joint.grip.at).sub(place).divideScalar(handleLength(this.stage, place)));
     });
     this.stage.orbit.updateMatrixWorld();
+    this.write();
     const places = this.knobs().map((knob) => [knob.key, knob.way ?? "", ...this.stage.onCanvas(this.knobPlace(knob)).map(Math.round)]);
     this.stage.canvas.dataset["leads"] = JSON.stringify(places);
+  }
+
+  /** Write beside each handle what there is to say of it. */
+  private write(): void {
+    const said = this.leads.filter(({ note }) => note !== undefined);
+    while (this.notes.children.length > said.length) this.notes.lastElementChild?.remove();
+    said.forEach((lead, k) => {
+      const note = (this.notes.children[k] as HTMLElement | undefined) ?? this.notes.appendChild(el("span", {}));
+      const [x, y] = this.stage.onCanvas(this.placeOf(lead));
+      if (note.textContent !== lead.note) note.textContent = lead.note ?? "";
+      note.style.transform = `translate(${Math.round(x)}px, ${Math.round(y)}px)`;
+    });
   }
 
   private knobs(): Knob[] {

@@ -68,7 +68,7 @@ export class SceneView {
     const whole = el("button", { class: "quiet", type: "button", onclick: () => this.fit() }, word("scene.showAll"));
     const bar = el("div", { class: "scene-bar", role: "group", "aria-label": word("scene.bar") });
     bar.append(this.eye, this.follow, whole, this.ruler, this.said);
-    this.element.append(this.stage.canvas, bar, this.note);
+    this.element.append(this.stage.canvas, this.leads.notes, bar, this.note);
     this.stage.over.add(this.marks, this.measure, this.touching.group);
     this.stage.picked.on((hit) => this.pick(hit));
     this.follow.addEventListener("change", () => this.setFollowed());

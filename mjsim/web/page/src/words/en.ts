@@ -389,6 +389,7 @@ export const EN = {
   "run.goToEdit": "Go to Edit",
   "run.joint": "Joint",
   "run.joints": "Joints",
+  "run.jointsFollowNoSignal": "{name}: {joints} cannot be led by hand, as torques, forces or other joints move what follows no signal. In the world, give it an actuator such as angle: {joint} with a signal, then it can be.",
   "run.jointsOf": "Motion of the joints of {name}",
   "run.keepAsEvents": "Keep {fresh} as events",
   "run.keepOneAsEvent": "Keep 1 as event",
@@ -406,6 +407,7 @@ export const EN = {
   "run.lineOfTheWorldIs": "Line {line} of the world is wrong: {message}",
   "run.loading": "Loading",
   "run.loadingTheWorld": "Loading the world …",
+  "run.metresShort": "{metres} m short",
   "run.mjsimWasStartedAnewAnd":
     "mjsim was restarted and does not know this browser. Open the address that it printed; this page then continues by itself.",
   "run.navigator": "Navigator",
