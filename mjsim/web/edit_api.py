@@ -19,7 +19,7 @@ from mjsim.web.items import Json
 from mjsim.web.local import HEADERS
 from mjsim.web.modules import modules_in
 from mjsim.web.panel_schema import panel_schema
-from mjsim.web.parsed import Read, parsed
+from mjsim.web.parsed import Parsed, Read, parsed
 from mjsim.web.pictures import MOST_BYTES, bring_picture, small_picture
 from mjsim.web.portraits import Portraits, text_of
 from mjsim.web.poses import PoseAsk, pose_json
@@ -28,8 +28,12 @@ from mjsim.web.requests import Drivers, with_drivers
 from mjsim.web.scene_3d import Scene3dShelf
 from mjsim.web.sources import source_of_use
 from mjsim.web.trust import Trust
+from mjsim.web.watch import MOST as MOST_WATCHED
 from mjsim.web.watch import Signs, signs_of
 from mjsim.world import Change, UnwritableError, World, edited, items_in, parse_world
+
+KEPT = 3
+"""Texts that stay parsed: an undo asks for the one before again."""
 
 
 class OpenAsk(Ask):
@@ -117,6 +121,7 @@ class EditApi:
         self._folder, self._trust, self._world, self._saved = folder, trust, world, saved
         self._preview, self._solids, self._portraits = Preview(), Scene3dShelf(), Portraits()
         self._seen: tuple[tuple[str, str], World, Signs] | None = None
+        self._kept: tuple[tuple[tuple[str, str], Parsed, Signs], ...] = ()
         self.routes: Sequence[BaseRoute] = [
             Route("/api/folder", asked(self._list), methods=["GET"]),
             Route("/api/schema", asked(lambda _: panel_schema()), methods=["GET"]),
@@ -257,7 +262,22 @@ class EditApi:
         return Response(data, media_type="image/jpeg", headers={**HEADERS, "Cache-Control": "private, max-age=60"})
 
     def _parsed_json(self, path: str, text: str, *, read: Read | None = None) -> Json:
-        found = parsed(text, source_of(self._folder, path), read=read)
+        found, files = self._known(path, text) or self._newly_parsed(path, text, read)
         needs = [] if found.world is None else self._trust.asks_for(found.world)
-        files = signs_of(self._folder, path, found.told["files"])
         return {**found.told, "needs_trust": needs, "files": files}
+
+    def _known(self, path: str, text: str) -> tuple[Parsed, Signs] | None:
+        """Return a text that was parsed shortly before, as by an undo, if its files are as they were; else None."""
+        for key, found, files in self._kept:
+            if key == (path, text) and files == signs_of(self._folder, path, files):
+                return found, files
+        return None
+
+    def _newly_parsed(self, path: str, text: str, read: Read | None) -> tuple[Parsed, Signs]:
+        found = parsed(text, source_of(self._folder, path), read=read)
+        files = signs_of(self._folder, path, found.told["files"])
+        # What is wrong may be mended where no sign tells, as by a module that is installed.
+        if not found.told["problems"] and len(files) < MOST_WATCHED:
+            others = [each for each in self._kept if each[0] != (path, text)]
+            self._kept = ((path, text), found, files), *others[: KEPT - 1]
+        return found, files

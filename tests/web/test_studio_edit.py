@@ -381,3 +381,18 @@ def test_models_robots_and_arms_are_portrayed_by_themselves_and_anew_when_their_
         answer = client.get(f"/api/portrait?{query}")
         assert answer.status_code == status
         assert said in answer.json()["error"]
+
+
+def test_a_text_that_was_parsed_before_is_parsed_anew_once_a_file_that_it_names_is_another(client, folder):
+    hall = folder / "hall.yaml"
+    text = "mjsim: 1\ninclude: [hall.yaml]\nrobots: [{name: scout, at: [1, 1]}]\n"
+
+    def walls() -> int:
+        told = client.post("/api/parse", json={"path": "room.yaml", "text": text}).json()
+        assert told["problems"] == []
+        return sum(item["kind"] == "wall" for item in told["items"])
+
+    hall.write_text("walls: [{points: [[0, 0], [3, 0]]}]\n")
+    assert [walls(), walls()] == [1, 1]
+    hall.write_text("walls: [{points: [[0, 0], [3, 0]]}, {points: [[0, 3], [3, 3]]}]\n")
+    assert walls() == 2
