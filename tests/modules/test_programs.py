@@ -86,7 +86,7 @@ def test_a_c_program_estimates_in_a_sweep(tmp_path, compiled, monkeypatch, capsy
         tmp_path, "estimator: {use: 'exec:./reckon 1.0'}, navigator: {use: 'mjsim.algorithms.constant:ConstantCommand'}"
     )
     with pytest.raises(SystemExit) as left:
-        main(["sweep", "room.yaml", "--seeds", "0:3", "-o", "out", "--workers", "2"])
+        main(["sweep", "room.yaml", "--seeds", "0:3", "-o", "out", "--workers", "1"])
     assert left.value.code == 0, capsys.readouterr().err
     outcomes = [json.loads(path.read_text()) for path in sorted(Path("out/runs").glob("*.json"))]
     assert [outcome["error"] for outcome in outcomes] == [None] * 3

@@ -3,8 +3,6 @@
 import itertools
 import json
 import shutil
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -15,6 +13,7 @@ from mjsim.output import LIST
 from mjsim.report import write_comparison
 from mjsim.report.labels import file_labels, setting_labels, settings_of
 from mjsim.world import with_settings
+from tests.cli.shell import typed
 
 RING = """
 mjsim: 1
@@ -283,12 +282,12 @@ def test_a_broken_file_of_a_sweep_is_a_one_line_error(tmp_path, name, text, told
 
 
 @pytest.mark.slow
-def test_a_better_estimator_is_said_to_be_better_over_ten_runs_and_all_files_are_written(tmp_path):
+def test_a_better_estimator_is_said_to_be_better_over_ten_runs_and_all_files_are_written(tmp_path, capsys):
     for seed in range(10):
         record(RING, tmp_path / f"beacons-{seed}.mcap", seed=seed, seconds=5.0)
         record(WHEELS, tmp_path / f"wheels-{seed}.mcap", seed=seed, seconds=5.0)
-    command = [sys.executable, "-m", "mjsim.cli", "compare", str(tmp_path), "-o", str(tmp_path / "out")]
-    told = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    code, told, _ = typed("compare", str(tmp_path), "-o", str(tmp_path / "out"), capsys=capsys)
+    assert code == 0
     assert "EkfLocalization is better than odometry (10 pairs), by:\n  position error, mean" in told
     held = json.loads((tmp_path / "out" / "comparison.json").read_text())
     (difference,) = [item for item in held["differences"] if item["figure"] == "position_error_m.mean"]

@@ -16,6 +16,7 @@ import pytest
 import mjsim
 from mjsim.cli import main
 from mjsim.world import with_settings
+from tests.cli.shell import typed
 
 pytestmark = pytest.mark.slow  # Every sweep starts processes.
 
@@ -88,7 +89,7 @@ def table(folder):
 
 
 def command(room, folder, *more):
-    return [sys.executable, "-m", "mjsim.cli", "sweep", str(room), "-o", str(folder), *ARGUMENTS, *more]
+    return ["sweep", str(room), "-o", str(folder), *ARGUMENTS, *more]
 
 
 def test_a_row_is_what_the_same_run_gives_by_itself(room, undisturbed):
@@ -109,28 +110,30 @@ def test_a_worker_that_is_killed_changes_nothing(room, undisturbed, tmp_path, mo
     assert table(again.folder) == table(undisturbed.folder)
 
 
-def test_a_sweep_that_is_killed_goes_on_where_it_was_and_leaves_no_process(room, undisturbed, tmp_path):
+def test_a_sweep_that_is_killed_goes_on_where_it_was_and_leaves_no_process(
+    room, undisturbed, tmp_path, monkeypatch, capsys
+):
     out, log = tmp_path / "out", tmp_path / "log"
-    killed = subprocess.run(command(room, out), env={**os.environ, "STROLL": f"{log}|parent@3"}, check=False)
+    line = [sys.executable, "-m", "mjsim.cli", *command(room, out)]
+    killed = subprocess.run(line, env={**os.environ, "STROLL": f"{log}|parent@3"}, check=False)
     assert killed.returncode == -signal.SIGKILL
     assert len(list((out / "runs").glob("*.json"))) == 2
     assert not (out / "table.parquet").exists()
     wait_for(lambda: not any(map(is_alive, set(log.read_text().split()))))
-    done = subprocess.run(
-        command(room, out), env={**os.environ, "STROLL": str(log)}, check=True, capture_output=True, text=True
-    )
+    monkeypatch.setenv("STROLL", str(log))
+    code, said, progress = typed(*command(room, out), capsys=capsys)
+    assert code == 0
     assert len(log.read_text().split()) == 3 + 4
     assert table(out) == table(undisturbed.folder)
-    assert "scout, 3 of 3 runs" in done.stdout
-    assert "6 of 6 runs" in done.stderr
+    assert "scout, 3 of 3 runs" in said
+    assert "6 of 6 runs" in progress
     assert sorted(path.suffix for path in (out / "runs").iterdir()) == [".json"] * 6
 
 
-def test_a_dask_cluster_of_which_one_worker_is_killed_gives_the_same_table(room, undisturbed, tmp_path, monkeypatch):
+def test_a_dask_cluster_of_which_one_worker_is_killed_gives_the_same_table(room, undisturbed, tmp_path, capsys):
     pytest.importorskip("distributed")
     with cluster(tmp_path, {**os.environ, "STROLL": f"{tmp_path / 'log'}|worker@3"}) as address:
-        result = subprocess.run(command(room, tmp_path / "out", "--dask", address, "--keep"), check=False)
-    assert result.returncode == 0
+        assert typed(*command(room, tmp_path / "out", "--dask", address, "--keep"), capsys=capsys)[0] == 0
     assert len((tmp_path / "log").read_text().split()) == 7
     assert len(set((tmp_path / "log").read_text().split())) >= 2
     assert table(tmp_path / "out") == table(undisturbed.folder)
