@@ -1,4 +1,4 @@
-"""A lidar of 360 beams swept along every wall of every shipped world: no beam passes where the plan has a wall."""
+"""A lidar of 180 beams swept along every wall of every shipped world: no beam passes where the plan has a wall."""
 
 from importlib import resources
 from pathlib import Path
@@ -19,7 +19,7 @@ NAMES = [
     pytest.param(path.stem, marks=() if path.stem in QUICK else pytest.mark.slow)
     for path in sorted(WORLDS.glob("*.yaml"))
 ]
-HEIGHT, BEAMS = 0.3, 360
+HEIGHT, BEAMS = 0.3, 180
 STEP, OFF = 0.25, 0.05
 """From one place of the lidar to the next, and from the face to the lidar [m]."""
 SKIN = 1e-3

@@ -156,20 +156,20 @@ def test_a_robot_localises_in_the_depot_to_three_centimetres(lidar, seed, tmp_pa
     world, run = tmp_path / "depot.yaml", tmp_path / "run.mcap"
     line = ["new", "--from", str(MAPS / "depot.yaml"), "--robot", "turtlebot3_burger", "--lidar", lidar]
     assert _typed(*line, "--estimator", "monte_carlo", "-o", str(world)) == 0
-    assert _typed("run", str(world), "--seconds", "40", "--seed", str(seed), "-o", str(run)) == 0
+    assert _typed("run", str(world), "--seconds", "25", "--seed", str(seed), "-o", str(run)) == 0
     robot = read_recording(run).robots["scout"]
     apart = np.hypot(*(robot.truth[:, :2] - robot.estimate[:, :2]).T)
     assert math.sqrt(float(np.mean(apart**2))) <= 0.03
-    assert np.hypot(*np.diff(robot.truth[:, :2], axis=0).T).sum() > 4.0
+    assert np.hypot(*np.diff(robot.truth[:, :2], axis=0).T).sum() > 2.5
 
 
 @pytest.mark.slow
-def test_four_thousand_cells_square_come_in_within_a_minute():
-    grid = mapped(load_world("office"), turn=0.3, seed=1, resolution=0.0115, noise=Noise())
-    assert min(grid.occupied.shape) > 3500
+def test_two_thousand_cells_square_come_in_within_a_quarter_of_a_minute():
+    grid = mapped(load_world("office"), turn=0.3, seed=1, resolution=0.023, noise=Noise())
+    assert min(grid.occupied.shape) > 1750
     began = time.process_time()
     world = world_from_grid(grid)
-    assert time.process_time() - began < 60.0  # 17 s on two cores of 2026
+    assert time.process_time() - began < 15.0
     assert fidelity(world, grid).share > 0.97
 
 

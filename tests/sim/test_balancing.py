@@ -254,8 +254,7 @@ def test_it_bears_the_rates_and_delays_that_the_linear_model_does(measure, rate,
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [100, 101])
-def test_it_stands_on_a_slippery_floor_with_a_noisy_sensor_and_shoves(measure, seed):
-    most, _, way = measure["stand"](seed, 90.0)
+def test_it_stands_on_a_slippery_floor_with_a_noisy_sensor_and_shoves(measure):
+    most, _, way = measure["stand"](100, 90.0)
     assert most < 20.0
     assert way > 15.0
