@@ -47,6 +47,16 @@ def drive(odometry: str, command: Command, seconds: float) -> tuple[Pose, Pose]:
     return start.inverse() @ sim.truth("r"), told
 
 
+def test_odometry_alone_is_that_of_the_whole_observation():
+    sim = Simulation(parse_world("mjsim: 1\nrobots: [{name: r, at: [1, 2]}]\n"))
+    sim.apply("r", Command(0.3, turn=0.5))
+    for _ in range(5):
+        sim.step()
+        alone = sim.odometry("r")
+        assert alone is sim.sense("r").odometry
+    assert alone.forward > 0.001
+
+
 @pytest.mark.slow
 def test_the_end_of_an_arc_is_what_many_small_steps_add_up_to():
     for distance, turn in [(0.5, 1.2), (-0.3, 2.5), (1.0, -0.7), (0.2, 1e-6), (0.0, 1.0), (0.4, 0.0)]:
