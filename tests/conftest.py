@@ -8,18 +8,26 @@ import pytest
 
 TESTS = Path(__file__).parent
 LONGEST = (
-    "worlds/test_gallery_run.py",
-    "exchange/test_map_figures.py",
+    "worlds/test_shipped_worlds.py",
+    "sweep/test_sweep.py",
+    "algorithms/test_slam_rooms.py",
+    "algorithms/test_invariant_ekf.py",
+    "web/test_studio_unsaved_page.py",
+    "web/test_axe_page.py",
     "web/test_studio_newcomer.py",
+    "exchange/test_odometry_of_robots.py",
+    "sim/test_balancing_modules.py",
+    "exchange/test_map_figures.py",
     "algorithms/test_cooperative_slam.py",
     "exchange/test_robot_drives.py",
     "record/test_record_bounds.py",
-    "world/test_fuzz.py",
-    "world/test_large_world.py",
     "worlds/test_matlab_world.py",
     "web/test_studio_screen_page.py",
+    "world/test_large_world.py",
+    "worlds/test_balancing_run.py",
+    "worlds/test_gallery_run.py",
 )
-"""Files that take most of a minute and more; `--durations` tells which."""
+"""Files of 12 s of processor time and more, most of them with few tests; `--durations` tells which."""
 
 
 def pytest_ignore_collect(collection_path, config):
