@@ -16,23 +16,23 @@ from mjsim.world import Control, ForceActuator, Mechanism, TorqueActuator, World
 
 
 class MechanismControls:
-    """The controllers of one mechanism at work; each is asked at its own rate."""
+    """The running controllers of one mechanism, each called at its own rate."""
 
     def __init__(
         self, model: mujoco.MjModel, data: mujoco.MjData, mechanism: Mechanism, *, world: World, seed: int
     ) -> None:
-        """Make and start the modules.
+        """Create and start the modules.
 
         Args:
             model: The compiled world.
-            data: Its state, at the start.
-            mechanism: Whose joints are driven.
-            world: For where modules are looked for, and the files of signals.
-            seed: Of the run.
+            data: Its state at the start.
+            mechanism: The mechanism to control.
+            world: The world, for the search path of modules and the files of signals.
+            seed: Seed of the run.
 
         Raises:
-            UsageError: A module does not exist or does not take its keys, or a rate does not fit.
-            ModuleFault: It fails, or lacks what controllers need.
+            UsageError: A module does not exist or refuses its keys, or a rate does not fit.
+            ModuleFault: A module fails, or lacks a method that controllers need.
         """
         self._model, self._data, self._mechanism = model, data, mechanism
         self._world, self._seed = world, seed
@@ -68,7 +68,7 @@ class MechanismControls:
         return actuation
 
     def _wanted(self, actuator: TorqueActuator | ForceActuator) -> Callable[[float], Command]:
-        """Return what gives the goal of a joint now [rad, m]."""
+        """Return a function for the current goal of a joint [rad, m]."""
         assembly, target = self._mechanism.assembly, actuator.target
         column = assembly.column(target)
         signal: TimeSignal = Constant(level=float(assembly.start[column]))
@@ -84,7 +84,7 @@ class MechanismControls:
         return wanted
 
     def _senses(self) -> FastSenses:
-        """Return what a controller senses: each joint of one value by its name, or by `JOINT.VALUE`."""
+        """Return the inputs of a controller: each joint coordinate by the name of its joint, or by `JOINT.VALUE`."""
         names = {self._model.joint(number).name for number in range(self._model.njnt)}
         full = {value: f"{self._mechanism.name}/{value}" for value in self._mechanism.assembly.names}
         arms = {value: self._encoders([name]) for value, name in full.items() if name in names}
@@ -94,7 +94,7 @@ class MechanismControls:
         return JointEncoders(self._model, self._data, joints)
 
     def _told(self) -> RobotInfo:
-        """Return what a module is told of the mechanism: where it stands, and its name."""
+        """Return the description of the mechanism for a module: its pose and its name."""
         x, y = self._mechanism.at
         return RobotInfo(
             name=self._mechanism.name,

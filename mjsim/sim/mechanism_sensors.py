@@ -24,27 +24,27 @@ XYZ = ("x", "y", "z")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MechanismState:
-    """A mechanism at one moment; arrays have shape (values,) [rad, m, N m, N]."""
+    """State of a mechanism at one instant; arrays have shape (values,) [rad, m, N m, N]."""
 
     model: mujoco.MjModel
     data: mujoco.MjData
-    """Of the whole world, with all forces worked out."""
+    """State of the entire world, with all forces computed."""
     values: Array
     speeds: Array
     accelerations: Array
     efforts: Array
-    """Of the actuators, at the joints."""
+    """Torques and forces of the actuators at the joints."""
     pulls: Mapping[str, tuple[float, float]]
-    """By name, of distances that follow a motion: force and speed [N, m/s]."""
+    """Force and speed of each distance that follows a motion, by name [N, m/s]."""
     work: float
-    """Put in by actuators since the start [J]."""
+    """Work of the actuators since the start [J]."""
     lost: float
-    """To damping and friction since the start [J]."""
+    """Losses to damping and friction since the start [J]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Probe:
-    """One sensor: the names and units of what it reads, and how."""
+    """One sensor: the names and units of its readings, and its function."""
 
     names: tuple[str, ...]
     units: tuple[str, ...]
@@ -53,7 +53,7 @@ class Probe:
 
 
 def probes_of(model: mujoco.MjModel, mechanism: Mechanism) -> tuple[Probe, ...]:
-    """Return the sensors of a mechanism, and its energy."""
+    """Return the probes of a mechanism's sensors and of its energy."""
     probes = list[Probe]()
     for sensor in mechanism.sensors:
         if isinstance(sensor, JointSensor):
@@ -182,7 +182,10 @@ def _of_body(model: mujoco.MjModel, mechanism: Mechanism, sensor: BodySensor) ->
 
 
 def _point(now: MechanismState, body: int, place: Place) -> Array:
-    """Return place, velocity, acceleration, turn rate and acceleration, quaternion; world frame, shape (19,)."""
+    """Return the motion of a point, world frame, shape (19,).
+
+    Position, velocity, acceleration, angular velocity, angular acceleration, quaternion.
+    """
     model, data, kind = now.model, now.data, mujoco.mjtObj.mjOBJ_XBODY
     speed, change = np.zeros(6), np.zeros(6)
     mujoco.mj_objectVelocity(model, data, kind, body, speed, 0)

@@ -1,4 +1,4 @@
-"""Where the values of a mechanism are in MuJoCo's state, and the forces of its constraints."""
+"""Indices of the values of a mechanism in MuJoCo's state, and the forces of its constraints."""
 
 import mujoco
 import numpy as np
@@ -16,7 +16,7 @@ def equality_forces(data: mujoco.MjData, equality: int) -> Array:
 
 
 def copy_state(source: mujoco.MjData, target: mujoco.MjData, places: Array, speeds: Array) -> None:
-    """Copy all that forces depend on, with other positions and speeds."""
+    """Copy everything that forces depend on, with other positions and velocities."""
     target.qpos[:], target.qvel[:], target.time = places, speeds, source.time
     target.ctrl[:], target.act[:] = source.ctrl, source.act
     target.qfrc_applied[:], target.xfrc_applied[:] = source.qfrc_applied, source.xfrc_applied
@@ -24,7 +24,7 @@ def copy_state(source: mujoco.MjData, target: mujoco.MjData, places: Array, spee
 
 
 class Places:
-    """Where the values of a mechanism are in MuJoCo's state."""
+    """Indices of the values of a mechanism in MuJoCo's state."""
 
     def __init__(self, model: mujoco.MjModel, mechanism: Mechanism) -> None:
         assembly, name = mechanism.assembly, mechanism.name
@@ -51,7 +51,7 @@ class Places:
         self._bodies = [model.body(f"{name}/{body}").id if body and place else 0 for place, body in numbered]
 
     def set_speeds(self, data: mujoco.MjData, assembly: Assembly) -> None:
-        """Write the speeds of the start."""
+        """Write the initial velocities."""
         self.write(data, assembly, assembly.start, assembly.speeds)
 
     def read(self, data: mujoco.MjData, assembly: Assembly) -> tuple[Array, Array, Array]:
@@ -70,11 +70,11 @@ class Places:
         return values, speeds, accelerations
 
     def write(self, data: mujoco.MjData, assembly: Assembly, values: Array, speeds: Array) -> None:
-        """Write values and speeds of all joints that the physics has.
+        """Write values and speeds of all joints in the physics.
 
         Args:
-            data: Where to.
-            assembly: Of the mechanism.
+            data: State to write to.
+            assembly: Assembly of the mechanism.
             values: Shape (values,) [rad, m].
             speeds: Shape (values,) [1/s].
         """

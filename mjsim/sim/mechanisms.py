@@ -27,20 +27,20 @@ from mjsim.sim.tracks import Tracks
 from mjsim.world import ForceActuator, Mechanism, TorqueActuator, led_joints
 
 UNYIELDING = 1e-5
-"""By which constraints yield less in what is read than in the physics."""
+"""Factor on the softness R of constraints in the readings, against that in the physics."""
 TORN = 0.05
-"""How far apart the sides of a loop are before it is torn, as a fraction of the mechanism's size."""
+"""Gap between the sides of a loop above which it counts as torn, relative to the mechanism's size."""
 WIDEST_TURN = 0.2
-"""How far joints of loops may turn in one step [rad]: till then they keep their energy within a tenth for a while."""
+"""Largest rotation of joints of loops in one step [rad]: up to this, energy stays within a tenth for a while."""
 SLIP = 1e-6
-"""Of the step by which the change of a constraint's speed is found [s]."""
+"""Step of the finite difference for the change of a constraint's speed [s]."""
 
 
 class MechanismAtWork:
-    """One mechanism: it writes what moves it before each step of the physics.
+    """One running mechanism, which writes its inputs before each step of the physics.
 
-    The physics has speeds half a step before positions, as leapfrog methods do; at ticks they are brought together, so
-    that what is read is right to the second order of the step.
+    The physics has velocities half a step before positions, as leapfrog methods do; at ticks both are synchronized, so
+    that readings are accurate to second order in the step.
     """
 
     every = 1
@@ -54,14 +54,14 @@ class MechanismAtWork:
         seed: int,
         read: Callable[[str], bytes],
     ) -> None:
-        """Set the speeds of the start.
+        """Set the initial velocities.
 
         Args:
             model: The compiled world.
-            data: Its state, at the start.
+            data: Its state at the start.
             mechanism: From the world file.
-            seed: Of the run.
-            read: Returns a file that the world names.
+            seed: Seed of the run.
+            read: Returns the content of a file named in the world.
         """
         self._model, self._data, self.mechanism = model, data, mechanism
         self._scratch = mujoco.MjData(model)
@@ -83,15 +83,15 @@ class MechanismAtWork:
         self._probes: tuple[Probe, ...] = probes_of(model, mechanism)
         self._step, self._energy = 0, EnergyCount(model, self._places.dofs, self._followers)
         self._lag, self._gave = np.zeros(len(self._places.dofs)), np.zeros(model.neq)
-        """By how much each constraint of one row gave way in the last step, by its number [rad, m]."""
+        """Yield of each constraint with one row in the last step, by its number [rad, m]."""
         self._before, self._gained = data.qvel.copy(), self._lag
-        """Speeds after the last step, of the whole world, and what its own gained in it [1/s]."""
+        """Velocities of the entire world after the last step, and the change of the mechanism's own in it [1/s]."""
         turning = model.jnt_type[model.dof_jntid[self._places.dofs]] != mujoco.mjtJoint.mjJNT_SLIDE
         self._turning = self._places.dofs[turning]
         self._widest = 0.0
-        """How far a joint of a loop turned in one step at most [rad]."""
+        """Largest rotation of a joint of a loop in one step so far [rad]."""
         self.fault = ""
-        """Why the last step is not to be trusted, in words."""
+        """Reason why the last step is invalid, as text."""
         self._begin()
 
     def _make_followers(self) -> list[Follower]:
@@ -103,7 +103,7 @@ class MechanismAtWork:
         return made
 
     def _make_efforts(self, seed: int, read: Callable[[str], bytes]) -> list[tuple[int, TimeSignal]]:
-        """Return the motors, each with what it is told."""
+        """Return the motors, each with its signal."""
         driven, made = {drive.number for drive in self._assembly.drives}, []
         for number, actuator in enumerate(self.mechanism.actuators):
             if number in driven or getattr(actuator, "controller", None) is not None:
@@ -121,7 +121,7 @@ class MechanismAtWork:
 
     @property
     def moved(self) -> bool:
-        """Whether something moves it, so that it must act at every step."""
+        """Whether it has inputs, so that `act` must be called at every step."""
         losses = any(joint.damping or joint.friction for joint in self.mechanism.joints)
         losses = losses or any(spring.damping for spring in self._assembly.springs)
         controlled = any(getattr(each, "controller", None) is not None for each in self.mechanism.actuators)
@@ -130,7 +130,7 @@ class MechanismAtWork:
         )
 
     def act(self, step: int) -> None:
-        """Write what moves it in the step of that number, counted from 0 at the start of the run."""
+        """Write its inputs for a step, counted from 0 at the start of the run."""
         self._go_to(step)
         for follower in self._followers:
             follower.aim(step, gave=float(self._gave[follower.equality]))
@@ -142,10 +142,10 @@ class MechanismAtWork:
         self._exert(lambda signal: around(signal, step, self._h))
 
     def _exert(self, value: Callable[[TimeSignal], float]) -> None:
-        """Write torques and forces, and those of inertia that the physics lacks.
+        """Write torques and forces, and inertial forces missing in the physics.
 
         Args:
-            value: Gives that of a signal [N m, N].
+            value: Returns the value of a signal [N m, N].
         """
         for motor, signal in self._efforts:
             self._data.ctrl[motor] = value(signal)
@@ -157,11 +157,10 @@ class MechanismAtWork:
                 push.apply(self._data, value(push.signal))
 
     def _lagging(self) -> Array:
-        """Return the forces that half a step of the speeds makes, shape (own freedoms,) [N m, N].
+        """Return the correction of forces for half a step of the velocities, shape (own freedoms,) [N m, N].
 
-        Where forces of inertia are worked out the physics has speeds of half a step ago, where joints are damped those
-        of half a step ahead; those of now are known to the first order from what was gained in the step before, which
-        leaves an error of the second.
+        The physics computes inertial forces from velocities half a step ago, and damping from those half a step ahead.
+        Current velocities follow to first order from the change in the step before, which leaves a second-order error.
         """
         model, data, scratch, dofs, found = self._model, self._data, self._scratch, self._places.dofs, []
         scratch.qpos[:], scratch.qvel[:], forces = data.qpos, data.qvel, np.zeros(model.nv)
@@ -175,13 +174,13 @@ class MechanismAtWork:
         return np.asarray(found[0] - found[1] + model.dof_damping[dofs] * self._gained / 2.0)
 
     def settle(self, step: int) -> None:
-        """Bring it to where it is at the end of a tick, before the step of that number."""
+        """Bring it to its state at the end of a tick, before a given step."""
         self.fault = self._found_fault()
         if self.moved:
             self._go_to(step)
 
     def _go_to(self, step: int) -> None:
-        """Note what the step before the one of that number did, once, while the state still has its forces."""
+        """Record the results of the step before a given one, once, while the state still has its forces."""
         if step == self._step:
             return
         self._energy.add(self._data, self._before, self._lag, self._step)
@@ -196,9 +195,9 @@ class MechanismAtWork:
         self._step = step
 
     def lead(self, joint: str, goal: float | None, step: int) -> None:
-        """From a step on bring a joint that follows a motion to a value, and keep it there [rad, m].
+        """From a step on, move a joint that follows a motion to a value, and hold it there [rad, m].
 
-        None lets it follow its signal again.
+        None makes it follow its signal again.
         """
         if goal is None:
             self._locks.follower(joint).release(step, whole=self._whole(joint))
@@ -206,12 +205,12 @@ class MechanismAtWork:
             self._locks.follower(joint).lead(goal, step)
 
     def _whole(self, joint: str) -> float:
-        """Return a whole turn of a joint that turns freely, 0 of another [rad]."""
+        """Return 2 pi for a revolute joint without limits, 0 for others [rad]."""
         slides, lower, upper = led_joints(self.mechanism)[joint]
         return 0.0 if slides or math.isfinite(lower) or math.isfinite(upper) else 2.0 * math.pi
 
     def barred(self, joint: str, goal: float | None, step: int) -> str:
-        """Return how its loops do not allow what `lead` does, in words; '' where they do."""
+        """Return why its loops do not allow the motion of `lead`, as text; '' if they do."""
         if goal is None:
             goal = self._locks.follower(joint).end(step, whole=self._whole(joint))
         if goal is None:
@@ -221,11 +220,11 @@ class MechanismAtWork:
         return self._locks.barred(joint, goal, step, values)
 
     def locked(self, step: int) -> str:
-        """Return how its motions ask for what its loops do not allow at a step, in words; '' where they do not."""
+        """Return why its loops do not allow its motions at a step, as text; '' if they do."""
         return self._locks.locked(step, self._cut_values)
 
     def _found_fault(self) -> str:
-        """Return how a loop is held no longer, or turns so far within a step that its energy is lost, in words."""
+        """Return a description of a torn loop, or of one that rotates too far within a step to keep its energy."""
         data, name = self._data, self.mechanism.name
         if not len(self._loops):
             return ""
@@ -252,10 +251,10 @@ class MechanismAtWork:
         self._closures.aim(self._scratch)
 
     def state(self, step: int) -> MechanismState:
-        """Return how it moves now, before the step of that number.
+        """Return its current state, before a given step.
 
         Args:
-            step: Counted from 0 at the start of the run.
+            step: Number of the step, counted from 0 at the start of the run.
         """
         self.act(step)
         self._exert(lambda signal: float(signal.value(step * self._h)))
@@ -267,7 +266,7 @@ class MechanismAtWork:
         return self._told(step, *self._energy.now(self._scratch, step))
 
     def _told(self, step: int, work: float, lost: float) -> MechanismState:
-        """Return what the scratch state says of it, with work and losses up to now [J]."""
+        """Return its state in the scratch data, with work and losses up to now [J]."""
         values, rates, accelerations = self._values()
         return MechanismState(
             model=self._model,
@@ -282,7 +281,7 @@ class MechanismAtWork:
         )
 
     def motion(self, step: int) -> tuple[JointMotion, SensorReadings]:
-        """Return how its joints move and what its sensors read now, before the step of that number."""
+        """Return the current motion of its joints and the readings of its sensors, before a given step."""
         now = self.state(step)
         goal = now.values.copy()
         for follower in self._followers:
@@ -305,11 +304,11 @@ class MechanismAtWork:
         return motion, readings
 
     def _exact(self, step: int, speeds: Array) -> None:
-        """Work out accelerations and forces at which loops stay closed and motions are in the scratch state.
+        """Compute accelerations and forces that satisfy loops and motions exactly in the scratch data.
 
         Args:
-            step: Whose motions are followed.
-            speeds: Of all freedoms of the world, shape (nv,).
+            step: Step of the motions.
+            speeds: Velocities of all freedoms of the world, shape (nv,).
         """
         model, data, scratch = self._model, self._data, self._scratch
         changes = self._changes(speeds)
@@ -336,7 +335,7 @@ class MechanismAtWork:
         model.opt.disableflags, model.opt.tolerance = flags, tolerance
 
     def _accelerations(self, step: int) -> dict[int, float]:
-        """Return what followed motions accelerate by at a step, by the number of the constraint [1/s^2]."""
+        """Return the accelerations of followed motions at a step, by the number of the constraint [1/s^2]."""
         return {follower.equality: follower.acceleration(step) for follower in self._followers}
 
     def _rows(self, data: mujoco.MjData) -> list[int]:
@@ -348,7 +347,7 @@ class MechanismAtWork:
         return found
 
     def _changes(self, speeds: Array) -> Array:
-        """Return how the residuals' speeds change by the speeds alone, by row of the equality constraints."""
+        """Return the residuals' accelerations due to velocities alone, by row of the equality constraints."""
         ends = []
         for sign in (1.0, -1.0):
             places = self._data.qpos.copy()
@@ -377,7 +376,7 @@ class MechanismAtWork:
         return values, speeds, accelerations
 
     def _pull(self, follower: Follower, step: int) -> tuple[float, float]:
-        """Return the force that keeps two points apart, and how fast they part [N, m/s]."""
+        """Return the force between two points at a followed distance, and the rate of the distance [N, m/s]."""
         force = float(equality_forces(self._scratch, follower.equality).sum())
         return force, follower.middle_speed(step)
 

@@ -7,7 +7,7 @@ from mjsim.world import Route, World, item_names, route_of
 
 
 class Movers:
-    """Puts the movers of a world where they are at a time, with the velocity that contacts must see."""
+    """Sets the movers of a world to their positions at a time, with the velocity for contacts."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, world: World) -> None:
         """Find the slides of the movers in the compiled world."""
@@ -27,11 +27,11 @@ class Movers:
         self._places, self._speeds = np.array(places, dtype=int), np.array(speeds, dtype=int)
 
     def __len__(self) -> int:
-        """Return how many there are."""
+        """Return the number of movers."""
         return len(self._routes)
 
     def put(self, time: float) -> None:
-        """Put all where they are at a time [s]."""
+        """Set all to their positions at a time [s]."""
         if not self._routes:
             return
         found = np.array([route.at(time) for route in self._routes])

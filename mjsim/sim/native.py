@@ -10,7 +10,7 @@ GL_RENDERER = 0x1F01
 
 
 def open_library(*names: str) -> ctypes.CDLL:
-    """Return the first of these libraries that is there, its symbols kept out of the way of others."""
+    """Return the first of these libraries that exists, loaded with local symbols."""
     reasons = []
     for name in names:
         try:
@@ -21,7 +21,7 @@ def open_library(*names: str) -> ctypes.CDLL:
 
 
 def publish(library: ctypes.CDLL) -> None:
-    """Let the symbols of a library be found by name in the whole process, where MuJoCo looks for OpenGL."""
+    """Make the symbols of a library global in the process, where MuJoCo looks for OpenGL."""
     ctypes.CDLL(library._name, mode=ctypes.RTLD_GLOBAL)
 
 
@@ -36,7 +36,7 @@ def function(library: ctypes.CDLL, name: str, result: Any, *arguments: Any) -> A
 
 
 def renderer_name(get_address: Callable[[bytes], int | None]) -> str:
-    """Return who draws in the OpenGL context that is current.
+    """Return the name of the renderer of the current OpenGL context.
 
     Args:
         get_address: Finds an OpenGL function by its name.

@@ -21,30 +21,30 @@ from mjsim.sim.streams import streams_of
 from mjsim.world import Camera, Looks, World
 
 PORTRAYED = (215.0, -22.0)
-"""Azimuth and elevation from which portraits look: from ahead and the left [deg]."""
+"""Azimuth and elevation of portraits: from the front left [deg]."""
 EYE_LEVEL = 0.4
-"""Height over the floor that a view from outside looks at [m]."""
+"""Height above the floor of the point that a view from outside looks at [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Orbit:
-    """From where a view from outside looks."""
+    """Viewpoint of a view from outside."""
 
     azimuth: float
     """Direction of the view seen from above, counter-clockwise from x [rad]."""
     elevation: float
-    """How far it looks up; negative from above [rad]."""
+    """Elevation of the view; negative when looking down [rad]."""
     distance: float
-    """From the place that it looks at [m]."""
+    """Distance from the point that it looks at [m]."""
     at: tuple[float, float]
-    """That place, world frame [m]."""
+    """Point that it looks at, world frame [m]."""
 
 
 class Onlooker(Closes):
     """Renders recorded or running states with its own cameras. Use from one thread, and close when done.
 
-    The world is compiled at the first picture. Cameras see without noise, blur and shutter, and with depth or instances
-    when asked, whatever they give to modules.
+    The world is compiled at the first image. Cameras render without noise, blur and shutter, and with depth or
+    instances on request, independent of their outputs for modules.
     """
 
     def __init__(self, world: World) -> None:
@@ -57,14 +57,14 @@ class Onlooker(Closes):
         self._moving: list[int] = []
         """Geoms of mechanisms."""
         self._reach: Array | None = None
-        """Corners of a box around all places of mechanisms that the overview showed, world frame, shape (2, 3) [m]."""
+        """Corners of a box around all poses of mechanisms in the overview so far, world frame, shape (2, 3) [m]."""
 
     def show(self, qpos: Array, looks: Looks | None) -> None:
-        """Bring everything to a state.
+        """Set the state to show.
 
         Args:
-            qpos: MuJoCo's positions, shape (nq,), as ticks and recordings hold them.
-            looks: Light, and what is no longer there; as at the start unless told.
+            qpos: MuJoCo's positions, shape (nq,), as in ticks and recordings.
+            looks: Light and removed objects; by default as at the start.
 
         Raises:
             UsageError: The state is not of this world.
@@ -77,10 +77,10 @@ class Onlooker(Closes):
         """Return a view from outside, RGB, shape (height, width, 3).
 
         Args:
-            view: From where; or 'overview', or 'ROBOT/chase'.
+            view: Viewpoint, 'overview', or 'ROBOT/chase'.
             width: [px]
             height: [px]
-            quality: As a camera has it.
+            quality: Quality, as for cameras.
 
         Raises:
             UsageError: The view does not exist.
@@ -100,7 +100,9 @@ class Onlooker(Closes):
         return self._outside[key].render(scene.data, _free_camera(view))
 
     def portrait(self, *, width: int, height: int, quality: Quality = "high") -> Picture:
-        """Return all that stands on the floor, as large as it goes, from aside and above; RGB, (height, width, 3).
+        """Return a picture of all objects on the floor, from the side and above, RGB, (height, width, 3).
+
+        They fill the picture.
 
         Raises:
             UsageError: There is nothing on the floor.
@@ -125,14 +127,14 @@ class Onlooker(Closes):
     def onboard(
         self, robot: str, camera: str, *, stamp: float = 0.0, depth: bool = False, segmentation: bool = False
     ) -> CameraFrame:
-        """Return what an onboard camera would see, without errors.
+        """Return the frame of an onboard camera, without errors.
 
         Args:
-            robot: Whose camera it is.
-            camera: Its name.
-            stamp: Of the state [s].
-            depth: Whether the distance of each pixel is given too.
-            segmentation: Whether what each pixel shows is given too.
+            robot: Name of the robot.
+            camera: Name of the camera.
+            stamp: Time of the state [s].
+            depth: Whether to include the distance of each pixel.
+            segmentation: Whether to include the instance of each pixel.
 
         Raises:
             UsageError: The camera does not exist.
@@ -148,7 +150,7 @@ class Onlooker(Closes):
             canvas.close()
 
     def _widen(self, scene: StillScene) -> None:
-        """Let the overview show mechanisms where they are now, and where it showed them before."""
+        """Widen the overview to the current and all earlier poses of mechanisms."""
         model, data = scene.model, scene.data
         if not self._moving:
             self._moving = _geoms_of(model, {item.name for item in self._world.mechanisms})
@@ -189,7 +191,7 @@ class Onlooker(Closes):
 
 
 def _geoms_of(model: mujoco.MjModel, mechanisms: Collection[str]) -> list[int]:
-    """Return the geoms of all bodies of mechanisms, by the names of these."""
+    """Return the geoms of all bodies of mechanisms, by the names of the bodies."""
     return [k for k in range(model.ngeom) if model.body(model.geom_bodyid[k]).name.partition("/")[0] in mechanisms]
 
 
@@ -198,8 +200,8 @@ def box_around(model: mujoco.MjModel, data: mujoco.MjData, geoms: Sequence[int])
 
     Args:
         model: The compiled world.
-        data: A state of it, with places worked out.
-        geoms: Their numbers; at least one.
+        data: A state of it, with poses computed.
+        geoms: Numbers of the geoms, at least one.
     """
     turned, boxes = data.geom_xmat[geoms].reshape(-1, 3, 3), model.geom_aabb[geoms]
     middle = data.geom_xpos[geoms] + np.einsum("kij,kj->ki", turned, boxes[:, :3])

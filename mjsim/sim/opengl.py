@@ -1,8 +1,8 @@
-"""OpenGL without a screen, by whichever backend works on this machine.
+"""OpenGL without a screen, by the first backend that works on this machine.
 
-Tried in this order: EGL (a GPU, or Mesa's software renderer), the OSMesa of the system, the OSMesa that the
-package lavavu-osmesa carries. MUJOCO_GL, when set to 'egl' or 'osmesa', narrows the choice. MuJoCo looks its
-OpenGL functions up once a process, so the choice is made once a process, before MuJoCo looks.
+Tried in this order: EGL (a GPU, or Mesa's software renderer), the OSMesa of the system, the OSMesa of the package
+lavavu-osmesa. MUJOCO_GL, when set to 'egl' or 'osmesa', restricts the choice. MuJoCo looks up its OpenGL functions
+once per process, so the backend is chosen once per process, before that.
 """
 
 import functools
@@ -25,38 +25,38 @@ from mjsim.sim.osmesa import PACKAGE, VERSION, OsmesaContext, package_is_there, 
 
 APT_LINE = "sudo apt install libegl1 libgl1-mesa-dri"
 CHECKOUT = Path(__file__).resolve().parents[2]
-"""Holds scripts/setup unless mjsim was installed from a wheel."""
+"""Root of the checkout, with scripts/setup unless mjsim was installed from a wheel."""
 TINY = "<mujoco><visual><global offwidth='1' offheight='1'/><quality shadowsize='1' offsamples='0'/></visual></mujoco>"
 
 
 class GLContext(Protocol):
-    """An OpenGL context of the backend that was chosen; at work in one thread at a time."""
+    """An OpenGL context of the chosen backend, used by one thread at a time."""
 
     def make_current(self) -> None:
-        """Let the OpenGL calls of this thread go to this context."""
+        """Make this the context of the OpenGL calls of this thread."""
 
     def renderer(self) -> str:
-        """Return who draws, as OpenGL tells it; the context must be current."""
+        """Return the name of the OpenGL renderer; the context must be current."""
 
     def release(self) -> None:
-        """Let no OpenGL call of this thread go anywhere, so that another thread may make it current."""
+        """Detach the context from this thread, so that another thread can make it current."""
 
     def address(self, name: bytes) -> int | None:
-        """Return where an OpenGL function is, or None when there is none of that name."""
+        """Return the address of an OpenGL function, or None if there is none of that name."""
 
     def free(self) -> None:
-        """Give it back, from the thread where it is current; a second call does nothing."""
+        """Destroy the context, in the thread where it is current; a second call does nothing."""
 
 
 ContextMaker = Callable[[int, int], GLContext]
-"""Makes a context with a framebuffer of its own of this width and height [px]."""
+"""Creates a context with its own framebuffer of a width and height [px]."""
 
 
 def choose_backend() -> str:
     """Return 'egl', 'osmesa' or 'osmesa from a package': the first that works here.
 
     Raises:
-        OpenGLError: None works, or not the one that MUJOCO_GL asks for; the message says what to type.
+        OpenGLError: None works, or not the one set by MUJOCO_GL; the message contains the remedy.
     """
     return _choice()[0]
 
@@ -65,20 +65,20 @@ def make_context(width: int, height: int) -> GLContext:
     """Return a new context, not yet current.
 
     Args:
-        width: Of the framebuffer that comes with it [px]; MuJoCo's offscreen buffer does not depend on it.
-        height: The same [px].
+        width: Width of its framebuffer [px]; MuJoCo's offscreen buffer does not depend on it.
+        height: Height of its framebuffer [px].
 
     Raises:
-        OpenGLError: As `choose_backend` says.
+        OpenGLError: As for `choose_backend`.
     """
     return _choice()[1](width, height)
 
 
 def try_backend(name: str) -> str:
-    """Return who draws with one of `BACKENDS`; for a process of its own, as MuJoCo then keeps to that backend.
+    """Return the renderer of one of `BACKENDS`; call it in a separate process, as MuJoCo then keeps that backend.
 
     Raises:
-        OpenGLError: It does not work; the message says why.
+        OpenGLError: It does not work; the message contains the reason.
     """
     maker = _OPEN[name]()
     _let_mujoco_look(name, maker)
@@ -111,7 +111,7 @@ def _candidates(asked: str) -> tuple[str, ...]:
 
 
 def _remedy() -> str:
-    """Return the one command that mends a machine on which nothing draws."""
+    """Return the command that makes rendering work on this machine."""
     if requested_backend():
         return "unset MUJOCO_GL"
     if (sys.platform, platform.machine()) != ("linux", "x86_64") or package_is_there():
@@ -152,7 +152,7 @@ def _osmesa_context(library: CDLL, width: int, height: int) -> GLContext:
 
 
 def _try(maker: ContextMaker) -> str:
-    """Return who draws; raise OpenGLError unless a context can be made and answers."""
+    """Return the name of the renderer; raise OpenGLError unless a context can be created and used."""
     context = maker(1, 1)
     try:
         context.make_current()
@@ -162,9 +162,9 @@ def _try(maker: ContextMaker) -> str:
 
 
 def _let_mujoco_look(name: str, maker: ContextMaker) -> None:
-    """Let MuJoCo find its OpenGL functions now, in the library that was chosen.
+    """Make MuJoCo look up its OpenGL functions now, in the chosen library.
 
-    MuJoCo's C code asks MUJOCO_GL in which of several loaded libraries to look; dm_control may have loaded others.
+    MuJoCo's C code selects one of several loaded libraries by MUJOCO_GL; dm_control may have loaded others.
     """
     context = maker(1, 1)
     before = os.environ.get("MUJOCO_GL")

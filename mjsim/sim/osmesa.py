@@ -1,6 +1,6 @@
-"""OpenGL contexts of OSMesa, which draw in memory on the processor.
+"""OpenGL contexts of OSMesa, which render in memory on the processor.
 
-The library comes with the system, or in the package lavavu-osmesa, which anyone may install.
+The library is part of the system or of the package lavavu-osmesa, which can be installed without root rights.
 
 References:
     Mesa, include/GL/osmesa.h.
@@ -19,16 +19,16 @@ RGBA, UNSIGNED_BYTE = 0x1908, 0x1401
 DEPTH_BITS, STENCIL_BITS = 24, 8
 PACKAGE, VERSION = "lavavu-osmesa", "1.9.10"
 NEEDED_FIRST = ("tinfo", "ffi", "zstd", "pcre2", "selinux", "drm", "glapi", "LLVM")
-"""Libraries of the package, each after those that it needs: they carry no search path of their own."""
+"""Libraries of the package, each after its dependencies, as they have no search path."""
 
 
 def system_osmesa() -> ctypes.CDLL:
-    """Return the OSMesa that the system has."""
+    """Return the OSMesa of the system."""
     return open_library("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so")
 
 
 def packaged_osmesa() -> ctypes.CDLL:
-    """Return the OSMesa that the package lavavu-osmesa carries."""
+    """Return the OSMesa of the package lavavu-osmesa."""
     if not package_is_there():
         raise OpenGLError(f"the package {PACKAGE} is not installed")
     folder = Path(str(metadata.distribution(PACKAGE).locate_file("lavavu_osmesa.libs")))
@@ -43,7 +43,7 @@ def package_is_there() -> bool:
 
 
 class OsmesaContext:
-    """A context that draws in memory."""
+    """A context that renders in memory."""
 
     def __init__(self, library: ctypes.CDLL, *, width: int, height: int) -> None:
         self._get_address = function(library, "OSMesaGetProcAddress", c_void_p, c_char_p)
@@ -58,7 +58,7 @@ class OsmesaContext:
             raise OpenGLError("OSMesa gives no OpenGL context")
 
     def make_current(self) -> None:
-        """Let the OpenGL calls of this thread go to this context."""
+        """Make this the context of the OpenGL calls of this thread."""
         made = self._context and self._make_current(
             self._context, self._buffer, UNSIGNED_BYTE, self._width, self._height
         )
@@ -66,19 +66,19 @@ class OsmesaContext:
             raise OpenGLError("the OSMesa context was freed, or is too large")
 
     def renderer(self) -> str:
-        """Return who draws; the context must be current."""
+        """Return the name of the OpenGL renderer; the context must be current."""
         return renderer_name(self._get_address)
 
     def release(self) -> None:
-        """Let no OpenGL call of this thread go anywhere, so that another thread may make it current."""
+        """Detach the context from this thread, so that another thread can make it current."""
         self._make_current(None, None, UNSIGNED_BYTE, 0, 0)
 
     def address(self, name: bytes) -> int | None:
-        """Return where an OpenGL function is, or None when there is none of that name."""
+        """Return the address of an OpenGL function, or None if there is none of that name."""
         return cast("int | None", self._get_address(name))
 
     def free(self) -> None:
-        """Release it; a second call does nothing."""
+        """Destroy the context; a second call does nothing."""
         if self._context:
             if self._current_context() == self._context:
                 self._make_current(None, None, UNSIGNED_BYTE, 0, 0)

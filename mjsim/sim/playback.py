@@ -17,15 +17,15 @@ from mjsim.sim.still import StillScene
 from mjsim.world import World, WorldEvent, looks_after
 
 ABOVE = 0.5
-"""Height over the floor to which a camera's way must be free [m]."""
+"""Height above the floor of the line of sight that must be free [m]."""
 BEFORE = 0.1
-"""A camera stays this far before what would hide its robot [m]."""
+"""Distance of a camera in front of an object that would hide its robot [m]."""
 SOLID = np.array([1, 0, 0, 1, 0, 0], dtype=np.uint8)
-"""Geom groups of what is solid: things, and the shapes of the walls that are not drawn."""
+"""Geom groups of solids: objects, and the invisible collision shapes of walls."""
 
 
 class Playback(Closes):
-    """A world whose state is given, not simulated. Use from one thread, and close when done."""
+    """Renders a world in given states. Use from one thread, and close when done."""
 
     def __init__(
         self,
@@ -40,12 +40,12 @@ class Playback(Closes):
         """Compile the world.
 
         Args:
-            world: What is drawn.
-            width: Of the pictures [px].
-            height: Of the pictures [px].
-            quality: As a camera has it.
-            groups: Geom groups that are seen.
-            events: What happened to the world, in order of time.
+            world: The world.
+            width: Width of the pictures [px].
+            height: Height of the pictures [px].
+            quality: Quality, as for cameras.
+            groups: Visible geom groups.
+            events: Events of the run, in order of time.
         """
         self._world, self._events = world, tuple(events)
         self._times = [event.time for event in self._events]
@@ -53,14 +53,13 @@ class Playback(Closes):
         self._renderer = Renderer(self._scene.model, width=width, height=height, quality=quality, groups=groups)
 
     def picture(self, qpos: Array, camera: str, out: Picture | None = None, *, time: float | None = None) -> Picture:
-        """Return what a camera sees in a state, RGB, shape (height, width, 3).
+        """Return the image of a camera in a state, RGB, shape (height, width, 3).
 
         Args:
-            qpos: MuJoCo's positions, shape (nq,), as a recording holds them.
+            qpos: MuJoCo's positions, shape (nq,), as in a recording.
             camera: 'ROBOT/CAMERA', 'ROBOT/chase' or 'overview'.
             out: Written and returned when given.
-            time: When that was [s]: light is as events had left it by then, and what they took away is not there;
-                before all events unless given.
+            time: Time of the state [s], for light and removed objects by events; by default before all events.
 
         Raises:
             UsageError: The camera does not exist.
@@ -74,10 +73,10 @@ class Playback(Closes):
         return self._renderer.render(self._scene.data, camera, out)
 
     def widen(self, reach: Array) -> None:
-        """Let the overview show what moves beyond the world as it starts.
+        """Widen the overview to motion beyond the initial world.
 
         Args:
-            reach: Corners of a box around it, world frame, shape (2, 3) [m].
+            reach: Corners of a box around the motion, world frame, shape (2, 3) [m].
         """
         self._scene.model.camera("overview").pos = overview_of(self._world, reach)
 
@@ -87,7 +86,7 @@ class Playback(Closes):
 
 
 def bring_near(model: mujoco.MjModel, data: mujoco.MjData, camera: str) -> None:
-    """Move a camera that is fixed to a robot before what would hide the robot from it, until places are worked out."""
+    """Move a camera fixed to a robot in front of objects that hide the robot, until poses are computed again."""
     index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, camera)
     if index < 0:
         return

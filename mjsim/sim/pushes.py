@@ -13,14 +13,14 @@ from mjsim.world import GROUND, Actuator, Assembly, ForceActuator, Mechanism, To
 def effort_signal(
     assembly: Assembly, number: int, actuator: Actuator, read: Callable[[str], bytes], rng: Generator
 ) -> TimeSignal:
-    """Return what a torque or a force is over time; one that trimming found is constant.
+    """Return a torque or force over time; a trimmed one is constant.
 
     Args:
-        assembly: Of the mechanism.
-        number: Of the actuator.
-        actuator: As it is written.
-        read: Returns a file that the world names.
-        rng: Of a random signal.
+        assembly: Assembly of the mechanism.
+        number: Number of the actuator.
+        actuator: From the world file.
+        read: Returns the content of a file named in the world.
+        rng: Generator of a random signal.
     """
     if number in assembly.found:
         return Constant(level=assembly.found[number])
@@ -29,13 +29,13 @@ def effort_signal(
 
 
 def around(signal: TimeSignal, step: int, h: float) -> float:
-    """Return the mean of a signal over a period of the physics about a step of that number, none of it before step 0.
+    """Return the mean of a signal over a period of the physics centered at a step, without any part before step 0.
 
-    Speeds are half a period beside places, and a jump at a step is one in the middle of the period.
+    Velocities are half a period off positions, so a jump at a step is in the middle of the period.
 
     Args:
-        signal: Of a torque or force [N m, N].
-        step: Counted from 0 at the start of the run.
+        signal: Signal of a torque or force [N m, N].
+        step: Number of the step, counted from 0 at the start of the run.
         h: Period of the physics [s].
     """
     return float(signal.value(max(step - 0.25, 0.0) * h) + signal.value((step + 0.25) * h)) / 2.0
@@ -55,8 +55,8 @@ class Push:
 
         Args:
             model: The compiled world.
-            mechanism: Whose body it is.
-            actuator: As it is written.
+            mechanism: Mechanism of the body.
+            actuator: From the world file.
             signal: The torque or force [N m, N].
         """
         points = {GROUND: dict[str, tuple[float, ...]](), **{body.name: body.points() for body in mechanism.bodies}}
@@ -70,7 +70,7 @@ class Push:
         self._is_force = isinstance(actuator, ForceActuator)
 
     def apply(self, data: mujoco.MjData, size: float) -> None:
-        """Add what a torque or force of a size [N m, N] does to the forces of all freedoms."""
+        """Add a torque or force [N m, N] to the generalized forces."""
         effort = size * self._axis
         force, torque = (effort, np.zeros(3)) if self._is_force else (np.zeros(3), effort)
         point = data.xmat[self._body].reshape(3, 3) @ self._at + data.xpos[self._body]

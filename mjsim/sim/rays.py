@@ -10,29 +10,29 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 
 SOLID = np.array([1, 0, 0, 1, 0, 0], dtype=np.uint8)
-"""Geom groups that rays hit: 0 and 3, so neither beacons nor anybody's running gear."""
+"""Geom groups that rays hit: 0 and 3, so neither beacons nor running gears."""
 STRAIGHT = 1e-12
-"""The cosine of half a turn may be off by this."""
+"""Tolerance of the cosine of half a rotation."""
 HIDDEN = 5
-"""Geom group of what is left out for the time of one look."""
+"""Geom group of geoms excluded from one cast."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RayHits:
-    """What rays meet first, one row a ray."""
+    """First hits of rays, one row per ray."""
 
     distances: Array
-    """+inf where nothing is met, shape (n,) [m]."""
+    """Distances, +inf without a hit, shape (n,) [m]."""
     geoms: NDArray[np.int32]
-    """-1 for none, shape (n,)."""
+    """Geoms hit, -1 for none, shape (n,)."""
     facing: Array
     """Cosine between ray and surface normal, shape (n,)."""
     unsure: NDArray[np.bool_]
-    """Whether something round, or with more corners than a box, may be met before; MuJoCo knows, shape (n,)."""
+    """Whether a round or polyhedral geom may be hit before, for MuJoCo to decide, shape (n,)."""
 
     @classmethod
     def nothing(cls, count: int, *, unsure: bool = False) -> Self:
-        """Return hits of rays that meet nothing, or of which nothing is known."""
+        """Return hits of rays that hit nothing, or that are not yet cast."""
         free = np.full(count, np.inf), np.full(count, -1, dtype=np.int32), np.zeros(count)
         return cls(*free, unsure=np.full(count, unsure))
 
@@ -41,18 +41,18 @@ class RayHits:
         return type(self)(self.distances[batch], self.geoms[batch], self.facing[batch], self.unsure[batch])
 
     def add(self, others: Self) -> None:
-        """Put in what the same rays meet of other things, where that is nearer."""
+        """Merge hits of the same rays on other geoms, where these are nearer."""
         rows = np.flatnonzero(others.distances < self.distances)
         self.distances[rows], self.geoms[rows] = others.distances[rows], others.geoms[rows]
         self.facing[rows], self.unsure[rows] = others.facing[rows], others.unsure[rows]
 
 
 class Fan:
-    """Casts fans of rays, each from one point; its memory is made once.
+    """Casts fans of rays, each from one point, with preallocated memory.
 
-    `mj_multiRay` looks for bodies in boxes along their frames, but the boxes lie along principal axes: it passes some
-    of what hangs on a body whose principal axes are turned, such as a link of an arm or a robot of an odd outline. A
-    model that has such bodies is asked for one ray at a time.
+    `mj_multiRay` takes the bounding boxes of bodies as aligned with their frames, but they are aligned with principal
+    axes. It therefore misses geoms of a body with rotated principal axes, such as a link of an arm or a robot with an
+    asymmetric outline. In a model with such bodies rays are cast one by one.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, *, most: int, normals: bool = False) -> None:
@@ -61,16 +61,16 @@ class Fan:
         Args:
             model: The compiled world.
             data: Its state.
-            most: How many rays there are at most.
-            normals: Whether surface normals are wanted.
+            most: Largest number of rays.
+            normals: Whether to compute surface normals.
         """
         self._model, self._data = model, data
         self.geoms = np.full(most, -1, dtype=np.int32)
-        """What the rays of the last cast met, -1 for nothing, shape (most,)."""
+        """Geoms hit by the last cast, -1 for none, shape (most,)."""
         self.distances = np.empty(most)
-        """How far it is to what they met, shape (most,) [m]."""
+        """Distances of these hits, shape (most,) [m]."""
         self.normals = np.zeros((most, 3)) if normals else None
-        """Of the surfaces that they met, world frame, shape (most, 3)."""
+        """Surface normals of these hits, world frame, shape (most, 3)."""
         bodies = np.unique(model.geom_bodyid[SOLID[model.geom_group].astype(bool)])
         self._turned = bool((np.abs(model.body_iquat[bodies, 0]) < 1.0 - STRAIGHT).any())
 
@@ -80,8 +80,8 @@ class Fan:
         Args:
             start: World frame, shape (3,) [m].
             directions: Unit vectors, world frame, C-contiguous, shape (n, 3).
-            exclude: Number of the body that is not met.
-            limit: What is farther may be left out [m].
+            exclude: Number of a body that rays ignore.
+            limit: Distance beyond which hits may be omitted [m].
         """
         if self._turned:
             self._one_by_one(start, directions, exclude)
@@ -106,7 +106,7 @@ class Fan:
 
 
 class Rays:
-    """A fan of rays that never meet the robot that they come from; its memory is made once."""
+    """A fan of rays that ignore the robot that they come from, with preallocated memory."""
 
     def __init__(
         self, model: mujoco.MjModel, data: mujoco.MjData, robot: str, *, most: int, carrier: str = "base"
@@ -117,8 +117,8 @@ class Rays:
             model: The compiled world.
             data: Its state, read at each measurement.
             robot: Name of the robot that the rays come from.
-            most: How many rays there are at most.
-            carrier: The body in whose frame `pose` is, below the robot's name.
+            most: Largest number of rays.
+            carrier: The body whose frame `pose` returns, below the robot's name.
         """
         self._model, self._data = model, data
         self._base = base = model.body(f"{robot}/base").id
@@ -131,16 +131,16 @@ class Rays:
         self._fan = Fan(model, data, most=most, normals=True)
 
     def pose(self) -> tuple[Array, Array]:
-        """Return world_from_carrier: where the origin of the carrier is, shape (3,) [m], and its axes, shape (3, 3)."""
+        """Return world_from_carrier: the origin of the carrier, shape (3,) [m], and its axes, shape (3, 3)."""
         return self._data.xpos[self._carrier], self._data.xmat[self._carrier].reshape(3, 3)
 
     def cast(self, start: Array, directions: Array, *, limit: float) -> Array:
-        """Return how far each ray goes, shape (n,) [m]; +inf where it meets nothing. The next call writes over it.
+        """Return the distance of each ray, shape (n,) [m]; +inf without a hit. The next call overwrites the array.
 
         Args:
             start: World frame, shape (3,) [m].
             directions: Unit vectors, world frame, C-contiguous, shape (n, 3).
-            limit: What is farther is not met [m].
+            limit: Largest distance of a hit [m].
         """
         own = self._own
         if own.size:
@@ -156,6 +156,6 @@ class Rays:
         return distances
 
     def met(self, count: int) -> tuple[NDArray[np.int32], Array]:
-        """Return what the last rays met: geoms, shape (count,), -1 for none, and their normals, shape (count, 3)."""
+        """Return the hits of the last rays: geoms, shape (count,), -1 for none, and normals, shape (count, 3)."""
         assert self._fan.normals is not None
         return self._fan.geoms[:count], self._fan.normals[:count]

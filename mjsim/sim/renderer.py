@@ -1,4 +1,4 @@
-"""Pictures, instances and depth of a scene, drawn off screen."""
+"""Images, instances and depth of a scene, rendered off screen."""
 
 import cv2
 import mujoco
@@ -16,15 +16,15 @@ from mjsim.sim.in_view import Frustum, InView, frustum_of
 SEEN = (0, 1)
 """Geom groups that onboard cameras see."""
 SEEN_FROM_OUTSIDE = (0, 1, 2)
-"""Those that views from outside see: masts and housings of cameras too."""
+"""Geom groups in views from outside: also masts and housings of cameras."""
 UNSEEN = 5
-"""Group of what is left out of one picture."""
+"""Group of geoms excluded from one image."""
 CATEGORIES = mujoco.mjtCatBit.mjCAT_STATIC | mujoco.mjtCatBit.mjCAT_DYNAMIC
-"""What stands and what moves; no decoration."""
+"""Static and moving objects, without decoration."""
 
 
 def _flags(*shown: mujoco.mjtRndFlag) -> NDArray[np.uint8]:
-    """Return MuJoCo's flags with these set, and that faces are seen from their front alone."""
+    """Return MuJoCo's flags with these set, and back faces culled."""
     flags = np.zeros(mujoco.mjtRndFlag.mjNRNDFLAG, dtype=np.uint8)
     flags[[int(flag) for flag in (mujoco.mjtRndFlag.mjRND_CULL_FACE, *shown)]] = 1
     return flags
@@ -33,7 +33,7 @@ def _flags(*shown: mujoco.mjtRndFlag) -> NDArray[np.uint8]:
 PICTURE = _flags()
 PICTURE_HIGH = _flags(mujoco.mjtRndFlag.mjRND_SHADOW, mujoco.mjtRndFlag.mjRND_REFLECTION)
 INSTANCES = _flags(mujoco.mjtRndFlag.mjRND_SEGMENT, mujoco.mjtRndFlag.mjRND_IDCOLOR)
-"""How MuJoCo is to draw."""
+"""Flags for rendering instances."""
 
 
 class Renderer(Closes):
@@ -52,12 +52,12 @@ class Renderer(Closes):
         """Initialise.
 
         Args:
-            model: What to draw; its visual settings are used but for `quality`.
+            model: The model; its visual settings are used except for `quality`.
             width: [px]
             height: [px]
-            quality: High adds shadows, reflections and four samples a pixel; ignored when a canvas is given.
-            canvas: Shared with other renderers of this model; without it, one of its own.
-            groups: Geom groups that are seen.
+            quality: High adds shadows, reflections and four samples per pixel; ignored when a canvas is given.
+            canvas: Canvas shared with other renderers of this model; by default its own.
+            groups: Visible geom groups.
         """
         self._model = model
         self._canvas = canvas or Canvas(model, quality=quality)
@@ -77,10 +77,10 @@ class Renderer(Closes):
         self._rgb = np.empty((height, width, 3), dtype=np.uint8)
 
     def render(self, data: mujoco.MjData, camera: str | mujoco.MjvCamera, out: Picture | None = None) -> Picture:
-        """Return what a camera sees, RGB, upright, shape (height, width, 3).
+        """Return the image of a camera, RGB, upright, shape (height, width, 3).
 
         Args:
-            data: Where everything is; `mj_forward` or `mj_step` has been called on it.
+            data: The state, after `mj_forward` or `mj_step`.
             camera: Name of a camera of the model, or a free one.
             out: Written and returned when given; C-contiguous, of that shape.
 
@@ -99,7 +99,7 @@ class Renderer(Closes):
         return out
 
     def segment(self, data: mujoco.MjData, camera: str | mujoco.MjvCamera) -> NDArray[np.int32]:
-        """Return the geom whose surface covers each pixel's centre, -1 for none, shape (height, width)."""
+        """Return the geom at each pixel's centre, -1 for none, shape (height, width)."""
         with self._canvas.at_work(self._rect.width, self._rect.height) as canvas:
             self._scene.flags[:] = INSTANCES
             self._update(data, camera, cull=True)
@@ -110,7 +110,7 @@ class Renderer(Closes):
         return np.take(np.array([-1, *geoms], dtype=np.int32), places)
 
     def depth(self, data: mujoco.MjData, camera: str | mujoco.MjvCamera) -> Array:
-        """Return the distance along the optical axis [m], +inf where nothing is, shape (height, width)."""
+        """Return the distance along the optical axis [m], +inf for background, shape (height, width)."""
         inverse = np.empty(self._shape, dtype=np.float32)
         with self._canvas.at_work(self._rect.width, self._rect.height) as canvas:
             self._scene.flags[:] = PICTURE
@@ -124,7 +124,7 @@ class Renderer(Closes):
 
     @property
     def drawn(self) -> int:
-        """How many geoms the last picture was drawn from."""
+        """Number of geoms in the last image."""
         return int(self._scene.ngeom)
 
     def close(self) -> None:
@@ -133,7 +133,7 @@ class Renderer(Closes):
             self._canvas.close()
 
     def _read(self, canvas: Canvas) -> None:
-        """Read what was drawn into `_rgba`, top row first."""
+        """Read the rendered image into `_rgba`, top row first."""
         if canvas.mjr.offSamples:
             mujoco.mjr_readPixels(self._rgb, None, self._rect, canvas.mjr)  # makes one of the samples of a pixel
             cv2.cvtColor(self._rgb, cv2.COLOR_RGB2RGBA, dst=self._rgba)
@@ -148,7 +148,7 @@ class Renderer(Closes):
         return out
 
     def _update(self, data: mujoco.MjData, camera: str | mujoco.MjvCamera, *, cull: bool) -> None:
-        """Fill the scene with what a camera may see."""
+        """Fill the scene with the geoms that a camera may see."""
         model, scene = self._model, self._scene
         mujoco.mjv_updateCamera(model, data, self._camera(camera), scene)
         view = frustum_of(scene, width=self._rect.width, height=self._rect.height)
@@ -181,7 +181,7 @@ class Renderer(Closes):
         return self._fixed
 
     def _lamps_unseen(self, data: mujoco.MjData, view: Frustum) -> NDArray[np.intp]:
-        """Return the lamps that light nothing in this view, and those that are too many, farthest first."""
+        """Return the lamps that light nothing in this view, and those above the limit, farthest first."""
         model, lamps = self._model, self._lamps
         reach = np.where(model.light_active[lamps], model.light_range[lamps], -np.inf)
         offsets = data.light_xpos[lamps] - view.eye

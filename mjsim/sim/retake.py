@@ -17,7 +17,7 @@ from mjsim.sim.streams import streams_of
 from mjsim.world import Camera, Looks, World
 
 SAME_TIME = 1e-6
-"""A stamp that differs less from the time of a tick is of that tick [s]."""
+"""Tolerance between a stamp and the time of its tick [s]."""
 
 
 class Retake(Closes):
@@ -40,13 +40,13 @@ class Retake(Closes):
         """Keep what was recorded.
 
         Args:
-            world: Where the run took place.
-            robot: Whose cameras look.
-            seed: Of the run.
-            times: Of its ticks, shape (N,) [s].
+            world: World of the run.
+            robot: Robot with the cameras.
+            seed: Seed of the run.
+            times: Times of its ticks, shape (N,) [s].
             qpos: MuJoCo's positions, shape (N, nq).
-            qvel: MuJoCo's velocities, shape (N, nv); pictures that take time smear by them.
-            looks: Gives how the world looks at a row.
+            qvel: MuJoCo's velocities, shape (N, nv), for motion blur.
+            looks: Returns the looks of the world at a row.
         """
         self._world, self._seed, self._looks = world, seed, looks
         self._robot = next(each for each in world.robots if each.name == robot)
@@ -56,14 +56,14 @@ class Retake(Closes):
         self._cameras: dict[str, _Again] = {}
 
     def frame(self, camera: str, stamp: float) -> CameraFrame:
-        """Return what a camera gave, to the last bit on the same OpenGL backend.
+        """Return the frame of a camera, identical to the last bit on the same OpenGL backend.
 
         Args:
-            camera: Its name.
-            stamp: When the picture was taken [s].
+            camera: Name of the camera.
+            stamp: Time of the picture [s].
 
         Raises:
-            RecordingError: That was before the recording began.
+            RecordingError: The time is before the start of the recording.
         """
         row = int(np.searchsorted(self._times, stamp - SAME_TIME))
         if row == len(self._times) or self._times[row] - stamp > SAME_TIME:
@@ -91,16 +91,16 @@ class Retake(Closes):
 
 
 class _Again:
-    """A camera whose chance can be brought to that of any picture."""
+    """A camera whose random streams can be set to those of any picture."""
 
     def __init__(self, camera: OnboardCamera, ticks: int) -> None:
-        """Start before the first picture; `ticks` lie between two."""
+        """Start before the first picture; `ticks` is the number of ticks between two pictures."""
         self._camera, self._ticks = camera, ticks
         self._states: list[Sequence[Any]] = [self._state()]
-        """Of the random streams before each picture."""
+        """States of the random streams before each picture."""
 
     def frame(self, data: mujoco.MjData, stamp: float, *, tick: int) -> CameraFrame:
-        """Return what the camera sees, with the chance of the picture that was due at a tick."""
+        """Return the frame of the camera with the random numbers of the picture due at a tick."""
         number = tick // self._ticks
         if number >= len(self._states):
             self._bring_to(len(self._states) - 1)

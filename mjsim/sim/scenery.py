@@ -12,14 +12,14 @@ from mjsim.sim.renderer import UNSEEN
 from mjsim.world import Looks, ReachEvent, World, WorldEvent, first_looks, item_names
 
 FREE = 6
-"""Degrees of freedom of what can fall."""
+"""Degrees of freedom of a free body."""
 
 
 class Scenery:
-    """Brings a model to the looks of an instant, forwards or backwards in time; the model is changed in place."""
+    """Sets a model to the looks of an instant, forwards or backwards in time; changes the model in place."""
 
     def __init__(self, model: mujoco.MjModel, world: World) -> None:
-        """Keep the model as it was compiled, so that what was taken away can come back."""
+        """Keep the compiled model, so that removed objects can be restored."""
         self._model, self._world = model, world
         self._looks = first_looks(world)
         self._lamps = dict(zip(item_names(world.lamps), zip(world.lamps, lamp_names(world), strict=True), strict=True))
@@ -29,11 +29,11 @@ class Scenery:
 
     @property
     def looks(self) -> Looks:
-        """What is shown."""
+        """Current looks."""
         return self._looks
 
     def show(self, looks: Looks) -> None:
-        """Bring the model to looks."""
+        """Set the model to given looks."""
         before, self._looks = self._looks, looks
         if looks.light != before.light:
             dim_light(self._model, looks.light)
@@ -49,14 +49,14 @@ class Scenery:
             self._bring_back(name)
 
     def tried(self, event: ReachEvent, before: Sequence[WorldEvent] = ()) -> ReachEvent:
-        """Return the event of a hand as it would go after others: it tells how far the hand stays away."""
+        """Return the event of a hand after others, with the remaining distance of the hand from its goal."""
         looks = self._looks
         for each in (*before, event):
             looks = looks.after(each, self._world)
         return event.stays_away(self._hands.people.short(event.reach, looks.reached[event.reach]))
 
     def _take_away(self, name: str) -> None:
-        """Let what is called so be neither seen nor met nor touched; what can fall goes on lying on the floor."""
+        """Hide an object from cameras, rays and contacts; a free body stays on the floor."""
         model, geoms = self._model, self.geoms(name)
         model.geom_group[geoms] = UNSEEN
         solid = geoms[(model.geom_contype[geoms] | model.geom_conaffinity[geoms]) != 0]
@@ -75,7 +75,7 @@ class Scenery:
         self._model.geom_contype[geoms], self._model.geom_conaffinity[geoms] = self._contacts[:, geoms]
 
     def geoms(self, name: str) -> NDArray[np.intp]:
-        """Return the geoms of an obstacle or a beacon in the compiled world, and those of what it carries."""
+        """Return the geoms of an obstacle or a beacon in the compiled world, and those of the beacons on it."""
         model = self._model
         names = [model.geom(index).name for index in range(model.ngeom)]
         own = (f"obstacle/{name}", f"beacon/{name}")

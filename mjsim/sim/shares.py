@@ -7,11 +7,11 @@ from mjsim.sim.odometry import KEPT, SmoothedAcceleration
 
 
 def slip_shares(told: Array, *, dt: float) -> Array:
-    """Return the variances of (forward, left, turn) that `WheelOdometer` adds for a slip of one, part by part.
+    """Return the variances of (forward, left, turn) that `WheelOdometer` adds for a slip of 1, per part.
 
     Args:
-        told: Ways along the arc and to the left [m], and turns [rad] of all ticks, shape (robots, ticks, 3); robots
-            start from rest and do not go sideways.
+        told: Measured distances along the arc and to the left [m], and rotations [rad] of all ticks, shape (robots,
+            ticks, 3); robots start from rest and do not move sideways.
         dt: Period of the loop [s].
 
     Returns:

@@ -17,15 +17,15 @@ class _Shove:
     force: Array
     """World frame, shape (3,) [N]."""
     left: float
-    """Physics steps that it still acts for."""
+    """Remaining physics steps."""
     signal: TimeSignal = Constant(level=1.0)  # noqa: RUF009  # frozen
-    """What the force is multiplied by."""
+    """Factor of the force over time."""
     done: int = 0
-    """Physics steps that it acted for."""
+    """Physics steps so far."""
 
 
 class Shoves:
-    """The shoves that act now; what they give together is the impulse asked for, exactly."""
+    """The active shoves; their forces add up over time to exactly the requested impulse."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Start with none."""
@@ -33,16 +33,16 @@ class Shoves:
         self._acting: list[_Shove] = []
 
     def __bool__(self) -> bool:
-        """Return whether one acts, or has left its force behind."""
+        """Return whether a shove is active, or its force is still set."""
         return bool(self._acting)
 
     def add(self, body: str, impulse: Sequence[float], seconds: float) -> None:
-        """Begin a shove.
+        """Start a shove.
 
         Args:
             body: Its name in MuJoCo.
             impulse: World frame, three numbers [N s].
-            seconds: How long; rounded to whole physics steps, at least one.
+            seconds: Duration; rounded to whole physics steps, at least one.
         """
         step = self._model.opt.timestep
         count = max(round(seconds / step), 1)
@@ -50,13 +50,13 @@ class Shoves:
         self._acting.append(_Shove(self._model.body(body).id, force, count))
 
     def push_along(self, body: str, signal: TimeSignal, along: Sequence[float], *, seconds: float | None) -> None:
-        """Begin a force that changes with time.
+        """Start a force that changes with time.
 
         Args:
             body: Its name in MuJoCo.
-            signal: The force; its time is counted from now [N].
+            signal: The force; its time starts now [N].
             along: Direction of a positive force, world frame.
-            seconds: How long, rounded to whole physics steps, at least one; None for ever.
+            seconds: Duration, rounded to whole physics steps, at least one; None for unlimited.
         """
         left = math.inf if seconds is None else max(round(seconds / self._model.opt.timestep), 1)
         self._acting.append(_Shove(self._model.body(body).id, np.asarray(along, dtype=float), left, signal))

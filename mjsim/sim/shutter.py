@@ -14,9 +14,9 @@ from mjsim.interface import Picture
 from mjsim.world import Camera
 
 MOST = 24
-"""Pictures that one picture is made of, at most."""
+"""Largest number of images averaged into one."""
 NEAR = 1.0
-"""Things are no nearer than this when it is reckoned how far they move in the picture [m]."""
+"""Least distance of objects assumed for their motion in the image [m]."""
 
 V = TypeVar("V", bound=np.generic)
 
@@ -24,8 +24,8 @@ V = TypeVar("V", bound=np.generic)
 class Shutter:
     """The instants at which the rows of a camera are exposed, seen from the camera as it moves.
 
-    Row after row is read out, the middle one at the stamp of the picture, and each is the mean over the time that the
-    shutter was open. The camera goes on as the robot does at the stamp; all else is taken to rest meanwhile.
+    Rows are read out one after the other, the middle one at the stamp of the image, and each is the mean over its
+    exposure time. The camera moves with the velocity of the robot at the stamp; everything else is assumed at rest.
     """
 
     def __init__(self, model: mujoco.MjModel, robot: str, camera: Camera, *, focal: float) -> None:
@@ -42,13 +42,13 @@ class Shutter:
         self._base = model.body(f"{robot}/base").id
         start = int(model.body_dofadr[self._base])
         self._moved = slice(start, start + 6) if start >= 0 else None
-        """Of the base's velocities; None for a base that stands."""
+        """Indices of the base's velocities; None for a fixed base."""
         middles = (np.arange(camera.height) + 0.5) / camera.height - 0.5
         self._rows = camera.rolling_shutter * middles
         self._window = camera.rolling_shutter + camera.shutter
 
     def picture(self, data: mujoco.MjData, draw: Callable[[], Picture]) -> Picture:
-        """Return the picture that is made of all instants; the camera in `data` is moved for each, and put back."""
+        """Return the mean image of all instants; the camera in `data` is moved for each, and then restored."""
         instants = self._instants(data)
         if len(instants) == 1:
             return draw()
@@ -62,7 +62,7 @@ class Shutter:
         return np.asarray(np.rint(total), dtype=np.uint8)
 
     def nearest(self, data: mujoco.MjData, draw: Callable[[], NDArray[V]]) -> NDArray[V]:
-        """Return what takes no mean, such as depth: each row as it is at the instant nearest to its own."""
+        """Return data that cannot be averaged, such as depth: each row at the instant nearest to its own."""
         instants = self._instants(data)
         if len(instants) == 1:
             return draw()
@@ -74,14 +74,14 @@ class Shutter:
         return np.concatenate([whole[number][row : row + 1] for row, number in enumerate(closest)])
 
     def _instants(self, data: mujoco.MjData) -> Array:
-        """Return as many instants about the stamp as the picture moves by pixels meanwhile, shape (n,) [s]."""
+        """Return as many instants about the stamp as the image moves by pixels during exposure, shape (n,) [s]."""
         velocity, turn = self._velocities(data)
         pixels = self._focal * self._window * (float(np.linalg.norm(turn)) + float(np.linalg.norm(velocity)) / NEAR)
         count = min(max(math.ceil(pixels), 1), MOST)
         return np.asarray(self._window * ((np.arange(count) + 0.5) / count - 0.5), dtype=float)
 
     def _weights(self, instants: Array) -> Array:
-        """Return what share each instant has in each row, shape (rows, instants)."""
+        """Return the weight of each instant in each row, shape (rows, instants)."""
         step = float(instants[1] - instants[0])
         # An instant stands for the time about it, and a row takes at least that long: one picture goes over into the
         # next without a seam.
@@ -92,7 +92,7 @@ class Shutter:
         return np.asarray(shares / shares.sum(axis=1, keepdims=True), dtype=float)
 
     def _velocities(self, data: mujoco.MjData) -> tuple[Array, Array]:
-        """Return velocity [m/s] and turn [rad/s] of the base, world frame, shapes (3,)."""
+        """Return velocity [m/s] and angular velocity [rad/s] of the base, world frame, shapes (3,)."""
         if self._moved is None:
             return np.zeros(3), np.zeros(3)
         moved = data.qvel[self._moved]
@@ -100,7 +100,7 @@ class Shutter:
 
     @contextmanager
     def _moved_on(self, data: mujoco.MjData, instant: float) -> Iterator[None]:
-        """Move the camera to where it is at an instant about the stamp, and back."""
+        """Move the camera to its pose at an instant about the stamp, and back."""
         index = self._index
         place, axes = data.cam_xpos[index].copy(), data.cam_xmat[index].copy()
         velocity, turn = self._velocities(data)

@@ -17,21 +17,21 @@ CHANGED = (
     "numeric_data",
     "site_pos",
 )
-"""What a run changes of a model: what is taken away, hands of people, locks of doors, lamps and light, what constraints
-aim at."""
+"""Fields of a model that a run changes: removed objects, hands of people, locks of doors, lamps and light, targets of
+constraints."""
 HEADLIGHT = ("ambient", "diffuse")
 
 
 class Snapshot:
-    """Keeps what a run may change of a model; large things, such as meshes and pictures, are not copied."""
+    """Keeps the fields of a model that a run may change; large ones, such as meshes and textures, are not copied."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
-        """Copy it."""
+        """Copy the fields."""
         self._values = {name: getattr(model, name).copy() for name in CHANGED}
         self._headlight = {name: getattr(model.vis.headlight, name).copy() for name in HEADLIGHT}
 
     def restore(self, model: mujoco.MjModel) -> None:
-        """Write it back."""
+        """Restore the fields."""
         for name, value in self._values.items():
             getattr(model, name)[:] = value
         for name, value in self._headlight.items():

@@ -1,4 +1,4 @@
-"""What is seen of a compiled model, as few merged surfaces of each body that moves."""
+"""The visible geoms of a compiled model, as a few merged surfaces per moving body."""
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
@@ -13,20 +13,20 @@ from mjsim.sim.hands import is_segment, is_upper
 from mjsim.sim.triangles import Triangles, coarser, joined, triangles_of
 
 PLAIN = (0.5, 0.5, 0.5, 1.0)
-"""The colour of a geom that names none: MuJoCo then takes its material's."""
+"""Colour of a geom without one: MuJoCo then uses its material's."""
 
 CROWD = 60_000
-"""When people have more triangles than that together, they are drawn with fewer."""
+"""Total triangles of people above which they are simplified."""
 CELLS, LEAST = 10, 0.004
-"""Then the longest side of a part of a body has so many cells, no smaller than this [m]."""
+"""Cells along the longest side of a simplified part of a body, and their least size [m]."""
 
 Look = tuple[int | None, bool]
-"""The picture on a surface, as the model counts them, and whether one sees through it."""
+"""The number of the texture on a surface, and whether the surface is transparent."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MergedSurface:
-    """All that is drawn at once: of one body, and of one picture or with none."""
+    """A surface drawn at once: of one body, with one texture or none."""
 
     triangles: Triangles
     """In the frame of the body."""
@@ -42,10 +42,10 @@ class MergedSurface:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SolidBody:
-    """What moves as one."""
+    """The surfaces of a body that moves as one."""
 
     body: int
-    """In the model; 0 is all that stands still."""
+    """Body in the model; 0 for all static geoms."""
     surfaces: tuple[MergedSurface, ...]
 
 
@@ -61,13 +61,13 @@ def moving_bodies(model: mujoco.MjModel) -> NDArray[np.intp]:
 def solid_bodies(
     model: mujoco.MjModel, data: mujoco.MjData, *, groups: Sequence[int], sparing: bool = False
 ) -> list[SolidBody]:
-    """Return what is seen of a model, all that stands still first.
+    """Return the visible surfaces of a model, static ones first.
 
     Args:
-        model: What is drawn.
-        data: With the places of geoms and bodies worked out; each surface is in the frame of its body.
-        groups: Of geoms that are seen.
-        sparing: Whether many people have fewer triangles.
+        model: The model.
+        data: Its state, with the poses of geoms and bodies computed; each surface is in the frame of its body.
+        groups: Visible geom groups.
+        sparing: Whether to use fewer triangles for many people.
     """
     carriers = moving_bodies(model)
     crowd = crowded(model) if sparing else frozenset()
@@ -130,7 +130,7 @@ def _name(model: mujoco.MjModel, geom: int) -> str:
 
 
 def _texture(model: mujoco.MjModel, geom: int) -> int | None:
-    """Return the flat picture on a geom that says where on it each corner lies, as meshes and planes do."""
+    """Return the flat texture of a geom with texture coordinates, as meshes and planes have."""
     material = int(model.geom_matid[geom])
     if material < 0:
         return None
@@ -155,6 +155,6 @@ def _color(model: mujoco.MjModel, geom: int) -> Array:
 
 
 def used_textures(bodies: Sequence[SolidBody]) -> Mapping[int, int]:
-    """Return the place of each texture among those that are seen."""
+    """Return the index of each texture among those in use."""
     seen = {surface.texture for body in bodies for surface in body.surfaces if surface.texture is not None}
     return {texture: place for place, texture in enumerate(sorted(seen))}

@@ -11,9 +11,9 @@ from mjsim.geometry import Array
 from mjsim.sim.rays import RayHits
 
 WIDE = 2000.0
-"""Half the side of a floor without end [m]."""
+"""Half the side of an infinite floor [m]."""
 CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
-"""Of a box of half sizes 1, shape (8, 3)."""
+"""Corners of a box of half sizes 1, shape (8, 3)."""
 SIDES = np.reshape(
     [0, 1, 3, 0, 3, 2, 4, 6, 7, 4, 7, 5, 0, 4, 5, 0, 5, 1, 2, 3, 7, 2, 7, 6, 0, 2, 6, 0, 6, 4, 1, 5, 7, 1, 7, 3],
     (12, 3),
@@ -22,14 +22,13 @@ SIDES = np.reshape(
 SQUARE = np.array([[0, 2, 6], [0, 6, 4]])
 """Triangles of its lower side."""
 FLAT = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_MESH)
-"""Kinds of geoms that their triangles are."""
+"""Kinds of geoms that triangles represent exactly."""
 
 
 class Standing:
-    """Things that stay where they are, and rays at them.
+    """Static geoms, for ray casting.
 
-    Boxes, planes and meshes are met exactly. A shape that is round stands in its bounding box: whoever meets that has
-    to ask MuJoCo.
+    Boxes, planes and meshes are exact. A round shape is replaced by its bounding box: hits on that are left to MuJoCo.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, geoms: NDArray[np.int64]) -> None:
@@ -38,7 +37,7 @@ class Standing:
         Args:
             model: The compiled world.
             data: A state of it after `mj_kinematics`.
-            geoms: Numbers of what is there.
+            geoms: Numbers of the geoms.
         """
         shapes = [_triangles(model, data, geom) for geom in geoms.tolist()]
         corners = np.concatenate([np.zeros((0, 3, 3)), *shapes])
@@ -53,12 +52,12 @@ class Standing:
         self._meet = _embree(corners) if len(corners) else None
 
     def cast(self, starts: Array, directions: Array, *, limit: float) -> RayHits:
-        """Return what rays meet.
+        """Return the hits of rays.
 
         Args:
-            starts: World frame, shape (n, 3) [m].
+            starts: Origins, world frame, shape (n, 3) [m].
             directions: Unit vectors, world frame, shape (n, 3).
-            limit: What is farther is not met [m].
+            limit: Largest distance of a hit [m].
         """
         if self._meet is None:
             return RayHits.nothing(len(starts))
@@ -73,7 +72,7 @@ class Standing:
 
 
 def is_clear(model: mujoco.MjModel) -> NDArray[np.bool_]:
-    """Return whether rays pass a geom as nobody sees it, shape (ngeom,): so MuJoCo has it."""
+    """Return whether rays ignore a geom as invisible, as in MuJoCo, shape (ngeom,)."""
     of_material = np.append(model.mat_rgba[:, 3], 1.0)[model.geom_matid]
     clear: NDArray[np.bool_] = np.where(model.geom_matid < 0, model.geom_rgba[:, 3], of_material) == 0.0
     return clear
@@ -85,7 +84,7 @@ def has_embree() -> bool:
 
 
 def _embree(corners: Array) -> Callable[[Array, Array], NDArray[np.int32]]:
-    """Return what gives the triangle that each ray meets first, -1 for none: starts, directions -> shape (n,)."""
+    """Return a function for the first triangle that each ray hits, -1 for none: starts, directions -> shape (n,)."""
     from embreex.mesh_construction import TriangleMesh
     from embreex.rtcore_scene import EmbreeScene
 

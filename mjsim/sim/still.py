@@ -11,33 +11,33 @@ from mjsim.sim.scenery import Scenery
 from mjsim.world import Looks, World
 
 MOST_CONTACTS = 500
-"""Of one state that are told."""
+"""Largest number of contacts returned for one state."""
 
 
 def bring_up(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Bring bodies, cameras and lights up to the state; mj_step leaves them as they were before its last step."""
+    """Update bodies, cameras and lights to the state; mj_step leaves them as before its last step."""
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     mujoco.mj_camlight(model, data)
 
 
 class StillScene:
-    """What cameras look at when a state comes from a recording or from a run elsewhere."""
+    """The scene of cameras for states from a recording or from a run elsewhere."""
 
     def __init__(self, world: World) -> None:
-        """Compile the world; it stands as at the start."""
+        """Compile the world, in its initial state."""
         self.model: mujoco.MjModel = compile_world(world).compile()
         self.data = mujoco.MjData(self.model)
         self._scenery = Scenery(self.model, world)
         self._first_looks = self._scenery.looks
 
     def show(self, qpos: Array, *, qvel: Array | None = None, looks: Looks | None = None) -> None:
-        """Bring everything to a state.
+        """Set the state.
 
         Args:
-            qpos: MuJoCo's positions, shape (nq,), as ticks and recordings hold them.
-            qvel: MuJoCo's velocities, shape (nv,), by which pictures that take time smear; by default at rest.
-            looks: Light, and what is no longer there; by default as at the start.
+            qpos: MuJoCo's positions, shape (nq,), as in ticks and recordings.
+            qvel: MuJoCo's velocities, shape (nv,), for motion blur; by default at rest.
+            looks: Light and removed objects; by default as at the start.
 
         Raises:
             UsageError: The state is not of this world.
@@ -50,7 +50,7 @@ class StillScene:
         bring_up(self.model, self.data)
 
     def contacts(self) -> Array:
-        """Return where bodies touch each other in the state that is shown, at most `MOST_CONTACTS` of them.
+        """Return the contacts between bodies in the current state, at most `MOST_CONTACTS`.
 
         Returns:
             A row of x, y, z [m], world frame, and 1 for a contact with the floor, else 0, shape (n, 4).

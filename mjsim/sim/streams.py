@@ -28,12 +28,12 @@ def stream(seed: int, robot: str, purpose: str) -> Generator:
 
 
 def streams_of(seed: int, robot: str, sensor: str) -> Streams:
-    """Return what gives the random streams of one sensor."""
+    """Return a function for the random streams of one sensor."""
     return lambda purpose: stream(seed, robot, f"{sensor}/{purpose}")
 
 
 def kept(streams: Streams) -> Streams:
-    """Return what gives the same source again when a purpose is asked for again, so that its chance goes on."""
+    """Return a function that returns the same stream for the same purpose, so that its sequence continues."""
     made: dict[str, Generator] = {}
 
     def source(purpose: str) -> Generator:

@@ -31,6 +31,6 @@ def catalogue_of(world: World) -> dict[str, BeaconInfo]:
 
 
 def map_of(world: World) -> WorldMap:
-    """Return the walls and obstacles, and where the beacons hang."""
+    """Return the walls, the obstacles and the poses of the beacons."""
     beacons = {item.beacon.name: item.place for item in hung(world) if item.fixed}
     return WorldMap(segments=segments(world), beacons=beacons)

@@ -1,14 +1,13 @@
-"""Points that stay on curves: what the constraints of the physics that hold them there aim at.
+"""Points on curves: the targets of the physics' constraints that hold them there.
 
 A tendon between the point and a site far away across the curve, of constant length, holds the point in one direction
-across. There are two for each curve, one in a plane mechanism. Before every step their sites go to where the point is
-now, so that only what happens within one step is left to the tendons; the bend of the curve comes in by the
-acceleration that it asks for.
+across. There are two for each curve, one in a plane mechanism. Before every step their sites are moved to the
+current point, so that the tendons only correct the motion within one step; the curvature enters as an acceleration.
 With n a direction across and s the length along the curve, fixed to the body that carries it,
 
     n . (P'' - C'') = 2 n . (w x T s') + n . C_ss s'^2
 
-where C'' is the acceleration of the body's own point at the place of the point, w how the body turns, and T = C_s.
+where C'' is the acceleration of the body's material point at the point, w its angular velocity, and T = C_s.
 
 References:
     Haug, Computer-Aided Kinematics and Dynamics of Mechanical Systems (1989), section 3.4; sim/closures.py has why a
@@ -24,15 +23,15 @@ from mjsim.world import CurvePoint, Mechanism
 
 
 class TrackAtWork:
-    """One point on a curve: the two constraints of the physics that hold it there."""
+    """One point on a curve, and the two constraints of the physics that hold it there."""
 
     def __init__(self, model: mujoco.MjModel, mechanism: Mechanism, track: CurvePoint) -> None:
         """Find the constraints.
 
         Args:
             model: The compiled world.
-            mechanism: Whose point it is.
-            track: Which one.
+            mechanism: Mechanism of the point.
+            track: The track.
         """
         full, assembly = f"{mechanism.name}/{track.name}", mechanism.assembly
         joint = assembly.linkage.joints[track.ghost - 1]
@@ -50,25 +49,25 @@ class TrackAtWork:
         self._slope, self._turn, self._change = (np.zeros((3, model.nv)) for _ in range(3))
 
     def aim(self, gave: Array, scratch: mujoco.MjData) -> None:
-        """Set what the constraints aim at in the next step.
+        """Set the targets of the constraints in the next step.
 
         Args:
-            gave: By how much constraints gave way in the step before, by their numbers, shape (neq,) [m].
-            scratch: The state now, with kinematics and velocities worked out.
+            gave: Yield of constraints in the step before, by their numbers, shape (neq,) [m].
+            scratch: The current state, with kinematics and velocities computed.
         """
         half = self._model.opt.timestep**2 / 2.0
         for equality, change in self.place(scratch).items():
             self._model.eq_data[equality, 0] = gave[equality] - half * change
 
     def place(self, scratch: mujoco.MjData) -> dict[int, float]:
-        """Put the sites where the point is, and return how the lengths of the tendons change by the speeds alone.
+        """Move the sites to the point, and return the accelerations of the tendons' lengths due to velocities alone.
 
         Args:
-            scratch: A state with kinematics and velocities worked out.
+            scratch: A state with kinematics and velocities computed.
 
         Returns:
-            By the number of the constraint, what the second derivative of the length is beyond what the accelerations
-            of the joints make [m/s^2].
+            The second derivative of the length minus the part due to joint accelerations [m/s^2], by the number of the
+            constraint.
         """
         model, carrier = self._model, int(self._model.site_bodyid[self._sites[0]])
         pose = self._body_from_curve
@@ -93,7 +92,7 @@ class TrackAtWork:
         return found
 
     def _motion(self, scratch: mujoco.MjData, body: int, point: Array) -> tuple[Array, Array, Array]:
-        """Return speed, acceleration by the speeds alone, and rate of turn of a point of a body, shape (3,) each."""
+        """Return velocity, velocity-dependent acceleration, and angular velocity at a point, shape (3,) each."""
         speeds = scratch.qvel
         mujoco.mj_jac(self._model, scratch, self._slope, self._turn, point, body)
         mujoco.mj_jacDot(self._model, scratch, self._change, None, point, body)
@@ -113,13 +112,13 @@ class Tracks:
         return bool(self._all)
 
     def aim(self, gave: Array, scratch: mujoco.MjData) -> None:
-        """Set what all aim at in the next step; `scratch` has the state now, and is worked out here."""
+        """Set all targets in the next step; `scratch` holds the current state, and is computed here."""
         self._work_out(scratch)
         for each in self._all:
             each.aim(gave, scratch)
 
     def place(self, scratch: mujoco.MjData) -> dict[int, float]:
-        """Put all sites where the points are in a state, which is worked out here; `TrackAtWork.place` says more."""
+        """Move all sites to the points in a state, which is computed here; see `TrackAtWork.place`."""
         self._work_out(scratch)
         return {equality: change for each in self._all for equality, change in each.place(scratch).items()}
 

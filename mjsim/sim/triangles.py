@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 
 FACETS = 24
-"""Around a round shape."""
+"""Facets around a round shape."""
 ENDLESS = 50.0
-"""Half of the side at which a plane without an end is cut off [m]."""
+"""Half the side of an infinite plane [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,15 +22,15 @@ class Triangles:
     points: Array
     """Corners, shape (n, 3) [m]."""
     normals: Array
-    """Of the surface at each corner, outwards, shape (n, 3)."""
+    """Outward surface normal at each corner, shape (n, 3)."""
     places: Array
-    """Of each corner in a picture, from its upper left to (1, 1) at its lower right, shape (n, 2)."""
+    """Texture coordinates of each corner, from the upper left to (1, 1) at the lower right, shape (n, 2)."""
     corners: NDArray[np.uint32]
     """Indices of corners, counter-clockwise seen from outside, shape (m, 3)."""
 
 
 def triangles_of(model: mujoco.MjModel, geom: int) -> Triangles | None:
-    """Return the surface of a geom in its own frame; None for kinds that are given by a function."""
+    """Return the surface of a geom in its own frame; None for kinds defined by a function."""
     kind = mujoco.mjtGeom(model.geom_type[geom])
     if kind == mujoco.mjtGeom.mjGEOM_PLANE:
         return _plane(model, geom)
@@ -43,7 +43,7 @@ def triangles_of(model: mujoco.MjModel, geom: int) -> Triangles | None:
 
 
 def _flat(points: Array, corners: NDArray[np.uint32], places: Array | None = None) -> Triangles:
-    """Return triangles that share no corner, each with the normal of its own plane; those without a plane are gone."""
+    """Return triangles without shared corners, each with its own normal; degenerate ones are dropped."""
     spread = points[corners]
     normals = np.cross(spread[:, 1] - spread[:, 0], spread[:, 2] - spread[:, 0])
     area = np.linalg.norm(normals, axis=1)
@@ -68,7 +68,7 @@ def _plane(model: mujoco.MjModel, geom: int) -> Triangles:
 
 
 def _mesh(model: mujoco.MjModel, mesh: int) -> Triangles:
-    """Return a mesh; corners that meet with one normal and one place in the picture are one."""
+    """Return a mesh; corners with the same position, normal and texture coordinates are merged."""
 
     def part(values: NDArray[np.float32], start: NDArray[np.int32], count: NDArray[np.int32]) -> NDArray[np.float32]:
         return values[start[mesh] : start[mesh] + count[mesh]]
@@ -88,7 +88,7 @@ def _mesh(model: mujoco.MjModel, mesh: int) -> Triangles:
 
 
 def _field(model: mujoco.MjModel, field: int) -> Triangles:
-    """Return a field of heights, its upper side alone."""
+    """Return the upper side of a height field."""
     rows, columns = int(model.hfield_nrow[field]), int(model.hfield_ncol[field])
     first = int(model.hfield_adr[field])
     half_x, half_y, top, _ = model.hfield_size[field]
@@ -99,7 +99,7 @@ def _field(model: mujoco.MjModel, field: int) -> Triangles:
 
 
 def _quads(rows: int, columns: int) -> NDArray[np.uint32]:
-    """Return the triangles of a grid of points, shape (m, 3); those along a row go right of those of the next."""
+    """Return the triangles of a grid of points, shape (m, 3); each row lies to the right of the next."""
     start = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
     one = np.column_stack([start, start + 1, start + columns + 1])
     other = np.column_stack([start, start + columns + 1, start + columns])
@@ -130,7 +130,7 @@ def _cylinder(size: Array) -> Triangles:
 
 
 def _ball(size: Array, *, length: float = 0.0) -> Triangles:
-    """Return an ellipsoid of half axes (3,) [m], its halves so far from its middle along z."""
+    """Return an ellipsoid of half axes (3,) [m], its halves moved apart from the middle along z."""
     turn = np.linspace(0.0, 2.0 * np.pi, FACETS + 1)
     half = np.linspace(-0.5 * np.pi, 0.0, FACETS // 4 + 1)
     rise = np.concatenate([half, -half[::-1]] if length else [half, -half[-2::-1]])
@@ -172,10 +172,10 @@ def joined(parts: list[Triangles]) -> Triangles:
 
 
 def coarser(shape: Triangles, cell: float) -> Triangles:
-    """Return a surface with fewer triangles: corners in one cell of a lattice become one, in their middle.
+    """Return a surface with fewer triangles: corners in one cell of a grid are merged at their mean.
 
     Args:
-        shape: Smooth, and without a picture on it.
+        shape: A smooth surface without a texture.
         cell: Side of a cell [m].
 
     References:
