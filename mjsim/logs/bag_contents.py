@@ -26,6 +26,8 @@ MOST_TRANSFORMS = 5000
 """Maximum number of transforms per topic from which poses of sensors are taken."""
 LATEST, SLACK = 10.0, 3600.0
 """Times farther from the median than this many lengths of the bag plus this many seconds are wrong [1, s]."""
+BEAMS_SPREAD = 0.2
+"""By what fraction the beams of a scan may differ from the usual number; cheap lidars vary, as their motors do."""
 
 
 @dataclass(slots=True)
@@ -40,6 +42,8 @@ class Stream:
     """Shape of each message, usually constant for a sensor: number of beams, or size."""
     first: Any = None
     """The first valid message."""
+    spread: float = 0.0
+    """By what fraction numbers in a shape may differ from the most common ones."""
 
     def usual(self) -> tuple[int, ...] | None:
         """Return the most common shape of its messages; None without messages."""
@@ -49,10 +53,13 @@ class Stream:
     def numbers(self) -> NDArray[np.intp]:
         """Return the indices of usable messages in order of time."""
         stamps, usual = np.array(self.stamps), self.usual()
-        fits = [kind is not None and kind == usual for kind in self.kinds]
+        fits = [kind is not None and usual is not None and self._fits(kind, usual) for kind in self.kinds]
         fit = np.array(fits, dtype=bool) & np.isfinite(stamps)
         chosen = np.flatnonzero(fit)
         return np.asarray(chosen[rising(stamps[chosen])], dtype=np.intp)
+
+    def _fits(self, kind: tuple[int, ...], usual: tuple[int, ...]) -> bool:
+        return all(abs(n - m) <= self.spread * m for n, m in zip(kind, usual, strict=True))
 
 
 @dataclass(slots=True)
@@ -207,6 +214,7 @@ class Contents:
         self.imus.setdefault(message.topic, []).append(reading)
 
     def _take_scan(self, message: RosMessage) -> None:
+        self.streams.setdefault(message.topic, Stream()).spread = BEAMS_SPREAD
         self._take_streamed(message, lambda told: (len(scan_of(told, 0.0, upside_down=False).ranges),))
 
     def _take_picture(self, message: RosMessage) -> None:

@@ -1,6 +1,7 @@
 """Converts messages of ROS to readings: scans, motion, inertial readings, calibrations."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ UPSIDE_DOWN = -0.5
 """A lidar is mounted upside down if the z component of its z axis in the robot frame is below this."""
 
 
-def scan_of(message: Any, stamp: float, *, upside_down: bool) -> Scan:
+def scan_of(message: Any, stamp: float, *, upside_down: bool, beams: int | None = None) -> Scan:
     """Return the scan of a `sensor_msgs/LaserScan`, with beams ordered from right to left.
 
     Of a `sensor_msgs/MultiEchoLaserScan`, the first echo of each beam is used. NaN and ranges below the minimum become
@@ -29,6 +30,8 @@ def scan_of(message: Any, stamp: float, *, upside_down: bool) -> Scan:
         message: As ROS defines it.
         stamp: When it was taken [s].
         upside_down: Whether the lidar is mounted upside down, so that its left is the robot's right.
+        beams: Of the scan; of one that was measured with more or fewer each beam is the nearest measured one, over the
+            same angle. By default as measured.
 
     Raises:
         ValueError: It has fewer than two beams, or angles that are not finite.
@@ -49,7 +52,20 @@ def scan_of(message: Any, stamp: float, *, upside_down: bool) -> Scan:
     if step < 0.0:
         ranges, first, step = ranges[::-1].copy(), first + step * (len(ranges) - 1), -step
         intensities = None if intensities is None else intensities[::-1].copy()
-    return Scan(stamp, ranges, first, step, nearest, farthest, intensities)
+    scan = Scan(stamp, ranges, first, step, nearest, farthest, intensities)
+    return scan if beams in (None, len(ranges)) else _resampled(scan, beams)
+
+
+def _resampled(scan: Scan, beams: int) -> Scan:
+    """Return a scan over the same angle with another number of beams, each the nearest one that was measured."""
+    last = len(scan.ranges) - 1
+    nearest = np.rint(np.linspace(0.0, last, beams)).astype(int)
+    return replace(
+        scan,
+        ranges=scan.ranges[nearest],
+        angle_increment=scan.angle_increment * last / (beams - 1),
+        intensities=None if scan.intensities is None else scan.intensities[nearest],
+    )
 
 
 def _first_echoes(values: Any, *, none: float) -> Array:

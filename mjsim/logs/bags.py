@@ -209,8 +209,10 @@ class _Robot:
             hangs = place is not None and float(place[2, 2]) < UPSIDE_DOWN
             if place is not None and abs(float(place[2, 2])) < -UPSIDE_DOWN:
                 self._notes[f"place of {name}"] = "not level; scans are treated as if it were"
-            scans[name] = self._readings(topic, stream, partial(scan_of, upside_down=hangs))
+            scans[name] = self._readings(topic, stream, partial(scan_of, upside_down=hangs, beams=beams))
             self._count_odd(topic, stream)
+            if others := sum(stream.kinds[number] != (beams,) for number in stream.numbers().tolist()):
+                self._notes[f"beams of {name}"] = f"{others} scans have more or fewer; resampled to {beams}"
         return mounts, scans
 
     def _clouds(self) -> tuple[dict[str, Readings[PointCloud]], dict[str, Mount]]:

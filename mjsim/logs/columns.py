@@ -25,7 +25,7 @@ from mjsim.logs.csv_table import CsvTable, read_csv
 from mjsim.logs.log import BEARING, MOTION, RANGE, Log, Mount, Wishes
 from mjsim.logs.readings import kept
 from mjsim.logs.robot_log import RobotLog
-from mjsim.logs.text import lines_of
+from mjsim.logs.text import lies_in, lines_of
 from mjsim.world import Model, read_described
 
 
@@ -332,7 +332,7 @@ class _Tables:
     def _table(self, file: str) -> CsvTable:
         if file not in self._read:
             path = self._folder / file
-            if not path.resolve().is_relative_to(self._folder.resolve()):
+            if not lies_in(path, self._folder):
                 raise UsageError(f"'{file}' leaves the folder of the description; put the table beside it")
             self._read[file] = read_csv(path)
         return self._read[file]

@@ -20,8 +20,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from ruamel.yaml import YAML
-from ruamel.yaml.error import YAMLError
 
 from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.geometry import Array
@@ -36,6 +34,7 @@ from mjsim.logs.robot_log import RobotLog
 from mjsim.logs.table import with_unit_quaternions
 from mjsim.logs.text import lines_of
 from mjsim.record import LoggedCamera, LoggedFrame
+from mjsim.world import read_text
 
 NANOSECOND = 1e-9
 SHEET = "sensor.yaml"
@@ -44,6 +43,8 @@ CHAINS = ("dso/camchain.yaml", "camchain.yaml", "mav0/camchain.yaml")
 TRUTHS = ("state_groundtruth_estimate0", "mocap0")
 UNIT = 0.01
 """Tolerance of the determinant of a rotation in a file."""
+MOST_LETTERS = 1_000_000
+"""Of a calibration."""
 LENSES = {"radial-tangential": "brown", "radtan": "brown", "plumb_bob": "brown", "equidistant": "fisheye"}
 
 
@@ -153,12 +154,17 @@ def _chained(folder: Path) -> tuple[Path, Mapping[str, Any]] | None:
 
 def _yaml(file: Path) -> Mapping[str, Any]:
     """Return the keys of a YAML file."""
-    # OpenCV begins such files with %YAML:1.0, which is no directive of YAML.
-    text = "".join(line for line in lines_of(file) if not line.startswith("%"))
-    try:
-        told = YAML(typ="safe", pure=True).load(text)
-    except YAMLError as error:
-        raise UsageError(f"'{file}' is not YAML: {' '.join(str(error).split())}"[:LONGEST_MESSAGE]) from None
+    text = ""
+    for line in lines_of(file):
+        # OpenCV begins such files with %YAML:1.0, which is no directive of YAML.
+        text += "\n" if line.startswith("%") else line
+        if len(text) > MOST_LETTERS:
+            raise UsageError(f"'{file}' has more than {MOST_LETTERS:,} letters; a calibration has fewer")
+    # Aliases of aliases would be written out to any number of values.
+    node, problems = read_text(text, file=str(file))
+    if problems:
+        raise UsageError(f"{problems[0]} (of a calibration in YAML)"[:LONGEST_MESSAGE])
+    told = None if node is None else node.value
     if not isinstance(told, dict):
         raise UsageError(f"'{file}' holds no keys; it needs a calibration")
     return told

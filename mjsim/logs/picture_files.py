@@ -9,7 +9,7 @@ from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Intrinsics
 from mjsim.logs.readings import rising
-from mjsim.logs.text import lines_of
+from mjsim.logs.text import lies_in, lines_of
 from mjsim.models import any_picture_size
 from mjsim.record import LoggedFrame, filed_frame
 
@@ -75,7 +75,7 @@ def _listed(
         except (ValueError, IndexError):
             raise UsageError(f"{path}:{number}: {line.strip()[:60]!r}; a line has a time and a path") from None
         file = path.parent / folder / name
-        if not np.isfinite(stamp) or not file.resolve().is_relative_to(path.parent.resolve()):
+        if not np.isfinite(stamp) or not lies_in(file, path.parent):
             raise UsageError(f"{path}:{number}: {line.strip()[:60]!r}; the time is finite, the path in the folder")
         if not file.is_file():
             missing.append(f"{path}:{number}: no file '{name}'"[:LONGEST_MESSAGE])

@@ -3,7 +3,9 @@
 import bz2
 import codecs
 import gzip
+import io
 import lzma
+import os
 import zlib
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -15,6 +17,8 @@ MOST_BYTES = 4 << 30
 """Maximum size of text in a log [bytes]."""
 LONGEST_LINE = 1 << 20
 """Maximum length of a line [bytes]."""
+_HEAD = 1 << 16
+"""Bytes from the beginning of a text, by which its lines and its packing are known."""
 UNPACKERS: Mapping[str, tuple[bytes, Callable[[Path], Any]]] = {
     ".gz": (b"\x1f\x8b", gzip.open),
     ".xz": (b"\xfd7zXZ\x00", lzma.open),
@@ -35,7 +39,7 @@ def lines_of(path: Path) -> Iterator[str]:
             wide = packed.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
             packed.seek(0)
             # What spreadsheets call Unicode text.
-            file = codecs.EncodedFile(packed, "utf-8", "utf-16", errors="replace") if wide else packed
+            file = codecs.EncodedFile(packed, "utf-8", "utf-16", errors="replace") if wide else _ended(packed)
             while line := file.readline(LONGEST_LINE):
                 # What editors of Windows put before a text.
                 line = line if taken else line.removeprefix(codecs.BOM_UTF8)
@@ -49,11 +53,46 @@ def lines_of(path: Path) -> Iterator[str]:
         raise UsageError(f"cannot read '{path}': {error.strerror or error}") from None
 
 
+def lies_in(path: Path, folder: Path) -> bool:
+    """Return whether a file, there or not, is in a folder once all links are followed; one in a loop is where it is."""
+    return Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
+
+
 def _opened(path: Path) -> IO[bytes]:
+    # A pipe that nobody writes would be waited for without end.
+    if path.exists() and not path.is_file():
+        raise UsageError(f"cannot read '{path}': it is not a file; copy what it gives into one")
     with path.open("rb") as file:
-        head = file.read(6)
+        head = file.read(_HEAD)
     for suffix, (magic, unpacker) in UNPACKERS.items():
         if head.startswith(magic) or path.suffix.lower() == suffix:
             unpacked: IO[bytes] = unpacker(path)
             return unpacked
     return path.open("rb")
+
+
+def _ended(file: Any) -> Any:
+    """Return a text whose lines end as here; those of old spreadsheets end with a carriage return alone."""
+    head = file.read(_HEAD)
+    file.seek(0)
+    if b"\r" not in head or b"\n" in head:
+        return file
+    return io.BufferedReader(_Returns(file))
+
+
+class _Returns(io.RawIOBase):
+    """A text with line feeds in place of carriage returns."""
+
+    def __init__(self, file: Any) -> None:
+        """Take a file that is open."""
+        self._file = file
+
+    def readable(self) -> bool:
+        """Return True."""
+        return True
+
+    def readinto(self, into: Any) -> int:
+        """Put what comes next into a buffer; return the number of its bytes."""
+        data = self._file.read(len(into)).replace(b"\r", b"\n")
+        into[: len(data)] = data
+        return len(data)

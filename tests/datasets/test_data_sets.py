@@ -282,10 +282,15 @@ def test_euroc_comes_in_again(euroc: Path, run: Recording, tmp_path: Path):
         np.testing.assert_allclose(Pose3(*new).matrix(), Pose3(*old).matrix() @ robot_from_imu(), atol=1e-8)
 
 
+BOMB = "x0: &x0 [1]\n" + "".join(f"x{k}: &x{k} [{', '.join([f'*x{k - 1}'] * 10)}]\n" for k in range(1, 9))
+"""Aliases that stand for a hundred million numbers."""
+
+
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("resolution: [", "resolution: ]", "is not YAML"),
+        ("resolution: [", "resolution: ]", "(of a calibration in YAML)"),
+        ("intrinsics: [", f"{BOMB}intrinsics: *x8 #", "the text holds more than 250000 values, aliases written out"),
         ("T_BS:", "T_CB:", "T_BS is not a pose; its data are 16 numbers of a rigid transform"),
         ("intrinsics: [", "intrinsics: [0, ", "they are fu, fv, cu, cv in pixels"),
         ("equidistant", "omni", "a lens of model 'omni'; radial-tangential,"),

@@ -150,7 +150,7 @@ def test_frames_of_one_name_in_the_tf_of_each_robot_are_not_mixed(tmp_path):
             for name in places:
                 still = Pose3.from_planar(Pose(0.0, 0.0, 0.0))
                 bag.put(f"/{name}/odom", at, bag.odometry(bag.header(at, "odom"), "base_link", still))
-                count = 5 if name == "anna" else 5 - k // 3
+                count = 5 if name == "anna" else 5 - 2 * (k // 3)
                 scan = bag.scan(bag.header(at, "laser"), np.full(count, 1.0), 0.0, 0.5, (0.1, 9.0))
                 bag.put(f"/{name}/scan", at, scan)
     run = mjsim.import_log(tmp_path / "run")
@@ -325,3 +325,21 @@ def test_messages_that_zstd_packed_are_read_without_metadata(tmp_path):
         (found,) = bag.messages(["/scan"])
         assert bag.stamp(found) == pytest.approx(START, abs=1e-6)
         assert bag.decode(found).ranges.tolist() == [0.0, 1.0, 2.0]
+
+
+def test_scans_of_a_lidar_whose_number_of_beams_varies_are_kept_and_point_where_they_were_measured(tmp_path):
+    with new_bag(tmp_path / "run") as bag:
+        for k, beams in enumerate([450, 455, 455, 455, 460, 470, 40, 455, 447, 455, 500, 600]):
+            at, step = START + 0.1 * k, 2.0 * math.pi / (beams - 1)
+            # Each range tells the direction of its beam.
+            ranges = 1.0 + step * np.arange(beams)
+            bag.put("/scan", at, bag.scan(bag.header(at, "laser"), ranges, 0.0, step, (0.1, 50.0)))
+    run = mjsim.import_log(tmp_path / "run")
+    scans = [seen.scans["scan"] for seen in run.observations("robot") if seen.scans]
+    assert len(scans) == 10
+    for scan in scans:
+        assert scan.ranges.shape == (455,)
+        # Half a beam, of those measured and of those told: nearest beams.
+        np.testing.assert_allclose(scan.ranges, 1.0 + scan.angles(), atol=0.51 * 2.0 * math.pi / 446)
+    assert run.metadata["/scan messages left out"] == "2"
+    assert run.metadata["beams of scan"] == "5 scans have more or fewer; resampled to 455"

@@ -1,5 +1,6 @@
 """Tables and folders as people leave them: names with blanks, empty cells, a description with a comment."""
 
+import os
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -153,3 +154,24 @@ def test_an_observation_that_cannot_be_recorded_is_named_and_leaves_no_file(obse
         mjsim.write_log(tmp_path / "own.mcap", observations)
     assert "world.yaml" not in str(caught.value)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_lines_may_end_with_a_carriage_return_alone(tmp_path):
+    description = write(tmp_path)
+    (tmp_path / "odometry.csv").write_bytes(DRIVEN.replace("\n", "\r").encode())
+    assert way(mjsim.import_log(description)) == pytest.approx(0.95)
+    lines = [f"ODOM {0.05 * k:.3f} 0 0 0.5 0 0 {k / 10:.1f} host {k / 10:.1f}\r" for k in range(20)]
+    (tmp_path / "drive.clf").write_bytes("".join(lines).encode())
+    assert way(mjsim.import_log(tmp_path / "drive.clf")) == pytest.approx(0.95)
+
+
+def test_links_that_lead_in_a_circle_and_pipes_are_told(tmp_path):
+    description = write(tmp_path)
+    (tmp_path / "odometry.csv").unlink()
+    (tmp_path / "odometry.csv").symlink_to("odometry.csv")
+    with pytest.raises(UsageError, match=r"cannot read '.*odometry\.csv': Too many levels of symbolic links"):
+        mjsim.import_log(description)
+    (tmp_path / "odometry.csv").unlink()
+    os.mkfifo(tmp_path / "odometry.csv")
+    with pytest.raises(UsageError, match=r"cannot read '.*odometry\.csv': it is not a file; copy what it gives into"):
+        mjsim.import_log(description)

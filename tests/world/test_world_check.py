@@ -1,8 +1,11 @@
 """What is valid but implausible is reported with its place; what is plausible is let be."""
 
+import os
+
 import pytest
 
-from mjsim.world import Opening, Source, Wall, World, check_world, parse_world
+from mjsim.errors import WorldError
+from mjsim.world import Opening, Source, Wall, World, check_world, load_world, parse_world
 
 ROOM = "walls: [{points: [[0, 0], [6, 0], [6, 4], [0, 4]], closed: true, thickness: 0.2, name: hall}]\n"
 
@@ -82,3 +85,12 @@ def test_a_world_built_in_python_is_checked_too():
     world = World(walls=(Wall(points=((0, 0), (1, 0)), openings=(Opening(at=0.5, width=1),)),))
     (problem,) = check_world(world)
     assert str(problem).startswith("world:1:1: this opening goes from 0.5 to 1.5 m")
+
+
+def test_a_link_that_leads_in_a_circle_beside_a_world_is_no_file_that_could_be_meant(tmp_path):
+    (tmp_path / "poster.png").symlink_to("poster.png")
+    os.mkfifo(tmp_path / "pasted.png")
+    (tmp_path / "room.yaml").write_text("mjsim: 1\nbeacons: [{name: b, image: posted.png, at: [0, 0], width: 1}]\n")
+    with pytest.raises(WorldError) as caught:
+        load_world(tmp_path / "room.yaml")
+    assert str(caught.value).endswith("no file 'posted.png' beside the world file or in assets")

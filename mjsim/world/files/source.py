@@ -145,5 +145,10 @@ def _names_in(base: Path, folder: PurePosixPath) -> list[str]:
     place = _resolved(base / folder)
     if place is None or not place.is_relative_to(base) or not place.is_dir():
         return []
-    inside = (item for item in place.iterdir() if not item.is_symlink() or item.resolve().is_relative_to(base))
-    return [str(folder / item.name) for item in inside]
+    found = ((item.name, _resolved(item)) for item in place.iterdir())
+    return [str(folder / name) for name, file in found if file is not None and _is_within(file, base)]
+
+
+def _is_within(file: Path, base: Path) -> bool:
+    """Return whether a file or a folder, links followed, lies in a folder; pipes and devices do not count."""
+    return file.is_relative_to(base) and (file.is_file() or file.is_dir())
