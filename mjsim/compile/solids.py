@@ -147,7 +147,8 @@ def _cells(prisms: Prisms) -> tuple[NDArray[np.object_], list[Column], Whole]:
 def _touched(corners: Whole, outlines: NDArray[np.object_]) -> NDArray[np.bool_]:
     """Return for each outline whether another one meets it other than along a complete edge of both.
 
-    An outline that none meets is a cell."""
+    An outline that none meets is a cell.
+    """
     one, other = shapely.STRtree(outlines).query(outlines, predicate="dwithin", distance=2 * GRID)
     one, other = one[one < other], other[one < other]
     ahead, back = corners, np.roll(corners, -1, axis=1)
