@@ -176,9 +176,16 @@ class _Taker:
                 raise Unfit(f"returned {self._of} that is {value.removesuffix(NO_STRUCT)}; it must be a struct")
             raise Unfit(f"returned {what} that is {value}; it must hold real numbers")
         try:
-            return np.asarray(value, dtype=float)
+            made = np.asarray(value)
+            numbers = np.asarray(made, dtype=float)
         except (TypeError, ValueError):
             raise Unfit(f"returned {what} that holds something other than numbers, or rows that differ") from None
+        except OverflowError:
+            raise Unfit(f"returned {what} that holds a number beyond 1e308") from None
+        if made.dtype.kind in "US":
+            # NumPy reads numbers in texts; the schema of programs does not know them.
+            raise Unfit(f"returned {what} that holds text; write numbers without quotes")
+        return numbers
 
     def _called(self, name: str) -> str:
         return f"{self._of}.{name}" if name else self._of

@@ -65,7 +65,7 @@ class ProgramEngine(Engine):
     def _send(self, message: Mapping[str, Tree]) -> dict[str, Any]:
         if self._process is None:
             raise Failed("is asked after its run has ended; start another run")
-        line = self._process.ask(json_line(message), lambda got: got.find(b"\n") + 1, patience=self._patience)
+        line = self._process.ask(json_line(message), _LineEnd().find, patience=self._patience)
         try:
             answer = json.loads(line)
         except (ValueError, RecursionError):
@@ -76,3 +76,16 @@ class ProgramEngine(Engine):
         if "error" in answer:
             raise Failed(f"raised {one_line(str(answer['error']))[:240]}")
         return answer
+
+
+class _LineEnd:
+    """Finds the end of a line that comes in pieces; each byte is looked at once."""
+
+    def __init__(self) -> None:
+        self._looked_at = 0
+
+    def find(self, got: bytearray) -> int:
+        """Return the length of the line, 0 as long as it has no end."""
+        end = got.find(b"\n", self._looked_at) + 1
+        self._looked_at = len(got)
+        return end
