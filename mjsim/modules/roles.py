@@ -11,17 +11,17 @@ ROLES: Mapping[str, Sequence[str]] = {
     "controller": ("start", "torques"),
     "drive": ("wheels_from_twist", "twist_from_wheels"),
 }
-"""Role, as the world file names it -> methods that its class must have (the protocols of `mjsim.interface`)."""
+"""Name of a role in the world file -> methods that its class must have (the protocols of `mjsim.interface`)."""
 
 
 def misfit(role: str, thing: object) -> str | None:
-    """Return why something cannot be a class for a role, in one sentence; None when it fits.
+    """Return why an object cannot be the class of a role, in one sentence; None if it can.
 
-    It only looks methods up: it makes no instance, and runs neither properties nor a metaclass's `__getattr__`.
+    It only looks up methods: it creates no instance, and runs neither properties nor a metaclass's `__getattr__`.
 
     Args:
         role: One of `ROLES`.
-        thing: What `use:` names, such as a class.
+        thing: Object named by `use:`, such as a class.
     """
     if not issubclass(type(thing), type):
         return unmade(role, f"a value of type {type(thing).__name__}")
@@ -29,29 +29,29 @@ def misfit(role: str, thing: object) -> str | None:
 
 
 def unfit_instance(role: str, module: object) -> str | None:
-    """Return why an object cannot fill a role, in one sentence; None when it can. Looking up may run its code."""
+    """Return why an object cannot fill a role, in one sentence; None if it can. The lookup may run its code."""
     if isinstance(module, type):
         return f"is a class; give an instance of it, {module.__name__}(...)"
     return _amiss(role, {name: getattr(module, name, None) for name in ROLES[role]})
 
 
 def unmade(role: str, what: str) -> str:
-    """Return the sentence about something that is no class."""
+    """Return the message for an object that is no class."""
     return f"is {what}; {_a(role)} is a class with {_listed(role)}"
 
 
 def lacking(role: str, missing: Sequence[str]) -> str:
-    """Return the sentence about methods that are not there."""
+    """Return the message for missing methods."""
     return f"has no {_methods(missing)}; {_a(role)} needs {_listed(role)}"
 
 
 def awaited(method: str) -> str:
-    """Return the sentence about a method that is a coroutine."""
+    """Return the message for a method that is a coroutine."""
     return f"has `async def {method}`; write `def {method}`, since the simulator does not await"
 
 
 def _amiss(role: str, found: Mapping[str, object]) -> str | None:
-    """Return what is wrong with the methods that were found for a role, by name."""
+    """Return the fault of the methods found for a role, by name."""
     if missing := [name for name, value in found.items() if value is None]:
         return lacking(role, missing)
     for name, value in found.items():
@@ -77,6 +77,6 @@ def _methods(names: Sequence[str]) -> str:
 
 
 def _short(value: object) -> str:
-    """Return a plain value as text, or its type: `repr` may be a user's code."""
+    """Return a plain value as text, else its type, as `repr` may run a user's code."""
     plain = isinstance(value, (bool, int, float, str)) and type(value).__module__ == "builtins"
     return repr(value)[:40] if plain else f"a value of type {type(value).__name__}"

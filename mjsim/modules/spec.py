@@ -1,4 +1,4 @@
-"""Modules named in one word, as command lines do: 'place:Class', or 'place:Class{key: value}'."""
+"""Modules named in one word, as on command lines: 'place:Class', or 'place:Class{key: value}'."""
 
 from typing import Any
 
@@ -12,18 +12,18 @@ from mjsim.world import Source, Use, path_of, sentence
 
 
 def module_of(spec: str, *, role: str, robot: str) -> tuple[Any, Use]:
-    """Return the live module that a text names, and what the text says, its path as it is written there.
+    """Return an instance of the module that a text names, and the parsed text with the path as written.
 
     Args:
         spec: 'dotted.module:Class', 'path/file.py:Class', 'path/file.m' or 'exec:path/program --flag', from the working
             folder; then keyword arguments as YAML in braces, such as
             'mjsim.algorithms.ekf_slam:EkfSlam{jacobians: standard}'.
-        role: What it is for.
+        role: One of `ROLES`.
         robot: The robot that it drives.
 
     Raises:
-        UsageError: It is not written so, there is no such module or class, or it does not take these arguments.
-        ModuleFault: It is there, and fails, or lacks what its role needs.
+        UsageError: The text is malformed, there is no such module or class, or it does not accept these arguments.
+        ModuleFault: It fails, or lacks a method that its role needs.
     """
     named, brace, rest = spec.partition("{")
     try:
@@ -37,7 +37,7 @@ def module_of(spec: str, *, role: str, robot: str) -> tuple[Any, Use]:
 
 
 def _arguments(spec: str, text: str) -> dict[str, Any]:
-    """Return the keyword arguments that a mapping in braces holds."""
+    """Return the keyword arguments in a mapping in braces."""
     if not text:
         return {}
     try:

@@ -1,4 +1,4 @@
-"""Threads that modules start: what they raise ends the program's run, as what a module raises itself does."""
+"""Threads that modules start: their exceptions end the run, like those of the modules themselves."""
 
 import _thread
 import signal
@@ -15,8 +15,8 @@ from mjsim.modules.boundary import is_of_users, said_of
 def thread_faults() -> Iterator[None]:
     """End a block with a ModuleFault when a thread of a module raises in it; for the main thread of a command.
 
-    Such a thread has no robot and no tick. The block is interrupted as by Ctrl-C, so that a recording is closed
-    properly. `sys.exit` in a thread ends that thread alone, as Python has it.
+    The fault has no robot and no tick. The block is interrupted as by Ctrl-C, so that a recording is closed properly.
+    `sys.exit` in a thread ends only that thread, as usual in Python.
     """
     faults: list[ModuleFault] = []
     usual = threading.excepthook
@@ -45,7 +45,7 @@ def thread_faults() -> Iterator[None]:
 
 @contextmanager
 def _interruptible(faults: Sequence[ModuleFault]) -> Iterator[None]:
-    """Let a fault interrupt the block even where Ctrl-C is ignored, as shells have it for what they start with '&'."""
+    """Let a fault interrupt the block even if Ctrl-C is ignored, as in jobs that a shell starts with '&'."""
     if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
         yield
         return

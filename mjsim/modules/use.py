@@ -1,4 +1,4 @@
-"""`use:` of a world file: what it names, whether that is there, and the live module that it becomes."""
+"""`use:` of a world file: finds, checks and creates the module that it names."""
 
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -18,7 +18,7 @@ from mjsim.modules.python import PythonHost
 from mjsim.world import Source, Use, UserDrive, World, check_world, load_world, problems_at
 
 HOSTS: Sequence[Host] = (ProgramHost(), OctaveHost(), PythonHost())
-"""One for each language; the first that speaks a module's language runs it."""
+"""One host per language; the first one for a module's language runs it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,24 +29,24 @@ class NamedModule:
     role: str
     robot: str
     path: tuple[str | int, ...]
-    """Of the mapping with `use`, in the world file."""
+    """Path of the mapping with `use` in the world file."""
 
 
 @dataclass(frozen=True, slots=True)
 class ForeignCode:
-    """What a world runs that did not come with mjsim."""
+    """Code that a world runs and that is not part of mjsim."""
 
     installed: Sequence[Use]
-    """Classes of installed packages, with the keys that they are given."""
+    """Classes of installed packages, with their keys."""
     files: Mapping[str, bytes]
-    """Files beside the world, by their paths, with what they import; empty where there is none, or none to be read."""
+    """Content of files beside the world, by path, including their imports; empty if missing or unreadable."""
 
 
 def host_of(use: str) -> Host:
     """Return the host for the text of a `use:`.
 
     Raises:
-        UsageError: There is none.
+        UsageError: There is no such host.
     """
     for host in HOSTS:
         if host.speaks(use):
@@ -57,18 +57,17 @@ def host_of(use: str) -> Host:
 
 
 def make_module(use: Use, source: Source, *, role: str, robot: str) -> Any:
-    """Return the live module that a world, or a command line, names.
+    """Return an instance of the module that a world or a command line names.
 
     Args:
         use: Its name, and the keys beside it.
-        source: Where the world was written; a file is looked for beside it, or in the working folder when the world
-            has no folder.
+        source: Source of the world; a file is searched for in its folder, or in the working folder if it has none.
         role: One of `ROLES`.
-        robot: For which robot.
+        robot: Robot of the module.
 
     Raises:
-        UsageError: It does not exist, or does not take these keys.
-        ModuleFault: It is there, and fails, or lacks what its role needs.
+        UsageError: It does not exist, or does not accept these keys.
+        ModuleFault: It fails, or lacks a method that its role needs.
     """
     return host_of(use.use).make(use, source, role=role, robot=robot)
 
@@ -93,24 +92,24 @@ def modules_of(world: World) -> Iterator[NamedModule]:
 
 
 def missing_modules(world: World) -> list[Problem]:
-    """Return which modules of a world are not there, or do not take the keys beside them; nothing is run."""
+    """Return the faults of modules that do not exist, or do not accept the keys beside them; nothing is run."""
     return _problems(world, (found for found in _doubts(world) if found[1].missing))
 
 
 def check_modules(world: World) -> list[Problem]:
-    """Return what is wrong with the modules of a world, as far as their text tells; nothing is run."""
+    """Return the faults of the modules of a world, as far as their text shows them; nothing is run."""
     return _problems(world, _doubts(world))
 
 
 def load_runnable(path: str | Path) -> World:
-    """Return the world of a file, once it is plausible and its modules are there.
+    """Return the world of a file, after checking that it is valid and its modules exist.
 
     Args:
         path: The file, or the name of a shipped world, as for `load_world`.
 
     Raises:
         UsageError: The file does not exist, or is not such a world.
-        WorldError: Something in it is wrong; every fault is told.
+        WorldError: The world has faults; all are listed.
     """
     world = load_world(path)
     if problems := sorted([*check_world(world), *missing_modules(world)]):
@@ -119,7 +118,7 @@ def load_runnable(path: str | Path) -> World:
 
 
 def require_modules(world: World) -> None:
-    """Raise WorldError when a module that a world names is not there; every fault is told."""
+    """Raise WorldError when a module that a world names does not exist; all faults are listed."""
     if problems := missing_modules(world):
         raise WorldError(problems)
 
@@ -137,7 +136,7 @@ def user_files(world: World) -> dict[str, bytes]:
 
 
 def foreign_code(world: World) -> ForeignCode:
-    """Return the code that a world brings into the process beside that of mjsim; nothing is run."""
+    """Return the code that a world loads into the process besides that of mjsim; nothing is run."""
     installed: list[Use] = []
     files: dict[str, bytes] = {}
     folder = world.source.folder or Path.cwd()
@@ -156,24 +155,24 @@ def foreign_code(world: World) -> ForeignCode:
 
 
 def offers_in(files: Sequence[tuple[Path, str]]) -> Iterator[Offer]:
-    """Yield the modules that files hold, in any language; nothing is run.
+    """Yield the modules in files, in any language; nothing is run.
 
     Args:
-        files: Each with what a world file writes to name it, such as its path from the world's folder.
+        files: Each with its name in a world file, such as its path from the world's folder.
     """
     for host in HOSTS:
         yield from host.offers(files)
 
 
 def _by_host(world: World) -> Iterator[tuple[Host, list[Use]]]:
-    """Yield the hosts with what they run of a world, also what is named within the keys of modules."""
+    """Yield the hosts with their modules of a world, including those named within the keys of modules."""
     uses = [each for named in modules_of(world) for each in (named.use, *_within(named.use.arguments()))]
     for host in HOSTS:
         yield host, [use for use in uses if host_of(use.use) is host]
 
 
 def _doubts(world: World) -> Iterator[tuple[NamedModule, Doubt]]:
-    """Yield what is wrong with the modules of a world; each text is read once, however many robots use it alike."""
+    """Yield the faults of the modules of a world; each text is read once, even if many robots use it."""
     known: dict[tuple[str, str], list[Doubt]] = {}
     for named in modules_of(world):
         alike = named.role, named.use.model_dump_json()
@@ -189,7 +188,7 @@ def _problems(world: World, doubts: Iterable[tuple[NamedModule, Doubt]]) -> list
 
 
 def _within(value: Any) -> Iterator[Use]:
-    """Yield what is named with `use:` within the keys of a module."""
+    """Yield the modules named with `use:` within the keys of a module."""
     if isinstance(value, Mapping):
         if isinstance(value.get("use"), str):
             with suppress(ValidationError):
