@@ -13,7 +13,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-import scipy.linalg
 
 from mjsim.geometry import Array
 from mjsim.interface import Odometry, RobotInfo, Sighting
@@ -74,15 +73,17 @@ class PictureErrors:
             sightings: Those not from pictures keep their own covariance.
             scale: Factor on the standard deviation of each.
         """
-        own, by_shift = [], np.zeros((2 * len(sightings), 2))
+        # Written in place: scipy's block_diag took 0.2 ms.
+        own, by_shift = np.zeros((2 * len(sightings), 2 * len(sightings))), np.zeros((2 * len(sightings), 2))
         for row, sighting in enumerate(sightings):
+            at = slice(2 * row, 2 * row + 2)
             in_picture = sighting.corners is not None
             factor = scale**2 * (1.0 + self._repeat / self._since if in_picture else 1.0)
-            own.append(np.asarray(sighting.covariance) * factor)
+            own[at, at] = np.asarray(sighting.covariance) * factor
             if in_picture:
                 c, s = math.cos(sighting.bearing), math.sin(sighting.bearing)
-                by_shift[2 * row : 2 * row + 2] = (c, s), (-s / sighting.range, c / sighting.range)
-        return np.asarray(scipy.linalg.block_diag(*own) + self._shift**2 * by_shift @ by_shift.T)
+                by_shift[at] = (c, s), (-s / sighting.range, c / sighting.range)
+        return np.asarray(own + self._shift**2 * by_shift @ by_shift.T)
 
 
 def each_of(together: Array) -> Array:
