@@ -21,6 +21,7 @@ from mjsim.interface import (
     Navigator,
     Observation,
     Observer,
+    Odometry,
     RobotInfo,
     WheelCommand,
     WorldMap,
@@ -124,14 +125,13 @@ class DeadReckoning:
         self.covariance: Array = np.array(robot.prior_covariance, dtype=float)
         self._F, self._G = np.eye(3), np.eye(3)
 
-    def add(self, seen: Observation) -> None:
+    def add(self, odometry: Odometry) -> None:
         """Add the odometry of one tick.
 
         References:
             Thrun, Burgard, Fox, Probabilistic Robotics (2005), section 7.4: the motion part of an EKF.
         """
-        odometry, heading = seen.odometry, self.pose.heading
-        c, s = np.cos(heading), np.sin(heading)
+        c, s = np.cos(self.pose.heading), np.sin(self.pose.heading)
         F, G = self._F, self._G
         F[0, 2] = -s * odometry.forward - c * odometry.left
         F[1, 2] = c * odometry.forward - s * odometry.left
@@ -212,7 +212,7 @@ class Pilot(Closes):
     def notice(self, seen: Observation) -> Noticed:
         """Run observer and estimator, once per tick; `order` follows."""
         self._seconds = {}
-        self._dead_reckoning.add(seen)
+        self._dead_reckoning.add(seen.odometry)
         seen = self._look(sealed_observation(seen) if self._modules else seen)
         return Noticed(seen, self._believe(seen), self._bump(seen))
 

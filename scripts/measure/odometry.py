@@ -17,7 +17,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from mjsim.geometry import Array, Pose, wrap_angle
-from mjsim.interface import Command, Observation, Odometry, RobotInfo
+from mjsim.interface import Command, Odometry, RobotInfo
 from mjsim.run.pilot import DeadReckoning
 from mjsim.sim import Simulation, arc_end
 from mjsim.sim.odometry import WheelOdometer
@@ -84,7 +84,7 @@ def judged(told: Array, poses: Array, robot: RobotInfo, odometer: WheelOdometer)
     """Return the NEES of one robot's dead reckoning at the times judged, and how far off it is in the end [m]."""
     belief, nees = DeadReckoning(robot), []
     for tick, motion in enumerate(told.tolist(), start=1):
-        belief.add(Observation(tick * robot.dt, robot.dt, odometer.increment(motion)))
+        belief.add(odometer.increment(motion))
         if tick % JUDGED == 0:
             error = belief.pose.as_array() - poses[tick]
             error[2] = wrap_angle(error[2])

@@ -96,7 +96,7 @@ def nees_of(text: str, files: dict[str, bytes], *, seed: int) -> np.ndarray:
                     sim.apply(name, Command(rng.uniform(0.0, speed), turn=rng.uniform(-turn, turn)))
             sim.step()
             for name, belief in beliefs.items():
-                belief.add(sim.sense(name))
+                belief.add(sim.odometry(name))
             if tick % 50 == 49:
                 rows.append([nees(belief, sim.truth(name).as_array()) for name, belief in beliefs.items()])
     return np.array(rows).T

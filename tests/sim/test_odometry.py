@@ -42,7 +42,7 @@ def drive(odometry: str, command: Command, seconds: float) -> tuple[Pose, Pose]:
     sim.apply("r", command)
     for _ in range(round(seconds / sim.dt)):
         sim.step()
-        seen = sim.sense("r").odometry
+        seen = sim.odometry("r")
         told = told @ Pose(seen.forward, seen.left, seen.turn)
     return start.inverse() @ sim.truth("r"), told
 
@@ -215,7 +215,7 @@ def normalised_errors(keys: str, *, count: int, ticks: int, lot: int = 0) -> np.
                     sim.apply(name, Command(rng.uniform(0.0, 0.5), left, rng.uniform(-1.0, 1.0)))
             sim.step()
             for name, belief in beliefs.items():
-                belief.add(sim.sense(name))
+                belief.add(sim.odometry(name))
                 error = belief.pose.as_array() - sim.truth(name).as_array()
                 error[2] = wrap_angle(error[2])
                 nees[tick] += error @ np.linalg.solve(belief.covariance, error)
