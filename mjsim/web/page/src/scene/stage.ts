@@ -68,6 +68,8 @@ export class Stage3d {
   private has = 0;
   private pressed: [number, number] | null = null;
   private drawn = 0;
+  /** From where all of it is seen, and the middle that is looked at then; null when it was never fitted. */
+  private fitted: [Vector3, Vector3] | null = null;
   private readonly endings: (() => void)[] = [];
 
   /** `label` names the picture; `refusal` is the message of the Error where the browser draws nothing in 3-D. */
@@ -110,6 +112,13 @@ export class Stage3d {
     const half = (0.5 * FIELD * Math.PI) / 180;
     const narrow = Math.atan(Math.tan(half) * Math.min(this.orbit.aspect, 1));
     this.lookAt(middle, (0.85 * reach) / Math.sin(narrow));
+    this.fitted = [this.orbit.position.clone(), this.controls.target.clone()];
+  }
+
+  /** Whether all of it is looked at since nobody has turned the view. */
+  private get isFitted(): boolean {
+    const [from, to] = this.fitted ?? [];
+    return this.isFree && from !== undefined && to !== undefined && from.equals(this.orbit.position) && to.equals(this.controls.target);
   }
 
   /** Turn to a place and stand so far off [m]. */
@@ -268,7 +277,11 @@ export class Stage3d {
   private resize(share = this.share): void {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (!width || !height) return;
-    this.orbit.aspect = width / height;
+    if (this.orbit.aspect !== width / height) {
+      this.orbit.aspect = width / height;
+      if (this.isFitted) this.fit();
+      this.near();
+    }
     this.has = share;
     this.renderer.setPixelRatio(share * Math.min(window.devicePixelRatio, 2));
     this.renderer.setSize(width, height, false);

@@ -1,0 +1,125 @@
+"""What is shown whole stays so in another size of the page, in a real browser: 3-D, charts, pictures, plans."""
+
+import json
+
+import pytest
+from playwright.sync_api import expect
+
+import mjsim
+from mjsim.web import Studio
+from tests.sheet import DRAWN
+from tests.web.test_studio_compare_page import CLEAN
+from tests.web.test_studio_screen_page import holds
+from tests.windows import PATIENCE, page_at
+
+pytestmark = pytest.mark.slow
+ROOM = CLEAN.replace("robots: [{", "robots: [{sensors: [{camera: front, width: 160, height: 120}], ")
+LONG = """\
+mjsim: 1
+name: long
+walls: [{points: [[-4, -1], [4, -1], [4, 1], [-4, 1]], closed: true}]
+obstacles: [{name: west, box: [0.4, 0.4, 0.5], at: [-3.7, 0]}, {name: east, box: [0.4, 0.4, 0.5], at: [3.7, 0]}]
+"""
+HEAD = 40
+"""Of a tile [px]."""
+WIDE, NARROW = {"width": 1400, "height": 720}, {"width": 760, "height": 720}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("refit")
+    (place / "long.yaml").write_text(LONG)
+    with mjsim.Simulation(mjsim.parse_world(ROOM), seed=1) as sim:
+        mjsim.run(sim, record=place / "one.mcap")
+    with mjsim.Simulation(mjsim.parse_world(ROOM), seed=2) as sim:
+        mjsim.run(sim, record=place / "two.mcap")
+    return place
+
+
+def in_sight(page, canvas, name) -> bool:
+    """Select a thing, and return whether its handles in 3-D lie on the canvas."""
+    page.locator(".outliner").get_by_text(name, exact=True).click()
+    expect(canvas).to_have_attribute("data-selected", name)
+    page.evaluate(DRAWN)
+    box = canvas.bounding_box()
+    knobs = json.loads(canvas.get_attribute("data-handles"))
+    middle = next((x, y) for kind, x, y in knobs if kind == "move")
+    return 0 < middle[0] < box["width"] and 0 < middle[1] < box["height"]
+
+
+def sized(page, canvas, size) -> None:
+    """Give the page another size, and wait for the pictures of the canvas in that size."""
+    drawn = int(canvas.get_attribute("data-frames"))
+    page.set_viewport_size(size)
+    page.wait_for_function("([canvas, drawn]) => +canvas.dataset.frames > drawn", arg=[canvas.element_handle(), drawn])
+    page.evaluate(DRAWN)
+
+
+def test_the_view_in_3d_shows_all_in_another_size_and_keeps_where_it_was_turned_to(browser, folder):
+    expect.set_options(timeout=PATIENCE)
+    with Studio(folder, world="long.yaml") as studio, page_at(browser, studio.url, **WIDE) as page:
+        page.locator("#view-edit").get_by_text("3-D", exact=True).click()
+        canvas = page.locator("#view-edit .scene canvas")
+        expect(page.locator("#view-edit .scene")).to_have_attribute("data-filled", "")
+        for size in (WIDE, NARROW, WIDE):
+            sized(page, canvas, {**size, "height": size["height"] - 1})
+            sized(page, canvas, size)
+            assert in_sight(page, canvas, "west"), size
+            assert in_sight(page, canvas, "east"), size
+
+
+def test_charts_and_pictures_fill_their_places_in_another_size_and_when_they_are_enlarged(browser, folder):
+    expect.set_options(timeout=PATIENCE)
+    with Studio(folder) as studio, page_at(browser, studio.url, **WIDE) as page:
+        page.get_by_role("tab", name="Review", exact=True).click()
+        page.locator("[data-path='one.mcap']").click()
+        review = page.locator("#view-review")
+        expect(review.locator(".run-time")).to_contain_text("of 1.96 s")
+        for size in (NARROW, WIDE):
+            page.set_viewport_size(size)
+            page.evaluate(DRAWN)
+            page.evaluate(DRAWN)
+            for box in review.locator(".run-sheet .run-chart-box").all():
+                plot = box.locator(".u-wrap")
+                assert plot.evaluate("wrap => wrap.clientWidth") == box.evaluate("box => box.clientWidth")
+                assert plot.evaluate("wrap => wrap.clientHeight") == box.evaluate("box => box.clientHeight")
+        tile = review.locator("[data-view='scout/front'], .run-tile", has_text="front").last
+        tile.locator(".run-enlarge").click()
+        page.evaluate(DRAWN)
+        for size in (WIDE, NARROW):
+            page.set_viewport_size(size)
+            page.evaluate(DRAWN)
+            page.evaluate(DRAWN)
+            stage = review.locator(".run-stage").bounding_box()
+            large = tile.locator("canvas, img").first.bounding_box()
+            assert large["width"] <= stage["width"]
+            assert large["height"] <= stage["height"]
+            filled = max(large["width"] / stage["width"], large["height"] / (stage["height"] - HEAD))
+            assert filled > 0.9, (size, large, stage)
+
+
+def test_the_plan_of_a_comparison_shows_all_in_another_size(browser, folder):
+    expect.set_options(timeout=PATIENCE)
+    with Studio(folder) as studio, page_at(browser, studio.url, **WIDE) as page:
+        page.get_by_role("tab", name="Review", exact=True).click()
+        for name in ("one", "two"):
+            page.get_by_label(f"Compare {name}.mcap").check()
+        page.get_by_role("button", name="Compare 2 chosen").click()
+        plan = page.locator(".compare .run-floor")
+        for size in (WIDE, NARROW, WIDE):
+            page.set_viewport_size(size)
+            page.evaluate(DRAWN)
+            assert holds(plan, [(-2, -2), (2, 2), (-2, 2), (2, -2)]), size
+
+
+@pytest.mark.parametrize("width", [1280, 1024, 390])
+def test_the_tools_of_the_view_in_3d_stand_in_one_row(browser, folder, width):
+    expect.set_options(timeout=PATIENCE)
+    (folder / "room.yaml").write_text(ROOM)
+    with Studio(folder, world="room.yaml") as studio, page_at(browser, studio.url, width=width) as page:
+        page.locator("#view-edit").get_by_text("3-D", exact=True).click()
+        expect(page.locator("#view-edit .scene")).to_have_attribute("data-filled", "")
+        tools = page.locator("#view-edit .scene-bar > :is(select, button)")
+        boxes = [tool.bounding_box() for tool in tools.all()]
+        assert len(boxes) == 4
+        assert max(box["y"] for box in boxes) < min(box["y"] + box["height"] for box in boxes)
