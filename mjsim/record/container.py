@@ -40,11 +40,18 @@ PIECE = 1 << 20
 
 def is_mcap(path: Path) -> bool:
     """Return whether a file begins as an MCAP file does."""
+    if _is_endless(path):
+        return False
     try:
         with path.open("rb") as stream:
             return stream.read(len(MAGIC)) == MAGIC
     except OSError:
         return False
+
+
+def _is_endless(path: Path) -> bool:
+    """Return whether opening a path may block forever, as that of a pipe to which nobody writes."""
+    return path.exists() and not path.is_file() and not path.is_dir()
 
 
 def records(path: Path) -> Iterator[McapRecord]:
@@ -134,6 +141,8 @@ class _Budget:
 @contextmanager
 def _opened(path: Path) -> Iterator[tuple[IO[bytes], int]]:
     """Open a file for the block, which gets it with its size; errors of the file system in the block are not caught."""
+    if _is_endless(path):
+        raise UsageError(f"cannot read '{path}': it is a pipe or a device; name a file")
     try:
         with path.open("rb") as stream:
             yield stream, path.stat().st_size

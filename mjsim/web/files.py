@@ -223,8 +223,16 @@ def files_below(root: Path) -> Iterator[Path]:
                 continue
             if entry.is_dir(follow_symlinks=False) and depth < DEEPEST:
                 waiting.append((Path(entry.path), depth + 1))
-            elif entry.is_file() and Path(entry.path).resolve().is_relative_to(root):
+            elif _is_file_in(entry, root):
                 yield Path(entry.path)
+
+
+def _is_file_in(entry: os.DirEntry[str], root: Path) -> bool:
+    """Return whether an entry is a file within a folder once links are followed; those in a circle lead nowhere."""
+    try:
+        return entry.is_file() and Path(entry.path).resolve().is_relative_to(root)
+    except (OSError, RuntimeError):
+        return False
 
 
 def _says(path: Path, word: re.Pattern[bytes]) -> bool:

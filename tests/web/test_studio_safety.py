@@ -1,6 +1,7 @@
 """The studio serves its own page alone, and nothing outside of its folder."""
 
 import json
+import os
 import socket
 import struct
 import zlib
@@ -257,3 +258,23 @@ def test_the_command_says_in_a_line_what_is_wrong(tmp_path, capsys):
         assert ended.value.code == 2
         (line,) = capsys.readouterr().err.splitlines()
         assert said in line
+
+
+def test_links_in_a_circle_and_pipes_in_the_folder_do_no_harm(folder, client):
+    odd = [folder / "circle.yaml", folder / "circle", folder / "pipe.yaml", folder / "pipe.mcap"]
+    for link in odd[:2]:
+        link.symlink_to(link.name)
+    for pipe in odd[2:]:
+        os.mkfifo(pipe)
+    try:
+        told = client.get("/api/folder", timeout=PATIENCE)
+        assert told.status_code == 200, told.text
+        assert "room.yaml" in told.json()["worlds"]
+        assert not {"circle.yaml", "pipe.yaml"} & set(told.json()["worlds"])
+        assert client.get("/api/modules", timeout=PATIENCE).status_code == 200
+        answer = client.get("/api/recording", params={"path": "pipe.mcap"}, timeout=PATIENCE)
+        assert 400 <= answer.status_code < 500, answer.text
+        assert "is a pipe or a device; name a file" in answer.json()["error"]
+    finally:
+        for path in odd:
+            path.unlink()
