@@ -28,7 +28,8 @@ function legend(groups: Group[]): HTMLElement {
     const swatch = el("i", {});
     const paint = (): void => void (swatch.style.background = rowColor(k));
     paint();
-    themeChanged.on(paint);
+    // Each comparison makes others: those that are gone need no colours.
+    const stop = themeChanged.on(() => (swatch.isConnected ? paint() : stop()));
     return el("li", {}, swatch, el("b", {}, label), el("span", { class: "hint" }, word(runs === 1 ? "review.oneRun" : "review.runs", { runs })));
   });
   return el("ul", { class: "compare-legend", "aria-label": word("review.groups") }, ...entries);
