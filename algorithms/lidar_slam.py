@@ -1,6 +1,7 @@
 """SLAM with a lidar: matches scans to each other, and closes loops when the robot returns."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.random import Generator
@@ -14,6 +15,7 @@ from .map_parts import Keyframe, PartsMap
 from .occupancy import OccupancyGrid, shown_grid
 from .odometry_bias import OdometryBias
 from .pose_graph import PoseGraph, compose
+from .recent_motion import SAME, RecentMotion
 from .scan_matching import surface_of
 from .scan_noise import range_noise, smoothed
 from .scan_search import Laid, lay
@@ -80,6 +82,7 @@ class LidarSlam:
         self._bias = OdometryBias()
         rules = {"loop_distance": self._loop_distance, "loop_share": self._loop_share}
         self._map = PartsMap(prior, covariance, self._bias, **rules)
+        self._recent = RecentMotion()
         self._shown, self._next_shown = tuple[Shown, ...](), 0.0
         self._rest()
 
@@ -123,9 +126,10 @@ class LidarSlam:
         covariance = seen.odometry.covariance * self._scale**2
         self._step_covariance = F @ self._step_covariance @ F.T + G @ covariance @ G.T
         far = np.hypot(*self._step[:2]) > self._distance or abs(self._step[2]) > self._turn
+        self._recent.move(seen.odometry, seen.time)
         looked = self._scans.update(seen)
         if looked is not None and (far or not self.keyframes):
-            self._extend(looked)
+            self._extend(self._from_now(looked, seen.time))
             self._map.work()
         self._way.append((seen.time, len(self.keyframes) - 1, self._step))
         if self._show_every and seen.time >= self._next_shown:
@@ -163,6 +167,13 @@ class LidarSlam:
         for pose, keyframe in zip(self._map.poses(), self.keyframes, strict=True):
             grid.add(Pose.from_array(pose) @ keyframe.looked.robot_from_lidar, keyframe.looked.scan)
         return grid
+
+    def _from_now(self, looked: LevelScan, time: float) -> LevelScan:
+        """Return a scan with the sensor's pose in the frame of the robot now, if the scan is older than this tick."""
+        if looked.scan.stamp > time - SAME:
+            return looked
+        step, _ = self._recent.since(looked.scan.stamp)
+        return replace(looked, robot_from_lidar=Pose.from_array(step).inverse() @ looked.robot_from_lidar)
 
     def _extend(self, looked: LevelScan) -> None:
         """Match a scan to the last ones, and add it to the map."""

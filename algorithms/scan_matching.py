@@ -30,6 +30,8 @@ ALONG = 0.01
 """Mean square of the component of walls' normals along a direction that is attributed to noise."""
 WEIGHED = 0.1
 """As `EFFECTIVE`, when comparing hypotheses: changes, such as doors and people, hide or add whole pieces."""
+ALIKE = 0.9
+"""Elements in one cell belong to one wall if the cosine of the angle between their normals is above this."""
 CUT = 3.0
 """Number of standard deviations beyond which an element is not on the wall."""
 
@@ -172,6 +174,7 @@ class WallField:
         self._labels = labels.ravel()
         self._element: NDArray[np.intp] = np.zeros(int(labels.max()) + 1, dtype=np.intp)
         self._element[self._labels[at]] = np.arange(len(at))
+        self.surface = _averaged(surface, self._element[self._labels[at]])
 
     def cells(self, points: Array) -> NDArray[np.intp]:
         """Return the indices in the flattened grid of the cells of points (..., 2) [m], limited to the grid."""
@@ -183,6 +186,25 @@ class WallField:
         """Return the distance [m] from each point (n, 2) to the nearest element, by its cell, and its index, (n,)."""
         at = self.cells(points)
         return self.distance.ravel()[at], self._element[self._labels[at]]
+
+
+def _averaged(surface: Surface, chosen: NDArray[np.intp]) -> Surface:
+    """Return a surface whose chosen elements are the averages of their cells.
+
+    Each scan shows the wall in a cell once. A match on one of them alone would repeat its error; on their average,
+    errors even out.
+
+    Args:
+        surface: Elements of several scans, shape (n, ...).
+        chosen: The element chosen in the cell of each, shape (n,).
+    """
+    alike = np.einsum("ni,ni->n", surface.normals, surface.normals[chosen]) > ALIKE
+    columns = np.column_stack([surface.points, surface.normals])[alike].T
+    count = np.bincount(chosen[alike], minlength=len(chosen))
+    sums = np.stack([np.bincount(chosen[alike], column, len(chosen)) for column in columns], axis=1)
+    mean = sums / np.maximum(count, 1)[:, None]
+    size = np.hypot(mean[:, 2], mean[:, 3])
+    return Surface(mean[:, :2], mean[:, 2:] / np.maximum(size, 1e-9)[:, None], surface.noise)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

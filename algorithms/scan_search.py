@@ -79,8 +79,8 @@ def lay(scan: Surface, walls: Surface, step: Array, noise: Array, *, doubt: Arra
     freed = hypotheses(field, scan, step, weak, LOST, most=5)
     if freed[0].share > 0.6 and freed[0].conflict < 0.2 and not is_ambiguous(freed):
         return _laid(freed, 100.0 * noise)
-    slipped = 4.0 * covariance
-    return _laid(found, noise) if held else Laid(step, slipped, slipped, slipped, np.eye(3))
+    slipped = 4.0 * noise
+    return _laid(found, noise) if held else Laid(step, slipped + covariance - noise, slipped, slipped, np.eye(3))
 
 
 def _pulled(field: WallField, scan: Surface, best: Match, step: Array, covariance: Array, weak: Array) -> bool:

@@ -146,6 +146,27 @@ def test_errors_of_matches_on_the_last_six_scans_add_up_as_the_lasting_part_says
     np.testing.assert_allclose(np.diag(laid.lasting), np.diag(laid.covariance), rtol=0.3)
 
 
+def test_a_scan_is_laid_on_the_mean_of_the_last_six_not_on_one_of_them():
+    # Each of the six scans is a little off; the matched one is exact.
+    room, off = surface_at(Pose(2, 2, 0.3)), np.array([0.02, -0.01, 0.015, 0.0, 0.005, 0.03])
+    walls = joined([room.moved(np.array([error, -error, 0.0])) for error in off])
+    laid = lay(room, walls, np.zeros(3), np.eye(3))
+    np.testing.assert_allclose(laid.pose, [off.mean(), -off.mean(), 0.0], atol=0.002)
+
+
+def test_without_a_match_the_systematic_error_of_odometry_counts_once():
+    step, noise, doubt = np.array([0.3, 0.0, 0.0]), np.diag([0.02, 0.02, 0.01]) ** 2, np.diag([0.05, 0.0, 0.02]) ** 2
+    room = surface_at(Pose(2, 2, 0.3))
+    elsewhere = replace(room, points=room.points + 30.0)
+    laid, known = lay(room, elsewhere, step, noise, doubt=doubt), lay(room, elsewhere, step, noise)
+    np.testing.assert_array_equal(laid.pose, step)
+    # What the pose shares with all others is told by `follows`; its own part is as if that were known.
+    np.testing.assert_array_equal(laid.follows, np.eye(3))
+    np.testing.assert_allclose(laid.own, known.own)
+    np.testing.assert_allclose(laid.lasting, known.lasting)
+    np.testing.assert_allclose(laid.covariance, known.covariance + doubt)
+
+
 def test_an_error_along_a_corridor_lasts_if_one_scan_alone_shows_the_edge_that_tells_it():
     wall, edge = np.column_stack([np.linspace(-4, 4, 400), np.full(400, 1.0)]), np.array([[4.0, 1.0], [4.0, 0.0]])
     edge = edge[:1] + np.linspace(0, 1, 50)[:, None] * (edge[1:] - edge[:1])
@@ -305,6 +326,25 @@ def test_in_the_office_the_way_into_two_rooms_and_back_is_known_to_centimetres()
     assert np.mean(errors) < 0.08
     assert np.max(drift) > 3 * np.max(errors)
     assert np.hypot(truth.x - 1.2, truth.y - 6.2) < 0.3
+
+
+@pytest.mark.slow
+def test_a_scan_that_arrives_late_belongs_to_where_it_was_taken():
+    errors = []
+    for latency in (0, 5):
+        estimator, truth = LidarSlam(), []
+        late = RING.replace("rate_hz: 5,", f"rate_hz: 5, latency: {latency},")
+        with mjsim.Simulation(mjsim.parse_world(late), seed=2) as sim:
+            estimator.start(sim.robots["scout"], {}, np.random.default_rng(0))
+            for _ in range(200):
+                estimator.update(sim.sense("scout"))
+                truth.append(sim.truths()["scout"].as_array())
+                sim.apply("scout", mjsim.Command(0.5, 0.0, 0.3))
+                sim.step()
+        path = np.array([pose.as_array() for _, pose in estimator.path()])
+        errors.append(np.hypot(*(path - truth)[:, :2].T).mean())
+    # 0.2 s late, a robot at 0.5 m/s is 0.1 m farther on.
+    assert errors[1] < errors[0] + 0.01
 
 
 @pytest.mark.slow
