@@ -25,6 +25,8 @@ SLIP = np.array([0.05, 0.05, 0.02])
 FLOOR = np.array([0.01, 0.01, 0.003])
 """The constant part of these errors [m, m, rad]."""
 
+WITNESSES = 8.0
+"""Steps for which the factor on the noise of odometry counts, against those whose errors scans have shown."""
 STILL = 1e-6
 """The robot is at rest in a tick if the motion by odometry is less than this [m, rad]."""
 
@@ -83,6 +85,7 @@ class LidarSlam:
         rules = {"loop_distance": self._loop_distance, "loop_share": self._loop_share}
         self._map = PartsMap(prior, covariance, self._bias, **rules)
         self._recent = RecentMotion()
+        self._squares, self._witnesses = WITNESSES * self._scale**2, WITNESSES
         self._shown, self._next_shown = tuple[Shown, ...](), 0.0
         self._rest()
 
@@ -123,8 +126,7 @@ class LidarSlam:
         self._told = compose(self._told, moved)
         self._driven, self._moving = self._driven + float(np.hypot(*moved[:2])), self._moving + seconds
         self._step, F, G = self._motion(self._step, self._bias.corrected(moved, seconds))
-        covariance = seen.odometry.covariance * self._scale**2
-        self._step_covariance = F @ self._step_covariance @ F.T + G @ covariance @ G.T
+        self._step_covariance = F @ self._step_covariance @ F.T + G @ seen.odometry.covariance @ G.T
         far = np.hypot(*self._step[:2]) > self._distance or abs(self._step[2]) > self._turn
         self._recent.move(seen.odometry, seen.time)
         looked = self._scans.update(seen)
@@ -181,18 +183,32 @@ class LidarSlam:
         error = range_noise(scan)
         points = sensor.transform(smoothed(scan, error).points())
         surface = surface_of(points, origin=(sensor.x, sensor.y), noise=error, increment=scan.angle_increment)
-        laid = Laid(self._step, self._step_covariance, self._step_covariance, self._step_covariance, np.eye(3))
+        noise = self._scale**2 * self._step_covariance
+        laid = Laid(self._step, noise, noise, noise, np.eye(3))
         moved = self._told, self._driven, self._moving
         if self.keyframes:
-            noise = self._step_covariance + self._slip()
+            noise = noise + self._slip()
             doubt = self._bias.doubt(*moved)
             laid = lay(surface, self._map.recent_walls(), self._step, noise, doubt=doubt)
             off = laid.pose - self._step
             off[2] = wrap_angle(float(off[2]))
             self._reached.append(self._step)
+            self._witness(off, laid)
             self._bias.learn(*moved, off, noise, laid.covariance)
         self._map.add(looked, surface, laid, laid.follows @ self._bias.slopes(*moved))
         self._rest()
+
+    def _witness(self, off: Array, laid: Laid) -> None:
+        """Compare the turn of a step as scans show it with the noise that the data sheet of odometry has for it.
+
+        Args:
+            off: The step by scans and odometry less that by odometry, shape (3,).
+            laid: The step by scans.
+        """
+        by_sheet, by_scans = float(self._step_covariance[2, 2]), float(laid.own[2, 2])
+        if by_scans < by_sheet:
+            self._squares += off[2] ** 2 / (by_sheet + by_scans)
+            self._witnesses += 1.0
 
     def _slip(self) -> Array:
         """Return the covariance of the errors of odometry beyond its data sheet, shape (3, 3)."""
@@ -204,7 +220,9 @@ class LidarSlam:
         """Return the pose of the newest scan, propagated by odometry."""
         pose, covariance = self._map.belief() if self.keyframes else (self._prior, self._prior_covariance)
         pose, F, G = self._motion(pose, self._step)
-        covariance = F @ covariance @ F.T + G @ self._step_covariance @ G.T
+        # Windows of matches have to be wide; since the last scan odometry errs by as much as scans have shown.
+        by_odometry = max(1.0, self._squares / self._witnesses) * self._step_covariance
+        covariance = F @ covariance @ F.T + G @ by_odometry @ G.T
         return Estimate(Pose.from_array(pose), covariance, show=self._shown)
 
 

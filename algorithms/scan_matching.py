@@ -199,12 +199,12 @@ def _averaged(surface: Surface, chosen: NDArray[np.intp]) -> Surface:
         chosen: The element chosen in the cell of each, shape (n,).
     """
     alike = np.einsum("ni,ni->n", surface.normals, surface.normals[chosen]) > ALIKE
-    columns = np.column_stack([surface.points, surface.normals])[alike].T
-    count = np.bincount(chosen[alike], minlength=len(chosen))
-    sums = np.stack([np.bincount(chosen[alike], column, len(chosen)) for column in columns], axis=1)
-    mean = sums / np.maximum(count, 1)[:, None]
-    size = np.hypot(mean[:, 2], mean[:, 3])
-    return Surface(mean[:, :2], mean[:, 2:] / np.maximum(size, 1e-9)[:, None], surface.noise)
+    weight, number = alike.astype(float), len(chosen)
+    count = np.maximum(np.bincount(chosen, weight, number), 1.0)
+    x, y, nx, ny = (np.bincount(chosen, weight * column, number) for column in (*surface.points.T, *surface.normals.T))
+    size = np.maximum(np.hypot(nx, ny), 1e-9)
+    points = np.stack([x / count, y / count], axis=1)
+    return Surface(points, np.stack([nx / size, ny / size], axis=1), surface.noise)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

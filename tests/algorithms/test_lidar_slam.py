@@ -348,6 +348,25 @@ def test_a_scan_that_arrives_late_belongs_to_where_it_was_taken():
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("worse", [0.0, 5.0])
+def test_between_scans_the_heading_is_as_uncertain_as_scans_have_shown_odometry_to_be(worse):
+    estimator, rng, errors, variances = LidarSlam(), np.random.default_rng(0), [], []
+    with mjsim.Simulation(mjsim.parse_world(RING), seed=2) as sim:
+        estimator.start(sim.robots["scout"], {}, np.random.default_rng(0))
+        for _ in range(750):
+            seen = sim.sense("scout")
+            # The data sheet of odometry may know nothing of an error five times as large.
+            turn = seen.odometry.turn + worse * np.sqrt(seen.odometry.covariance[2, 2]) * rng.normal()
+            belief = estimator.update(replace(seen, odometry=replace(seen.odometry, turn=turn)))
+            errors.append(wrap_angle(belief.pose.heading - sim.truths()["scout"].heading))
+            variances.append(belief.covariance[2, 2])
+            sim.apply("scout", mjsim.Command(0.0, 0.0, 0.6))
+            sim.step()
+    # 60 scans in the map after the first 5 s: a standard deviation is known to 10 %, steps are not independent.
+    assert 0.65 < np.sqrt(np.mean(np.square(errors[125:])) / np.mean(variances[125:])) < 1.35
+
+
+@pytest.mark.slow
 def test_the_final_path_comes_to_the_next_scan_without_a_jump():
     estimator, truth = LidarSlam(), []
     with mjsim.Simulation(mjsim.parse_world(RING), seed=2) as sim:
