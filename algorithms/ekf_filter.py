@@ -9,12 +9,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from mjsim.geometry import Array, wrap_angle
 
-from .ekf_models import MotionModel, apart, gain, landmark_from, range_bearing, together
+from .ekf_group import shear, turned_left
+from .ekf_models import MotionModel, Places, apart, couple, gain, landmark_from, projected, range_bearing, together
 
 Jacobians = Literal["standard", "first-estimates"]
-Places = np.ndarray[tuple[int], np.dtype[np.intp]]
-"""Indices of x of k landmarks in the mean, shape (k,)."""
-
 YOUNG, STRAYED = 3, 0.2
 """Up to this many looks, a first estimate is replaced if the newest one differs by more than this ratio to the distance
 of the landmark. Later both move together as loops close, and Jacobians should not follow."""
@@ -31,8 +29,6 @@ class EkfSlamFilter:
     overconfident. With first-estimates Jacobians, every Jacobian is evaluated at the first estimate of the pose (before
     its update) and of the landmark (when it was added), so that unobservable directions stay unobservable. A first
     estimate that later sightings show to have been poor is replaced.
-
-    Mean and covariance are stored in arrays that double when full; adding a landmark writes only its own rows.
 
     References:
         Thrun, Burgard, Fox, Probabilistic Robotics (2005), table 10.1.
@@ -73,8 +69,7 @@ class EkfSlamFilter:
         self._anchor = np.zeros(35)  # where derivatives are taken
         self._looks = np.zeros(35, dtype=np.intp)  # at each landmark, beside its x
         self._spare = np.empty(35 * 35)
-        self._mean[:3] = pose
-        self._anchor[:3] = self._mean[:3]
+        self._mean[:3] = self._anchor[:3] = pose
         if covariance is not None:
             self._P[:3, :3] = covariance
 
@@ -155,20 +150,11 @@ class EkfSlamFilter:
         P[:3, :3] = F @ P[:3, :3] @ F.T + G @ np.asarray(control_covariance, dtype=float) @ G.T
         P[:3, 3:size] = F @ P[:3, 3:size]
         if slopes is not None:
-            self._couple(G @ np.asarray(slopes))
+            couple(P[:size, :size], G @ np.asarray(slopes))
         if wander is not None:
             P[range(3, base), range(3, base)] += np.asarray(wander, dtype=float)
         P[3:size, :3] = P[:3, 3:size].T
-        self._mean[:3] = new
-        self._anchor[:3] = new
-
-    def _couple(self, B: Array) -> None:
-        """Add the effect of errors of the parameters, times B (3, p), on the pose to P, whose rows already have F P."""
-        P, size, base = self._P, self._size, self._base
-        own = P[3:base, 3:base]
-        crossed = P[:3, 3:base] @ B.T
-        P[:3, :3] += crossed + crossed.T + B @ own @ B.T
-        P[:3, 3:size] += B @ P[3:base, 3:size]
+        self._mean[:3] = self._anchor[:3] = new
 
     def expect(self, names: Sequence[Hashable]) -> tuple[Array, Array]:
         """Return the expected measurements of landmarks in the map, individually.
@@ -190,7 +176,8 @@ class EkfSlamFilter:
     def expect_together(self, names: Sequence[Hashable]) -> Array:
         """Return the joint covariance of the expected measurements of k landmarks, H P H^T, shape (2 k, 2 k)."""
         places = self._places(names)
-        return self._projected(places, *self._expect(places)[1:])[1]
+        _, H_pose, H_landmark = self._expect(places)
+        return projected(self._P[: self._size, : self._size], places, H_pose, H_landmark)[1]
 
     def innovations(
         self, names: Sequence[Hashable], measurements: ArrayLike, measurement_covariance: ArrayLike
@@ -256,6 +243,10 @@ class EkfSlamFilter:
             array[:size] = array[rest]
         self._P[:size, :size] = self._P[np.ix_(rest, rest)]
 
+    def mark(self, name: Hashable) -> None:
+        """Add the robot's position as a point that is never seen: later corrections of the past move it."""
+        self._append(name, self._mean[:2].copy(), self._anchor[:2].copy(), np.zeros((2, 2)))
+
     def relocate(self, pose: ArrayLike, covariance: ArrayLike) -> None:
         """Move the robot elsewhere on its map: its pose information is discarded, and first estimates are reset.
 
@@ -264,6 +255,8 @@ class EkfSlamFilter:
             covariance: Of the pose, shape (3, 3); it is independent of the map.
         """
         size = self._size
+        if self._first:
+            self._reanchor(self._point_rows())
         self._mean[:3] = pose
         self._anchor[:size] = self._mean[:size]
         self._P[:3, :size], self._P[:size, :3] = 0.0, 0.0
@@ -300,17 +293,8 @@ class EkfSlamFilter:
 
     def _gained(self, places: Places, H_pose: Array, H_landmark: Array, nu: Array, R: Array) -> tuple[Array, Array]:
         """Return the step K nu, shape (3 + p + 2 n,), and W, shape (2 k, 3 + p + 2 n)."""
-        HP, C = self._projected(places, H_pose, H_landmark)
+        HP, C = projected(self._P[: self._size, : self._size], places, H_pose, H_landmark)
         return gain(HP, C + R.reshape(C.shape), nu.ravel())
-
-    def _projected(self, places: Places, H_pose: Array, H_landmark: Array) -> tuple[Array, Array]:
-        """Return H P, shape (2 k, 3 + p + 2 n), and H P H^T, shape (2 k, 2 k)."""
-        size, count = self._size, 2 * len(places)
-        P, columns = self._P[:size, :size], places[:, None] + (0, 1)
-        HP = (H_pose @ P[:3] + H_landmark @ P[columns]).reshape(count, size)
-        C = (HP[:, :3] @ H_pose.reshape(count, 3).T).reshape(count, len(places), 2)
-        C += np.einsum("akj,kij->aki", HP[:, columns], H_landmark)
-        return HP, C.reshape(count, count)
 
     def _is_far(self, step: Array, places: Places) -> bool:
         """Return whether derivatives from before a step are invalid after it."""
@@ -338,6 +322,10 @@ class EkfSlamFilter:
                 return step, W
         return plain
 
+    def _point_rows(self) -> NDArray[np.intp]:
+        """Return the indices of x and y of the position and the landmarks in the state, shape (1 + n, 2)."""
+        return np.concatenate([np.arange(2), np.arange(self._base, self._size)]).reshape(-1, 2)
+
     def _moved(self, step: Array) -> Array:
         """Return the mean after a step, shape (3 + p + 2 n,)."""
         return np.asarray(self._mean[: self._size] + step)
@@ -354,7 +342,18 @@ class EkfSlamFilter:
         strayed_by = np.hypot(*(self._mean[columns] - self._anchor[columns]).T)
         most = np.where(looks <= YOUNG, STRAYED, self._renewed_at)
         strayed = columns[strayed_by > most * np.hypot(*(self._mean[columns] - self._mean[:2]).T)]
-        self._anchor[strayed] = self._mean[strayed]
+        if len(strayed):
+            self._reanchor(strayed)
+
+    def _reanchor(self, rows: NDArray[np.intp]) -> None:
+        """Take the newest estimates of points (n, 2) for the first ones.
+
+        A rotation of everything by the heading's error moves a point about the origin, from its first estimate. From
+        another one it moves it elsewhere; without this change of P the filter would gain information about its heading.
+        """
+        size, moved = self._size, turned_left(self._mean[rows] - self._anchor[rows])
+        shear(self._P[:size, :size], moved, rows, np.zeros((0, size)), self._spare)
+        self._anchor[rows] = self._mean[rows]
 
     def _apply(self, step: Array, W: Array) -> None:
         """Correct the mean by a step, shape (3 + 2 n,), and subtract W^T W from P, W of shape (m, 3 + 2 n)."""
@@ -365,26 +364,28 @@ class EkfSlamFilter:
         self._P[:size, :size] -= np.matmul(W.T, W, out=loss)
 
     def _add(self, name: Hashable, z: Array, R: Array) -> None:
-        """Append mean and covariance of a new landmark.
+        """Add a landmark at its first sighting.
 
         With landmark = position + turned(range, bearing), its error is J_pose times the error of the pose plus J
         times that of the measurement (Probabilistic Robotics, section 10.2.2, without its infinite variance).
         """
+        landmark, J = landmark_from(self._mean[:3], z)
+        self._append(name, landmark, landmark, J @ R @ J.T)
+
+    def _append(self, name: Hashable, mean: Array, anchor: Array, noise: Array) -> None:
+        """Write mean and covariance of a new point, fixed to the robot but for its noise, behind the others."""
         at, size = self._size, self._size + 2
         if size > len(self._mean):
             self._grow()
         P = self._P
-        landmark, J = landmark_from(self._mean[:3], z)
-        from_x, from_y = landmark - self._anchor[:2] if self._first else landmark - self._mean[:2]
+        from_x, from_y = anchor - self._anchor[:2] if self._first else mean - self._mean[:2]
         J_pose = np.array([[1.0, 0.0, -from_y], [0.0, 1.0, from_x]])
         P[at:size, :at] = J_pose @ P[:3, :at]
         P[:at, at:size] = P[at:size, :at].T
-        own = J_pose @ P[:3, :3] @ J_pose.T + J @ R @ J.T
+        own = J_pose @ P[:3, :3] @ J_pose.T + noise
         P[at:size, at:size] = 0.5 * (own + own.T)
-        self._mean[at:size] = landmark
-        self._anchor[at:size] = landmark
-        self._looks[at] = 1
-        self._order[name] = at
+        self._mean[at:size], self._anchor[at:size] = mean, anchor
+        self._looks[at], self._order[name] = 1, at
 
     def _grow(self) -> None:
         """Double the capacity for landmarks, so that n landmarks cost O(n^2) copying in total."""

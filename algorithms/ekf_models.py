@@ -12,6 +12,9 @@ import scipy.linalg
 
 from mjsim.geometry import Array, wrap_angle, wrap_angles
 
+Places = np.ndarray[tuple[int], np.dtype[np.intp]]
+"""Indices of x of k landmarks in the mean, shape (k,)."""
+
 MotionModel = Callable[[Array, Array], tuple[Array, Array, Array]]
 """motion(pose, control) -> new pose (3,), F (3, 3), G (3, m)."""
 
@@ -136,3 +139,32 @@ def gain(HP: Array, S: Array, nu: Array) -> tuple[Array, Array]:
     L = np.linalg.cholesky(S)
     W = scipy.linalg.solve_triangular(L, HP, lower=True, check_finite=False)
     return W.T @ scipy.linalg.solve_triangular(L, nu, lower=True, check_finite=False), W
+
+
+def couple(P: Array, B: Array) -> None:
+    """Add the effect of errors of p parameters, times B (3, p), on the pose to P, whose rows already have F P.
+
+    Args:
+        P: Of pose, parameters and landmarks, changed in place; the columns of the pose are left to the caller.
+        B: Derivative of the pose by the parameters, shape (3, p).
+    """
+    base = 3 + B.shape[1]
+    crossed = P[:3, 3:base] @ B.T
+    P[:3, :3] += crossed + crossed.T + B @ P[3:base, 3:base] @ B.T
+    P[:3, 3:] += B @ P[3:base, 3:]
+
+
+def projected(P: Array, places: Places, H_pose: Array, H_landmark: Array) -> tuple[Array, Array]:
+    """Return H P, shape (2 k, m), and H P H^T, shape (2 k, 2 k).
+
+    Args:
+        P: Of pose, parameters and landmarks, shape (m, m).
+        places: Indices of x of k landmarks in it, shape (k,).
+        H_pose: Derivative of each measurement by the pose, shape (k, 2, 3).
+        H_landmark: By its landmark, shape (k, 2, 2).
+    """
+    count, columns = 2 * len(places), places[:, None] + (0, 1)
+    HP = (H_pose @ P[:3] + H_landmark @ P[columns]).reshape(count, len(P))
+    C = (HP[:, :3] @ H_pose.reshape(count, 3).T).reshape(count, len(places), 2)
+    C += np.einsum("akj,kij->aki", HP[:, columns], H_landmark)
+    return HP, C.reshape(count, count)

@@ -28,6 +28,7 @@ from .invariant_ekf import InvariantEkfSlamFilter
 from .landmark_merging import Twins
 from .map_management import Probation
 from .odometry_errors import COUNT, DELAY, OdometryErrors
+from .past_positions import Mark, PastPositions
 from .picture_errors import PictureErrors, each_of
 from .recent_motion import RecentMotion
 from .relocation import Relocation, pose_from_looks
@@ -77,6 +78,7 @@ class EkfSlam:
         delay: float = DELAY,
         association: Literal["known", "nearest", "joint"] = "known",
         joint_covariance: bool = False,
+        frame: Literal["map", "start"] = "map",
     ) -> None:
         """Set the rules.
 
@@ -100,13 +102,16 @@ class EkfSlam:
             association: Association of unnamed sightings: 'known' ignores them, 'nearest' pairs each with the best
                 landmark, 'joint' finds the largest jointly compatible pairing. Unnamed landmarks are numbered from 0.
             joint_covariance: Whether the estimate includes the joint covariance of pose and map.
+            frame: What stays in place when the filter learns late how its map is turned relative to the start: with
+                'map' the way and the map as reported so far, with 'start' the first pose.
         """
         if confirmations < 1:
             raise ValueError(f"confirmations is {confirmations}; it must be at least 1")
         if association not in ("known", *_ASSOCIATIONS):
             raise ValueError(f"association is {association!r}; it must be known, {' or '.join(_ASSOCIATIONS)}")
-        self._jacobians = jacobians
-        self._gate = gate
+        if frame not in ("map", "start"):
+            raise ValueError(f"frame is {frame!r}; it must be map or start")
+        self._jacobians, self._gate, self._held = jacobians, gate, frame == "map"
         self._association = association
         self._probation = Probation(confirmations=confirmations, patience=patience)
         self._rules = confirmations, patience
@@ -122,6 +127,7 @@ class EkfSlam:
         self._filter = _new_filter(jacobians, pose=np.zeros(3), covariance=np.zeros((3, 3)))
         self._usual = np.zeros(3)
         self._merged: set[Hashable] = set()
+        self._past: PastPositions | None = None
 
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
         """Begin at the robot's prior with an empty map."""
@@ -131,6 +137,7 @@ class EkfSlam:
         self._errors = PictureErrors(robot, nod=self._nod, repeat=self._repeat)
         self._filter = _new_filter(self._jacobians, pose=robot.prior.as_array(), covariance=robot.prior_covariance)
         self._usual, self._merged = np.zeros(3), set()
+        self._past = PastPositions(self._filter) if self._held else None
         confirmations, patience = self._rules
         self._probation = Probation(confirmations=confirmations, patience=patience)
 
@@ -149,14 +156,26 @@ class EkfSlam:
         nameless = [sighting for sighting in sightings if sighting.name is None]
         if nameless and self._association != "known":
             innovations += self._associate(nameless, seen.time)
+        return self._reported(innovations, way=math.hypot(moved.forward, moved.left))
+
+    def _reported(self, innovations: Innovations, *, way: float) -> Estimate:
+        """Return the belief; with frame 'map' also after a late correction of the whole map where it was before."""
+        if self._past is not None:
+            self._past.move(way)
+            if innovations:
+                self._past.hold(self._filter)
         told = self._told()
-        return Estimate(
+        belief = Estimate(
             pose=Pose.from_array(self._filter.pose),
             covariance=self._filter.covariance,
             landmarks=self._filter.landmarks(told),
             innovations=innovations,
             joint_covariance=self._filter.joint_covariance_of(told) if self._joint else None,
         )
+        if self._past is None:
+            return belief
+        self._past.mark(self._filter)
+        return self._past.reported(belief)
 
     @property
     def systematic_errors(self) -> Array:
@@ -277,7 +296,7 @@ class EkfSlam:
 
     def _told(self) -> list[Hashable]:
         """Return the landmarks that are not on probation, oldest first."""
-        return [name for name in self._filter.names() if name not in self._probation]
+        return [name for name in self._filter.names() if not (name in self._probation or isinstance(name, Mark))]
 
     def _numbers(self) -> Iterator[int]:
         """Yield numbers for new unnamed landmarks, the smallest free ones."""

@@ -11,6 +11,7 @@ unchanged.
 import math
 
 import numpy as np
+import scipy.linalg
 
 from mjsim.geometry import Array, wrap_angle
 
@@ -25,14 +26,25 @@ SPREAD = 0.5
 
 
 class HeldFrame:
-    """Reports poses of a graph in a frame that agrees with earlier reports."""
+    """Reports poses of a map in a frame that agrees with earlier reports."""
 
-    def __init__(self, pose: Array) -> None:
-        """Begin with the first pose, shape (3,), reported unchanged."""
+    def __init__(self, pose: Array, *, release: bool = True) -> None:
+        """Begin with the first pose, shape (3,), reported unchanged.
+
+        Args:
+            pose: The first.
+            release: Whether the frame is given up, with a jump, once the heading is known.
+        """
         self._reported = np.zeros((64, 2))
         self._reported[0] = pose[:2]
         self._count = 1
         self._shift = np.zeros(3)
+        self._release, self._held = release, False
+
+    @property
+    def is_shifted(self) -> bool:
+        """Whether reports differ from the solution."""
+        return bool(self._shift.any())
 
     def add(self, solved: Array, deviation: float) -> None:
         """Update the frame with a solution that has one more pose.
@@ -41,15 +53,35 @@ class HeldFrame:
             solved: All poses, shape (n, 3), the newest last.
             deviation: Standard deviation of the newest heading, relative to the first pose [rad].
         """
+        self.hold(solved[:-1, :2], deviation)
+        self.report(solved[-1])
+
+    def hold(self, solved: Array, deviation: float) -> None:
+        """Fit the frame to the positions reported before.
+
+        Args:
+            solved: The same positions in the newest solution, shape (n, 2).
+            deviation: Standard deviation of the newest heading, relative to the first pose [rad].
+        """
         before = self._reported[: self._count]
-        if deviation < UNSURE:
+        self._held = deviation >= UNSURE or (self._held and not self._release)
+        if not self._held:
             self._shift = np.zeros(3)
         elif np.ptp(before, axis=0).max() > SPREAD:
-            self._shift = fitted(solved[: self._count, :2], before)
+            self._shift = fitted(solved, before)
+
+    def report(self, solved: Array) -> None:
+        """Remember where a pose (3,) of the solution is reported."""
         if self._count == len(self._reported):
             self._reported = np.concatenate([self._reported, np.zeros_like(self._reported)])
-        self._reported[self._count] = self.pose(solved[-1])[:2]
+        self._reported[self._count] = self.pose(solved)[:2]
         self._count += 1
+
+    def thin(self) -> None:
+        """Forget every other reported position, but not the first."""
+        kept = self._reported[: self._count : 2]
+        self._count = len(kept)
+        self._reported[: self._count] = kept
 
     def pose(self, solved: Array) -> Array:
         """Return a pose in the held frame, shape (3,)."""
@@ -57,10 +89,7 @@ class HeldFrame:
 
     def pose_covariance(self, solved: Array, covariance: Array) -> Array:
         """Return the covariance of a pose in the held frame, including the difference to the solution, shape (3, 3)."""
-        c, s = math.cos(self._shift[2]), math.sin(self._shift[2])
-        R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-        off = self.pose(solved) - solved
-        off[2] = wrap_angle(float(off[2]))
+        R, off = self._rotation(), self._off(solved)
         return np.asarray(R @ covariance @ R.T + np.outer(off, off))
 
     def landmark(self, mean: Array, covariance: Array) -> tuple[Array, Array]:
@@ -69,3 +98,23 @@ class HeldFrame:
         spread = np.zeros((3, 3))
         spread[:2, :2] = covariance
         return self.pose(point)[:2], self.pose_covariance(point, spread)[:2, :2]
+
+    def joint_covariance(self, pose: Array, points: Array, covariance: Array) -> Array:
+        """Return the covariance of a pose (3,) and points (n, 2) together in the held frame, shape (3 + 2 n, 3 + 2 n).
+
+        The differences to the solution are included, as in that of each.
+        """
+        R = self._rotation()
+        turned = scipy.linalg.block_diag(R, np.kron(np.eye(len(points)), R[:2, :2]))
+        off = np.concatenate([self._off(pose), (points @ R[:2, :2].T + self._shift[:2] - points).ravel()])
+        return np.asarray(turned @ covariance @ turned.T + np.outer(off, off))
+
+    def _off(self, solved: Array) -> Array:
+        """Return by how much a pose is reported elsewhere, shape (3,)."""
+        off = self.pose(solved) - solved
+        off[2] = wrap_angle(float(off[2]))
+        return np.asarray(off)
+
+    def _rotation(self) -> Array:
+        c, s = math.cos(self._shift[2]), math.sin(self._shift[2])
+        return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

@@ -8,9 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from mjsim.geometry import Array, wrap_angle
 
 from .ekf_filter import EkfSlamFilter
-
-BLOCK = 64
-"""Rows of P that are changed at a time, so that they stay in the processor's cache."""
+from .ekf_group import derivatives_by_step, moved_along, shear, turned_left
 
 
 class InvariantEkfSlamFilter(EkfSlamFilter):
@@ -56,88 +54,15 @@ class InvariantEkfSlamFilter(EkfSlamFilter):
     def _apply(self, step: Array, W: Array) -> None:
         """Move the mean along the exponential of the correction, and P to the errors about the new mean."""
         rows, new = self._point_rows(), self._moved(step)
-        moved = _turned_left(new[rows] - self._mean[rows])
+        moved = turned_left(new[rows] - self._mean[rows])
         self._mean[: self._size] = new
         self._mean[2] = wrap_angle(self._mean[2])
-        self._shear(moved, W)
+        shear(self._P[: self._size, : self._size], moved, rows, W, self._spare)
 
     def _moved(self, step: Array) -> Array:
         """Return the mean after a step along the exponential, shape (3 + p + 2 n,)."""
-        turn, rows, new = float(step[2]), self._point_rows(), self._mean[: self._size] + step
-        old = self._mean[rows]
-        shifts = step[rows] - turn * _turned_left(old)
-        new[rows] = old @ _rotation(turn).T + shifts @ _arc(turn).T
-        return np.asarray(new)
+        return moved_along(self._mean[: self._size], step, self._point_rows())
 
     def _by_step(self, H_pose: Array, H_landmark: Array, step: Array, columns: NDArray[np.intp]) -> tuple[Array, Array]:
-        """Return H times the derivative of R p + V (d - J p turn), to which the step has moved a point p."""
-        turn, rows = float(step[2]), np.concatenate([np.arange(2)[None], columns])
-        old, V = self._mean[rows], _arc(turn)
-        shifts = step[rows] - turn * _turned_left(old)
-        by_turn = _turned_left(old) @ (_rotation(turn) - V).T + shifts @ _arc_slope(turn).T
-        by_pose = np.array(H_pose)
-        by_pose[:, :, :2] = H_pose[:, :, :2] @ V
-        by_pose[:, :, 2] += H_pose[:, :, :2] @ by_turn[0] + np.einsum("kij,kj->ki", H_landmark, by_turn[1:])
-        return by_pose, H_landmark @ V
-
-    def _point_rows(self) -> NDArray[np.intp]:
-        """Return the indices of x and y of the position and the landmarks in the state, shape (1 + n, 2)."""
-        return np.concatenate([np.arange(2), np.arange(self._base, self._size)]).reshape(-1, 2)
-
-    def _shear(self, moved: Array, W: Array) -> None:
-        """Subtract W^T W from P, then add `moved` times the heading's error to that of each point: P <- S P S^T.
-
-        With c the column of S and h the heading's row of P, S P S^T = P + c h^T + h c^T, with half of its own multiple
-        of c included in h. That is P + u u^T - v v^T, which is symmetric to the last bit and takes one pass over P.
-
-        Args:
-            moved: Of position and landmarks, shape (1 + n, 2) [m/rad].
-            W: Shape (m, 3 + p + 2 n).
-        """
-        size, column = self._size, np.zeros(self._size)
-        column[self._point_rows()] = moved
-        P, loss = self._P[:size, :size], self._spare[: size * size].reshape(size, size)
-        heading = P[2] - W[:, 2] @ W
-        heading += 0.5 * heading[2] * column
-        # Brought to one size, so that as little as can be is lost where u u^T and v v^T are nearly alike.
-        sizes = float(np.linalg.norm(column)), float(np.linalg.norm(heading))
-        scale = math.sqrt(sizes[0] / sizes[1]) if all(sizes) else 1.0
-        along, across = column / scale, heading * scale
-        u, v = (along + across) / math.sqrt(2.0), (along - across) / math.sqrt(2.0)
-        taken = np.vstack([W, v])
-        np.matmul(taken.T, taken, out=loss)
-        given = np.empty((BLOCK, size))
-        for start in range(0, size, BLOCK):
-            rows = slice(start, min(start + BLOCK, size))
-            block = np.multiply(u[rows, None], u, out=given[: rows.stop - start])
-            block -= loss[rows]
-            P[rows] += block
-
-
-def _turned_left(points: Array) -> Array:
-    """Return J times each point, shape (n, 2)."""
-    return np.stack([-points[:, 1], points[:, 0]], axis=-1)
-
-
-def _rotation(turn: float) -> Array:
-    c, s = math.cos(turn), math.sin(turn)
-    return np.array([[c, -s], [s, c]])
-
-
-def _arc(turn: float) -> Array:
-    """Return the integral of the rotation over the turn, shape (2, 2); Barrau and Bonnabel, appendix A."""
-    if abs(turn) < 1e-6:
-        along, across = 1.0, turn / 2
-    else:
-        along, across = math.sin(turn) / turn, (1.0 - math.cos(turn)) / turn
-    return np.array([[along, -across], [across, along]])
-
-
-def _arc_slope(turn: float) -> Array:
-    """Return the derivative of `_arc` by the turn, shape (2, 2)."""
-    if abs(turn) < 1e-4:
-        along, across = -turn / 3, 0.5
-    else:
-        c, s = math.cos(turn), math.sin(turn)
-        along, across = (turn * c - s) / turn**2, (turn * s + c - 1.0) / turn**2
-    return np.array([[along, -across], [across, along]])
+        """Return derivatives by the step that has led here."""
+        return derivatives_by_step(self._mean, step, columns, H_pose, H_landmark)

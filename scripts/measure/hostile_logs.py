@@ -1,10 +1,13 @@
 """Print how estimators hold on copies of a real log that are worse than it.
 
     python scripts/measure/hostile_logs.py MRCLAM_Dataset7 [--copies late dark] [--variants standard graph] [--seed 2]
+    python scripts/measure/hostile_logs.py MRCLAM_Dataset7 --late [0 30 400]
 
 The folder is a data set of MRCLAM. Of each robot's text files a copy is written that has been spoilt in one way, by
 chance drawn from the seed; it is imported as any log, and all estimators see the same. Figures are the position error
 after rigid alignment (root mean square) [m] online, of `GraphSlam` (graph) that of its final path too.
+
+With `--late`, the log as it is but for its beginning: so many seconds of that are left out, a row each.
 """
 
 import argparse
@@ -36,6 +39,9 @@ RANGE, BEARING = 0.15, np.radians(2.0)
 """Standard deviations of noise that is added to sightings: as much again as the import takes them to have [m, rad]."""
 DARK, EVERY = 20.0, 120.0
 """So long nothing is seen, and so often [s]."""
+
+BEGINS = (0, 30, 60, 100, 150, 200, 300, 400, 500)
+"""So much of the beginning is left out [s]."""
 
 Files = tuple[Array, Array]
 """Odometry (n, 3) and measurements (m, 4), columns as in the text files."""
@@ -130,6 +136,13 @@ def cells(folder: Path, name: str, *, seed: int, seconds: float | None, variants
         yield "; ".join(errors(log, robot, variants))
 
 
+def late_cells(folder: Path, begin: float, *, seconds: float | None, variants: Sequence[str]) -> Iterator[str]:
+    """Yield the cells of a log without its beginning, one a robot."""
+    log = mjsim.import_log(folder, wishes=Wishes(begin=begin, seconds=seconds))
+    for robot in log.robots:
+        yield "; ".join(errors(log, robot, variants))
+
+
 def errors(log: mjsim.Recording, robot: str, variants: Sequence[str]) -> Iterator[str]:
     """Yield the aligned error of each estimator online; of GraphSlam that of its final path behind it [m]."""
     makes: dict[str, Estimator] = {each: EkfSlam(jacobians=each) for each in VARIANTS if each in variants}
@@ -148,9 +161,13 @@ def main() -> None:
     parser.add_argument("--variants", nargs="+", default=[*VARIANTS, GRAPH], choices=[*VARIANTS, GRAPH])
     parser.add_argument("--seconds", type=float, help="of the beginning; all unless given")
     parser.add_argument("--seed", type=int, default=1, help="of the chance")
+    parser.add_argument("--late", nargs="*", type=float, help="leave out so much of the beginning instead [s]")
     given = parser.parse_args()
     print("; ".join(given.variants), "(a column each robot)")
-    for name in given.copies:
+    for begin in given.late or BEGINS if given.late is not None else ():
+        row = late_cells(given.folder, begin, seconds=given.seconds, variants=given.variants)
+        print(f"| {begin:g} s | " + " | ".join(row) + " |", flush=True)
+    for name in given.copies if given.late is None else ():
         row = cells(given.folder, name, seed=given.seed, seconds=given.seconds, variants=given.variants)
         print(f"| {name} | " + " | ".join(row) + " |", flush=True)
 

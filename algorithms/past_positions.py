@@ -1,0 +1,84 @@
+"""Positions where the robot has been, kept in the state of a filter: they tell how corrections move its map as a whole.
+
+A filter forgets where the robot was. When it learns late how everything mapped after a dark minute is turned, robot and
+landmarks move, and nothing tells whether that was the map or the robot. Marks on the way move with them.
+"""
+
+import math
+from collections.abc import Hashable
+from typing import NamedTuple
+
+import numpy as np
+
+from mjsim.geometry import Array, Pose
+from mjsim.interface import Estimate
+
+from .ekf_filter import EkfSlamFilter
+from .held_frame import HeldFrame
+
+APART = 0.3
+"""Way between two marks [m]; twice as much whenever there are too many."""
+MOST = 32
+"""Every other mark is dropped when there are more."""
+
+
+class Mark(NamedTuple):
+    """The name of a mark in a filter."""
+
+    number: int
+
+
+class PastPositions:
+    """Marks the way in a filter, and reports its estimates in a frame that agrees with those before.
+
+    References:
+        Roumeliotis, Burdick, Stochastic Cloning, ICRA 2002: past poses in the state, never seen again.
+    """
+
+    def __init__(self, slam: EkfSlamFilter) -> None:
+        """Begin where the robot starts."""
+        self._frame = HeldFrame(slam.pose, release=False)
+        self._marks = [Mark(0)]
+        self._way, self._apart, self._next = 0.0, APART, 1
+        slam.mark(self._marks[0])
+
+    def move(self, way: float) -> None:
+        """Take how far the robot has driven in a tick [m]."""
+        self._way += way
+
+    def hold(self, slam: EkfSlamFilter) -> None:
+        """Keep the frame after a correction."""
+        self._frame.hold(slam.positions(self._marks), math.sqrt(slam.covariance[2, 2]))
+
+    def mark(self, slam: EkfSlamFilter) -> None:
+        """Mark the position of the robot if it is far enough from the last one."""
+        if self._way < self._apart:
+            return
+        self._way = 0.0
+        self._marks.append(Mark(self._next))
+        self._next += 1
+        slam.mark(self._marks[-1])
+        self._frame.report(slam.pose)
+        if len(self._marks) > MOST:
+            for mark in self._marks[1::2]:
+                slam.remove(mark)
+            del self._marks[1::2]
+            self._frame.thin()
+            self._apart *= 2.0
+
+    def reported(self, solved: Estimate) -> Estimate:
+        """Return an estimate of the filter in the held frame; as it is where the frame is that of the start."""
+        frame, pose, joint = self._frame, solved.pose.as_array(), solved.joint_covariance
+        if not frame.is_shifted:
+            return solved
+        places = np.array([mean for mean, _ in solved.landmarks.values()]).reshape(-1, 2)
+        landmarks: dict[Hashable, tuple[Array, Array]] = {
+            name: frame.landmark(*each) for name, each in solved.landmarks.items()
+        }
+        return Estimate(
+            pose=Pose.from_array(frame.pose(pose)),
+            covariance=frame.pose_covariance(pose, solved.covariance),
+            landmarks=landmarks,
+            innovations=solved.innovations,
+            joint_covariance=None if joint is None else frame.joint_covariance(pose, places, joint),
+        )
