@@ -99,6 +99,13 @@ class HeldFrame:
         spread[:2, :2] = covariance
         return self.pose(point)[:2], self.pose_covariance(point, spread)[:2, :2]
 
+    def places(self, means: Array, covariances: Array) -> tuple[Array, Array]:
+        """Return landmarks (n, 2) and their covariances (n, 2, 2) in the held frame, as `landmark` has each."""
+        R = self._rotation()[:2, :2]
+        held = means @ R.T + self._shift[:2]
+        off = held - means
+        return held, R @ covariances @ R.T + off[:, :, None] * off[:, None, :]
+
     def joint_covariance(self, pose: Array, points: Array, covariance: Array) -> Array:
         """Return the covariance of a pose (3,) and points (n, 2) together in the held frame, shape (3 + 2 n, 3 + 2 n).
 

@@ -5,12 +5,11 @@ landmarks move, and nothing tells whether that was the map or the robot. Marks o
 """
 
 import math
-from collections.abc import Hashable
 from typing import NamedTuple
 
 import numpy as np
 
-from mjsim.geometry import Array, Pose
+from mjsim.geometry import Pose
 from mjsim.interface import Estimate
 
 from .ekf_filter import EkfSlamFilter
@@ -71,14 +70,13 @@ class PastPositions:
         frame, pose, joint = self._frame, solved.pose.as_array(), solved.joint_covariance
         if not frame.is_shifted:
             return solved
-        places = np.array([mean for mean, _ in solved.landmarks.values()]).reshape(-1, 2)
-        landmarks: dict[Hashable, tuple[Array, Array]] = {
-            name: frame.landmark(*each) for name, each in solved.landmarks.items()
-        }
+        means = np.array([mean for mean, _ in solved.landmarks.values()]).reshape(-1, 2)
+        spreads = np.array([spread for _, spread in solved.landmarks.values()]).reshape(-1, 2, 2)
+        held = zip(solved.landmarks, *frame.places(means, spreads), strict=True)
         return Estimate(
             pose=Pose.from_array(frame.pose(pose)),
             covariance=frame.pose_covariance(pose, solved.covariance),
-            landmarks=landmarks,
+            landmarks={name: (place, spread) for name, place, spread in held},
             innovations=solved.innovations,
-            joint_covariance=None if joint is None else frame.joint_covariance(pose, places, joint),
+            joint_covariance=None if joint is None else frame.joint_covariance(pose, means, joint),
         )

@@ -34,6 +34,24 @@ def test_what_is_told_stays_where_it_was_while_the_turn_of_the_map_is_unsure():
     np.testing.assert_allclose(place, (1.0, 2.0), atol=1e-9)
 
 
+def test_many_places_are_held_as_each_is():
+    frame, _ = held(2.0 * UNSURE)
+    means, spreads = np.array([(1.0, 2.0), (-3.0, 0.5)]), np.array([np.diag([0.1, 0.2]), [[0.3, 0.1], [0.1, 0.2]]])
+    for mean, spread, place, covariance in zip(means, spreads, *frame.places(means, spreads), strict=True):
+        alone = frame.landmark(mean, spread)
+        np.testing.assert_allclose(place, alone[0], atol=1e-12)
+        np.testing.assert_allclose(covariance, alone[1], atol=1e-12)
+
+
+def test_a_frame_that_is_not_released_stays_when_the_heading_is_known_later():
+    frame = HeldFrame(TRACK[0], release=False)
+    for n in range(2, len(TRACK)):
+        frame.add(TRACK[:n], 2.0 * UNSURE)
+    turned = np.array([compose(TURN, pose) for pose in TRACK])
+    frame.add(turned, 0.5 * UNSURE)
+    np.testing.assert_allclose(frame.pose(turned[-1]), TRACK[-1], atol=1e-9)
+
+
 def test_a_certain_solution_is_reported_unchanged():
     frame, pose = held(0.5 * UNSURE)
     np.testing.assert_array_equal(frame.pose(pose), pose)
