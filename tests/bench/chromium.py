@@ -89,9 +89,9 @@ def page_at(
         yield page
     finally:
         context.close()
-    assert errors == []
+    assert errors == [], errors
 
 
 def _complaints(message: ConsoleMessage) -> list[str]:
     told = message.type == "error" and not any(part in message.text for part in WANTED)
-    return [message.text] if told else []
+    return [f"{message.text} {message.location.get('url', '')}"] if told else []
