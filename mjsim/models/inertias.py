@@ -17,6 +17,10 @@ GUESSED_RADIUS = 0.05
 """Of a ball that stands for a link [m]."""
 SPARE = 1.0001
 """By how much the triangle inequality may be missed: files are rounded."""
+MOST_MISSED = 0.25
+"""Of the largest moment: inertias of real arms miss the triangle inequality by up to this; more is a mistake."""
+ROUNDED = 1e-8
+"""Of the largest moment."""
 LEAST_MOMENT = 2e-14
 """MuJoCo takes what is less for none [kg m^2]."""
 DIGITS = ".9g"
@@ -65,8 +69,12 @@ def mended(inertia: Array) -> tuple[Array, str] | None:
         values = np.maximum(values, values[2] / 2)
         return vectors @ np.diag(values) @ vectors.T, f"has a principal moment of {low:.3g} kg m^2"
     if values[0] + values[1] < values[2] / SPARE:
-        said = f"breaks the triangle inequality ({values[0]:.3g} + {values[1]:.3g} < {values[2]:.3g} kg m^2)"
-        return np.eye(3) * values.mean(), said
+        miss = values[2] - values[0] - values[1]
+        verb = "breaks" if miss > MOST_MISSED * values[2] else "slightly misses"
+        said = f"{verb} the triangle inequality ({values[0]:.3g} + {values[1]:.3g} < {values[2]:.3g} kg m^2)"
+        # The nearest that is valid, in the least-squares sense, and a little more: it is rounded when it is written.
+        values += (miss / 3.0 + ROUNDED * values[2]) * np.array([1.0, 1.0, -1.0])
+        return vectors @ np.diag(values) @ vectors.T, said
     return None
 
 

@@ -221,7 +221,7 @@ def report_of(tmp_path: Path, text: str) -> str:
         (box("0.4 0.3 0.1", mass=float("nan")), "link 'base' has a mass of nothing kg"),
         (
             box("0.4 0.3 0.1", inertia='ixx="0.1" iyy="0.2" izz="0.9" ixy="0" ixz="0" iyz="0"'),
-            "the inertia of link 'base' breaks the triangle inequality (0.1 + 0.2 < 0.9 kg m^2); made 0.4, 0.4, 0.4",
+            "the inertia of link 'base' breaks the triangle inequality (0.1 + 0.2 < 0.9 kg m^2); made 0.3, 0.4, 0.7",
         ),
         (
             box("0.4 0.3 0.1", inertia='ixx="0.1" iyy="-0.2" izz="0.2" ixy="0" ixz="0" iyz="0"'),

@@ -5,8 +5,10 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 
 import mjsim
+from mjsim.cli import main
 from mjsim.errors import UsageError, WorldError
 
 DATA = Path(__file__).parents[1] / "data" / "arms"
@@ -210,6 +212,30 @@ def test_what_is_for_other_programs_is_passed_over_with_or_without_a_declared_pr
         arm, same = mjsim.arm(tmp_path / f"{number}.urdf"), mjsim.arm(LAMP)
         q = 0.3 * np.ones(same.n)
         np.testing.assert_array_equal(arm.fkine(q), same.fkine(q))
+
+
+def test_an_inertia_that_slightly_misses_the_triangle_inequality_becomes_the_nearest_valid_one(tmp_path, capsys):
+    given = np.array([0.1, 0.12, 0.25])
+    body = f'<inertial pos="0 0 0" mass="1" diaginertia="{" ".join(map(str, given))}"/>'
+    (tmp_path / "a.xml").write_text(f"<mujoco><worldbody><body><joint/>{body}</body></worldbody></mujoco>")
+    valid = {"type": "ineq", "fun": lambda moments: moments[0] + moments[1] - moments[2]}
+    nearest = minimize(lambda moments: ((moments - given) ** 2).sum(), given, constraints=[valid], tol=1e-12).x
+    np.testing.assert_allclose(np.sort(mjsim.arm(tmp_path / "a.xml").links[0].inertia[:3]), nearest, rtol=1e-6)
+    with pytest.raises(SystemExit, match="^0$"):
+        main(["arm", str(tmp_path / "a.xml")])
+    said = f"made {', '.join(f'{moment:.3g}' for moment in nearest)} kg m^2"
+    assert f"slightly misses the triangle inequality (0.1 + 0.12 < 0.25 kg m^2); {said}" in capsys.readouterr().out
+
+
+def test_a_mesh_with_texture_coordinates_at_some_faces_only_is_taken(tmp_path):
+    corners = "v 0 0 0\nv 0.2 0 0\nv 0 0.2 0\nv 0 0 0.2\nvt 0 0\nvt 1 0\nvt 0 1\n"
+    (tmp_path / "m.obj").write_text(corners + "f 1/1 3/3 2/2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n")
+    (tmp_path / "a.xml").write_text(
+        '<mujoco><asset><mesh name="m" file="m.obj"/></asset><worldbody><body><joint/>'
+        '<geom type="mesh" mesh="m"/></body></worldbody></mujoco>'
+    )
+    # A tetrahedron of 0.2 m of MuJoCo's density of water.
+    assert mjsim.arm(tmp_path / "a.xml").links[0].mass == pytest.approx(1000 * 0.2**3 / 6, rel=1e-6)
 
 
 def test_what_xacro_should_have_expanded_is_refused(tmp_path):
