@@ -1,9 +1,10 @@
 """The page itself, which is built from mjsim/web/page by scripts/make/page."""
 
 import gzip
-from collections.abc import Sequence
-from functools import cache
+from collections.abc import Mapping, Sequence
+from functools import cache, partial
 from importlib import resources
+from types import MappingProxyType
 
 from starlette.requests import Request
 from starlette.responses import Response
@@ -16,9 +17,15 @@ _FILES |= {"/studio.css": ("studio.css", "text/css"), "/scene.js": ("scene.js", 
 _UNBUILT = "<!doctype html><title>mjsim</title><p>The page is not built; run scripts/make/page."
 
 
-def page_routes() -> Sequence[BaseRoute]:
-    """Return the routes of the page, its program and its style."""
-    return [Route(path, _file) for path in _FILES]
+def page_routes(*, preload: Sequence[str] = ()) -> Sequence[BaseRoute]:
+    """Return the routes of the page, its program and its style.
+
+    Args:
+        preload: Addresses that the browser fetches beside the program, which asks for them first.
+    """
+    links = ", ".join(f"<{address}>; rel=preload; as=fetch; crossorigin" for address in preload)
+    files = [Route(path, _file) for path in _FILES if path != "/"]
+    return [Route("/", partial(_file, more={"Link": links} if links else {})), *files]
 
 
 def pack_files() -> None:
@@ -27,14 +34,13 @@ def pack_files() -> None:
         _contents(name)
 
 
-async def _file(request: Request) -> Response:
+async def _file(request: Request, *, more: Mapping[str, str] = MappingProxyType({})) -> Response:
     name, kind = _FILES[request.url.path]
     data, packed = _contents(name)
     if "gzip" in request.headers.get("accept-encoding", ""):
-        return Response(
-            packed, media_type=kind, headers={**HEADERS, "Content-Encoding": "gzip", "Vary": "Accept-Encoding"}
-        )
-    return Response(data, media_type=kind, headers={**HEADERS, "Vary": "Accept-Encoding"})
+        headers = {**HEADERS, **more, "Content-Encoding": "gzip", "Vary": "Accept-Encoding"}
+        return Response(packed, media_type=kind, headers=headers)
+    return Response(data, media_type=kind, headers={**HEADERS, **more, "Vary": "Accept-Encoding"})
 
 
 def _contents(name: str) -> tuple[bytes, bytes]:

@@ -18,6 +18,9 @@ from mjsim.web.tabs import Tabs
 from mjsim.web.trust import Trust
 from mjsim.web.warm import warm_up
 
+PRELOAD = ("/api/folder", "/api/schema")
+"""What the page asks for first."""
+
 
 class Studio(Closes):
     """Serves the studio for the files of one folder, in threads of its own, until it is closed."""
@@ -52,7 +55,7 @@ class Studio(Closes):
         tabs = Tabs(place)
         edit = EditApi(place, trust, world=world, saved=tabs.wake)
         run, review = RunApi(place, trust, scene=scene_of), ReviewApi(place, scene=scene_of)
-        routes = [*page_routes(), *edit.routes, *tabs.routes, *run.routes, *review.routes]
+        routes = [*page_routes(preload=PRELOAD), *edit.routes, *tabs.routes, *run.routes, *review.routes]
         closing = [tabs.close, run.close, review.close, edit.close]
         self.asks_for_token = not without_token
         self._server = Server(routes, host=host, port=port, token=token, without_token=without_token, closing=closing)

@@ -221,7 +221,7 @@ def test_an_inertia_that_slightly_misses_the_triangle_inequality_becomes_the_nea
     valid = {"type": "ineq", "fun": lambda moments: moments[0] + moments[1] - moments[2]}
     nearest = minimize(lambda moments: ((moments - given) ** 2).sum(), given, constraints=[valid], tol=1e-12).x
     np.testing.assert_allclose(np.sort(mjsim.arm(tmp_path / "a.xml").links[0].inertia[:3]), nearest, rtol=1e-6)
-    with pytest.raises(SystemExit, match="^0$"):
+    with pytest.raises(SystemExit, match=r"^0$"):
         main(["arm", str(tmp_path / "a.xml")])
     said = f"made {', '.join(f'{moment:.3g}' for moment in nearest)} kg m^2"
     assert f"slightly misses the triangle inequality (0.1 + 0.12 < 0.25 kg m^2); {said}" in capsys.readouterr().out
