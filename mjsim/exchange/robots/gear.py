@@ -318,8 +318,8 @@ def _check_drive(
     if drive == "ackermann":
         if len(sides) != 2 or len(steered) != 1 or steered[0] is not sides[0]:
             raise UsageError(
-                f"{file} has {len(sides)} axles, of which {len(steered)} steer; a car has two, and steers the front one"
-                " (--forward turns it round)"
+                f"the number of axles of {file} is {len(sides)}, of those that steer {len(steered)}; a car has two, and"
+                " steers the front one (--forward turns it round)"
             )
     elif steered:
         raise UsageError(f"{file} has wheels that steer; that is a car, leave out --drive {drive}")
