@@ -11,12 +11,8 @@ PlanarPose = TypeAliasType(
     "PlanarPose",
     Annotated[tuple[float, float, float], Field(description="x, y [m] and heading [rad, counter-clockwise from x].")],
 )
-LandmarkRow = TypeAliasType(
-    "LandmarkRow",
-    Annotated[
-        tuple[float, float, float, float, float], Field(description="Mean x, y [m], then covariance xx, xy, yy [m^2].")
-    ],
-)
+_LANDMARK = Field(description="Mean x, y [m], then covariance xx, xy, yy [m^2].")
+LandmarkRow = TypeAliasType("LandmarkRow", Annotated[tuple[float, float, float, float, float], _LANDMARK])
 SightingRow = TypeAliasType(
     "SightingRow",
     Annotated[
