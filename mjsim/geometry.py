@@ -207,3 +207,15 @@ def align_rigid(source: ArrayLike, target: ArrayLike) -> Pose:
     heading = math.atan2(float(np.sum(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])), float(np.sum(u * v)))
     turned = Pose(0.0, 0.0, heading).transform(centre_a)
     return Pose(float(centre_b[0] - turned[0]), float(centre_b[1] - turned[1]), heading)
+
+
+def nearest_moments(moments: Array) -> Array:
+    """Return the nearest principal moments of inertia of which none exceeds the sum of the others.
+
+    The change is minimal in the least-squares sense; moments that are valid come back as they are.
+
+    Args:
+        moments: Ascending, shape (3,) [kg m^2].
+    """
+    excess = max(float(moments[2] - moments[0] - moments[1]), 0.0) / 3.0
+    return np.asarray(moments + np.array([excess, excess, -excess]))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mjsim.geometry import Array
+from mjsim.geometry import Array, nearest_moments
 
 DENSITY = 1000.0
 """Density of a link without given mass [kg/m^3]."""
@@ -87,8 +87,7 @@ def nearest_valid(solid: Solid) -> Solid:
     Principal axes are kept. The change of the moments is minimal in the least-squares sense.
     """
     moments, axes = np.linalg.eigh(tensor(solid.inertia))
-    excess = max(moments[2] - moments[0] - moments[1], 0.0) / 3.0
-    moments = np.maximum(moments + np.array([excess, excess, -excess]), LEAST_MOMENT)
+    moments = np.maximum(nearest_moments(moments), LEAST_MOMENT)
     if moments[2] > moments[0] + moments[1]:  # where the others were lifted from below 0
         moments[2] = moments[0] + moments[1]
     return Solid(max(solid.mass, LEAST_MASS), solid.center, six_of(axes @ np.diag(moments) @ axes.T))

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mjsim.geometry import Array
+from mjsim.geometry import Array, nearest_moments
 from mjsim.models.files import Element
 
 LEAST_MASS = 1e-3
@@ -72,9 +72,9 @@ def mended(inertia: Array) -> tuple[Array, str] | None:
         miss = values[2] - values[0] - values[1]
         verb = "breaks" if miss > MOST_MISSED * values[2] else "slightly misses"
         said = f"{verb} the triangle inequality ({values[0]:.3g} + {values[1]:.3g} < {values[2]:.3g} kg m^2)"
-        # The nearest that is valid, in the least-squares sense, and a little more: it is rounded when it is written.
-        values += (miss / 3.0 + ROUNDED * values[2]) * np.array([1.0, 1.0, -1.0])
-        return vectors @ np.diag(values) @ vectors.T, said
+        # A little more than valid: it is rounded when it is written.
+        spare = ROUNDED * values[2] * np.array([1.0, 1.0, -1.0])
+        return vectors @ np.diag(nearest_moments(values) + spare) @ vectors.T, said
     return None
 
 
