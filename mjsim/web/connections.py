@@ -2,7 +2,7 @@
 
 import asyncio
 import sys
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Iterable, Iterator
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Any
@@ -10,9 +10,20 @@ from typing import Any
 import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+from websockets.exceptions import HeaderLineTooLong, RequestLineTooLong, TooManyHeaders
+from websockets.frames import CloseCode, Frame
 
 SWEEP = 0.5
 """How often connections are looked through [s]."""
+COOKIE = "mjsim-session-"
+"""Begins the name of the cookie of a server, before its port; all ports of an address share one jar."""
+LONGEST_COOKIE, MOST_COOKIES = 200, 50
+"""Characters of a cookie of ours, and how many of them are looked at; another port may have set more."""
+MOST_FRAGMENTS = 10_000
+"""Of one message over a WebSocket; browsers cut messages in pieces of 64 kB and more."""
+_OF_UPGRADES = (b"host", b"origin", b"upgrade", b"connection")
+_PONG = 0x8A
+"""First byte of a frame that answers a ping."""
 
 
 def _open_files() -> int:
@@ -179,22 +190,101 @@ class HttpConnection(H11Protocol):
         self.visitor.leave()
         super().connection_lost(exc)
 
+    def handle_websocket_upgrade(self, event: h11.Request) -> None:
+        """Hand over to a WebSocket the headers that matter to one: its parser takes few and short ones."""
+        self.headers = list(_upgrade_headers(self.headers))
+        super().handle_websocket_upgrade(event)
+
     def _is_owed(self) -> bool:
         """Return whether a whole request was received and is not answered."""
         return self.conn.their_state not in (h11.IDLE, h11.SEND_BODY)
 
 
 class WebSocketConnection(WebSocketsSansIOProtocol):
-    """A WebSocket that its server counts."""
+    """A WebSocket that its server counts; what it keeps for its peer is bounded."""
 
     def connection_made(self, transport: Any) -> None:
         """Take over from the connection that asked for it."""
         self._visitor: Visitor = self.app_state["visitor"]
         # Who is silent is asked for a sign of life.
         self._visitor.is_owed = lambda: True
+        self._pong = b""
         super().connection_made(transport)
+
+    def data_received(self, data: bytes) -> None:
+        """Read data, and answer a request that cannot be parsed."""
+        super().data_received(data)
+        if self.conn.handshake_exc is not None and not self.handshake_initiated:
+            self.handshake_initiated = True
+            self.transport.write(_unread(self.conn.handshake_exc))
+            self.transport.close()
+
+    def handle_cont(self, event: Frame) -> None:
+        """Take a piece of a message; empty ones would cost memory and count for nothing in its size."""
+        if len(self.frames) < MOST_FRAGMENTS:
+            super().handle_cont(event)
+        else:
+            self._fail(CloseCode.MESSAGE_TOO_BIG)
+
+    def handle_ping(self) -> None:
+        """Answer pings, to a peer that does not read only the newest one (RFC 6455, section 5.5.3)."""
+        for frame in self.conn.data_to_send():
+            if self.writable.is_set() or frame[:1] != bytes([_PONG]):
+                self.transport.write(frame)
+            else:
+                self._pong = frame
+
+    def resume_writing(self) -> None:
+        """Go on: the peer reads again."""
+        super().resume_writing()
+        if self._pong:
+            self.transport.write(self._pong)
+            self._pong = b""
+
+    def send_receive_event_to_app(self) -> None:
+        """Pass on a message; text that is no UTF-8 ends the connection, without a traceback on the terminal."""
+        if self.curr_msg_data_type == "text":
+            try:
+                b"".join(self.frames).decode()
+            except UnicodeDecodeError:
+                self._fail(CloseCode.INVALID_DATA)
+                return
+        super().send_receive_event_to_app()
+
+    async def receive(self) -> Any:
+        """Return the next message; a flood of small ones leaves others their turn, and its end is noticed at once."""
+        await asyncio.sleep(0)
+        return await super().receive()
+
+    def _fail(self, code: CloseCode) -> None:
+        self.frames = []
+        if not self.close_sent and not self.transport.is_closing():
+            self.conn.fail(code)
+            self.handle_parser_exception()
+            self.transport.close()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Forget it."""
         self._visitor.leave()
         super().connection_lost(exc)
+
+
+def _upgrade_headers(headers: Iterable[tuple[bytes, bytes]]) -> Iterator[tuple[bytes, bytes]]:
+    """Yield the headers that a WebSocket needs, and of the cookies those of ours, each as a header."""
+    cookies = 0
+    for name, value in headers:
+        if name == b"cookie":
+            for pair in value.split(b";"):
+                ours = pair.strip().startswith(COOKIE.encode()) and len(pair) <= LONGEST_COOKIE
+                if ours and cookies < MOST_COOKIES:
+                    cookies += 1
+                    yield name, pair.strip()
+        elif name in _OF_UPGRADES or name.startswith((b"sec-websocket-", b"sec-fetch-")):
+            yield name, value
+
+
+def _unread(error: Exception) -> bytes:
+    """Return the answer to a request for a WebSocket that its parser gave up."""
+    long = isinstance(error, (RequestLineTooLong, HeaderLineTooLong, TooManyHeaders))
+    status = "431 Request Header Fields Too Large" if long else "400 Bad Request"
+    return f"HTTP/1.1 {status}\r\nConnection: close\r\nContent-Length: 0\r\n\r\n".encode()

@@ -9,15 +9,13 @@ from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Re
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from mjsim.web.answers import RefusedError, body_of
-from mjsim.web.connections import Visitor
+from mjsim.web.connections import COOKIE, Visitor
 from mjsim.web.entrance_pages import LOGIN_HEADERS, WELCOME_HEADERS, login_page, welcome_page
 from mjsim.web.keys import Keys
 from mjsim.web.local import HEADERS
 from mjsim.web.peer import peer_of
 from mjsim.web.penalty import Penalty
 
-COOKIE = "mjsim-session-{port}"
-"""Name of the cookie; all ports of an address share one jar."""
 PARAMETER = "token"
 """Carries a one-time word in the address of the page."""
 LOGIN = "/login"
@@ -31,7 +29,7 @@ class Entrance:
     def __init__(self, app: ASGIApp, keys: Keys, *, port: int) -> None:
         """Guard an application that is served at a port."""
         self._app, self._keys = app, keys
-        self._cookie = COOKIE.format(port=port)
+        self._cookie = f"{COOKIE}{port}"
         self._penalty = Penalty()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
