@@ -6,10 +6,10 @@ from mjsim.errors import UsageError
 
 
 def read_bounded(path: Path, *, most: int, kind: str) -> bytes:
-    """Return what a file holds.
+    """Return the contents of a file.
 
     Raises:
-        UsageError: It does not exist, is no file, or has more bytes than allowed.
+        UsageError: The file does not exist, is not a regular file, or has more than `most` bytes.
     """
     try:
         if not path.is_file():

@@ -25,24 +25,24 @@ from mjsim.world import World, solid
 
 @dataclass(frozen=True, slots=True)
 class Brought:
-    """A new world."""
+    """An imported world."""
 
     text: str
-    """Of the world file."""
+    """Text of the world file."""
     report: Sequence[str] = ()
-    """What people should know about it."""
+    """Lines that tell the user what was done and what was left out."""
 
 
 def bring_map(path: Path, *, robot: Newcomer | None, resolution: float | None = None) -> Brought:
-    """Return the world of a ROS map_server or Nav2 map, with a robot unless that is None.
+    """Return the world of a ROS map_server or Nav2 map, with a robot unless `robot` is None.
 
     Args:
-        path: Its YAML file, or its picture alone.
-        robot: That is put into it.
-        resolution: Side of a cell of a picture alone [m].
+        path: The YAML file of the map, or an image without one.
+        robot: The robot to add.
+        resolution: Side of a cell, for an image without a YAML file [m].
 
     Raises:
-        UsageError: It is not a map, it is too large, it is noise alone, or there is no place for the robot.
+        UsageError: The file is not a map, is too large, contains only noise, or leaves no space for the robot.
     """
     grid = read_grid(path, resolution=resolution)
     world = world_from_grid(grid, name=name_of(path))
@@ -73,32 +73,32 @@ def bring_map(path: Path, *, robot: Newcomer | None, resolution: float | None = 
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """How a drawing is read; what is None is as the drawing says."""
+    """Options for reading a drawing; None means that the drawing decides."""
 
     scale: float | None = None
-    """Metres to one unit."""
+    """Metres per unit of the drawing."""
     thickness: float | None = None
-    """Of walls [m]."""
+    """Thickness of walls [m]."""
     layers: Sequence[str] = ()
-    """That hold walls."""
+    """Layers that contain walls."""
     furniture: bool = True
-    """Whether furniture becomes obstacles."""
+    """Whether to turn furniture into obstacles."""
 
 
 def drawing_of(path: Path, reading: Reading) -> Drawing:
     """Return the lines of an SVG or DXF drawing.
 
     Raises:
-        UsageError: It cannot be read.
+        UsageError: The file cannot be read.
     """
     return (read_dxf if path.suffix.lower() == ".dxf" else read_svg)(path, layers=reading.layers)
 
 
 def plan_of(path: Path, reading: Reading) -> tuple[FloorPlan, Drawing]:
-    """Return what an SVG or DXF drawing becomes, and its lines.
+    """Return the floor plan made from an SVG or DXF drawing, and the drawing itself.
 
     Raises:
-        UsageError: It cannot be read, or does not show the walls of a building.
+        UsageError: The file cannot be read, or does not show the walls of a building.
     """
     drawing = drawing_of(path, reading)
     name, furniture = name_of(path), reading.furniture
@@ -106,10 +106,10 @@ def plan_of(path: Path, reading: Reading) -> tuple[FloorPlan, Drawing]:
 
 
 def bring_drawing(path: Path, *, robot: Newcomer | None, reading: Reading) -> Brought:
-    """Return the world of an SVG or DXF drawing of walls, with a robot unless that is None.
+    """Return the world of an SVG or DXF drawing of walls, with a robot unless `robot` is None.
 
     Raises:
-        UsageError: It cannot be read, does not show the walls of a building, or there is no place for the robot.
+        UsageError: The file cannot be read, does not show the walls of a building, or leaves no space for the robot.
     """
     plan, drawing = plan_of(path, reading)
     low_x, low_y, high_x, high_y = solid(plan.world).bounds
@@ -127,10 +127,10 @@ def bring_drawing(path: Path, *, robot: Newcomer | None, reading: Reading) -> Br
 
 
 def bring_landmarks(path: Path, *, robot: Newcomer | None, scale: float | None) -> Brought:
-    """Return the world of a landmark map of MATLAB, with a robot that drives its way unless that is None.
+    """Return the world of a MATLAB landmark map, with a robot that follows its waypoints unless `robot` is None.
 
     Raises:
-        UsageError: It is not such a map, or there is no such robot.
+        UsageError: The file is not such a map, or the robot's preset does not exist.
     """
     if robot is not None and robot.lidar is not None:
         raise UsageError("a map of landmarks has no walls for a lidar to see; leave out --lidar")
@@ -147,10 +147,10 @@ def bring_landmarks(path: Path, *, robot: Newcomer | None, scale: float | None) 
 
 
 def bring_file(path: Path, *, robot: Newcomer | None, reading: Reading | None = None) -> Brought:
-    """Return the world of a map's YAML file, of an SVG or DXF drawing, or of a landmark map of MATLAB.
+    """Return the world of a map's YAML file, an SVG or DXF drawing, or a MATLAB landmark map.
 
     Raises:
-        UsageError: It is none of these, or cannot be read as one.
+        UsageError: The file is none of these, or cannot be read.
     """
     kind = path.suffix.lower()
     if kind in (".yaml", ".yml") or is_picture(path):
@@ -172,19 +172,19 @@ def bring_maze(
     name: str | None,
     folder: Path | None = None,
 ) -> Brought:
-    """Return a maze, with a robot of a preset unless that is None.
+    """Return a maze, with a robot unless `preset` is None.
 
     Args:
-        size: Like '9x9': cells from west to east, and from south to north.
-        preset: Of the robot.
-        seed: The same gives the same maze.
+        size: Cells from west to east and from south to north, as in '9x9'.
+        preset: Preset of the robot.
+        seed: The same seed gives the same maze.
         cell: Side of a cell [m].
-        beacons: Markers along the robot's way.
-        name: Of the world.
-        folder: In which it will be.
+        beacons: Number of markers along the robot's path.
+        name: Name of the world.
+        folder: Folder in which the world will be saved.
 
     Raises:
-        UsageError: It would be too large, or labmaze is not there.
+        UsageError: The maze would be too large, or labmaze is not installed.
     """
     sides = maze_size(size)
     name = name or "maze"
@@ -194,14 +194,14 @@ def bring_maze(
 
 
 def bring_clutter(size: str, *, preset: str | None, seed: int, name: str | None, folder: Path | None = None) -> Brought:
-    """Return a cluttered room, with a robot that drives straight ahead unless the preset is None.
+    """Return a cluttered room, with a robot that drives straight ahead unless `preset` is None.
 
     Args:
-        size: Like '12x10': metres from west to east, and from south to north.
-        preset: Of the robot.
-        seed: The same gives the same room.
-        name: Of the world.
-        folder: In which it will be.
+        size: Metres from west to east and from south to north, as in '12x10'.
+        preset: Preset of the robot.
+        seed: The same seed gives the same room.
+        name: Name of the world.
+        folder: Folder in which the world will be saved.
 
     Raises:
         UsageError: The room would be too small or too large.
@@ -213,7 +213,7 @@ def bring_clutter(size: str, *, preset: str | None, seed: int, name: str | None,
 
 
 def bring_template(template: str, *, name: str | None) -> Brought:
-    """Return a shipped world under a name of one's own.
+    """Return a shipped world under a new name.
 
     Raises:
         UsageError: The template does not exist.

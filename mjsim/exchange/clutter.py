@@ -1,4 +1,4 @@
-"""Cluttered rooms with boxes, cylinders and concave obstacles, placed so that a robot can reach everywhere."""
+"""Cluttered rooms with boxes, cylinders and concave obstacles, placed so that a robot can reach all free space."""
 
 import math
 import re
@@ -17,25 +17,25 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 SHORTEST, LONGEST = 3.0, 40.0
-"""Sides of the room [m]."""
+"""Shortest and longest side of the room [m]."""
 AREA_OF_ONE = 5.0
-"""Of the floor, for each thing that stands on it [m^2]."""
+"""Floor area per obstacle [m^2]."""
 TRIES = 60
-"""For the place of a thing; where none is found it is left out."""
+"""Attempts to place an obstacle; if all fail, it is left out."""
 APART = 0.25
-"""Between two things, or a thing and a wall [m]."""
+"""Minimum distance between obstacles, and between an obstacle and a wall [m]."""
 PASSAGE = 0.8
-"""All free places are joined by ways at least so wide [m]."""
+"""Minimum width of the passages that connect all free space [m]."""
 SLIVER = 0.05
-"""A free place that is smaller is none [m^2]."""
+"""Free areas smaller than this are ignored [m^2]."""
 WALL_HEIGHT, THICKNESS = 1.2, 0.1
-"""[m]"""
+"""Height and thickness of the walls [m]."""
 COLORS = ("#5b7a99", "#b0664f", "#8c8878", "#6a8f6b", "#c2a05a", "#7d6a94")
 ROBOT, SPEED = "scout", 0.7
-"""Told only to go ahead, so fast [m/s]."""
+"""Name of the robot, and the forward speed it is commanded [m/s]."""
 
 Bar = tuple[float, float, float, float]
-"""A box from above, in the frame of what it is part of: length, width, x, y [m]."""
+"""A box from above, in the frame of its obstacle: length, width, and x, y of its centre [m]."""
 
 
 def clutter_world(
@@ -46,17 +46,17 @@ def clutter_world(
     preset: str | None = "pioneer3dx",
     folder: Path | None = None,
 ) -> World:
-    """Return a room with convex and concave things at random places, and a robot told only to go ahead.
+    """Return a room with convex and concave obstacles at random places, and a robot commanded to drive straight ahead.
 
-    Boxes and cylinders are convex; the letters L and U and crosses, made of boxes, are not. All free places are joined
-    by ways of 0.8 m or more.
+    Boxes and cylinders are convex; the L, U and cross shapes, made of boxes, are not. All free space is connected by
+    passages at least 0.8 m wide.
 
     Args:
-        size: From west to east, and from south to north, between the walls [m].
-        seed: The same gives the same room.
-        name: Of the world.
-        preset: Of the robot; None for none.
-        folder: In which the world will be, with the file of the preset if it is one.
+        size: From west to east and from south to north, between the walls [m].
+        seed: The same seed gives the same room.
+        name: Name of the world.
+        preset: Preset of the robot; None for no robot.
+        folder: Folder in which the world will be saved; the preset may be a file in it.
 
     Raises:
         UsageError: The room would be too small or too large.
@@ -91,10 +91,10 @@ def clutter_world(
 
 
 def clutter_size(text: str) -> tuple[float, float]:
-    """Return the sides of a room that a text like '12x10' says [m].
+    """Return the sides of a room from a text like '12x10' [m].
 
     Raises:
-        UsageError: It says none.
+        UsageError: The text has another form.
     """
     match = re.fullmatch(r"(\d{1,4}(?:\.\d{1,3})?)[xX](\d{1,4}(?:\.\d{1,3})?)", text.strip())
     if match is None:
@@ -103,7 +103,7 @@ def clutter_size(text: str) -> tuple[float, float]:
 
 
 def _thing(rng: Generator, number: int, *, at: Array, color: str) -> list[Obstacle]:
-    """Return a thing of a kind, a size and a heading drawn at random: a cylinder, or boxes."""
+    """Return an obstacle of random kind, size and heading: a cylinder, or boxes."""
     kind = int(rng.integers(5))
     height, heading = float(np.round(rng.uniform(0.4, 1.0), 2)), float(np.round(rng.uniform(-180.0, 180.0)))
     long, wide, deep = np.round(rng.uniform((0.8, 0.2, 0.6), (1.6, 0.35, 1.1)), 2).tolist()
@@ -134,7 +134,7 @@ def _thing(rng: Generator, number: int, *, at: Array, color: str) -> list[Obstac
 
 
 def _bay(long: float, wide: float, deep: float) -> list[Bar]:
-    """Return the letter U: a back and two sides, which a robot can drive in between."""
+    """Return a U shape: a back and two sides, between which a robot fits."""
     aside, off = (long - wide) / 2, (wide + deep) / 2
     return [(long, wide, 0.0, 0.0), (wide, deep, -aside, off), (wide, deep, aside, off)]
 
@@ -148,7 +148,7 @@ def _sine(degrees: float) -> float:
 
 
 def _fits(shape: "BaseGeometry", taken: "BaseGeometry", room: "BaseGeometry") -> bool:
-    """Return whether a thing has a place: inside, apart from all others, and it parts no free place from the rest."""
+    """Return whether a shape fits: inside the room, clear of all others, and without cutting off any free space."""
     import shapely
 
     if not room.buffer(-APART).contains(shape) or taken.distance(shape) < APART:
@@ -158,7 +158,7 @@ def _fits(shape: "BaseGeometry", taken: "BaseGeometry", room: "BaseGeometry") ->
 
 
 def _with_robot(world: World, free: "BaseGeometry", rng: Generator, *, preset: str, folder: Path | None) -> World:
-    """Return a room with a robot at a free place, told only to go ahead, its avoidance switched on."""
+    """Return the room with a robot at a free place, commanded to drive straight ahead with avoidance enabled."""
     import shapely
 
     elbow_room = free.buffer(-PASSAGE / 2 - 0.1)

@@ -1,4 +1,4 @@
-"""Straight walls -> runs of walls: those that meet at a corner share it, others end in the middle of what they meet."""
+"""Joins straight walls into runs: walls share the corner at which they meet, or end on another wall's centreline."""
 
 import math
 from collections.abc import Sequence
@@ -10,28 +10,28 @@ from mjsim.exchange.shapes import Bar
 from mjsim.geometry import Array
 
 STEEP = math.sin(math.radians(15.0))
-"""Walls that meet at a smaller angle are not joined."""
+"""Walls that meet at a smaller angle are not joined (sine of the angle)."""
 SLACK = 1.0
-"""So far from a corner may a wall end [cells]."""
+"""Maximum distance from the end of a wall to the corner [cells]."""
 UNLIKE = 0.8
-"""Walls whose thicknesses differ by more are not one run [cells]."""
+"""Walls whose thicknesses differ by more are not joined into one run [cells]."""
 
 End = tuple[int, int]
-"""Which wall, and whether its start (0) or its end (1)."""
+"""Index of the wall, and 0 for its start or 1 for its end."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WallRun:
-    """Walls that share corners and thickness."""
+    """A run of walls with shared corners and one thickness."""
 
     points: Array
-    """Corners of the centreline, shape (n, 2)."""
+    """Corners of the centreline, shape (n, 2), in the unit of the walls."""
     closed: bool
     thickness: float
 
 
 def runs_of(bars: Sequence[Bar]) -> list[WallRun]:
-    """Return the runs that straight walls form, the longest first; same unit as the walls."""
+    """Return the runs formed by straight walls, longest first, in the unit of the walls."""
     ends = np.array([bar.ends for bar in bars]).reshape(-1, 2, 2)
     partner: dict[End, End] = {}
     for _, here, there, corner in sorted(_meetings(bars, ends), key=lambda meeting: meeting[0]):
@@ -49,7 +49,7 @@ def runs_of(bars: Sequence[Bar]) -> list[WallRun]:
 
 
 def _meetings(bars: Sequence[Bar], ends: Array) -> list[tuple[float, End, End, Array]]:
-    """Return where a wall ends at another: how far off, its end, the other's end or (other, 2), and the place."""
+    """Return where walls end at others: distance, end, the other's end or (other, 2), and the point, shape (2,)."""
     if not bars:
         return []
     from shapely import STRtree, polygons
@@ -79,12 +79,12 @@ def _meetings(bars: Sequence[Bar], ends: Array) -> list[tuple[float, End, End, A
 
 
 def _reach(a: Bar, b: Bar, sine: float) -> float:
-    """Return how far from the crossing of the middle lines the wall `a` may end when it ends at `b`."""
+    """Return how far from the crossing of the centrelines wall `a` may end if it ends at `b`."""
     return (b.width + a.width * math.sqrt(max(0.0, 1.0 - sine**2))) / abs(sine) / 2 + SLACK
 
 
 def _chains(count: int, corners: dict[End, End]) -> list[tuple[list[End], bool]]:
-    """Return walls in the order in which they follow each other, each with the end at which one comes in."""
+    """Return chains of consecutive walls, each with the end at which it is entered, and whether the chain is closed."""
     waiting = set(range(count))
     chains = []
     starts = [(wall, end) for wall in range(count) for end in (0, 1) if (wall, end) not in corners]

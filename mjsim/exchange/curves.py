@@ -1,4 +1,4 @@
-"""Curved walls: two arcs about one middle are the faces of one wall, along short straight lines; all in metres."""
+"""Finds curved walls: two concentric arcs are the faces of a wall of short straight segments; all lengths in metres."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -16,17 +16,17 @@ from mjsim.geometry import Array
 from mjsim.world import Wall
 
 ONE_MIDDLE = 0.03
-"""The middles of both faces are no farther apart [m]."""
+"""Maximum distance between the centres of the two faces [m]."""
 SHORTEST = 0.3
-"""Of both faces together, along the middle [m]."""
+"""Minimum length shared by both faces, along the centreline [m]."""
 LEAST_GAP = 0.08
-"""Two ways of leaves are no wall when they are nearer to each other [m]."""
+"""Two door-swing arcs that are closer together than this do not form a wall [m]."""
 BOW = 0.005
-"""Straight lines stray so far from the curve at most [m]."""
+"""Maximum deviation of the straight segments from the curve [m]."""
 SLACK = 0.015
-"""What lies so near to a curved wall is part of it [m]."""
+"""Lines this close to a curved wall are part of it [m]."""
 STRAY = 0.02
-"""The faces of a curved wall stray so far from a circle at most [m]."""
+"""Maximum deviation of the faces of a curved wall from a circle [m]."""
 FULL = 2 * math.pi - 1e-3
 
 
@@ -35,19 +35,19 @@ class Curve:
     """A wall along an arc."""
 
     middle: Array
-    """Shape (2,) [m]."""
+    """Centre of the arc, shape (2,) [m]."""
     inner: float
     outer: float
-    """Radii of its faces [m]."""
+    """Radii of its outer and inner face [m]."""
     first: float
     sweep: float
-    """Where it begins, and how far it turns, counter-clockwise [rad]."""
+    """Start angle, and angle swept from there, counter-clockwise [rad]."""
 
     def holds(self, points: Array) -> Cells:
-        """Say which points, shape (..., 2), lie in it or on its faces."""
+        """Return which points, shape (..., 2) [m], lie in the wall or on its faces."""
         x, y = np.moveaxis(points - self.middle, -1, 0)
         away = np.hypot(x, y)
-        # Drawn by straight lines, whose middles lie nearer to the middle.
+        # The faces are drawn as straight segments, whose midpoints lie closer to the centre.
         slack = SLACK + 2 * CURVED * self.outer
         over = slack / self.inner
         turn = (np.arctan2(y, x) - self.first + over) % (2 * math.pi)
@@ -56,11 +56,11 @@ class Curve:
 
 
 def curves_of(strokes: Sequence[Array], closed: Sequence[bool]) -> list[Curve]:
-    """Return the curved walls that strokes draw by two faces: of three arcs in a row the outer two are taken.
+    """Return the curved walls whose two faces are among the strokes; of three arcs side by side the outer two are used.
 
     Args:
-        strokes: Corners, shape (n, 2) each.
-        closed: Whether each is.
+        strokes: Corners of each stroke, shape (n, 2) [m].
+        closed: Whether each stroke is closed.
     """
     arcs = list(_arcs(strokes, closed))
     options = []
@@ -80,7 +80,7 @@ def curves_of(strokes: Sequence[Array], closed: Sequence[bool]) -> list[Curve]:
 
 
 def without_curves(pieces: Pieces, arcs: Sequence[Arc], curves: Sequence[Curve]) -> tuple[Pieces, list[Arc]]:
-    """Return straight lines and ways of leaves that are no parts of curved walls."""
+    """Return the straight segments and door-swing arcs that are not part of curved walls."""
     if not curves:
         return pieces, list(arcs)
     points = np.concatenate([pieces.ends, pieces.ends.mean(axis=1, keepdims=True)], axis=1)
@@ -90,12 +90,12 @@ def without_curves(pieces: Pieces, arcs: Sequence[Arc], curves: Sequence[Curve])
 
 
 def walls_of(curves: Sequence[Curve], bars: Sequence[Bar], thickness: float | None) -> list[Wall]:
-    """Return curved walls as walls of short straight segments; where one meets a straight wall at an angle it goes on.
+    """Return curved walls as walls of short straight segments, extended to straight walls that they meet at an angle.
 
     Args:
-        curves: In metres.
-        bars: The straight walls.
-        thickness: Of the walls; by default as they are drawn.
+        curves: The curved walls [m].
+        bars: The straight walls [m].
+        thickness: Thickness of the walls [m]; by default as drawn.
     """
     found = []
     for curve in curves:
@@ -113,7 +113,7 @@ def walls_of(curves: Sequence[Curve], bars: Sequence[Bar], thickness: float | No
 
 
 def _led_on(last: Array, bars: Sequence[Bar], width: float) -> Array:
-    """Return where a wall must go on behind its last segment, shape (2, 2), to meet others: shape (0 or 1, 2)."""
+    """Return where to extend a wall, last segment of shape (2, 2), so that it meets others: shape (0 or 1, 2)."""
     end, along = last[1], (last[1] - last[0]) / max(1e-9, math.dist(*last))
     for bar in bars:
         u, v = np.abs(np.array([[1, 0], [0, 1]]) @ _inside(bar, end))
@@ -124,7 +124,7 @@ def _led_on(last: Array, bars: Sequence[Bar], width: float) -> Array:
 
 
 def _inside(bar: Bar, point: Array) -> Array:
-    """Return a point from the middle of a bar, along and across it, shape (2,)."""
+    """Return a point in the frame of a bar: along and across it, from its centre, shape (2,)."""
     c, s = bar.along
     return np.asarray(np.array([[c, s], [-s, c]]) @ (point - [bar.x, bar.y]))
 
@@ -143,7 +143,7 @@ def _stray(arc: Arc) -> float:
 
 
 def _between(one: Arc, other: Arc) -> Curve | None:
-    """Return the curved wall between two faces, as long as both are; None when they are not those of a wall."""
+    """Return the curved wall between two faces, over their common length; None if they do not form a wall."""
     inner, outer = sorted((one.radius, other.radius))
     apart = outer - inner
     leaves = is_door_arc(one) and is_door_arc(other)
@@ -158,7 +158,7 @@ def _between(one: Arc, other: Arc) -> Curve | None:
 
 
 def _common(one: Arc, other: Arc) -> tuple[float, float]:
-    """Return where two arcs begin to turn together, and how far they do [rad]."""
+    """Return start and sweep of the angle range that two arcs share [rad]."""
     if one.sweep > FULL:
         return other.first, other.sweep
     if other.sweep > FULL:

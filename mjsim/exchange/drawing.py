@@ -1,4 +1,4 @@
-"""Lines of a drawing -> walls: brought to metres, and joined where they meet."""
+"""Converts lines of a drawing to walls: scales them to metres and joins them where they meet."""
 
 import itertools
 import math
@@ -14,67 +14,67 @@ from mjsim.geometry import Array
 from mjsim.world import Wall
 
 MOST_CORNERS = 20_000
-"""Of all lines of a drawing."""
+"""Maximum number of corners in a drawing."""
 MOST_BYTES = 20_000_000
-"""Of a drawing's file."""
+"""Maximum size of a drawing's file [bytes]."""
 SMALLEST, LARGEST = 0.5, 2000.0
-"""Size of a floor [m]."""
+"""Smallest and largest size of a floor [m]."""
 THICKNESS = 0.1
-"""Of a wall that is drawn as a thin line [m]."""
+"""Thickness of a wall drawn as a thin line [m]."""
 THINNEST, THICKEST = 0.03, 1.0
-"""The width of a line is taken as that of its wall between these [m]."""
+"""A line width between these is taken as the thickness of the wall [m]."""
 GAP = 0.02
-"""Ends of lines that are so near to each other meet [m]."""
+"""Line ends closer than this are joined [m]."""
 STRAY = 0.005
-"""A corner that is so near to the line between its neighbours is none [m]."""
+"""A corner closer than this to the line between its neighbours is removed [m]."""
 SHORTEST = 0.01
 """Shorter lines are left out [m]."""
 BOW = 0.002
-"""Curves become straight lines that stray from them by this fraction of the curve's size at most."""
+"""Maximum deviation of the straight segments of a curve, as a fraction of the curve's size."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Line:
-    """Straight lines through corners, as drawn; y up."""
+    """A polyline as drawn; y points up."""
 
     points: Array
     """Corners, shape (n, 2) [units of the drawing]."""
     closed: bool = False
     width: float = 0.0
-    """As it is drawn; 0 for a hair line [units of the drawing]."""
+    """Line width as drawn; 0 for a hairline [units of the drawing]."""
     role: Role | None = None
-    """What the names of its layer and its block say that it is."""
+    """Role derived from the names of its layer and block."""
     block: str = ""
-    """That it is part of; empty for what is drawn in place."""
+    """Name of its block; empty if it is not in a block."""
     part: int = 0
-    """Number of the thing or the placed block that it is part of; 0 for none."""
+    """Number of the item or block instance that it belongs to; 0 for none."""
     path: int = 0
-    """Number of the drawn shape, of which this may be one of several outlines."""
+    """Number of the drawn shape; one shape may have several outlines."""
     dark: float | None = None
-    """How dark its inside is filled, 0 to 1; None when it is not."""
+    """Darkness of the fill, 0 to 1; None if it is not filled."""
     blank: bool = False
-    """Whether it is painted in the colour of the paper, and hides what is drawn before it."""
+    """Whether it has the background colour and hides what was drawn before it."""
     parts: tuple[int, ...] = ()
-    """Numbers of the placed blocks that it is in, the innermost last."""
+    """Numbers of the block instances that contain it, innermost last."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawing:
-    """What a file of drawings says about walls."""
+    """The lines of a drawing file that may be walls, furniture or symbols."""
 
     name: str
-    """Of the file."""
+    """Name of the file."""
     lines: Sequence[Line]
     unit: float | None = None
-    """Metres to one unit of the drawing, when the file says so."""
+    """Metres per unit of the drawing, if the file states it."""
     named: bool = False
-    """Whether the user has named the layers that hold walls."""
+    """Whether the user named the layers that contain walls."""
     notes: Sequence[str] = ()
-    """What was left out, for people."""
+    """Notes for the user on what was left out."""
 
 
 def joined(lines: Sequence[Line]) -> list[Line]:
-    """Return lines in metres, each once; those that meet end to end are one, the straightest meetings first."""
+    """Return lines in metres without duplicates; lines that meet end to end are joined, straightest joints first."""
     once = {_ends_and_corners(line): line for line in lines}
     chains = [line.points for line in once.values() if not line.closed]
     whole = [line for line in once.values() if line.closed]
@@ -95,7 +95,7 @@ def joined(lines: Sequence[Line]) -> list[Line]:
 def _walk(
     start: tuple[int, int], links: dict[tuple[int, int], tuple[int, int]], waiting: dict[int, None]
 ) -> tuple[list[tuple[int, int]], bool]:
-    """Return the chains that follow from an end, each with the end at which one leaves, and whether they come back."""
+    """Return the chains that follow from an end, each with the end at which it is left, and whether they close."""
     found: list[tuple[int, int]] = []
     here = start
     while (entered := links.get(here)) is not None:
@@ -108,7 +108,7 @@ def _walk(
 
 
 def _links(chains: Sequence[Array]) -> dict[tuple[int, int], tuple[int, int]]:
-    """Return which end meets which, (chain, 0 for its first corner or 1 for its last): the straightest first."""
+    """Return which ends meet, as (chain, 0 for its first corner or 1 for its last), the straightest joints first."""
     from scipy.spatial import cKDTree
 
     ends = [(index, end) for index in range(len(chains)) for end in (0, 1)]
@@ -128,7 +128,7 @@ def _links(chains: Sequence[Array]) -> dict[tuple[int, int], tuple[int, int]]:
 
 
 def _outward(chains: Sequence[Array], end: tuple[int, int]) -> Array:
-    """Return where a line points at an end, outward, unit vector."""
+    """Return the outward direction of a line at one of its ends, unit vector, shape (2,)."""
     points = chains[end[0]] if end[1] else chains[end[0]][::-1]
     along = points[-1] - points[-2]
     return np.asarray(along / max(1e-12, math.hypot(*along)), dtype=float)
@@ -140,10 +140,10 @@ def _ends_and_corners(line: Line) -> tuple[bool, tuple[tuple[float, ...], ...]]:
 
 
 def corner_and_scale(drawing: Drawing, lines: Sequence[Line], scale: float | None) -> tuple[Array, float]:
-    """Return the lower left corner of lines, and metres to the unit of the drawing.
+    """Return the lower left corner of lines [units of the drawing], and metres per unit.
 
     Raises:
-        UsageError: The drawing does not say its unit, or is no floor with it.
+        UsageError: The drawing does not state its unit, or its size is not that of a floor.
     """
     points = np.concatenate([line.points for line in lines])
     if not np.isfinite(points).all():
@@ -165,19 +165,19 @@ def corner_and_scale(drawing: Drawing, lines: Sequence[Line], scale: float | Non
 
 
 def _guessed(size: float) -> str:
-    """Return the scale that makes a drawing of this size a building, when it is drawn in usual units, for people."""
+    """Return a message that suggests the scale at which a drawing of this size would be a building."""
     if 3000.0 <= size <= 100_000.0:
         return ", 0.001 for millimetres"
     return ", 1 for metres" if 5.0 <= size <= 60.0 else ""
 
 
 def drawn_thickness(width: float) -> float:
-    """Return how thick a wall is that is drawn by one line of a width [m]."""
+    """Return the thickness of a wall that is drawn as one line of the given width [m]."""
     return round(width, DIGITS) if THINNEST <= width <= THICKEST else THICKNESS
 
 
 def wall_along(line: Line, thickness: float) -> Wall | None:
-    """Return the wall along a line in metres; None when nothing of it is left."""
+    """Return the wall along a line in metres; None if nothing of it remains."""
     import shapely
 
     points = np.concatenate([line.points, line.points[:1]]) if line.closed else line.points
@@ -191,7 +191,7 @@ def wall_along(line: Line, thickness: float) -> Wall | None:
 
 
 def _without_straight(corners: Sequence[tuple[float, float]]) -> Iterator[tuple[float, float]]:
-    """Yield the corners of a ring, the first only when the ring bends there."""
+    """Yield the corners of a ring, without the first if the ring is straight there."""
     (x0, y0), (x1, y1), (x2, y2) = corners[-1], corners[0], corners[1]
     bow = abs((x1 - x0) * (y2 - y0) - (y1 - y0) * (x2 - x0)) / max(1e-12, math.hypot(x2 - x0, y2 - y0))
     yield from corners if bow > STRAY or len(corners) < 4 else corners[1:]

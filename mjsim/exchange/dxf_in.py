@@ -1,4 +1,4 @@
-"""Plans drawn in a DXF file; external references are never opened."""
+"""Reads floor plans from DXF files; external references are never opened."""
 
 import itertools
 import logging
@@ -22,47 +22,47 @@ from mjsim.geometry import Array
 from mjsim.world import World
 
 MOST_ENTITIES = 20_000
-"""Looked at, those within blocks too."""
+"""Maximum number of entities read, including those in blocks."""
 LINES = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "MLINE")
-"""Kinds of entities that are lines."""
+"""Entity types that are lines."""
 FILLED = ("SOLID", "TRACE", "HATCH", "MPOLYGON")
-"""Kinds of entities that are filled shapes."""
+"""Entity types that are filled shapes."""
 BINARY = b"AutoCAD Binary DXF\r\n\x1a\x00"
-"""How a binary file begins."""
+"""First bytes of a binary DXF file."""
 _BROKEN = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
-"""What ezdxf raises on entities that are none, besides errors of its own."""
+"""What ezdxf raises for malformed entities, besides its own errors."""
 FLAT = 1e-9
-"""Lengths below this fraction of the size of a drawing are none; areas, below this fraction of its square."""
+"""Lengths below this fraction of the drawing's size are zero, as are areas below this fraction of its square."""
 BODIES = ("3DFACE", "MESH")
-"""Kinds of the faces of bodies in space, of which many make one wall."""
+"""Types of faces of 3-D bodies; many faces make one wall."""
 
 
 def world_from_dxf(
     path: str | Path, *, scale: float | None = None, thickness: float | None = None, layers: Sequence[str] = ()
 ) -> World:
-    """Return the world of the plan that a DXF file shows; its lower left corner becomes [0, 0].
+    """Return the world of the floor plan in a DXF file; its lower left corner becomes [0, 0].
 
     Args:
         path: The file.
-        scale: Metres to one unit of the drawing; must be given unless the file says it.
-        thickness: Of the walls [m]; by default as they are drawn, 0.1 when that is by one hair line.
-        layers: That hold walls; by default those whose names say so, or all that are switched on.
+        scale: Metres per unit of the drawing; required unless the file states it.
+        thickness: Thickness of the walls [m]; by default as drawn, or 0.1 m for a wall drawn as one hairline.
+        layers: Layers that contain walls; by default those whose names say so, or all that are visible.
 
     Raises:
-        UsageError: It cannot be read, or does not show the walls of a building.
+        UsageError: The file cannot be read, or does not show the walls of a building.
     """
     return read_plan(read_dxf(path, layers=layers), name=name_of(path), scale=scale, thickness=thickness).world
 
 
 def read_dxf(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
-    """Return the lines of a DXF file's model space, those in blocks too.
+    """Return the lines in the model space of a DXF file, including those in blocks.
 
     Args:
-        path: The file, as text or binary.
-        layers: That hold walls; by default those whose names say so, or all that are switched on.
+        path: The file, in text or binary form.
+        layers: Layers that contain walls; by default those whose names say so, or all that are visible.
 
     Raises:
-        UsageError: It does not exist, is too large, no DXF, or has no such layer; or ezdxf is not installed.
+        UsageError: The file does not exist, is too large, is not DXF, or lacks such a layer; or ezdxf is not installed.
     """
     try:
         from ezdxf import units
@@ -93,7 +93,7 @@ def read_dxf(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
 
 
 def _document(data: bytes, path: Path) -> tuple[Any, Any]:
-    """Return the document of a file, and what was found wrong with it."""
+    """Return the document of a file, and the result of its audit."""
     from ezdxf import recover
     from ezdxf.filemanagement import readfile
 
@@ -105,7 +105,7 @@ def _document(data: bytes, path: Path) -> tuple[Any, Any]:
 
 @contextmanager
 def _quiet(name: str) -> Iterator[None]:
-    """Keep a library from printing what it logs."""
+    """Suppress the log output of a library."""
     logger = logging.getLogger(name)
     before = logger.disabled
     logger.disabled = True
@@ -119,10 +119,10 @@ def _hidden_layers(document: Any, names: Sequence[str], path: Path) -> set[str]:
     """Return the names of the layers that are off or frozen, in lower case.
 
     Raises:
-        UsageError: A layer that the user says holds walls does not exist.
+        UsageError: A layer that the user named does not exist.
     """
     there = {layer.dxf.name.lower(): layer.dxf.name for layer in document.layers}
-    # A file may leave layers out of its table; the model space is one of the blocks.
+    # A file may omit layers from its table; the model space is one of the blocks.
     there |= {entity.dxf.layer.lower(): entity.dxf.layer for block in document.blocks for entity in block}
     if missing := [name for name in names if name.lower() not in there]:
         raise UsageError(
@@ -132,7 +132,7 @@ def _hidden_layers(document: Any, names: Sequence[str], path: Path) -> set[str]:
 
 
 def _lines(document: Any, hidden: set[str], *, walls: set[str], path: Path) -> tuple[list[Line], Counter[str]]:
-    """Return the lines on layers that are shown, and how many entities of which other kinds are there."""
+    """Return the lines on visible layers, and the number of skipped entities of each type."""
     from ezdxf.lldxf.const import DXFError
 
     found: list[Line] = []
@@ -174,10 +174,10 @@ def _lines(document: Any, hidden: set[str], *, walls: set[str], path: Path) -> t
 
 
 def _walls_of_patterns(patterns: Sequence[Line], lines: Sequence[Line]) -> list[Line]:
-    """Return the outlines of pattern hatches that are walls: where nothing else draws any.
+    """Return the outlines of pattern hatches that are walls: those where no other line draws any.
 
     Args:
-        patterns: Outlines of hatches on layers of walls, or of which no name says anything.
+        patterns: Outlines of hatches on wall layers, or whose names say nothing.
         lines: All other lines.
     """
     if any(line.role == "wall" for line in lines):
@@ -189,13 +189,13 @@ def _walls_of_patterns(patterns: Sequence[Line], lines: Sequence[Line]) -> list[
 
 
 def _kind(entity: Any) -> str:
-    """Return the kind of an entity; a polyline that is a mesh is one of its own."""
+    """Return the type of an entity; a polyline that is a mesh has a type of its own."""
     kind = str(entity.dxftype())
     return "MESH" if kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline) else kind
 
 
 def _faces_of(entity: Any) -> list[Array]:
-    """Return the corners of the faces of a body from above, shape (n, 2) each, in the units of the drawing."""
+    """Return the corners of the faces of a body from above, shape (n, 2) each [units of the drawing]."""
     from ezdxf.render.mesh import MeshBuilder
 
     if entity.dxftype() == "3DFACE":
@@ -208,25 +208,25 @@ def _faces_of(entity: Any) -> list[Array]:
 
 
 def _is_external(insert: Any) -> bool:
-    """Return whether what is placed is another file, or a block that is not there."""
+    """Return whether an insert refers to another file or to a missing block."""
     block = insert.block()
     return block is None or bool(block.block.is_xref or block.block.is_xref_overlay)
 
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """An entity, or where those of a block are placed."""
+    """An entity, or the placement of a block."""
 
     entity: Any = None
     layer: str | None = None
     block: str = ""
-    """The names of its blocks, the innermost last, with spaces between."""
+    """Names of the enclosing blocks, innermost last, separated by spaces."""
     parts: tuple[int, ...] = ()
-    """Numbers of its placed blocks, the innermost last."""
+    """Numbers of the enclosing block instances, innermost last."""
 
 
 def _role(placed: _Place, walls: set[str]) -> Role | None:
-    """Return what an entity is, by its block and its layer; on a layer that the user names it is a wall."""
+    """Return the role of an entity from its block and its layer; on a layer named by the user it is a wall."""
     by_block = next((role for name in reversed(placed.block.split()) if (role := role_of(name))), None)
     if walls:
         on_walls = placed.layer in walls and by_block in (None, "wall")
@@ -236,7 +236,7 @@ def _role(placed: _Place, walls: set[str]) -> Role | None:
 
 
 def _entities(entities: Any, above: _Place, numbers: Iterator[int]) -> Iterator[_Place]:
-    """Yield entities, those of blocks in place, each with its layer: '0' in a block is that of the block."""
+    """Yield entities with their layers, block contents in place; layer '0' inside a block is the layer of the block."""
     for entity in entities:
         own = entity.dxf.layer.lower()
         own = above.layer if own == "0" and above.layer is not None else own
@@ -262,10 +262,10 @@ def _filled(entity: Any) -> Iterator[Line]:
 
 
 def _from_above(faces: Sequence[Array]) -> Iterator[Line]:
-    """Yield what faces of bodies show from above: outlines of all together, lines where they all stand upright.
+    """Yield the view of faces from above: the outlines of their union, or lines if all faces are vertical.
 
     Args:
-        faces: Corners of each, shape (n, 2), in the units of the drawing.
+        faces: Corners of each face, shape (n, 2) [units of the drawing].
     """
     import shapely
 
@@ -295,7 +295,7 @@ def _of_entity(entity: Any) -> Iterator[Line]:
 
 
 def _width(entity: Any) -> float:
-    """Return how broad a polyline is drawn; 0 when its width is not the same everywhere."""
+    """Return the line width of a polyline; 0 if it varies."""
     kind = entity.dxftype()
     if kind == "LWPOLYLINE":
         constant = float(entity.dxf.get("const_width", 0.0))
@@ -314,7 +314,7 @@ def _width(entity: Any) -> float:
 
 
 def _flattened(drawn: Any, width: float, *, dark: float | None = None) -> Iterator[Line]:
-    """Yield the straight lines along a path of ezdxf."""
+    """Yield the straight segments along an ezdxf path."""
     for part in drawn.sub_paths() if drawn.has_sub_paths else (drawn,):
         if not len(part):
             continue

@@ -1,4 +1,4 @@
-"""Walls drawn by their faces: two parallel lines become one wall with a thickness; all lengths in metres."""
+"""Finds walls drawn by their faces: two parallel lines become a wall with a thickness; all lengths in metres."""
 
 import math
 from collections.abc import Sequence
@@ -16,36 +16,36 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 NEAREST, FARTHEST = 0.04, 0.5
-"""Between the faces of a wall [m]."""
+"""Minimum and maximum distance between the faces of a wall [m]."""
 PARALLEL = math.sin(math.radians(1.5))
-"""Sine of the angle between two faces at most."""
+"""Maximum sine of the angle between two faces."""
 TOUCHING, LEVEL = 0.02, 0.005
-"""Lines that meet end to end are one when they are this near, and this far off each other's line at most [m]."""
+"""Collinear lines are merged if their ends are this close, and if they are this close to each other's line [m]."""
 LONG = 0.8
-"""A wall is at least so many times as long as thick."""
+"""Minimum ratio of length to thickness of a wall."""
 OUTERMOST = 2.5
-"""Of lines side by side the outer two are a wall: at a corner the inner is shorter by twice the thickness."""
+"""Of parallel lines, the outer two form a wall: at a corner, the inner face is shorter by twice the thickness."""
 COVERED = 0.3
-"""A pair of which longer parallel walls cover more is none."""
+"""A pair is dropped if longer parallel walls cover more than this fraction of it."""
 COMMON, ALIKE = 0.08, 0.015
-"""A usual thickness is that of this fraction of the length of all pairs; others count when they differ by less [m]."""
+"""Fraction of the pairs' total length that makes a thickness usual; a pair matches if it differs by less [m]."""
 ROOM, ENCLOSED = 1.5, 0.25
-"""A closed line is that of a room when it is as wide [m], and so much of it is faces of walls [share of its length]."""
+"""Minimum width of a room's outline [m], and the fraction of its length that must be faces of walls."""
 WIDEST_GAP = 0.7
-"""Over which a wall goes on when one of its faces does [m]."""
+"""Longest gap across which a wall continues if one of its faces does [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Paired:
-    """Walls, and the pieces that are their faces."""
+    """Walls, and which pieces are their faces."""
 
     bars: list[Bar]
     faces: Cells
-    """Whether a piece is a face of a wall, shape (n,)."""
+    """Whether each piece is a face of a wall, shape (n,)."""
 
 
 def merged(pieces: Pieces) -> Pieces:
-    """Return pieces with those that go on in each other, or lie on each other, made one."""
+    """Return pieces, with collinear ones that touch or overlap merged."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
@@ -62,12 +62,12 @@ def merged(pieces: Pieces) -> Pieces:
 
 
 def paired(pieces: Pieces, *, solid: "BaseGeometry | None" = None, usual_only: bool = False) -> Paired:
-    """Return the walls whose faces are parallel pieces: of three in a row the outer two are taken.
+    """Return the walls whose faces are parallel pieces; of three side by side, the outer two form a wall.
 
     Args:
-        pieces: Straight lines.
-        solid: What is filled; between two faces it must be, if it is given.
-        usual_only: Whether pairs of an unusual distance are something else than walls.
+        pieces: Straight segments.
+        solid: Filled area; if given, the space between two faces must lie in it.
+        usual_only: Whether to drop pairs whose distance is not a usual thickness.
     """
     import shapely
 
@@ -95,7 +95,7 @@ def paired(pieces: Pieces, *, solid: "BaseGeometry | None" = None, usual_only: b
 
 
 def _near(ends: Array, reach: float) -> tuple[Indices, Indices]:
-    """Return pairs of pieces that are near to each other, the first index the smaller."""
+    """Return the index pairs of pieces within `reach` of each other [m], the smaller index first."""
     import shapely
 
     lines = shapely.linestrings(ends)
@@ -104,7 +104,7 @@ def _near(ends: Array, reach: float) -> tuple[Indices, Indices]:
 
 
 def _relations(ends: Array, one: Indices, other: Indices) -> tuple[Array, Array, Array]:
-    """Return, for pairs of pieces, the sine between them, how far the second is to the left, and their overlap."""
+    """Return the sine of the angle of two pieces, the offset of the second to the left [m], and their overlap [m]."""
     start, along = ends[one, 0], ends[one, 1] - ends[one, 0]
     unit = along / np.maximum(1e-12, np.hypot(*along.T))[:, None]
     left = np.stack([-unit[:, 1], unit[:, 0]], axis=-1)
@@ -119,7 +119,7 @@ def _relations(ends: Array, one: Indices, other: Indices) -> tuple[Array, Array,
 
 
 def _spanned(ends: Array) -> Array:
-    """Return the line from end to end of pieces in one line, shape (2, 2)."""
+    """Return the line that spans collinear pieces, shape (2, 2)."""
     lengths = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
     start, end = ends[int(np.argmax(lengths))]
     unit = (end - start) / max(1e-12, math.hypot(*(end - start)))
@@ -128,7 +128,7 @@ def _spanned(ends: Array) -> Array:
 
 
 def _between(one: Array, other: Array) -> Bar:
-    """Return the wall between two faces, both ends each, as long as both are."""
+    """Return the wall between two faces, shape (2, 2) each, over their common length."""
     longer, shorter = (one, other) if math.dist(*one) >= math.dist(*other) else (other, one)
     unit = (longer[1] - longer[0]) / math.dist(*longer)
     left = np.array([-unit[1], unit[0]])
@@ -140,7 +140,7 @@ def _between(one: Array, other: Array) -> Bar:
 
 
 def _usual(apart: Array, overlap: Array) -> list[float]:
-    """Return the distances that a large part of the length of all pairs has."""
+    """Return the distances that are common among pairs, weighted by length [m]."""
     order = np.argsort(apart)
     apart, weights = apart[order], overlap[order]
     first, last = np.searchsorted(apart, apart - ALIKE), np.searchsorted(apart, apart + ALIKE, side="right")
@@ -157,7 +157,7 @@ def _usual(apart: Array, overlap: Array) -> list[float]:
 
 
 def _without_overlaps(bars: Sequence[Bar]) -> list[int]:
-    """Return the bars, longest and thickest first, that no parallel ones before cover."""
+    """Return the indices of the bars that no parallel bars before them cover; the longest and thickest come first."""
     import shapely
 
     if not bars:
@@ -180,12 +180,12 @@ def _without_overlaps(bars: Sequence[Bar]) -> list[int]:
 
 
 def _within(pieces: Pieces, bars: Sequence[Bar]) -> Cells:
-    """Return which pieces lie wholly in or on walls: ends of walls, layers of insulation, posts of windows."""
+    """Return which pieces lie entirely in or on walls: end faces, layers of insulation, window posts."""
     import shapely
 
     if not bars:
         return np.zeros(len(pieces.ends), dtype=bool)
-    # Layers of insulation go on around a corner.
+    # Layers of insulation continue around corners.
     longer = [Bar(bar.x, bar.y, bar.heading, bar.length + 2 * bar.width, bar.width) for bar in bars]
     shape = shapely.union_all(shapely.polygons([bar.outline(grown=0.03) for bar in longer]))
     shapely.prepare(shape)
@@ -193,7 +193,7 @@ def _within(pieces: Pieces, bars: Sequence[Bar]) -> Cells:
 
 
 def continued(bars: Sequence[Bar], pieces: Pieces) -> list[Bar]:
-    """Return walls with those made one that are parts of each other, where a face goes on or another wall crosses."""
+    """Return walls, joined where they are parts of one: where a face continues or another wall crosses."""
     bars = list(bars)
     while pairs := _joints(bars, pieces):
         taken = {index for pair in pairs for index in pair}
@@ -203,12 +203,12 @@ def continued(bars: Sequence[Bar], pieces: Pieces) -> list[Bar]:
 
 
 def sides_of_rooms(rings: Sequence[Array], bars: Sequence[Bar], pieces: Pieces) -> Cells:
-    """Return which pieces are sides of rooms: outlines of which other sides are faces of walls, shape (n,).
+    """Return which pieces are sides of rooms, shape (n,): of outlines whose other sides are faces of walls.
 
     Args:
         rings: Corners of closed lines, shape (n, 2) each [m].
         bars: Walls between two faces.
-        pieces: Straight lines.
+        pieces: Straight segments.
     """
     import shapely
 
@@ -227,7 +227,7 @@ def sides_of_rooms(rings: Sequence[Array], bars: Sequence[Bar], pieces: Pieces) 
 
 
 def joined(one: Bar, other: Bar) -> Bar:
-    """Return the wall from end to end of two in one line."""
+    """Return the wall that spans two collinear walls."""
     ends = np.array([one.ends, other.ends])
     start, end = _spanned(ends)
     width = (one.width * one.length + other.width * other.length) / (one.length + other.length)
@@ -235,7 +235,7 @@ def joined(one: Bar, other: Bar) -> Bar:
 
 
 def gaps(bars: Sequence[Bar], widest: float) -> list[tuple[int, int, Array]]:
-    """Return pairs of walls in one line, with both ends of the gap between them, shape (2, 2), the narrowest first."""
+    """Return pairs of collinear walls with both ends of the gap between them, shape (2, 2), narrowest first."""
     found = []
     if len(bars) < 2:
         return []
@@ -256,7 +256,7 @@ def gaps(bars: Sequence[Bar], widest: float) -> list[tuple[int, int, Array]]:
 
 
 def _joints(bars: Sequence[Bar], pieces: Pieces) -> list[tuple[int, int]]:
-    """Return pairs of walls that are parts of one, no wall in two of them."""
+    """Return pairs of walls that are parts of one; each wall is in at most one pair."""
     import shapely
 
     if len(bars) < 2:
@@ -283,7 +283,7 @@ def _overlaps(one: Bar, other: Bar) -> bool:
 
 
 def _spanned_by(bar: Bar, ends: Array, pieces: Pieces) -> bool:
-    """Return whether a face of a wall goes on over a gap."""
+    """Return whether a face of a wall continues across a gap."""
     middle, unit = ends.mean(axis=0), bar.along
     half = math.dist(*ends) / 2
     places = pieces.ends - middle

@@ -1,4 +1,4 @@
-"""How well a world explains the map from which it was made."""
+"""Measures how well a world explains the map from which it was made."""
 
 from dataclasses import dataclass
 
@@ -9,9 +9,9 @@ from mjsim.geometry import Array
 from mjsim.world import Grid, World, cells_of, solid
 
 NEAR = 1.0
-"""A cell is explained when its middle is this near to something solid [cells]."""
+"""A cell is explained if its centre is within this distance of something solid [cells]."""
 DEEP = 0.5
-"""A free cell is covered when its middle is deeper than this in something solid [cells]."""
+"""A free cell is covered if its centre is deeper than this inside something solid [cells]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,26 +19,26 @@ class Fidelity:
     """Figures that compare a world with a map; specks count like all other cells."""
 
     occupied: int
-    """Occupied cells of the map."""
+    """Number of occupied cells in the map."""
     explained: int
-    """Those whose middle is at most one cell from something solid."""
+    """Number of occupied cells whose centre is at most one cell from something solid."""
     touched: int
-    """Those that something solid touches: their middle is at most half a cell from it."""
+    """Number of occupied cells that something solid touches: their centre is at most half a cell from it."""
     covered: int
-    """Cells that the map calls free, and whose middle is more than half a cell deep in something solid."""
+    """Number of free cells whose centre is more than half a cell deep inside something solid."""
     solid: int
-    """Cells whose middle is in something solid."""
+    """Number of cells whose centre is inside something solid."""
     false_walls: float
-    """Fraction of the length of all walls that has no occupied cell within one cell of their faces, 0 to 1."""
+    """Fraction of the total wall length that has no occupied cell within one cell of its faces, 0 to 1."""
 
     @property
     def share(self) -> float:
-        """Fraction of the occupied cells that is explained, 0 to 1."""
+        """Fraction of the occupied cells that are explained, 0 to 1."""
         return self.explained / self.occupied if self.occupied else 1.0
 
 
 def fidelity(world: World, grid: Grid) -> Fidelity:
-    """Return how well a world stands for a grid."""
+    """Return how well a world represents a grid."""
     shape, cell = solid(world), grid.resolution
     near: Cells = cells_of(shape.buffer(NEAR * cell), grid)
     touched: Cells = cells_of(shape.buffer(cell / 2, join_style="mitre"), grid)
@@ -54,7 +54,7 @@ def fidelity(world: World, grid: Grid) -> Fidelity:
 
 
 def _false_share(world: World, grid: Grid) -> float:
-    """Return the fraction of the length of walls near which the map has nothing, 0 to 1."""
+    """Return the fraction of the wall length near which the map has no occupied cell, 0 to 1."""
     import cv2
 
     away = np.asarray(cv2.distanceTransform((~np.pad(grid.occupied, 1)).astype(np.uint8), cv2.DIST_L2, 5), dtype=float)
@@ -69,7 +69,7 @@ def _false_share(world: World, grid: Grid) -> float:
 
 
 def _looked_up(away: Array, grid: Grid, start: Array, end: Array) -> Array:
-    """Return values of a padded picture along a line in the world, twice a cell."""
+    """Return values of a padded image along a line in the world, two samples per cell."""
     count = max(2, round(2 * float(np.hypot(*(end - start))) / grid.resolution))
     places = start + np.outer((np.arange(count) + 0.5) / count, end - start)
     cells = np.floor(grid.cells(places)).astype(int) + 1

@@ -1,4 +1,4 @@
-"""Walls drawn as filled shapes: each side that faces another through the fill is the face of a wall; in metres."""
+"""Finds walls drawn as filled shapes: two sides that face each other across the fill are faces of a wall; in metres."""
 
 import itertools
 import math
@@ -19,21 +19,21 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 DARK = 0.3
-"""Walls are filled at least so dark, 0 to 1; rooms and furniture are lighter."""
+"""Minimum darkness of the fill of walls, 0 to 1; rooms and furniture are lighter."""
 NARROW = 0.6
-"""Twice the area of a wall's shape by its circumference at most: it is about as thick [m]."""
+"""Maximum of twice the area of a wall's shape divided by its perimeter, which is about its thickness [m]."""
 SLACK = 0.015
-"""What a wall covers is a little more than its outline [m]."""
+"""Margin by which a wall covers more than its outline [m]."""
 NARROWEST = 0.03
-"""Slabs are wider [m]."""
+"""Minimum width of slabs [m]."""
 JAGGED, SLANTED = 0.03, 0.15
-"""A rectangle stands for a part when its sides are so near to the part's on average; else the part is cut [m]."""
+"""A rectangle replaces a part if their sides deviate by less than this on average; otherwise the part is cut [m]."""
 COLUMN = 1.2
 """A filled shape that is no larger, and not slender, is a column [m]."""
 
 
 def bars_of_filled(lines: Sequence[Line]) -> tuple[list[Bar], list[Line], "BaseGeometry"]:
-    """Return the walls that filled shapes are, the lines of those that are columns, and what all others cover."""
+    """Return the walls and the outlines of columns among filled shapes, and the area that the rest covers."""
     bars: list[Bar] = []
     columns: list[Line] = []
     dark = [line for line in lines if (line.dark or 0.0) >= DARK]
@@ -63,7 +63,7 @@ def bars_of_filled(lines: Sequence[Line]) -> tuple[list[Bar], list[Line], "BaseG
 
 
 def rest_of_filled(shape: "BaseGeometry", walls: Sequence[Wall]) -> list[Line]:
-    """Return rectangles that cover what is filled and no part of a wall: piers, shafts, what is thick at corners."""
+    """Return rectangles that cover the filled area outside walls: piers, shafts, thickened corners."""
     import shapely
 
     if shape.is_empty:
@@ -72,17 +72,17 @@ def rest_of_filled(shape: "BaseGeometry", walls: Sequence[Wall]) -> list[Line]:
     heading = math.atan2(longest[1][1] - longest[0][1], longest[1][0] - longest[0][0])
     whole = World(walls=tuple(wall.model_copy(update={"openings": ()}) for wall in walls))
     covered = solid(whole).buffer(SLACK, join_style="mitre")
-    # Slivers are taken away, and sharp corners stay.
+    # Slivers are removed; sharp corners remain.
     left = shape.difference(covered).buffer(-SLACK, join_style="mitre").buffer(SLACK, join_style="mitre")
     c, s = np.cos(heading), np.sin(heading)
     turned = shapely.transform(left, lambda points: points @ [[c, -s], [s, c]])
     corners = [box for part in shapely.get_parts(turned) for box in _slabs(part)]
-    # Each is a thing of its own, however near they are.
+    # Each is a separate item, however close they are.
     return [Line(box @ [[c, s], [-s, c]], closed=True, part=-number) for number, box in enumerate(corners, start=1)]
 
 
 def _slabs(polygon: "BaseGeometry") -> Iterator[Array]:
-    """Yield rectangles along the axes, corners in shape (4, 2), that cover a polygon; narrow ones where it slants."""
+    """Yield axis-aligned rectangles that cover a polygon, corners in shape (4, 2) [m]; narrow ones where it slants."""
     import shapely
 
     places = np.unique(shapely.get_coordinates(polygon)[:, 0])
@@ -96,7 +96,7 @@ def _slabs(polygon: "BaseGeometry") -> Iterator[Array]:
 
 
 def _steps(polygon: "BaseGeometry", left: float, right: float) -> int:
-    """Return into how many slabs a polygon is cut between two places, so that their ends keep to its outline."""
+    """Return the number of slabs between two x positions for which their ends follow the polygon's outline."""
     import shapely
 
     part = polygon.intersection(shapely.box(left, polygon.bounds[1], right, polygon.bounds[3]))
@@ -107,7 +107,7 @@ def _steps(polygon: "BaseGeometry", left: float, right: float) -> int:
 
 
 def _alone(lines: Sequence[Line]) -> set[int]:
-    """Return the numbers of the drawn shapes that have one outline."""
+    """Return the numbers of the drawn shapes that have a single outline."""
     counts: dict[int, int] = {}
     for line in lines:
         counts[line.path] = counts.get(line.path, 0) + 1
@@ -115,7 +115,7 @@ def _alone(lines: Sequence[Line]) -> set[int]:
 
 
 def _narrow(lines: Sequence[Line]) -> "BaseGeometry":
-    """Return what filled outlines cover, those of one shape by the even-odd rule, rooms left out."""
+    """Return the area that filled outlines cover, by the even-odd rule within a shape, without rooms."""
     import shapely
 
     shapes: dict[int, BaseGeometry] = {}

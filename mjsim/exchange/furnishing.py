@@ -1,4 +1,4 @@
-"""Furniture and columns of a drawing -> boxes and cylinders; all lengths in metres."""
+"""Converts furniture and columns of a drawing to boxes and cylinders; all lengths in metres."""
 
 import math
 import re
@@ -13,36 +13,36 @@ from mjsim.geometry import Array
 from mjsim.world import BoxObstacle, CylinderObstacle
 
 SMALLEST, LARGEST = 0.1, 6.0
-"""Size of a piece of furniture [m]."""
+"""Smallest and largest size of a piece of furniture [m]."""
 HEIGHT = 0.75
-"""A drawing does not tell it: that of a table [m]."""
+"""Height of furniture, which a drawing does not state: that of a table [m]."""
 TOUCHING = 0.02
-"""Lines so near to each other are of one piece [m]."""
+"""Lines closer than this belong to one piece [m]."""
 ROUND = 0.02
-"""The corners of a round thing differ in their distance from its middle by this share at most."""
+"""Maximum deviation of the corners of a round item from its radius, as a fraction of it."""
 
 LEVEL = 1.15
-"""A box along the axes is taken when it is at most so many times as large as the smallest."""
+"""An axis-aligned box is used if its area is at most this multiple of the smallest box's."""
 HIDDEN = 0.7
-"""What lies in something larger by this share is part of it."""
+"""An outline is part of a larger one if at least this fraction of it lies inside."""
 
 Thing = BoxObstacle | CylinderObstacle
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Outline:
-    """Corners of one thing."""
+    """Outline of one item."""
 
     points: Array
-    """Shape (n, 2) [m]."""
+    """Corners, shape (n, 2) [m]."""
     name: str
-    """Of its block, or what it is."""
+    """Name of its block, or its kind."""
 
 
 def with_parts(lines: Sequence[Line]) -> list[Line]:
-    """Return lines in metres with the placed block that each is part of: the outermost that is no larger than a thing.
+    """Return lines, each with its outermost block instance no larger than a piece of furniture; all in metres.
 
-    A block that holds a whole floor is none.
+    A block that contains a whole floor is ignored.
     """
     boxes: dict[int, Array] = {}
     for line in lines:
@@ -57,7 +57,7 @@ def with_parts(lines: Sequence[Line]) -> list[Line]:
 
 
 def outlines_of(lines: Sequence[Line], name: str) -> list[Outline]:
-    """Return one outline for each placed block, and for all other lines that touch each other."""
+    """Return one outline per block instance, and one per group of other lines that touch."""
     blocks: dict[int, list[Line]] = {}
     loose: list[Line] = []
     for line in lines:
@@ -67,7 +67,7 @@ def outlines_of(lines: Sequence[Line], name: str) -> list[Outline]:
 
 
 def touching(lines: Sequence[Line], *, reach: float = TOUCHING) -> list[list[Line]]:
-    """Return lines in groups of those that touch, or are no farther apart than `reach` [m]."""
+    """Return groups of lines that touch, or are within `reach` of each other [m]."""
     import shapely
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
@@ -89,7 +89,7 @@ def touching(lines: Sequence[Line], *, reach: float = TOUCHING) -> list[list[Lin
 
 
 def thing_of(outline: Outline, *, height: float, number: int) -> Thing | None:
-    """Return the box or the cylinder around an outline; None when it is too small or too large to stand there."""
+    """Return the box or cylinder around an outline; None if its size is implausible."""
     import shapely
 
     points = outline.points
@@ -117,12 +117,12 @@ def thing_of(outline: Outline, *, height: float, number: int) -> Thing | None:
 
 
 def column_of(outline: Outline, number: int) -> Thing | None:
-    """Return the column that an outline stands for, as high as walls."""
+    """Return the column for an outline, as high as the walls."""
     return thing_of(outline, height=WALL_HEIGHT, number=number)
 
 
 def distinct_outlines(outlines: Sequence[Outline]) -> list[Outline]:
-    """Return outlines without those that lie in larger ones, in their order."""
+    """Return outlines without those inside larger ones, in the same order."""
     import shapely
 
     hulls = [shapely.MultiPoint(outline.points).convex_hull for outline in outlines]
@@ -145,6 +145,6 @@ def _point(place: Array) -> tuple[float, float]:
 
 
 def _name_of(block: str) -> str:
-    """Return a block's name as names of worlds are written; nothing for one that a program made up."""
+    """Return a block's name as a valid world name; '' for a name that a program generated."""
     plain = re.sub(r"[^A-Za-z0-9_]+", "-", block).strip("-").lower()[:32]
     return "" if not re.search(r"[a-z]{3}", plain) or plain.startswith(("a-c", "u-")) else plain

@@ -1,4 +1,4 @@
-"""Fragments that lie in one line -> the wall or the thing that they are parts of; all lengths in cells."""
+"""Joins collinear fragments into the wall or object that they are parts of; all lengths in cells."""
 
 import heapq
 from collections.abc import Sequence
@@ -11,45 +11,45 @@ from mjsim.exchange.shapes import Bar
 from mjsim.geometry import Array
 
 COVERED = 0.4
-"""Fragments are parts of one when they cover at least so much of its length."""
+"""Minimum fraction of the length that fragments of one object cover."""
 PAIRED = 0.6
-"""Two alone must cover so much of it: those farther apart are two things, as legs of a chair are."""
+"""The same for two fragments: two that are farther apart are separate objects, such as the legs of a chair."""
 HELD = 0.95
-"""Fraction of their cells that what stands for them must hold, with a cell around it."""
+"""Minimum fraction of their cells inside the rectangle, with a margin of one cell."""
 BULGE = 1.0
-"""One may be so much wider than the wider of its fragments [cells]."""
+"""Maximum excess of the joined width over that of the wider fragment [cells]."""
 MOST_FRAGMENTS = 6_000
-"""More are left as they are."""
+"""Above this number, fragments are not joined."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Line:
-    """Fragments taken as one: their cells, and the rectangle that holds nearly all of them."""
+    """Joined fragments: their cells, and the rectangle that contains nearly all of them."""
 
     parts: tuple[Array, ...]
-    """Middles of cells of each fragment, shape (n, 2)."""
+    """Centres of the cells of each fragment, shape (n, 2) [cells]."""
     points: Array
-    """Those of all fragments."""
+    """Centres of the cells of all fragments, shape (n, 2) [cells]."""
     bar: Bar
 
     @property
     def whole(self) -> bool:
-        """Whether its fragments are parts of one thing."""
+        """Whether its fragments are parts of one object."""
         return self.covered >= (PAIRED if len(self.parts) == 2 else COVERED)
 
     @property
     def covered(self) -> float:
-        """Fraction of the length along which there are cells, 0 to 1."""
+        """Fraction of the length that has occupied cells, 0 to 1."""
         u = (self.points - [self.bar.x, self.bar.y]) @ self.bar.along
         return len(np.unique(np.round(u))) / max(1.0, self.bar.length)
 
 
 def gathered(parts: Sequence[Array], *, gap: float) -> tuple[list[Bar], list[Array]]:
-    """Return rectangles for fragments that lie in one line, and the other fragments.
+    """Return rectangles for collinear fragments, and the remaining fragments.
 
     Args:
-        parts: Middles of cells of each fragment, shape (n, 2).
-        gap: Between two fragments of one wall at most.
+        parts: Centres of the cells of each fragment, shape (n, 2) [cells].
+        gap: Maximum gap between two fragments of one wall [cells].
     """
     if not 1 < len(parts) <= MOST_FRAGMENTS:
         return [], list(parts)
@@ -75,14 +75,14 @@ def gathered(parts: Sequence[Array], *, gap: float) -> tuple[list[Bar], list[Arr
 
 
 def _slimmed(line: _Line) -> Bar:
-    """Return the rectangle of a line, as wide as its cells are on average where it has any."""
+    """Return the rectangle of a line, as wide as its cells are on average where there are any."""
     bar = line.bar
     width = len(line.points) / max(1.0, line.covered * bar.length)
     return Bar(bar.x, bar.y, bar.heading, bar.length, min(bar.width, max(1.0, width)))
 
 
 def _joined(one: _Line, other: _Line) -> _Line | None:
-    """Return both fragments as one line; None when they are not in line or too sparse."""
+    """Return two fragments as one line; None if they are not collinear or too sparse."""
     points = np.concatenate([one.points, other.points])
     line = _Line((*one.parts, *other.parts), points, _bar(points))
     bulge = max(one.bar.width, other.bar.width) + BULGE
@@ -95,7 +95,7 @@ def _joined(one: _Line, other: _Line) -> _Line | None:
 
 
 def _bar(points: Array) -> Bar:
-    """Return the rectangle along the main axis of cells that holds all but the outermost twentieth on each side."""
+    """Return the rectangle along the principal axis of cells, without the outermost twentieth on each side."""
     middle = points.mean(axis=0)
     offsets = points - middle
     cov = offsets.T @ offsets
@@ -109,16 +109,16 @@ def _bar(points: Array) -> Bar:
 
 
 class _Places:
-    """Where lines are, to look up those that are near to another."""
+    """Positions of lines, for finding those near another."""
 
     def __init__(self, most: int) -> None:
         self._middles = np.zeros((most, 2))
-        # Half the diagonal of each; none is near to one that is not there.
+        # Half the diagonal of each; nothing is near a removed line.
         self._reach = np.full(most, -np.inf)
         self._outlines: dict[int, Any] = {}
 
     def added(self, index: int, bar: Bar, gap: float) -> list[tuple[float, int]]:
-        """Add a line, and return how far off those before are that are no farther than a gap, and which."""
+        """Add a line; return distance and index of the earlier lines within `gap`."""
         import shapely
 
         outline = shapely.Polygon(bar.outline())
@@ -129,6 +129,6 @@ class _Places:
         return [(distance, other) for distance, other in found if distance <= gap]
 
     def remove(self, index: int) -> None:
-        """Forget a line."""
+        """Remove a line."""
         self._reach[index] = -np.inf
         del self._outlines[index]

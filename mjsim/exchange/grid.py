@@ -1,4 +1,4 @@
-"""Occupancy grids as ROS map_server and Nav2 write them: a picture and a YAML file beside it."""
+"""Occupancy grids in the form of ROS map_server and Nav2: an image and a YAML file."""
 
 from pathlib import Path
 
@@ -20,23 +20,23 @@ from mjsim.output import free_paths, write_files
 from mjsim.world import SLICE, Grid, World, grid_of
 
 MOST_BYTES = 200_000_000
-"""Of a picture."""
+"""Maximum size of an image [bytes]."""
 OCCUPIED, UNKNOWN, FREE = 0, 205, 254
-"""Gray values, as map_saver writes them."""
+"""Grey values as map_saver writes them."""
 MIDDLE = 0.6 / 255
-"""So near to the middle is middle gray, of 8 bits too [fraction of white]."""
+"""Tolerance for middle grey, also with 8 bits [fraction of white]."""
 PICTURES = (".pgm", ".ppm", ".pbm", ".pnm", ".png", ".jpg", ".jpeg", ".bmp")
-"""Kinds of pictures of maps."""
+"""File suffixes of map images."""
 FILES = ("map.pgm", "map.yaml")
-"""Of a map."""
+"""Files of a written map."""
 
 
 def read_grid(path: str | Path, *, resolution: float | None = None) -> Grid:
-    """Return the map of a YAML file and the picture that it names, or that of a picture alone.
+    """Return the map of a YAML file and the image it names, or of an image without a YAML file.
 
     Args:
-        path: The YAML file; or a picture, black where it is occupied, white where it is free.
-        resolution: Side of a cell of a picture alone [m].
+        path: The YAML file; or an image, black where occupied, white where free.
+        resolution: Side of a cell, for an image without a YAML file [m].
 
     Raises:
         UsageError: The map does not exist, is too large, or is not a map.
@@ -54,15 +54,15 @@ def read_grid(path: str | Path, *, resolution: float | None = None) -> Grid:
 
 
 def is_picture(path: Path) -> bool:
-    """Return whether a file is the picture of a map, by its name."""
+    """Return whether a file is a map image, judging by its suffix."""
     return path.suffix.lower() in PICTURES
 
 
 def _given(resolution: float | None, path: Path) -> float:
-    """Return the side of a cell of a picture.
+    """Return the given side of a cell of an image [m].
 
     Raises:
-        UsageError: It is not given, or none of a map.
+        UsageError: It is not given, or is not a valid resolution.
     """
     if resolution is None:
         beside = [file for kind in (".yaml", ".yml") if (file := path.with_suffix(kind)).is_file()]
@@ -72,7 +72,7 @@ def _given(resolution: float | None, path: Path) -> float:
 
 
 def _grid_of(header: MapHeader, file: Path) -> Grid:
-    """Return the grid of a picture with the meaning that a header gives it."""
+    """Return the grid of an image, interpreted as its header states."""
     share, known = _shares(*_picture_of(file), header)
     occupied_above, free_below = header.occupied_thresh, header.free_thresh
     if header.mode == "scale":
@@ -86,7 +86,7 @@ def write_grid(grid: Grid, folder: str | Path, *, overwrite: bool = False) -> Pa
     """Write `map.yaml` and `map.pgm` into a folder and return the path of `map.yaml`.
 
     Raises:
-        UsageError: A file exists, unless `overwrite` allows to replace it, or cannot be written.
+        UsageError: A file exists and `overwrite` is false, or a file cannot be written.
     """
     picture = np.full(grid.occupied.shape, UNKNOWN, dtype=np.uint8)
     picture[grid.free], picture[grid.occupied] = FREE, OCCUPIED
@@ -103,7 +103,7 @@ def write_grid(grid: Grid, folder: str | Path, *, overwrite: bool = False) -> Pa
 
 
 def _picture_of(file: Path) -> tuple[Array, Cells]:
-    """Return how white each pixel of a map's picture is, 0 to 1, and whether it is opaque."""
+    """Return the whiteness of each pixel of a map image, 0 to 1, and whether it is opaque."""
     data = read_bounded(file, most=MOST_BYTES, kind="the picture of a map")
     try:
         return gray_of(data)
@@ -112,11 +112,11 @@ def _picture_of(file: Path) -> tuple[Array, Cells]:
 
 
 def _shares(gray: Array, opaque: Cells, header: MapHeader) -> tuple[Array, Cells]:
-    """Return how far each pixel is occupied, 0 to 1, and whether it is known at all."""
+    """Return the occupancy of each pixel, 0 to 1, and whether it is known."""
     if header.mode == "raw":
         percent = gray * np.float32(255.0)
         return np.asarray(percent / 100.0), opaque & (percent <= 100.5)
-    # map_saver writes unknown cells of the mode scale in middle gray and transparent; PGM keeps the gray alone.
+    # In mode scale, map_saver writes unknown cells in middle grey and transparent; PGM keeps only the grey.
     known = opaque & (np.abs(gray - 0.5) > MIDDLE) if header.mode == "scale" else opaque
     return np.asarray(gray if header.negate else 1.0 - gray), known
 
@@ -124,14 +124,14 @@ def _shares(gray: Array, opaque: Cells, header: MapHeader) -> tuple[Array, Cells
 def write_map(
     world: World, folder: str | Path, *, resolution: float = 0.05, height: float = SLICE, overwrite: bool = False
 ) -> Path:
-    """Write `map.yaml` and `map.pgm` of a world as Nav2 reads them, and return the path of `map.yaml`.
+    """Write `map.yaml` and `map.pgm` of a world in the form that Nav2 reads; return the path of `map.yaml`.
 
     Args:
-        world: What is to be drawn.
-        folder: Is made when it is not there.
+        world: The world.
+        folder: Output folder; it is created if needed.
         resolution: Side of a cell [m].
-        height: At which a level plane cuts the world [m].
-        overwrite: Whether files that exist may be replaced.
+        height: Height of the horizontal section through the world [m].
+        overwrite: Whether existing files may be replaced.
 
     Raises:
         UsageError: Nothing is solid at this height, the map would be too large, or a file exists or cannot be written.

@@ -1,7 +1,7 @@
-"""A landmark map of MATLAB's SLAM simulators -> a world: `lm` (2 x n) are reflectors, `wp` (2 x m) is the way.
+"""Converts landmark maps of MATLAB SLAM simulators to worlds: `lm` (2 x n) are reflectors, `wp` (2 x m) waypoints.
 
 References:
-    T. Bailey's SLAM simulators for MATLAB store their maps so.
+    The format of T. Bailey's SLAM simulators for MATLAB.
 """
 
 import math
@@ -19,37 +19,37 @@ from mjsim.world import Beacon, Modules, Robot, Run, Use, World
 
 SLAM = "mjsim.algorithms.ekf_slam:EkfSlam"
 SPEED = 0.6
-"""At which the way is driven [m/s]."""
+"""Speed along the waypoints [m/s]."""
 MOST_BYTES, MOST_LANDMARKS, MOST_WAYPOINTS = 10_000_000, 2000, 1000
 FARTHEST = 5000.0
-"""Of what the map holds, from its origin [m]."""
+"""Maximum distance of a point from the map's origin [m]."""
 DIGITS = 3
-"""Coordinates are written to the millimetre."""
+"""Coordinates are rounded to the millimetre."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LandmarkMap:
-    """What such a file holds, in metres."""
+    """The contents of such a file, in metres."""
 
     landmarks: Array
-    """Shape (n, 2)."""
+    """Shape (n, 2) [m]."""
     waypoints: Array
-    """Shape (m, 2); none where the file has none."""
+    """Shape (m, 2) [m]; empty if the file has none."""
 
     def way(self) -> float:
-        """Return the length of the way [m]."""
+        """Return the length of the path along the waypoints [m]."""
         return float(np.hypot(*np.diff(self.waypoints, axis=0).T).sum()) if len(self.waypoints) > 1 else 0.0
 
 
 def read_landmarks(path: Path, *, scale: float) -> LandmarkMap:
-    """Return a landmark map.
+    """Return the landmark map of a file.
 
     Args:
         path: A MAT-file, version 5 to 7.
-        scale: Metres to one unit of the file.
+        scale: Metres per unit of the file.
 
     Raises:
-        UsageError: It is none, or holds no such map.
+        UsageError: The file is not a MAT-file, or contains no such map.
     """
     content = _content(path)
     if "lm" not in content:
@@ -73,14 +73,14 @@ def world_from_landmarks(
     estimator: Use | None = None,
     folder: Path | None = None,
 ) -> World:
-    """Return a world with a reflector for each landmark, and a robot that drives the way.
+    """Return a world with a reflector for each landmark, and a robot that drives along the waypoints.
 
     Args:
-        map: Of landmarks.
-        name: Of the world.
-        preset: Of the robot; by default none.
-        folder: In which the world will be, with the file of the preset if it is one.
-        estimator: An EKF-SLAM unless given.
+        map: The landmark map.
+        name: Name of the world.
+        preset: Preset of the robot; None for no robot.
+        folder: Folder in which the world will be saved; the preset may be a file in it.
+        estimator: The estimator; by default EKF-SLAM.
 
     Raises:
         UsageError: The preset does not exist.
@@ -110,7 +110,7 @@ def _content(path: Path) -> dict[str, Any]:
         raise UsageError(f"cannot read '{path}': {error.strerror or error}") from error
     except UsageError:
         raise
-    # A reader of a format in C and Python raises many things on a broken file.
+    # The reader of this format can raise many kinds of exception on a broken file.
     except Exception as error:
         raise UsageError(
             f"'{path}' is not a MAT-file of version 5 to 7; write it with: save('-v7', 'map.mat', 'lm', 'wp')"
@@ -139,7 +139,7 @@ def _robot(preset: str, start: Array, heading: float, folder: Path | None) -> Ro
 
 
 def _heading(start: Array, ahead: Array) -> float:
-    """Return the direction of the first point of the way that is not the start [deg]."""
+    """Return the direction from the start to the first waypoint that differs from it [deg]."""
     for point in ahead:
         if (point != start).any():
             dx, dy = point - start

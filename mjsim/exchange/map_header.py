@@ -1,4 +1,4 @@
-"""The YAML file of a map, as ROS map_server and Nav2 write it: which picture, and what its grays mean."""
+"""The YAML file of a map in the form of ROS map_server and Nav2: names the image and what its greys mean."""
 
 import math
 from dataclasses import dataclass
@@ -11,40 +11,40 @@ from mjsim.geometry import Pose
 from mjsim.world import Node, read_text
 
 MOST_YAML = 100_000
-"""Bytes of the file."""
+"""Maximum size of the file [bytes]."""
 OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
-"""As map_saver writes them; what is unknown lies between."""
+"""Thresholds as map_saver writes them; cells between them are unknown."""
 MODES = ("trinary", "scale", "raw")
 NO = ("", "0", "n", "no", "false", "off")
-"""Words of YAML 1.1, which ROS reads, for what is not so."""
+"""Words that mean false in YAML 1.1, which ROS reads."""
 FARTHEST = 9000.0
-"""An origin is no farther off on either axis [m]."""
+"""Maximum absolute value of x and y of an origin [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class MapHeader:
-    """What a map says of its picture."""
+    """The contents of a map's YAML file."""
 
     image: str
-    """Its file, as it is written."""
+    """File name of the image, as written."""
     resolution: float
     """Side of a cell [m]."""
     origin: Pose = Pose(0.0, 0.0, 0.0)  # noqa: RUF009 - a frozen value
-    """The outer corner of its lower left cell, and where its rows point."""
+    """Pose of the grid in the map frame: outer corner of its lower left cell, and direction of its rows [m, m, rad]."""
     occupied_thresh: float = OCCUPIED_THRESH
-    """What is occupied more is occupied, 0 to 1."""
+    """Cells with a higher occupancy are occupied, 0 to 1."""
     free_thresh: float = FREE_THRESH
-    """What is occupied less is free, 0 to 1."""
+    """Cells with a lower occupancy are free, 0 to 1."""
     mode: str = "trinary"
     negate: bool = False
     """Whether white is occupied."""
 
 
 def read_header(path: Path) -> MapHeader:
-    """Return what the YAML file of a map says: image, resolution, origin, negate, occupied_thresh, free_thresh, mode.
+    """Return the keys of a map's YAML file: image, resolution, origin, negate, occupied_thresh, free_thresh, mode.
 
     Raises:
-        UsageError: It does not exist, is too large, or is no map; with line and column where there are any.
+        UsageError: The file does not exist, is too large, or is not a map; with line and column where known.
     """
     data = read_bounded(path, most=MOST_YAML, kind="the YAML file of a map")
     node, problems = read_text(data.decode("utf-8-sig", "replace"), file=str(path))
@@ -67,17 +67,17 @@ def read_header(path: Path) -> MapHeader:
 
 @dataclass(frozen=True, slots=True)
 class _Keys:
-    """The keys of a file, and where they stand in it."""
+    """The keys of a file, with their positions."""
 
     path: Path
     node: Node
 
     def get(self, key: str) -> Any:
-        """Return the value of a key; None when it is not there."""
+        """Return the value of a key; None if it is missing."""
         return self.node.value.get(key)
 
     def at(self, key: str) -> str:
-        """Return file, line and column of a value; the file alone for what is not there."""
+        """Return file, line and column of a value; only the file if the key is missing."""
         item = self.node.items.get(key)
         return str(self.path) if item is None else f"{self.path}:{item.line}:{item.column}"
 
@@ -85,7 +85,7 @@ class _Keys:
         """Return a number.
 
         Raises:
-            UsageError: It is none, or not there and needed.
+            UsageError: The value is not a number, or is missing and has no default.
         """
         value = self.node.value.get(key, default)
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
@@ -93,7 +93,7 @@ class _Keys:
         return float(value)
 
     def flag(self, key: str) -> bool:
-        """Return whether a number is not 0, or a word does not say no."""
+        """Return whether a value is true: a number other than 0, or a word that does not mean false."""
         value = self.get(key)
         return value.lower() not in NO if isinstance(value, str) else bool(value)
 
@@ -109,26 +109,26 @@ def _image(keys: _Keys) -> str:
 
 
 def picture_beside(path: Path, name: str) -> Path:
-    """Return the file of a map's picture: beside the YAML file where its whole path on another machine is named."""
+    """Return the path of a map's image; an absolute path of another machine gives the file beside the YAML file."""
     if _absolute(name):
         name = PurePosixPath(name.replace("\\", "/")).name
     return path.parent / name
 
 
 def _absolute(name: str) -> bool:
-    """Return whether a name is a whole path: map_saver of ROS 1 writes that of the machine it ran on."""
+    """Return whether a name is an absolute path: map_saver of ROS 1 writes those of its machine."""
     return name.startswith(("/", "~", "file:")) or name[1:3] in (":\\", ":/")
 
 
 def checked_resolution(resolution: float, place: str) -> float:
-    """Return the side of a cell [m].
+    """Return the side of a cell, checked [m].
 
     Args:
-        resolution: As it is given [m].
-        place: Where that is, for people.
+        resolution: The given value [m].
+        place: Where it was given, for messages.
 
     Raises:
-        UsageError: No map has such cells.
+        UsageError: It is not a plausible cell size.
     """
     if not 1e-3 <= resolution <= 10.0:
         raise UsageError(f"{place}: resolution is {resolution:g} m; a map has cells of 0.001 to 10 m")

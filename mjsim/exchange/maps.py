@@ -1,4 +1,4 @@
-"""A map of a robot -> a world."""
+"""Converts maps made by robots to worlds."""
 
 import math
 import re
@@ -14,29 +14,29 @@ from mjsim.geometry import Array
 from mjsim.world import BoxObstacle, CylinderObstacle, Grid, Wall, World, solid
 
 WALL_HEIGHT = 2.5
-"""A map does not tell it [m]."""
+"""Height of walls, which a map does not state [m]."""
 THING_HEIGHT = 1.0
-"""Of what is not a wall [m]."""
+"""Height of obstacles other than walls [m]."""
 THIN, BESIDE = 1.5, 0.05
-"""A box that is so many times as thick as the usual wall at most, and so near to one [m], is as high as walls."""
+"""Maximum thickness of a box as a multiple of the usual wall's, and distance to a wall [m], to be as high as walls."""
 DIGITS = 3
-"""Coordinates are written to the millimetre."""
+"""Coordinates are rounded to the millimetre."""
 
 
 def world_from_map(path: str | Path) -> World:
-    """Return a world with the walls and things of a ROS map_server or Nav2 map.
+    """Return a world with the walls and obstacles of a ROS map_server or Nav2 map.
 
     Args:
         path: The map's YAML file.
 
     Raises:
-        UsageError: It is not a map, or too large.
+        UsageError: The file is not a map, or is too large.
     """
     return world_from_grid(read_grid(path), name=name_of(path))
 
 
 def world_from_grid(grid: Grid, *, name: str = "world") -> World:
-    """Return a world with walls and things for the occupied cells of a grid, without a robot."""
+    """Return a world with walls and obstacles for the occupied cells of a grid, without a robot."""
     import shapely
 
     traced = trace(grid)
@@ -70,12 +70,12 @@ def world_from_grid(grid: Grid, *, name: str = "world") -> World:
 
 
 def specks(grid: Grid) -> int:
-    """Return how many occupied cells are noise: as few near to each other as chance has in a map so noisy."""
+    """Return the number of occupied cells that are noise: small groups that chance explains in a map this noisy."""
     return int(np.count_nonzero(grid.occupied & ~without_specks(grid).cells))
 
 
 def name_of(path: str | Path) -> str:
-    """Return a name for a world from that of a file."""
+    """Return a name for a world from the name of a file."""
     path = Path(path)
     stem = path.resolve().parent.name if path.stem == "map" else path.stem
     plain = re.sub(r"[^A-Za-z0-9_.-]+", "-", stem).strip("-.")[:64]
@@ -83,7 +83,7 @@ def name_of(path: str | Path) -> str:
 
 
 def distinct(points: Array, *, closed: bool) -> tuple[tuple[float, float], ...]:
-    """Return corners to the millimetre, shape (n, 2), without those that repeat the one before."""
+    """Return corners rounded to the millimetre, shape (n, 2) [m], without consecutive duplicates."""
     kept: list[tuple[float, float]] = []
     for x, y in np.round(points, DIGITS).tolist():
         corner = (x + 0.0, y + 0.0)

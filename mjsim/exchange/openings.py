@@ -1,4 +1,4 @@
-"""Doors and windows of a drawing: where symbols lie on walls, or lines cross the gap between two; in metres."""
+"""Doors and windows of a drawing: where symbols lie on walls, or lines cross the gap between two walls; in metres."""
 
 import itertools
 import math
@@ -14,15 +14,15 @@ from mjsim.geometry import Array
 from mjsim.world import Opening, Wall
 
 NARROWEST, WIDEST = 0.4, 4.0
-"""An opening [m]."""
+"""Minimum and maximum width of an opening [m]."""
 BESIDE = 0.12
-"""A symbol may lie so far beside the face of its wall [m]."""
+"""Maximum distance of a symbol from the face of its wall [m]."""
 SHARE = 0.5
-"""Of a gap that the symbol in it spans at least."""
+"""Minimum fraction of a gap that the symbol in it spans."""
 SILL, HEAD = 0.9, 2.0
-"""Of windows [m]."""
+"""Height of sill and head of windows [m]."""
 MARGIN = 0.02
-"""Between an opening and the end of its wall's segment [m]."""
+"""Minimum distance between an opening and the end of its wall segment [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,21 +30,21 @@ class Hole:
     """A doorway or a window in a wall."""
 
     ends: Array
-    """On the wall's middle line, shape (2, 2) [m]."""
+    """Both ends on the centreline of the wall, shape (2, 2) [m]."""
     window: bool
 
 
 def doors_and_windows(
     bars: Sequence[Bar], pieces: Pieces, arcs: Sequence[Arc], doors: Sequence[Array], windows: Sequence[Array]
 ) -> tuple[list[Bar], list[Hole]]:
-    """Return walls that go on through their doors and windows, and these.
+    """Return walls continued through their doors and windows, and these openings.
 
     Args:
         bars: Walls.
-        pieces: Lines that may be panes and posts.
-        arcs: Ways of leaves.
-        doors: Corners of other symbols of doors, shape (n, 2) each.
-        windows: The same of windows.
+        pieces: Straight segments that may be panes and posts.
+        arcs: Door-swing arcs.
+        doors: Corners of other door symbols, shape (n, 2) each [m].
+        windows: Corners of window symbols, shape (n, 2) each [m].
     """
     bars, holes = list(bars), []
     symbols = [np.stack([arc.middle, end]) for arc in arcs for end in arc.ends]
@@ -66,7 +66,7 @@ def doors_and_windows(
 
 
 def with_openings(walls: Sequence[Wall], holes: Sequence[Hole]) -> list[Wall]:
-    """Return walls with their openings; a hole that no wall has room for is left out."""
+    """Return walls with their openings; an opening that does not fit in any wall is left out."""
     openings: dict[int, list[Opening]] = {}
     for hole in holes:
         if (place := _place(walls, hole)) is None:
@@ -87,7 +87,7 @@ def with_openings(walls: Sequence[Wall], holes: Sequence[Hole]) -> list[Wall]:
 def _filled_gaps(
     bars: Sequence[Bar], pieces: Pieces, doors: Sequence[Array], windows: Sequence[Array]
 ) -> list[tuple[int, int, Hole]]:
-    """Return pairs of walls between which a symbol lies, no wall in two of them, and the hole there."""
+    """Return pairs of walls with a symbol between them and the opening there; each wall is in at most one pair."""
     found: list[tuple[int, int, Hole]] = []
     taken: set[int] = set()
     for one, other, ends in gaps(bars, WIDEST):
@@ -103,7 +103,7 @@ def _filled_gaps(
 def _hole_in(
     ends: Array, width: float, pieces: Pieces, doors: Sequence[Array], windows: Sequence[Array]
 ) -> Hole | None:
-    """Return the doorway or the window that symbols say is in a gap; two leaves may be half a doorway each."""
+    """Return the doorway or window that the symbols in a gap stand for; each of two leaves may be half a doorway."""
     reach = width / 2 + BESIDE
     if any(_spans(ends, corners, reach) for corners in windows):
         return Hole(ends, window=True)
@@ -111,19 +111,19 @@ def _hole_in(
     halves = 0 if whole else sum(_spans(ends, corners, reach, share=0.35) for corners in doors)
     if whole or halves > 1:
         return Hole(ends, window=False)
-    # A doorway may have the lines of its threshold, too.
+    # A doorway may also have threshold lines.
     return Hole(ends, window=True) if _has_panes(ends, width, pieces) else None
 
 
 def _along(ends: Array, points: Array) -> tuple[Array, Array]:
-    """Return where points lie along a line from its first end, and how far they are to its left."""
+    """Return the positions of points along a line from its first end, and their offsets to its left [m]."""
     unit = (ends[1] - ends[0]) / math.dist(*ends)
     offset = points - ends[0]
     return offset @ unit, offset @ np.array([-unit[1], unit[0]])
 
 
 def _spans(ends: Array, corners: Array, reach: float, *, share: float = SHARE) -> bool:
-    """Return whether a symbol lies in a gap: beside its line, and along enough of it."""
+    """Return whether a symbol lies in a gap: close to its line, and along enough of it."""
     u, v = _along(ends, corners)
     length = math.dist(*ends)
     if np.abs(v).min() > reach or (len(corners) == 2 and np.abs(v).max() > reach):
@@ -133,12 +133,12 @@ def _spans(ends: Array, corners: Array, reach: float, *, share: float = SHARE) -
 
 
 def _has_panes(ends: Array, width: float, pieces: Pieces) -> bool:
-    """Return whether at least two lines lead from one side of a gap to the other within the thickness of the wall."""
+    """Return whether at least two lines cross a gap from end to end within the thickness of the wall."""
     return lines_through(ends, width, pieces) >= 2
 
 
 def lines_through(ends: Array, width: float, pieces: Pieces) -> int:
-    """Return how many lines lead from one end of a part of a wall to the other within its thickness."""
+    """Return the number of lines that run from one end of a wall section to the other within its thickness."""
     u, v = _along(ends, pieces.ends.reshape(-1, 2))
     u, v = u.reshape(-1, 2), v.reshape(-1, 2)
     length = math.dist(*ends)
@@ -148,7 +148,7 @@ def lines_through(ends: Array, width: float, pieces: Pieces) -> int:
 
 
 def _spot(bars: Sequence[Bar], corners: Array) -> tuple[float, Array] | None:
-    """Return how far off its wall a symbol is, and where it lies on the wall, shape (2, 2); None when on none."""
+    """Return the distance of a symbol from its wall and its extent on it, shape (2, 2) [m]; None if on no wall."""
     best: tuple[float, Array] | None = None
     for bar in bars:
         u, v = _along(bar.ends, corners)
@@ -166,7 +166,7 @@ def _spot(bars: Sequence[Bar], corners: Array) -> tuple[float, Array] | None:
 
 
 def _panes(bar: Bar, pieces: Pieces) -> list[Array]:
-    """Return where a pane lies in a wall between two posts that cross it, shape (2, 2) each."""
+    """Return where panes lie in a wall between two posts that cross it, shape (2, 2) each [m]."""
     u, v = _along(bar.ends, pieces.ends.reshape(-1, 2))
     u, v = u.reshape(-1, 2), v.reshape(-1, 2)
     inside = (
@@ -185,7 +185,7 @@ def _panes(bar: Bar, pieces: Pieces) -> list[Array]:
 
 
 def _distinct(holes: Sequence[Hole]) -> list[Hole]:
-    """Return holes without those that lie in one before; two leaves side by side are one doorway."""
+    """Return openings without those that overlap an earlier one; two leaves side by side become one doorway."""
     kept: list[Hole] = []
     for hole in holes:
         for index, other in enumerate(kept):
@@ -205,7 +205,7 @@ def _distinct(holes: Sequence[Hole]) -> list[Hole]:
 
 
 def _place(walls: Sequence[Wall], hole: Hole) -> tuple[int, int, float, float] | None:
-    """Return the wall and its segment that a hole lies in, where it begins there, and how wide it is."""
+    """Return the wall and segment that contain an opening, where it starts along the segment, and its width [m]."""
     best: tuple[float, tuple[int, int, float, float]] | None = None
     for index, wall in enumerate(walls):
         for segment, (start, end) in enumerate(wall.segments()):

@@ -1,4 +1,4 @@
-"""A map or a drawing as it is, placed where the world that it became has it."""
+"""A map or drawing in its original form, placed in the world that was made from it."""
 
 import re
 from collections.abc import Sequence
@@ -17,9 +17,9 @@ from mjsim.interface import Picture
 from mjsim.world import Grid
 
 OCCUPIED, FREE, UNKNOWN = 20, 255, 205
-"""Gray of the cells of a map."""
+"""Grey values of the cells of a map."""
 AROUND = 10
-"""Cells around what a map knows that are shown."""
+"""Margin around the known part of a map [cells]."""
 _PLACED = re.compile(r"# From the drawing .*: (\S+) m to its unit, its place \[(\S+), (\S+)\] is \[0, 0\] here")
 
 _CELL = re.compile(r"# From the map .*: \d+ x \d+ cells of (\S+) m\.")
@@ -30,29 +30,29 @@ class Original:
     """A map or a drawing, placed in the world."""
 
     name: str
-    """Of the file."""
+    """Name of the file."""
     bounds: Array
-    """(x, y) min and max of what it shows, shape (2, 2) [m]."""
+    """Minimum and maximum of (x, y), shape (2, 2) [m]."""
     strokes: Sequence[Line] = ()
-    """Of a drawing, in the world frame [m]."""
+    """Lines of a drawing, world frame [m]."""
     picture: Picture | None = None
-    """Of a map, its first row the lowest in y."""
+    """Image of a map; the first row has the lowest y."""
     cell: float = 1.0
-    """Side of a pixel of the picture [m]."""
+    """Side of a pixel of the image [m]."""
     world_from_picture: Pose = Pose(0.0, 0.0, 0.0)  # noqa: RUF009 - a frozen value
-    """The outer corner of its first pixel, and where its rows point."""
+    """Pose of the image: outer corner of its first pixel, and direction of its rows [m, m, rad]."""
 
 
 def read_original(path: str | Path, *, world: str | Path | None = None, reading: Reading | None = None) -> Original:
-    """Return the map or the drawing of a file as it is.
+    """Return the original map or drawing of a file.
 
     Args:
-        path: A map's YAML file, an SVG or a DXF drawing.
-        world: The world file made from it, whose first lines say where the drawing lies in it.
-        reading: How the drawing was read, when the world file does not say it any more.
+        path: The YAML file of a map, or an SVG or DXF drawing.
+        world: The world file made from it; its first lines state the drawing's position in it.
+        reading: How the drawing was read, if the world file no longer says so.
 
     Raises:
-        UsageError: It is none of these, or cannot be read as one.
+        UsageError: The file is none of these, or cannot be read.
     """
     path = Path(path)
     kind = path.suffix.lower()
@@ -67,7 +67,7 @@ def read_original(path: str | Path, *, world: str | Path | None = None, reading:
 
 
 def _of_grid(grid: Grid, name: str) -> Original:
-    """Return the part of a map that is known, with a margin."""
+    """Return the known part of a map, with a margin."""
     known = np.argwhere(grid.occupied | grid.free)
     shape = np.array(grid.occupied.shape)
     low = np.maximum(known.min(axis=0) - AROUND, 0) if len(known) else np.zeros(2, dtype=int)
@@ -98,19 +98,19 @@ def _of_drawing(path: Path, world: Path | None, reading: Reading) -> Original:
 
 
 def _placed(world: Path | None) -> tuple[float, Array] | None:
-    """Return what the first lines of a world file say of its drawing: metres to the unit, and the place of [0, 0]."""
+    """Return the placement of a drawing stated in a world file's first lines: metres per unit, and where [0, 0] is."""
     found = _said(world, _PLACED)
     return (found[0], np.array(found[1:])) if found else None
 
 
 def _cell(world: str | Path | None) -> float | None:
-    """Return what the first lines of a world file say of its map: the side of a cell [m]."""
+    """Return the side of a map's cell from the first lines of a world file [m]."""
     found = _said(None if world is None else Path(world), _CELL)
     return found[0] if found else None
 
 
 def _said(world: Path | None, line: re.Pattern[str]) -> list[float] | None:
-    """Return the numbers in a line among the first of a world file; None where there is no such line."""
+    """Return the numbers in a matching line among the first lines of a world file; None if there is none."""
     if world is None:
         return None
     head = read_bounded(world, most=50_000_000, kind="a world file")[:4096].decode("utf-8", "replace")

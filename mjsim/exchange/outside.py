@@ -1,4 +1,4 @@
-"""What a sheet shows besides the building: its frame, scale bars, legends; in metres."""
+"""Separates the building from the rest of a sheet: its frame, scale bars, legends; in metres."""
 
 from collections.abc import Sequence
 
@@ -10,17 +10,17 @@ from mjsim.exchange.shapes import fitted_rectangle
 from mjsim.geometry import Array
 
 MARGIN = 0.6
-"""Between the frame of a sheet and the building [m]."""
+"""Minimum distance between the frame of a sheet and the building [m]."""
 LARGE = 0.35
-"""The building's size is at least so much of the frame's."""
+"""Minimum size of the building, as a fraction of the frame's."""
 REACH = 0.6
-"""What is no farther from the building belongs to it [m]."""
+"""Lines within this distance of the building belong to it [m]."""
 SMALL, SLIM = 0.2, 0.35
-"""What lies outside is no part of the building when it is smaller than this fraction of it, or as slim as a bar [m]."""
+"""A group outside the building is dropped if it is smaller than this fraction of it, or narrower than this [m]."""
 
 
 def without_frames(lines: Sequence[Line]) -> list[Line]:
-    """Return lines without closed rectangles around all others, and without what is attached to these."""
+    """Return lines without closed rectangles around all others, and without lines attached to these."""
     left = list(lines)
     while len(left) > 4:
         boxes = np.array([_box(line.points) for line in left])
@@ -35,7 +35,7 @@ def without_frames(lines: Sequence[Line]) -> list[Line]:
 
 
 def _apart(lines: Sequence[Line], frames: Sequence[Line]) -> list[Line]:
-    """Return lines that touch no frame."""
+    """Return lines that do not touch a frame."""
     import shapely
 
     rings = shapely.union_all([shapely.LinearRing(line.points) for line in frames])
@@ -43,7 +43,7 @@ def _apart(lines: Sequence[Line], frames: Sequence[Line]) -> list[Line]:
 
 
 def _is_building(inner: Sequence[Line], lines: Sequence[Line], low: Array, high: Array) -> bool:
-    """Return whether lines keep away from all sides of a frame, and are most of what it holds."""
+    """Return whether lines keep clear of all sides of a frame, and are most of its contents."""
     if not inner:
         return False
     boxes = np.array([_box(line.points) for line in inner])
@@ -54,7 +54,7 @@ def _is_building(inner: Sequence[Line], lines: Sequence[Line], low: Array, high:
 
 
 def without_outliers(lines: Sequence[Line]) -> list[Line]:
-    """Return lines without small groups that lie outside of the largest."""
+    """Return lines without small groups outside the largest one."""
     import shapely
 
     groups = touching(lines)
@@ -63,7 +63,7 @@ def without_outliers(lines: Sequence[Line]) -> list[Line]:
     points = [np.concatenate([line.points for line in group]) for group in groups]
     sizes = [float(np.hypot(*np.ptp(each, axis=0))) for each in points]
     hull = shapely.MultiPoint(points[int(np.argmax(sizes))]).convex_hull.buffer(REACH)
-    # What lies beside the building and is large is another part of it.
+    # A large group beside the building is another part of it.
     large = [
         each
         for each, size in zip(points, sizes, strict=True)

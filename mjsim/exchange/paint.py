@@ -1,4 +1,4 @@
-"""How dark a colour of a drawing is, and how much it hides."""
+"""Darkness and opacity of the colours of a drawing."""
 
 import re
 
@@ -8,11 +8,11 @@ NAMED = {
     "red": 0.7, "green": 0.72, "blue": 0.93, "navy": 0.96, "maroon": 0.85, "brown": 0.75, "slategray": 0.52,
     "darkslategray": 0.74,
 }  # fmt: skip
-"""Of the colours that people name most [1 less luma]."""
+"""Darkness of the most common named colours [1 - luma]."""
 
 
 def darkness_of(color: str | None) -> float:
-    """Return how dark a fill is, 0 for white to 1 for black; none given is black, as SVG has it.
+    """Return the darkness of a fill, 0 for white to 1 for black; None is black, as in SVG.
 
     References:
         ITU-R BT.601, luma of red, green and blue.
@@ -35,7 +35,7 @@ def darkness_of(color: str | None) -> float:
 
 
 def opacity_of(color: str | None) -> float:
-    """Return how little a colour lets through, 0 to 1: `rgba(...)`, `#rrggbbaa`, and 1 for all others."""
+    """Return the opacity of a colour, 0 to 1: of `rgba(...)` and `#rrggbbaa`; 1 for all others."""
     text = (color or "").strip().lower()
     if found := re.fullmatch(r"#(?:[0-9a-f]{3}([0-9a-f])|[0-9a-f]{6}([0-9a-f]{2}))", text):
         return int(found[1] * 2 if found[1] else found[2], 16) / 255
@@ -44,7 +44,7 @@ def opacity_of(color: str | None) -> float:
 
 
 def share_of(text: str | None) -> float:
-    """Return a share, 0 to 1, as a number or in percent; 1 when there is none."""
+    """Return a fraction, 0 to 1, given as a number or in percent; 1 if none is given."""
     found = re.fullmatch(r"\s*(\d*\.?\d+)(%?)\s*", text or "")
     return min(1.0, float(found[1]) / (100.0 if found[2] else 1.0)) if found else 1.0
 

@@ -1,4 +1,4 @@
-"""Doorways painted over walls in the colour of the paper; in metres."""
+"""Finds doorways painted over walls in the background colour; in metres."""
 
 import math
 from collections.abc import Sequence
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 PEN = 0.02
-"""What is painted by a line is at least so broad [m]."""
+"""Minimum width of a line that paints over others [m]."""
 WITHIN = 0.05
-"""What reaches no farther beyond a patch belongs to it [m]."""
+"""Lines that extend beyond a patch by less belong to it [m]."""
 AGAIN = 0.5
-"""What is drawn later over so much of a patch stands [fraction of its length]."""
+"""A line drawn over at least this fraction of a patch hides it again [fraction of its length]."""
 
 
 def painted_over(
@@ -29,9 +29,9 @@ def painted_over(
 
     Args:
         bars: Walls.
-        patches: What is painted in the colour of the paper.
-        walls: Lines of walls; a patch hides those that are drawn before it.
-        filled: Whether walls are filled: then all of a wall's thickness must be hidden, else a face is enough.
+        patches: Lines and areas in the background colour.
+        walls: Lines of walls; a patch hides those drawn before it.
+        filled: Whether walls are filled: then their whole thickness must be hidden, otherwise one face is enough.
     """
     import shapely
 
@@ -39,7 +39,7 @@ def painted_over(
     for patch in patches:
         shape = _shape(patch)
         before = shapely.union_all([_ring(line) for line in walls if line.path < patch.path])
-        # A threshold or a leaf within the patch is no wall.
+        # A threshold or a door leaf within the patch is not a wall.
         after = [_ring(line) for line in walls if line.path > patch.path]
         later = shapely.union_all([line for line in after if line.is_ring or not shape.buffer(WITHIN).covers(line)])
         for bar in bars:
@@ -52,7 +52,7 @@ def painted_over(
 
 
 def _hidden(bar: Bar, shape: "BaseGeometry", *, whole: bool) -> Array | None:
-    """Return the part of a wall's middle line where a shape hides it, or a face of it, shape (2, 2); None for none."""
+    """Return the section of a centreline where a shape hides the wall or one of its faces, shape (2, 2), or None."""
     import shapely
 
     left = np.array([-bar.along[1], bar.along[0]])
@@ -69,7 +69,7 @@ def _hidden(bar: Bar, shape: "BaseGeometry", *, whole: bool) -> Array | None:
 
 
 def _shape(patch: Line) -> "BaseGeometry":
-    """Return what a patch covers."""
+    """Return the area that a patch covers."""
     import shapely
 
     if patch.closed and patch.dark is not None:

@@ -1,4 +1,4 @@
-"""The pictures of maps: PGM, PPM, PBM, PNG, JPEG and BMP of any depth, with any channels, as shares of white."""
+"""Reads map images: PGM, PPM, PBM, PNG, JPEG and BMP of any depth and number of channels, as fractions of white."""
 
 import re
 
@@ -14,14 +14,14 @@ _GAP = rb"(?:\s|#[^\n]*\n)+"
 _SIZE = re.compile(rb"P([1-6])" + _GAP + rb"(\d{1,9})" + _GAP + rb"(\d{1,9})")
 _LARGEST = re.compile(_GAP + rb"(\d{1,9})")
 _HEAD = 4096
-"""A header, comments too, has at most so many bytes."""
+"""Maximum size of a header, including comments [bytes]."""
 
 
 def gray_of(data: bytes) -> tuple[Array, Cells]:
-    """Return how white each pixel is, 0 to 1, channels averaged, and whether it is opaque; shape (rows, columns) each.
+    """Return whiteness, 0 to 1, averaged over channels, and opacity of each pixel, each of shape (rows, columns).
 
     Raises:
-        ValueError: It is no such picture, is cut short, or has too many pixels.
+        ValueError: The data is not such an image, is truncated, or has too many pixels.
     """
     channels = _of_pnm(data) if data[:1] == b"P" else _decoded(data)
     opaque = np.ones(channels.shape[:2], dtype=bool)
@@ -45,10 +45,10 @@ def _decoded(data: bytes) -> NDArray[np.float32]:
 
 
 def _of_pnm(data: bytes) -> NDArray[np.float32]:
-    """Return the channels of a portable bitmap, graymap or pixmap, 0 to 1, shape (rows, columns, channels).
+    """Return the channels of a portable bitmap, greymap or pixmap, 0 to 1, shape (rows, columns, channels).
 
     References:
-        Netpbm, the manual pages pbm(5), pgm(5) and ppm(5).
+        Netpbm manual pages pbm(5), pgm(5) and ppm(5).
     """
     head = _SIZE.match(data[:_HEAD])
     if head is None:
@@ -70,7 +70,7 @@ def _of_pnm(data: bytes) -> NDArray[np.float32]:
 
 
 def _raw(data: bytes, kind: int, columns: int, largest: int) -> NDArray[np.generic]:
-    """Return the numbers of a binary picture."""
+    """Return the values of a binary image."""
     if kind == 4:
         stride = (columns + 7) // 8
         whole = np.frombuffer(data[: len(data) // stride * stride], dtype=np.uint8).reshape(-1, stride)
@@ -81,7 +81,7 @@ def _raw(data: bytes, kind: int, columns: int, largest: int) -> NDArray[np.gener
 
 
 def _plain(data: bytes, kind: int) -> NDArray[np.generic]:
-    """Return the numbers of a picture written as text; bits may stand without spaces between them."""
+    """Return the values of a text image; bits need no spaces between them."""
     text = re.sub(rb"#[^\n]*", b"", data)
     words = re.findall(rb"[01]", text) if kind == 1 else text.split()
     try:

@@ -15,49 +15,49 @@ from mjsim.geometry import Array
 from mjsim.world import Grid, Modules, Robot, Run, Use, World, cells_of, check_world, grid_of, sensor_names, solid
 
 ROBOT = "scout"
-"""What the robot is called."""
+"""Name of the robot."""
 PRESET = "pioneer3dx"
 ELBOW_ROOM, TIGHT = 0.15, 0.05
-"""Between the robot and what it passes on its way, and where there is no such way [m]."""
+"""Clearance between the robot and what it passes, and the reduced clearance used if there is no such path [m]."""
 LONGEST_WAY = 15.0
-"""In a straight line [m]."""
+"""Maximum length of a straight leg [m]."""
 LEGS, SHORTEST_LEG = 4, 1.0
-"""The most straight lines of a way, and how long each is at least [m]."""
+"""Maximum number of legs, and minimum length of each [m]."""
 STARTS = 24
-"""The most places that are tried."""
+"""Maximum number of start positions tried."""
 MAST, HIGHEST = 0.04, 0.45
-"""How far a lidar stands above the body, and how high at most: it should see things, not only walls [m]."""
+"""Height of a lidar above the body, and its maximum height above the floor, at which it also sees low objects [m]."""
 ODOMETRY_NOISE = {"distance": 0.01, "turn": 0.02}
-"""Of a robot that must find out where it is [m/sqrt(m), rad/sqrt(rad)]."""
+"""Odometry noise of a robot with an estimator [m/sqrt(m), rad/sqrt(rad)]."""
 SPECK = 0.02
-"""What is not known to be free on so little ground does not stand in the way when nothing solid is there [m^2]."""
+"""An area of unknown cells smaller than this is not an obstacle if nothing solid is there [m^2]."""
 MOST_CELLS = 4_000_000
-"""Of the grid on which a place is looked for."""
+"""Maximum size of the search grid [cells]."""
 DIRECTIONS = 72
 ESTIMATORS = {
     "monte_carlo": "mjsim.algorithms.monte_carlo:MonteCarloLocalization",
     "lidar_slam": "mjsim.algorithms.lidar_slam:LidarSlam",
 }
-"""Short names of estimators that need a lidar and nothing else."""
+"""Short names of estimators that need only a lidar."""
 WAYPOINTS = "mjsim.algorithms.waypoints:Waypoints"
 
 
 @dataclass(frozen=True, slots=True)
 class Newcomer:
-    """The robot that is put into a world that was brought in, as `with_robot` takes it."""
+    """The robot to add to an imported world; the arguments of `with_robot`."""
 
     preset: str = PRESET
     lidar: str | None = None
     estimator: Use | None = None
     folder: Path | None = None
-    """Of the new world, in which the file of a preset lies."""
+    """Folder of the new world; the preset may be a file in it."""
 
 
 def with_newcomer(world: World, robot: Newcomer | None, *, grid: Grid | None = None) -> World:
-    """Return a world with a robot; as it is without one.
+    """Return the world with a robot, or unchanged if `robot` is None.
 
     Raises:
-        UsageError: The world has no place for it, or there is no such preset.
+        UsageError: There is no space for the robot, or the preset does not exist.
     """
     if robot is None:
         return world
@@ -67,7 +67,7 @@ def with_newcomer(world: World, robot: Newcomer | None, *, grid: Grid | None = N
 
 
 def without_way(world: World) -> list[str]:
-    """Return the sentence that tells of a robot for which no way was found; none where it drives, or there is none."""
+    """Return a note that no path was found for the robot; empty if it has one, or if there is no robot."""
     if not world.robots:
         return []
     (robot,) = world.robots
@@ -86,22 +86,22 @@ def with_robot(
     grid: Grid | None = None,
     folder: Path | None = None,
 ) -> World:
-    """Return a world with a robot far from everything solid, and a way to drive.
+    """Return a world with a robot far from all obstacles, and a path to drive.
 
-    It starts at the free place that is farthest from what is solid, of those from which it can drive; where there is no
-    such place it stands still. With an estimator the robot's odometry errs, and the estimator has the map unless its
-    name says SLAM.
+    The robot starts at the free place farthest from all obstacles among those from which it can drive; if there is
+    none, it stands still. With an estimator, the robot's odometry is noisy, and the estimator gets the map unless its
+    name contains SLAM.
 
     Args:
-        world: It has no robot yet.
-        preset: A robot of `assets/robots`, or the file of one in the folder of the world.
-        lidar: A lidar of `assets/sensors/lidar`, mounted on top; by default none.
-        estimator: Module that finds out where the robot is; by default the truth is used.
-        grid: What is known to be free; by default the inside of the walls.
-        folder: In which the world will be.
+        world: A world without a robot.
+        preset: A robot in `assets/robots`, or a preset file in the folder of the world.
+        lidar: A lidar in `assets/sensors/lidar`, mounted on top; by default none.
+        estimator: The estimator; by default the driver uses ground truth.
+        grid: Grid of known free space; by default the inside of the walls.
+        folder: Folder in which the world will be saved.
 
     Raises:
-        UsageError: The world has no place for it, or there is no such preset.
+        UsageError: There is no space for the robot, or the preset does not exist.
     """
     away, grid = _clearance(world, grid)
     robot = _robot(preset, lidar, at=(0.0, 0.0), heading=0.0, errs=estimator is not None, folder=folder)
@@ -137,7 +137,7 @@ def with_robot(
 def _robot(
     preset: str, lidar: str | None, *, at: tuple[float, float], heading: float, errs: bool, folder: Path | None
 ) -> Robot:
-    """Return the robot at a place, with a lidar on top and odometry that errs where these are asked for.
+    """Return the robot at a place, optionally with a lidar on top and with noisy odometry.
 
     Raises:
         UsageError: The preset does not exist.
@@ -148,7 +148,7 @@ def _robot(
         height = round(min(bare.body.height + MAST, HIGHEST), 3)
         scan = {"lidar": "scan", "preset": lidar, "at": [0.0, 0.0, height]}
         others = [sensor for sensor in bare.sensors if sensor.kind != "lidar"]
-        # The scan of a robot that leans is made level by what an inertial sensor tells.
+        # On a robot that tilts, an inertial sensor is used to level the scan.
         lean = [bare.own_imu.model_copy(update={"imu": "imu"})] if bare.own_imu is not None else []
         keys["sensors"] = [*(sensor.model_dump(exclude_unset=True) for sensor in [*others, *lean]), scan]
     if errs:
@@ -157,7 +157,7 @@ def _robot(
 
 
 def _clearance(world: World, grid: Grid | None) -> tuple[Array, Grid]:
-    """Return how far each middle of a cell is from what is solid or unknown [m], and the grid."""
+    """Return the distance of each cell's centre from solid or unknown space [m], and the grid."""
     import cv2
 
     shape = solid(world)
@@ -171,16 +171,16 @@ def _clearance(world: World, grid: Grid | None) -> tuple[Array, Grid]:
     taken = cells_of(shape, grid)
     free: Cells = (grid.free | _specks(~grid.free & ~taken, SPECK / grid.resolution**2)) & ~taken
     if (inside := free & cells_of(shape.convex_hull, grid)).any():
-        # The paper around a plan is as white as its rooms.
+        # The background of a plan is as white as its rooms.
         free = inside
     padded = np.pad(free.astype(np.uint8), 1)
     away = cv2.distanceTransform(padded, cv2.DIST_L2, 5)[1:-1, 1:-1]
-    # From a middle to the nearest face, not to the next middle.
+    # From a centre to the nearest face, not to the next centre.
     return np.asarray(np.maximum(away - 0.5, 0.0) * grid.resolution, dtype=float), grid
 
 
 def _specks(cells: Cells, largest: float) -> Cells:
-    """Return the cells of parts with at most so many: noise, of which the world has nothing."""
+    """Return the cells of components with at most `largest` cells: noise, which the world does not contain."""
     import cv2
 
     _, parts, stats, _ = cv2.connectedComponentsWithStats(cells.astype(np.uint8), connectivity=8)
@@ -190,13 +190,13 @@ def _specks(cells: Cells, largest: float) -> Cells:
 
 
 def _place(point: Array) -> tuple[float, float]:
-    """Return a place as worlds write it."""
+    """Return a point as written in world files."""
     x, y = np.round(point, 2).tolist()
     return x, y
 
 
 def _starts(away: Array, grid: Grid, need: float) -> list[Array]:
-    """Return free places, the widest first, no two near to each other, shape (2,) each [m]."""
+    """Return free places, the widest first, none close to each other, shape (2,) each [m]."""
     import cv2
 
     left, found = away.copy(), list[Array]()
@@ -208,7 +208,7 @@ def _starts(away: Array, grid: Grid, need: float) -> list[Array]:
 
 
 def _tour(away: Array, grid: Grid, start: Array, need: float) -> list[Array]:
-    """Return the start and places to drive to in turn, each far from those before and seen from the last [m]."""
+    """Return the start and the waypoints, each far from the previous ones and visible from the last [m]."""
     seen = [start]
     for _ in range(LEGS):
         ahead = _farthest(away, grid, seen, need)
@@ -219,7 +219,7 @@ def _tour(away: Array, grid: Grid, start: Array, need: float) -> list[Array]:
 
 
 def _farthest(away: Array, grid: Grid, seen: Sequence[Array], need: float) -> Array:
-    """Return the place farthest from all that were seen which is a straight drive from the last, shape (2,) [m]."""
+    """Return the place farthest from all given ones with a straight, free path from the last, shape (2,) [m]."""
     start, steps = seen[-1], np.arange(0.0, LONGEST_WAY, grid.resolution)
     best, most = start, 0.1
     for heading in np.arange(DIRECTIONS) * (2 * math.pi / DIRECTIONS):

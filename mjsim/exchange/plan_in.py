@@ -1,4 +1,4 @@
-"""Lines of a drawing -> a world: walls by one line or by two faces, openings, columns, furniture."""
+"""Converts lines of a drawing to a world: walls drawn by one line or two faces, openings, columns, furniture."""
 
 import math
 from collections import Counter
@@ -52,38 +52,39 @@ from mjsim.geometry import Array
 from mjsim.world import Wall, World, solid
 
 UNIT = 0.05
-"""Walls are joined at corners as those of a map with cells of this size are [m]."""
+"""Walls are joined at corners as those of a map with cells of this size [m]."""
 BY_FACES = 0.3
-"""Walls are drawn by their faces when this fraction of the length of all lines is faces."""
+"""Fraction of the total line length that must be faces for walls to count as drawn by their faces."""
 ALONE = 0.5
-"""A line on a layer of walls is a wall by itself when it is this long at least [m]."""
+"""Minimum length at which a line on a wall layer is a wall by itself [m]."""
 BY_SIZE = (0.3, 3.0)
-"""Of closed shapes and blocks in rooms that are taken for furniture though no name says so [m]."""
+"""Sizes of closed shapes and blocks in rooms that count as furniture even if no name says so [m]."""
 
 
 DOUBLED = 0.03
-"""Lines that lie on each other are made one when they are so much of all [fraction of the length]."""
+"""Overlapping lines are merged if they make up at least this fraction of the total length."""
 BROAD = 0.5
-"""Where no names say what walls are, hair lines are none when broad lines are so many times as long as they are."""
+"""Where no names mark walls, hairlines are not walls if the length of broad lines is at least this multiple of theirs.
+"""
 MOSTLY = 2.0
-"""Where filled walls are so many times as long as others that no name says, these are none."""
+"""Unnamed lines are not walls if the length of filled walls is at least this multiple of theirs."""
 TWICE = 0.8
-"""A wall of which filled shapes cover so much is one of them [fraction of its area]."""
+"""A wall is a duplicate of filled shapes if they cover at least this fraction of its area."""
 _LEFT: dict[Role | None, str] = {"note": "lines of notes", "stairs": "lines of stairs"}
-"""Roles that have no part in the world."""
+"""Descriptions of roles that are not represented in the world."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FloorPlan:
-    """What a drawing became."""
+    """The result of importing a drawing."""
 
     world: World
     scale: float
-    """Metres to one unit of the drawing."""
+    """Metres per unit of the drawing."""
     corner: tuple[float, float]
-    """The place of the drawing that is [0, 0] in the world [units of the drawing]."""
+    """Point of the drawing that is [0, 0] in the world [units of the drawing]."""
     notes: Sequence[str]
-    """What was made of what, and what was left out."""
+    """Notes on what was recognised and what was left out."""
 
 
 def read_plan(
@@ -94,17 +95,17 @@ def read_plan(
     thickness: float | None = None,
     furniture: bool = True,
 ) -> FloorPlan:
-    """Return the world of a drawing; the lower left corner of what is drawn as walls becomes [0, 0].
+    """Return the world of a drawing; the lower left corner of its walls becomes [0, 0].
 
     Args:
-        drawing: Its lines.
-        name: Of the world.
-        scale: Metres to one unit of the drawing; by default as the drawing says.
-        thickness: Of the walls [m]; by default as they are drawn, 0.1 when that is by one hair line.
-        furniture: Whether furniture becomes obstacles.
+        drawing: The drawing.
+        name: Name of the world.
+        scale: Metres per unit of the drawing; by default as the drawing states.
+        thickness: Thickness of the walls [m]; by default as drawn, or 0.1 m for a wall drawn as one hairline.
+        furniture: Whether to turn furniture into obstacles.
 
     Raises:
-        UsageError: It has no lines, too many, or no size of a building.
+        UsageError: The drawing has no lines or too many, or its size is not that of a building.
     """
     lines = with_rooms([line for line in drawing.lines if len(line.points) > 1])
     walls = [line for line in lines if line.role == "wall"] or [line for line in lines if line.role is None]
@@ -136,7 +137,7 @@ def read_plan(
 
 
 def _walls(lines: SortedLines, thickness: float | None, counts: Counter[str]) -> tuple[list[Wall], list[Hole]]:
-    """Return walls and the holes in them."""
+    """Return the walls and their openings."""
     pens = by_pen(lines.walls)
     solid_bars, columns, inside = bars_of_filled(pens.filled)
     lines.columns.extend(columns)
@@ -175,7 +176,7 @@ def _walls(lines: SortedLines, thickness: float | None, counts: Counter[str]) ->
     panes = _joined_pieces(pieces, lines)
     bars, holes = doors_and_windows(bars, panes, all_arcs, doors, windows)
     whole, more = doors_and_windows(seen, panes, all_arcs, doors, windows) if seen else ([], [])
-    if len(whole) < len(seen):  # Doors in gaps between them join them.
+    if len(whole) < len(seen):  # Doors in the gaps between walls join them.
         singles = _by_bars(whole, thickness)
     more += painted_over(solid_bars, lines.patches, pens.filled, filled=True)
     more += painted_over([bar for bar in [*bars, *seen] if bar not in solid_bars], lines.patches, lines.walls)
@@ -191,7 +192,7 @@ def _total(bars: Sequence[Bar]) -> float:
 
 
 def _outside_of(bars: Sequence[Bar], filled: Sequence[Bar], pieces: Pieces) -> list[Bar]:
-    """Return walls drawn by lines that are neither filled shapes drawn twice nor windows between these."""
+    """Return walls drawn by lines that neither duplicate filled shapes nor are windows between them."""
     import shapely
 
     if not filled:
@@ -207,7 +208,7 @@ def _outside_of(bars: Sequence[Bar], filled: Sequence[Bar], pieces: Pieces) -> l
 
 
 def _continued_walls(found: Paired, pieces: Pieces, lines: SortedLines, counts: Counter[str]) -> list[Bar]:
-    """Return the walls of pairs of faces, and those of single lines where names say that these are walls."""
+    """Return the walls of pairs of faces, and of single lines where names mark them as walls."""
     bars = continued(found.bars, pieces)
     left = pieces.where(~found.faces)
     long = left.where(left.lengths >= ALONE)
@@ -228,7 +229,7 @@ def _continued_walls(found: Paired, pieces: Pieces, lines: SortedLines, counts: 
 
 
 def _as_pieces(bars: Sequence[Bar]) -> Pieces:
-    """Return the middle lines of walls."""
+    """Return the centrelines of walls."""
     return Pieces(np.array([bar.ends for bar in bars]).reshape(-1, 2, 2), np.arange(len(bars)))
 
 
@@ -239,24 +240,24 @@ def _bar_values(ends: Array) -> tuple[float, float, float, float, float]:
 
 
 def _without(lines: Sequence[Line], arcs: Sequence[Arc]) -> list[Line]:
-    """Return lines that are no ways of leaves."""
+    """Return lines that are not door-swing arcs."""
     swings = {arc.owner for arc in arcs if len(lines[arc.owner].points) > 4}
     return [line for index, line in enumerate(lines) if index not in swings]
 
 
 def _arcs(lines: Sequence[Line]) -> list[Arc]:
-    """Return the ways of leaves among lines that are no walls."""
+    """Return the door-swing arcs among lines that are not walls."""
     return split([line.points for line in lines], [line.closed for line in lines])[1]
 
 
 def _joined_pieces(pieces: Pieces, lines: SortedLines) -> Pieces:
-    """Return all straight lines that may be panes of windows."""
+    """Return all straight lines that may be window panes."""
     others, _ = split([line.points for line in lines.windows], [line.closed for line in lines.windows])
     return Pieces(np.concatenate([pieces.ends, others.ends]), np.concatenate([pieces.owner, others.owner]))
 
 
 def _by_lines(lines: Sequence[Line], thickness: float | None) -> list[Wall]:
-    """Return walls along lines, the thickest first; those that meet end to end are one."""
+    """Return walls along lines, thickest first; walls that meet end to end are joined."""
     drawn: dict[float, list[Line]] = {}
     for line in lines:
         width = drawn_thickness(line.width) if thickness is None else thickness
@@ -273,7 +274,7 @@ def _by_lines(lines: Sequence[Line], thickness: float | None) -> list[Wall]:
 
 
 def _is_doubled(pieces: Pieces) -> bool:
-    """Return whether lines lie on each other: rooms side by side, each with its own outline."""
+    """Return whether lines overlap, as outlines of adjacent rooms do."""
     import shapely
 
     whole = float(pieces.lengths.sum())
@@ -281,7 +282,7 @@ def _is_doubled(pieces: Pieces) -> bool:
 
 
 def _by_bars(bars: Sequence[Bar], thickness: float | None) -> list[Wall]:
-    """Return the runs of walls that straight walls form, joined as those of a map are."""
+    """Return the runs formed by straight walls, joined as those of a map."""
     small = [
         Bar(bar.x / UNIT, bar.y / UNIT, bar.heading, bar.length / UNIT, (thickness or bar.width) / UNIT) for bar in bars
     ]
@@ -306,7 +307,7 @@ def _bars_of_walls(walls: Sequence[Wall]) -> list[Bar]:
 
 
 def _things(lines: SortedLines, walls: Sequence[Wall], furniture: bool, counts: Counter[str]) -> list[Thing]:
-    """Return columns, and furniture if it is wanted."""
+    """Return columns, and furniture if requested."""
     columns = outlines_of(lines.columns, "column")
     things = [thing for n, outline in enumerate(columns, start=1) if (thing := column_of(outline, n)) is not None]
     counts["columns"] += len(things)
@@ -325,7 +326,7 @@ def _things(lines: SortedLines, walls: Sequence[Wall], furniture: bool, counts: 
 
 
 def _furniture(lines: SortedLines, walls: Sequence[Wall]) -> list[Outline]:
-    """Return what names say is furniture, and closed shapes and blocks of its size that are no part of walls."""
+    """Return the furniture: what names mark as such, and closed shapes and blocks of that size outside walls."""
     import shapely
 
     unnamed = [*lines.others, *([] if lines.named else lines.walls)]
@@ -333,7 +334,7 @@ def _furniture(lines: SortedLines, walls: Sequence[Wall]) -> list[Outline]:
     closed = [line for line in small if (line.closed or line.part) and (line.dark or 0.0) < DARK]
     closed = [line for line in closed if line.part or not _arcs([line])]
     shape = solid(World(walls=tuple(walls)))
-    # What an opening leaves of a wall is still the wall's.
+    # The sections between openings are still part of the wall.
     whole = solid(World(walls=tuple(wall.model_copy(update={"openings": ()}) for wall in walls)))
     inside = shape.convex_hull
     found = outlines_of(lines.furniture, "furniture")
@@ -353,7 +354,7 @@ def _count_openings(walls: Sequence[Wall], counts: Counter[str]) -> None:
 
 
 def _said(counts: Counter[str]) -> list[str]:
-    """Return what was made and what was left out, in a line each."""
+    """Return what was made and what was left out, one line each."""
     made = ("doorways", "windows", "columns", "pieces of furniture", "walls drawn by one line")
     lines = []
     if there := [f"{counts[kind]} {kind}" for kind in made if counts[kind]]:

@@ -1,4 +1,4 @@
-"""PNG files as a decoder takes them without a word: checked whole, with nothing beside the picture."""
+"""Reduces PNG files to what a decoder accepts silently: fully checked, without chunks other than the image."""
 
 import struct
 import zlib
@@ -6,21 +6,21 @@ from collections.abc import Iterator, Sequence
 
 HEAD = b"\x89PNG\r\n\x1a\n"
 DRAWN = (b"IHDR", b"PLTE", b"tRNS", b"IDAT", b"IEND")
-"""Chunks that say what the picture shows."""
+"""Chunks that affect the image."""
 CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
-"""Of each colour type."""
+"""Number of channels of each colour type."""
 PASSES = ((0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2))
-"""First column and row, and steps, of each pass of an interlaced picture."""
+"""First column and row, and column and row steps, of each pass of an interlaced image."""
 STEP = 1 << 20
-"""Bytes that are unpacked at a time."""
+"""Bytes decompressed at a time."""
 DAMAGED = "is a damaged PNG picture; export it again"
 
 
 def plain_png(data: bytes) -> bytes:
-    """Return a PNG file with its picture alone.
+    """Return a PNG file that contains only the image.
 
     Raises:
-        ValueError: It is cut short or damaged.
+        ValueError: The file is truncated or damaged.
 
     References:
         W3C, Portable Network Graphics (PNG) Specification, second edition, sections 5, 7.2, 8 and 10.
@@ -43,10 +43,10 @@ def plain_png(data: bytes) -> bytes:
 
 
 def _chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
-    """Yield the kind and the body of each chunk, to the last.
+    """Yield type and content of each chunk, up to the last.
 
     Raises:
-        ValueError: One is cut short, or its sum is wrong.
+        ValueError: A chunk is truncated, or its checksum is wrong.
     """
     place, kind = len(HEAD), b""
     while kind != b"IEND":
@@ -63,13 +63,13 @@ def _chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
 
 
 def _passes(columns: int, rows: int) -> list[tuple[int, int]]:
-    """Return the width and the height of each pass of an interlaced picture that has any pixels."""
+    """Return width and height of each non-empty pass of an interlaced image [pixels]."""
     sizes = [(-(-(columns - x) // right), -(-(rows - y) // down)) for x, y, right, down in PASSES]
     return [(width, height) for width, height in sizes if width > 0 and height > 0]
 
 
 def _holds(parts: Sequence[bytes], size: int) -> bool:
-    """Return whether packed data holds so many bytes, without keeping them."""
+    """Return whether compressed data expands to a given number of bytes, without storing the result."""
     unpacker, left = zlib.decompressobj(), size
     try:
         for part in parts:

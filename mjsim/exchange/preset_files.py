@@ -1,4 +1,4 @@
-"""Robots of worlds that are made: of a preset that comes with mjsim, or of a file in the folder of the new world."""
+"""Robots of generated worlds: from a shipped preset, or from a preset file in the folder of the new world."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -12,14 +12,14 @@ from mjsim.world import Robot, Run, Source, World
 
 
 def robot_of(keys: Mapping[str, Any], folder: Path | None) -> Robot:
-    """Return the robot that keys of a world describe.
+    """Return the robot described by keys of a world file.
 
     Args:
-        keys: As a world file has them.
-        folder: Where that will be, for the file of a preset.
+        keys: The keys, as in a world file.
+        folder: Folder in which the world will be saved, where a preset file is looked up.
 
     Raises:
-        UsageError: The preset does not exist, or its file is wrong.
+        UsageError: The preset does not exist, or its file is invalid.
     """
     try:
         return Robot.model_validate(dict(keys), context={"source": Source(folder=folder)})
@@ -28,7 +28,7 @@ def robot_of(keys: Mapping[str, Any], folder: Path | None) -> Robot:
 
 
 def inhabited(world: World, robot: Robot, run: Run, folder: Path | None) -> World:
-    """Return a world with a robot, which will be in a folder: what it names is looked for there."""
+    """Return a world with a robot; files that the robot names are looked up in the world's future folder."""
     whole = world.model_copy(update={"robots": (robot,), "run": run})
     whole._source = replace(world.source, folder=folder)
     return whole

@@ -1,4 +1,4 @@
-"""Walls along any curve: two lines that bend side by side, as ellipses and splines do; all in metres."""
+"""Finds walls along arbitrary curves: two lines that bend in parallel, such as ellipses and splines; all in metres."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,15 +15,15 @@ from mjsim.geometry import Array
 from mjsim.world import Wall
 
 LONGEST_STEP = 0.1
-"""Between the places at which two faces are compared [m]."""
+"""Maximum spacing of the points at which two faces are compared [m]."""
 SHORTEST, SHORTEST_NAMED = 6.0, 1.0
-"""Of a wall along its middle, where no name says what walls are and where one does [m]."""
+"""Minimum length of a wall along its centreline, where names do not mark walls and where they do [m]."""
 EVEN = 0.2
-"""Its thickness is nowhere more different from the usual [fraction of it]."""
+"""Maximum deviation of its thickness from the median [fraction of it]."""
 BOW = 0.005
-"""Straight lines stray so far from the curve at most [m]."""
+"""Maximum deviation of the straight segments from the curve [m]."""
 SLACK = 0.015
-"""What lies so near to it is part of it [m]."""
+"""Lines this close to the wall are part of it [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,11 +31,11 @@ class Ribbon:
     """A wall along a curve."""
 
     points: Array
-    """Its middle line, shape (n, 2) [m]; a ring ends where it begins."""
+    """Centreline, shape (n, 2) [m]; the last point of a ring equals the first."""
     width: float
 
     def holds(self, points: Array) -> Cells:
-        """Say which points, shape (..., 2), lie in it or on its faces."""
+        """Return which points, shape (..., 2) [m], lie in the wall or on its faces."""
         import shapely
 
         line = shapely.LineString(self.points)
@@ -44,7 +44,7 @@ class Ribbon:
         return np.asarray(shapely.distance(line, shapely.points(points)) <= reach)
 
     def wall(self, thickness: float | None) -> Wall:
-        """Return it as a wall of short straight segments, as thick as it is drawn unless given."""
+        """Return a wall of short straight segments; the thickness is as drawn unless given [m]."""
         ring = bool(np.allclose(self.points[0], self.points[-1]))
         corners = distinct(self.points, closed=ring)
         return Wall(points=corners, closed=ring, thickness=round(thickness or self.width, DIGITS), height=WALL_HEIGHT)
@@ -53,13 +53,13 @@ class Ribbon:
 def ribbons_of(
     strokes: Sequence[Array], closed: Sequence[bool], curves: Sequence[Curve], *, named: bool
 ) -> list[Ribbon]:
-    """Return the walls that strokes draw by two faces that bend side by side, the longest first.
+    """Return the walls whose two faces, bending in parallel, are among the strokes; longest first.
 
     Args:
-        strokes: Corners, shape (n, 2) each.
-        closed: Whether each is.
-        curves: Walls along arcs, which are found already.
-        named: Whether names say that these are walls.
+        strokes: Corners of each stroke, shape (n, 2) [m].
+        closed: Whether each stroke is closed.
+        curves: Walls along arcs that are already known.
+        named: Whether names mark these strokes as walls.
     """
     rings = [
         np.concatenate([points, points[:1]]) if ring else points for points, ring in zip(strokes, closed, strict=True)
@@ -85,7 +85,7 @@ def ribbons_of(
 
 
 def without_ribbons(pieces: Pieces, ribbons: Sequence[Ribbon]) -> Pieces:
-    """Return straight lines that are no parts of walls along curves."""
+    """Return the straight segments that are not part of walls along curves."""
     if not ribbons:
         return pieces
     points = np.concatenate([pieces.ends, pieces.ends.mean(axis=1, keepdims=True)], axis=1)
@@ -97,7 +97,7 @@ def _length(points: Array) -> float:
 
 
 def _between(one: Array, other: Array) -> Ribbon | None:
-    """Return the wall between two faces, shape (n, 2) each; None when they do not bend side by side."""
+    """Return the wall between two faces, shape (n, 2) each [m]; None if they do not bend in parallel."""
     import shapely
 
     first, second = shapely.LineString(one), shapely.LineString(other)
@@ -106,7 +106,7 @@ def _between(one: Array, other: Array) -> Ribbon | None:
     places = shapely.get_coordinates(shapely.segmentize(first, LONGEST_STEP))
     along = shapely.line_locate_point(second, shapely.points(places))
     facing = shapely.get_coordinates(shapely.line_interpolate_point(second, along))
-    # Behind an end of the other face there is no wall.
+    # There is no wall beyond an end of the other face.
     beside = (along > 0.0) & (along < second.length) | bool(np.allclose(other[0], other[-1]))
     apart = np.hypot(*(facing - places).T)
     if np.count_nonzero(beside) < 4:

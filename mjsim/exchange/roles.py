@@ -1,4 +1,4 @@
-"""What the names of layers and blocks of drawings say about what is on them."""
+"""Derives the role of drawing elements from the names of their layers and blocks."""
 
 import re
 import unicodedata
@@ -6,7 +6,7 @@ from functools import lru_cache
 from typing import Literal
 
 Role = Literal["wall", "door", "window", "opening", "furniture", "column", "stairs", "room", "note"]
-"""An opening is a door or a window. Notes are what tells about the building and is no part of it."""
+"""An opening is a door or a window. Notes are annotations, not parts of the building."""
 
 _TEXT: dict[Role, str] = {
     "note": """
@@ -37,12 +37,12 @@ _TEXT: dict[Role, str] = {
         vaeggar vaegge seina seinat muur muren sciana sciany stena steny zdivo duvar""",
 }
 WORDS = {role: frozenset(text.split()) for role, text in _TEXT.items()}
-"""Words of a role, in the languages of most drawings; the first role that has a word of a name is taken."""
+"""Words for each role, in the languages of most drawings; the first role with a matching word applies."""
 _LATIN = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "å": "a", "ø": "o", "æ": "ae", "ł": "l"})
 
 
 def role_of(*names: str) -> Role | None:
-    """Return the role of what is on a layer or in a block; None when no name says it; the first that does counts."""
+    """Return the role given by the names of layers or blocks, the first name that gives one; None if none does."""
     return next((role for name in names if (role := _role_of(name))), None)
 
 
@@ -65,11 +65,11 @@ _COMPOUND: dict[Role, tuple[str, ...]] = {
     "column": ("колонн", "柱"),
     "wall": ("wall", "wand", "mauer", "waende", "стен", "墙", "牆", "壁"),
 }
-"""Parts of words that say it in one word with others: 'Innenwand24', 'doorblock'."""
+"""Fragments of compound words that contain a role: 'Innenwand24', 'doorblock'."""
 
 
 def _words(name: str) -> list[str]:
-    """Return the words of a name in lower case, without accents: 'A-WALL-Ext2' has a, wall, ext."""
+    """Return the words of a name in lower case, without accents: 'A-WALL-Ext2' gives a, wall, ext."""
     split = re.sub(r"([a-zäöüß])([A-Z])", r"\1 \2", name)
     plain = unicodedata.normalize("NFC", split).lower().translate(_LATIN)
     bare = "".join(sign for sign in unicodedata.normalize("NFD", plain) if not unicodedata.combining(sign))

@@ -1,6 +1,6 @@
-"""A world as SDF, which Gazebo reads: walls, things, people, doors on hinges, beacons with their pictures, lamps.
+"""Writes worlds as SDF for Gazebo: walls, obstacles, people, doors on hinges, beacons with their images, lamps.
 
-Robots stay at home: Gazebo has drives and sensors of its own.
+Robots are left out: Gazebo has its own drives and sensors.
 """
 
 import math
@@ -39,25 +39,25 @@ from mjsim.world import (
 
 VERSION = "1.9"
 MARGIN = 10.0
-"""Of the floor around everything [m]."""
+"""Margin of the floor around everything [m]."""
 CEILING = 0.05
 """Thickness of a ceiling [m]."""
 GAP = 0.006
-"""Around the leaf of a door [m]."""
+"""Gap around a door leaf [m]."""
 DAMPING = 0.6
-"""Of a hinge, as a fraction of the leaf's inertia [1/s]."""
+"""Damping of a hinge, as a fraction of the leaf's inertia [1/s]."""
 
 
 def write_sdf(world: World, path: str | Path, *, overwrite: bool = False) -> Path:
-    """Write a world as SDF 1.9, its pictures in a folder beside it, and return the path of the file.
+    """Write a world as SDF 1.9, with its images in a folder beside it; return the path of the file.
 
-    Walls are boxes; ramps, models from files and the segments of people are prisms on their outlines. A thing that goes
-    its own path stands where it begins. Beacons on robots and the robots themselves are left out.
+    Walls are boxes; ramps, models from files and the segments of people are prisms on their outlines. A moving obstacle
+    stands at the start of its path. Robots and the beacons on them are left out.
 
     Args:
-        world: What is to be written.
-        path: Of the file; pictures come into `NAME_pictures` beside it.
-        overwrite: Whether files that exist may be replaced.
+        world: The world.
+        path: Output file; images go into `NAME_pictures` beside it.
+        overwrite: Whether existing files may be replaced.
 
     Raises:
         UsageError: A file exists, or cannot be written.
@@ -90,7 +90,7 @@ def write_sdf(world: World, path: str | Path, *, overwrite: bool = False) -> Pat
 
 
 def _add_sky(place: Element, world: World) -> None:
-    """Add physics, the general light and the lamps."""
+    """Add physics, the ambient light and the lamps."""
     physics = SubElement(place, "physics", name="default", type="ignored")
     SubElement(physics, "max_step_size").text = "0.004"
     SubElement(physics, "real_time_factor").text = "1"
@@ -136,9 +136,9 @@ def _add_wall(place: Element, wall: Wall, name: str, pieces: Sequence[tuple[Arra
 
 
 def _box_around(outline: Array, low: float, high: float) -> tuple[list[float], tuple[float, ...]]:
-    """Return the box that holds a piece of a wall: its sizes, and x, y, z, roll, pitch, yaw.
+    """Return the bounding box of a piece of a wall: its sizes [m], and x, y, z [m], roll, pitch, yaw [rad].
 
-    At a mitre it goes on into the other wall as far as the outer tip, and so adds nothing to both.
+    At a mitre the box extends into the other wall up to the outer tip, so that it adds nothing outside the two walls.
     """
     along = outline[1] - outline[0] if math.dist(*outline[:2]) > 1e-9 else outline[2] - outline[3]
     heading = math.atan2(along[1], along[0])
@@ -150,7 +150,7 @@ def _box_around(outline: Array, low: float, high: float) -> tuple[list[float], t
 
 
 def _add_person(place: Element, world: World, person: Person) -> None:
-    """Add a person as upright prisms, one for each segment."""
+    """Add a person as vertical prisms, one per segment."""
     link = add_link(place, f"person_{person.name}")
     for segment, (outline, low, high) in columns_of(world, person).items():
         add_prism(link, segment, outline, high - low, at=(0, 0, low), look=Appearance(person.color_of(segment)))
@@ -173,7 +173,7 @@ def _add_obstacle(place: Element, obstacle: Obstacle, name: str) -> None:
             add_geometry(link, "sphere", "sphere", [("radius", numbers(radius))], at=(0, 0, radius), look=look)
         case RampObstacle(ramp=(length, width, rise)):
             profile = np.array([[-length / 2, 0.0], [length / 2, 0.0], [length / 2, rise]])
-            # Turned about x by a right angle, what was up points along -y.
+            # A right angle about x turns what pointed up to -y.
             add_prism(link, "ramp", profile, width, at=(0, width / 2, 0, math.pi / 2, 0, 0), look=look)
         case StepsObstacle(steps=(length, width, rise), count=count):
             for step in range(count):
@@ -188,7 +188,7 @@ def _add_obstacle(place: Element, obstacle: Obstacle, name: str) -> None:
 
 
 def _extent(obstacle: Obstacle) -> list[float]:
-    """Return sizes of a box around an obstacle, in its frame [m]; its inertia is taken as that of the box."""
+    """Return the sizes of an obstacle's bounding box, in its frame [m]; its inertia is approximated as the box's."""
     parts = prisms(obstacle)
     inverse = world_from_obstacle(obstacle).inverse()
     points = np.concatenate([inverse.transform(outline) for outline, _, _ in parts])
@@ -197,7 +197,7 @@ def _extent(obstacle: Obstacle) -> list[float]:
 
 
 def _add_door(place: Element, leaf: Leaf) -> None:
-    """Add a leaf as it stands at the start; its joint is at 0 there, and positive to the left side of its wall."""
+    """Add a door leaf in its start position; its joint is 0 there, and positive towards the left side of its wall."""
     here = leaf.pose(math.radians(leaf.door.angle_deg))
     size = [leaf.width - 2 * GAP, THICKNESS, leaf.high - leaf.low - 2 * GAP]
     middle = (leaf.width / 2, 0.0, (leaf.low + leaf.high) / 2)
@@ -223,7 +223,7 @@ def _add_door(place: Element, leaf: Leaf) -> None:
 
 
 def _add_beacon(place: Element, item: Hung, shown: BeaconFace, file: str) -> None:
-    """Add a plane whose x points to the viewer's right, whose y points up, and whose z faces the viewer."""
+    """Add a plane with x to the viewer's right, y up, and z towards the viewer."""
     tilt, heading = math.radians(item.beacon.tilt_deg), item.place.heading
     out = np.array([math.cos(tilt) * math.cos(heading), math.cos(tilt) * math.sin(heading), math.sin(tilt)])
     right = np.array([-math.sin(heading), math.cos(heading), 0.0])

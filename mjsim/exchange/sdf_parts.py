@@ -1,4 +1,4 @@
-"""Elements of SDF: models of one link, boxes, prisms, looks."""
+"""Elements of SDF: single-link models, boxes, prisms, materials."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,26 +13,26 @@ NO_METAL, ROUGH = "0", "1"
 
 @dataclass(frozen=True, slots=True)
 class Appearance:
-    """A surface."""
+    """Appearance and friction of a surface."""
 
     color: str
     """'#rrggbb'."""
     friction: float | None = None
-    """Coefficient of friction; Gazebo's own when None."""
+    """Coefficient of friction; None for Gazebo's default."""
     picture: str | None = None
-    """A file beside the SDF that it shows."""
+    """File name of an image beside the SDF file."""
 
 
 def numbers(*values: float) -> str:
-    """Return numbers as SDF writes them."""
+    """Return numbers as text for SDF."""
     return " ".join(f"{value + 0.0:.9g}" for value in values)
 
 
 def pose_of(point: Array, frame: Array) -> tuple[float, ...]:
-    """Return x, y, z, roll, pitch and yaw of a place, shape (3,) [m], and the axes there, shape (3, 3)."""
+    """Return x, y, z [m], roll, pitch, yaw [rad] of a frame: origin, shape (3,) [m], and axes, shape (3, 3)."""
     from scipy.spatial.transform import Rotation
 
-    # SDF turns about the fixed axes x, y and z, one after the other.
+    # SDF rotates about the fixed axes x, y and z, in this order.
     return tuple(np.concatenate([point, Rotation.from_matrix(frame).as_euler("xyz")]).tolist())
 
 
@@ -45,15 +45,15 @@ def add_link(
     size: Sequence[float] = (1.0, 1.0, 1.0),
     center: Sequence[float] | None = None,
 ) -> Element:
-    """Add a model of one link and return the link.
+    """Add a model with one link, and return the link.
 
     Args:
-        place: The world.
-        name: Of the model.
-        at: x, y, z, and roll, pitch, yaw when it is turned [m], [rad].
-        mass: Of what moves [kg]; None for what stays.
-        size: Of the box whose inertia it has, x, y, z [m].
-        center: Of mass, in the link's frame; by default the middle of the box on the floor [m].
+        place: The world element.
+        name: Name of the model.
+        at: x, y, z [m], and roll, pitch, yaw if rotated [rad].
+        mass: Mass of a movable model [kg]; None for a static one.
+        size: Sizes x, y, z of the box used for the inertia [m].
+        center: Centre of mass, in the link's frame [m]; by default the centre of the box standing on the floor.
     """
     model = SubElement(place, "model", name=name)
     if mass is None:
@@ -82,16 +82,16 @@ def add_geometry(
     look: Appearance,
     collides: bool = True,
 ) -> None:
-    """Add a shape to a link, as what is seen and as what bumps.
+    """Add a shape to a link as visual, and as collision if it collides.
 
     Args:
-        link: To which it is fixed.
+        link: The link.
         name: Unique in the link.
-        shape: As SDF calls it: plane, cylinder, sphere.
-        sizes: What its element holds, in order.
-        at: x, y, z, and roll, pitch, yaw when it is turned, in the link's frame [m], [rad].
-        look: Of its surface.
-        collides: Whether it bumps.
+        shape: Name of the SDF element: plane, cylinder, sphere.
+        sizes: Child elements of the shape and their texts, in order.
+        at: x, y, z [m], and roll, pitch, yaw if rotated [rad], in the link's frame.
+        look: Surface of the shape.
+        collides: Whether to add a collision.
     """
     for kind in ("collision", "visual") if collides else ("visual",):
         part = SubElement(link, kind, name=name)
@@ -115,7 +115,7 @@ def add_box(
     at: Sequence[float] = (),
     look: Appearance,
 ) -> None:
-    """Add a box with full sizes x, y, z [m]; the rest as `add_geometry` has it."""
+    """Add a box with full sizes x, y, z [m]; the other arguments are those of `add_geometry`."""
     add_geometry(link, name, "box", [("size", numbers(*size))], at=at, look=look)
 
 
@@ -128,7 +128,7 @@ def add_prism(
     at: Sequence[float] = (),
     look: Appearance,
 ) -> None:
-    """Add an outline, shape (n, 2) [m], drawn out along z by a height [m]; the rest as `add_geometry` has it."""
+    """Add an outline, shape (n, 2) [m], extruded along z by a height [m]; other arguments as in `add_geometry`."""
     corners = [("point", numbers(x, y)) for x, y in outline.tolist()]
     add_geometry(link, name, "polyline", [*corners, ("height", numbers(height))], at=at, look=look)
 

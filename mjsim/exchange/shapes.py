@@ -1,4 +1,4 @@
-"""Rectangles and discs that stand for cells of a grid, fitted by their moments; all lengths in cells."""
+"""Rectangles and discs fitted to cells of a grid by their moments; all lengths in cells."""
 
 import math
 from dataclasses import dataclass
@@ -12,29 +12,29 @@ from mjsim.world import cells_within
 
 @dataclass(frozen=True, slots=True)
 class Bar:
-    """A rectangle: a straight wall, or a thing from above."""
+    """A rectangle: a straight wall, or an obstacle from above."""
 
     x: float
-    """Of its middle."""
+    """Centre x [cells]."""
     y: float
     heading: float
-    """Where its length points [rad]."""
+    """Direction of its length [rad]."""
     length: float
     width: float
 
     @property
     def along(self) -> Array:
-        """Unit vector of its length, shape (2,)."""
+        """Unit vector along its length, shape (2,)."""
         return np.array([math.cos(self.heading), math.sin(self.heading)])
 
     @property
     def ends(self) -> Array:
-        """Both ends of its middle line, shape (2, 2)."""
+        """Both ends of its centreline, shape (2, 2) [cells]."""
         middle = np.array([self.x, self.y])
         return np.asarray(middle + np.outer([-0.5, 0.5], self.along * self.length), dtype=float)
 
     def outline(self, *, grown: float = 0.0) -> Array:
-        """Return its corners, moved out by so much, counter-clockwise, shape (4, 2)."""
+        """Return its corners, offset outward by `grown`, counter-clockwise, shape (4, 2) [cells]."""
         c, s = self.along
         half = np.array([self.length, self.width]) / 2 + grown
         return np.asarray(half * [[-1, -1], [1, -1], [1, 1], [-1, 1]] @ [[c, s], [-s, c]] + [self.x, self.y])
@@ -42,7 +42,7 @@ class Bar:
 
 @dataclass(frozen=True, slots=True)
 class Disc:
-    """A round thing from above."""
+    """A round obstacle from above."""
 
     x: float
     y: float
@@ -50,7 +50,7 @@ class Disc:
 
 
 def bar_between(start: Array, end: Array, width: float) -> Bar:
-    """Return the bar whose middle line has these ends, shape (2,) each."""
+    """Return the bar whose centreline has these ends, shape (2,) each."""
     along = end - start
     x, y = ((start + end) / 2).tolist()
     return Bar(x, y, math.atan2(along[1], along[0]), math.hypot(*along), width)
@@ -60,10 +60,10 @@ def fitted_bar(points: Array) -> tuple[Bar, float]:
     """Return the rectangle with the second moments of cells, and how well it covers them.
 
     Args:
-        points: Middles of the cells, shape (n, 2).
+        points: Centres of the cells, shape (n, 2) [cells].
 
     Returns:
-        The rectangle; and how many cells both have, as a fraction of those that either has.
+        The rectangle; and the intersection over union of both sets of cells, 0 to 1.
     """
     middle = points.mean(axis=0)
     x, y = middle.tolist()
@@ -88,7 +88,7 @@ def fitted_bar(points: Array) -> tuple[Bar, float]:
 
 
 def fitted_disc(points: Array) -> tuple[Disc, float]:
-    """Return the disc with the area of cells, middles in shape (n, 2), and how well it covers them, as a bar does."""
+    """Return the disc with the area of cells, centres of shape (n, 2), and how well it covers them, as `fitted_bar`."""
     middle = points.mean(axis=0)
     radius = math.sqrt(len(points) / math.pi)
     within, lattice = (
@@ -99,7 +99,7 @@ def fitted_disc(points: Array) -> tuple[Disc, float]:
 
 
 def cells_in(outline: Array, shape: tuple[int, int]) -> tuple[tuple[slice, slice], Cells]:
-    """Return the window of a grid around a closed outline, shape (n, 2), and which of its cells have middles inside."""
+    """Return the window of a grid around a closed outline, shape (n, 2), and which cells have centres inside it."""
     lower = np.clip(np.floor(outline.min(axis=0)).astype(int), 0, shape[::-1])
     upper = np.clip(np.ceil(outline.max(axis=0)).astype(int), lower, shape[::-1])
     faces = np.stack([outline, np.roll(outline, -1, axis=0)], axis=1) - lower
@@ -109,19 +109,19 @@ def cells_in(outline: Array, shape: tuple[int, int]) -> tuple[tuple[slice, slice
 
 
 def _shared(points: Array, covered: int, lattice: int) -> float:
-    """Return what cells and a shape share of what either covers, from how many cells of both and of the grid it has."""
+    """Return intersection over union of cells and a shape: `covered` cells are in both, `lattice` in the shape."""
     return covered / (len(points) + lattice - covered)
 
 
 def _lattice(points: Array) -> Array:
-    """Return the middles of all cells of the grid around cells, shape (n, 2)."""
+    """Return the centres of all grid cells in the bounding box of cells and a margin of 3 cells, shape (n, 2)."""
     lower, upper = points.min(axis=0) - 3.0, points.max(axis=0) + 4.0
     columns, rows = np.arange(lower[0], upper[0]), np.arange(lower[1], upper[1])
     return np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
 
 
 def _hull_heading(points: Array) -> float:
-    """Return where the smallest rectangle around points lies [rad]."""
+    """Return the direction of the smallest rectangle around points [rad]."""
     import cv2
 
     (_, _, angle) = cv2.minAreaRect(points.astype(np.float32))
@@ -129,7 +129,7 @@ def _hull_heading(points: Array) -> float:
 
 
 def fitted_rectangle(corners: Array) -> Bar | None:
-    """Return the rectangle with four corners in order, shape (4, 2); None when they are not those of one."""
+    """Return the rectangle with four corners in order, shape (4, 2); None if they do not form one."""
     if len(corners) != 4:
         return None
     first, second, third, fourth = corners

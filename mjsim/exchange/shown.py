@@ -1,4 +1,4 @@
-"""What a beacon shows, as a file for others."""
+"""The image on a beacon, as a file for other programs."""
 
 from dataclasses import dataclass
 
@@ -14,14 +14,14 @@ class BeaconFace:
     """The face of a beacon."""
 
     file: str
-    """A name for it."""
+    """File name."""
     png: bytes
     size: tuple[float, float]
-    """Width and height, a marker's with its white border [m]."""
+    """Width and height, for a marker with its white border [m]."""
 
 
 def shown_of(world: World, beacon: Beacon) -> BeaconFace:
-    """Return what a beacon shows; a reflector is white."""
+    """Return the image of a beacon; a reflector is white."""
     share = 1.0
     if beacon.marker is not None:
         picture = marker_picture(beacon.marker.dictionary, beacon.marker.id)

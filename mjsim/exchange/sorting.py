@@ -1,4 +1,4 @@
-"""Lines of a drawing in metres, sorted by what they are: by names, by pens, by what is painted over."""
+"""Sorts the lines of a drawing, in metres, by role: by names, by pens, by what is painted over."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 ROOM = 2.3
-"""Furniture is narrower; an outline by the name of a kitchen or a bath that is wider is that of the room [m]."""
+"""A wider outline with the name of a kitchen or bath is that of the room, not of furniture [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SortedLines:
-    """The lines of a drawing in metres, by what they are."""
+    """The lines of a drawing in metres, by role."""
 
     walls: list[Line]
     doors: list[Line]
@@ -33,14 +33,14 @@ class SortedLines:
     furniture: list[Line]
     columns: list[Line]
     others: list[Line]
-    """Of which no name says what they are."""
+    """Lines whose names say nothing."""
     patches: list[Line]
-    """What is painted over others in the colour of the paper."""
+    """Areas in the background colour that hide others."""
     named: bool
     """Whether names say which lines are walls."""
 
     def moved(self, corner: Array) -> "SortedLines":
-        """Return lines with a place of the drawing, shape (2,) [m], at [0, 0]."""
+        """Return lines translated so that a point of the drawing, shape (2,) [m], is at [0, 0]."""
 
         def move(group: list[Line]) -> list[Line]:
             return [replace(line, points=line.points - corner) for line in group]
@@ -63,22 +63,22 @@ class Pens:
 
     hair: list[Line]
     broad: list[Line]
-    """As broad as a wall is thick."""
+    """Lines as wide as a wall."""
     filled: list[Line]
-    """Outlines of what is dark inside."""
+    """Outlines of dark fills."""
     light: list[Line] = field(default_factory=list)
-    """Outlines of what is light inside, and no wall: floors, things, the ways of leaves."""
+    """Outlines of light fills, which are not walls: floors, objects, door-swing arcs."""
 
 
 def with_rooms(lines: Sequence[Line]) -> list[Line]:
-    """Return lines with outlines of rooms as walls where no name says what walls are; else these are notes."""
+    """Return lines with room outlines as walls if no names mark walls; otherwise these are notes."""
     if any(line.role == "wall" for line in lines):
         return [replace(line, role="note") if line.role == "room" else line for line in lines]
     return [replace(line, role=None if line.closed else "note") if line.role == "room" else line for line in lines]
 
 
 def with_large_rooms(lines: Sequence[Line]) -> list[Line]:
-    """Return lines in metres with outlines too large for furniture as walls where no name says what walls are."""
+    """Return lines in metres with outlines too large for furniture as walls, if no names mark walls."""
     if any(line.role == "wall" for line in lines):
         return list(lines)
 
@@ -89,7 +89,7 @@ def with_large_rooms(lines: Sequence[Line]) -> list[Line]:
 
 
 def sorted_lines(lines: Sequence[Line]) -> SortedLines:
-    """Return lines by their roles; those without one are walls when no line is."""
+    """Return lines by role; if none is a wall, those without a role are."""
     patches = [line for line in lines if line.blank and line.role in (None, "wall")]
     painted = {id(line) for line in patches}
     by_role: dict[str | None, list[Line]] = {}
@@ -111,7 +111,7 @@ def sorted_lines(lines: Sequence[Line]) -> SortedLines:
 
 
 def cleared(lines: SortedLines, counts: Counter[str]) -> SortedLines:
-    """Return lines whose walls no name tells, without frames of the sheet and what lies outside of the building."""
+    """Return lines without sheet frames and items outside the building, if no names mark walls."""
     walls = without_frames(lines.walls)
     counts["lines of a frame"] += len(lines.walls) - len(walls)
     inner = without_outliers(walls)
@@ -120,7 +120,7 @@ def cleared(lines: SortedLines, counts: Counter[str]) -> SortedLines:
 
 
 def by_pen(lines: Sequence[Line]) -> Pens:
-    """Return lines of walls by how they are drawn: fine, broad, or as the outlines of what is filled."""
+    """Return lines of walls by how they are drawn: thin, broad, or as outlines of fills."""
     inked = any(_is_filled(line) for line in lines)
     lines = [_darkened(line, inked) for line in lines]
     filled = [line for line in lines if _is_filled(line)]
@@ -138,12 +138,12 @@ def by_pen(lines: Sequence[Line]) -> Pens:
     hair = [line for line in drawn if line.width < THINNEST]
     if broad and _are_faces(broad):
         hair, broad = [*hair, *broad], []
-    # Floors that are painted side by side show walls by what is left between them.
+    # Where adjacent floors are painted, the walls are the gaps between them.
     return Pens(hair, broad, filled, light) if hair or broad or filled else Pens(light, [], [])
 
 
 def _darkened(line: Line, inked: bool) -> Line:
-    """Return a slender rectangle without a pen as dark: it is there for its fill, unless other walls are darker."""
+    """Return a slender rectangle without stroke as dark: it exists for its fill, unless other walls are darker."""
     if line.dark is None or line.width > 0.0 or (inked and line.role != "wall"):
         return line
     bar = fitted_rectangle(line.points)
@@ -151,7 +151,7 @@ def _darkened(line: Line, inked: bool) -> Line:
 
 
 def _between(light: Sequence[Line], filled: Sequence[Line]) -> list[Line]:
-    """Return light slender rectangles that lead from one filled shape to another: walls of another kind, windows."""
+    """Return light slender rectangles that connect filled shapes: other kinds of walls, windows."""
     import shapely
 
     if not light or not filled:
@@ -166,7 +166,7 @@ def _between(light: Sequence[Line], filled: Sequence[Line]) -> list[Line]:
 
 
 def _abuts(bar: Bar, shape: "BaseGeometry") -> bool:
-    """Return whether a shape lies behind both ends of a bar."""
+    """Return whether a shape lies beyond both ends of a bar."""
     import shapely
 
     corners = bar.outline()
@@ -179,13 +179,13 @@ def _is_filled(line: Line) -> bool:
 
 
 def length_of_lines(lines: Sequence[Line]) -> float:
-    """Return how long lines are together [m]."""
+    """Return the total length of lines [m]."""
     closed = [np.concatenate([line.points, line.points[:1]]) if line.closed else line.points for line in lines]
     return sum(float(np.hypot(*np.diff(points, axis=0).T).sum()) for points in closed)
 
 
 def _are_faces(lines: Sequence[Line]) -> bool:
-    """Return whether broad lines lie in pairs that are clearly farther apart than they are broad."""
+    """Return whether broad lines lie in pairs that are clearly farther apart than the lines are wide."""
     pieces, _ = split([line.points for line in lines], [line.closed for line in lines])
     pieces = merged(pieces)
     found = paired(pieces)

@@ -1,4 +1,4 @@
-"""Specks of a map: occupied cells that are noise, told from small things by how many of them chance would make."""
+"""Separates noise in a map from small objects, by how many groups of occupied cells chance would make."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,17 +11,17 @@ from mjsim.exchange.pixels import Cells
 from mjsim.world import Grid
 
 REACHES = (4, 2, 1)
-"""Cells are near to each other, and in one group, when they are no farther apart; the less, the denser the noise."""
+"""Distances within which cells form one group [cells]; the denser the noise, the smaller the distance used."""
 SPARSE = 0.5
-"""Noise has fewer cells than this near each of its own, or its groups grow without bound."""
+"""Noise cells must have fewer noise neighbours than this on average, otherwise their groups grow without bound."""
 SOLVED = 20
-"""Steps after which the fraction of noise no longer changes."""
+"""Number of iterations after which the noise fraction has converged."""
 MORE, SOME = 3.0, 2.0
-"""So many times as many, and so many more, as chance makes are no noise."""
+"""Groups are not noise if there are more of them than this multiple of the number by chance, plus this number."""
 MOST_SPECK = 12
-"""More cells near to each other are never taken for noise."""
+"""Larger groups of cells are never noise."""
 MOST_PARTS = 20_000
-"""More parts that hang together make no map."""
+"""With more connected components than this, a grid is not a map."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,16 +29,16 @@ class Cleaned:
     """The occupied cells of a grid without noise."""
 
     cells: Cells
-    """Shape (rows, columns)."""
+    """Occupied cells without noise, shape (rows, columns)."""
     noise: float
     """Fraction of the free ground that noise occupies, 0 to 1."""
 
 
 def without_specks(grid: Grid) -> Cleaned:
-    """Return the occupied cells of a grid that are no noise.
+    """Return the occupied cells of a grid without noise.
 
     Raises:
-        UsageError: They are in more parts than those of a building.
+        UsageError: There are more connected components than in a building.
     """
     ground = _ground(grid)
     dense = _noise(grid.occupied, ground, REACHES[-1])
@@ -55,11 +55,11 @@ def without_specks(grid: Grid) -> Cleaned:
 
 
 def has_lone_things(grid: Grid, single: int, *, noise: float) -> bool:
-    """Return whether a map has more single cells near others than noise puts there: legs, edges that few beams hit.
+    """Return whether a map has more isolated cells near others than noise explains: legs, edges hit by few beams.
 
     Args:
         grid: The map.
-        single: How many single cells there are that hang together with nothing, near others.
+        single: Number of cells connected to no other, but near others.
         noise: Fraction of the free ground that noise occupies, 0 to 1.
     """
     import cv2
@@ -71,16 +71,16 @@ def has_lone_things(grid: Grid, single: int, *, noise: float) -> bool:
 
 
 def _ground(grid: Grid) -> Cells:
-    """Return the cells that are free, or beside one: what is occupied there stands on free ground."""
+    """Return the cells that are free or next to a free cell: occupied cells there stand on free ground."""
     import cv2
 
     return np.asarray(cv2.dilate(grid.free.astype(np.uint8), np.ones((3, 3), dtype=np.uint8)) > 0)
 
 
 def _noise(occupied: Cells, ground: Cells, reach: int) -> float:
-    """Return the fraction of the ground that noise occupies, by how many cells on it have no other near, 0 to 1.
+    """Return the noise fraction of the ground, from the number of isolated cells on it, 0 to 1.
 
-    Noise of share p leaves p (1 - p)^n of the cells alone among n neighbours, at most where p is 1 / (n + 1).
+    A noise fraction p leaves p (1 - p)^n of the cells isolated among n neighbours, with a maximum at p = 1 / (n + 1).
     """
     _, sizes = _groups(occupied & ground, reach)
     alone = int(np.count_nonzero(sizes == 1)) / max(1, int(np.count_nonzero(ground)))
@@ -91,19 +91,19 @@ def _noise(occupied: Cells, ground: Cells, reach: int) -> float:
 
 
 def _neighbours(reach: int) -> int:
-    """Return how many cells are that near to one."""
+    """Return the number of cells within `reach` of a cell."""
     return (2 * reach + 1) ** 2 - 1
 
 
 def _least(sizes: NDArray[Any], near: float) -> int:
-    """Return how many occupied cells must lie near to each other to be more than noise.
+    """Return the minimum number of nearby occupied cells that is more than noise.
 
-    Noise makes groups of k cells by chance, too; the size is the least of which a map of this size has fewer than one
-    by chance, or has many more than chance makes.
+    Noise also forms groups of k cells by chance; the result is the smallest size of which a map of this size has fewer
+    than one by chance, or has many more than chance explains.
 
     Args:
-        sizes: How many cells each group has.
-        near: Cells of noise near each cell on average.
+        sizes: Number of cells in each group.
+        near: Mean number of noise cells near each cell.
     """
     lonely = int(np.count_nonzero(sizes == 1))
     for size in range(2, MOST_SPECK):
@@ -114,7 +114,7 @@ def _least(sizes: NDArray[Any], near: float) -> int:
 
 
 def _groups(cells: Cells, reach: int) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return the group of each cell, those near to each other being in one, and how many cells each group has."""
+    """Return the group of each cell, nearby cells sharing one, and the number of cells in each group."""
     import cv2
 
     near = cv2.dilate(cells.astype(np.uint8), np.ones((reach, reach), dtype=np.uint8))

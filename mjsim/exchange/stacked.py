@@ -1,4 +1,4 @@
-"""Rectangles side by side that stand for one thing, as strips of a shelf that leans on a wall; all lengths in cells."""
+"""Merges adjacent rectangles that form one object, such as strips of a shelf along a wall; all lengths in cells."""
 
 import math
 from collections.abc import Sequence
@@ -10,21 +10,21 @@ from mjsim.exchange.shapes import Bar, cells_in
 from mjsim.geometry import Array
 
 ALONG = 0.15
-"""Those whose directions differ by less are parallel [rad]."""
+"""Rectangles whose directions differ by less are parallel [rad]."""
 GAP = 1.5
-"""Between two of one thing at most [cells]."""
+"""Maximum gap between two rectangles of one object [cells]."""
 SAME = 0.7
-"""Each of two is at least so long, and lies beside the other for so much of it [fraction of the longer]."""
+"""Minimum length of the shorter and minimum overlap of both [fraction of the longer]."""
 FILLED = 0.85
-"""Fraction of what both cover together that is occupied."""
+"""Minimum occupied fraction of the area of the merged rectangle."""
 
 
 def unstacked(bars: Sequence[Bar], cells: Cells) -> list[Bar]:
-    """Return bars with those made one that lie side by side, or within each other, where what they cover is occupied.
+    """Return bars, merging adjacent or nested ones where the merged rectangle is occupied.
 
     Args:
-        bars: What stands for the cells.
-        cells: Occupied ones, shape (rows, columns).
+        bars: Rectangles that represent the cells.
+        cells: Occupied cells, shape (rows, columns).
     """
     import shapely
 
@@ -45,7 +45,7 @@ def unstacked(bars: Sequence[Bar], cells: Cells) -> list[Bar]:
 
 
 def _both(one: Bar, other: Bar, cells: Cells) -> Bar | None:
-    """Return the bar around two that lie side by side; None when they do not, or it is not all occupied."""
+    """Return the bar around two adjacent bars; None if they are not adjacent, or it is not sufficiently occupied."""
     longer, shorter = (one, other) if one.length >= other.length else (other, one)
     if shorter.length < SAME * longer.length or abs(math.sin(one.heading - other.heading)) > ALONG:
         return None

@@ -1,4 +1,4 @@
-"""Lines in the middle of walls -> the walls: fitted to both sides, square where the map is, followed to their ends."""
+"""Fits walls to centrelines: to both sides of the wall, square to the main direction, extended to the wall's ends."""
 
 import math
 from collections.abc import Sequence
@@ -10,30 +10,30 @@ from mjsim.exchange.shapes import Bar, bar_between, cells_in
 from mjsim.geometry import Array
 
 STEP = 0.25
-"""Between the points at which cells are looked up [cells]."""
+"""Spacing of sample points [cells]."""
 GAP, BLIND_GAP = 2.5, 10.0
-"""A wall goes on behind a gap that is no longer; and no longer where nothing is known [cells]."""
+"""Maximum gap within a wall, where cells are known and where they are unknown [cells]."""
 SQUARE = math.radians(2.0)
-"""A long wall that is this near to the main direction has it, or is square to it [rad]."""
+"""A long wall within this angle of the main direction or its perpendicular is aligned with it [rad]."""
 SQUARE_DRIFT = 1.0
-"""A short one may stray so far from it, over its length [cells]."""
+"""A short wall is aligned if it deviates by less than this over its length [cells]."""
 LEVEL = math.radians(0.3)
-"""The main direction is that of the cells when it is this near to it [rad]."""
+"""The main direction is rounded to the grid axes within this angle [rad]."""
 NEW = 0.3
-"""A wall is taken when so much of it is not explained by those before."""
+"""A wall is accepted if at least this fraction of it is not explained by earlier walls."""
 MOST_FREE = 0.2
-"""Fraction of a wall that may lie where the map is free."""
+"""Maximum fraction of a wall in cells that the map knows as free."""
 
 
 def along_walls(slim: Cells, cells: Cells, lines: Sequence[Array], free: Cells, *, thickest: float) -> list[Bar]:
-    """Return walls along lines, the largest first; what others explain already is left out.
+    """Return walls along lines, largest first, without those already explained by others.
 
     Args:
-        slim: Of walls alone, shape (rows, columns).
-        cells: The same with what leans on walls, into which they go on.
-        lines: Both ends each, shape (2, 2).
-        free: Where no wall may be, shape (rows, columns).
-        thickest: Width of the thickest wall.
+        slim: Cells of walls only, shape (rows, columns).
+        cells: The same, plus objects that touch walls and into which walls may continue.
+        lines: Both ends of each line, shape (2, 2) [cells].
+        free: Cells where no wall may be, shape (rows, columns).
+        thickest: Thickness of the thickest wall [cells].
     """
     fits = [fit for line in lines if (fit := _fitted(slim, line, thickest)) is not None]
     main = _main_direction(fits)
@@ -56,7 +56,7 @@ def _area(bar: Bar) -> float:
 
 
 def _fitted(cells: Cells, line: Array, thickest: float) -> Bar | None:
-    """Return a line moved to the middle between both sides of the wall around it, and how far they are apart."""
+    """Return the wall around a line: the line moved to its centre, with the distance between its sides as width."""
     bar = bar_between(line[0], line[1], 1.0)
     for _ in range(3):
         sides = _sides(cells, bar, thickest)
@@ -77,7 +77,7 @@ def _fitted(cells: Cells, line: Array, thickest: float) -> Bar | None:
 
 
 def _sides(cells: Cells, bar: Bar, thickest: float) -> tuple[Array, Array, Array] | None:
-    """Return where a wall lies beside a line: places along it from its middle, the wall's middle there, its width."""
+    """Return cross-sections of the wall along a line: positions from its centre, offsets of the wall, widths."""
     reach = thickest + 1.0
     count = max(3, round(bar.length))
     inset = min(bar.length / 6, thickest / 2)
@@ -99,7 +99,7 @@ def _sides(cells: Cells, bar: Bar, thickest: float) -> tuple[Array, Array, Array
 
 
 def _looked_up(cells: Cells, bar: Bar, u: Array, v: Array) -> Cells:
-    """Return whether points along and across a bar, from its middle, are in occupied cells."""
+    """Return whether points along and across a bar, from its centre, are in occupied cells."""
     c, s = bar.along
     column = np.floor(bar.x + u * c - v * s).astype(int)
     row = np.floor(bar.y + u * s + v * c).astype(int)
@@ -109,7 +109,7 @@ def _looked_up(cells: Cells, bar: Bar, u: Array, v: Array) -> Cells:
 
 
 def _main_direction(bars: Sequence[Bar]) -> float | None:
-    """Return the direction that most length has, or is square to, in [-45, 45) degrees; None without walls [rad]."""
+    """Return the direction parallel or perpendicular to most length, in [-pi/4, pi/4) [rad]; None without walls."""
     long = [bar for bar in bars if bar.length >= 6.0]
     if not long:
         return None
@@ -125,7 +125,7 @@ def _main_direction(bars: Sequence[Bar]) -> float | None:
 
 
 def _squared(cells: Cells, bar: Bar, main: float | None, thickest: float) -> Bar:
-    """Return a wall in the main direction or square to it, when it nearly is, its middle found anew."""
+    """Return a wall aligned with the main direction or its perpendicular if it nearly is, and centred again."""
     if main is None:
         return bar
     off = (bar.heading - main + math.pi / 4) % (math.pi / 2) - math.pi / 4
@@ -141,12 +141,12 @@ def _squared(cells: Cells, bar: Bar, main: float | None, thickest: float) -> Bar
 
 
 def _followed(cells: Cells, free: Cells, bar: Bar) -> Bar:
-    """Return a wall as long as its cells go on in its direction, both ways from its middle."""
+    """Return a wall extended or cut at both ends to where its cells end."""
     farthest = math.hypot(*cells.shape)
     reach = bar.length + BLIND_GAP
     while True:
         ahead, behind = _ends(cells, free, bar, reach=reach)
-        # Whatever comes after so long a gap is no part of it.
+        # What follows so long a gap is not part of the wall.
         if max(ahead, behind) + BLIND_GAP < reach or reach > farthest:
             break
         reach *= 2.0
@@ -157,7 +157,7 @@ def _followed(cells: Cells, free: Cells, bar: Bar) -> Bar:
 
 
 def _ends(cells: Cells, free: Cells, bar: Bar, *, reach: float) -> tuple[float, float]:
-    """Return how far a wall goes on, ahead and behind from its middle, as far as it is looked for."""
+    """Return how far a wall extends ahead of and behind its centre, within the search range [cells]."""
     count = math.ceil(reach / STEP)
     u = np.asarray((np.arange(-count, count) + 0.5)[:, None] * STEP, dtype=float)
     across = np.array([-0.4, -0.2, 0.0, 0.2, 0.4]) * bar.width
@@ -169,7 +169,7 @@ def _ends(cells: Cells, free: Cells, bar: Bar, *, reach: float) -> tuple[float, 
 
 
 def _goes_on(solid: Cells, seen: Cells) -> float:
-    """Return how far a wall goes on, from what is solid and what is seen to be free at each step along it."""
+    """Return how far a wall extends, from the samples along it that are solid and those seen to be free."""
     there = np.concatenate([[-1], np.flatnonzero(solid)])
     gaps = np.diff(there) - 1
     freed = np.concatenate([[0], np.cumsum(seen)])

@@ -1,4 +1,4 @@
-"""Lines of a drawing, in metres, sorted: straight pieces, arcs of doors, patterns, frames."""
+"""Splits lines of a drawing, in metres, into straight pieces, door-swing arcs, patterns and frames."""
 
 import math
 from collections.abc import Sequence
@@ -13,24 +13,24 @@ from mjsim.geometry import Array
 Indices = NDArray[np.int64]
 
 SMOOTH = math.radians(32.0)
-"""Straight lines that bend by less at each corner, always the same way, are a curve [rad]."""
+"""Straight lines that bend by less at each corner, always in the same direction, are a curve [rad]."""
 DOOR_RADII = (0.45, 1.7)
-"""Width of the leaf of a door [m]."""
+"""Minimum and maximum width of a door leaf [m]."""
 DOOR_SWEEP = (math.radians(40.0), math.radians(125.0))
-"""How far a leaf is drawn to swing [rad]."""
+"""Minimum and maximum angle of a door-swing arc [rad]."""
 ROUND = 0.03
-"""An arc strays so far from its circle at most, as a fraction of its radius."""
+"""Maximum deviation of an arc from its circle, as a fraction of its radius."""
 STEP_SPACING = (0.18, 0.42)
-"""Between the steps of stairs [m]."""
+"""Minimum and maximum spacing of stair steps [m]."""
 EVEN = 0.15
-"""Spacings and lengths of a pattern differ by this share at most."""
+"""Maximum relative difference of spacings and lengths in a pattern."""
 MANY, MANY_STEPS = 5, 4
-"""So many parallel lines evenly spaced are a hatch, or stairs."""
+"""Minimum number of evenly spaced parallel lines in a hatch, and in stairs."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pieces:
-    """Straight lines, both ends each, and which stroke each is of."""
+    """Straight pieces with both ends, and the stroke of each."""
 
     ends: Array
     """Shape (n, 2, 2) [m]."""
@@ -38,39 +38,39 @@ class Pieces:
     """Index of the stroke, shape (n,)."""
 
     def where(self, kept: Cells) -> "Pieces":
-        """Return those that are kept, shape (n,)."""
+        """Return the pieces where `kept`, shape (n,), is true."""
         return Pieces(self.ends[kept], self.owner[kept])
 
     @property
     def lengths(self) -> Array:
-        """Shape (n,) [m]."""
+        """Length of each piece, shape (n,) [m]."""
         return np.asarray(np.hypot(*(self.ends[:, 1] - self.ends[:, 0]).T))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Arc:
-    """A part of a circle, as the way of a door's leaf is drawn."""
+    """A circular arc, such as a door-swing arc."""
 
     middle: Array
-    """Of the circle: where a leaf hangs, shape (2,) [m]."""
+    """Centre of the circle, the hinge of a door, shape (2,) [m]."""
     radius: float
     points: Array
-    """Along it, shape (n, 2) [m]."""
+    """Points along the arc, shape (n, 2) [m]."""
     first: float
-    """Where it begins, seen from the middle [rad]."""
+    """Angle of its first point from the centre [rad]."""
     sweep: float
-    """How far it turns from there, counter-clockwise [rad]."""
+    """Angle that it sweeps from there, counter-clockwise [rad]."""
     owner: int
     """Index of the stroke."""
 
     @property
     def ends(self) -> Array:
-        """Shape (2, 2) [m]."""
+        """Both ends, shape (2, 2) [m]."""
         return np.asarray(self.points[[0, -1]])
 
 
 def split(strokes: Sequence[Array], closed: Sequence[bool]) -> tuple[Pieces, list[Arc]]:
-    """Return the straight pieces of strokes, and the arcs that may be ways of doors, which are not among them."""
+    """Return the straight pieces of strokes, and the possible door-swing arcs, which are not among the pieces."""
     pieces: list[Array] = []
     owners: list[int] = []
     arcs: list[Arc] = []
@@ -89,7 +89,7 @@ def split(strokes: Sequence[Array], closed: Sequence[bool]) -> tuple[Pieces, lis
 
 
 def runs(corners: Array) -> list[tuple[Array, bool]]:
-    """Return the parts of a polyline between its sharp corners, and whether each is a curve."""
+    """Return the sections of a polyline between its sharp corners, and whether each is a curve."""
     steps = np.diff(corners, axis=0)
     steps = steps[np.hypot(*steps.T) > 1e-9]
     if len(steps) < 3:
@@ -112,7 +112,7 @@ def runs(corners: Array) -> list[tuple[Array, bool]]:
 
 
 def arc_through(points: Array, owner: int) -> Arc | None:
-    """Return the arc through points, shape (n, 2), if they lie on one."""
+    """Return the arc through points, shape (n, 2) [m]; None if they lie on no circle."""
     shifted = points - points[0]
     A = np.column_stack([2 * shifted, np.ones(len(points))])
     (x, y, rest), *_ = np.linalg.lstsq(A, (shifted**2).sum(axis=1), rcond=None)
@@ -127,12 +127,12 @@ def arc_through(points: Array, owner: int) -> Arc | None:
 
 
 def is_door_arc(arc: Arc) -> bool:
-    """Return whether an arc may be the way of a door's leaf."""
+    """Return whether an arc may be a door-swing arc."""
     return DOOR_RADII[0] <= arc.radius <= DOOR_RADII[1] and DOOR_SWEEP[0] <= arc.sweep <= DOOR_SWEEP[1]
 
 
 def patterned(pieces: Pieces) -> tuple[Cells, int]:
-    """Return which pieces are parts of hatches or stairs, shape (n,), and how many such patterns there are."""
+    """Return which pieces are parts of hatches or stairs, shape (n,), and the number of such patterns."""
     lengths = pieces.lengths
     along = pieces.ends[:, 1] - pieces.ends[:, 0]
     headings = np.arctan2(along[:, 1], along[:, 0]) % math.pi
@@ -147,13 +147,13 @@ def patterned(pieces: Pieces) -> tuple[Cells, int]:
 
 
 def _changes(headings: Array, lengths: Array) -> Cells:
-    """Return where the next piece has another direction or length, shape (n - 1,)."""
+    """Return where the next piece differs in direction or length, shape (n - 1,)."""
     turned = np.abs(np.diff(headings)) > math.radians(1.5)
     return np.asarray(turned | (np.diff(lengths) > EVEN * lengths[:-1]) | (np.diff(lengths) < 0))
 
 
 def _ladders(pieces: Pieces, group: Indices) -> list[Indices]:
-    """Return the runs of pieces of one direction and length that lie side by side, evenly spaced."""
+    """Return the runs of evenly spaced, adjacent pieces of equal direction and length."""
     if len(group) < MANY_STEPS:
         return []
     start, end = pieces.ends[group[0]]
@@ -184,6 +184,6 @@ def _is_pattern(count: int, gaps: Array, length: float) -> bool:
 
 
 def _columns(u: Array, reach: float) -> list[Indices]:
-    """Return indices of places that lie near to each other along a line."""
+    """Return the indices of positions that are close to each other along a line."""
     order = np.argsort(u)
     return np.split(order, np.flatnonzero(np.diff(u[order]) > reach) + 1)

@@ -1,4 +1,4 @@
-"""Plans drawn in an SVG file; nothing that the file names elsewhere is ever opened."""
+"""Reads floor plans from SVG files; nothing that the file refers to is ever opened."""
 
 import io
 import math
@@ -26,20 +26,20 @@ from mjsim.geometry import Array
 from mjsim.world import World
 
 CURVE_STEPS = 48
-"""Straight lines to a curve, before those that hardly bow are joined."""
+"""Number of straight segments per curve, before nearly straight ones are merged."""
 DEEPEST = 100
-"""Elements within elements."""
+"""Maximum nesting of elements."""
 LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 UNIT = "data-metres-per-unit"
-"""Attribute of files that mjsim wrote: metres to one user unit."""
+"""Attribute of files written by mjsim: metres per user unit."""
 BUILDING = (2.0, 500.0)
-"""Sizes at which a drawing that says its size on paper is believed to be at 1 : 1 [m]."""
+"""Sizes at which a drawing with a stated paper size is assumed to be at scale 1 : 1 [m]."""
 _BROKEN = (ArithmeticError, AssertionError, AttributeError, LookupError, TypeError, ValueError)
-"""What svgpathtools raises on paths that are none."""
+"""What svgpathtools raises for malformed paths."""
 WHOLE = 0.98
-"""Of the drawing that a rectangle covers which is its paper."""
+"""A rectangle that covers at least this fraction of the drawing is its background."""
 PALE, OPAQUE = 0.06, 0.9
-"""What is so near to the colour of the paper, and no more sheer, hides what is beneath [0 to 1]."""
+"""Maximum difference from the background colour, and minimum opacity, of what hides the lines beneath it [0 to 1]."""
 _IMPERIAL = re.compile(
     r"""(\d+)(?:/(\d+))?\s*(?:"|\u2033|in\b)\s*=\s*(\d+)\s*(?:'|\u2032|ft\b)(?:\s*-?\s*(\d+)\s*(?:"|\u2033|in\b))?"""
 )
@@ -48,45 +48,45 @@ _RATIO = re.compile(r"\b1\s*:\s*(\d{1,4})\b")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Tree:
-    """An SVG file that was read."""
+    """A parsed SVG file."""
 
     path: Path
     root: Element
     parents: dict[Element, Element]
     chosen: set[Element] | None
-    """The groups that hold walls; None when the user names none."""
+    """The groups that contain walls; None if the user names none."""
     numbers: dict[Element, int]
-    """Of elements, in their order."""
+    """Numbers of the elements, in document order."""
     paper: float
-    """How dark the paper is, 0 to 1."""
+    """Darkness of the background, 0 to 1."""
 
 
 def world_from_svg(
     path: str | Path, *, scale: float | None = None, thickness: float | None = None, layers: Sequence[str] = ()
 ) -> World:
-    """Return the world of the plan that an SVG file shows; its lower left corner becomes [0, 0].
+    """Return the world of the floor plan in an SVG file; its lower left corner becomes [0, 0].
 
     Args:
         path: The file.
-        scale: Metres to one user unit; must be given unless the file tells it.
-        thickness: Of the walls [m]; by default as they are drawn, 0.1 when that is by one hair line.
-        layers: Ids or Inkscape labels of the groups that hold walls; by default those whose names say so, or all.
+        scale: Metres per user unit; required unless the file states it.
+        thickness: Thickness of the walls [m]; by default as drawn, or 0.1 m for a wall drawn as one hairline.
+        layers: Ids or Inkscape labels of the groups that contain walls; by default those whose names say so, or all.
 
     Raises:
-        UsageError: It cannot be read, or does not show the walls of a building.
+        UsageError: The file cannot be read, or does not show the walls of a building.
     """
     return read_plan(read_svg(path, layers=layers), name=name_of(path), scale=scale, thickness=thickness).world
 
 
 def read_svg(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
-    """Return the lines of an SVG file, y up, clones and style sheets applied; what is hidden, text, pictures are not.
+    """Return the visible lines of an SVG file, y up, with clones and style sheets applied; without text and images.
 
     Args:
         path: The file.
-        layers: Ids or Inkscape labels of the groups that hold walls; by default those whose names say so, or all.
+        layers: Ids or Inkscape labels of the groups that contain walls; by default those whose names say so, or all.
 
     Raises:
-        UsageError: It does not exist, is too large, is no SVG, or lacks the layer.
+        UsageError: The file does not exist, is too large, is not SVG, or lacks such a layer.
     """
     path = Path(path)
     root = _root_of(read_bounded(path, most=MOST_BYTES, kind="a drawing"), path)
@@ -98,7 +98,7 @@ def read_svg(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
     tree = _Tree(path, root, parents, _layers(root, layers, path), numbers, _paper(root))
     lines: list[Line] = []
     corners = 0
-    # What is no number in a transform, or too large, is told of the corners that come of it.
+    # Values in a transform that are not numbers, or too large, are reported with the corners that they produce.
     with warnings.catch_warnings(action="ignore"), np.errstate(all="ignore"):
         paths, broken = _paths(document)
         for drawn in paths:
@@ -122,7 +122,7 @@ def read_svg(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
 
 
 def _paths(document: Any) -> tuple[list[Any], int]:
-    """Return the paths of all shapes that can be read, and how many cannot."""
+    """Return the paths of all valid shapes, and the number of invalid ones."""
     from svgpathtools import parse_path
     from svgpathtools.document import CONVERSIONS
 
@@ -142,7 +142,7 @@ def _paths(document: Any) -> tuple[list[Any], int]:
 
 
 def _root_of(data: bytes, path: Path) -> Element:
-    """Return the root of a drawing; entities, which can swell or reach outside, are refused."""
+    """Return the root element of a drawing; entities, which can expand or refer to other files, are rejected."""
     parser = expat.ParserCreate()
     depth = 0
 
@@ -181,7 +181,7 @@ def _document(root: Element, path: Path) -> Any:
 
 
 def _layers(root: Element, names: Sequence[str], path: Path) -> set[Element] | None:
-    """Return the groups that the user says hold walls; None when that is left to their names."""
+    """Return the groups that contain walls according to the user; None if the user names none."""
     named = [(name, group) for group in root.iter() for name in (group.get("id"), group.get(LABEL)) if name]
     found = {group for name, group in named if name.lower() in [wanted.lower() for wanted in names]}
     groups = sorted({name for name, group in named if tag_of(group) == "g"})
@@ -200,7 +200,7 @@ def _upward(element: Element, parents: dict[Element, Element]) -> list[Element]:
 
 
 def _role(element: Element, tree: _Tree) -> tuple[Role | None, str, int]:
-    """Return what a shape is, by the names of the groups that it is in; and its thing: name and number."""
+    """Return the role of a shape from the names of its groups, and the name and number of its item."""
     above = _upward(element, tree.parents)
     if tree.chosen is not None and any(group in tree.chosen for group in above):
         return "wall", "", 0
@@ -211,7 +211,7 @@ def _role(element: Element, tree: _Tree) -> tuple[Role | None, str, int]:
         role = next((role for name in names if (role := role_of(name)) is not None), None)
         if found is None and role is not None:
             found = role
-        # The groups in a group of furniture are one piece each.
+        # Each group within a furniture group is one item.
         if role == "furniture" and found == "furniture" and tag_of(group) == "g":
             below = above[max(0, above.index(group) - 1)]
             thing = below if tag_of(below) == "g" and below is not group else None
@@ -224,7 +224,7 @@ def _role(element: Element, tree: _Tree) -> tuple[Role | None, str, int]:
 
 
 def _own(element: Element, key: str) -> str | None:
-    """Return a property of an element: from its style, or an attribute."""
+    """Return a property of an element: from its style, or from an attribute."""
     for part in reversed(element.get("style", "").split(";")):
         name, _, value = part.partition(":")
         if name.strip() == key:
@@ -233,7 +233,7 @@ def _own(element: Element, key: str) -> str | None:
 
 
 def _paper(root: Element) -> float:
-    """Return how dark the paper is: as its style says, or a first rectangle as large as the drawing."""
+    """Return the darkness of the background: from its style, or from a first rectangle that fills the drawing."""
     for key in ("background-color", "background"):
         if (color := _own(root, key)) is not None:
             return darkness_of(color) * opacity_of(color)
@@ -279,13 +279,13 @@ class _Ink:
     """How a shape is painted."""
 
     pen: float
-    """Width of its stroke [user units]; 0 for none."""
+    """Stroke width [user units]; 0 for none."""
     filled: bool
-    """Whether it says how it is filled."""
+    """Whether a fill is specified."""
     dark: float | None
-    """How far its fill is from the colour of the paper, 0 to 1; None for no fill."""
+    """Difference of its fill from the background, 0 to 1; None for no fill."""
     blank: bool
-    """Whether it has the colour of the paper, and hides what is beneath."""
+    """Whether it has the background colour, and hides what is beneath."""
 
     @property
     def bare(self) -> bool:
@@ -294,7 +294,7 @@ class _Ink:
 
 
 def _ink(element: Element, tree: _Tree) -> _Ink:
-    """Return how a shape is painted; lines have no inside."""
+    """Return how a shape is painted; lines have no fill."""
 
     def said(key: str) -> str | None:
         return _inherited(element, key, tree.parents)
@@ -312,7 +312,7 @@ def _ink(element: Element, tree: _Tree) -> _Ink:
 
 
 def _points(part: Any) -> tuple[Array, bool]:
-    """Return the corners of a path without a gap, shape (n, 2), y up, and whether it is closed."""
+    """Return the corners of a path without gaps, shape (n, 2), y up, and whether it is closed."""
     from svgpathtools import Line as Straight
 
     places = [part.start]
@@ -325,7 +325,7 @@ def _points(part: Any) -> tuple[Array, bool]:
 
 
 def _along(curve: Any) -> list[complex]:
-    """Return corners of straight lines along a curve, without its start."""
+    """Return the corners of the straight segments along a curve, without its start."""
     import shapely
 
     places = [curve.point(step / CURVE_STEPS) for step in range(CURVE_STEPS + 1)]
@@ -336,7 +336,7 @@ def _along(curve: Any) -> list[complex]:
 
 
 def _unit(root: Element) -> float | None:
-    """Return metres to one user unit: as mjsim wrote, or by the size on paper and the scale that a text tells."""
+    """Return metres per user unit: as mjsim wrote it, or from the paper size and the scale stated in a text."""
     try:
         unit = float(root.get(UNIT, "nan"))
     except ValueError:
@@ -360,7 +360,7 @@ def _unit(root: Element) -> float | None:
 
 
 def _ratio(texts: str) -> float:
-    """Return how many times smaller a drawing is than its building, as texts say: `1 : 50`, `1/4" = 1'-0"`; else 1."""
+    """Return the scale denominator stated in texts, such as `1 : 50` or `1/4" = 1'-0"`; 1 if there is none."""
     if found := _RATIO.search(texts):
         return float(found[1])
     if found := _IMPERIAL.search(texts):
@@ -370,7 +370,7 @@ def _ratio(texts: str) -> float:
 
 
 def _box(root: Element) -> list[float]:
-    """Return the numbers of the view box: left, top, width, height [user units]."""
+    """Return the view box: left, top, width, height [user units]."""
     return [float(word) for word in re.findall(r"[-+0-9.eE]+", root.get("viewBox", "")) if _is_number(word)]
 
 

@@ -1,4 +1,4 @@
-"""A plan of a world as SVG, to scale: walls, windows, doors that swing, things, beacons, people, robots, names."""
+"""Draws the plan of a world as SVG, to scale: walls, windows, doors, obstacles, beacons, people, robots, names."""
 
 import math
 from collections.abc import Sequence
@@ -28,17 +28,17 @@ from mjsim.world import (
 
 NAMESPACE = "http://www.w3.org/2000/svg"
 PER_METRE = 100.0
-"""Units of the drawing to a metre."""
+"""Units of the drawing per metre."""
 REDUCTION = 100.0
-"""On paper a metre is a centimetre."""
+"""Scale denominator: one metre is a centimetre on paper."""
 MARGIN = 1.0
-"""Around everything [m]."""
+"""Margin around everything [m]."""
 LETTERS, TITLE = 0.22, 0.4
 """Height of letters [m]."""
 HAIR = 0.02
 """Width of thin lines [m]."""
 AHEAD = 0.4
-"""Length of the line that shows where a robot faces [m]."""
+"""Length of the line that shows a robot's heading [m]."""
 INK, SOFT, ROBOT, BEACON = "#23272e", "#8a93a0", "#c8402f", "#0b7a53"
 """Colours of lines."""
 
@@ -46,12 +46,12 @@ INK, SOFT, ROBOT, BEACON = "#23272e", "#8a93a0", "#c8402f", "#0b7a53"
 def write_svg(world: World, path: str | Path, *, overwrite: bool = False) -> Path:
     """Write the plan of a world as SVG at 1 : 100 and return the path of the file.
 
-    Walls are lines as wide as the walls are thick, broken at doorways, in a group `walls`: `world_from_svg` makes
-    the same walls of them.
+    Walls are lines with the width of the walls, broken at doorways, in the group `walls`; `world_from_svg` recovers the
+    same walls from them.
 
     Args:
-        world: What is to be drawn.
-        path: Of the file.
+        world: The world.
+        path: Output file.
         overwrite: Whether an existing file may be replaced.
 
     Raises:
@@ -70,7 +70,7 @@ def write_svg(world: World, path: str | Path, *, overwrite: bool = False) -> Pat
 
 
 def _sheet(world: World) -> Element:
-    """Return an empty drawing around a world, with its name, its size and a bar of one metre."""
+    """Return an empty drawing sized to a world, with its name, its size and a scale bar of one metre."""
     corners = [point for wall in world.walls for point in wall.points] + [robot.at for robot in world.robots]
     corners += [tuple(point) for thing in world.obstacles for part in prisms(thing) for point in part[0].tolist()]
     corners += [
@@ -108,7 +108,7 @@ def _walls(group: Element, world: World) -> None:
 
 
 def solid_runs(wall: Wall, openings: Sequence[Opening]) -> list[tuple[Array, bool]]:
-    """Return what openings leave of the middle line of a wall: corners, shape (n, 2) [m], and whether it is closed."""
+    """Return the sections of a wall's centreline between openings: corners, shape (n, 2) [m], and whether closed."""
     corners = np.array([*wall.points, *(wall.points[:1] if wall.closed else ())])
     lengths = np.hypot(*np.diff(corners, axis=0).T)
     along = np.concatenate([[0.0], np.cumsum(lengths)])
@@ -130,7 +130,7 @@ def solid_runs(wall: Wall, openings: Sequence[Opening]) -> list[tuple[Array, boo
 
 
 def _between(corners: Array, along: Array, begin: float, end: float) -> Array:
-    """Return the line from one place to another along corners."""
+    """Return the polyline from one position to another along corners."""
     inner = corners[(along > begin + 1e-9) & (along < end - 1e-9)]
     ends = [[float(np.interp(place, along, corners[:, axis])) for axis in (0, 1)] for place in (begin, end)]
     return np.concatenate([ends[:1], inner, ends[1:]])
@@ -159,7 +159,7 @@ def _doors(group: Element, world: World) -> None:
 
 
 def _swing(leaf: Leaf) -> Array:
-    """Return where the edge of a leaf goes from closed to open, or to a right angle when it is closed, (n, 2) [m]."""
+    """Return the swing of a leaf's edge from closed to its start angle, or to 90 degrees if closed, (n, 2) [m]."""
     far = math.radians(leaf.door.angle_deg or min(90.0, leaf.door.limit_deg))
     edges = [leaf.pose(angle).transform(np.array([leaf.width, 0.0])) for angle in np.linspace(0.0, far, 16).tolist()]
     return np.array(edges)
@@ -212,7 +212,7 @@ def _number(metres: float) -> str:
 
 
 def _line(group: Element, points: Array, ink: str, width: float, *, closed: bool = False, fill: str = "none") -> None:
-    """Add straight lines through corners, shape (n, 2), as wide as given [m]."""
+    """Add a polyline through corners, shape (n, 2), with a width [m]."""
     shape = _element("polygon" if closed else "polyline", fill=fill, stroke=ink)
     shape.set("stroke-width", _number(width))
     shape.set("points", " ".join(f"{_number(x)},{_number(-y)}" for x, y in points.tolist()))
@@ -222,7 +222,7 @@ def _line(group: Element, points: Array, ink: str, width: float, *, closed: bool
 def _write(
     group: Element, text: str, x: float, y: float, height: float, *, middle: bool = False, ink: str = INK
 ) -> None:
-    """Add a line of text that begins at a place, or has its middle there [m]."""
+    """Add a line of text that starts at a point, or is centred on it [m]."""
     words = _element("text", x=_number(x), y=_number(-y), fill=ink)
     words.set("font-size", _number(height))
     words.set("font-family", "sans-serif")

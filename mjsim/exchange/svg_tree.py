@@ -1,4 +1,4 @@
-"""An SVG file made plain: clones in place, style sheets applied, all lengths in user units."""
+"""Simplifies SVG files: clones expanded, style sheets applied, all lengths in user units."""
 
 import copy
 import re
@@ -10,35 +10,35 @@ from mjsim.errors import UsageError
 SVG = "{http://www.w3.org/2000/svg}"
 HREFS = ("href", "{http://www.w3.org/1999/xlink}href")
 UNITS = {"": 1.0, "px": 1.0, "pt": 96 / 72, "pc": 16.0, "mm": 96 / 25.4, "cm": 96 / 2.54, "in": 96.0, "m": 96 / 0.0254}
-"""User units to a unit (CSS Values and Units 3, section 6.2)."""
+"""User units per unit (CSS Values and Units 3, section 6.2)."""
 METRES = 0.0254 / 96
-"""To a user unit of a file that says its size on paper."""
+"""Metres per user unit of a file that states its paper size."""
 SHAPES = ("rect", "circle", "ellipse", "line")
 LENGTHS = ("x", "y", "width", "height", "cx", "cy", "r", "rx", "ry", "x1", "y1", "x2", "y2")
 GROUPS = ("a", "switch", "svg", "symbol")
-"""Elements that hold others and are drawn as groups are."""
+"""Container elements that are drawn like groups."""
 MOST_ELEMENTS = 50_000
-"""Of a drawing, its clones too."""
+"""Maximum number of elements in a drawing, including clones."""
 _LENGTH = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(px|pt|pc|mm|cm|in|m|)\s*")
 _RULE = re.compile(r"([^{}]+)\{([^{}]*)\}")
 
 
 def tag_of(element: Element) -> str:
-    """Return the name of an element without its namespace; nothing for comments."""
+    """Return the name of an element without its namespace; '' for comments."""
     return element.tag.rpartition("}")[2] if isinstance(element.tag, str) else ""
 
 
 def length_of(text: str | None) -> float | None:
-    """Return a length in user units; None for one in percent or none at all."""
+    """Return a length in user units; None for a percentage or an invalid length."""
     found = _LENGTH.fullmatch(text or "")
     return float(found[1]) * UNITS[found[2]] if found else None
 
 
 def made_plain(root: Element, name: str) -> int:
-    """Put clones in place, apply style sheets, make lengths numbers; return how many shapes have none in user units.
+    """Expand clones, apply style sheets, convert lengths to numbers; return the number of shapes that have percentages.
 
     Raises:
-        UsageError: It has too many elements with its clones.
+        UsageError: There are too many elements, including clones.
     """
     _expand(root, name)
     _apply_styles(root)
@@ -49,7 +49,7 @@ def made_plain(root: Element, name: str) -> int:
 
 
 def _expand(root: Element, name: str) -> None:
-    """Replace each `use` by a group with a copy of what it names."""
+    """Replace each `use` element by a group with a copy of its target."""
     named = {key: element for element in root.iter() if (key := element.get("id"))}
     waiting = [(root, frozenset[str]())]
     count = 0
@@ -72,7 +72,7 @@ def _expand(root: Element, name: str) -> None:
 
 
 def _cloned(use: Element, target: Element) -> Element:
-    """Return a group with a copy of what a `use` names, moved as it says."""
+    """Return a group with a copy of a `use` element's target, translated as the element states."""
     group = Element(f"{SVG}g", {key: value for key, value in use.attrib.items() if key not in (*HREFS, "x", "y")})
     x, y = (length_of(use.get(key, "0")) or 0.0 for key in ("x", "y"))
     group.set("transform", f"{use.get('transform', '')} translate({x} {y})".strip())
@@ -84,7 +84,7 @@ def _cloned(use: Element, target: Element) -> Element:
 
 
 def _apply_styles(root: Element) -> None:
-    """Write what style sheets say of elements into their `style`, before what stands there."""
+    """Add the declarations of style sheets to the `style` of elements, before the existing ones."""
     sheet = "".join(element.text or "" for element in root.iter() if tag_of(element) == "style")
     rules = list(_rules(re.sub(r"/\*.*?\*/|<!--|-->", "", sheet, flags=re.DOTALL)))
     if not rules:
@@ -98,7 +98,7 @@ def _apply_styles(root: Element) -> None:
 
 
 def _rules(sheet: str) -> Iterator[tuple[str, str]]:
-    """Yield the simple selectors of a style sheet with what they say, ids last, tags first."""
+    """Yield the simple selectors of a style sheet with their declarations; tags first, ids last."""
     found = [
         (selector.strip().split()[-1], body.strip())
         for selectors, body in _RULE.findall(sheet)
@@ -109,7 +109,7 @@ def _rules(sheet: str) -> Iterator[tuple[str, str]]:
 
 
 def _without_percent(root: Element) -> int:
-    """Make the lengths of shapes numbers; take away shapes with lengths in percent, and return how many they were."""
+    """Convert the lengths of shapes to numbers; remove shapes with percentages, and return their number."""
     count = 0
     for parent in list(root.iter()):
         for shape in list(parent):
@@ -122,7 +122,7 @@ def _without_percent(root: Element) -> int:
                 continue
             for key, value in lengths.items():
                 shape.set(key, repr(value))
-            # Corners of no radius are plain corners.
+            # A corner radius of 0 means plain corners.
             if tag_of(shape) == "rect" and not (lengths.get("rx") and lengths.get("ry", lengths.get("rx"))):
                 for key in ("rx", "ry"):
                     shape.attrib.pop(key, None)

@@ -1,4 +1,4 @@
-"""Symbols of doors and windows among lines of which names say nothing, or too much; in metres."""
+"""Recognises door and window symbols by geometry where names say nothing, or cover several roles; in metres."""
 
 import math
 from collections.abc import Sequence
@@ -14,22 +14,22 @@ from mjsim.exchange.strokes import Arc, Pieces, split
 from mjsim.geometry import Array
 
 LARGER = 2.6
-"""A block is a door when it is no larger than so many times the radius of the arc in it: two leaves, and a frame."""
+"""Maximum size of a door block, as a multiple of the radius of its arc: two leaves and a frame."""
 LEAF = 0.08
-"""What lies so near to where a leaf stands open or shut, and is no longer, is part of it [m]."""
+"""Lines this close to the open or closed position of a leaf, and no longer than it, are part of it [m]."""
 BESIDE = 0.2
-"""The lines of one symbol are no farther apart [m]."""
+"""Maximum distance between the lines of one symbol [m]."""
 PANES = 3
-"""Lines from end to end of a window at least: a rectangle alone is a doorway."""
+"""Minimum number of lines along a window; two, of a plain rectangle, are a doorway."""
 SPANS = 0.9
-"""A pane is at least so much of the length of its window."""
+"""Minimum length of a pane, as a fraction of the window's length."""
 
 
 def with_symbols(lines: Sequence[Line]) -> list[Line]:
-    """Return lines with the roles of doors and windows where geometry tells them.
+    """Return lines with the roles of doors and windows where geometry shows them.
 
-    Blocks with the way of a leaf are doors, whatever the layer that they are on. Of symbols on layers of doors and
-    windows, those with the way of a leaf are doors, those with three lines from end to end windows, others doors.
+    Blocks with a door-swing arc are doors on any layer. On layers for both doors and windows, symbols with a door-swing
+    arc are doors, those with three lines from end to end are windows, and the rest are doors.
     """
     found = list(lines)
     for group in _groups([(n, line) for n, line in enumerate(lines) if line.part], TOUCHING):
@@ -51,7 +51,7 @@ def _become(lines: list[Line], group: Sequence[int], role: Role) -> None:
 
 
 def without_leaves(pieces: Pieces, arcs: Sequence[Arc]) -> Pieces:
-    """Return straight lines without those of the leaves of doors: from where they hang to an end of their way."""
+    """Return straight pieces without those of door leaves, which run from the hinge to an end of the door-swing arc."""
     part = np.zeros(len(pieces.ends), dtype=bool)
     for arc in arcs:
         for end in arc.ends:
@@ -60,7 +60,7 @@ def without_leaves(pieces: Pieces, arcs: Sequence[Arc]) -> Pieces:
 
 
 def _on(pieces: Pieces, start: Array, end: Array) -> Cells:
-    """Say which pieces lie along a line, within its length."""
+    """Return which pieces lie along a line, within its length."""
     length = math.dist(start, end)
     unit = (end - start) / max(1e-9, length)
     u = (pieces.ends - start) @ unit
@@ -70,7 +70,7 @@ def _on(pieces: Pieces, start: Array, end: Array) -> Cells:
 
 
 def _groups(lines: Sequence[tuple[int, Line]], reach: float) -> list[list[int]]:
-    """Return the numbers of the lines of each placed block without a name that says more, and of each other group."""
+    """Return the line numbers of each block instance without a more specific name, and of each group of other lines."""
     blocks: dict[int, list[int]] = {}
     loose: list[tuple[int, Line]] = []
     for number, line in lines:
@@ -84,14 +84,14 @@ def _groups(lines: Sequence[tuple[int, Line]], reach: float) -> list[list[int]]:
 
 
 def _is_door(symbol: Sequence[Line]) -> bool:
-    """Return whether a symbol has the way of a leaf and is no larger than a door."""
+    """Return whether a symbol has a door-swing arc and is no larger than a door."""
     size = float(np.ptp(np.concatenate([line.points for line in symbol]), axis=0).max())
     arcs = split([line.points for line in symbol], [line.closed for line in symbol])[1]
     return any(size <= LARGER * arc.radius for arc in arcs)
 
 
 def _has_panes(symbol: Sequence[Line]) -> bool:
-    """Return whether more lines than those of a rectangle lead from one end of a symbol to the other."""
+    """Return whether more lines than those of a rectangle run from one end of a symbol to the other."""
     pieces, _ = split([line.points for line in symbol], [line.closed for line in symbol])
     points = pieces.ends.reshape(-1, 2)
     span = float(np.hypot(*np.ptp(points, axis=0))) if len(points) else 0.0

@@ -1,4 +1,4 @@
-"""Worlds to begin with: shipped ones, under a name of one's own."""
+"""Templates for new worlds: shipped worlds under a new name."""
 
 import re
 
@@ -6,15 +6,15 @@ from mjsim.errors import UsageError
 from mjsim.world import own_copy, shipped_worlds
 
 TEMPLATES = ("office", "corridor", "empty", "gallery")
-"""Each is a shipped world that runs at once; variables at the top of the office say how many rooms it has."""
+"""Each is a shipped world that runs as it is; variables at the top of the office set its number of rooms."""
 
 
 def template_text(template: str, *, name: str | None = None) -> str:
-    """Return the text of a shipped world, its comments too.
+    """Return the text of a shipped world, including comments.
 
     Args:
         template: One of `TEMPLATES`.
-        name: Of the new world; by default that of the template.
+        name: Name of the new world; by default that of the template.
 
     Raises:
         UsageError: The template does not exist.
@@ -26,7 +26,7 @@ def template_text(template: str, *, name: str | None = None) -> str:
 
 
 def template_summary(template: str) -> str:
-    """Return the first sentence of what a template's comment says of it."""
+    """Return the first sentence of the comment that describes a template."""
     lines = template_text(template).splitlines()
     comment = [line.lstrip("# ") for line in lines if line.startswith("#") and "yaml-language-server" not in line]
     return " ".join(comment).partition(". ")[0] + "."

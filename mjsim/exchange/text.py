@@ -1,4 +1,4 @@
-"""A world that was brought in, written for people: where it is from, then the world."""
+"""Writes an imported world as text: a comment on its origin, then the world."""
 
 from collections.abc import Sequence
 
@@ -6,7 +6,7 @@ from mjsim.world import World, format_world
 
 
 def world_text(world: World, *, notes: Sequence[str]) -> str:
-    """Return the text of a world under lines of comment."""
+    """Return the text of a world, with notes as a comment before it."""
     lines = (f"# {line}".rstrip() for note in notes for line in note.splitlines())
     return "\n".join([*lines, _spaced(format_world(world))])
 

@@ -1,4 +1,4 @@
-"""Lines in the middle of what is occupied: thinned to one cell, followed, and cut where they bend."""
+"""Centrelines of occupied areas: thinned to one cell, followed, and cut where they bend."""
 
 import itertools
 
@@ -8,13 +8,13 @@ from mjsim.exchange.pixels import Cells
 from mjsim.geometry import Array
 
 BEND = 1.5
-"""A line may stray so far from its cells before it is cut [cells]."""
+"""Maximum deviation of a line from its cells before it is cut [cells]."""
 
 Cell = tuple[int, int]
 
 
 def thinned(cells: Cells) -> Cells:
-    """Return the cells that remain when all others are peeled off without breaking what hangs together.
+    """Return the cells that remain when layers are removed without breaking connections.
 
     References:
         Zhang and Suen, A fast parallel algorithm for thinning digital patterns, CACM 27(3), 1984.
@@ -41,11 +41,11 @@ def thinned(cells: Cells) -> Cells:
 
 
 def lines(cells: Cells, *, spur: float) -> list[Array]:
-    """Return the straight lines along thinned cells, both ends each, shape (2, 2) (column, row of middles).
+    """Return the straight lines along thinned cells, both ends each, shape (2, 2), as (column, row) of cell centres.
 
     Args:
-        cells: One cell thin, as `thinned` gives them.
-        spur: Shorter branches that end freely are left out [cells].
+        cells: Thinned cells, as `thinned` returns them.
+        spur: Shorter branches with a free end are left out [cells].
     """
     import cv2
 
@@ -63,7 +63,7 @@ def lines(cells: Cells, *, spur: float) -> list[Array]:
 
 
 def _branches(cells: Cells) -> list[tuple[list[Cell], bool]]:
-    """Return the runs of cells between ends and forks, and whether each ends freely and begins at a fork or freely."""
+    """Return the chains of cells between ends and forks, and whether each is a spur: from a fork to a free end."""
     waiting = {(int(row), int(column)) for row, column in zip(*np.nonzero(cells), strict=True)}
     beside = {cell: _beside(cell, waiting) for cell in waiting}
     nodes = [cell for cell, others in beside.items() if len(others) != 2]
@@ -97,7 +97,7 @@ def _follow(start: Cell, ahead: Cell, beside: dict[Cell, list[Cell]]) -> list[Ce
 
 
 def _beside(cell: Cell, cells: set[Cell]) -> list[Cell]:
-    """Return what a cell hangs together with: over an edge, or over a corner when no edge leads there."""
+    """Return the neighbours of a cell: across edges, or across a corner where no edge connects them."""
     row, column = cell
     found = [at for at in ((row, column + 1), (row + 1, column), (row, column - 1), (row - 1, column)) if at in cells]
     for down in (-1, 1):

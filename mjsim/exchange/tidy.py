@@ -1,4 +1,4 @@
-"""Occupied cells made whole: gaps of walls closed, what lies between two faces filled."""
+"""Completes occupied areas: closes gaps in walls, fills the space between two faces."""
 
 import numpy as np
 
@@ -7,28 +7,28 @@ from mjsim.exchange.pixels import Cells
 from mjsim.world import Grid
 
 CRACK = 0.05
-"""Gaps of walls that are narrower are closed, free or not [m]."""
+"""Narrower gaps in walls are closed, even if they are free [m]."""
 BETWEEN = 0.30
-"""Two faces that are no farther apart, with nothing known between them, are those of one wall [m]."""
+"""Two faces within this distance, with only unknown cells between them, belong to one wall [m]."""
 HOLLOW = 2.0
-"""What stands alone, is no wider and encloses hardly anything known as free is solid [m]."""
+"""An isolated object no wider than this that encloses hardly any free cells is solid [m]."""
 MOST_FREE = 0.15
-"""Fraction of what a thing encloses that may be known as free."""
+"""Maximum free fraction of the enclosed area of such an object."""
 MOST_SWOLLEN, FEW = 0.7, 1000
-"""Closed gaps add more of its cells to noise where these are crowded; a map of fewer cells is not asked."""
+"""Maximum growth of noise by closing gaps where cells are crowded; not checked for maps with fewer cells."""
 AROUND, CROWDED = 3 * BETWEEN, 0.6
-"""Walls and their corners take less of the ground around them [side of a square in m, share]."""
+"""Window side [m], and the occupied fraction of it that walls and their corners do not exceed."""
 
 
 def tidied(clean: Cells, grid: Grid) -> Cells:
-    """Return the occupied cells of a grid as walls and things have them.
+    """Return the occupied cells of a grid, completed to solid walls and objects.
 
     Args:
-        clean: Those that are no noise, shape (rows, columns).
-        grid: All of it.
+        clean: Occupied cells without noise, shape (rows, columns).
+        grid: The whole map.
 
     Raises:
-        UsageError: They have gaps everywhere.
+        UsageError: The cells have gaps everywhere.
     """
     cells = clean
     crack = min(3, round(CRACK / grid.resolution))
@@ -42,7 +42,7 @@ def tidied(clean: Cells, grid: Grid) -> Cells:
 
 
 def _closed(cells: Cells, radius: float) -> Cells:
-    """Return the cells that no disc covers which touches none of the cells given."""
+    """Return the morphological closing of cells by a disc."""
     import cv2
 
     pad = int(radius) + 2
@@ -53,7 +53,7 @@ def _closed(cells: Cells, radius: float) -> Cells:
 
 
 def _crowded(cells: Cells, resolution: float) -> Cells:
-    """Return the cells around which more is occupied than by a wall, even where walls meet."""
+    """Return the cells around which more is occupied than by a wall, even at junctions of walls."""
     import cv2
 
     side = 2 * round(AROUND / resolution / 2) + 1
@@ -62,7 +62,7 @@ def _crowded(cells: Cells, resolution: float) -> Cells:
 
 
 def _hollows(cells: Cells, grid: Grid) -> Cells:
-    """Return what small things that stand alone enclose, where hardly any of it is known to be free."""
+    """Return the inside of small isolated objects where hardly any cell is known to be free."""
     import cv2
 
     _, parts, stats, _ = cv2.connectedComponentsWithStats(cells.astype(np.uint8), connectivity=8)
@@ -79,7 +79,7 @@ def _hollows(cells: Cells, grid: Grid) -> Cells:
 
 
 def _enclosed(part: Cells) -> Cells:
-    """Return the cells of a window that are cut off from its edge by some that hang together."""
+    """Return the cells of a window that a connected part cuts off from its border."""
     import cv2
 
     outside = np.pad((~part).astype(np.uint8), 1, constant_values=1)

@@ -1,8 +1,8 @@
-"""Occupied cells -> straight walls and things that stand for them; all lengths in cells.
+"""Converts occupied cells to straight walls and objects; all lengths in cells.
 
-What stands alone and is a rectangle or a disc is taken as one. The rest is thinned to lines; each line is fitted
-again to both sides of its wall, made square where the map is, and followed to where the wall ends. What is left
-over is cut into rectangles.
+An isolated rectangle or disc becomes one object. The rest is thinned to lines; each line is fitted to both sides of its
+wall, aligned with the main direction of the map, and extended to the end of the wall. What remains is cut into
+rectangles.
 """
 
 from collections.abc import Iterator
@@ -23,40 +23,40 @@ from mjsim.geometry import Array
 from mjsim.world import Grid
 
 THICKEST, BROADEST = 0.6, 1.2
-"""What is thicker is a thing, not a wall; where walls are usually thick, walls up to the second are walls too [m]."""
+"""Maximum thickness of a wall, and its maximum where walls are usually thick; thicker parts are objects [m]."""
 SHORTEST = 0.4
-"""What stands alone and is shorter is a thing, not a wall [m]."""
+"""Minimum length of an isolated wall; shorter parts are objects [m]."""
 BULKY = 2.0
-"""What is so many times as thick as the usual wall is not taken for one, unless it is very long."""
+"""A part this many times as thick as the usual wall is not a wall, unless it is very long."""
 LONG = 12.0
-"""Very long is so many times as long as thick: the outer walls of a building."""
+"""Ratio of length to thickness that counts as very long: the outer walls of a building."""
 SLENDER = 4.0
-"""A wall is at least this many times as long as thick; shorter is a thing."""
+"""Minimum ratio of length to thickness of a wall; a shorter part is an object."""
 ALIKE = 0.85
-"""Overlap of a shape with cells at which it stands for them."""
+"""Minimum overlap with the cells (intersection over union) at which a shape represents them."""
 ALIKE_ENOUGH = 0.65
-"""The same for what is left over, before it is cut in two."""
+"""The same for remaining cells, before they are cut in two."""
 ROUND = 1.2
-"""A disc is at most this much longer than wide."""
+"""Maximum ratio of length to width of a disc."""
 ROUNDER = 0.03
-"""A disc that covers cells worse than a rectangle by this is still preferred."""
+"""A disc is preferred to a rectangle if its overlap is smaller by at most this."""
 SPECK = 2
-"""Fewer cells than this, if they are part of nothing else, are noise, unless the map has many more than noise makes."""
+"""Isolated groups of fewer cells are noise, unless the map has many more of them than noise explains."""
 FRAGMENT = 0.1
-"""What is smaller may be part of something larger [m^2]."""
+"""A smaller part may be a fragment of a larger object [m^2]."""
 TOGETHER = 0.3
-"""Fragments of one wall are no farther apart [m]."""
+"""Maximum distance between fragments of one wall [m]."""
 REACH = 1.0
-"""A cell whose middle is this near to a shape is explained by it [cells]."""
+"""A cell is explained by a shape if its centre is within this distance of it [cells]."""
 MOST_OCCUPIED, MOST_MIDDLES, MOST_LINES = 6_000_000, 500_000, 4_000
-"""More of them make no map: occupied cells, cells in the middle of walls, straight lines."""
+"""Maximum numbers of occupied cells, of thinned cells, and of straight lines in a map."""
 DEEPEST = 12
-"""What is left over is cut in two at most so often."""
+"""Maximum number of times that remaining cells are cut in two."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Traced:
-    """What stands for the occupied cells of a grid."""
+    """The shapes that represent the occupied cells of a grid."""
 
     walls: list[Bar]
     boxes: list[Bar]
@@ -64,10 +64,10 @@ class Traced:
 
 
 def trace(grid: Grid) -> Traced:
-    """Return walls and things that stand for the occupied cells of a grid.
+    """Return walls and objects that represent the occupied cells of a grid.
 
     Raises:
-        UsageError: It has more lines or parts than the map of a building.
+        UsageError: There are more lines or components than in a building.
     """
     _bounded(int(np.count_nonzero(grid.occupied)), MOST_OCCUPIED, "occupied cells")
     clean = without_specks(grid)
@@ -96,19 +96,19 @@ def trace(grid: Grid) -> Traced:
 
 
 def _thickest(network: Cells) -> float:
-    """Return how thick walls are at most that are not very long: what is thicker leans on them, or they on it."""
+    """Return the maximum thickness of walls that are not very long; thicker parts are attached objects."""
     return max(BULKY * _usual_thickness(network), 3.0)
 
 
 def _is_slender(bar: Bar, thick: float, resolution: float) -> bool:
-    """Return whether a rectangle that is no part of the walls that hang together is a wall by itself."""
+    """Return whether a rectangle outside the connected walls is a wall by itself."""
     if bar.length < max(SLENDER * bar.width, SHORTEST / resolution) or bar.width > THICKEST / resolution:
         return False
     return bar.width <= thick or bar.length >= LONG * bar.width
 
 
 def _alone(cells: Cells, resolution: float, least: int) -> tuple[Traced, Cells]:
-    """Return what stands alone and is a rectangle or a disc, or a row of fragments; and the cells of all else."""
+    """Return the isolated rectangles, discs and rows of fragments, and the remaining cells."""
     found = Traced([], [], [])
     network = np.zeros_like(cells)
     fragments: list[Array] = []
@@ -127,10 +127,10 @@ def _alone(cells: Cells, resolution: float, least: int) -> tuple[Traced, Cells]:
 
 
 def _walls(network: Cells, grid: Grid) -> list[Bar]:
-    """Return the walls that cells form which hang together.
+    """Return the walls formed by connected cells.
 
     Raises:
-        UsageError: They have more lines than the map of a building.
+        UsageError: There are more lines than in a building.
     """
     thick = _thickest(network)
     thickest = min(max(THICKEST, thick * grid.resolution), BROADEST) / grid.resolution
@@ -150,7 +150,7 @@ def _bounded(count: int, most: int, kind: str) -> None:
 
 
 def _parts(cells: Cells) -> Iterator[tuple[tuple[slice, slice], Cells]]:
-    """Yield each set of cells that hang together: the window of the grid around it, and its cells there."""
+    """Yield each connected component: its window of the grid, and its cells in that window."""
     import cv2
 
     count, parts, stats, _ = cv2.connectedComponentsWithStats(cells.astype(np.uint8), connectivity=8)
@@ -161,13 +161,13 @@ def _parts(cells: Cells) -> Iterator[tuple[tuple[slice, slice], Cells]]:
 
 
 def _middles(window: tuple[slice, slice], part: Cells) -> Array:
-    """Return the middles of the cells of a window, shape (n, 2), (column, row)."""
+    """Return the centres of the cells of a window, shape (n, 2), as (column, row)."""
     rows, columns = np.nonzero(part)
     return np.column_stack([columns + window[1].start, rows + window[0].start]) + 0.5
 
 
 def _taken(points: Array, found: Traced) -> bool:
-    """Return whether cells are one rectangle or one disc, which is added to what is found."""
+    """Return whether cells form one rectangle or disc, which is then added to `found`."""
     shape = _one_shape(points)
     if isinstance(shape, Bar):
         found.boxes.append(shape)
@@ -177,7 +177,7 @@ def _taken(points: Array, found: Traced) -> bool:
 
 
 def _one_shape(points: Array) -> Bar | Disc | None:
-    """Return the rectangle or the disc that stands for cells, if either does."""
+    """Return the rectangle or disc that represents cells; None if neither does."""
     bar, alike = fitted_bar(points)
     if len(points) >= 12 and bar.length < ROUND * bar.width:
         disc, round_alike = fitted_disc(points)
@@ -187,7 +187,7 @@ def _one_shape(points: Array) -> Bar | Disc | None:
 
 
 def _bulky(cells: Cells, limit: float, thickest: float) -> Cells:
-    """Return the cells of parts that are thicker than a limit, without walls of at most the other thickness."""
+    """Return the cells of components thicker than `limit`, without long walls of at most the other thickness."""
     import cv2
 
     bulky = _thick(cells, limit / 2)
@@ -200,7 +200,7 @@ def _bulky(cells: Cells, limit: float, thickest: float) -> Cells:
 
 
 def _thick(cells: Cells, radius: float) -> Cells:
-    """Return the cells of parts that hold a disc."""
+    """Return the cells of components that contain a disc of the given radius."""
     import cv2
 
     away = cv2.distanceTransform(np.pad(cells.astype(np.uint8), 1), cv2.DIST_L2, 5)[1:-1, 1:-1]
@@ -212,7 +212,7 @@ def _thick(cells: Cells, radius: float) -> Cells:
 
 
 def _usual_thickness(cells: Cells) -> float:
-    """Return twice the median distance from the middles of walls to their sides."""
+    """Return twice the median distance from the centreline of walls to their sides."""
     import cv2
 
     away = cv2.distanceTransform(np.pad(cells.astype(np.uint8), 1), cv2.DIST_L2, 5)[1:-1, 1:-1]
@@ -221,7 +221,7 @@ def _usual_thickness(cells: Cells) -> float:
 
 
 def rectangles_for(points: Array, depth: int) -> list[Bar]:
-    """Return rectangles that stand for cells: one, or those of what hangs together in both halves."""
+    """Return rectangles that represent cells: one, or those of the connected components of both halves."""
     bar, alike = fitted_bar(points)
     if alike >= ALIKE_ENOUGH or len(points) <= 2 * SPECK or depth == DEEPEST:
         return [bar]
@@ -233,7 +233,7 @@ def rectangles_for(points: Array, depth: int) -> list[Bar]:
 
 
 def _hanging_together(points: Array) -> list[Array]:
-    """Return the middles of cells, shape (n, 2), of each part of them that hangs together."""
+    """Return the cell centres of each connected component, shape (n, 2)."""
     lower = points.min(axis=0)
     columns, rows = np.round(points - lower).astype(int).T
     cells = np.zeros((rows.max() + 1, columns.max() + 1), dtype=bool)

@@ -1,4 +1,4 @@
-"""Filled shapes of which one wall is drawn: halves side by side, tiles end to end; in metres."""
+"""Merges filled shapes that together form one wall: halves side by side, tiles end to end; in metres."""
 
 import itertools
 from collections.abc import Iterator, Sequence
@@ -15,21 +15,21 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 SLENDER = 2.0
-"""A wall is so many times as long as wide at least."""
+"""Minimum ratio of length to width of a wall."""
 CONVEX = 0.95
-"""A column covers so much of its convex hull at least."""
+"""Minimum fraction of its convex hull that a column covers."""
 ABUTTING = 0.005
-"""Shapes no farther apart touch, and a corner no farther off the line between its neighbours is none [m]."""
+"""Shapes this close touch; a corner this close to the line between its neighbours is removed [m]."""
 
 
 def united(lines: Sequence[Line]) -> list[Line]:
-    """Return filled outlines with those that are parts of one wall made one.
+    """Return filled outlines, with those that form one wall merged.
 
-    Two are parts of one where they touch along half of the longer side of the smaller: both slender, as the halves
-    that two rooms have of a wall, or both together a rectangle again.
+    Two are merged if they touch along half of the longer side of the smaller one, and if both are slender, such as the
+    two halves of a wall drawn with the rooms on either side, or if together they form a rectangle.
 
     Args:
-        lines: Outlines of filled shapes, each the only one of its shape.
+        lines: Outlines of filled shapes, each the only outline of its shape.
     """
     import shapely
     from scipy.sparse import coo_matrix
@@ -52,7 +52,7 @@ def united(lines: Sequence[Line]) -> list[Line]:
 
 
 def is_compact(points: Array) -> bool:
-    """Return whether an outline, shape (n, 2), is that of a column: not slender, and without corners that go inward."""
+    """Return whether an outline, shape (n, 2), suits a column: neither slender nor with concave corners."""
     import shapely
 
     shape = shapely.Polygon(points)
@@ -90,7 +90,7 @@ def _sides(shape: "BaseGeometry") -> tuple[float, float]:
 
 
 def _union(shapes: Sequence["BaseGeometry"]) -> "BaseGeometry":
-    """Return what shapes cover, with the cracks between them."""
+    """Return the union of shapes, including the cracks between them."""
     import shapely
 
     grown = shapely.buffer(np.array(shapes, dtype=object), ABUTTING, join_style="mitre")
@@ -103,7 +103,7 @@ def _is_rectangle(shape: "BaseGeometry") -> bool:
 
 
 def _rings(shape: "BaseGeometry") -> Iterator[Array]:
-    """Yield the corners of the outlines of a shape, shape (n, 2) each, without those on a straight line."""
+    """Yield the corners of the outlines of a shape, shape (n, 2) each [m], without corners on straight lines."""
     import shapely
 
     for part in shapely.get_parts(shape):

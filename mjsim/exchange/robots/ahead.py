@@ -1,4 +1,4 @@
-"""Where a robot looks in its file: as a person says, by convention, or by what its parts are called."""
+"""Finds the forward direction of a robot in its file: from the options, by convention, or by names of parts."""
 
 import math
 import re
@@ -14,28 +14,28 @@ from mjsim.models import Anatomy
 
 FRONT, BACK = re.compile(r"front|nose|forward"), re.compile(r"rear|back|tail|behind")
 ALONG = {"+x": (1.0, 0.0), "-x": (-1.0, 0.0), "+y": (0.0, 1.0), "-y": (0.0, -1.0)}
-"""Directions in the frame of a file."""
+"""Directions in the file frame."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotOptions:
-    """What a person says where the file leaves it open."""
+    """What the user specifies where the file is ambiguous."""
 
     left: Sequence[str] = ()
-    """Joints of the wheels to the left."""
+    """Joints of the left wheels."""
     right: Sequence[str] = ()
     steering: Sequence[str] = ()
-    """Joints that steer."""
+    """Steering joints."""
     drive: str | None = None
     """Kind of drive."""
     forward: str | None = None
-    """Where it looks in its file: +x, -x, +y or -y."""
+    """Forward direction in the file frame: +x, -x, +y or -y."""
 
 
 def forward_of(
     anatomy: Anatomy, axis: Array, options: RobotOptions, *, file: str, urdf: bool
 ) -> tuple[Array, tuple[str, ...]]:
-    """Return where the robot looks, level, and what is to be said about it."""
+    """Return the forward direction of the robot, horizontal unit vector in the file frame, and notes about it."""
     ahead = np.array([axis[1], -axis[0]])
     if options.forward is not None:
         if options.forward not in ALONG:
@@ -58,7 +58,7 @@ def forward_of(
 
 
 def _hint(anatomy: Anatomy, ahead: Array) -> float:
-    """Return a positive number when names and cameras say that the robot looks along a direction, else negative."""
+    """Return a positive number if names and cameras suggest that a direction is forward, a negative one if not."""
     places: dict[bool, list[float]] = {True: [], False: []}
     named: list[tuple[str, Array]] = [(place.name, place.at) for place in anatomy.places]
     named += [(shape.names[0], shape.points.mean(axis=0)) for shape in anatomy.shapes]
@@ -77,5 +77,5 @@ def _hint(anatomy: Anatomy, ahead: Array) -> float:
 
 
 def shown(direction: Array) -> str:
-    """Return a direction as sentences have it."""
+    """Return a direction as text for messages."""
     return f"[{', '.join(f'{value + 0.0:.2g}' for value in np.round(direction, 2))}]"

@@ -27,7 +27,7 @@ from mjsim.models import Anatomy, RobotFiles, anatomy_of, gather_robot, robot_te
 from mjsim.world import Slip
 
 MARGIN = 1.2
-"""Acceleration that it must stand, of the largest one that it is told."""
+"""Acceleration that the robot must withstand without tipping, as a multiple of the largest commanded one."""
 KINDS = {
     "differential": "a differential drive",
     "skid_steer": "skid steering",
@@ -37,13 +37,13 @@ KINDS = {
     "omni3": "three omni wheels",
 }
 SIZES = {"mecanum": "track and wheelbase together", "omni3": "a ring of wheels with a diameter"}
-"""What the size is called on which it depends how far a robot turns."""
+"""Names of the dimension that determines how far a robot turns."""
 SMALLEST, LARGEST = 0.02, 20.0
-"""Of robots that are taken, across [m]."""
+"""Smallest and largest diameter of accepted robots [m]."""
 MOST_MEASURED = 4
-"""How often it is measured, each time with what the last one found."""
+"""Maximum number of measuring runs, each with the result of the previous one."""
 CLOSE = 0.0003
-"""What odometry may be off when it has been calibrated, of ways and of turns."""
+"""Maximum relative error of odometry after calibration, in distance and in turn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,11 +51,11 @@ class BroughtRobot:
     """The preset of a robot."""
 
     text: str
-    """Of a world of this robot alone, which other worlds name as a preset."""
+    """Text of a world with only this robot, which other worlds use as a preset."""
     files: Mapping[str, bytes] = field(default_factory=dict)
-    """Its model with all that it names, by paths beside the preset."""
+    """Its model and all files that it refers to, by paths relative to the preset."""
     report: Sequence[str] = ()
-    """What people should know about it."""
+    """Lines that tell the user what was found and what was changed."""
 
 
 def bring_robot(
@@ -66,18 +66,18 @@ def bring_robot(
     packages: Mapping[str, Path],
     arguments: Mapping[str, str],
 ) -> BroughtRobot:
-    """Return the preset of a robot from a file of URDF, xacro or MJCF.
+    """Return the preset of a robot from a URDF, xacro or MJCF file.
 
     Args:
-        path: Of that file.
-        name: Of the robot, and of the folder of its files.
+        path: The file.
+        name: Name of the robot, and of the folder of its files.
         options: What the file leaves open.
         packages: Folders of ROS packages by name.
-        arguments: Of xacro.
+        arguments: Arguments of xacro.
 
     Raises:
-        UsageError: It cannot be read, has no wheels that are clear, or does not drive.
-        PhysicsFault: The physics failed.
+        UsageError: The file cannot be read, its wheels are missing or ambiguous, or the robot does not drive.
+        PhysicsFault: The simulation became unstable.
     """
     source = RobotSource(path, packages=packages, arguments=arguments)
     try:
@@ -89,7 +89,7 @@ def bring_robot(
         gear = find_gear(anatomy, options, file=str(path), urdf=robot.files.urdf)
     except UsageError as error:
         raise UsageError(source.placed(str(error))) from None
-    # Rollers belong to their wheels: they are no casters, and no joints that hold still.
+    # Rollers belong to their wheels: they are neither casters nor fixed joints.
     anatomy, _ = without_rollers(anatomy)
     stand = find_stand(anatomy, gear, acceleration=MARGIN * ACCELERATION)
     _check_size(path, stand)
@@ -118,7 +118,7 @@ def bring_robot(
 
 
 def _check_size(path: Path, stand: Stand) -> None:
-    """Raise for a robot that is larger or smaller than any that drives indoors: a file in other units."""
+    """Raise UsageError for a robot too large or too small to drive indoors: its file uses other units."""
     across = 2 * stand.radius
     if not SMALLEST <= across <= LARGEST:
         raise UsageError(
@@ -128,7 +128,7 @@ def _check_size(path: Path, stand: Stand) -> None:
 
 
 def _calibrated(plan: Plan, files: Mapping[str, bytes], path: Path) -> tuple[Plan, Measured]:
-    """Return a plan whose odometry fits what the robot drives, and what it drove last."""
+    """Return a plan whose odometry matches the measured drives, and the last measurement."""
     for _ in range(MOST_MEASURED):
         measured = _measured(plan, files, path)
         if all(abs(ratio - 1.0) < CLOSE for ratio in (measured.way, measured.turn, measured.strafe)):
@@ -138,7 +138,7 @@ def _calibrated(plan: Plan, files: Mapping[str, bytes], path: Path) -> tuple[Pla
 
 
 def _rolling(plan: Plan, files: Mapping[str, bytes], path: Path) -> tuple[Plan, list[str]]:
-    """Return a plan that fits how a robot on rollers goes sideways and turns while it drives, and what was found."""
+    """Return a plan that models the sideways and turning slip of a robot on rollers while it drives, and notes."""
     strafe, spin = rolled(preset_text(plan, ()), files, file=str(path))
     plan = plan.measured(way=1.0, turn=spin, strafe=strafe)
     return plan, [
@@ -150,10 +150,10 @@ def _rolling(plan: Plan, files: Mapping[str, bytes], path: Path) -> tuple[Plan, 
 def _slipping(
     plan: Plan, files: Mapping[str, bytes], path: Path, anatomy: Anatomy, robot: RobotFiles
 ) -> tuple[Plan, list[str]]:
-    """Return a plan that fits how a skid-steered robot turns and slips on arcs of all kinds, and what was found.
+    """Return a plan that models how a skid-steered robot turns and slips on arcs of all kinds, and notes.
 
-    Its tyres slip by more than all noise of a good robot, each robot's differently; it turns about a point that lies
-    where its weight does.
+    Its tyres slip by more than all noise of a good robot, and by a different amount for each robot; its centre of
+    rotation depends on its centre of mass.
     """
     found = learned(preset_text(plan, ()), files, file=str(path))
     stand = find_stand(anatomy, plan.gear, acceleration=MARGIN * ACCELERATION, ahead=found.center)
@@ -168,7 +168,7 @@ def _slipping(
 
 
 def _steering(plan: Plan, files: Mapping[str, bytes], path: Path) -> tuple[Plan, list[str]]:
-    """Return a plan that allows for what a car slips while it steers, if it is more than usual, and what was found."""
+    """Return a plan that models the slip of a car while it steers, if it exceeds the usual amount, and notes."""
     found = learned(preset_text(plan, ()), files, file=str(path))
     slip = Slip(**{name: max(usual, getattr(found.slip, name)) for name, usual in Slip()})
     if slip == Slip():
@@ -178,7 +178,7 @@ def _steering(plan: Plan, files: Mapping[str, bytes], path: Path) -> tuple[Plan,
 
 
 def _inline_slip(slip: Slip) -> str:
-    """Return the parts of a slip, as `odometry: {tyres: ...}` has them."""
+    """Return the components of a slip in the form of `odometry: {tyres: ...}`."""
     return ", ".join(f"{name} {value:.3g}" for name, value in slip)
 
 
@@ -194,7 +194,7 @@ def _measured(plan: Plan, files: Mapping[str, bytes], path: Path) -> Measured:
 
 
 def _found(path: Path, robot: RobotFiles, anatomy: Anatomy, plan: Plan) -> list[str]:
-    """Return what was found in a file."""
+    """Return notes on what was found in a file."""
     gear, stand = plan.gear, plan.stand
     rows = [f"'{pair[0][0].name}' and '{pair[1][0].name}'" for pair in gear.rows]
     rows += [f"'{wheel.name}'" for wheel in gear.single]
@@ -225,7 +225,7 @@ def _found(path: Path, robot: RobotFiles, anatomy: Anatomy, plan: Plan) -> list[
 
 
 def _counted(assets: Mapping[str, bytes]) -> str:
-    """Return how many meshes and pictures there are."""
+    """Return the numbers of meshes and images as text."""
     meshes = sum(name.lower().endswith((".stl", ".obj", ".msh")) for name in assets)
     pictures = len(assets) - meshes
     return f"{meshes} mesh{'es' * (meshes != 1)}" + (f", {pictures} picture{'s' * (pictures != 1)}" if pictures else "")
@@ -243,7 +243,7 @@ def _held(anatomy: Anatomy, gear: Gear) -> list[str]:
 
 
 def _amiss(path: Path, source: RobotSource, robot: RobotFiles, anatomy: Anatomy, gear: Gear, stand: Stand) -> list[str]:
-    """Return what was left out, mended or added."""
+    """Return notes on what was left out, repaired or added."""
     said = ("left out", "made coarser")
     lines = [source.shown(note if note.startswith(said) else f"mended: {note}") for note in robot.notes]
     lines += [
@@ -256,7 +256,7 @@ def _amiss(path: Path, source: RobotSource, robot: RobotFiles, anatomy: Anatomy,
 
 
 def _driven(measured: Measured, plan: Plan) -> list[str]:
-    """Return what was measured."""
+    """Return notes on what was measured."""
     where = "on the spot" if measured.on_spot else "on circles"
     a, b, c, d = measured.ahead, measured.back, measured.left, measured.right
     aside = [f"{drive.driven:+.4f} m for {drive.told:+.4f} m" for drive in measured.aside]
@@ -270,5 +270,5 @@ def _driven(measured: Measured, plan: Plan) -> list[str]:
 
 
 def _about(path: Path, report: Sequence[str]) -> list[str]:
-    """Return the report as comments: without the path of this machine."""
+    """Return the report as comments, without paths of this machine."""
     return [line.replace(str(path), path.name) for line in report]

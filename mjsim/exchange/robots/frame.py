@@ -1,4 +1,4 @@
-"""The robot's own frame in its file, what bears it on the floor, and how large it is."""
+"""The robot's own frame in its file, its points of support on the floor, and its size."""
 
 import math
 from dataclasses import dataclass
@@ -10,56 +10,56 @@ from mjsim.geometry import Array
 from mjsim.models import Anatomy, Shape
 
 SLACK = 0.3
-"""What of a robot that does not turn hangs this near to the floor, in radii of the wheels, bears it."""
+"""A fixed part this close to the floor supports the robot, as a fraction of the wheel radius."""
 LEAST_SLACK = 0.006
-"""[m]"""
+"""Minimum of that distance [m]."""
 LOWEST_POINTS = 0.003
-"""Points of a shape that are this near to its lowest one touch the floor [m]."""
+"""Points of a shape within this height above its lowest point touch the floor [m]."""
 APART = 0.02
-"""Casters nearer to each other than this are one [m]."""
+"""Casters closer together than this are one [m]."""
 MOST_CASTERS = 12
 GRAVITY = 9.81
 REACH = 0.8
-"""Where a caster is put that the file lacks, as a fraction of the body's reach."""
+"""Position of a caster that the file lacks, as a fraction of the body's extent."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stand:
-    """How a robot stands in its own frame: x ahead, y to the left, origin on the floor."""
+    """Geometry of a robot in its own frame: x forward, y left, origin on the floor."""
 
     origin: Array
-    """Of that frame, file frame, shape (3,) [m]."""
+    """Origin of that frame, file frame, shape (3,) [m]."""
     heading: float
-    """Of its x axis in the file [rad]."""
+    """Direction of its x axis in the file frame, counter-clockwise [rad]."""
     casters: tuple[tuple[float, float, float], ...]
-    """x, y and radius of what slides [m]."""
+    """x, y and radius of each sliding contact, robot frame [m]."""
     radius: float
-    """Of the circle around it [m]."""
+    """Radius of the circle around it [m]."""
     height: float
-    """[m]"""
+    """Height above the floor [m]."""
     center: Array
-    """Of mass, robot frame, shape (3,) [m]."""
+    """Centre of mass, robot frame, shape (3,) [m]."""
     notes: tuple[str, ...]
 
     def point(self, p_file: Array) -> Array:
-        """Return points in the robot's frame, shape (..., 3)."""
+        """Return points of the file frame in the robot frame, shape (..., 3) [m]."""
         c, s = math.cos(self.heading), math.sin(self.heading)
         turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         return np.asarray((p_file - self.origin) @ turn)
 
     def direction(self, d_file: Array) -> Array:
-        """Return a direction in the robot's frame, shape (3,)."""
+        """Return a direction of the file frame in the robot frame, shape (3,)."""
         return self.point(d_file + self.origin)
 
 
 def find_stand(anatomy: Anatomy, gear: Gear, *, acceleration: float, ahead: float = 0.0) -> Stand:
-    """Return how a robot stands.
+    """Return the frame, supports and size of a robot.
 
     Args:
-        anatomy: Of its file.
+        anatomy: Contents of its file.
         gear: Its wheels.
-        acceleration: It must not tip over at this [m/s^2].
-        ahead: How far its origin lies ahead of the middle of its wheels, or of its rear axle [m].
+        acceleration: Acceleration at which it must not tip over [m/s^2].
+        ahead: Distance of its origin ahead of the centre of its wheels, or of its rear axle [m].
     """
     row = gear.rows[-1:] if gear.drive == "ackermann" else gear.rows
     pairs = [(pair[0][0].middle + pair[1][0].middle) / 2 for pair in row]
@@ -83,7 +83,7 @@ def find_stand(anatomy: Anatomy, gear: Gear, *, acceleration: float, ahead: floa
 
 
 def _casters(anatomy: Anatomy, gear: Gear, stand: Stand, solid: list[Shape]) -> list[tuple[float, float, float]]:
-    """Return what bears a robot beside its wheels: small wheels, balls, and what hangs low."""
+    """Return the supports of a robot besides its wheels: small wheels, balls, and low parts."""
     found: list[tuple[float, float, float]] = []
     least = min(wheel.radius for wheel in gear.wheels())
     for wheel in gear.bearing:
@@ -117,7 +117,7 @@ def _steadied(
     *,
     acceleration: float,
 ) -> tuple[list[tuple[float, float, float]], tuple[str, ...]]:
-    """Return casters with which a robot neither tips over nor rests on its nose, and what was added."""
+    """Return casters with which a robot neither tips over nor rests on its front, and notes on those added."""
     along = [float(x) for x, *_ in (*casters, *(wheel.tolist() for wheel in wheels))]
     spare = max(0.002, float(center[2]) * acceleration / GRAVITY)
     small = 0.3 * min(float(wheel[2]) for wheel in wheels)

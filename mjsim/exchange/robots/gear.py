@@ -1,4 +1,4 @@
-"""Which wheels drive a robot, which steer it and which only bear it; asked for where the file does not tell."""
+"""Finds which wheels of a robot are driven, steered or passive; asks the user where the file does not say."""
 
 import math
 import re
@@ -24,41 +24,42 @@ from mjsim.models import Anatomy, FileJoint
 
 CASTER = re.compile(r"cast[eo]r|swivel|support|lenkrolle", re.IGNORECASE)
 NEAR_FLOOR = 0.3
-"""A wheel stands on the floor when its lowest point is this near to the lowest of all, in radii."""
+"""A wheel stands on the floor if its lowest point is this close to the lowest of all, in wheel radii."""
 SMALL = 0.6
-"""A wheel that does not drive is smaller than this, of the largest."""
+"""A passive wheel is smaller than this fraction of the largest wheel."""
 ROW = 0.5
-"""Wheels this near to each other along the robot stand on one axle, in radii."""
+"""Wheels this close to each other along the robot share an axle, in wheel radii."""
 HINGELESS = "it has no level hinge at all; wheels, and the ends of tracks, turn on joints without limits"
 DRIVES = ("differential", "skid_steer", "ackermann", "tricycle", "mecanum", "omni3")
-"""Kinds that robots from files have."""
+"""Drives that a robot from a file can have."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Gear:
-    """The running gear of a robot, file frame."""
+    """The running gear of a robot, in the file frame."""
 
     drive: str
     """One of `DRIVES`."""
     rows: tuple[tuple[tuple[Round, ...], tuple[Round, ...]], ...]
-    """Axles from the front to the rear, each its wheels to the left and to the right."""
+    """Axles from front to rear, each with its left and its right wheels."""
     bearing: tuple[Round, ...]
-    """Wheels that only bear it."""
+    """Passive wheels."""
     floor: float
-    """Height of the floor [m]."""
+    """Height of the floor, file frame [m]."""
     forward: Array
-    """Unit vector, level, shape (2,)."""
+    """Forward direction, horizontal unit vector, file frame, shape (2,)."""
     notes: tuple[str, ...] = ()
     single: tuple[Round, ...] = ()
-    """Wheels that stand on no axle: the one of a tricycle that steers and drives, the three of omni3 in its order."""
+    """Wheels without an axle: the steered and driven wheel of a tricycle, or the three of omni3 in the drive's order.
+    """
 
     @property
     def left(self) -> Array:
-        """Unit vector to the left, level, shape (2,)."""
+        """Horizontal unit vector to the left, file frame, shape (2,)."""
         return np.array([-self.forward[1], self.forward[0]])
 
     def wheels(self) -> list[Round]:
-        """Return all wheels that drive or steer."""
+        """Return all wheels that are driven or steered."""
         return [*(wheel for row in self.rows for side in row for wheel in side), *self.single]
 
 
@@ -66,13 +67,13 @@ def find_gear(anatomy: Anatomy, options: RobotOptions, *, file: str, urdf: bool)
     """Return the running gear of a robot.
 
     Args:
-        anatomy: Of its file.
-        options: What is said beside it.
-        file: As errors name it.
-        urdf: Whether x is ahead by convention (REP 103).
+        anatomy: Contents of its file.
+        options: What the user specified.
+        file: Name of the file in messages.
+        urdf: Whether +x is forward by convention (REP 103).
 
     Raises:
-        UsageError: It has no wheels, its wheels are not clear, or they are of a kind that is not taken from files.
+        UsageError: There are no wheels, they are ambiguous, or of a kind that cannot be imported.
     """
     anatomy, hubs = without_rollers(anatomy)
     if options.left or options.right:
@@ -94,7 +95,7 @@ def find_gear(anatomy: Anatomy, options: RobotOptions, *, file: str, urdf: bool)
 
 
 def _named(anatomy: Anatomy, names: Sequence[str], file: str) -> list[Round]:
-    """Return the wheels of joints that a person names."""
+    """Return the wheels of the joints that the user named."""
     known = {joint.name: joint for joint in anatomy.joints if not joint.slides}
     found = []
     for name in names:
@@ -109,7 +110,7 @@ def _named(anatomy: Anatomy, names: Sequence[str], file: str) -> list[Round]:
 
 
 def _guessed(anatomy: Anatomy, file: str) -> tuple[list[Round], list[Round]]:
-    """Return the wheels that drive or steer, and those that only bear."""
+    """Return the driven or steered wheels, and the passive ones."""
     all_round = rounds(anatomy)
     whole = [wheel for wheel in all_round if wheel.radius > 0.0]
     if not whole:
@@ -129,16 +130,16 @@ def _guessed(anatomy: Anatomy, file: str) -> tuple[list[Round], list[Round]]:
 
     bearing = [wheel for wheel in standing if bears(wheel)]
     chosen = [wheel for wheel in standing if not bears(wheel)] or standing
-    # A file that names the motor of one wheel alone has left out the other's.
+    # A file that names a motor for only one wheel has left out the other motor.
     if sum(wheel.joint.driven for wheel in chosen) > 1 and not any(wheel.steer for wheel in chosen):
-        # Motors tell which of the wheels drive; the others roll along.
+        # Motors tell which wheels are driven; the others are passive.
         bearing += [wheel for wheel in chosen if not wheel.joint.driven]
         chosen = [wheel for wheel in chosen if wheel.joint.driven]
     return chosen, [wheel for wheel in bearing if wheel not in chosen]
 
 
 def _instead(anatomy: Anatomy) -> str | None:
-    """Return what a robot has in place of wheels that turn; None where there is nothing to say."""
+    """Return what a robot has instead of rotating wheels; None if nothing was found."""
     wheels = [place.name for place in anatomy.places if place.kind == "body" and "wheel" in place.name.lower()]
     turning = [joint.name for joint in anatomy.joints if turns_freely(joint) and "wheel" in joint.name.lower()]
     if turning:
@@ -156,10 +157,10 @@ def _instead(anatomy: Anatomy) -> str | None:
 def _any_way(
     anatomy: Anatomy, chosen: list[Round], others: list[Round], options: RobotOptions, *, file: str, urdf: bool
 ) -> Gear:
-    """Return the running gear of a base that goes in any direction.
+    """Return the running gear of an omnidirectional base.
 
     Raises:
-        UsageError: Its wheels do not stand as those of a drive that mjsim has.
+        UsageError: The wheels are not arranged as those of a drive that mjsim has.
     """
     kind = omni_kind(chosen, file)
     if options.drive not in (None, kind):
@@ -183,7 +184,7 @@ def _any_way(
 
 
 def _common_axis(wheels: Sequence[Round], file: str) -> Array:
-    """Return the direction of the axles of wheels that do not steer, level, shape (2,)."""
+    """Return the direction of the axles of unsteered wheels, horizontal unit vector, shape (2,)."""
     fixed = [wheel for wheel in wheels if wheel.steer is None] or list(wheels)
     axis = fixed[0].axis[:2]
     for wheel in fixed:
@@ -197,7 +198,7 @@ def _common_axis(wheels: Sequence[Round], file: str) -> Array:
 
 
 def _on_floor(anatomy: Anatomy, wheels: list[Round], file: str) -> tuple[list[Round], float]:
-    """Return wheels whose radius is known, and the height of the floor."""
+    """Return the wheels with known radius, and the height of the floor [m]."""
     known = [wheel.bottom for wheel in wheels if wheel.radius > 0.0]
     if known:
         floor = float(np.mean(known)) if np.ptp(known) < 0.02 else min(known)
@@ -212,7 +213,7 @@ def _on_floor(anatomy: Anatomy, wheels: list[Round], file: str) -> tuple[list[Ro
         if radius <= 1e-3:
             raise UsageError(f"{file}: the axle of '{wheel.name}' lies {radius:.3g} m above the floor; is it a wheel?")
         width = wheel.width if wheel.width > 0.0 else 0.4 * radius
-        # Wheels of one robot stand on one floor.
+        # All wheels of a robot stand on one floor.
         whole.append(replace(wheel, radius=radius, width=width))
     return whole, floor
 
@@ -236,7 +237,7 @@ def _sorted_out(
     file: str,
     notes: tuple[str, ...],
 ) -> Gear:
-    """Return the gear that wheels make, by rows and sides."""
+    """Return the running gear made of wheels, by axles and sides."""
     left = np.array([-forward[1], forward[0]])
     steering = [wheel for wheel in wheels if wheel.steer is not None]
     if len(wheels) == 3 and len(steering) == 1 and options.drive in (None, "tricycle"):
@@ -263,7 +264,7 @@ def _sorted_out(
 
 
 def _check_abreast(anatomy: Anatomy, wheels: Sequence[Round], left: Array, file: str) -> None:
-    """Raise where all wheels stand one behind the other, as those of a bicycle."""
+    """Raise UsageError if all wheels are in line, as on a bicycle."""
     across = [float(wheel.middle[:2] @ left) for wheel in wheels]
     if len(wheels) > 1 and max(across) - min(across) < 0.5 * min(wheel.radius for wheel in wheels):
         held = [j.name for j in anatomy.joints if "wheel" in j.name.lower() and not turns_freely(j)]
@@ -284,10 +285,10 @@ def _tricycle(
     file: str,
     notes: tuple[str, ...],
 ) -> Gear:
-    """Return the running gear of a base with a fixed axle and one wheel that steers.
+    """Return the running gear of a base with a fixed axle and one steered wheel.
 
     Raises:
-        UsageError: The wheels stand otherwise.
+        UsageError: The wheels are arranged differently.
     """
     left = np.array([-forward[1], forward[0]])
     fixed = [wheel for wheel in wheels if wheel is not steered]
@@ -330,7 +331,7 @@ def _check_drive(
 
 
 def _rows(wheels: list[Round], forward: Array) -> list[list[Round]]:
-    """Return wheels by axles, those in front first."""
+    """Return wheels by axles, front axle first."""
     rows: list[list[Round]] = []
     for wheel in sorted(wheels, key=lambda w: -float(w.middle[:2] @ forward)):
         near = rows and abs(float((rows[-1][0].middle - wheel.middle)[:2] @ forward)) < ROW * wheel.radius
@@ -342,7 +343,7 @@ def _rows(wheels: list[Round], forward: Array) -> list[list[Round]]:
 
 
 def _by_side(row: list[Round], left: Array, options: RobotOptions) -> tuple[list[Round], list[Round]]:
-    """Return the wheels of an axle to the left and to the right, the outer ones first."""
+    """Return the left and the right wheels of an axle, outer ones first."""
     middle = float(np.mean([wheel.middle[:2] @ left for wheel in row]))
     if len(row) == 1:
         middle = 0.0
@@ -364,7 +365,7 @@ def _by_side(row: list[Round], left: Array, options: RobotOptions) -> tuple[list
 
 
 def _across(wheel: Round, left: Array, sides: list[tuple[list[Round], list[Round]]]) -> float:
-    """Return how far a wheel stands from the middle of the robot [m]."""
+    """Return the lateral distance of a wheel from the centreline of the robot [m]."""
     all_of = [float(w.middle[:2] @ left) for pair in sides for side in pair for w in side]
     return float(wheel.middle[:2] @ left) - (min(all_of) + max(all_of)) / 2
 
@@ -374,6 +375,6 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def steering_limit(joints: Sequence[FileJoint], *, most: float = math.radians(35.0)) -> float:
-    """Return how far wheels may be steered to both sides, `most` where the file does not say it [rad]."""
+    """Return the steering limit to both sides, `most` if the file does not state it [rad]."""
     limits = [min(abs(joint.range[0]), abs(joint.range[1])) for joint in joints if joint.range is not None]
     return min([*limits, most])

@@ -8,28 +8,29 @@ from mjsim.sim import slip_shares
 from mjsim.world import Slip
 
 JUDGED = 10
-"""Every so many ticks errors are looked at."""
+"""Errors are evaluated every this many ticks."""
 FLOOR = 1e-10
-"""Variance that is always there [m^2], [rad^2]."""
+"""Minimum variance [m^2], [rad^2]."""
 START = {"forward": 0.019, "left": 0.015, "turn": 0.028, "outward": 0.03, "surge": 0.029, "swing": 0.02}
 LEAST, MOST = 1e-4, 2.0
 EVEN = 10.0
-"""What it costs when the mean normalised error of all drives is off by a factor of e at each time."""
+"""Penalty weight: cost at each time if the mean normalised error of all drives is off by a factor of e."""
 DIGITS = 3
 
 
 def likely_slip(told: Array, poses: Array, *, dt: float) -> Slip:
-    """Return the slip under which the errors of dead reckoning are likeliest.
+    """Return the slip that maximises the likelihood of the dead reckoning errors.
 
-    The covariance of a pose is a sum of shares, one for each part of the slip, each as its square. The likelihood is
-    that of a normal distribution of the error at each of the times judged; times are taken as independent, which
-    leaves the estimate consistent (a composite likelihood). As no such slip fits drives exactly, errors shortly after
-    the start would be told too small for the sake of the many later ones; so the mean normalised error at each time
-    is kept near its expectation, too.
+    The covariance of a pose is a sum of shares, one for each component of the slip, proportional to its square. The
+    likelihood is that of a normal distribution of the error at each evaluated time; the times are treated as
+    independent, which keeps the estimate consistent (a composite likelihood). As no such slip fits real drives exactly,
+    the many later times would make the covariance shortly after the start too small; therefore the mean normalised
+    error at each time is also kept near its expectation.
 
     Args:
-        told: Ways along the arc and to the left [m], and turns [rad] of all ticks, shape (robots, ticks, 3).
-        poses: World frame, with the start, shape (robots, ticks + 1, 3) [m, m, rad].
+        told: Measured distances along the arc and to the left [m] and turns [rad] of all ticks, shape (robots, ticks,
+            3).
+        poses: True poses including the start, world frame, shape (robots, ticks + 1, 3) [m, m, rad].
         dt: Period of the loop [s].
 
     References:
@@ -46,13 +47,13 @@ def likely_slip(told: Array, poses: Array, *, dt: float) -> Slip:
 
 
 def _unlikely(logs: Array, errors: Array, shares: Array, drives: int) -> tuple[float, Array]:
-    """Return minus twice the mean log-likelihood and how uneven errors are, and the derivative by the logs of the slip.
+    """Return minus twice the mean log-likelihood plus the unevenness penalty, and the gradient by the log slips.
 
     Args:
-        logs: Of each part of the slip, shape (parts,).
-        errors: Of all drives at one time, then at the next, shape (n, 3).
-        shares: Of the covariance for a slip of one, shape (n, parts, 3, 3).
-        drives: How many there are.
+        logs: Logarithms of the slip components, shape (parts,).
+        errors: Errors of all drives at one time, then at the next, shape (n, 3).
+        shares: Covariance per unit slip, shape (n, parts, 3, 3).
+        drives: Number of drives.
     """
     squares = np.exp(2.0 * logs)
     covariances = np.einsum("k,nkij->nij", squares, shares) + np.eye(3) * FLOOR
@@ -87,15 +88,15 @@ def _reckoned(told: Array, poses: Array, *, dt: float) -> tuple[Array, Array]:
 
 
 def _stepped(poses: Array, told: Array) -> tuple[Array, Array, Array]:
-    """Return poses after one tick, and their derivatives by the poses before and by what was told.
+    """Return poses after one tick, and their Jacobians by the previous poses and by the odometry.
 
     Args:
         poses: World frame, shape (robots, 3) [m, m, rad].
-        told: Shape (robots, 3) [m, m, rad].
+        told: Odometry, shape (robots, 3) [m, m, rad].
     """
     way, _, turn = told.T
     half = poses[:, 2] + turn / 2
-    # The chord of an arc, at half the turn.
+    # The chord of an arc points along half the turn.
     chord = way * np.sinc(turn / (2.0 * np.pi))
     c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     moved = poses + np.stack([chord * np.cos(half), chord * np.sin(half), turn], axis=-1)

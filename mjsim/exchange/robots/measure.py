@@ -1,4 +1,4 @@
-"""Measures a robot in simulation: a metre straight, one sideways, a turn on the spot, both ways each."""
+"""Measures a robot in simulation: one metre straight, one sideways, and a turn on the spot, each in both directions."""
 
 import math
 from collections.abc import Mapping
@@ -11,56 +11,56 @@ from mjsim.sim import Simulation
 from mjsim.world import Source, parse_world
 
 SETTLE = 1.0
-"""Before and after a drive [s]."""
+"""Pause before and after a drive [s]."""
 TILT = math.radians(12.0)
-"""A robot that leans more does not stand."""
+"""A robot that leans more has fallen over [rad]."""
 WAY = 1.0
-"""[m]"""
+"""Length of a drive [m]."""
 SLOW, STEER = 0.5, 0.7
-"""Shares of the largest speed and of the largest curvature."""
+"""Fractions of the maximum speed and of the maximum curvature."""
 MOST_TIME = 120.0
-"""For one drive [s]."""
+"""Time limit of a drive [s]."""
 
 
 @dataclass(frozen=True, slots=True)
 class MeasuredDrive:
-    """One drive: measured by odometry, and actual."""
+    """Odometry and ground truth of one drive."""
 
     told: float
     driven: float
 
     @property
     def ratio(self) -> float:
-        """What was driven of what was told."""
+        """Ratio of the true to the measured distance or turn."""
         return self.driven / self.told if abs(self.told) > 1e-9 else 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """Four drives of one robot, and two sideways of one that can."""
+    """Four drives of one robot, and two sideways if it can move sideways."""
 
     ahead: MeasuredDrive
     back: MeasuredDrive
     left: MeasuredDrive
     right: MeasuredDrive
     on_spot: bool
-    """Whether it turned on the spot; else on circles."""
+    """Whether it turned on the spot; otherwise it drove circles."""
     aside: tuple[MeasuredDrive, ...] = ()
-    """To the left and to the right."""
+    """Drives to the left and to the right."""
 
     @property
     def way(self) -> float:
-        """What it drives of a metre that odometry tells."""
+        """True distance per metre of odometry."""
         return (self.ahead.ratio + self.back.ratio) / 2
 
     @property
     def turn(self) -> float:
-        """What it turns of a radian that odometry tells."""
+        """True turn per radian of odometry."""
         return (self.left.ratio + self.right.ratio) / 2
 
     @property
     def strafe(self) -> float:
-        """What it drives of a metre sideways that odometry tells; 1 for a robot that cannot go sideways."""
+        """True sideways distance per metre of odometry; 1 for a robot that cannot move sideways."""
         return sum(drive.ratio for drive in self.aside) / len(self.aside) if self.aside else 1.0
 
 
@@ -68,13 +68,13 @@ def measure(text: str, files: Mapping[str, bytes], *, file: str) -> Measured:
     """Drive a robot on an empty floor, without noise.
 
     Args:
-        text: Of a world with this robot alone.
-        files: What it names.
-        file: The maker's file, as errors name it.
+        text: Text of a world with only this robot.
+        files: Files that the world refers to, by name.
+        file: Name of the manufacturer's file, for messages.
 
     Raises:
-        UsageError: It does not stand, or does not drive.
-        PhysicsFault: The physics failed.
+        UsageError: The robot falls over, or does not drive.
+        PhysicsFault: The simulation became unstable.
     """
     world = parse_world(text, source=Source(file=file, attached=files))
     (robot,) = world.robots
@@ -101,7 +101,7 @@ def measure(text: str, files: Mapping[str, bytes], *, file: str) -> Measured:
 
 
 class _Pilot:
-    """Drives one robot and compares."""
+    """Drives one robot and compares odometry with ground truth."""
 
     def __init__(self, sim: Simulation, robot: str, file: str) -> None:
         self._sim, self._robot, self._file = sim, robot, file
@@ -109,7 +109,7 @@ class _Pilot:
         self._turned = self._told_turn = 0.0
 
     def settle(self) -> None:
-        """Stand still, and see that it stands."""
+        """Stand still, and check that the robot has not fallen over."""
         start = self._sim.truth(self._robot)
         self._go(Command(), SETTLE)
         pose = self._sim.pose(self._robot)
@@ -124,19 +124,19 @@ class _Pilot:
             raise UsageError(f"{self._file}: the robot does not stand still; a part of it pushes against the floor")
 
     def straight(self, speed: float) -> MeasuredDrive:
-        """Drive a metre, and stop."""
+        """Drive one metre, and stop."""
         moved, said = self._moved(Command(speed), WAY / abs(speed))
         self._check("drives", moved.x, said.x, "m")
         return MeasuredDrive(said.x, moved.x)
 
     def sideways(self, speed: float) -> MeasuredDrive:
-        """Drive a metre to the left, or to the right, and stop."""
+        """Drive one metre to the left or to the right, and stop."""
         moved, said = self._moved(Command(left=speed), WAY / abs(speed))
         self._check("drives sideways", moved.y, said.y, "m")
         return MeasuredDrive(said.y, moved.y)
 
     def _moved(self, command: Command, seconds: float) -> tuple[Pose, Pose]:
-        """Return where a robot has come to by a command, and where it is by its odometry, both from where it was."""
+        """Return the true and the odometry displacement under a command, both relative to the start."""
         start, told = self._sim.truth(self._robot), self._told
         self._go(command, seconds)
         self._go(Command(), SETTLE)

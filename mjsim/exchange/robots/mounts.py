@@ -1,4 +1,4 @@
-"""Sensors of a robot: what its file describes, and links, sites and cameras that are named like one."""
+"""Sensors of a robot: those its file describes, and links, sites and cameras with the names of sensors."""
 
 import math
 import re
@@ -16,19 +16,19 @@ WORDS = {
     "camera": re.compile(r"camera|realsense|kinect|astra|(^|_)zed|(^|_)oak|webcam|d4[135]5|r200|t265"),
     "imu": re.compile(r"(^|_)imu|inertial|gyro"),
 }
-"""What links with a sensor are called."""
+"""Names of links that carry a sensor."""
 NO_SENSOR = re.compile(r"mount|bracket|holder|support|tower|screw|plate|(^|_)cap($|_)")
 SAME = 0.15
-"""Links of one kind nearer than this to each other belong to one sensor [m]."""
+"""Links of one kind closer together than this belong to one sensor [m]."""
 MOST = {"lidar": 2, "camera": 2, "imu": 1}
-"""Sensors of a kind that a preset gets; each picture costs time."""
+"""Maximum number of sensors of each kind in a preset; rendering takes time."""
 LOWEST = {"lidar": 0.02, "camera": 0.02, "imu": -0.01}
-"""Above the floor; what lies lower stands for another place, or sees nothing but the floor [m]."""
+"""Minimum height above the floor; lower frames are placeholders, or see only the floor [m]."""
 WIDTH, HEIGHT = 640, 480
 STEEP = 85.0
-"""No camera is taken that looks more steeply [deg]."""
+"""Cameras that look up or down more steeply are ignored [deg]."""
 RATES = (25.0, 12.5, 5.0, 2.5, 1.0)
-"""That divide the 25 Hz of the tick [Hz]."""
+"""Rates that divide the tick rate of 25 Hz [Hz]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,16 +38,16 @@ class SensorMount:
     kind: str
     name: str
     at: tuple[float, float, float]
-    """Robot frame [m]."""
+    """Position, robot frame [m]."""
     yaw_deg: float
     pitch_deg: float
     keys: Mapping[str, object] = field(default_factory=dict)
     said: str = ""
-    """Where it comes from."""
+    """Where the file describes it."""
 
 
 def find_mounts(anatomy: Anatomy, stand: Stand, said: tuple[SaidSensor, ...]) -> list[SensorMount]:
-    """Return the sensors of a robot, those that its file describes first."""
+    """Return the sensors of a robot; those its file describes come first."""
     kept: list[SensorMount] = []
     for mount in (*_described(anatomy, stand, said), *_cameras(anatomy, stand), *_named(anatomy, stand)):
         same = [other for other in kept if other.kind == mount.kind]
@@ -71,7 +71,7 @@ def _renamed(mount: SensorMount, taken: set[str]) -> SensorMount:
 
 
 def _described(anatomy: Anatomy, stand: Stand, said: tuple[SaidSensor, ...]) -> Iterator[SensorMount]:
-    """Yield the sensors that a file describes, each on its link or its site."""
+    """Yield the sensors that a file describes, each on its link or site."""
     for sensor in said:
         place = next((place for place in anatomy.places if place.name == sensor.link), None)
         if place is None:
@@ -84,7 +84,7 @@ def _described(anatomy: Anatomy, stand: Stand, said: tuple[SaidSensor, ...]) -> 
 
 
 def _cameras(anatomy: Anatomy, stand: Stand) -> Iterator[SensorMount]:
-    """Yield the cameras of MJCF, which look against their z axis."""
+    """Yield the cameras of an MJCF file, which look along their -z axis."""
     for place in anatomy.places:
         if place.kind == "camera" and place.fov > 0.0:
             width, height = place.size if min(place.size) >= 16 else (WIDTH, HEIGHT)
@@ -95,7 +95,7 @@ def _cameras(anatomy: Anatomy, stand: Stand) -> Iterator[SensorMount]:
 
 
 def _named(anatomy: Anatomy, stand: Stand) -> Iterator[SensorMount]:
-    """Yield places that are named like a sensor: links and sites, then shapes and meshes."""
+    """Yield frames named like a sensor: links and sites, then shapes and meshes."""
     for kind, word in WORDS.items():
         places = [place for place in anatomy.places if place.kind != "camera"]
         for place in sorted(places, key=lambda place: "optical" in place.name):
@@ -113,7 +113,7 @@ def _named(anatomy: Anatomy, stand: Stand) -> Iterator[SensorMount]:
 
 
 def _ahead(place: FileFrame, stand: Stand, kind: str) -> Array:
-    """Return where a link looks: along x, along z for an optical frame of ROS."""
+    """Return the viewing direction of a link: along x, or along z for an optical frame of ROS."""
     ahead = place.axes[:, 2] if "optical" in place.name else place.axes[:, 0]
     if kind == "imu" or abs(ahead[2]) > math.sin(math.radians(STEEP)):
         return np.array([math.cos(stand.heading), math.sin(stand.heading), 0.0])
@@ -133,7 +133,7 @@ def _mount(
 
 
 def _keys(sensor: SaidSensor) -> dict[str, object]:
-    """Return what a file says of a sensor, as keys of ours within their bounds."""
+    """Return a sensor's properties from the file as keys of a world, limited to their valid ranges."""
     said = sensor.keys
     keys: dict[str, object] = {}
     if sensor.kind == "lidar":
@@ -157,12 +157,12 @@ def _keys(sensor: SaidSensor) -> dict[str, object]:
 
 
 def _within(angle: float) -> float:
-    """Return a field of view that cameras of ours have [rad] -> [deg]."""
+    """Return a field of view limited to the valid range, given in [rad], returned in [deg]."""
     return round(min(max(math.degrees(angle), 5.0), 150.0), 2)
 
 
 def _turn(rpy: tuple[float, float, float]) -> Array:
-    """Return the rotation of roll, pitch and yaw as URDF has them, shape (3, 3)."""
+    """Return the rotation matrix of roll, pitch and yaw in the convention of URDF, shape (3, 3)."""
     (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
     return np.array(
         [
@@ -174,10 +174,10 @@ def _turn(rpy: tuple[float, float, float]) -> Array:
 
 
 def _plain(name: str) -> str:
-    """Return a name in lower case that may stand in a world."""
+    """Return a name in lower case that is valid in a world."""
     return re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")[:40] or "sensor"
 
 
 def _short(kind: str, name: str) -> str:
-    """Return a name without the words that every link has."""
+    """Return a name without the words common to all links."""
     return re.sub(r"_(link|frame|base|rgb|depth|optical|sensor)(?=_|$)", "", name) or kind

@@ -1,4 +1,4 @@
-"""Wheels with rollers, and bases that go in any direction on them: mecanum on four, omni3 on three in a ring."""
+"""Wheels with rollers, and omnidirectional bases on them: mecanum with four, omni3 with three in a ring."""
 
 import math
 import re
@@ -15,24 +15,25 @@ from mjsim.world import OMNI3_BEARINGS
 
 ROLLERS = re.compile(r"mecanum|omni_?wheel|swedish|rotacaster", re.IGNORECASE)
 FEWEST_ROLLERS = 4
-"""On a wheel."""
+"""Minimum number of rollers on a wheel."""
 MECANUM_WHEELS = 4
 PARALLEL = math.cos(math.radians(12.0))
 OFF = math.radians(10.0)
-"""How far wheels may stand off the places of their drive."""
+"""Maximum deviation of wheels from the arrangement of their drive [rad]."""
 OWN = "describe another base with drive: {use: FILE.py:CLASS}"
 
 
 def without_rollers(anatomy: Anatomy) -> tuple[Anatomy, set[int]]:
-    """Return a robot whose rollers belong to their wheels, and the parts that are such wheels.
+    """Return a robot with its rollers merged into their wheels, and the indices of these wheels.
 
-    A wheel has rollers when four parts or more turn freely on it off its own axle, which turns freely itself.
+    A wheel has rollers if at least four parts turn freely on it about axes other than its own, and it has a free axle
+    itself.
     """
     free = {joint.part: joint for joint in anatomy.joints if turns_freely(joint)}
     wheel_of: dict[int, int] = {}
     for number, hub in free.items():
         on_it = [part for part in free if anatomy.parts[part].parent == number]
-        # The gears of a differential turn about the axle of their ring.
+        # The gears of a differential turn about the axis of their ring gear.
         on_it = [part for part in on_it if abs(float(free[part].axis @ hub.axis)) < PARALLEL]
         if len(on_it) >= FEWEST_ROLLERS:
             wheel_of |= dict.fromkeys(on_it, number)
@@ -42,23 +43,23 @@ def without_rollers(anatomy: Anatomy) -> tuple[Anatomy, set[int]]:
 
 
 def rolls_any_way(anatomy: Anatomy, wheels: Sequence[Round], hubs: set[int]) -> bool:
-    """Return whether wheels have rollers, by their parts or by names, or stand as those of omni3 do."""
+    """Return whether wheels have rollers, according to their parts or names, or are arranged as in omni3."""
     if any(wheel.joint.part in hubs for wheel in wheels):
         return True
     turning = {wheel.joint.part for wheel in wheels}
     names = [wheel.name for wheel in wheels]
     names += [name for part in turning for name in anatomy.parts[part].names]
-    # A wheel with rollers may be no more than a caster of a base that two wheels drive.
+    # A wheel with rollers may also be a caster of a base with two driven wheels.
     mine = [shape for shape in anatomy.shapes if shape.part in turning or len(wheels) == MECANUM_WHEELS]
     names += [name for shape in mine for name in shape.names]
     return any(ROLLERS.search(name) for name in names) or (len(wheels) == 3 and _in_a_ring(wheels))
 
 
 def omni_kind(wheels: Sequence[Round], file: str) -> str:
-    """Return which drive wheels with rollers make.
+    """Return the drive of wheels with rollers.
 
     Raises:
-        UsageError: It is one that mjsim does not have.
+        UsageError: mjsim has no such drive.
     """
     axes = [wheel.axis[:2] / np.linalg.norm(wheel.axis[:2]) for wheel in wheels]
     if len(wheels) == MECANUM_WHEELS and all(abs(float(axis @ axes[0])) > PARALLEL for axis in axes):
@@ -73,7 +74,7 @@ def omni_kind(wheels: Sequence[Round], file: str) -> str:
 
 
 def _in_a_ring(wheels: Sequence[Round]) -> bool:
-    """Return whether three wheels stand evenly on a circle and roll along it."""
+    """Return whether three wheels are evenly spaced on a circle and roll along it."""
     places = np.array([wheel.middle[:2] for wheel in wheels])
     arms = places - places.mean(axis=0)
     bearings = np.sort(np.arctan2(arms[:, 1], arms[:, 0]))
@@ -83,11 +84,11 @@ def _in_a_ring(wheels: Sequence[Round]) -> bool:
 
 
 def ring_forward(wheels: Sequence[Round], wished: Array | None) -> Array:
-    """Return where a robot on three wheels looks, so that one is behind: the direction next to the one wished, or x.
+    """Return the forward direction of a robot with three wheels for which one wheel is at the rear.
 
     Args:
-        wheels: In a ring.
-        wished: Unit vector, level, file frame, shape (2,); None for none.
+        wheels: The three wheels of the ring.
+        wished: Preferred direction, horizontal unit vector, file frame, shape (2,); by default x.
     """
     places = np.array([wheel.middle[:2] for wheel in wheels])
     arms = places - places.mean(axis=0)
@@ -97,7 +98,7 @@ def ring_forward(wheels: Sequence[Round], wished: Array | None) -> Array:
 
 
 def in_the_ring(wheels: Sequence[Round], forward: Array) -> tuple[Round, ...]:
-    """Return three wheels in the order of the drive: in front to the left, behind, in front to the right."""
+    """Return three wheels in the order of the drive: front left, rear, front right."""
     places = np.array([wheel.middle[:2] for wheel in wheels])
     arms = places - places.mean(axis=0)
     heading = math.atan2(forward[1], forward[0])

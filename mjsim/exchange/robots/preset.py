@@ -1,4 +1,4 @@
-"""The preset of a robot from its maker's file: what was found, as the text of a world of that robot alone."""
+"""Writes the preset of a robot from its manufacturer's file: the text of a world with only that robot."""
 
 import json
 import math
@@ -14,57 +14,57 @@ from mjsim.exchange.robots.rounds import Round
 from mjsim.world import CORNERS, OMNI3_BEARINGS, Slip
 
 WHEEL_SPEED = 6.7
-"""How fast wheels turn where no file says it: that of small indoor robots [rad/s]."""
+"""Wheel speed if no file states it: that of small indoor robots [rad/s]."""
 FASTEST = 1.5
-"""Guessed [m/s]."""
+"""Maximum of a guessed speed [m/s]."""
 LEAST_SPEED, MOST_SPEED = 0.02, 5.0
-"""Of what files say; beyond, it stands there to be no limit [m/s]."""
+"""Range of plausible speeds in files; a value beyond means that there is no limit [m/s]."""
 NO_LIMIT = 100.0
-"""Wheels of which a file says this or more are those that nobody measured [rad/s]."""
+"""A wheel speed of this or more in a file was not measured [rad/s]."""
 ACCELERATION = 1.0
-"""[m/s^2]"""
+"""Acceleration of the drive [m/s^2]."""
 TURN_NOISE, WAY_NOISE = 0.02, 0.01
-"""Of a good robot's odometry [rad/sqrt(rad)], [m/sqrt(m)]."""
+"""Odometry noise of a good robot [rad/sqrt(rad)], [m/sqrt(m)]."""
 DRIVE_NOISE = 0.02
 LIDAR = {"beams": 360, "fov_deg": 360, "range": [0.12, 8.0], "rate_hz": 5, "noise": {"range": 0.01}}
 CAMERA = {"width": 640, "height": 480, "fov_deg": 60, "rate_hz": 5}
 IMU = {"noise": {"acceleration": 0.02, "turn": 0.002}}
 SIDES = ("left", "right")
 ROLLERS = ("mecanum", "omni3")
-"""Drives on wheels with rollers, whose sizes stay as they are when it is measured what they slip."""
+"""Drives on wheels with rollers; their dimensions are kept when their slip is measured."""
 KEYS: Mapping[str, Mapping[str, object]] = {"lidar": LIDAR, "camera": CAMERA, "imu": IMU}
-"""Of sensors, where the file does not say them."""
+"""Default keys of sensors, where the file does not state them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plan:
-    """All that the preset of a robot says."""
+    """The contents of a robot's preset."""
 
     name: str
     model: str
-    """Path of its file beside the preset."""
+    """Path of its model relative to the preset."""
     gear: Gear
     stand: Stand
     mounts: Sequence[SensorMount]
     wheel_radius: float
-    """With which its odometry computes [m]."""
+    """Wheel radius used by its odometry [m]."""
     track: float
-    """[m]; of a skid-steered robot that of the differential drive that turns alike, of mecanum wheels
-    with the wheelbase added, of three wheels in a ring its diameter."""
+    """[m]; for a skid-steered robot, the track of the equivalent differential drive; for mecanum wheels, plus the
+    wheelbase; for three wheels in a ring, the diameter of the ring."""
     slip: Slip | None = None
-    """What its tyres slip, where that is measured."""
+    """Slip of its tyres, if measured."""
     strafe: float = 1.0
-    """Of wheels with rollers, as their drive has it."""
+    """Sideways slip factor of wheels with rollers, as in the drive's key."""
     spin: float = 1.0
-    """Likewise."""
+    """Turning slip factor of wheels with rollers, as in the drive's key."""
 
     def measured(self, *, way: float, turn: float, strafe: float = 1.0) -> "Plan":
-        """Return a plan whose odometry fits what was driven.
+        """Return a plan whose odometry matches the measured drives.
 
         Args:
-            way: What the robot drove of a metre that its odometry told.
-            turn: What it turned of a radian that its odometry told.
-            strafe: What it drove of a metre sideways that its odometry told.
+            way: True distance per metre of odometry.
+            turn: True turn per radian of odometry.
+            strafe: True sideways distance per metre of odometry.
         """
         plan = replace(self, wheel_radius=self.wheel_radius * way)
         if self.gear.drive in ROLLERS:
@@ -73,7 +73,7 @@ class Plan:
 
 
 def first_plan(name: str, model: str, gear: Gear, stand: Stand, mounts: Sequence[SensorMount]) -> Plan:
-    """Return a plan from sizes alone."""
+    """Return a plan based only on dimensions."""
     radius = gear.single[0].radius if gear.single else gear.rows[-1][0][0].radius
     return Plan(
         name=name, model=model, gear=gear, stand=stand, mounts=mounts, wheel_radius=radius, track=_turning(gear, stand)
@@ -81,7 +81,7 @@ def first_plan(name: str, model: str, gear: Gear, stand: Stand, mounts: Sequence
 
 
 def _turning(gear: Gear, stand: Stand) -> float:
-    """Return the size on which it depends how far a robot turns, as `Plan.track` has it [m]."""
+    """Return the dimension that determines how far a robot turns, defined as `Plan.track` [m]."""
     if gear.drive == "omni3":
         return 2.0 * float(np.mean([np.hypot(*stand.point(wheel.middle)[:2]) for wheel in gear.single]))
     track = _track(gear.rows[-1])
@@ -96,7 +96,7 @@ def _track(row: tuple[tuple[Round, ...], tuple[Round, ...]]) -> float:
 
 
 def wheelbase_of(gear: Gear) -> float:
-    """Return the distance between the first axle and the last, or the wheel that steers [m]."""
+    """Return the distance between the first axle and the last axle or the steered wheel [m]."""
     if gear.single:
         left, right = (side[0].middle for side in gear.rows[0])
         return abs(float((gear.single[0].middle - (left + right) / 2)[:2] @ gear.forward))
@@ -106,32 +106,32 @@ def wheelbase_of(gear: Gear) -> float:
 
 
 def max_speed(plan: Plan) -> float:
-    """Return how fast it drives, by its file or else a guess [m/s]."""
+    """Return the maximum speed, from the file or guessed [m/s]."""
     said = said_speed(plan.gear)
     return round(said or min(FASTEST, WHEEL_SPEED * plan.wheel_radius), 2) or 0.05
 
 
 def said_speed(gear: Gear) -> float | None:
-    """Return how fast wheels run by the limits of their joints [m/s]; None where these are none, or cannot be meant."""
+    """Return the speed of wheels at their joints' limits [m/s]; None if there are none, or they are implausible."""
     limits = [(wheel.joint.speed, wheel.radius) for wheel in gear.wheels() if wheel.joint.speed is not None]
     speeds = [speed * radius for speed, radius in limits if speed < NO_LIMIT]
     return min(speeds) if speeds and LEAST_SPEED < min(speeds) <= MOST_SPEED else None
 
 
 def speed_said(plan: Plan) -> str:
-    """Return where the largest speed comes from."""
+    """Return a text that says where the maximum speed comes from."""
     if said_speed(plan.gear) is not None:
         return f"by the limits of its wheels, {max_speed(plan) / plan.wheel_radius:.3g} rad/s"
     return f"a guess: wheels that turn at {WHEEL_SPEED} rad/s"
 
 
 def max_turn_deg(plan: Plan) -> float:
-    """Return a guess of how fast it turns [deg/s]."""
+    """Return a guess of the maximum turn rate [deg/s]."""
     return float(round(min(max(math.degrees(2.0 * max_speed(plan) / plan.track), 20.0), 170.0)))
 
 
 def preset_text(plan: Plan, notes: Sequence[str]) -> str:
-    """Return the text of a preset, a world of this robot alone on an empty floor."""
+    """Return the text of a preset: a world with only this robot on an empty floor."""
     lines = [f"# {note}" for note in notes]
     lines += [
         "mjsim: 1",
@@ -171,7 +171,7 @@ def _drive(plan: Plan) -> list[str]:
 
 
 def _sizes(plan: Plan) -> dict[str, object]:
-    """Return the keys of a drive that say where its wheels stand."""
+    """Return the keys of a drive that describe the positions of its wheels."""
     gear = plan.gear
     if gear.drive == "differential":
         return {"track": round(plan.track, 6)}
@@ -190,12 +190,12 @@ def _sizes(plan: Plan) -> dict[str, object]:
 
 
 def _slips(plan: Plan) -> dict[str, object]:
-    """Return the keys of a drive that say what rollers slip."""
+    """Return the keys of a drive that describe the slip of its rollers."""
     return {"strafe": round(plan.strafe, 5), "spin": round(plan.spin, 5)}
 
 
 def max_steer_deg(plan: Plan) -> float:
-    """Return how far a wheel midway between the steered ones turns, by the limit of the inner one [deg]."""
+    """Return the steering limit of a virtual wheel midway between the steered ones, from the inner wheel's [deg]."""
     if plan.gear.single:
         joint = plan.gear.single[0].steer
         free = joint is None or joint.range is None
@@ -237,7 +237,7 @@ def _body(plan: Plan) -> list[str]:
 
 
 def wheels_by_name(gear: Gear) -> dict[str, list[Round]]:
-    """Return the wheels by the names that their drive gives them, with those that turn alike."""
+    """Return the wheels by the drive's names for them, grouped with those that turn alike."""
     if gear.drive == "omni3":
         return {name: [wheel] for name, wheel in zip(OMNI3_BEARINGS, gear.single, strict=True)}
     if len(gear.rows) == 1:
@@ -261,7 +261,7 @@ def _sensor(mount: SensorMount) -> dict[str, object]:
 
 
 def _run(plan: Plan) -> list[str]:
-    """Return how the world runs: the robot drives a square, or ways that a car can."""
+    """Return the `run` section: the robot drives a square, or a path that a car can follow."""
     side = max(1.0, round(4.0 * plan.stand.radius, 1)) * (3.0 if plan.gear.drive in ("ackermann", "tricycle") else 1.0)
     points = f"[[{side:g}, 0], [{side:g}, {side:g}], [0, {side:g}], [0, 0]]"
     return [
@@ -278,7 +278,7 @@ def _numbers(values: Sequence[float], digits: int) -> str:
 
 
 def _inline(value: object) -> str:
-    """Return a value on one line of YAML."""
+    """Return a value as YAML on one line."""
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{key}: {_inline(item)}" for key, item in value.items()) + "}"
     if isinstance(value, list | tuple):

@@ -1,4 +1,4 @@
-"""What of a robot turns and is round: candidates for wheels, measured from their shapes."""
+"""Finds the round rotating parts of a robot: candidates for wheels, measured from their shapes."""
 
 import math
 from dataclasses import dataclass, replace
@@ -9,44 +9,45 @@ from mjsim.geometry import Array
 from mjsim.models import Anatomy, FileJoint, Shape
 
 LEVEL = 0.2
-"""Largest vertical part of an axle's direction."""
+"""Maximum vertical component of an axle's unit vector."""
 UPRIGHT = 0.85
-"""Smallest vertical part of the axis that steers."""
+"""Minimum vertical component of a steering axis."""
 ROUND = 0.85
-"""Least width of a round part, of its largest."""
+"""Minimum width of a round part, as a fraction of its maximum width."""
 SQUARE = 0.69
-"""The same of a box that stands for a wheel."""
+"""The same for a box that stands for a wheel."""
 RIM = 0.9
-"""What of a wheel is this far from its axle rolls on the floor, in radii; the rest is its hub and its motor."""
+"""The part of a wheel beyond this distance from its axle rolls on the floor, in wheel radii; the rest is hub and motor.
+"""
 DIRECTIONS = 24
-"""Around an axle, in which widths are compared."""
+"""Number of directions around an axle in which widths are compared."""
 WHOLE_TURN = 2.0 * math.pi * 0.95
-"""A joint that turns less is no wheel [rad]."""
+"""A joint with a smaller range is not a wheel's [rad]."""
 AXLE = 3.0
-"""A part that is wider, in radii, and round at both ends has a wheel at each."""
+"""A part wider than this, in wheel radii, and round at both ends, has a wheel at each end."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Round:
-    """A part that turns about a level axle, file frame."""
+    """A part that turns about a horizontal axle, in the file frame."""
 
     joint: FileJoint
     middle: Array
-    """Of the wheel, on its axle, shape (3,) [m]."""
+    """Centre of the wheel, on its axle, shape (3,) [m]."""
     axis: Array
-    """Unit vector along the axle, level, shape (3,)."""
+    """Horizontal unit vector along the axle, shape (3,)."""
     radius: float
-    """[m]; 0 where no shape tells it."""
+    """[m]; 0 if no shape shows it."""
     width: float
     """[m]"""
     steer: FileJoint | None = None
-    """The upright joint that turns it; None for a wheel that points one way."""
+    """The vertical joint that steers it; None for a fixed wheel."""
     swivels: bool = False
-    """Whether that joint turns freely: a caster."""
+    """Whether that joint turns freely, as on a caster."""
 
     @property
     def name(self) -> str:
-        """Of its joint."""
+        """Name of its joint."""
         return self.joint.name
 
     @property
@@ -56,7 +57,7 @@ class Round:
 
 
 def rounds(anatomy: Anatomy) -> list[Round]:
-    """Return what turns about level axles without limits; two for an axle with a wheel at each end."""
+    """Return the parts that turn about horizontal axles without limits; an axle with two wheels gives two."""
     found: list[Round] = []
     for joint in anatomy.joints:
         if turns_freely(joint) and abs(joint.axis[2]) < LEVEL:
@@ -65,12 +66,12 @@ def rounds(anatomy: Anatomy) -> list[Round]:
 
 
 def turns_freely(joint: FileJoint) -> bool:
-    """Return whether a joint turns round and round."""
+    """Return whether a joint can turn without limit."""
     return not joint.slides and (joint.range is None or joint.range[1] - joint.range[0] > WHOLE_TURN)
 
 
 def measured(anatomy: Anatomy, joint: FileJoint) -> list[Round]:
-    """Return the wheels on a joint: one or two, none where what turns is not round."""
+    """Return the wheels on a joint: one or two, or none if what turns is not round."""
     shapes = [shape for shape in anatomy.shapes if shape.part == joint.part]
     axis = joint.axis * [1.0, 1.0, 0.0]
     axis /= np.linalg.norm(axis)
@@ -81,7 +82,7 @@ def measured(anatomy: Anatomy, joint: FileJoint) -> list[Round]:
     solid = [shape for shape in shapes if shape.touched] or shapes
     called = "wheel" in " ".join([joint.name, *anatomy.parts[joint.part].names]).lower()
     pictured = [shape for shape in shapes if shape.seen] or shapes
-    # What a wheel touches with may be a box, for speed; then its picture is round, or its sides are equal.
+    # The collision shape of a wheel may be a box, for speed; then its visual shape is round, or its sides are equal.
     for group, least in ((solid, ROUND), (pictured, ROUND), *(((solid, SQUARE),) if called else ())):
         wheels = [_around(bare, end, least) for end in _ends(bare, group)]
         if found := [wheel for wheel in wheels if wheel.radius > 0.0]:
@@ -90,7 +91,7 @@ def measured(anatomy: Anatomy, joint: FileJoint) -> list[Round]:
 
 
 def _steered(anatomy: Anatomy, joint: FileJoint) -> tuple[FileJoint | None, bool]:
-    """Return the upright joint between a wheel and the base, and whether it turns freely, unmoved by a motor."""
+    """Return the vertical joint between a wheel and the base, and whether it turns freely, without a motor."""
     part = anatomy.parts[joint.part].parent
     while part > 0:
         for other in anatomy.joints:
@@ -101,7 +102,7 @@ def _steered(anatomy: Anatomy, joint: FileJoint) -> tuple[FileJoint | None, bool
 
 
 def _ends(bare: Round, shapes: list[Shape]) -> list[list[Shape]]:
-    """Return the shapes of a part in one group, or in two where they are the wheels of an axle."""
+    """Return the shapes of a part in one group, or in two if they are the wheels of an axle."""
     along = [(shape.points - bare.middle) @ bare.axis for shape in shapes]
     width = max(float(a.max()) for a in along) - min(float(a.min()) for a in along)
     radius = max(_reach(bare, shape) for shape in shapes)
@@ -120,14 +121,14 @@ def _reach(bare: Round, shape: Shape) -> float:
 
 
 def _around(bare: Round, shapes: list[Shape], least: float) -> Round:
-    """Return the wheel that shapes make; of radius 0 where their narrowest is less than a fraction of their widest."""
+    """Return the wheel of given shapes; radius 0 if their minimum width is less than `least` times the maximum."""
     points = np.concatenate([shape.points for shape in shapes]) - bare.middle
     across = np.cross([0.0, 0.0, 1.0], bare.axis)
     angles = np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS)
     widths = np.array([(points @ (math.cos(a) * across + math.sin(a) * np.array([0, 0, 1.0]))).max() for a in angles])
     if widths.min() < least * widths.max():
         return bare
-    # Of a circle with few corners the corners are what rolls, of a box the sides; the axle may not be quite level.
+    # A polygon with few corners rolls on its corners, a box on its sides; the axle may be slightly tilted.
     axle = bare.joint.axis
     distances = np.linalg.norm(points - np.outer(points @ axle, axle), axis=1)
     corners = float(distances.max())

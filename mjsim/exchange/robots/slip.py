@@ -1,11 +1,11 @@
 """Wheel slip, estimated from simulated drives at changing speeds and turns.
 
-Wheels with rollers slip until their rollers spin: less while the robot moves every way at once than on the spot. So
-what they slip sideways and in turn is the mean over drives of all kinds.
+Wheels with rollers slip until their rollers spin, so they slip less while the robot moves in all directions at once
+than on the spot. Their sideways and turning slip is therefore the mean over drives of all kinds.
 
-A skid-steered robot turns by letting all its tyres slip, by how much depends on where its weight lies and on how long
-and wide it stands. So three things are learned: about which point it turns, how far it turns of what its wheels tell on
-arcs of all kinds, and what the covariance of its odometry must allow for.
+A skid-steered robot turns by letting all its tyres slip; how much depends on its centre of mass, wheelbase and track.
+Three things are estimated: its centre of rotation, its true turn per radian of wheel odometry on arcs of all kinds, and
+the covariance of its odometry.
 """
 
 from collections.abc import Mapping
@@ -20,63 +20,63 @@ from mjsim.sim import Simulation, arc_end
 from mjsim.world import OdometryNoise, Robot, Slip, Source, WheelOdometry, World, parse_world
 
 ROBOTS, TOGETHER = 80, 5
-"""Drives, and how many robots are simulated at a time."""
+"""Number of drives, and number of robots simulated at a time."""
 ON_ROLLERS = 5
-"""Drives of robots on rollers, whose slip is the same every time."""
+"""Number of drives of robots on rollers, whose slip hardly varies."""
 MANY_JOINTS, FEWER = 30, 24
-"""Robots of so many joints take long to simulate: fewer drives of them, one at a time."""
+"""Robots with at least this many joints are slow to simulate: they make fewer drives, one at a time."""
 TICKS, HELD = 500, 50
-"""Of a drive; ticks for which a command holds."""
+"""Ticks per drive, and ticks for which a command is held."""
 LONG = 125
-"""Ticks over which ways are compared: so many that what lags behind a change of the command is little of it."""
+"""Ticks over which distances are compared, long enough for the lag after a change of command to be negligible."""
 STEADY = 15
-"""Ticks after which a robot keeps to a command."""
+"""Ticks until a robot follows a command steadily."""
 APART = 50.0
-"""[m]"""
+"""Distance between robots [m]."""
 SEED = 4711
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drives:
-    """What some robots told of their drives, and where they were."""
+    """Odometry and ground truth of the drives of some robots."""
 
     told: Array
-    """Ways along the arc and to the left [m], and turns [rad] of all ticks, shape (robots, ticks, 3)."""
+    """Measured distances along the arc and to the left [m] and turns [rad] of all ticks, shape (robots, ticks, 3)."""
     poses: Array
-    """World frame, at all ticks with the start, shape (robots, ticks + 1, 3)."""
+    """True poses at all ticks including the start, world frame, shape (robots, ticks + 1, 3) [m, m, rad]."""
     dt: float
-    """[s]"""
+    """Period of a tick [s]."""
 
     def about(self, x: float) -> "Drives":
-        """Return the drives of the point of a robot that lies x ahead of its origin [m]."""
+        """Return the drives of the point `x` ahead of each robot's origin [m]."""
         headings = self.poses[..., 2]
         offset = np.stack([np.cos(headings), np.sin(headings), np.zeros_like(headings)], axis=-1)
         return replace(self, poses=self.poses + x * offset)
 
     def scaled(self, turn: float) -> "Drives":
-        """Return drives whose turns are told as so many times as large."""
+        """Return the drives with measured turns multiplied by `turn`."""
         return replace(self, told=self.told * [1.0, 1.0, turn])
 
 
 @dataclass(frozen=True, slots=True)
 class Learned:
-    """What drives tell of a robot."""
+    """What was estimated from the drives of a robot."""
 
     drives: int
     center: float
-    """Where the point is about which it turns, ahead of its origin [m]."""
+    """Distance of the centre of rotation ahead of its origin [m]."""
     turn: float
-    """What it turns of a radian that its wheels tell."""
+    """True turn per radian of wheel odometry."""
     slip: Slip
 
 
 def learned(text: str, files: Mapping[str, bytes], *, file: str) -> Learned:
-    """Return what drives of a robot tell, its odometry without noise.
+    """Return what drives of a robot with noise-free odometry show.
 
     Args:
-        text: Of a world with this robot alone.
-        files: What it names.
-        file: The maker's file, as errors name it.
+        text: Text of a world with only this robot.
+        files: Files that the world refers to, by name.
+        file: Name of the manufacturer's file, for messages.
     """
     world = parse_world(text, source=Source(file=file, attached=files))
     with Simulation(world) as sim:
@@ -91,12 +91,12 @@ def learned(text: str, files: Mapping[str, bytes], *, file: str) -> Learned:
 
 
 def rolled(text: str, files: Mapping[str, bytes], *, file: str) -> tuple[float, float]:
-    """Return what a robot on rollers drives sideways, and what it turns, of what its wheels tell.
+    """Return the true sideways distance and the true turn of a robot on rollers, per unit of wheel odometry.
 
     Args:
-        text: Of a world with this robot alone.
-        files: What it names.
-        file: The maker's file, as errors name it.
+        text: Text of a world with only this robot.
+        files: Files that the world refers to, by name.
+        file: Name of the manufacturer's file, for messages.
     """
     world = _lot(parse_world(text, source=Source(file=file, attached=files)), TOGETHER)
     lots = [_driven(world, first) for first in range(0, ON_ROLLERS, TOGETHER)]
@@ -107,9 +107,9 @@ def rolled(text: str, files: Mapping[str, bytes], *, file: str) -> tuple[float, 
 
 
 def _lot(world: World, together: int) -> World:
-    """Return a world of some robots far from each other, whose encoders do not err.
+    """Return a world of several robots far from each other, with noise-free encoders.
 
-    Their motors do, as the preset says: tyres slip most while speeds change.
+    Their motors are noisy, as the preset states: tyres slip most while speeds change.
     """
     (robot,) = world.robots
     told = {"sensors": (), "odometry": WheelOdometry(noise=OdometryNoise())}
@@ -121,7 +121,7 @@ def _lot(world: World, together: int) -> World:
 
 
 def _driven(world: World, first: int) -> Drives:
-    """Return the drives of some robots at commands that change, the first robot having a number."""
+    """Return drives of several robots with changing commands; `first` is the number of the first robot."""
     with Simulation(world, seed=SEED + first) as sim:
         chances = {name: np.random.default_rng([SEED, first + k]) for k, name in enumerate(sim.robots)}
         told, poses = [], [[pose.as_array() for pose in sim.truths().values()]]
@@ -143,25 +143,25 @@ def _some_command(robot: RobotInfo, rng: np.random.Generator) -> Command:
 
 
 def _along_the_arc(told: Odometry) -> tuple[float, float, float]:
-    """Return the ways along the arc and to the left [m] and the turn [rad] of an increment without noise."""
+    """Return distances along the arc and to the left [m] and the turn [rad] of a noise-free increment."""
     way = complex(told.forward, told.left) / complex(*arc_end(1.0, told.turn))
     return way.real, way.imag, told.turn
 
 
 def _turn(drives: Drives) -> float:
-    """Return how far robots turned of what their wheels told, by least squares over all commands."""
+    """Return the true turn per radian of wheel odometry, by least squares over all commands."""
     told = drives.told[..., 2].reshape(len(drives.told), -1, HELD).sum(axis=-1)
     was = drives.poses[:, HELD::HELD, 2] - drives.poses[:, :-1:HELD, 2]
-    # Wheels are right to far less than half a turn of the robot.
+    # Wheel odometry is wrong by far less than half a turn of the robot.
     driven = told + wrap_angles(was - told)
     return float(np.sum(told * driven) / np.sum(told * told))
 
 
 def _center(drives: Drives) -> float:
-    """Return where the point lies that does not move aside when robots turn on the spot, ahead of the origin [m].
+    """Return the distance ahead of the origin of the point that does not move sideways in turns on the spot [m].
 
-    Aside they move by -x times the turn rate, and outward by something times speed and turn rate (creep of tyres);
-    both are fitted to what they drove at steady commands.
+    A point at x moves sideways by -x times the turn rate, and outward in proportion to speed times turn rate (creep of
+    tyres); both are fitted to the motion at steady commands.
 
     References:
         Mandow et al., Experimental Kinematics for Wheeled Skid-Steer Mobile Robots, IROS 2007: the centre of rotation.
@@ -178,7 +178,7 @@ def _center(drives: Drives) -> float:
 
 
 def _ways(drives: Drives) -> Array:
-    """Return ways ahead and to the left [m] and turns [rad] that were driven each tick, shape (robots, ticks, 3)."""
+    """Return true distances forward and to the left [m] and turns [rad] of each tick, shape (robots, ticks, 3)."""
     step = np.diff(drives.poses, axis=1)
     turn = wrap_angles(step[..., 2])
     half = drives.poses[:, :-1, 2] + turn / 2

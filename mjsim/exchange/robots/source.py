@@ -1,4 +1,4 @@
-"""The files of a robot where its maker has them: beside the description, in parent folders, in packages of ROS."""
+"""The files of a robot as its manufacturer lays them out: beside the description, in parents, in ROS packages."""
 
 import os
 import posixpath
@@ -12,27 +12,27 @@ from mjsim.exchange.robots.xacro import parsed, resolved
 from mjsim.models import PlacedError, line_and_column, line_of, names_in
 
 MOST_BYTES = 64_000_000
-"""Of one file."""
+"""Maximum size of one file [bytes]."""
 AROUND = 3
-"""How many folders up from the description its own files may lie."""
+"""Number of parent folders of the description that may contain its files."""
 _URI = re.compile(rb"(?:package|model)://([A-Za-z0-9_.-]+)/?([^\"'<>\s]*)")
 _LATE_DECLARATION = re.compile(rb"\A\s+<\?xml[^>]*\?>")
-"""Lines before it are no XML, though many programs take them."""
+"""Blank lines before the XML declaration are invalid, though many programs accept them."""
 _FILE = re.compile(rb"file://(/[^\"'<>]*)")
 _NO_NUMBER = re.compile(rb"""=\s*["'](?:[^"'<>]*\s)?[+-]?nan[\s"']""", re.IGNORECASE)
-"""An attribute one of whose words is `nan`."""
+"""An attribute that contains the word `nan`."""
 
 
 class RobotSource:
-    """Reads the files of one robot; nothing outside of its own folders and of the packages that it names is opened."""
+    """Reads the files of one robot; it opens nothing outside the robot's folders and the ROS packages that it names."""
 
     def __init__(self, path: Path, *, packages: Mapping[str, Path], arguments: Mapping[str, str]) -> None:
-        """Look for the description.
+        """Locate the description.
 
         Args:
-            path: Of URDF, xacro or MJCF.
-            packages: Folders of ROS packages by their names; these go before all others.
-            arguments: Of xacro.
+            path: A URDF, xacro or MJCF file.
+            packages: Folders of ROS packages by name; they take precedence.
+            arguments: Arguments of xacro.
 
         Raises:
             UsageError: The file does not exist.
@@ -52,20 +52,20 @@ class RobotSource:
         self._packages = dict(packages)
         self._arguments = arguments
         self.missing: set[str] = set()
-        """Packages that were named and not found."""
+        """Packages that were named but not found."""
         self.expanded = False
-        """Whether xacro made another text of the description."""
+        """Whether xacro changed the text of the description."""
 
     @property
     def name(self) -> str:
-        """Path of the description, as `read` knows it."""
+        """Path of the description, as accepted by `read`."""
         return self._path.relative_to(self._root).as_posix()
 
     def read(self, name: str) -> bytes:
-        """Return a file by its path from the root, or `@PACKAGE/...`.
+        """Return a file by its path from the root, or by `@PACKAGE/...`.
 
         Raises:
-            ValueError: The file does not exist, or it lies elsewhere.
+            ValueError: The file does not exist, or lies outside the allowed folders.
         """
         data = self._bytes(name)
         if name != self.name or data[:2] == b"\x1f\x8b":
@@ -73,7 +73,7 @@ class RobotSource:
         return self._description(data)
 
     def placed(self, text: str) -> str:
-        """Return a sentence of ours that names this file, with line and column of the first part that it names."""
+        """Return a message about this file with line and column of the first part that it names."""
         head = f"{self._given}: "
         if not text.startswith(head):
             return text
@@ -82,11 +82,11 @@ class RobotSource:
         return text if found is None else f"{self._given}:{found.line}:{found.column}: {text.removeprefix(head)}"
 
     def shown(self, note: str) -> str:
-        """Return a sentence that names this file by its path from the root with the path that was given instead."""
+        """Return a message with the path from the root replaced by the path that the user gave."""
         return note.replace(self.name, str(self._given), 1)
 
     def told(self, error: ValueError) -> str:
-        """Return what is wrong in a file of the robot, by the path that was given."""
+        """Return an error about a file of the robot with the path that the user gave."""
         folder = posixpath.dirname(self.name)
         written = self._bytes(self.name)
         if "XML contains a 'NaN'" in str(error) and (match := _NO_NUMBER.search(written)):
@@ -105,7 +105,7 @@ class RobotSource:
         return f"{self._given}:{error.start.line}:{error.start.column}: {what}"
 
     def folder(self, package: str) -> Path | None:
-        """Return the folder of a ROS package; None when it is not found."""
+        """Return the folder of a ROS package; None if it was not found."""
         if package not in self._packages:
             found = next((place for place in self._likely(package) if place.is_dir()), None)
             if found is None:
@@ -115,7 +115,7 @@ class RobotSource:
         return self._packages[package]
 
     def _description(self, data: bytes) -> bytes:
-        """Return the description with xacro resolved, its packages named as `read` knows them."""
+        """Return the description with xacro resolved, and package paths in the form accepted by `read`."""
         written = _LATE_DECLARATION.sub(lambda match: b"\n" * match[0].count(b"\n"), data)
         data = resolved(written, self._path, arguments=self._arguments, find=self.folder)
         self.expanded = data != written
@@ -130,7 +130,7 @@ class RobotSource:
         return _FILE.sub(self._local, _URI.sub(named, data))
 
     def _local(self, match: "re.Match[bytes]") -> bytes:
-        """Return an absolute path from the folder of the description."""
+        """Return an absolute path relative to the folder of the description."""
         path = Path(os.path.normpath(match[1].decode("utf-8", "replace")))
         return os.path.relpath(path, self._path.parent).encode()
 
@@ -166,10 +166,10 @@ class RobotSource:
 
 
 def _check_links(root: Element, data: bytes, path: Path) -> None:
-    """Refuse joints between links that are not there.
+    """Check that the links of all joints exist.
 
     Raises:
-        UsageError: There is one; names its line.
+        UsageError: One does not exist; the message has its line.
     """
     links = {link.get("name", "") for link in root.findall("link")}
     for kind in ("link", "joint"):
@@ -191,16 +191,16 @@ def _check_links(root: Element, data: bytes, path: Path) -> None:
 
 
 def _where(name: str, data: bytes, path: Path) -> str:
-    """Return the place of what has a name, as errors begin with it."""
+    """Return the position of a named element, as messages begin with it."""
     start = line_of(name, data)
     return f"{path}" if start is None else f"{path}:{start.line}:{start.column}"
 
 
 def _check_loops(root: Element, data: bytes, path: Path) -> None:
-    """Refuse links that hang on two joints, or on themselves.
+    """Check that no link is the child of two joints, or its own ancestor.
 
     Raises:
-        UsageError: There is one.
+        UsageError: A link is.
     """
     above: dict[str, tuple[str, str]] = {}
     for joint in root.findall("joint"):

@@ -1,4 +1,4 @@
-"""Xacro: properties, arguments and conditions resolved here; macros and the rest by the library, where it is installed.
+"""Xacro: resolves properties, arguments and conditions; macros and the rest need the xacro library, if installed.
 
 References:
     https://wiki.ros.org/xacro
@@ -21,15 +21,15 @@ SPACES = ("http://ros.org/wiki/xacro", "http://www.ros.org/wiki/xacro", "http://
 """Namespaces of xacro's elements."""
 MOST_BYTES = 8_000_000
 DEEPEST = 16
-"""Properties within properties."""
+"""Maximum nesting of properties."""
 LONGEST = 10_000
-"""Characters of a value."""
+"""Maximum length of a value [characters]."""
 ROBOT_PARTS = {"link", "joint", "material", "gazebo", "transmission", "sensor", "ros2_control", "group", "mujoco"}
-"""Elements of a robot in URDF, with those for other programs."""
+"""Elements of a robot in URDF, including extensions of other programs."""
 PLAIN = {"arg", "property", "if", "unless"}
 """Elements that are resolved here."""
 PREFIXES = {"namespace", "prefix", "tf_prefix"}
-"""Names before the names of parts, which whatever starts a robot fills in, often without a declaration; empty here."""
+"""Prefixes of part names that a launch file sets, often undeclared; empty here."""
 _SUBSTITUTION = re.compile(r"\$\{([^{}]*)\}|\$\((arg|find|env|optenv|eval)\s+([^()]*)\)")
 _OPERATORS: Mapping[type, Callable[..., Any]] = {
     ast.Add: operator.add,
@@ -51,20 +51,20 @@ _FUNCTIONS: Mapping[str, Callable[..., Any]] = {
 
 
 class NotPlainError(Exception):
-    """What this file does not resolve; the text says which part of xacro it is."""
+    """Raised for what this module does not resolve; its text names the xacro feature."""
 
 
 def resolved(data: bytes, path: Path, *, arguments: Mapping[str, str], find: Callable[[str], Path | None]) -> bytes:
-    """Return a robot's description with all that xacro stands for put in; other files come back as they are.
+    """Return a robot's description with all xacro elements resolved; other files are returned unchanged.
 
     Args:
-        data: Of the file.
-        path: Of the file, for the library and for errors.
+        data: Contents of the file.
+        path: Path of the file, for the library and for messages.
         arguments: Values of `xacro:arg`.
-        find: Returns the folder of a ROS package.
+        find: Returns the folder of a ROS package, or None.
 
     Raises:
-        UsageError: It is wrong, or needs the library, which is not installed.
+        UsageError: The file is invalid, or needs the library, which is not installed.
     """
     if b"xacro" not in data and b"$" not in data:
         return data
@@ -79,10 +79,10 @@ def resolved(data: bytes, path: Path, *, arguments: Mapping[str, str], find: Cal
 
 
 def _refuse_bare_macros(root: ElementTree.Element, path: Path) -> None:
-    """Refuse macros that are called without `xacro:`, as very old files do: nothing would come of them.
+    """Reject macros called without `xacro:`, as in very old files: they would be ignored silently.
 
     Raises:
-        UsageError: There is one.
+        UsageError: The file contains one.
     """
     for item in root:
         if "}" not in item.tag and item.tag not in ROBOT_PARTS and not len(item) and not (item.text or "").strip():
@@ -92,10 +92,10 @@ def _refuse_bare_macros(root: ElementTree.Element, path: Path) -> None:
 
 
 def parsed(data: bytes, path: Path) -> ElementTree.Element:
-    """Return the root of a file's XML, which is of bounded size and defines no entities.
+    """Return the root element of an XML file of bounded size without entity definitions.
 
     Raises:
-        UsageError: It is not XML, too large, or declares a document type.
+        UsageError: The file is not XML, is too large, or declares a document type.
     """
     if len(data) > MOST_BYTES:
         raise UsageError(f"{path} has {len(data) / 1e6:.0f} MB of XML; it must have at most {MOST_BYTES // 10**6} MB")
@@ -112,7 +112,7 @@ def parsed(data: bytes, path: Path) -> ElementTree.Element:
 
 
 def _word(tag: str) -> str | None:
-    """Return the name of an element of xacro; None for another one."""
+    """Return the name of a xacro element; None for other elements."""
     space, _, word = tag[1:].partition("}") if tag.startswith("{") else ("", "", tag)
     return word if space in SPACES else None
 
@@ -130,7 +130,7 @@ def _plain(root: ElementTree.Element, path: Path, arguments: Mapping[str, str]) 
 
 
 def _put_in(element: ElementTree.Element, known: "_Names") -> None:
-    """Put values into an element, and leave the elements of xacro out."""
+    """Substitute values in an element, and remove its xacro elements."""
     for key, value in element.attrib.items():
         element.set(key, known.text(value))
     if element.text and "$" in element.text:
@@ -157,7 +157,7 @@ class _Names:
         self._properties: dict[str, str] = {}
 
     def declare(self, element: ElementTree.Element) -> None:
-        """Take a property or an argument that an element declares."""
+        """Store a property or an argument that an element declares."""
         word, name = _word(element.tag), element.get("name", "")
         if word == "arg":
             if "default" in element.attrib:
@@ -168,7 +168,7 @@ class _Names:
             self._properties[name] = element.attrib["value"]
 
     def text(self, text: str, depth: int = 0) -> str:
-        """Return a text with all values put in."""
+        """Return a text with all values substituted."""
         if "$" not in text:
             return text
         if depth > DEEPEST or len(text) > LONGEST:
@@ -177,7 +177,7 @@ class _Names:
         return new if new == text else self.text(new, depth + 1)
 
     def holds(self, text: str) -> bool:
-        """Return whether a condition holds."""
+        """Return whether a condition is true."""
         value = self.text(text).strip().lower()
         if value in ("true", "1", "1.0"):
             return True
@@ -234,7 +234,7 @@ class _Names:
 
 
 def _by_library(path: Path, what: str, arguments: Mapping[str, str], find: Callable[[str], Path | None]) -> bytes:
-    """Return what the library makes of a file."""
+    """Return the library's result for a file."""
     try:
         # mypy: the library ships no types.
         import xacro
@@ -257,7 +257,7 @@ def _by_library(path: Path, what: str, arguments: Mapping[str, str], find: Calla
     except UsageError:
         raise
     except Exception as error:
-        # The library raises errors of any kind for what is wrong in a file.
+        # The library can raise any exception for an invalid file.
         reason = " ".join(str(error).split())[:200]
         raise UsageError(f"{path} is not valid xacro: {reason}; correct it") from None
     finally:
@@ -265,7 +265,7 @@ def _by_library(path: Path, what: str, arguments: Mapping[str, str], find: Calla
 
 
 def _expression(text: str) -> ast.expr:
-    """Return the syntax tree of one expression; SyntaxError for anything else."""
+    """Return the syntax tree of one expression; raises SyntaxError for anything else."""
     match parse_python(text.strip()).body:
         case [ast.Expr(value=value)]:
             return value

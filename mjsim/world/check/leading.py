@@ -1,4 +1,4 @@
-"""Valid but implausible: events that lead joints of mechanisms which follow no motion, or beyond their range."""
+"""Checks for implausible values: events that lead mechanism joints without a motion, or beyond their range."""
 
 import math
 from collections.abc import Iterator
@@ -8,11 +8,11 @@ from mjsim.world.check.standing import Doubt
 from mjsim.world.items import LeadEvent, Mechanism, ReleaseEvent, World
 
 ROUNDED = 1e-6
-"""Values may be this far beyond the range: a world file rounds them [rad, m]."""
+"""Tolerance for values beyond the range, because a world file rounds them [rad, m]."""
 
 
 def misled_joints(world: World) -> Iterator[Doubt]:
-    """Yield what is wrong with events that lead joints of mechanisms."""
+    """Yield the problems of events that lead joints of mechanisms."""
     for index, event in enumerate(world.run.events):
         try:
             if isinstance(event, LeadEvent):
@@ -24,10 +24,10 @@ def misled_joints(world: World) -> Iterator[Doubt]:
 
 
 def led_value(world: World, event: LeadEvent) -> float:
-    """Return the value that an event leads a joint to [rad, m].
+    """Return the value to which an event leads a joint [rad, m].
 
     Raises:
-        ValueError: The mechanism does not exist, no motion leads such a joint of it, or the value is out of its range.
+        ValueError: The mechanism does not exist, no motion leads this joint, or the value is out of range.
     """
     slides, lower, upper = led_joint(world, event.lead, event.joint)
     scale = 1.0 if slides else math.pi / 180.0
@@ -41,10 +41,10 @@ def led_value(world: World, event: LeadEvent) -> float:
 
 
 def led_joint(world: World, name: str, joint: str) -> tuple[bool, float, float]:
-    """Return whether a joint of a mechanism that a motion leads slides, and both ends of its range [rad, m].
+    """Return whether a led joint of a mechanism is a sliding joint, and the limits of its range [rad, m].
 
     Raises:
-        ValueError: The mechanism does not exist, or no motion leads such a joint of it.
+        ValueError: The mechanism does not exist, or no motion leads this joint.
     """
     mechanisms = {each.name: each for each in world.mechanisms}
     if name not in mechanisms:
@@ -59,7 +59,7 @@ def led_joint(world: World, name: str, joint: str) -> tuple[bool, float, float]:
 
 
 def led_joints(mechanism: Mechanism) -> dict[str, tuple[bool, float, float]]:
-    """Return the joints that motions lead, by name: whether each slides, and both ends of its range [rad, m]."""
+    """Return the joints that motions lead, by name: whether each is a sliding joint, and its limits [rad, m]."""
     found, led = mechanism.assembly, {}
     columns = {drive.column for drive in found.drives if drive.column >= 0}
     for joint in mechanism.joints:

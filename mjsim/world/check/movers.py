@@ -1,4 +1,4 @@
-"""Valid but implausible motion: movers that go through walls, and things that events put inside others."""
+"""Checks for implausible motion: movers that pass through walls, and items that events place inside others."""
 
 from collections.abc import Collection, Iterator
 from itertools import pairwise
@@ -12,7 +12,7 @@ from mjsim.world.plan import prisms, stays
 
 
 def misled(world: World, solids: Solids) -> Iterator[Doubt]:
-    """Yield what is wrong with the paths of movers and the goals of events."""
+    """Yield the problems of the paths of movers and of the target poses of events."""
     removed = {event.remove for event in world.run.events if isinstance(event, RemoveEvent)}
     numbered = list(enumerate(world.obstacles))
     loose = {called(item, number) for number, item in numbered if not stays(item) or item.name in removed}
@@ -23,12 +23,12 @@ def misled(world: World, solids: Solids) -> Iterator[Doubt]:
 
 
 def _through_things(obstacle: Obstacle, number: int, solids: Solids, loose: Collection[str]) -> Iterator[Doubt]:
-    """Yield the first stretch of a mover's path on which it meets what stays."""
+    """Yield the first section of a mover's path on which it hits something static."""
     assert obstacle.path is not None
     stops = [obstacle.at, *obstacle.path.points, *([obstacle.at] if obstacle.path.closed else [])]
     for index, stretch in enumerate(pairwise(stops)):
         for outline, low, high in prisms(obstacle):
-            # What is convex sweeps, on a straight way, the hull of where it begins and where it ends.
+            # On a straight path, a convex shape sweeps the convex hull of its start and end positions.
             moved = [outline + np.subtract(place, obstacle.at) for place in stretch]
             found = solids.reached(np.concatenate(moved), depth=SPARE, low=low + SPARE, high=high - SPARE, but=loose)
             if found:
@@ -39,9 +39,10 @@ def _through_things(obstacle: Obstacle, number: int, solids: Solids, loose: Coll
 
 
 def misplaced(world: World, event: MoveEvent) -> str | None:
-    """Return why there is no room where an event puts something down; None where there is, by what stays there.
+    """Return why there is no space at the target of an event, considering static objects; None if there is space.
 
-    There is none beyond the outermost walls either, in a world that has walls, unless something of the world is there.
+    In a world with walls, a place outside the outermost walls also counts as unavailable, unless part of the world is
+    there.
     """
     places = [point for wall in world.walls for point in wall.points]
     places += [item.at[:2] for item in (*world.robots, *world.obstacles)]
@@ -53,12 +54,12 @@ def misplaced(world: World, event: MoveEvent) -> str | None:
 
 
 def _within(place: tuple[float, ...], points: Array) -> bool:
-    """Return whether a place lies in the bounds of points, shape (n, 2) [m]."""
+    """Return whether a place lies in the bounding box of points, shape (n, 2) [m]."""
     return bool((points.min(axis=0) <= place).all() and (points.max(axis=0) >= place).all())
 
 
 def _put_into_things(world: World, solids: Solids, loose: Collection[str]) -> Iterator[Doubt]:
-    """Yield the events that put a robot or an obstacle down inside what stays."""
+    """Yield the events that place a robot or an obstacle inside something static."""
     for index, event in enumerate(world.run.events):
         message = _inside(world, event, solids, loose) if isinstance(event, MoveEvent) else None
         if message is not None:
@@ -66,7 +67,7 @@ def _put_into_things(world: World, solids: Solids, loose: Collection[str]) -> It
 
 
 def _inside(world: World, event: MoveEvent, solids: Solids, loose: Collection[str]) -> str | None:
-    """Return that an event puts a robot or an obstacle down inside what stays; None where it does not."""
+    """Return the message for an event that places a robot or an obstacle in something static; None if it does not."""
     for shape, low, high in _put_down(world, event):
         found = solids.reached(shape, depth=SPARE, low=low, high=high, but=loose)
         if found:
@@ -75,7 +76,7 @@ def _inside(world: World, event: MoveEvent, solids: Solids, loose: Collection[st
 
 
 def _put_down(world: World, event: MoveEvent) -> list[tuple[Array, float, float]]:
-    """Return what an event puts down: outlines, shape (n, 2), world frame, with lower and upper heights [m]."""
+    """Return what an event places: outlines, shape (n, 2), world frame, with lower and upper heights [m]."""
     for robot in world.robots:
         if robot.name == event.move:
             return [(disc(event.to, robot.body.radius), 0.0, robot.body.height)]

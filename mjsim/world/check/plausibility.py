@@ -1,4 +1,4 @@
-"""Valid but implausible: robots in walls, hidden beacons, openings that do not fit, tags that hear no anchor."""
+"""Checks for implausible values: robots in walls, hidden beacons, openings that do not fit, tags without an anchor."""
 
 import itertools
 import math
@@ -17,13 +17,13 @@ from mjsim.world.plan import Hung, hung
 from mjsim.world.yaml import problems_at
 
 SOFT = 0.02
-"""So far things and people may reach into a person, who gives way [m]."""
+"""Depth to which objects and people may overlap a person, whose body is soft [m]."""
 IN_FRONT = 0.05
-"""A picture with something nearer than this before its middle is hidden [m]."""
+"""A picture is hidden if something is closer than this in front of its centre [m]."""
 
 
 def check_world(world: World) -> list[Problem]:
-    """Return what is implausible in a valid world, sorted by place; nothing of the user's is run."""
+    """Return the implausible values of a valid world, sorted by position; no user code is run."""
     doubts = itertools.chain(
         *(_openings(world), _crowded(world), _deaf_tags(world), beyond_reach(world), _noise_of_nothing(world)),
         misled_joints(world),
@@ -60,7 +60,7 @@ def _openings_of(wall: Wall) -> Iterator[Doubt]:
                 f" segment {opening.segment} is {length:g} m long, keep it within",
                 (index, "at" if opening.at >= length else "width"),
             )
-        # A low wall is opened whole by a door; only a height that somebody wrote is a mistake.
+        # A door cuts a low wall over its full height; only an explicitly written height is a mistake.
         if opening.head > wall.height + SPARE and "head" in opening.model_fields_set:
             yield f"head is {opening.head:g} m; the wall is {wall.height:g} m high, keep it below", (index, "head")
         if opening.sill >= wall.height:
@@ -102,7 +102,7 @@ def _robots_in_things(world: World, solids: Solids) -> Iterator[Doubt]:
 def _people_in_things(world: World, solids: Solids) -> Iterator[Doubt]:
     for index, person in enumerate(world.people):
         if person.seat is not None:
-            continue  # on a seat and among its controls; `mjsim ergonomics` tells the clearances
+            continue  # on a seat and among its controls; `mjsim ergonomics` reports the clearances
         below = person.floors if person.elevation is None else ()
         stood_on = (called(thing, number) for number, thing in enumerate(world.obstacles) if thing in below)
         own = f"person '{person.name}'", *stood_on
@@ -119,7 +119,7 @@ def _people_in_things(world: World, solids: Solids) -> Iterator[Doubt]:
 
 
 def _deaf_tags(world: World) -> Iterator[Doubt]:
-    """Yield the radio tags for which there is no anchor; those that hang on their own robot are not heard."""
+    """Yield the radio tags without an anchor in range; anchors on a tag's own robot do not count."""
     for index, robot in enumerate(world.robots):
         if any(beacon.anchor and beacon.on != robot.name for beacon in world.beacons):
             continue

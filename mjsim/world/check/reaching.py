@@ -1,4 +1,4 @@
-"""Valid but implausible: events that move arms where they cannot be."""
+"""Checks for implausible values: events that move arms out of reach."""
 
 from collections.abc import Iterator
 
@@ -8,7 +8,7 @@ from mjsim.world.items import ReachEvent, ReleaseEvent, RobotArm, World, reached
 
 
 def beyond_reach(world: World) -> Iterator[Doubt]:
-    """Yield what is wrong with events that move arms; tools are tried from where their arms start."""
+    """Yield the problems of events that move arms; inverse kinematics of tool poses starts at the arms' start."""
     for index, event in enumerate(world.run.events):
         if isinstance(event, ReachEvent) or (isinstance(event, ReleaseEvent) and event.joint is None):
             path = ("run", "events", index)
@@ -26,7 +26,7 @@ def beyond_reach(world: World) -> Iterator[Doubt]:
 
 
 def unknown_person(world: World, name: str) -> str | None:
-    """Return what is wrong with the name of a person whose hand moves; None where nothing is."""
+    """Return what is wrong with the name of a person whose hand moves; None if it is valid."""
     people = [person.name for person in world.people]
     return None if name in people else f"no person '{name}' in this world{did_you_mean(name, people)}"
 
@@ -37,10 +37,10 @@ def event_key(event: ReachEvent | ReleaseEvent) -> str:
 
 
 def arm_of_event(world: World, event: ReachEvent | ReleaseEvent) -> RobotArm:
-    """Return the arm that an event means.
+    """Return the arm to which an event refers.
 
     Raises:
-        ValueError: The robot does not exist, or it has no such arm.
+        ValueError: The robot does not exist, or has no such arm.
     """
     name: str = getattr(event, event_key(event))
     arms = {robot.name: {item.name: item for item in robot.arms} for robot in world.robots}

@@ -1,4 +1,4 @@
-"""What stands in a world as upright prisms, to ask what is somewhere; and how doubts about a world are told."""
+"""Objects of a world as upright prisms, for overlap queries; and the wording of problems."""
 
 from collections.abc import Collection, Iterator
 
@@ -9,22 +9,22 @@ from mjsim.world.items import Obstacle, Wall, World
 from mjsim.world.plan import prisms, wall_pieces
 
 Doubt = tuple[str, tuple[str | int, ...]]
-"""A sentence, and the path of the value that it is about."""
+"""A message, and the path of the value to which it refers."""
 
 SPARE = 1e-3
-"""A beacon or a robot may reach this far into something [m]: coordinates are written to the millimetre."""
+"""Allowed overlap of a beacon or a robot with something [m]: coordinates are written to the millimetre."""
 
 
 ROUNDING = 1e-9
-"""Computed outlines may be off by so much [m]."""
+"""Tolerance for computed outlines [m]."""
 _Prism = tuple[str, Array, float, float]
 """Name, convex outline, counter-clockwise, shape (n, 2) [m], lower and upper height [m]."""
 
 
 class Solids:
-    """Walls, obstacles and people as upright prisms, found fast by where they stand.
+    """Walls, obstacles and people as upright prisms, with fast lookup by position.
 
-    Walls are cut when one asks about them.
+    The prisms of walls are computed at the first query.
     """
 
     def __init__(self, world: World) -> None:
@@ -42,14 +42,14 @@ class Solids:
         self._thing_boxes = np.array([_box(outline) for _, outline, _, _ in self._things]).reshape(-1, 4)
 
     def reached(self, shape: Array, *, depth: float, low: float, high: float, but: Collection[str] = ()) -> str | None:
-        """Return the name of what a shape reaches into by more than a depth, between two heights [m].
+        """Return the name of an object that a shape overlaps by more than a depth between two heights, or None.
 
         Args:
             shape: Points whose convex hull is the shape from above, world frame, shape (n, 2) [m].
-            depth: [m]
-            low: [m]
-            high: [m]
-            but: Names of what does not count.
+            depth: Overlap above which an object counts [m].
+            low: Lower height of the shape [m].
+            high: Upper height of the shape [m].
+            but: Names of objects to ignore.
         """
         for name, outline, bottom, top in self._near(shape):
             if bottom < high and top > low and name not in but and _meet(outline, shape, depth):
@@ -75,8 +75,8 @@ def disc(at: tuple[float, ...], radius: float, *, sides: int = 128) -> Array:
 
 
 def _meet(outline: Array, shape: Array, depth: float) -> bool:
-    """Return whether the hull of a shape comes deeper than so much [m] into a convex outline."""
-    # Nearly always a side of the outline parts them, which is seen at once and without loading shapely.
+    """Return whether the convex hull of a shape overlaps a convex outline by more than a depth [m]."""
+    # Nearly always a side of the outline separates them; this is found fast and without loading shapely.
     sides = np.roll(outline, -1, axis=0) - outline
     ahead = shape[:, None, :] - outline
     inside = sides[:, 0] * ahead[..., 1] - sides[:, 1] * ahead[..., 0]
@@ -89,7 +89,7 @@ def _meet(outline: Array, shape: Array, depth: float) -> bool:
 
 
 def _overlapping(boxes: Array, box: Array) -> list[int]:
-    """Return the numbers of the boxes, (west, south, east, north), that another one meets."""
+    """Return the indices of the boxes, (west, south, east, north), that another box overlaps."""
     meets = (boxes[:, :2] <= box[2:]).all(axis=1) & (boxes[:, 2:] >= box[:2]).all(axis=1)
     numbers: list[int] = np.flatnonzero(meets).tolist()
     return numbers
@@ -100,16 +100,16 @@ def _box(points: Array) -> Array:
 
 
 def _bounds(wall: Wall) -> tuple[float, float, float, float]:
-    # The tip of a corner stands out by less than the thickness.
+    # The tip of a corner extends by less than the thickness.
     (x, y), spare = zip(*wall.points, strict=True), wall.thickness
     return min(x) - spare, min(y) - spare, max(x) + spare, max(y) + spare
 
 
 def called(obstacle: Obstacle, number: int) -> str:
-    """Return how a sentence calls an obstacle, the number of which counts from 0."""
+    """Return the name of an obstacle in messages; the number counts from 0."""
     return f"obstacle '{obstacle.name}'" if obstacle.name else f"obstacles[{number}]"
 
 
 def pair(at: tuple[float, ...]) -> str:
-    """Return a place as it is written in a world file."""
+    """Return a position as written in a world file."""
     return f"[{', '.join(f'{value:g}' for value in at)}]"

@@ -1,4 +1,4 @@
-"""One repetition of an item, written as an item of its own; those before and behind it stay repeated."""
+"""Writes one repetition of an item as a separate item; those before and after it stay repeated."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -12,38 +12,38 @@ from mjsim.world.language import names_in
 from mjsim.world.yaml import Node
 
 COUNTERS = "ijk"
-"""Names of the indices of a repetition, the outer one first."""
+"""Names of the indices of a repetition, outermost first."""
 NEAR = 1e-8
-"""How far what is turned about a point may lie from where it was [m, deg]: places are rounded to 9 decimals."""
+"""Tolerance for positions rotated about a point, which are rounded to 9 decimals [m, deg]."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """Repetitions that one item of the text stands for."""
+    """Repetitions that one item of the text represents."""
 
     first: tuple[int, ...]
-    """Which one it begins with, of each repeat counted from 0."""
+    """Index of its first repetition in each repeat, from 0."""
     times: tuple[int, ...]
-    """How many there are, of each repeat."""
+    """Number of repetitions in each repeat."""
 
     @property
     def kept(self) -> list[int]:
-        """The repeats that it still has, by their number."""
+        """Indices of the repeats that it still has."""
         return [number for number, count in enumerate(self.times) if count > 1]
 
 
 def take_apart(draft: EditedText, path: Path) -> None:
-    """Write one repetition of an item as an item of its own, in its place; the others stay repeated.
+    """Write one repetition of an item as a separate item, in its place; the others stay repeated.
 
-    The world stays as it is, but that places which are turned about a point are rounded anew (`NEAR`). An included item
-    is written out as `make_single` does.
+    The world stays the same, except that positions rotated about a point are rounded again (`NEAR`). An included item
+    is first written into the text as by `make_single`.
 
     Args:
         draft: The text.
-        path: Of the item, or of something in it.
+        path: Path of the item, or of something in it.
 
     Raises:
-        UnwritableError: Nothing is there, or the others cannot be written as repeats of the same things.
+        UnwritableError: Nothing is at the path, or the others cannot be written as repeats of the same items.
     """
     draft.settle()
     before = draft.nodes
@@ -65,7 +65,7 @@ def take_apart(draft: EditedText, path: Path) -> None:
 
 
 def _parts(shape: Sequence[int], index: Sequence[int]) -> Iterator[_Part]:
-    """Yield what a grid falls into when one of it is taken out, in the order of the repetitions."""
+    """Yield the parts into which a grid splits when one element is removed, in the order of the repetitions."""
     if not shape:
         yield _Part((), ())
         return
@@ -79,13 +79,13 @@ def _parts(shape: Sequence[int], index: Sequence[int]) -> Iterator[_Part]:
 
 
 def _shape(copies: Sequence[Node]) -> tuple[int, ...]:
-    """Return how many repetitions there are, of each repeat."""
+    """Return the number of repetitions in each repeat."""
     every = [each.origin.repetition for each in copies if each.origin is not None]
     return tuple(max(column) + 1 for column in zip(*every, strict=True))
 
 
 def _write(draft: EditedText, raw: Node, siblings: Node, found: tuple[Path, list[Any]], parts: list[_Part]) -> None:
-    """Write the parts of a repeated item below each other."""
+    """Write the parts of a repeated item one after another."""
     item, copies = found
     outer, place = item[:-1], draft.place(item[:-1])
     own = own_index(node_at(raw, place.own), siblings.items[item[-1]])
@@ -112,7 +112,7 @@ def _index_of(node: Node) -> tuple[int, ...]:
 
 
 def _text_of(part: _Part, plain: Any, says: Any, wanted: Any, steps: Any) -> dict[str, Any]:
-    """Return the keys of a part, as they are to stand in the text."""
+    """Return the keys of a part as they will be written in the text."""
     counting = {key for key, value in plain.items() if part.kept and _counts(value)}
     keys = {
         key: _renumbered(plain[key], part) if key in counting else as_written(plain.get(key), says.get(key), value)
@@ -120,7 +120,7 @@ def _text_of(part: _Part, plain: Any, says: Any, wanted: Any, steps: Any) -> dic
     }
     numbers = "-".join(str(number + 1) for number in part.first)
     for key, value in wanted.items() if part.kept else ():
-        # The name of something that is repeated: 'desk' became 'desk-1', 'desk-2'.
+        # The name of a repeated item: 'desk' became 'desk-1', 'desk-2'.
         if isinstance(value, str) and value == f"{plain.get(key)}-{numbers}":
             keys[key] = f"{plain[key]}-" + "-".join(_number(part, number, 1) for number in range(len(part.first)))
     left = [{**_step(steps, number), "times": part.times[number]} for number in part.kept]
@@ -135,7 +135,7 @@ def _step(steps: Any, number: int) -> dict[str, Any]:
 
 
 def _number(part: _Part, number: int, more: int) -> str:
-    """Return an index of the repetition as text of the part, with something added."""
+    """Return the text of a repetition index of the part, with a number added."""
     begin = part.first[number] + more
     if number not in part.kept:
         return str(begin)
@@ -144,7 +144,7 @@ def _number(part: _Part, number: int, more: int) -> str:
 
 
 def _counts(plain: Any) -> bool:
-    """Return whether a value as it is written depends on the index of the repetition."""
+    """Return whether a value as written depends on a repetition index."""
     if isinstance(plain, dict):
         return any(map(_counts, plain.values()))
     if isinstance(plain, list):
@@ -153,7 +153,7 @@ def _counts(plain: Any) -> bool:
 
 
 def _renumbered(plain: Any, part: _Part) -> Any:
-    """Return a value as it is written, with the indices of a part in place of those of the whole."""
+    """Return a value as written, with the indices of a part instead of those of the whole."""
     if isinstance(plain, dict):
         return {key: _renumbered(value, part) for key, value in plain.items()}
     if isinstance(plain, list):

@@ -1,4 +1,4 @@
-"""Changes of a world in its own text: what changes is written, every other character stays as it is."""
+"""Changes a world in its own text: only what changes is rewritten, every other character stays."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -19,9 +19,9 @@ from mjsim.world.yaml import Node
 __all__ = ["Change", "UnwritableError", "edit_text", "edited", "shown_path"]
 
 DEEPEST = 20
-"""Lists and keys within each other, of a value that is set."""
+"""Maximum nesting of a value to set."""
 MOST = 10**18
-"""Of a whole number."""
+"""Maximum absolute value of an integer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,34 +29,34 @@ class Change:
     """One change of a value in a world."""
 
     op: Literal["set", "unset", "add", "remove", "rename", "single", "apart"]
-    """Set or unset a key, add an item to a list or remove it, rename a key; or write an item that is repeated or
-    included as one of its own, as `make_single` does with all repetitions and `take_apart` with one alone."""
+    """Set or unset a key, add or remove an item of a list, rename a key, or write a repeated or included item as a
+    separate item: all its repetitions as by `make_single`, or one as by `take_apart`."""
     path: Path
-    """Keys and indices as the world has them; what is added comes behind all of the list that is named, or before the
-    item that is named."""
+    """Keys and indices as in the world; an added item goes to the end of the named list, or before the named item."""
     value: Any = None
-    """What is set or added, or the new name of a key."""
+    """The value to set or add, or the new name of a key."""
 
 
 def edit_text(text: str, changes: Iterable[Change], *, source: Source = BUILT) -> str:
-    """Return the text of a world with changes, as `edited` does."""
+    """Return the text of a world after changes, as by `edited`."""
     return edited(text, changes, source=source)[0]
 
 
 @gc_paused()
 def edited(text: str, changes: Iterable[Change], *, source: Source = BUILT) -> tuple[str, Node]:
-    """Return the text of a world with changes, made one after the other, and its value.
+    """Return the text of a world after changes, applied in order, and its value.
 
-    A text that is set may hold an expression, `${w / 2}`. Computed numbers are written short: of more than six
-    decimals four are kept. A key that is unset takes the comments beside and in it along.
+    A text value may contain an expression, such as `${w / 2}`. Computed numbers are shortened: those with more than six
+    decimals are rounded to four. Unsetting a key also removes the comments beside and in it.
 
     Args:
-        text: YAML that can be read; what it says may be wrong.
-        changes: Of values, by their paths in the world that the text describes.
-        source: Where the text comes from, for the files that it includes.
+        text: Valid YAML; it need not be a valid world.
+        changes: Changes, with paths in the world that the text describes.
+        source: Origin of the text, for finding the files that it includes.
 
     Raises:
-        UnwritableError: A value is not written in this text, or not once, or is computed; nothing is changed then.
+        UnwritableError: A value is not written in this text, is written more than once, or is computed; then nothing is
+            changed.
     """
     editor = _Editor(EditedText(text, source))
     for (op, outer), steps in groupby(
@@ -73,7 +73,7 @@ def edited(text: str, changes: Iterable[Change], *, source: Source = BUILT) -> t
 
 
 class _Editor:
-    """Makes changes in a draft."""
+    """Applies changes to a draft."""
 
     def __init__(self, draft: EditedText) -> None:
         self.draft = draft
@@ -81,8 +81,8 @@ class _Editor:
         self._around: set[Path] = set()
 
     def make(self, op: str, path: Path, value: Any) -> None:
-        """Make one change."""
-        # What was set is put off; whoever looks at it again must see it.
+        """Apply one change."""
+        # A set value is still pending; it must be applied before the value is read again.
         seen = path in self._around or any(path[:count] in self._set_paths for count in range(1, len(path) + 1))
         if seen or op != "set":
             self._settle()
@@ -106,7 +106,7 @@ class _Editor:
         self._set_paths, self._around = set(), set()
 
     def remove(self, steps: Sequence[str | int], outer: Path) -> None:
-        """Remove items of one list: those that come from the last to the first are read and taken out at once."""
+        """Remove items of one list; consecutive items, last first, are read and removed at once."""
         falling = all(isinstance(a, int) and isinstance(b, int) and a > b for a, b in pairwise(steps))
         together = steps[:-1] if falling else []
         if together:
@@ -121,7 +121,7 @@ class _Editor:
             self.make("remove", (*outer, step), None)
 
     def unset(self, paths: Sequence[Path]) -> None:
-        """Unset keys; those of different items are read and taken out at once."""
+        """Unset keys; those of different items are read and removed at once."""
         self._settle()
         places = [self.draft.place(path) for path in paths] if len(paths) > 1 and _are_apart(paths) else []
         if places and all(_goes_alone(place) for place in places):
@@ -148,7 +148,7 @@ class _Editor:
             self.draft.replace(place, value)
 
     def _set_items(self, path: Path, before: Sequence[Any], value: Sequence[Any]) -> None:
-        """Write a list over another: what is the same at both ends stays, what is between is written item by item."""
+        """Replace a list: equal items at both ends stay, those between are written one by one."""
         count = min(len(before), len(value))
         first = last = 0
         if len(before) != len(value):
@@ -207,20 +207,20 @@ class _Editor:
 
 
 def _are_apart(paths: Sequence[Path]) -> bool:
-    """Return whether keys stand in mappings that differ, none of which holds another one."""
+    """Return whether keys are in different mappings, none of which contains another."""
     outer = {path[:-1] for path in paths}
     within = any(path[:count] in outer for path in outer for count in range(len(path)))
     return len(outer) == len(paths) and not within
 
 
 def _goes_alone(place: TextPlace) -> bool:
-    """Return whether a key is written, and others stay beside it, so that nothing around it goes too."""
+    """Return whether a key is written and has siblings, so that removing it leaves its parent."""
     written = not place.rest and place.elsewhere is None and isinstance(place.path[-1], str)
     return written and len(place.chain[-2].entries) > 1 and not _says_nothing_empty(place.path[:-1])
 
 
 def _joined(changes: Iterable[Change]) -> list[tuple[str, Path, Any]]:
-    """Return changes with their values short, items that are added to one list after each other as one list."""
+    """Return changes with shortened values; consecutive additions to one list become one change."""
     joined: list[tuple[str, Path, Any]] = []
     for change in changes:
         if not change.path or not _is_writable(change.value, DEEPEST):
@@ -237,7 +237,7 @@ def _joined(changes: Iterable[Change]) -> list[tuple[str, Path, Any]]:
 
 
 def _says_nothing_empty(path: Path) -> bool:
-    """Return whether a key with an empty mapping is the same as without: `noise: {}`, but not `door: {}`."""
+    """Return whether a key with an empty mapping means the same as no key: true for `noise: {}`, not for `door: {}`."""
     kinds = models_at(World, path[:-1]) if path and isinstance(path[-1], str) else []
     fields = [kind.model_fields[str(path[-1])] for kind in kinds if path[-1] in kind.model_fields]
     return bool(fields) and all(isinstance(field.default, Model) for field in fields)
@@ -248,7 +248,7 @@ def _has_expression(value: Any) -> bool:
 
 
 def _is_writable(value: Any, deepest: int) -> bool:
-    """Return whether a value can stand in a world file."""
+    """Return whether a value can be written in a world file."""
     if isinstance(value, dict):
         return deepest > 0 and all(isinstance(k, str) and _is_writable(item, deepest - 1) for k, item in value.items())
     if isinstance(value, list):

@@ -1,4 +1,4 @@
-"""Entries taken out of a text and put into it, all around them left as it is: comments, spaces, empty lines."""
+"""Removes entries from a text and inserts new ones, preserving comments, spaces and empty lines around them."""
 
 import re
 from collections.abc import Sequence
@@ -8,21 +8,21 @@ from mjsim.world.edit.layout import WIDTH
 from mjsim.world.yaml import Entry, Span
 
 Cut = tuple[int, int, str]
-"""From, to, and what comes in its place."""
+"""Start, end, and the replacement text."""
 
 _BLANK = re.compile(r"(?:\s|#[^\n]*)*")
 _REST = re.compile(r"[ \t]*(?:#[^\n]*)?(?=\r?\n|\Z)")
-"""A line's end with nothing but a comment."""
+"""The end of a line that contains only a comment."""
 _COMMENT_LINE = re.compile(r"([ \t]*)#[^\n]*(?:\n|\Z)")
 _FAR = WIDTH // 2
-"""Column below which no more lines are begun: they would have too little room."""
+"""Column beyond which no new lines are started: they would be too short."""
 _DEEPER = 6
-"""Columns by which they stand further in than the line in which the brackets begin."""
+"""Indentation of continuation lines relative to the line with the opening bracket [columns]."""
 _EMPTY_LINE = re.compile(r"\n[ \t]*\r?\n")
 
 
 def applied(text: str, cuts: Sequence[Cut]) -> str:
-    """Return a text with pieces replaced, none of which overlap."""
+    """Return a text after non-overlapping replacements."""
     parts, at = [], 0
     for start, end, new in sorted(cuts, key=lambda cut: cut[:2]):
         assert start >= at, "pieces that are replaced do not overlap"
@@ -32,15 +32,15 @@ def applied(text: str, cuts: Sequence[Cut]) -> str:
 
 
 def taken_out(text: str, parent: Span, index: int, holder: Entry | None) -> list[Cut]:
-    """Return what takes an entry out of a list or a mapping.
+    """Return the cuts that remove an entry from a list or a mapping.
 
-    Comments beside the entry and in it go with it; those on lines of their own above it stay.
+    Comments beside and in the entry are removed with it; comment lines above it stay.
 
     Args:
-        text: In which it stands.
-        parent: Where it is taken out.
-        index: Which of its entries.
-        holder: The entry whose value the parent is; None for the whole text.
+        text: The text.
+        parent: The list or mapping.
+        index: Index of the entry.
+        holder: The entry whose value is the parent; None for the whole text.
     """
     if parent.flow:
         return _out_of_brackets(text, parent, index)
@@ -55,55 +55,55 @@ def taken_out(text: str, parent: Span, index: int, holder: Entry | None) -> list
 
 
 def put_in(text: str, parent: Span, index: int, *, line: str, lines: Sequence[str]) -> list[Cut]:
-    """Return what puts an entry into a list or a mapping.
+    """Return the cuts that insert an entry into a list or a mapping.
 
     Args:
-        text: In which it stands.
-        parent: Where it is put in.
-        index: Before which of its entries; behind all of them with their count.
-        line: How it is written in brackets.
-        lines: How it is written without, indented as the other entries are.
+        text: The text.
+        parent: The list or mapping.
+        index: Index of the entry before which to insert; the number of entries to append.
+        line: The new entry in flow style.
+        lines: The new entry in block style, indented like the other entries.
     """
     return _into_brackets(text, parent, index, line) if parent.flow else _into_lines(text, parent, index, lines)
 
 
 def line_start(text: str, at: int) -> int:
-    """Return where the line of a character begins."""
+    """Return the start of the line that contains a position."""
     return text.rfind("\n", 0, at) + 1
 
 
 def line_rest(text: str, at: int) -> int:
-    """Return where the line of a character ends, its end of line left out."""
+    """Return the end of the line that contains a position, before its line break."""
     end = text.find("\n", at)
     end = len(text) if end < 0 else end
     return end - 1 if text[end - 1 : end] == "\r" else end
 
 
 def new_line(text: str) -> str:
-    """Return how lines of a text end."""
+    """Return the line break used in a text."""
     return "\r\n" if "\r\n" in text else "\n"
 
 
 def _line_end(text: str, at: int) -> int:
-    """Return where the next line begins; the end of the text without one."""
+    """Return the start of the next line, or the end of the text."""
     found = text.find("\n", at)
     return len(text) if found < 0 else found + 1
 
 
 def _leads(text: str, at: int) -> bool:
-    """Return whether nothing stands before a character on its line."""
+    """Return whether a position is preceded only by spaces on its line."""
     return not text[line_start(text, at) : at].strip()
 
 
 def _comma(text: str, at: int) -> int | None:
-    """Return where the comma behind an entry in brackets is."""
+    """Return the position of the comma after an entry in brackets; None if there is none."""
     found = _BLANK.match(text, at)
     assert found is not None, "it matches nothing too"
     return found.end() if text[found.end() : found.end() + 1] == "," else None
 
 
 def _behind(text: str, entry: Entry, column: int) -> int:
-    """Return where the line behind an entry begins, comments below that are indented farther than it left out."""
+    """Return the start of the line after an entry, without the more deeply indented comments below it."""
     at = _line_end(text, entry.end)
     while (comment := _COMMENT_LINE.match(text, at)) and len(comment.group(1)) > column and comment.end() > at:
         at = comment.end()
@@ -111,7 +111,7 @@ def _behind(text: str, entry: Entry, column: int) -> int:
 
 
 def _lines_of(text: str, entry: Entry, column: int) -> Cut:
-    """Return the lines of an entry, and one of two empty lines that would be left around them."""
+    """Return a cut of the lines of an entry, and of one of two empty lines that would remain around it."""
     start, end = line_start(text, entry.start), _behind(text, entry, column)
     before = line_start(text, start - 1) if start else 0
     followed = end < len(text) and text[end : _line_end(text, end)].strip()
@@ -126,7 +126,7 @@ def _out_of_lines(text: str, parent: Span, index: int) -> list[Cut]:
     entry = parent.entries[index]
     if _leads(text, entry.start):
         return [_lines_of(text, entry, parent.column)]
-    # Its line begins with a dash that belongs to all of them.
+    # Its line begins with a dash that belongs to the whole item.
     following = parent.entries[index + 1]
     if "#" not in text[_line_end(text, entry.end) : following.start]:
         return [(entry.start, following.start, "")]
@@ -191,7 +191,7 @@ def _into_brackets(text: str, parent: Span, index: int, line: str) -> list[Cut]:
 
 
 def _gap(text: str, at: int, beside: int, line: str, first: Entry) -> str:
-    """Return what stands between two entries in brackets: a new line where it was so, or where the line is full."""
+    """Return the separator of two entries in brackets: a line break if there was one, or if the line is full."""
     length = len(text[line_start(text, at) : _line_end(text, at)].rstrip())
     if (_leads(text, beside) and beside > first.start) or length + len(line) + 2 > WIDTH:
         return new_line(text) + " " * _indent(text, first)
@@ -199,7 +199,7 @@ def _gap(text: str, at: int, beside: int, line: str, first: Entry) -> str:
 
 
 def _indent(text: str, first: Entry) -> int:
-    """Return where entries in brackets stand that begin a line: below the first one unless that is far to the right."""
+    """Return the indentation of entries in brackets on new lines: that of the first, unless it is far to the right."""
     begin = line_start(text, first.start)
     column = first.start - begin
     if column <= _FAR:
@@ -224,7 +224,7 @@ def _into_lines(text: str, parent: Span, index: int, lines: Sequence[str]) -> li
 
 
 def _apart(text: str, entries: Sequence[Entry], index: int) -> bool:
-    """Return whether empty lines stand between the entries where a new one is put in."""
+    """Return whether empty lines separate the entries around an insertion."""
     pairs = list(pairwise(entries))
     if not pairs:
         return False

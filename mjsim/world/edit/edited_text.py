@@ -1,4 +1,4 @@
-"""A text while it is changed: where the values of its world stand, and what is done to them there."""
+"""A text under edit: finds where the values of its world are written, and changes them there."""
 
 import copy
 from collections.abc import Sequence
@@ -18,31 +18,31 @@ _ABSENT = "is not there; it may come from a preset, or have been removed"
 
 
 class EditedText:
-    """A text while it is changed, and beside it what it should say."""
+    """A text under edit, with the value that it is meant to have."""
 
     def __init__(self, text: str, source: Source) -> None:
         """Read a text.
 
         Raises:
-            UnwritableError: It cannot be read.
+            UnwritableError: The text cannot be read.
         """
         self._text, self.source = text, source
         self._cuts: list[Cut] = []
-        """Single values to be replaced; all places stay as they are until then."""
+        """Pending replacements of single values; positions remain valid until they are applied."""
         self._read()
         self._stale = False
-        """Whether the text has changed since its places were found; they are found again when they are asked for."""
+        """Whether the text has changed since positions were computed; they are recomputed on demand."""
         self._grown: set[Path] = set()
-        """Mappings that get a new key by these cuts."""
+        """Mappings that get a new key by the pending cuts."""
         self._lines: set[int] = set()
-        """Where the lines begin in which they get it."""
-        self._wanted = self._root.plain  # made anew each time it is asked for
+        """Starts of the lines in which they get it."""
+        self._wanted = self._root.plain  # created anew at each access
 
     def finished(self) -> tuple[str, Node]:
         """Return the new text, and its value.
 
         Raises:
-            UnwritableError: It does not say what it should.
+            UnwritableError: The value of the text is not the intended one.
         """
         self._text, self._cuts = applied(self._text, self._cuts), []
         self._check_size()
@@ -53,23 +53,23 @@ class EditedText:
 
     @property
     def nodes(self) -> tuple[Node, Node] | None:
-        """The text as it is written and what it stands for; None when it uses nothing that has to be expanded."""
+        """The text as written and its expanded form; None if it uses nothing that must be expanded."""
         self._refresh()
         return None if self._raw is None or self._written is None else (self._raw, self._written)
 
     @property
     def plain(self) -> Any:
-        """What is written, expressions and repeats as they are."""
+        """The text as written, with expressions and repeats unexpanded."""
         self._refresh()
         return self._root.plain
 
     @property
     def fresh_source(self) -> Source:
-        """Where the text comes from, with the text as it is now."""
+        """The source, with the current text."""
         return replace(self.source, text=self._text, included={}, variables={})
 
     def settle(self) -> None:
-        """Make the changes that were put off; places that were found before hold no longer."""
+        """Apply the pending changes; places found before are no longer valid."""
         if self._cuts:
             self._restructure([])
 
@@ -77,7 +77,7 @@ class EditedText:
         """Return where a path leads, as far as it is written.
 
         Raises:
-            UnwritableError: It stands in another file, or not once.
+            UnwritableError: The value is in another file, or is written more than once.
         """
         if self._grown and any(path[:count] in self._grown for count in range(len(path) + 1)):
             self.settle()
@@ -100,13 +100,13 @@ class EditedText:
             place.own.append(own)
             place.entries.append(entry)
             place.chain.append(entry.value)
-            # Of what is not repeated only values are computed; below, nodes hold what is written.
+            # In an item that is not repeated only values are computed; below it, nodes hold what is written.
             place.said = None if inner is None else place.said[step]
             place.node = inner
         return place
 
     def below(self, place: TextPlace, *steps: str | int) -> TextPlace:
-        """Return what stands in a value as it is written, repeated or not."""
+        """Return a place within a value as written, repeated or not."""
         found = TextPlace(place.path, [*place.own], [*place.chain], [*place.entries], None, None, [])
         for step in steps:
             entry = found.span.entry(step)
@@ -117,7 +117,7 @@ class EditedText:
         return found
 
     def replace(self, place: TextPlace, value: Any) -> None:
-        """Write another value in place of one."""
+        """Replace a value."""
         if place.span.shared:
             raise UnwritableError(place.path, _SHARED)
         self._at(place.own[:-1])[place.own[-1]] = copy.deepcopy(value)
@@ -136,7 +136,7 @@ class EditedText:
         self.settle()
 
     def insert(self, place: TextPlace, index: int, values: Sequence[Any]) -> None:
-        """Put items into a list, before one of its own items."""
+        """Insert items into a list, before one of its own items."""
         self.settle_at(place)
         span = place.span
         if span.shared:
@@ -158,7 +158,7 @@ class EditedText:
         self._restructure(put_in(self._text, span, index, line=line, lines=lines))
 
     def insert_key(self, place: TextPlace, value: Any) -> None:
-        """Write the key that is not there, with those around it that are not there either."""
+        """Add a missing key, with its missing parents."""
         if any(isinstance(step, int) for step in place.rest):
             raise UnwritableError(place.path, "is not there; it may come from a preset, set the whole list")
         first, *deeper = map(str, place.rest)
@@ -183,11 +183,11 @@ class EditedText:
         self._put_key(place, index, first, value)
 
     def _put_key(self, place: TextPlace, index: int, key: str, value: Any) -> None:
-        """Put a key into a mapping that has others; put off, unless its line is to change already."""
+        """Add a key to a non-empty mapping; the change is deferred unless its line already has a pending change."""
         line, lines = f"{scalar(key)}: {inline(value)}", keyed(key, value, place.span.column)
         cuts = put_in(self._text, place.span, index, line=line, lines=lines)
         if not self._lines.isdisjoint(self._begins(cuts)):
-            # How a line goes on depends on what was put into it before.
+            # How a line continues depends on what was inserted before.
             self.settle_at(place)
             cuts = put_in(self._text, place.span, index, line=line, lines=lines)
         self._cuts += cuts
@@ -198,10 +198,10 @@ class EditedText:
         return {line_start(self._text, start) for start, _, _ in cuts}
 
     def take_out(self, *places: TextPlace) -> None:
-        """Take out a key or an item, with the comments beside it and in it.
+        """Remove a key or an item, with the comments beside and in it.
 
         Args:
-            places: One; or several items of a list without brackets, from the last to the first, which keeps others.
+            places: One place; or several items of a block-style list, last first, if others remain.
         """
         cuts: list[Cut] = []
         for place in places:
@@ -217,7 +217,7 @@ class EditedText:
         self._restructure(cuts)
 
     def rename(self, place: TextPlace, name: str) -> None:
-        """Give a key another name."""
+        """Rename a key."""
         self.settle_at(place)
         key = place.entries[-1].key
         if key is None or place.chain[-2].entry(name) is not None:
@@ -229,7 +229,7 @@ class EditedText:
         self._restructure([(key.start, key.end, scalar(name, style=key.style))])
 
     def settle_at(self, place: TextPlace) -> None:
-        """Settle, and find a place again."""
+        """Apply pending changes, and find a place again."""
         if self._cuts:
             self.settle()
             again = self.place(place.path)
@@ -252,7 +252,7 @@ class EditedText:
         raw: Node | None = None
         expands = needs_expansion(self._text)
         if expands or "*" in self._text:
-            # Aliases of aliases may stand for more than there is room for.
+            # Nested aliases may expand to more than fits in memory.
             raw, problems = read_text(self._text, file=self.source.file)
             if raw is None or problems:
                 raise UnwritableError((), f"the text cannot be read, correct it first: {problems[0]}")
@@ -270,7 +270,7 @@ class EditedText:
         self._grown, self._lines = set(), set()
 
     def _own_index(self, place: TextPlace, raw: Node | None, path: Path) -> int:
-        """Return which item of a list in the text one of the world is."""
+        """Return the index in the text's list of an item of the world."""
         index, span, node = path[-1], place.span, place.node
         assert isinstance(index, int), "an item of a list is meant"
         if span.kind != "list" or not 0 <= index < place.count:
@@ -287,7 +287,7 @@ class EditedText:
         return self._indices[id(raw)][item.line, item.column]
 
     def _lay(self, place: TextPlace, value: Any) -> None:
-        """Write a list or a mapping where nothing or empty brackets stand behind a key."""
+        """Write a list or a mapping for a key whose value is empty or empty brackets."""
         span, entry, outer = place.span, place.entries[-1], place.chain[-2]
         inside = self._text[span.start + 1 : span.end - 1] if span.kind != "scalar" else ""
         if inside.strip():
@@ -306,7 +306,7 @@ class EditedText:
         self._restructure([(start, span.end, ""), (rest, rest, added)])
 
     def _at(self, own: Sequence[str | int]) -> Any:
-        """Return what the text should say at a place."""
+        """Return the intended value at a place of the text."""
         found = self._wanted
         for step in own:
             found = found[step]
@@ -314,7 +314,7 @@ class EditedText:
 
 
 def same(one: Any, other: Any, *, within: float = 0.0) -> bool:
-    """Return whether two values mean the same in a world, numbers `within` a distance; 1 is 1.0, but not true."""
+    """Return whether two values are equal in a world, numbers within a tolerance; 1 equals 1.0, but not true."""
     if isinstance(one, bool) or isinstance(other, bool):
         return one is other
     if isinstance(one, dict) and isinstance(other, dict):
@@ -327,7 +327,7 @@ def same(one: Any, other: Any, *, within: float = 0.0) -> bool:
 
 
 def _check_free(path: Path, whole: Path, inner: Node | None) -> None:
-    """Raise UnwritableError when what is not written here stands in another file and cannot be added to from here."""
+    """Raise UnwritableError if a value missing here is in another file to which nothing can be added from here."""
     if inner is None or inner.origin is None:
         return
     joined = path in OPEN or isinstance(inner.value, list)
@@ -341,5 +341,5 @@ def _written(value: Any, span: Span) -> str:
 
 
 def _index(entries: Sequence[Entry], entry: Entry) -> int:
-    """Return which of the entries one is: itself, whatever the others say."""
+    """Return the index of an entry by identity."""
     return next(number for number, each in enumerate(entries) if each is entry)

@@ -1,4 +1,4 @@
-"""Formats the text of a world file: every value and comment stays, only spaces and lines change."""
+"""Formats the text of a world file: all values and comments stay, only spaces and line breaks change."""
 
 import json
 from pathlib import Path
@@ -25,26 +25,26 @@ from mjsim.world.yaml import (
 )
 
 _STEP = 2
-"""Spaces by which what is inside stands further right."""
+"""Indentation per level [spaces]."""
 _GAP = 2
-"""Spaces before a comment, at least."""
+"""Minimum number of spaces before a comment."""
 _MOST_LINES = 3
-"""Of an item in brackets; a longer one gets a line for each key."""
+"""Maximum number of lines of an item in brackets; a longer one gets a line per key."""
 _MOST_ROUNDS = 8
 _UNORDERED = ((), ("variables",), ("run", "drivers"))
-"""Paths of mappings whose keys stay in their order."""
+"""Paths of mappings whose keys are not reordered."""
 
 Steps = tuple[str | int, ...]
 
 
 def format_text(text: str, *, file: str) -> str:
-    """Return a text laid out for people, the same values and comments in it.
+    """Return a text in standard layout, with the same values and comments.
 
-    What stands on one line stays there if it fits, else each key gets a line of its own; lists of numbers fill
-    lines. Keys of items come in the order in which people look for them. Comments keep their column where they can.
+    Items on one line stay there if they fit, otherwise each key gets its own line; lists of numbers fill lines. Keys of
+    items are put in a standard order. Comments keep their column where possible.
 
     Raises:
-        WorldError: It is not YAML, or uses it in a way that cannot be laid out without loss.
+        WorldError: The text is not YAML, or uses YAML features that cannot be reformatted without loss.
     """
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     node, problems = read_text(text, file=file)
@@ -53,7 +53,7 @@ def format_text(text: str, *, file: str) -> str:
     refused = WorldError([Problem(file, 1, 1, "this text cannot be laid out without loss; lay it out by hand")])
     laid, before, found = text, "", []
     try:
-        # Once more when a comment has left brackets, which may close then.
+        # Repeat if a comment has left brackets, which may then fit on one line.
         for _ in range(_MOST_ROUNDS):
             root, comments = read_tree(laid)
             found.append(comments)
@@ -63,7 +63,7 @@ def format_text(text: str, *, file: str) -> str:
     except UnformattableError:
         raise refused from None
     again, _ = read_text(laid, file=file)
-    # Nothing may be lost, however odd the text.
+    # Nothing may be lost, however unusual the text.
     if laid != before or again is None or _canonical(again.value) != _canonical(node.value) or found[0] != found[-1]:
         raise refused
     return laid
@@ -74,11 +74,11 @@ def format_file(path: str | Path, *, write: bool) -> bool:
 
     Args:
         path: The file.
-        write: Whether it is written; else it stays as it is.
+        write: Whether to write the file; otherwise it stays unchanged.
 
     Raises:
-        UsageError: The file does not exist, or it cannot be written.
-        WorldError: As `format_text` raises it.
+        UsageError: The file does not exist, or cannot be written.
+        WorldError: The text cannot be formatted; see `format_text`.
     """
     path = world_path(path)
     text = read_file(path)
@@ -100,7 +100,7 @@ class _Formatter:
     """Writes the parts of one text."""
 
     def __init__(self, *, ordered: bool) -> None:
-        """Take whether keys may change places: what an alias stands for must come before it."""
+        """Store whether keys may be reordered: an anchor must come before its aliases."""
         self._ordered = ordered
 
     def whole(self, root: TreeNode) -> str:
@@ -108,7 +108,7 @@ class _Formatter:
         return "\n".join(_without_empty_ends([*self._map(root, 0), *root.tail])) + "\n"
 
     def _sort(self, part: TreeNode, path: Steps) -> None:
-        """Put the keys of all mappings in their order."""
+        """Sort the keys of all mappings."""
         if part.kind == "map" and self._ordered and path not in _UNORDERED:
             ranks = key_ranks([item.key.value for item in part.items if item.key is not None], path)
             part.items.sort(key=lambda item: ranks[item.key.value] if item.key is not None else 0)
@@ -156,7 +156,7 @@ class _Formatter:
                 continue
             while not below[0] or below[0].lstrip().startswith(
                 "#"
-            ):  # what is about its first key stands above its dash
+            ):  # a comment about its first key goes above its dash
                 lines += _indented([below.pop(0).lstrip()], space)
             lines += [f"{space}- {below[0].lstrip()}", *below[1:]]
         return lines
@@ -170,11 +170,11 @@ class _Formatter:
         return _without_empty_ends([*inside, *_indented(part.tail, space)])
 
     def _inline(self, part: TreeNode, column: int) -> list[str] | None:
-        """Return the lines of a value that goes on behind its key; None when it has to stand below.
+        """Return the lines of a value that continues on its key's line; None if it must start below.
 
         Args:
             part: The value.
-            column: Where it would begin.
+            column: Column in which it would start.
         """
         if part.kind == "scalar":
             return None if part.block and _is_block_text(part.value) else [part.text]
@@ -192,7 +192,7 @@ class _Formatter:
 
 
 def key_ranks(keys: list[str], path: Steps) -> dict[str, int]:
-    """Return the place of each key: those that people look for, then as the models have them, then as they stand."""
+    """Return the rank of each key: well-known keys first, then in the order of the models, then as written."""
     if "use" in keys:
         return {key: 0 if key == "use" else 1 for key in keys}
     repeating = [step for step in path if isinstance(step, str)][-1:] == ["repeat"]
@@ -207,7 +207,7 @@ def key_ranks(keys: list[str], path: Steps) -> dict[str, int]:
 
 
 def _key(key: TreeNode) -> str:
-    """Return a key, without quotes where it needs none."""
+    """Return a key, quoted only if needed."""
     return key.value if key.value.isidentifier() and plain_value(key.value) == key.value else key.text
 
 
@@ -226,7 +226,7 @@ def _flow(part: TreeNode) -> str:
 
 
 def _pieces(part: TreeNode) -> list[str]:
-    """Return the items of a list or a mapping, each as it stands inside brackets."""
+    """Return the items of a list or a mapping in their form inside brackets."""
     return [
         _flow(item.part) if item.key is None else f"{_key_in_brackets(item.key)}: {_flow(item.part)}"
         for item in part.items
@@ -234,7 +234,7 @@ def _pieces(part: TreeNode) -> list[str]:
 
 
 def _in_brackets(part: TreeNode) -> str:
-    """Return a scalar as it stands inside brackets, where fewer signs go without quotes."""
+    """Return a scalar in its form inside brackets, where fewer characters are allowed without quotes."""
     if not part.text:
         return "null"
     plain = part.text[0] not in "'\"&!*"
@@ -242,7 +242,7 @@ def _in_brackets(part: TreeNode) -> str:
 
 
 def _filled(part: TreeNode, column: int) -> list[str]:
-    """Return a value in brackets on lines that are filled with its items one after the other."""
+    """Return a value in brackets with its items filling lines."""
     opening, closing = ("{", "}") if part.kind == "map" else ("[", "]")
     opening = f"{part.prefix} {opening}".lstrip()
     lines, space = [opening], " " * (column + len(opening))
@@ -258,7 +258,7 @@ def _filled(part: TreeNode, column: int) -> list[str]:
 
 
 def _is_flat(part: TreeNode) -> bool:
-    """Return whether a part is a list of single values, or of lists of them."""
+    """Return whether a part is a list of scalars, or of lists of scalars."""
     return part.kind == "list" and all(
         (item.part.kind == "scalar" and not item.part.block) or _is_flat(item.part) for item in part.items
     )
@@ -276,28 +276,28 @@ def _has_comments(part: TreeNode) -> bool:
 
 
 def _is_block_text(value: str) -> bool:
-    """Return whether a text can stand on lines of its own as it is."""
+    """Return whether a text can be written as a literal block."""
     lines = value.rstrip("\n").split("\n")
     plain = all(line == line.strip() and (line.isprintable() or not line) for line in lines)
     return plain and bool(lines[0]) and bool(lines[-1]) and not value.endswith("\n\n")
 
 
 def _opening(part: TreeNode) -> str:
-    """Return what stands beside a key whose value is below."""
+    """Return what follows a key on its line if the value is below."""
     if part.kind == "scalar":
         return "|" if part.value.endswith("\n") else "|-"
     return part.prefix
 
 
 def _beside(item: TreeItem) -> tuple[list[str], Comment | None]:
-    """Return the comments above and beside an item that stands on one line."""
+    """Return the comments above and beside an item on one line."""
     found = [comment for comment in (item.head, item.after) if comment is not None]
     after = found.pop() if found else None
     return [comment.text for comment in found], after
 
 
 def _with_comment(line: str, comment: Comment | None) -> str:
-    """Return a line with a comment, in its column if that is free."""
+    """Return a line with a comment, in the comment's column if that is free."""
     if comment is None:
         return line
     return f"{line}{' ' * max(comment.column - len(line), _GAP)}{comment.text}"
@@ -308,7 +308,7 @@ def _indented(lines: list[str], space: str) -> list[str]:
 
 
 def _without_empty_ends(lines: list[str]) -> list[str]:
-    """Return lines without empty ones first, last, and two in a row."""
+    """Return lines without empty lines at both ends and without consecutive empty lines."""
     kept: list[str] = []
     for line in lines:
         if line or (kept and kept[-1]):

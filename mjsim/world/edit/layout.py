@@ -1,4 +1,4 @@
-"""How values are laid out as YAML for people."""
+"""Layout of values as YAML."""
 
 import io
 import re
@@ -15,17 +15,17 @@ FIRST = (
     *("mjsim", "name", "use", "preset", *SENSOR_KINDS, "box", "cylinder", "sphere", "ramp", "steps", "model", "image"),
     *("marker", "time", "move", "to", "type", "segment", "on", "at", "heading_deg"),
 )
-"""Keys in the order in which people look for them; all others come after, as the models have them."""
+"""Keys in their preferred order; all others follow, in the order of the models."""
 WIDTH = 120
-"""Characters of the longest line."""
+"""Maximum line length [characters]."""
 _LINE = 110
-"""An item that fits into so many characters stands on one line."""
+"""An item of at most this length is written on one line [characters]."""
 _PLAIN = re.compile(r"[A-Za-z_./][\w./+-]*(:[\w./+-]+)*")
-"""Text that needs no quotes, wherever it stands, unless it reads as another kind of value."""
+"""Text that never needs quotes, unless it reads as another kind of value."""
 
 
 def plain(value: Any) -> Any:
-    """Return a value in lists and dicts, whole numbers without their '.0', the important keys first."""
+    """Return a value as lists and dicts, with integers instead of floats like 1.0, and preferred keys first."""
     if isinstance(value, dict):
         order = sorted(value, key=lambda key: FIRST.index(key) if key in FIRST else len(FIRST))
         return {key: plain(value[key]) for key in order}
@@ -37,7 +37,7 @@ def plain(value: Any) -> Any:
 
 
 def styled(value: Any, *, depth: int = 0) -> Any:
-    """Return a value laid out for people: what is short or holds only numbers on one line."""
+    """Return a value with layout: what is short or contains only numbers is on one line."""
     if isinstance(value, str):
         return _text(escaped(value))
     if not isinstance(value, (dict, list)):
@@ -56,17 +56,17 @@ def styled(value: Any, *, depth: int = 0) -> Any:
 
 
 def escaped(text: str) -> str:
-    """Return a text that stands for this one where expressions are computed."""
+    """Return a text with expressions escaped, so that it stands for itself."""
     return text.replace("${", "$${")
 
 
 def _text(value: str) -> str:
-    """Return a text with quotes where it needs them; ruamel.yaml leaves them out where not even itself can do so."""
+    """Return a text with quotes if needed; ruamel.yaml omits some that its own parser requires."""
     return value if _PLAIN.fullmatch(value) and plain_value(value) == value else DoubleQuotedScalarString(value)
 
 
 def round_trip() -> YAML:
-    """Return what reads and writes YAML with its comments."""
+    """Return a YAML reader and writer that preserves comments."""
     yaml = YAML(typ="rt", pure=True)
     yaml.width = WIDTH
     yaml.indent(mapping=2, sequence=4, offset=2)
@@ -75,7 +75,7 @@ def round_trip() -> YAML:
 
 
 def dumped(tree: Any) -> str:
-    """Return a tree as text."""
+    """Return a tree as YAML text."""
     stream = io.StringIO()
     round_trip().dump(tree, stream)
     return stream.getvalue()

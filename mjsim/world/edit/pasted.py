@@ -1,4 +1,4 @@
-"""Items out of a piece of text, such as what was copied from another world."""
+"""Parses items from a fragment of text, such as one copied from another world."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -12,21 +12,21 @@ LISTS: dict[str, tuple[str, ...]] = {
     **{name: (name,) for name in ("walls", "obstacles", "beacons", "robots", "lamps", "mechanisms", "people")},
     "floor": ("floor", "patches"),
 }
-"""Lists of items that have a place, and their paths in a world."""
+"""Lists of items with a position, and their paths in a world."""
 _NONE = (
     "this text contains no item of a world; copy items such as '- {box: [1, 1, 1], at: [2, 3]}', or a world with some"
 )
 
 
 def items_in(text: str) -> list[tuple[str, dict[str, Any]]]:
-    """Return the items of a text, each with the key of `LISTS` that it belongs to, as they are written.
+    """Return the items of a text as written, each with its key in `LISTS`.
 
     Args:
-        text: YAML: keys of a world with their lists, other keys left out; or items alone, in a list or one of them,
-            whose kind their keys tell.
+        text: YAML: keys of a world with their lists, other keys being ignored; or only items, as a list or a single
+            one, whose kind follows from their keys.
 
     Raises:
-        UsageError: It holds none, or one that no world can have; one sentence says which.
+        UsageError: It contains no items, or one that is invalid in any world; the message says which.
     """
     if len(text) > MOST_BYTES:
         raise UsageError(too_large(len(text)))
@@ -45,7 +45,7 @@ def items_in(text: str) -> list[tuple[str, dict[str, Any]]]:
 
 
 def _listed(world: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield the items of the lists of a world."""
+    """Yield the items in the lists of a world."""
     for name, path in LISTS.items():
         items: Any = world
         for key in path:
@@ -57,7 +57,7 @@ def _listed(world: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def _list_of(item: Any) -> str:
-    """Return the list that an item belongs to: the first one whose items have all of its keys."""
+    """Return the list to which an item belongs: the first whose items can have all of its keys."""
     found = next((name for name in LISTS if isinstance(item, dict) and _fits(item, name)), None)
     if found is None:
         raise UsageError(_NONE)
@@ -65,7 +65,7 @@ def _list_of(item: Any) -> str:
 
 
 def _fits(item: dict[str, Any], name: str) -> bool:
-    """Return whether some kind of item of a list has all keys of one, and needs no others."""
+    """Return whether a kind of item in a list has all keys of an item, and requires no others."""
     keys = item.keys() - {"repeat"}
     kinds = models_at(World, LISTS[name])
     needed = [{key for key, field in kind.model_fields.items() if field.is_required()} for kind in kinds]
@@ -73,7 +73,7 @@ def _fits(item: dict[str, Any], name: str) -> bool:
 
 
 def _hint(item: Any, name: str) -> str:
-    """Return which key of an item is none; nothing when all of them are, but not together."""
+    """Return a hint which key of an item is unknown; '' if all are known, but not in this combination."""
     if not isinstance(item, dict):
         return ""
     known = {"repeat"}.union(*(kind.model_fields for kind in models_at(World, LISTS[name])))

@@ -1,4 +1,4 @@
-"""Items that are repeated or included, written into the text as items of their own; the world stays as it is."""
+"""Writes repeated or included items into the text as separate items; the world stays the same."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -12,24 +12,24 @@ from mjsim.world.yaml import Node
 
 
 def make_single(draft: EditedText, path: Path) -> None:
-    """Write an item of the world as one of its own, if it is not.
+    """Write an item of the world as a separate item, if it is not one.
 
-    A repeated item becomes as many items as it comes to: the first keeps its place, its comments and its expressions.
-    Of an included item the whole file that holds it is written in place of its `include`, with those that are included
-    behind it; the file itself stays as it is.
+    A repeated item becomes as many items as it expands to: the first keeps its place, comments and expressions. For an
+    included item, the whole file that contains it, and the files included after it, are written in place of their
+    `include`; the files themselves stay unchanged.
 
     Args:
         draft: The text.
-        path: Of the item, or of something in it.
+        path: Path of the item, or of something in it.
 
     Raises:
-        UnwritableError: Nothing is there, or the world would not stay as it is.
+        UnwritableError: Nothing is at the path, or the world would change.
     """
     draft.settle()
     before = draft.nodes
     item = None if before is None else foreign(before[1], path)
     if before is None or item is None:
-        draft.place(path)  # which says so when nothing is there
+        draft.place(path)  # raises an error if nothing is there
         return
     raw, written = before
     node = node_at(written, item)
@@ -44,7 +44,7 @@ def make_single(draft: EditedText, path: Path) -> None:
 
 
 def _unroll(draft: EditedText, raw: Node, siblings: Node, path: Path) -> None:
-    """Write all repetitions of an item below each other."""
+    """Write all repetitions of an item one after another."""
     place = draft.place(path[:-1])
     start = siblings.items[path[-1]].line, siblings.items[path[-1]].column
     own = own_index(node_at(raw, place.own), siblings.items[path[-1]])
@@ -61,12 +61,12 @@ def _unroll(draft: EditedText, raw: Node, siblings: Node, path: Path) -> None:
 
 
 def as_written(plain: Any, says: Any, wanted: Any) -> Any:
-    """Return how to write a value: as it stands in the text where that says the same, else as it is.
+    """Return the form in which to write a value: as in the text where that gives the same value, otherwise literally.
 
     Args:
-        plain: What stands in the text.
-        says: What that comes to.
-        wanted: What it is to come to.
+        plain: The value as written in the text.
+        says: The value that this expands to.
+        wanted: The value that it must expand to.
     """
     if same(says, wanted):
         return plain
@@ -78,7 +78,7 @@ def as_written(plain: Any, says: Any, wanted: Any) -> Any:
 
 
 def rewrite(draft: EditedText, path: Path, wanted: Any) -> None:
-    """Write a value over another one, all that is the same left as it is."""
+    """Replace a value, leaving equal parts unchanged."""
     place = draft.place(path)
     if place.rest:
         draft.insert_key(place, wanted)
@@ -95,7 +95,7 @@ def rewrite(draft: EditedText, path: Path, wanted: Any) -> None:
 
 
 def _bring_in(draft: EditedText, raw: Node, path: Path) -> None:
-    """Write the included file that holds an item, and those included behind it, in place of their `include`."""
+    """Write the included file that contains an item, and those included after it, in place of their `include`."""
     names = expand(raw, draft.fresh_source).variables
     include = raw.items["include"]
 
@@ -117,7 +117,7 @@ def _bring_in(draft: EditedText, raw: Node, path: Path) -> None:
 
 
 def _put_below(draft: EditedText, brought: Mapping[str, Any], at: Path) -> None:
-    """Write the values of included files where the text says nothing else, their items before those of the text."""
+    """Write the values of included files where the text has none, and their items before those of the text."""
     for key, value in brought.items():
         place = draft.place((*at, key))
         if place.rest:
@@ -137,7 +137,7 @@ def _keep_variables(draft: EditedText, names: Mapping[str, Value]) -> None:
 
 
 def foreign(node: Node, path: Path) -> Path | None:
-    """Return the outermost item along a path that is not written in the text, or not once; None without one."""
+    """Return the outermost item on a path that is not written in the text, or written more than once; None if none."""
     for number, step in enumerate(path):
         inner = node.items.get(step)
         if inner is None:
@@ -149,20 +149,20 @@ def foreign(node: Node, path: Path) -> Path | None:
 
 
 def own_index(written: Node, item: Node) -> int:
-    """Return which item of a list as it stands in the text an item of the world comes from."""
+    """Return the index in the text's list of the item from which an item of the world comes."""
     start = item.line, item.column
     return next(int(number) for number, each in written.items.items() if (each.line, each.column) == start)
 
 
 def node_at(node: Node, path: Sequence[str | int]) -> Node:
-    """Return what a path of a node leads to."""
+    """Return the node at a path below a node."""
     for step in path:
         node = node.items[step]
     return node
 
 
 def _count(node: Node, path: Path) -> int:
-    """Return how many items a list has; none where it is not there."""
+    """Return the number of items in a list; 0 if it does not exist."""
     for step in path:
         inner = node.items.get(step)
         if inner is None:
@@ -172,7 +172,7 @@ def _count(node: Node, path: Path) -> int:
 
 
 def _literal(value: Any) -> Any:
-    """Return what is to be written for a value: signs of expressions in it stand for themselves."""
+    """Return the literal form of a value, with expressions escaped."""
     if isinstance(value, dict):
         return {key: _literal(item) for key, item in value.items()}
     if isinstance(value, list):

@@ -1,4 +1,4 @@
-"""Single values as text of a world file, for what is put into one that people wrote."""
+"""Formats single values for insertion into hand-written world files."""
 
 import json
 import re
@@ -9,15 +9,16 @@ from mjsim.world.edit.layout import WIDTH
 from mjsim.world.yaml import plain_value
 
 _PLAIN = re.compile(r"[A-Za-z_./][\w./+-]*(:[\w./+-]+)*", re.ASCII)
-"""Text that needs no quotes, wherever it stands, unless it reads as another kind of value."""
+"""Text that never needs quotes, unless it reads as another kind of value."""
 _TYPED, _SHOWN = 6, 4
-"""A number of so many decimals was typed by somebody; one of more was computed, and is rounded to so many."""
+"""Numbers with up to the first number of decimals were typed; those with more were computed, and are rounded to the
+second."""
 _NOT_PLAIN = re.compile("[\x7f-\x9f\u2028\u2029\ufeff\ud800-\udfff]")
 _STEP = 2
 
 
 def rounded(value: Any) -> Any:
-    """Return a value whose computed numbers are short."""
+    """Return a value with computed numbers rounded."""
     if isinstance(value, dict):
         return {key: rounded(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
@@ -26,7 +27,7 @@ def rounded(value: Any) -> Any:
 
 
 def scalar(value: Any, *, style: str = "") -> str:
-    """Return a single value as text; `style` holds the quotes that it had before."""
+    """Return a scalar as text; `style` is the previous quote character."""
     if value is None:
         return "null"
     if isinstance(value, bool):
@@ -53,14 +54,14 @@ def inline(value: Any) -> str:
 
 
 def below(value: Any, indent: int) -> list[str]:
-    """Return the lines of a mapping or a list that is not empty, below a key or behind a dash, indented so far."""
+    """Return the lines of a non-empty mapping or list below a key or after a dash, with an indentation."""
     if isinstance(value, list):
         return [line for item in value for line in dashed(item, indent)]
     return [line for key, item in value.items() for line in keyed(str(key), item, indent)]
 
 
 def dashed(value: Any, indent: int, *, whole: bool = False) -> list[str]:
-    """Return the lines of an item of a list; `whole` gives each of its keys a line of its own."""
+    """Return the lines of a list item; `whole` puts each of its keys on its own line."""
     space = " " * indent
     line = f"{space}- {inline(value)}"
     if not value or not isinstance(value, dict):
@@ -72,7 +73,7 @@ def dashed(value: Any, indent: int, *, whole: bool = False) -> list[str]:
 
 
 def keyed(name: str, value: Any, indent: int) -> list[str]:
-    """Return the lines of a key with its value."""
+    """Return the lines of a key and its value."""
     space = " " * indent
     line = f"{space}{scalar(name)}: {inline(value)}"
     if not _is_listed(value) and (len(line) <= WIDTH or not value or not isinstance(value, (dict, list))):
@@ -83,7 +84,7 @@ def keyed(name: str, value: Any, indent: int) -> list[str]:
 
 
 def _filled(head: str, value: list[Any]) -> list[str]:
-    """Return a list in brackets on lines that are filled with its items one after the other, below its first one."""
+    """Return a list in brackets with its items filling lines, aligned with the first."""
     lines, space = [head], " " * len(head)
     for number, item in enumerate(value):
         text = inline(item) + ("]" if number == len(value) - 1 else ",")
@@ -95,7 +96,7 @@ def _filled(head: str, value: list[Any]) -> list[str]:
 
 
 def _is_listed(value: Any) -> bool:
-    """Return whether a value is a list of items with keys, each of which gets a line."""
+    """Return whether a value is a list of mappings, each of which gets a line."""
     return isinstance(value, list) and any(isinstance(item, dict) for item in value)
 
 

@@ -1,4 +1,4 @@
-"""Where a path of a world leads in its text."""
+"""The place in a text to which a path of its world leads."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ Path = tuple[str | int, ...]
 
 
 class UnwritableError(UsageError):
-    """A change that cannot be written into the text; holds the path of what was to be changed."""
+    """A change cannot be written into the text; holds the path of the value."""
 
     def __init__(self, path: Path, message: str) -> None:
         super().__init__(f"{shown_path(path)} {message}" if path else message)
@@ -19,51 +19,51 @@ class UnwritableError(UsageError):
 
 
 def shown_path(path: Sequence[str | int]) -> str:
-    """Return a path as people write it: 'walls[0].openings[1].width'."""
+    """Return a path in readable form: 'walls[0].openings[1].width'."""
     return "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in path).lstrip(".")
 
 
 @dataclass(slots=True)
 class TextPlace:
-    """Where a path of the world leads in the text."""
+    """The place in the text to which a path of the world leads."""
 
     path: Path
-    """That was asked for."""
+    """The requested path."""
     own: list[str | int]
-    """As far as it is written: the same in the text, in which items of included files are not counted."""
+    """The written part of it, with indices as in the text, which do not count items of included files."""
     chain: list[Span]
-    """The values along it, the whole text first."""
+    """The values along it, beginning with the whole text."""
     entries: list[Entry]
-    """The entries that hold them; one fewer."""
+    """The entries that contain them; one fewer than values."""
     node: Node | None
-    """What the last of them comes from; None when the text uses nothing that has to be expanded."""
+    """Node of the last value; None if the text uses nothing that must be expanded."""
     said: Any
-    """What it stands for then."""
+    """Expanded value of that node."""
     rest: list[str | int]
     """Steps that are not written."""
 
     @property
     def span(self) -> Span:
-        """The last value that is written."""
+        """The last written value."""
         return self.chain[-1]
 
     @property
     def value(self) -> Any:
-        """What that stands for, expressions computed."""
+        """Its value, with expressions computed."""
         return self.span.plain if self.node is None else self.said
 
     @property
     def count(self) -> int:
-        """How many items it has in the world."""
+        """Its number of items in the world."""
         return len(self.span.entries) if self.node is None else len(self.said)
 
     @property
     def elsewhere(self) -> str | None:
-        """The included file that holds what is not written here; None when nobody wrote it."""
+        """The included file that contains the missing part; None if no file does."""
         inner = self.node.items.get(self.rest[0]) if self.node is not None and self.rest else None
         return inner.origin.file if inner is not None and inner.origin is not None else None
 
     @property
     def is_empty(self) -> bool:
-        """Whether nothing is written behind its key."""
+        """Whether its key has no value."""
         return self.span.kind == "scalar" and not self.span.text and not self.span.style and bool(self.entries)

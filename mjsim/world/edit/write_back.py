@@ -1,6 +1,6 @@
-"""A changed world written back over its text: what differs is rewritten, all else stays as it is.
+"""Writes a changed world back into its text: differences are rewritten, everything else stays.
 
-What stands in an included file or in a repeated item cannot be changed from here, and nothing is lost over it.
+Values in an included file or a repeated item cannot be changed from here; nothing is lost in that case.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,7 +17,7 @@ Path = tuple[str | int, ...]
 
 
 class ForeignError(Exception):
-    """What was changed is not written in the text itself, or not once; holds its path."""
+    """A change affects a value that is not written in the text, or written more than once; holds its path."""
 
     def __init__(self, path: Path, message: str) -> None:
         super().__init__(message)
@@ -27,17 +27,17 @@ class ForeignError(Exception):
 def write_changes(
     tree: Any, before: Mapping[str, Any], after: Mapping[str, Any], *, written: Node | None, raw: Node | None
 ) -> None:
-    """Change a text's own tree where the keys after differ from those before.
+    """Change a text's own tree where the keys before and after differ.
 
     Args:
-        tree: Of the text, as ruamel.yaml has it; it is changed.
-        before: What the text says.
-        after: What it should say.
-        written: What the text stands for, with where each part comes from; None when it is the text itself.
-        raw: The text as it is written; None as above.
+        tree: Tree of the text in the form of ruamel.yaml; modified in place.
+        before: The text's current keys.
+        after: The wanted keys.
+        written: The expanded text with the origin of each part; None if nothing is expanded.
+        raw: The text as written; None if nothing is expanded.
 
     Raises:
-        ForeignError: Part of a change belongs into another file, or into a repeated item.
+        ForeignError: Part of a change belongs to another file, or to a repeated item.
     """
     _mapping(tree, before, after, written, raw, ())
 
@@ -93,7 +93,7 @@ def _list(
 
 
 def _place(own: Sequence[int | None], number: int, written: Node | None, path: Path) -> int:
-    """Return where an item of a list stands in the text."""
+    """Return the index in the text of an item of a list."""
     place = own[number]
     if place is None:
         origin = None if written is None else written.items[number].origin
@@ -107,7 +107,7 @@ def _place(own: Sequence[int | None], number: int, written: Node | None, path: P
 
 
 def _own_places(written: Node | None, raw: Node | None, count: int) -> list[int | None]:
-    """Return for each item of a list where it stands in the text's own list; None when it comes from elsewhere."""
+    """Return the index in the text's own list for each item; None for items from elsewhere."""
     if written is None:
         return list(range(count))
     own = {} if raw is None else {(item.line, item.column): int(index) for index, item in raw.items.items()}
@@ -120,7 +120,7 @@ def _child(node: Node | None, step: str | int) -> Node | None:
 
 
 def _same(one: Any, other: Any) -> bool:
-    """Return whether two items are one thing, perhaps changed: by name, else by value."""
+    """Return whether two items are the same, possibly changed: by name if they have one, otherwise by value."""
     if isinstance(one, dict) and isinstance(other, dict):
         names = [next((item[key] for key in ("name", *SENSOR_KINDS) if key in item), None) for item in (one, other)]
         if names != [None, None]:

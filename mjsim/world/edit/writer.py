@@ -1,4 +1,4 @@
-"""`World` to text; a world that was read keeps its comments and its layout."""
+"""Writes a `World` as text; a world that was read keeps its comments and layout."""
 
 import dataclasses
 from functools import partial
@@ -18,16 +18,16 @@ from mjsim.world.yaml import problems_at, read_text
 def format_world(world: World) -> str:
     """Return a text that `parse_world` reads as an equal world.
 
-    A world that was read from text gives that text; where it was changed since, only what differs is
-    rewritten and all other comments stay. Values that say what is the default anyway are left out.
+    For a world that was read from text, the result is that text; if it was changed since, only differences are
+    rewritten and all other comments stay. Default values are omitted.
 
     Raises:
-        WorldError: What was changed stands in an included file or in a repeated item; it says where.
+        WorldError: A change affects an included file or a repeated item; the message says where.
     """
     text = world.source.text
     if text is None:
         return dumped(styled(_keys_of_world(world)))
-    # The files that it includes are those that were read, whatever became of them since.
+    # Included files are those that were read, even if they have changed since.
     source = dataclasses.replace(world.source, attached={**world.source.included, **world.source.attached})
     before = parse_world(text, source=source)
     if before == world:
@@ -37,7 +37,7 @@ def format_world(world: World) -> str:
     try:
         if parse_world(changed, source=source) == world:
             return changed
-    # An alias that stands for two values cannot be changed in one place only.
+    # An alias that stands for two values cannot be changed in only one place.
     except WorldError:
         pass
     if expanded:
@@ -53,7 +53,7 @@ def _rewritten(text: str, before: World, after: World) -> str:
 
 
 def _changed(text: str, before: World, after: World) -> str:
-    """Return a text that uses `include`, `variables` or `repeat` with what differs between two worlds."""
+    """Return a text that uses `include`, `variables` or `repeat`, updated with the differences between two worlds."""
     source: Source = before.source
     tree, (raw, _) = round_trip().load(text), read_text(text, file=source.file)
     try:
@@ -65,7 +65,7 @@ def _changed(text: str, before: World, after: World) -> str:
 
 
 def _keys_of_world(world: World) -> dict[str, Any]:
-    """Return what has to be written: all that is not the default, or not the preset's."""
+    """Return the keys to write: all that differ from the default or the preset."""
     keys = plain(world.model_dump(mode="json", exclude_defaults=True, exclude={"robots"}))
     if world.robots:
         keys["robots"] = [_keys_of_robot(robot, world.source) for robot in world.robots]
@@ -105,7 +105,7 @@ def _keys_of_sensor(sensor: AnySensor) -> dict[str, Any]:
 
 
 def _differing(value: Model, base: Model) -> dict[str, Any]:
-    """Return the keys of a model whose values differ from those of another of its kind."""
+    """Return the keys of a model whose values differ from those of another model of its kind."""
     found = {}
     for key in type(value).model_fields:
         here, there = getattr(value, key), getattr(base, key)

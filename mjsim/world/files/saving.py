@@ -1,4 +1,4 @@
-"""Writing a file in one step: a reader sees the old content or the new one, also after a crash or a power cut."""
+"""Writes files atomically: a reader sees the old or the new content, also after a crash or a power failure."""
 
 import contextlib
 import os
@@ -8,16 +8,16 @@ from collections.abc import Iterator
 from pathlib import Path
 
 NEW = ".mjsim-{}.new"
-"""Name of a file that is being written; short, so that it fits wherever the final name does."""
+"""Name of a file while it is being written; short enough to fit wherever the final name does."""
 LEFT_BEHIND = 60.0
-"""Age of such a file whose writer was killed [s]."""
+"""Age at which such a file counts as left behind by a killed process [s]."""
 
 
 def write_whole(place: Path, data: bytes) -> None:
-    """Write a file in one step, with the mode and the owner of the file that it replaces.
+    """Write a file atomically, with the mode and owner of the file that it replaces.
 
     Raises:
-        OSError: It cannot be written; what was there stays.
+        OSError: It cannot be written; the old content stays.
     """
     mode = 0o666
     with contextlib.suppress(FileNotFoundError):
@@ -31,10 +31,10 @@ def write_whole(place: Path, data: bytes) -> None:
 
 
 def write_new(place: Path, data: bytes) -> None:
-    """Write a file that is not there yet, in one step.
+    """Create a file atomically.
 
     Raises:
-        FileExistsError: It is there, even if it came while this was being written.
+        FileExistsError: The file exists, even if it was created during this call.
         OSError: It cannot be written.
     """
     with _written(place, data, mode=0o666) as new:
@@ -50,17 +50,17 @@ def write_new(place: Path, data: bytes) -> None:
 
 
 def write_private(place: Path, data: bytes) -> None:
-    """Write a file in one step that nobody else may read.
+    """Write a file atomically that no other user may read.
 
     Raises:
-        OSError: It cannot be written; what was there stays.
+        OSError: It cannot be written; the old content stays.
     """
     with _written(place, data, mode=0o600) as new:
         new.replace(place)
 
 
 def remove_leftovers(folder: Path) -> None:
-    """Remove what writers left behind in a folder when they were killed."""
+    """Remove files in a folder that killed processes left behind."""
     with contextlib.suppress(OSError):
         for path in folder.glob(NEW.format("*")):
             if time.time() - path.lstat().st_mtime > LEFT_BEHIND:
@@ -69,7 +69,7 @@ def remove_leftovers(folder: Path) -> None:
 
 @contextlib.contextmanager
 def _written(place: Path, data: bytes, *, mode: int) -> Iterator[Path]:
-    """Yield a file beside a place that holds all of the data, on the disk; it is gone after the block."""
+    """Yield a temporary file beside a path with all the data, synced to disk; it is removed after the block."""
     remove_leftovers(place.parent)
     new = place.with_name(NEW.format(secrets.token_hex(8)))
     try:
@@ -83,8 +83,8 @@ def _written(place: Path, data: bytes, *, mode: int) -> Iterator[Path]:
 
 
 def _keep_name(place: Path) -> None:
-    """Make sure that a power cut does not bring back what stood under a name before."""
-    with contextlib.suppress(OSError):  # not all file systems can
+    """Sync the folder, so that a power failure does not bring back the previous file of this name."""
+    with contextlib.suppress(OSError):  # not supported by all file systems
         folder = os.open(place.parent, os.O_RDONLY)
         try:
             os.fsync(folder)
@@ -93,7 +93,7 @@ def _keep_name(place: Path) -> None:
 
 
 def _keep_owner(place: Path, new: Path, mode: int) -> None:
-    """Give a new file the owner and the mode of the one that it replaces, as far as the system lets us."""
+    """Give a new file the owner and mode of the one that it replaces, as far as permitted."""
     with contextlib.suppress(FileNotFoundError):
         old = place.stat()
         for owner, group in ((-1, old.st_gid), (old.st_uid, -1)):

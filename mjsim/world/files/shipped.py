@@ -1,4 +1,4 @@
-"""The worlds that come with mjsim: a bare word such as `gallery` names one."""
+"""The shipped worlds; a bare word such as `gallery` names one."""
 
 import re
 from importlib import resources
@@ -7,7 +7,7 @@ from pathlib import Path
 from mjsim.errors import UsageError, did_you_mean
 
 SCHEMA_LINE = re.compile(r"\A# yaml-language-server:.*\n")
-"""Completes keys in editors; the schema lies beside the shipped worlds only."""
+"""Line for completion in editors; the schema is only beside the shipped worlds."""
 
 
 def worlds_folder() -> Path:
@@ -16,7 +16,7 @@ def worlds_folder() -> Path:
 
 
 def shipped_worlds() -> dict[str, Path]:
-    """Return the file of each shipped world by its name; those in sub-folders come last."""
+    """Return the path of each shipped world by name; those in sub-folders come last."""
     found: dict[str, Path] = {}
     for path in sorted(worlds_folder().rglob("*.yaml"), key=lambda path: (len(path.parts), path)):
         found.setdefault(path.stem, path)
@@ -24,7 +24,7 @@ def shipped_worlds() -> dict[str, Path]:
 
 
 def world_path(place: str | Path) -> Path:
-    """Return the file that a place names: a bare word, without folder or ending, names a shipped world.
+    """Return the path of a world; a bare word, without folder or suffix, names a shipped world.
 
     Raises:
         UsageError: There is no shipped world of this name.
@@ -48,5 +48,5 @@ def world_summary(path: Path) -> str:
 
 
 def own_copy(path: Path) -> str:
-    """Return the text of a shipped world as a file of one's own: without the line that finds the schema beside it."""
+    """Return the text of a shipped world for a copy: without the line that refers to the schema beside it."""
     return SCHEMA_LINE.sub("", path.read_text(encoding="utf-8"))

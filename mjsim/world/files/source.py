@@ -1,4 +1,4 @@
-"""Where a world came from, and the files that it names."""
+"""The origin of a world, and the files that it refers to."""
 
 import contextlib
 import difflib
@@ -12,36 +12,36 @@ from typing import Any, Self
 from mjsim.models import picture_size
 
 MOST_BYTES = 64_000_000
-"""Of a picture."""
+"""Maximum size of a picture [bytes]."""
 _LEAVES = "path '{name}' leaves its folder; name a file beside the world file or in assets"
 
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """Where a world was written; two worlds are equal wherever they come from."""
+    """The origin of a world; worlds are equal regardless of their origin."""
 
     file: str = field(default="world", compare=False)
-    """As errors name it."""
+    """Name in messages."""
     text: str | None = field(default=None, compare=False)
-    """What was read; None for a world built in Python."""
+    """The text that was read; None for a world built in Python."""
     folder: Path | None = field(default=None, compare=False)
-    """Where files that it names are looked for first."""
+    """Folder in which files are looked up first."""
     attached: Mapping[str, bytes] = field(default_factory=dict, compare=False)
-    """Files that came with it, as in a recording; they go before the folder."""
+    """Files attached to the world, as in a recording; they take precedence over the folder."""
     included: Mapping[str, bytes] = field(default_factory=dict, compare=False)
-    """World files that its text includes, by their paths from its folder."""
+    """World files included by the text, by their paths relative to the folder."""
     variables: Mapping[str, bool | int | float | str] = field(default_factory=dict, compare=False)
-    """Those of its text and of what that includes, with their values."""
+    """Variables of the text and its included files, with their values."""
     written: Any = field(default=None, compare=False, repr=False)
-    """Where each value stands in the text, for the reader's own use."""
+    """Position of each value in the text, for internal use by the reader."""
     admit: Callable[[Path, bytes], None] | None = field(default=None, compare=False, repr=False)
-    """Called with each file of code beside the world, and its content, before that runs; raises UsageError when it may
-    not. None lets all run."""
+    """Called with path and content of each code file beside the world before it is run; raises UsageError to forbid it.
+    None allows all."""
     live: dict[str, Any] = field(default_factory=dict, compare=False, repr=False)
-    """What the hosts of modules share between the modules of one run."""
+    """State that module hosts share between the modules of one run."""
 
     def for_run(self) -> Self:
-        """Return it for a run of its own, whose modules share nothing with those of other runs."""
+        """Return a copy for one run, whose modules share nothing with those of other runs."""
         return replace(self, live={})
 
 
@@ -61,10 +61,10 @@ def has_asset(name: str, source: Source) -> bool:
 
 
 def read_asset(name: str, source: Source) -> bytes:
-    """Return a file that a world names: attached, else beside the world file, else shipped with mjsim.
+    """Return the content of a file that a world names: attached, beside the world file, or shipped with mjsim.
 
     Raises:
-        ValueError: The file does not exist, it is too large, or its path leaves the folders where it may be.
+        ValueError: The file does not exist, is too large, or lies outside the allowed folders.
     """
     if name in source.attached:
         return source.attached[name]
@@ -85,9 +85,9 @@ def read_asset(name: str, source: Source) -> bytes:
 
 
 def check_picture(name: str, source: Source) -> None:
-    """Raise ValueError when a picture that a world names is not there or cannot be one.
+    """Raise ValueError if a picture that a world names does not exist or is not an image.
 
-    Pictures that came attached were checked when they were.
+    Attached pictures were checked when they were attached.
     """
     if name not in source.attached:
         data = read_asset(name, source)
@@ -104,12 +104,12 @@ def _leaves(path: PurePosixPath, name: str) -> bool:
 def _is_there(file: Traversable) -> bool:
     try:
         return file.is_file()
-    except OSError:  # its name is longer than the system takes
+    except OSError:  # its name is too long for the system
         return False
 
 
 def _resolved(path: Path) -> Path | None:
-    """Return the path without links; None for a loop of links, or a name that the system does not take."""
+    """Return a path with links resolved; None for a loop of links, or a name too long for the system."""
     try:
         return path.resolve(strict=True)
     except (OSError, RuntimeError):
@@ -127,10 +127,10 @@ def _read(path: Path, name: str) -> bytes:
 
 
 def _near(name: str, source: Source) -> str:
-    """Return '; did you mean ...?' when a file in the same folder has nearly this name."""
+    """Return '; did you mean ...?' if a file in the same folder has a similar name, otherwise ''."""
     folder = PurePosixPath(name).parent
     known: list[str] = []
-    with contextlib.suppress(OSError):  # a folder whose name is longer than the system takes
+    with contextlib.suppress(OSError):  # a folder with a name too long for the system
         if source.folder is not None:
             known += _names_in(source.folder.resolve(), folder)
         shipped = resources.files("mjsim.assets").joinpath(str(folder))
@@ -141,7 +141,7 @@ def _near(name: str, source: Source) -> str:
 
 
 def _names_in(base: Path, folder: PurePosixPath) -> list[str]:
-    """Return the files of a folder by their paths from a base, but for those that links lead to outside of it."""
+    """Return the files of a folder by their paths relative to a base, except links that lead outside it."""
     place = _resolved(base / folder)
     if place is None or not place.is_relative_to(base) or not place.is_dir():
         return []
@@ -150,5 +150,5 @@ def _names_in(base: Path, folder: PurePosixPath) -> list[str]:
 
 
 def _is_within(file: Path, base: Path) -> bool:
-    """Return whether a file or a folder, links followed, lies in a folder; pipes and devices do not count."""
+    """Return whether a regular file or folder, with links resolved, lies in a folder."""
     return file.is_relative_to(base) and (file.is_file() or file.is_dir())

@@ -1,4 +1,4 @@
-"""Tables of numbers in files beside a world: CSV with a column of times."""
+"""Tables of numbers in files beside a world: CSV with a time column."""
 
 import csv
 import io
@@ -19,13 +19,13 @@ def read_columns(data: bytes, name: str, columns: Sequence[str | int]) -> Array:
     """Return columns of a table, shape (rows, columns).
 
     Args:
-        data: CSV in UTF-8, separated by commas, semicolons or tabs; a first line of words names the columns, lines
-            that begin with '#' and empty ones are left out.
-        name: How errors call the file.
-        columns: Each by its name, or by its number from 1.
+        data: CSV in UTF-8, separated by commas, semicolons or tabs; a first line of words names the columns; empty
+            lines and lines that begin with '#' are ignored.
+        name: Name of the file in messages.
+        columns: The columns, by name or by number from 1.
 
     Raises:
-        ValueError: It is no such table; the sentence names the line.
+        ValueError: It is not such a table; the message gives the line.
     """
     if len(data) > MOST_BYTES:
         raise ValueError(f"'{name}' has {len(data) / 1e6:.0f} MB; a table has at most {MOST_BYTES // 1_000_000} MB")
@@ -48,7 +48,7 @@ def read_columns(data: bytes, name: str, columns: Sequence[str | int]) -> Array:
 
 
 def _lines(text: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield number and cells of each line that holds something."""
+    """Yield number and cells of each non-empty line."""
     head = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
     separator = next((mark for mark in ("\t", ";", ",") if mark in head), ",")
     for number, line in enumerate(io.StringIO(text), start=1):

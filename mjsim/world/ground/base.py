@@ -1,4 +1,4 @@
-"""What all models of the world file share: strict, frozen, and documented for the schema."""
+"""Base of all models of the world file: strict, frozen, and documented for the schema."""
 
 from dataclasses import dataclass
 from typing import Annotated, Any
@@ -10,13 +10,13 @@ from mjsim.world.files import Source, check_picture, read_asset
 from mjsim.world.ground.descriptions import descriptions
 
 KEY = "[key]"
-"""Last step of a path that means a key itself, not its value; pydantic's own word for it."""
+"""Last step of a path that refers to a key itself, not its value; defined by pydantic."""
 
 
 class Model(BaseModel):
-    """A part of a world file: values are checked once, unknown keys are refused."""
+    """A part of a world file: values are validated once, unknown keys are rejected."""
 
-    # Most models are validated within that of the world alone: a validator of their own is built when one is asked for.
+    # Most models are validated only as part of a world: their own validators are built on first use.
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False, defer_build=True)
 
     @classmethod
@@ -31,19 +31,19 @@ class Model(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Slider:
-    """Stands in `Annotated` beside a number that may change while a world runs: the useful part of its range."""
+    """Marks in `Annotated` a number that may change while a world runs: the useful part of its range."""
 
     low: float
     high: float
 
 
 def fault(message: str, *path: str | int) -> PydanticCustomError:
-    """Return what a validator raises: a sentence, and where the value stands below the one that is checked."""
+    """Return the exception for a validator: a message, and the path of the value below the one being validated."""
     return PydanticCustomError("mjsim", "{text}", {"text": message, "path": path})
 
 
 def _there(name: str, info: ValidationInfo) -> str:
-    """Check that a picture is there, when the reader of a file says where to look."""
+    """Check that a picture exists, if the reader of a file provides the source."""
     source = (info.context or {}).get("source")
     if isinstance(source, Source):
         check_picture(name, source)
@@ -51,7 +51,7 @@ def _there(name: str, info: ValidationInfo) -> str:
 
 
 def _model_there(name: str, info: ValidationInfo) -> str:
-    """Check that a file of MJCF or URDF is there, when the reader of a file says where to look."""
+    """Check that an MJCF or URDF file exists, if the reader of a file provides the source."""
     if not name.lower().endswith((".xml", ".mjcf", ".urdf")):
         raise ValueError(f"'{name}' is not a model; name an MJCF (.xml) or URDF (.urdf) file")
     source = (info.context or {}).get("source")

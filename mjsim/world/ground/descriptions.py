@@ -1,6 +1,7 @@
-"""What the docstring below each field of a model says, read from its source when it is asked for.
+"""Reads the docstring below each field of a model from its source, on demand.
 
-Pydantic can read them too, but does so for every model that is imported: half of the time that `mjsim check` starts in.
+Pydantic can read them too, but does so for every model on import, which takes half of the start-up time of `mjsim
+check`.
 """
 
 import ast
@@ -16,13 +17,13 @@ from mjsim.syntax import parse_python
 
 
 def description_of(model: type[BaseModel], field: str) -> str:
-    """Return what a field of a model is for; empty when nothing is said."""
+    """Return the description of a model's field; '' if there is none."""
     return model.model_fields[field].description or descriptions(model).get(field, "")
 
 
 @cache
 def descriptions(model: type[BaseModel]) -> Mapping[str, str]:
-    """Return the docstring below each field of a model, those of the models that it is made from too."""
+    """Return the docstring below each field of a model, including inherited fields."""
     classes = [kind for kind in reversed(model.__mro__) if issubclass(kind, BaseModel) and kind is not BaseModel]
     found = {name: text for kind in classes for name, text in _docstrings(_classes(kind.__module__)[kind.__name__])}
     return {name: found[name] for name in model.model_fields if name in found}

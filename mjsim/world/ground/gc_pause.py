@@ -7,10 +7,10 @@ from contextlib import contextmanager
 
 @contextmanager
 def gc_paused() -> Iterator[None]:
-    """Pause the collector of reference cycles; also a decorator of functions.
+    """Disable cyclic garbage collection; also usable as a decorator.
 
-    A large world is a million objects that all stay; scanning them again and again would take a fifth of the time of
-    reading and compiling.
+    A large world has a million long-lived objects; scanning them repeatedly would take a fifth of the time for reading
+    and compiling.
     """
     ran = gc.isenabled()
     gc.disable()

@@ -1,4 +1,4 @@
-"""Items of one of several kinds, such as drives and sensors: the kind decides how an item is checked."""
+"""Items of several kinds, such as drives and sensors: the kind decides how an item is validated."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from pydantic_core import CoreSchema, core_schema
 
 
 def kind_of(item: object, kinds: Mapping[str, type[BaseModel]]) -> str | None:
-    """Return which kind an item is, by its model or by the key that names the kind; None for none of them."""
+    """Return the kind of an item, from its model or from the key that names the kind; None if it has none."""
     if isinstance(item, Mapping):
         return next((kind for kind in kinds if kind in item), None)
     return next((kind for kind, model in kinds.items() if isinstance(item, model)), None)
@@ -18,20 +18,20 @@ def kind_of(item: object, kinds: Mapping[str, type[BaseModel]]) -> str | None:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OneOf:
-    """Stands beside a union of models in `Annotated`; a fault is then told of the one kind that is meant.
+    """Annotates a union of models in `Annotated`; errors then refer only to the kind in question.
 
-    In the path of a fault the kind is a step of its own, in angle brackets.
+    In the path of an error, the kind is a separate step in angle brackets.
     """
 
     kinds: Mapping[str, type[BaseModel]]
-    """The models by their kinds."""
+    """The models by kind."""
     wrong: str
-    """What to say of an item that is of no kind."""
+    """Message for an item without a kind."""
     kind_of: Callable[[Any, Mapping[str, type[BaseModel]]], str | None] = kind_of
-    """Tells the kind of an item from its keys, or of a model that is made already."""
+    """Returns the kind of an item from its keys, or from its model if already built."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Return what pydantic checks an item by."""
+        """Return the validation schema of an item."""
         choices = {f"<{kind}>": _when_met(model) for kind, model in self.kinds.items()}
         return core_schema.tagged_union_schema(
             choices,
@@ -42,7 +42,7 @@ class OneOf:
         )
 
     def __get_pydantic_json_schema__(self, _: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """Return the JSON Schema: one of those of the models."""
+        """Return the JSON Schema: one of the models' schemas."""
         for model in self.kinds.values():
             model.model_rebuild()
         models = (core_schema.definitions_schema(model.__pydantic_core_schema__, []) for model in self.kinds.values())
@@ -54,7 +54,7 @@ class OneOf:
 
 
 def _when_met(model: type[BaseModel]) -> CoreSchema:
-    """Return what checks an item by a model whose validator is built for the first one: a world has few kinds."""
+    """Return a validation schema that builds the model's validator on first use: a world uses few kinds."""
 
     def check(item: Any, info: ValidationInfo) -> BaseModel:
         made: BaseModel = model.__pydantic_validator__.validate_python(item, context=info.context)

@@ -1,22 +1,22 @@
-"""Names of items in scenes and recordings, also of those that the world file leaves without one."""
+"""Names of items in scenes and recordings, including items unnamed in the world file."""
 
 from collections.abc import Sequence
 from typing import Protocol
 
 RESERVED = ("beacon", "ceiling", "door", "floor", "obstacle", "wall", "world")
-"""With these begin the names of what is neither a robot, a mechanism nor a person in the scene."""
+"""First part of names in the scene for everything other than robots, mechanisms and people."""
 
 
 class Nameable(Protocol):
-    """An item that may carry a name."""
+    """An item with an optional name."""
 
     @property
     def name(self) -> str | None:
-        """None when it has none."""
+        """The name; None if it has none."""
 
 
 def item_names(items: Sequence[Nameable]) -> list[str]:
-    """Return a name for each item: its own, or else its place counted from 1, or the next number that is free."""
+    """Return a name for each item: its own, or its number counted from 1, or the next free number."""
     taken = {item.name for item in items if item.name is not None}
     names = []
     for place, item in enumerate(items, start=1):

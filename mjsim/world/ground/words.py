@@ -1,4 +1,4 @@
-"""What pydantic found, in a sentence: the value it had, then what would be right."""
+"""Messages for pydantic errors: the wrong value, then what would be right."""
 
 import difflib
 import math
@@ -59,12 +59,12 @@ _UNITS_OF_KEYS = {"_deg": "deg", "_hz": "Hz"}
 
 
 def path_of(error: ErrorDetails) -> Path:
-    """Return the path of the value that is wrong, below the one that was checked."""
+    """Return the path of the wrong value, below the validated one."""
     return (*error["loc"], *error.get("ctx", {}).get("path", ()))
 
 
 def sentence(error: ErrorDetails, path: Path, model: type[BaseModel]) -> str:
-    """Return what is wrong and what would be right, for the value at a path below a model."""
+    """Return a message for the value at a path below a model: what is wrong and what would be right."""
     kind, context, value = error["type"], error.get("ctx", {}), error["input"]
     name = _name(path)
     if kind == "extra_forbidden":
@@ -81,7 +81,7 @@ def sentence(error: ErrorDetails, path: Path, model: type[BaseModel]) -> str:
 
 
 def _right(kind: str, context: Mapping[str, Any], value: Any, otherwise: str) -> str:
-    """Return what would be right, as the second half of a sentence."""
+    """Return what would be right, as the second half of a message."""
     if kind in _KINDS:
         return f"it must be {_KINDS[kind]}"
     if kind in _BOUNDS:
@@ -105,7 +105,7 @@ def _right(kind: str, context: Mapping[str, Any], value: Any, otherwise: str) ->
 
 
 def shown(value: Any, *, unit: str = "") -> str:
-    """Return a value as a sentence shows it, at most 60 characters long."""
+    """Return a value in the form used in messages, at most 60 characters long."""
     if value is None:
         return "empty"
     if isinstance(value, bool):
@@ -122,12 +122,12 @@ def shown(value: Any, *, unit: str = "") -> str:
 
 
 def meant_key(path: Path, model: type[BaseModel]) -> str | None:
-    """Return the key that a misspelt one at the end of a path stands for; None when none is near."""
+    """Return the correct spelling of a misspelt key at the end of a path; None if no key is similar."""
     return next(iter(difflib.get_close_matches(str(path[-1]), keys_at(model, path[:-1]), n=1)), None)
 
 
 def misspelt_kind(given: Iterable[str], path: Path, model: type[BaseModel]) -> tuple[str, str] | None:
-    """Return which of the keys given is the misspelt one that should have told the kind of item, and a sentence."""
+    """Return which of the given keys is the misspelt key that names the kind of item, and a message."""
     for key in given:
         meant = meant_key((*path, key), model)
         if meant is not None and meant != key:
@@ -136,12 +136,12 @@ def misspelt_kind(given: Iterable[str], path: Path, model: type[BaseModel]) -> t
 
 
 def keys_at(model: type[BaseModel], path: Path) -> list[str]:
-    """Return the keys that may stand at a path below a model."""
+    """Return the valid keys at a path below a model."""
     return sorted({key for found in models_at(model, path) for key in found.model_fields})
 
 
 def models_at(model: type[BaseModel], path: Path) -> list[type[BaseModel]]:
-    """Return the models that may stand at a path; a step in angle brackets is the tag of a kind."""
+    """Return the possible models at a path; a step in angle brackets is the tag of a kind."""
     found, mapping = [model], False
     for step in path:
         if mapping:
@@ -162,7 +162,7 @@ def _models_in(annotation: Any) -> list[type[BaseModel]]:
 
 
 def _field_texts(model: type[BaseModel], path: Path) -> list[str]:
-    """Return the descriptions of the key that a path ends at, indices left out."""
+    """Return the descriptions of the key at the end of a path, ignoring indices."""
     while path and isinstance(path[-1], int):
         path = path[:-1]
     if not path:
@@ -177,7 +177,7 @@ def _unit(model: type[BaseModel], path: Path) -> str:
 
 
 def unit_of(name: str, description: str) -> str:
-    """Return the unit of a field, as its name or the end of its description tells it; empty when neither does."""
+    """Return the unit of a field from its name or the end of its description; '' if neither gives one."""
     for ending, unit in _UNITS_OF_KEYS.items():
         if name.endswith(ending):
             return unit
@@ -191,7 +191,7 @@ def _described(model: type[BaseModel], path: Path) -> str:
 
 
 def _shape(model: type[BaseModel], path: Path) -> str:
-    """Return how a list of settled length is written, such as '[x, y]'; empty for other lists."""
+    """Return the form of a fixed-length list, such as '[x, y]'; '' for other lists."""
     texts = _field_texts(model, path)
     found = _SHAPE.search(texts[0]) if texts else None
     if not found or isinstance(path[-1], str) == bool(found.group(2)):
@@ -200,7 +200,7 @@ def _shape(model: type[BaseModel], path: Path) -> str:
 
 
 def _name(path: Path) -> str:
-    """Return the last key of a path with the indices behind it."""
+    """Return the last key of a path with the indices after it."""
     steps = [step for step in path if isinstance(step, int) or not step.startswith("<")]
     start = max((index for index, step in enumerate(steps) if isinstance(step, str)), default=0)
     return "".join(f"[{step}]" if isinstance(step, int) else step for step in steps[start:]) or "the world"

@@ -1,4 +1,4 @@
-"""Arithmetic in a world file: `${w / 2 + 1}` to a number; a small language of its own, nothing of Python's is run."""
+"""Evaluates arithmetic in world files, such as `${w / 2 + 1}`, in a small language; no Python code is run."""
 
 import math
 import operator
@@ -9,15 +9,15 @@ from typing import NamedTuple
 from mjsim.errors import did_you_mean
 
 Value = bool | int | float | str
-"""What a variable may be."""
+"""Possible values of a variable."""
 Number = int | float
 
 LARGEST = 1e15
-"""No result may be larger; beyond this a number of metres or seconds is a mistake."""
+"""Maximum absolute result; a larger number of metres or seconds is a mistake."""
 LONGEST = 400
-"""Characters of one expression."""
+"""Maximum length of an expression [characters]."""
 DEEPEST = 30
-"""Parentheses and powers within each other."""
+"""Maximum nesting of parentheses and powers."""
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _TOKEN = re.compile(r"\s*(?:(\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?)|([A-Za-z_]\w*)|(\*\*|//|[-+*/%(),]))")
 _SUMS, _PRODUCTS = ("+", "-"), ("*", "/", "//", "%")
@@ -58,26 +58,26 @@ CONSTANTS: Mapping[str, Number] = {"pi": math.pi}
 
 
 class Expression:
-    """An expression, read once and computed as often as wanted."""
+    """An expression, parsed once and evaluated any number of times."""
 
     def __init__(self, text: str) -> None:
-        """Read it.
+        """Parse an expression.
 
         Raises:
-            ValueError: It is no expression; a sentence says why.
+            ValueError: It is not a valid expression; the message says why.
         """
         if len(text) > LONGEST:
             raise ValueError(f"an expression of {len(text)} characters; write at most {LONGEST}")
         parser = _Parser(text)
         self._compute = parser.whole()
         self.names = frozenset(parser.names)
-        """Of variables and indices in it."""
+        """Variables and indices that it uses."""
 
     def value(self, names: Mapping[str, Value]) -> Value:
-        """Return what it comes to; a whole result is a whole number.
+        """Return its value; a whole number is returned as an integer.
 
         Raises:
-            ValueError: It cannot be computed; a sentence says why.
+            ValueError: It cannot be evaluated; the message says why.
         """
         value = self._compute(names)
         whole = isinstance(value, float) and value.is_integer() and abs(value) <= LARGEST
@@ -85,7 +85,7 @@ class Expression:
 
 
 def shown_number(value: Value) -> str:
-    """Return a value as it stands inside a longer text."""
+    """Return a value as text within a longer text."""
     if isinstance(value, bool):
         return str(value).lower()
     return f"{value:.10g}" if isinstance(value, float) else str(value)
@@ -95,7 +95,7 @@ _Compute = Callable[[Mapping[str, Value]], Value]
 
 
 class _Parser:
-    """Recursive descent; every method returns a function from the names to the value."""
+    """Recursive descent parser; each method returns a function from the names to the value."""
 
     def __init__(self, text: str) -> None:
         self._text = text
@@ -113,7 +113,7 @@ class _Parser:
         return compute
 
     def _next(self, *wanted: str) -> str | None:
-        """Take the next token when it is one of those wanted."""
+        """Consume the next token if it is one of those wanted."""
         if self._at < len(self._tokens) and self._tokens[self._at] in wanted:
             self._at += 1
             return self._tokens[self._at - 1]
@@ -228,7 +228,7 @@ def _no_variable(name: str, names: Mapping[str, Value]) -> str:
 
 
 INDICES = ("i", "j", "k")
-"""Names that count repetitions from 0."""
+"""Names of the repetition indices, which count from 0."""
 
 
 def _application(name: str, function: Callable[..., Number], inner: Sequence[_Compute]) -> _Compute:
@@ -276,7 +276,7 @@ def _joined(sign: str, one: Value, other: Value) -> str:
 
 
 def _power(base: Number, exponent: Number) -> Number:
-    # In floating point first: a whole number of a million digits takes long.
+    # In floating point first: an integer with a million digits takes long.
     result = float(base) ** float(exponent)
     if isinstance(result, complex):
         raise ValueError(f"{shown_number(base)} ** {shown_number(exponent)} is not a number")

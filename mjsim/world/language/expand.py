@@ -1,6 +1,6 @@
-"""`include`, `variables` and `repeat`: a text's nodes to the nodes that it stands for, before any model sees them.
+"""Expands `include`, `variables` and `repeat` in the nodes of a text, before any model sees them.
 
-What uses none of the three passes through as it is; all else is linear in what comes out, and bounded.
+A text that uses none of the three is passed through unchanged; otherwise the cost is linear in the output, and bounded.
 """
 
 import posixpath
@@ -16,24 +16,24 @@ from mjsim.world.language.template import Budget, Template, TooMuchError
 from mjsim.world.yaml import MOST_BYTES, Node, Origin, read_text
 
 DEEPEST = 16
-"""Includes within includes."""
+"""Maximum nesting of includes."""
 MOST_FILES = 1000
-"""Included one after the other; a file counts each time."""
+"""Maximum number of included files; a file counts each time."""
 MOST_VARIABLES = 1000
 _SIGNS = ("${", "include", "variables", "repeat", "\\")
-"""What a text has in it that uses any of the three; a backslash may hide a letter."""
+"""What a text contains if it uses any of the three; a backslash may escape a letter."""
 
 
 @dataclass(frozen=True, slots=True)
 class Expansion:
-    """What a text stands for."""
+    """The result of expanding a text."""
 
     node: Node
     problems: list[Problem]
     included: Mapping[str, bytes]
-    """The files that it includes, by their paths from its folder."""
+    """The included files, by their paths relative to the text's folder."""
     variables: Mapping[str, Value]
-    """Those of the text and of the files that it includes."""
+    """Variables of the text and of the included files."""
 
 
 def needs_expansion(text: str) -> bool:
@@ -42,12 +42,12 @@ def needs_expansion(text: str) -> bool:
 
 
 def expand(node: Node, source: Source, *, variables: Mapping[str, Value] | None = None) -> Expansion:
-    """Return what a text stands for.
+    """Return the expansion of a text.
 
     Args:
-        node: Its value, a mapping.
-        source: Where it comes from.
-        variables: Values that go before those in the text.
+        node: Value of the text, a mapping.
+        source: Origin of the text.
+        variables: Values that take precedence over those in the text.
     """
     work = _Expander(source)
     top = _File(name="", folder="", shown=source.file, how="", chain=(_own_name(source),))
@@ -62,25 +62,25 @@ def expand(node: Node, source: Source, *, variables: Mapping[str, Value] | None 
 
 @dataclass(frozen=True, slots=True)
 class _File:
-    """A file that is being expanded."""
+    """A file during expansion."""
 
     name: str
-    """Its path from the folder of the world; empty for the world itself."""
+    """Its path relative to the folder of the world; empty for the world itself."""
     folder: str
-    """The folder that it lies in, as a path from that of the world."""
+    """Its folder, relative to that of the world."""
     shown: str
-    """As errors name it."""
+    """Name in messages."""
     how: str
-    """How it was reached, for errors."""
+    """How it was reached, for messages."""
     chain: tuple[str, ...]
-    """Names of the files around it, and its own."""
+    """Names of the including files, and its own."""
 
     def where(self) -> str:
         return f" ({self.how})" if self.how else ""
 
 
 class _Expander:
-    """Expands one world file with all that it includes."""
+    """Expands one world file with all included files."""
 
     def __init__(self, source: Source) -> None:
         self.budget = Budget()
@@ -90,7 +90,7 @@ class _Expander:
         self._files = 0
 
     def file(self, node: Node, file: _File, outer: dict[str, Value]) -> Node:
-        """Return the mapping that a file stands for; `outer` holds variables from around it, and gets its own."""
+        """Return the expanded mapping of a file; `outer` holds variables of including files, and receives its own."""
         names = self._variables(node.items.get("variables"), file, outer)
         below: Node | None = None
         for path, entry in self._includes(node.items.get("include"), file):
@@ -135,7 +135,7 @@ class _Expander:
         return [(entry.value, entry) for entry in node.items.values() if isinstance(entry.value, str)]
 
     def _included(self, path: str, entry: Node, around: _File, names: dict[str, Value]) -> Node | None:
-        """Return what an included file stands for; None when it cannot be read, which is told."""
+        """Return the expansion of an included file; None if it cannot be read, which is reported."""
         name = self._resolved(path, around.folder)
         if name in around.chain:
             ring = " > ".join([*around.chain[around.chain.index(name) :], name])
@@ -180,16 +180,16 @@ class _Expander:
         return node
 
     def _near(self, file: _File) -> Callable[[str], str] | None:
-        """Return what turns the path of an asset that a file names into one from the folder of the world."""
+        """Return a function that converts asset paths of a file to paths relative to the folder of the world."""
         return None if not file.folder else lambda path: self._resolved(path, file.folder)
 
     def _resolved(self, path: str, folder: str) -> str:
-        """Return a path from the folder of the world: beside the file that names it if it is there, else as it is."""
+        """Return a path relative to the folder of the world: beside the file that names it if it exists there."""
         near = posixpath.normpath(posixpath.join(folder, path)) if path.strip() else path
         return near if not folder or has_asset(near, self._source) else path
 
     def _shown(self, name: str) -> str:
-        """Return how errors name an included file."""
+        """Return the name of an included file in messages."""
         folder = posixpath.dirname(self._source.file.replace("\\", "/"))
         return posixpath.join(folder, name)
 
@@ -203,7 +203,7 @@ def _own_name(source: Source) -> str:
 
 
 def _not_a_name(name: str) -> str | None:
-    """Return why a variable cannot be called so."""
+    """Return why a name is not allowed for a variable; None if it is allowed."""
     if not NAME.fullmatch(name):
         return f"'{name}' is not a variable name; write letters, digits and '_', a letter first"
     if name in FUNCTIONS or name in CONSTANTS or name in INDICES:

@@ -1,4 +1,4 @@
-"""Two world files in one: lists are joined, and where both say something the including file is right."""
+"""Merges world files: lists are concatenated; for other values, the including file takes precedence."""
 
 from collections.abc import Collection, Iterator
 from dataclasses import replace
@@ -6,16 +6,16 @@ from dataclasses import replace
 from mjsim.world.yaml import Node, Origin
 
 OPEN = {(), ("floor",), ("ceiling",), ("run",), ("run", "drivers")}
-"""Paths of mappings that are merged key by key; what stands deeper is one thing."""
+"""Paths of mappings that are merged key by key; deeper values are replaced as a whole."""
 
 Path = tuple[str | int, ...]
 
 
 def merged(below: Node, above: Node, path: Path = ()) -> Node:
-    """Return a value over another one of an included file.
+    """Return a value merged over the value of an included file.
 
-    Mappings at the top, and `floor`, `ceiling`, `run` and its drivers are merged key by key; lists in them are
-    joined, the included items first; any other value above hides the one below.
+    The top-level mapping, `floor`, `ceiling`, `run` and its drivers are merged key by key; lists in them are
+    concatenated, included items first; any other value replaces the included one.
     """
     if path in OPEN and isinstance(below.value, dict) and isinstance(above.value, dict):
         items = dict(below.items)
@@ -30,7 +30,7 @@ def merged(below: Node, above: Node, path: Path = ()) -> Node:
 
 
 def marked(node: Node, origin: Origin, path: Path = ()) -> Node:
-    """Return the value of an included file, all that may end up beside other files' marked with where it comes from."""
+    """Return the value of an included file, marking the origin of all that may end up beside other files' values."""
     if path in OPEN and isinstance(node.value, dict):
         items = {key: marked(item, origin, (*path, str(key))) for key, item in node.items.items()}
     elif path and path[:-1] in OPEN and isinstance(node.value, list):
@@ -50,7 +50,7 @@ def mergeable(node: Node, path: Path = ()) -> Iterator[Node]:
 
 
 def without(node: Node, names: Collection[str]) -> Node:
-    """Return a mapping with keys left out."""
+    """Return a mapping without some keys."""
     if not any(name in node.items for name in names):
         return node
     items = {key: item for key, item in node.items.items() if key not in names}

@@ -1,4 +1,4 @@
-"""`repeat`: an item several times over, each one further on or turned about a point."""
+"""`repeat`: several copies of an item, each translated, or rotated about a point."""
 
 import itertools
 import math
@@ -12,16 +12,16 @@ from mjsim.world.items import SENSOR_KINDS
 
 MOST_TIMES = 100_000
 MOST_REPEATS = 3
-"""Within each other, counted by i, j and k."""
+"""Maximum number of nested repeats, with the indices i, j and k."""
 NAMES = ("name", *SENSOR_KINDS)
-"""Keys that hold the name of an item."""
+"""Keys that contain the name of an item."""
 _HEADINGS = {
     **dict.fromkeys(("obstacles", "beacons", "robots", "patches"), "heading_deg"),
     **dict.fromkeys(("sensors", "look"), "yaw_deg"),
 }
-"""Which key turns an item, by the list that holds it."""
+"""The key that holds an item's heading, by the list that contains the item."""
 _DECIMALS = 9
-"""Of shifted coordinates: 0.1 three times is 0.3."""
+"""Decimals to which translated coordinates are rounded, so that 0.1 three times is 0.3."""
 
 _NUMBERS = (int, float)
 
@@ -29,10 +29,10 @@ Numbers = Annotated[tuple[Metres, ...], Field(strict=False, min_length=2, max_le
 
 
 class Repeat(Model):
-    """An item several times over; the first stands where it is written."""
+    """Several copies of an item; the first is at the written position."""
 
     times: Annotated[int, Field(ge=0, le=MOST_TIMES)]
-    """How many there are, the first one counted."""
+    """Number of copies, including the first."""
     offset: (
         Annotated[
             Annotated[Metres, Tag("<number>")] | Annotated[Numbers, Tag("<list>")],
@@ -40,11 +40,11 @@ class Repeat(Model):
         ]
         | None
     ) = None
-    """[x, y] from each to the next [m]; one number where `at` is one number."""
+    """Translation [x, y] from each copy to the next [m]; a single number if `at` is a single number."""
     turn_deg: Degrees = 0.0
-    """How much further each is turned about the point `about`, counter-clockwise."""
+    """Rotation from each copy to the next about the point `about`, counter-clockwise."""
     about: Point | None = None
-    """The middle of the ring, [x, y] [m]."""
+    """Centre of the rotation, [x, y] [m]."""
 
     @model_validator(mode="after")
     def _turns_about_something(self) -> Self:
@@ -56,24 +56,24 @@ class Repeat(Model):
 Keys = dict[str, Any]
 Move = Callable[[Any], Any]
 Place = Callable[[Keys, Sequence[int]], None]
-"""Puts the keys of an item in their place in a repetition, each counted from 0."""
+"""Moves the keys of an item to their place in a repetition, given its indices from 0."""
 
 
 def placing(keys: Mapping[str, Any], steps: Sequence[Repeat], *, within: str) -> Place:
-    """Return what puts the keys of an item in their place in a repetition.
+    """Return a function that moves the keys of an item to their place in a repetition.
 
     Args:
-        keys: Of the item as it is written.
-        steps: Repeats within each other, the outer one first.
-        within: The list that holds it, such as 'walls'.
+        keys: Keys of the item as written.
+        steps: Nested repeats, outermost first.
+        within: The list that contains the item, such as 'walls'.
 
     Raises:
-        ValueError: It has no place that could be shifted or turned so; a sentence says why.
+        ValueError: The item has no position that can be translated or rotated like this; the message says why.
     """
     moving = [(index, step) for index, step in enumerate(steps) if step.offset is not None or step.turn_deg]
     for _, step in moving:
         _check_place(keys, step)
-    moving.reverse()  # a grid is a row that is repeated
+    moving.reverse()  # a grid is a repeated row
 
     def place(changed: Keys, index: Sequence[int]) -> None:
         for number, step in moving:
@@ -84,7 +84,7 @@ def placing(keys: Mapping[str, Any], steps: Sequence[Repeat], *, within: str) ->
 
 
 def indices(steps: Sequence[Repeat]) -> Iterator[tuple[int, ...]]:
-    """Yield the index of every repetition, the last one counting fastest."""
+    """Yield the indices of all repetitions; the last index varies fastest."""
     return itertools.product(*(range(step.times) for step in steps))
 
 
@@ -123,7 +123,7 @@ def _move(keys: Keys, step: Repeat, number: int, within: str) -> None:
 
 
 def _shifting(step: Repeat, number: int) -> Move:
-    """Return what shifts a point; anything else is left for the models to judge."""
+    """Return a function that translates a point; other values are left unchanged for the models to reject."""
     offset = step.offset if isinstance(step.offset, tuple) else ()
     shift = [number * value for value in offset]
 
@@ -136,7 +136,7 @@ def _shifting(step: Repeat, number: int) -> Move:
 
 
 def _turning(step: Repeat, number: int) -> Move:
-    """Return what turns a point and then shifts it."""
+    """Return a function that rotates a point and then translates it."""
     shift = _shifting(step, number)
     x0, y0 = step.about or (0.0, 0.0)
     turn = math.radians(number * step.turn_deg)
@@ -147,7 +147,7 @@ def _turning(step: Repeat, number: int) -> Move:
             return point
         x, y = point[0] - x0, point[1] - y0
         turned = (x0 + c * x - s * y, y0 + s * x + c * y)
-        # Adding 0 makes of -0.0 a 0.0.
+        # Adding 0 turns -0.0 into 0.0.
         return shift([*(round(value, _DECIMALS) + 0 for value in turned), *point[2:]])
 
     return move

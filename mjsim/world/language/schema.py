@@ -1,4 +1,4 @@
-"""JSON Schema of the world file, so that editors complete keys and mark mistakes."""
+"""JSON Schema of the world file, with which editors complete keys and mark mistakes."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -16,12 +16,12 @@ _SCALARS = ("number", "integer", "boolean")
 
 
 def world_schema() -> Schema:
-    """Return the JSON Schema (draft 2020-12) of a world, descriptions and defaults with it."""
+    """Return the JSON Schema (draft 2020-12) of a world, with descriptions and defaults."""
     return {**_HEAD, **World.model_json_schema(), "title": "mjsim world"}
 
 
 def editor_schema() -> Schema:
-    """Return the JSON Schema of the text of a world file: expressions for values, `include`, `variables`, `repeat`."""
+    """Return the JSON Schema of the text of a world file: with expressions, `include`, `variables`, `repeat`."""
     whole = world_schema()
     repeat = Repeat.model_json_schema()
     kinds = {name: _with_expressions(kind) for name, kind in whole.pop("$defs").items()}
@@ -44,13 +44,13 @@ def editor_schema() -> Schema:
 
 
 def with_units(schema: Schema) -> Schema:
-    """Return a schema with a key `unit` at each field whose unit is known: 'm', 'deg', 's', 'Hz' and so on."""
+    """Return a schema with a key `unit` in each field whose unit is known: 'm', 'deg', 's', 'Hz' and so on."""
     found: Schema = _with_units(schema)
     return found
 
 
 def _with_units(part: Any, name: str = "") -> Any:
-    """Return a part of a schema with units; `name` is that of the field that it describes."""
+    """Return a part of a schema with units; `name` is the name of the field."""
     if isinstance(part, list):
         return [_with_units(item) for item in part]
     if not isinstance(part, dict):
@@ -66,7 +66,7 @@ def _with_units(part: Any, name: str = "") -> Any:
 
 
 def _reuse() -> Schema:
-    """Return the keys of a world file that are gone when it is read."""
+    """Return the keys that exist only in the text of a world file, and not after expansion."""
     name = f"^{NAME.pattern}$"
     return {
         "include": {
@@ -84,7 +84,7 @@ def _reuse() -> Schema:
 
 
 def _with_expressions(part: Any) -> Any:
-    """Return a part of a schema in which an expression may stand for any single value."""
+    """Return a part of a schema in which an expression may replace any scalar."""
     if isinstance(part, list):
         return [_with_expressions(item) for item in part]
     if not isinstance(part, dict):
@@ -101,14 +101,14 @@ def _with_expressions(part: Any) -> Any:
 
 
 def _is_scalar(part: Schema) -> bool:
-    """Return whether a schema is that of a single value which an expression does not match by itself."""
+    """Return whether a schema is that of a scalar that does not already match expressions."""
     if "const" in part:
-        return False  # it tells kinds apart
+        return False  # it distinguishes kinds
     return part.get("type") in _SCALARS or (part.get("type") == "string" and ("pattern" in part or "enum" in part))
 
 
 def _items_of_lists(part: Any) -> Iterator[str]:
-    """Yield the names of the kinds that stand in lists."""
+    """Yield the names of the kinds that occur in lists."""
     if isinstance(part, dict):
         items = part.get("items")
         if isinstance(items, dict):

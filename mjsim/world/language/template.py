@@ -1,4 +1,4 @@
-"""What a part of a text stands for, once for each set of names: expressions computed, items repeated."""
+"""Instantiates parts of a text for a set of names: evaluates expressions, repeats items."""
 
 import math
 import re
@@ -16,15 +16,15 @@ from mjsim.world.language.repeats import MOST_REPEATS, NAMES, Place, Repeat, ind
 from mjsim.world.yaml import Node, Origin, place_of
 
 MOST_ITEMS = 100_000
-"""Of repeated items."""
+"""Maximum number of repeated items."""
 MOST_VALUES = 2_000_000
-"""Keys and values that repetitions come to."""
+"""Maximum number of keys and values produced by repetitions."""
 LONGEST_TIME = 2.0
-"""Of computing, reading files apart [s]."""
+"""Time limit of the expansion, without reading files [s]."""
 LONGEST_SOURCE, LONGEST_TEXT = 10_000, 2000
-"""Characters of a text with expressions in it, and of what comes out."""
+"""Maximum length of a text with expressions, and of its result [characters]."""
 _NUMBERED = ("openings",)
-"""Lists inside items whose own items have names that are taken in the whole world."""
+"""Lists inside items whose own items have names that are unique in the world."""
 _PIECE = re.compile(r"\$\$\{|\$\{([^{}]*)\}|\$\{")
 _ASSETS = ("image", "texture", "model")
 """Keys that name a file."""
@@ -35,7 +35,7 @@ MakeValue = Callable[[Names], Any]
 
 
 class TooMuchError(Exception):
-    """Expansion has come to a bound; holds the node at which it did."""
+    """Expansion has reached a limit; holds the node at which it did."""
 
     def __init__(self, message: str, node: Node) -> None:
         super().__init__(message)
@@ -43,7 +43,7 @@ class TooMuchError(Exception):
 
 
 class Budget:
-    """How much one expansion may still do, and what it found wrong, once for each place."""
+    """Remaining limits of one expansion, and the errors found, one per place."""
 
     def __init__(self) -> None:
         self.problems: dict[tuple[str, int, int], Problem] = {}
@@ -51,21 +51,21 @@ class Budget:
         self._end = time.process_time() + LONGEST_TIME
 
     def allow(self, seconds: float) -> None:
-        """Leave out time that was not spent in expanding."""
+        """Exclude time that was not spent on expansion [s]."""
         self._end += seconds
 
     def check_time(self, node: Node) -> None:
-        """Raise TooMuchError when the time is over."""
+        """Raise TooMuchError if the time limit is exceeded."""
         if time.process_time() > self._end:
             raise TooMuchError(f"expanding takes more than {LONGEST_TIME:g} s; repeat or include less", node)
 
     def check_items(self, node: Node, copies: int) -> None:
-        """Raise TooMuchError when so many more items are too many."""
+        """Raise TooMuchError if this many more items exceed the limit."""
         if self._items + copies > MOST_ITEMS:
             raise TooMuchError(f"repeating comes to more than {MOST_ITEMS} items; repeat less", node)
 
     def take(self, node: Node, size: int) -> None:
-        """Count one more item of so many values."""
+        """Count one more item, with a number of values."""
         self._items += 1
         self._values += size
         if self._values > MOST_VALUES:
@@ -74,46 +74,46 @@ class Budget:
             self.check_time(node)
 
     def report(self, file: str, line: int, column: int, message: str) -> None:
-        """Remember what is wrong, unless something was at this place."""
+        """Store an error, unless there is one for this place."""
         self.problems.setdefault((file, line, column), Problem(file, line, column, message))
 
 
 class Template:
-    """Makes nodes of one file's text.
+    """Instantiates the nodes of one file's text.
 
-    A part that says the same for all names is used as it is: repeating costs what differs.
+    A part that is the same for all names is used as it is: the cost of repetition depends only on what differs.
     """
 
     def __init__(self, budget: Budget, file: str, how: str = "", *, asset: Callable[[str], str] | None = None) -> None:
-        """Take what is the same for the whole file.
+        """Store what applies to the whole file.
 
         Args:
-            budget: Of the whole expansion.
-            file: As errors name it.
-            how: What errors end with.
-            asset: Turns the path of an asset as the file names it into one from the folder of the world.
+            budget: Limits of the whole expansion.
+            file: Name of the file in messages.
+            how: End of messages.
+            asset: Converts an asset path in the file to a path relative to the folder of the world.
         """
         self._budget, self._file, self._how, self._asset = budget, file, how, asset
         self._renewed: set[int] = set()
-        """Parts whose nodes are rebuilt; of all others only values differ."""
+        """Parts whose nodes are rebuilt; in all others only values differ."""
         self._depth = 0
-        """How many repeats are around what is being read."""
+        """Number of repeats around the current position."""
 
     def whole(self, node: Node, names: Names) -> Node:
-        """Return what a file's mapping stands for."""
+        """Return the instance of a file's mapping."""
         self._mark_repeating(node, foreign=False)
         self._renewed |= {id(part) for part in mergeable(node)}
         make = self._part(node, "", foreign=False)
         return node if make is None else make(names)
 
     def scalar(self, node: Node, names: Names) -> Value:
-        """Return what a single value stands for; the text itself when it cannot be told, which is reported."""
+        """Return the value of a scalar; its text if it cannot be evaluated, which is reported."""
         make = self._text(node) if isinstance(node.value, str) else None
         value: Value = node.value if make is None else make(names)
         return value
 
     def _mark_repeating(self, node: Node, *, foreign: bool) -> bool:
-        """Remember every part in which an item is repeated, and return whether this is one."""
+        """Record every part in which an item is repeated, and return whether this is one."""
         foreign = foreign or (isinstance(node.value, dict) and "use" in node.items)
         found = False
         for item in node.items.values():
@@ -125,12 +125,12 @@ class Template:
         return found
 
     def _part(self, node: Node, key: str, *, foreign: bool) -> Make | None:
-        """Return what makes a part, None when it is always the same.
+        """Return a function that instantiates a part; None if the part is constant.
 
         Args:
             node: The part.
-            key: That it stands under; for an item of a list that of the list.
-            foreign: Whether it belongs to a user's module, whose keys are not ours.
+            key: Its key; for an item of a list, the key of the list.
+            foreign: Whether it belongs to a user's module, whose keys mjsim does not know.
         """
         if id(node) in self._renewed:
             foreign = foreign or "use" in node.items
@@ -169,7 +169,7 @@ class Template:
         return make
 
     def _value(self, node: Node, key: str, *, foreign: bool) -> MakeValue | None:
-        """Return what makes the value of a part in which nothing is repeated, None when it is always the same."""
+        """Return a function that evaluates a part without repeats; None if the part is constant."""
         value = node.value
         if isinstance(value, str):
             return self._path(node) if key in _ASSETS and not foreign and self._asset else self._text(node)
@@ -196,7 +196,7 @@ class Template:
         return make_value
 
     def _repeated(self, node: Node, within: str) -> Make:
-        """Return what makes all repetitions of an item, as a list."""
+        """Return a function that makes all repetitions of an item, as a list."""
         spec, item = node.items["repeat"], without(node, ("repeat",))
         letters = INDICES[self._depth :][: len(spec.items) if isinstance(spec.value, list) else 1]
         count = self._value(spec, "repeat", foreign=True)
@@ -204,7 +204,7 @@ class Template:
         if inside:
             self._renewed.add(id(item))
         self._depth += len(letters)
-        # Where nothing is repeated inside, repetitions share the nodes of their parts: only values differ.
+        # If nothing inside is repeated, repetitions share the nodes of their parts: only values differ.
         body = self._part(item, within, foreign=False) if inside else None
         value = None if inside else self._value(item, within, foreign=False)
         self._depth -= len(letters)
@@ -247,7 +247,7 @@ class Template:
             return placing(keys, (), within=within)
 
     def _steps(self, node: Node, value: Any) -> list[Repeat]:
-        """Return the repeats of an item, the outer one first; none when one of them is wrong, which is reported."""
+        """Return the repeats of an item, outermost first; none if one of them is invalid, which is reported."""
         parts = list(value) if isinstance(value, list) else [value]
         if not 1 <= len(parts) <= MOST_REPEATS:
             self._report(node, f"repeat is a list of {len(parts)}; it must be one repeat or 2 to {MOST_REPEATS}")
@@ -266,7 +266,7 @@ class Template:
         return steps if len(steps) == len(parts) else []
 
     def _numbered(self, node: Node) -> MakeValue:
-        """Return what makes the name of something inside an item, numbered by all repeats around it."""
+        """Return a function that makes the name of something inside an item, numbered by all repeats around it."""
         text = self._text(node)
 
         def make(names: Names) -> str:
@@ -276,13 +276,13 @@ class Template:
         return make
 
     def _path(self, node: Node) -> MakeValue:
-        """Return what makes the path of an asset, from the folder of the world."""
+        """Return a function that makes an asset path relative to the folder of the world."""
         text, asset = self._text(node), self._asset
         assert asset is not None
         return lambda names: asset(str(node.value if text is None else text(names)))
 
     def _text(self, node: Node) -> MakeValue | None:
-        """Return what makes a text with expressions in it; exactly one of them keeps the kind of its value."""
+        """Return a function for a text with expressions; a text of a single expression keeps the type of its value."""
         if "${" not in node.value:
             return None
         self._budget.check_time(node)
@@ -315,10 +315,10 @@ def _is_repeated(node: Node) -> bool:
 
 
 def _pieces(text: str) -> list[str | Expression]:
-    """Return a text cut at its expressions; `$${` stands for `${`.
+    """Return a text split at its expressions; `$${` stands for `${`.
 
     Raises:
-        ValueError: An expression is not closed, or is none.
+        ValueError: An expression is not closed, or is invalid.
     """
     if len(text) > LONGEST_SOURCE:
         raise ValueError(f"a text of {len(text)} characters with expressions in it; write at most {LONGEST_SOURCE}")
@@ -340,7 +340,7 @@ def _pieces(text: str) -> list[str | Expression]:
 
 
 def names_in(text: str) -> frozenset[str]:
-    """Return the names of variables and indices in the expressions of a text; none where one of them is wrong."""
+    """Return the variables and indices in the expressions of a text; none if one of them is invalid."""
     try:
         pieces = _pieces(text)
     except ValueError:
@@ -356,7 +356,7 @@ def _joined(texts: Sequence[str]) -> str:
 
 
 def _name_to_number(node: Node) -> str | None:
-    """Return the key of an item's name; None when it has none, or one that tells by itself which repetition it is."""
+    """Return the key of an item's name; None if it has none, or if the name itself depends on the repetition."""
     key = next((key for key in NAMES if isinstance(node.value.get(key), str)), None)
     try:
         pieces = [] if key is None else _pieces(node.value[key])

@@ -1,7 +1,7 @@
-"""Where walls meet: ends that touch, ends that stand before another wall's face, ends that come together at an angle.
+"""Junctions of walls: ends that touch, ends at another wall's face, ends that meet at an angle.
 
-Each free end goes on into what it meets, by what is missing and no more: up to the outer face of another end, so that
-both make a corner, or into the middle of a wall. What joins them is told as further pieces of the wall that goes on.
+Each free end is extended only as far as needed: to the outer face of another end, so that both form a corner, or into
+the middle of a wall. The extensions are additional pieces of the extended wall.
 """
 
 import math
@@ -12,14 +12,14 @@ from mjsim.world.items import Wall
 from mjsim.world.plan.pieces import SLIVER, Pair, Piece, bar, sharp_tip, wall_pieces
 
 TOUCH = 0.02
-"""An end that is nearer than this to another wall is meant to touch it [m]."""
+"""An end within this distance of another wall is meant to touch it [m]."""
 SHALLOW = math.sin(math.radians(10.0))
-"""Sine of the angle below which one wall runs beside the other and does not go on into it."""
+"""Sine of the angle below which a wall runs alongside another instead of meeting it."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Line:
-    """A segment of a wall."""
+    """A segment of a wall, world frame."""
 
     wall: int
     segment: int
@@ -31,10 +31,10 @@ class _Line:
     """Half the thickness [m]."""
     height: float
     free: tuple[bool, bool]
-    """Whether its start and its end are ends of the wall."""
+    """Whether its start and its end are free ends of the wall."""
 
     def end(self) -> Pair:
-        """Return where it ends [m]."""
+        """Return its end [m]."""
         return self.start[0] + self.along[0] * self.length, self.start[1] + self.along[1] * self.length
 
 
@@ -45,12 +45,12 @@ class _End:
     line: _Line
     at: Pair
     out: Pair
-    """Unit vector along the wall, away from it."""
+    """Unit vector along the wall, outward."""
     heights: list[Pair]
-    """From where to where it is solid, upwards [m]."""
+    """Height intervals in which it is solid, from bottom to top [m]."""
 
     def bars(self, reach: float, heights: Sequence[Pair]) -> Iterator[Piece]:
-        """Yield what makes it so much longer [m]."""
+        """Yield pieces that extend it by `reach` [m]."""
         (x, y), (ux, uy) = self.at, self.out
         back = min(self.line.half, self.line.length / 2)
         start, end = (x - ux * back, y - uy * back), (x + ux * reach, y + uy * reach)
@@ -58,7 +58,7 @@ class _End:
 
 
 def solid_pieces(walls: Sequence[Wall]) -> list[list[Piece]]:
-    """Return the solid pieces of each wall, with those that join it to the walls that it meets."""
+    """Return the solid pieces of each wall, including those that join it to the walls it meets."""
     pieces = [wall_pieces(wall) for wall in walls]
     lines = [line for number, wall in enumerate(walls) for line in _lines(number, wall)]
     ends = [end for line in lines for end in _ends(line, pieces[line.wall])]
@@ -90,7 +90,7 @@ def _ends(line: _Line, pieces: Sequence[Piece]) -> Iterator[_End]:
 
 
 def _near(ends: Sequence[_End], lines: Sequence[_Line]) -> Iterator[tuple[_End, _Line]]:
-    """Yield each end with each segment that it may meet, but those that its own corners join it to."""
+    """Yield each end with each segment that it may meet, except those that its own corners already join."""
     if not ends or len(lines) < 2:
         return
     import shapely
@@ -105,7 +105,7 @@ def _near(ends: Sequence[_End], lines: Sequence[_Line]) -> Iterator[tuple[_End, 
 
 
 def _joined(end: _End, line: _Line, wall: Wall) -> Iterator[Piece]:
-    """Yield what joins an end to a segment of a wall, nothing where they do not meet."""
+    """Yield the pieces that join an end to a segment of a wall; none if they do not meet."""
     (ux, uy), (free_start, free_end) = line.along, line.free
     if free_start and math.dist(end.at, line.start) <= TOUCH:
         yield from _corner(end, line, line.start, (ux, uy))
@@ -116,13 +116,13 @@ def _joined(end: _End, line: _Line, wall: Wall) -> Iterator[Piece]:
 
 
 def _corner(end: _End, line: _Line, at: Pair, along: Pair) -> Iterator[Piece]:
-    """Yield what makes a corner of two ends: each end does its own share.
+    """Yield the pieces of one end for a corner of two ends; the other end contributes its own.
 
     Args:
-        end: The end that goes on.
+        end: The end to extend.
         line: The segment that it meets.
-        at: The end of that [m].
-        along: Unit vector from there along that segment.
+        at: The end of that segment [m].
+        along: Unit vector from there along the segment.
     """
     (ux, uy), half, other = end.out, end.line.half, line.half
     cosine, sine = ux * along[0] + uy * along[1], abs(ux * along[1] - uy * along[0])
@@ -135,14 +135,14 @@ def _corner(end: _End, line: _Line, at: Pair, along: Pair) -> Iterator[Piece]:
 
 
 def _into_side(end: _End, line: _Line, wall: Wall) -> Iterator[Piece]:
-    """Yield what takes an end into the middle of a segment that it stands at or shortly before."""
+    """Yield the pieces that extend an end into a segment at or just ahead of it."""
     (ux, uy), (vx, vy) = end.out, line.along
     dx, dy = end.at[0] - line.start[0], end.at[1] - line.start[1]
     beside, sine, cosine = abs(vx * dy - vy * dx), abs(vx * uy - vy * ux), ux * vx + uy * vy
     towards = (vx * dy - vy * dx) * (vx * uy - vy * ux) < 0.0
     if not towards or sine < SHALLOW or not SLIVER < beside <= line.half + TOUCH + SLIVER:
         return
-    # No farther than until a corner of the end comes to the other face, but up to the nearer face.
+    # Until a corner of the end reaches the far face, and at least to the near face.
     reach = min(beside, line.half + beside - end.line.half * abs(cosine)) / sine
     reach = max(reach, (beside - line.half) / sine)
     hit = vx * dx + vy * dy + reach * cosine

@@ -1,4 +1,4 @@
-"""Doors: where their leaves hang, how far they swing, and the joints that they turn about."""
+"""Doors: position, range and hinge joints of their leaves."""
 
 import math
 from dataclasses import dataclass
@@ -11,45 +11,45 @@ from mjsim.world.items import Door, MotorJoint, Opening, Wall, World
 from mjsim.world.plan.pieces import SLIVER
 
 THICKNESS = 0.04
-"""Of a leaf [m]."""
+"""Thickness of a leaf [m]."""
 DAMPING = 0.6
-"""Of the hinge, as a fraction of the leaf's inertia: a push dies away within some seconds [1/s]."""
+"""Damping of the hinge, as a fraction of the leaf's inertia: a push decays within some seconds [1/s]."""
 PUSH = 40.0
-"""With which a motor moves a leaf at its edge [N]: less than a robot of some weight withstands."""
+"""Force of the motor at the edge of a leaf [N]: less than a robot of average weight withstands."""
 SPEED = math.radians(60.0)
-"""At which a motor swings a leaf [rad/s]."""
+"""Speed at which a motor swings a leaf [rad/s]."""
 LEAD = math.radians(10.0)
-"""How far the motor's set-point may go ahead of a leaf that something holds up [rad]."""
+"""Maximum lead of the motor's set-point over an obstructed leaf [rad]."""
 TOLERANCE = math.radians(0.1)
-"""A leaf stands where it is wanted when it is this near [rad] and this slow [rad/s]."""
+"""A leaf has reached its goal when it is this close [rad] and this slow [rad/s]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Leaf:
-    """The leaf of a door; its frame has the hinge at its origin, on the floor, and x along the leaf."""
+    """The leaf of a door; the origin of its frame is the hinge, at floor level, with x along the leaf."""
 
     name: str
-    """That of its opening, or its place among all doors counted from 1."""
+    """Name of its opening, or its number among all doors, from 1."""
     door: Door
     hinge: tuple[float, float]
-    """World frame [m]."""
+    """Hinge, world frame [m]."""
     closed: float
-    """Where the closed leaf points from the hinge, counter-clockwise from x [rad]."""
+    """Direction of the closed leaf from the hinge, counter-clockwise from x [rad]."""
     turn: float
-    """1 when a positive angle swings it counter-clockwise, -1 when clockwise."""
+    """1 if a positive angle rotates it counter-clockwise, -1 if clockwise."""
     width: float
     """[m]"""
     low: float
     """Height of its lower edge [m]."""
     high: float
-    """Of its upper edge [m]."""
+    """Height of its upper edge [m]."""
 
     def pose(self, angle: float) -> Pose:
-        """Return world_from_leaf when it stands open by an angle, positive to the left side of its wall [rad]."""
+        """Return world_from_leaf at an opening angle, positive to the left side of its wall [rad]."""
         return Pose(*self.hinge, self.closed + self.turn * angle)
 
     def joint(self) -> MotorJoint:
-        """Return its hinge: 0 when the door is closed, positive to the left side of its wall."""
+        """Return its hinge joint: 0 when closed, positive to the left side of its wall."""
         inertia, limit = self.door.mass * self.width**2 / 3, math.radians(self.door.limit_deg)
         return MotorJoint(
             name=f"door/{self.name}",
@@ -74,7 +74,7 @@ class Leaf:
 
 
 def leaves(world: World) -> list[Leaf]:
-    """Return the leaves of all doors, wall by wall; an opening that lies outside its wall has none."""
+    """Return the leaves of all doors, wall by wall, without those of openings outside their wall."""
     openings = [(wall, opening) for wall in world.walls for opening in wall.openings if opening.door is not None]
     names = item_names([opening for _, opening in openings])
     found = (_leaf(wall, opening, name) for (wall, opening), name in zip(openings, names, strict=True))

@@ -1,4 +1,4 @@
-"""The world on a grid: which cells are solid where a level plane cuts it, and which are inside."""
+"""Occupancy grid of a world: solid cells in a horizontal section, and cells inside the walls."""
 
 import math
 from dataclasses import dataclass
@@ -17,48 +17,50 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 MARGIN = 1.0
-"""Around what is solid [m]."""
+"""Margin around everything solid [m]."""
 DOORWAY = 1.3
-"""A gap between walls that is no wider than this does not make the inside an outside [m]."""
+"""A gap between walls up to this width does not connect the inside to the outside [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Grid:
-    """What is known of a floor, cell by cell; row 0 is the lowest in y, column 0 the lowest in x."""
+    """An occupancy grid; row 0 has the lowest y, column 0 the lowest x."""
 
     occupied: NDArray[np.bool_]
     """Shape (rows, columns)."""
     free: NDArray[np.bool_]
-    """Shape (rows, columns); what is neither occupied nor free is unknown."""
+    """Shape (rows, columns); cells neither occupied nor free are unknown."""
     resolution: float
     """Side of a cell [m]."""
     world_from_grid: Pose
-    """The corner where row 0 and column 0 begin, and where the columns point."""
+    """Pose of the grid: outer corner of row 0 and column 0, and direction of the rows [m, m, rad]."""
 
     def corners(self, cells: Array) -> Array:
-        """Return points in cells, (column, row) from the corner, in the world frame, shape (..., 2) [m]."""
+        """Return points given in cells, (column, row) from the corner, in the world frame, shape (..., 2) [m]."""
         return self.world_from_grid.transform(np.asarray(cells) * self.resolution)
 
     def cells(self, points: Array) -> Array:
-        """Return points of the world, shape (..., 2) [m], in cells from the corner, (column, row)."""
+        """Return points of the world, shape (..., 2) [m], in cells, (column, row) from the corner."""
         return np.asarray(self.world_from_grid.inverse().transform(points) / self.resolution)
 
 
 def grid_of(world: World, *, resolution: float = 0.05, height: float = SLICE, most_cells: int | None = None) -> Grid:
-    """Return the map of a world as a level lidar would make it, its cells on multiples of the resolution.
+    """Return the map of a world as a horizontal lidar would build it, with cells at multiples of the resolution.
 
-    A cell is occupied when its middle is in something solid; parts thinner than a cell are widened to one. Free is
-    what lies within walls, their openings of any width and gaps of a doorway's width counted as closed; all else is
-    unknown. A world without an inside, or with a robot outside, is free to the edge of the map.
+    A cell is occupied if its centre is in something solid; parts thinner than a cell are widened to one cell. Cells
+    enclosed by walls are free, treating openings of any width and gaps up to the width of a doorway as closed; all
+    other cells are unknown. In a world without an inside, or with a robot outside, all cells that are not occupied are
+    free.
 
     Args:
-        world: What is to be drawn.
+        world: The world.
         resolution: Side of a cell [m].
-        height: Of the plane above the floor [m].
-        most_cells: Cells are made larger where there would be more; without it, so many are refused.
+        height: Height of the section above the floor [m].
+        most_cells: If there would be more cells, the resolution is made coarser; by default UsageError is raised.
 
     Raises:
-        UsageError: Nothing is solid at this height, or the map would have more than 40 million cells.
+        UsageError: The resolution is out of range, nothing is solid at this height, or the map would have more than 40
+            million cells.
     """
     if not 1e-3 <= resolution <= 10.0:
         raise UsageError(f"resolution is {resolution:g} m; a map has cells of 0.001 to 10 m")
@@ -90,15 +92,15 @@ def grid_of(world: World, *, resolution: float = 0.05, height: float = SLICE, mo
 
 
 def cells_within(faces: Array, *, rows: int, columns: int) -> NDArray[np.bool_]:
-    """Return the cells whose middles lie inside closed outlines.
+    """Return the cells whose centres lie inside closed outlines.
 
     Args:
-        faces: Sides of the outlines, both ends each, shape (n, 2, 2) [cells].
-        rows: Of the grid.
-        columns: Of the grid.
+        faces: Sides of the outlines, both ends of each, shape (n, 2, 2) [cells].
+        rows: Number of rows of the grid.
+        columns: Number of columns of the grid.
 
     Returns:
-        Shape (rows, columns); a middle is inside when a ray to the left crosses an odd number of sides.
+        Shape (rows, columns); a centre is inside if a ray to the left crosses an odd number of sides.
     """
     ends = np.sort(faces[:, :, 1], axis=1)
     first = np.clip(np.ceil(ends[:, 0] - 0.5), 0, rows).astype(int)
@@ -108,13 +110,13 @@ def cells_within(faces: Array, *, rows: int, columns: int) -> NDArray[np.bool_]:
     (x0, y0), (x1, y1) = faces[side, 0].T, faces[side, 1].T
     x = x0 + (row + 0.5 - y0) * (x1 - x0) / (y1 - y0)
     crossed = np.zeros((rows, columns + 1), dtype=np.uint8)
-    # A hair to the left, so that an edge on a middle counts the same whatever the rounding.
+    # Slightly to the left, so that a side through a centre counts the same regardless of rounding.
     np.add.at(crossed, (row, np.clip(np.ceil(x - 0.5 - 1e-9), 0, columns).astype(int)), 1)
     return np.asarray(np.bitwise_xor.accumulate(crossed & 1, axis=1)[:, :columns].astype(bool))
 
 
 def cells_of(shape: "BaseGeometry", grid: Grid) -> NDArray[np.bool_]:
-    """Return the cells of a grid whose middles lie in a shape of the world."""
+    """Return the cells of a grid whose centres lie in a shape of the world, shape (rows, columns)."""
     rows, columns = grid.occupied.shape
     if shape.is_empty:
         return np.zeros((rows, columns), dtype=bool)
@@ -123,13 +125,13 @@ def cells_of(shape: "BaseGeometry", grid: Grid) -> NDArray[np.bool_]:
 
 
 def _closed_walls(world: World) -> World:
-    """Return the walls of a world that have doorways, gates and windows, without these."""
+    """Return the walls of a world that have openings, without the openings."""
     walls = tuple(wall.model_copy(update={"openings": ()}) for wall in world.walls if wall.openings)
     return world.model_copy(update={"walls": walls, "obstacles": ()})
 
 
 def _thickened(shape: "BaseGeometry", resolution: float) -> "BaseGeometry":
-    """Return the parts of a shape that are thinner than a cell, made thicker by one."""
+    """Return the parts of a shape that are thinner than a cell, widened by one cell."""
     import shapely
 
     half, parts = resolution / 2, shapely.get_parts(shape)
@@ -139,7 +141,7 @@ def _thickened(shape: "BaseGeometry", resolution: float) -> "BaseGeometry":
 
 
 def _faces(shape: "BaseGeometry") -> Array:
-    """Return the sides of a shape's outlines, holes too, shape (n, 2, 2)."""
+    """Return the sides of a shape's outlines, including holes, shape (n, 2, 2)."""
     import shapely
 
     polygons = [part for part in shapely.get_parts(shape) if part.geom_type == "Polygon"]
@@ -148,7 +150,7 @@ def _faces(shape: "BaseGeometry") -> Array:
 
 
 def _inside(occupied: NDArray[np.bool_], reach: int, starts: Array) -> NDArray[np.bool_]:
-    """Return the cells that nothing wider than a doorway leads to from the edge; all, when that leaves robots out."""
+    """Return the cells that no passage wider than a doorway connects to the edge; all cells if robots are outside."""
     import cv2
 
     away = cv2.distanceTransform((~occupied).astype(np.uint8), cv2.DIST_L2, 5)

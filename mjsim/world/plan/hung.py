@@ -1,4 +1,4 @@
-"""Where beacons hang at the start: in the room, on things, on robots."""
+"""Initial positions of beacons: in the room, on objects, on robots."""
 
 import math
 from collections.abc import Iterator
@@ -11,24 +11,24 @@ from mjsim.world.plan.outlines import stays
 
 @dataclass(frozen=True, slots=True)
 class Hung:
-    """A beacon at its place."""
+    """A beacon with its position."""
 
     beacon: Beacon
     carrier: Obstacle | Robot | None
-    """What it hangs on; None for the room."""
+    """What carries it; None for the room."""
     place: Pose
-    """World frame, facing along its heading."""
+    """World frame; the heading is the direction that it faces [m, m, rad]."""
     center: float
-    """Height of its middle above the floor [m]."""
+    """Height of its centre above the floor [m]."""
 
     @property
     def fixed(self) -> bool:
-        """Whether it hangs there as long as the world stands: in the room, or on a thing that stays."""
+        """Whether it never moves: in the room, or on a static object."""
         return self.carrier is None or (not isinstance(self.carrier, Robot) and stays(self.carrier))
 
 
 def hung(world: World) -> Iterator[Hung]:
-    """Yield where each beacon hangs at the start, in the order of the world."""
+    """Yield the initial position of each beacon, in the order of the world."""
     carriers: dict[str | None, Obstacle | Robot] = {}
     if any(beacon.on is not None for beacon in world.beacons):
         carriers = {item.name: item for item in (*world.obstacles, *world.robots) if item.name is not None}

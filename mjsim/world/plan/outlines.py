@@ -1,4 +1,4 @@
-"""Obstacles seen from above: what each stands on, how high it is, and what a level plane cuts of it."""
+"""Obstacles from above: footprint, height, and horizontal sections."""
 
 import math
 
@@ -17,23 +17,23 @@ from mjsim.world.items import (
 
 CIRCLE_SIDES = 32
 THINNEST = 1e-6
-"""What is thinner is not there [m]."""
+"""Thinner parts are ignored [m]."""
 
 
 def world_from_obstacle(obstacle: Obstacle) -> Pose:
-    """Return where an obstacle stands at the start; its frame has x along its length."""
+    """Return the initial pose of an obstacle; the x axis of its frame is along its length."""
     return Pose(obstacle.at[0], obstacle.at[1], math.radians(obstacle.heading_deg))
 
 
 def stays(obstacle: Obstacle) -> bool:
-    """Return whether an obstacle stands where it is, whatever happens around it."""
+    """Return whether an obstacle is static."""
     return not obstacle.movable and obstacle.path is None
 
 
 def footprint(obstacle: Obstacle) -> Array:
     """Return the outline of an obstacle from above, world frame, counter-clockwise, shape (n, 2) [m].
 
-    It is convex but for models.
+    It is convex except for models.
     """
     match obstacle:
         case BoxObstacle(box=(length, width, _)) | RampObstacle(ramp=(length, width, _)):
@@ -70,11 +70,11 @@ def top(obstacle: Obstacle) -> float:
 
 
 def prisms(obstacle: Obstacle) -> list[tuple[Array, float, float]]:
-    """Return upright prisms that hold an obstacle: of a model one for each part, of others one.
+    """Return vertical prisms that contain an obstacle: one per part of a model, otherwise one.
 
     Returns:
-        Of each its outline, convex, world frame, counter-clockwise, shape (n, 2) [m], and the heights of its lower and
-        its upper face above the floor [m].
+        Each has a convex outline, world frame, counter-clockwise, shape (n, 2) [m], and the heights of its lower and
+        upper face above the floor [m].
     """
     if not isinstance(obstacle, ModelObstacle):
         return [(footprint(obstacle), bottom(obstacle), top(obstacle))]
@@ -87,15 +87,15 @@ def prisms(obstacle: Obstacle) -> list[tuple[Array, float, float]]:
 
 
 def cut(obstacle: Obstacle, height: float) -> list[Array]:
-    """Return what a level plane cuts of an obstacle.
+    """Return the horizontal section of an obstacle.
 
     Args:
-        obstacle: At its place.
-        height: Of the plane above the floor [m].
+        obstacle: The obstacle, at its initial position.
+        height: Height of the section above the floor [m].
 
     Returns:
-        Convex outlines, world frame, counter-clockwise, shape (n, 2) each [m]; of a model the hull from above of
-        each part that the plane cuts.
+        Convex outlines, world frame, counter-clockwise, shape (n, 2) each [m]; for a model, the hull from above of each
+        part that the plane cuts.
     """
     if not bottom(obstacle) <= height < top(obstacle):
         return []

@@ -1,4 +1,4 @@
-"""People seen from above and from the side."""
+"""People from above and from the side."""
 
 from collections.abc import Iterator, Mapping
 
@@ -9,13 +9,13 @@ from mjsim.world.items import Person
 
 
 def person_outlines(person: Person, poses: Mapping[str, Array], look: Array) -> Iterator[tuple[Array, str]]:
-    """Yield outlines of a person in some posture, seen from somewhere, the farthest first, each with its colour.
+    """Yield outlines of a person in a posture, seen from a direction, farthest first, each with its colour.
 
     Args:
-        person: Whose body it is.
-        poses: World from segment by the segment's name, shape (4, 4) each [m]: `Person.poses()`, or of a sitting person
-            those of `mjsim.posture.poses_of`.
-        look: drawing_from_world: to the right, up, towards the viewer, shape (3, 4) [m]; see `look_beside`.
+        person: The person.
+        poses: world_from_segment by the segment's name, shape (4, 4) each [m]: `Person.poses()`, or for a seated person
+            `mjsim.posture.poses_of`.
+        look: drawing_from_world: right, up, towards the viewer, shape (3, 4) [m]; see `look_beside`.
 
     Yields:
         Convex outline in the drawing, counter-clockwise, shape (n, 2) [m], and a colour, '#rrggbb'.
@@ -27,27 +27,27 @@ def person_outlines(person: Person, poses: Mapping[str, Array], look: Array) -> 
 
 
 def look_beside(poses: Mapping[str, Array]) -> Array:
-    """Return the view of a person from the right, shape (3, 4) [m]: x is ahead of the hips, y is above the floor.
+    """Return the view of a person from the right, shape (3, 4) [m]: x is forward from the hips, y is up from the floor.
 
     Args:
-        poses: World from segment, shape (4, 4) each [m].
+        poses: world_from_segment, shape (4, 4) each [m].
     """
     ahead, left, at = _around(poses)
     return drawing_from_world(np.array([ahead, (0.0, 0.0, 1.0), -left]), at)
 
 
 def look_over(poses: Mapping[str, Array]) -> Array:
-    """Return the view of a person from above, shape (3, 4) [m]: x is ahead of the hips, y to the left.
+    """Return the view of a person from above, shape (3, 4) [m]: x is forward from the hips, y is left.
 
     Args:
-        poses: World from segment, shape (4, 4) each [m].
+        poses: world_from_segment, shape (4, 4) each [m].
     """
     ahead, left, at = _around(poses)
     return drawing_from_world(np.array([ahead, left, (0.0, 0.0, 1.0)]), at)
 
 
 def _around(poses: Mapping[str, Array]) -> tuple[Array, Array, Array]:
-    """Return what is ahead and to the left of the hips, level unit vectors, and their place on the floor [m]."""
+    """Return forward and left of the hips, horizontal unit vectors, and the hips' position on the floor [m]."""
     pelvis = poses["pelvis"]
     left = np.array([pelvis[0, 1], pelvis[1, 1], 0.0])
     left /= np.linalg.norm(left)
@@ -55,10 +55,10 @@ def _around(poses: Mapping[str, Array]) -> tuple[Array, Array, Array]:
 
 
 def drawing_from_world(axes: Array, at: Array) -> Array:
-    """Return how the world stands to a drawing, shape (3, 4) [m].
+    """Return the transform from world to drawing, shape (3, 4) [m].
 
     Args:
-        axes: Of the drawing, world frame, rows: to the right, up, towards the viewer; shape (3, 3).
-        at: Its origin, world frame, shape (3,) [m].
+        axes: Axes of the drawing in the world frame, as rows: right, up, towards the viewer; shape (3, 3).
+        at: Origin of the drawing, world frame, shape (3,) [m].
     """
     return np.column_stack([axes, -axes @ at])

@@ -1,7 +1,6 @@
-"""Walls cut into solid prisms: mitred at their corners, pierced by their openings.
+"""Cuts walls into solid prisms, mitred at corners and with openings cut out.
 
-The mathematics that the scene, the plan and the checks share; plain floats, so that ten thousand segments take
-a fraction of a second.
+Shared by the scene, the plan and the checks; plain floats, so that ten thousand segments take a fraction of a second.
 """
 
 import itertools
@@ -15,8 +14,8 @@ from mjsim.geometry import Array
 from mjsim.world.items import Opening, Wall
 
 MITRE_LIMIT = math.sqrt(2.0)
-"""How far the tip of a corner stands out from it at most, in half thicknesses: as far as that of a right angle.
-Sharper corners are cut off there."""
+"""Maximum distance from a corner to its tip, in half thicknesses: that of a right angle. Sharper corners are cut off
+there."""
 SLIVER = 1e-6
 """Shorter or lower pieces are left out [m]."""
 
@@ -25,20 +24,21 @@ Pair = tuple[float, float]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Piece:
-    """A solid part of one segment of a wall: a prism on a convex four-sided outline."""
+    """A solid part of a wall segment: a prism with a convex four-sided outline."""
 
     segment: int
-    """Which segment of the wall, counted from 0."""
+    """Index of the wall segment, from 0."""
     start: Array
-    """Where it begins on the centreline, world frame, shape (2,) [m]."""
+    """Start on the centreline, world frame, shape (2,) [m]."""
     end: Array
-    """Where it ends on the centreline, world frame, shape (2,) [m]."""
+    """End on the centreline, world frame, shape (2,) [m]."""
     low: float
     """Height of its lower face [m]."""
     high: float
     """Height of its upper face [m]."""
     outline: Array
-    """Start right, end right, end left, start left: counter-clockwise, shape (4, 2) [m]; mitred at joined corners."""
+    """Start right, end right, end left, start left: counter-clockwise, world frame, shape (4, 2) [m]; mitred at joined
+    corners."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ class _Segment:
 
     start: tuple[float, float]
     along: tuple[float, float]
-    """Unit vector."""
+    """Unit vector, world frame."""
     length: float
 
     def point(self, along: float, left: float) -> tuple[float, float]:
@@ -59,9 +59,9 @@ class _Segment:
 def wall_pieces(wall: Wall) -> list[Piece]:
     """Return the solid pieces of a wall, segment by segment, from its first corner to its last.
 
-    Consecutive pieces share their edge exactly, at corners along the mitre. At a corner that turns by more than a
-    right angle the pieces end square, and bars make its tip; at one of segments too short for a mitre, or beside an
-    opening, square ends overlap. The prisms of a wall leave no gap.
+    Consecutive pieces share an edge exactly, at corners along the mitre. At a corner of more than a right angle, the
+    pieces end square, and bars form its tip; at a corner of segments too short for a mitre, or beside an opening,
+    square ends overlap. The prisms of a wall leave no gap.
     """
     segments = [_segment(start, end) for start, end in wall.segments()]
     openings: list[list[Opening]] = [[] for _ in segments]
@@ -96,17 +96,17 @@ def sharp_tip(
     ends: Sequence[Pair],
     starts: Sequence[Pair],
 ) -> Iterator[Piece]:
-    """Yield the bars that make the tip of a corner that turns by more than a right angle.
+    """Yield the bars that form the tip of a corner that turns by more than a right angle.
 
-    One goes on along each of both segments, as far as the cut and no deeper than the other's face; one goes from
-    the corner straight to the cut.
+    One bar extends each of the two segments, as far as the cut-off and no deeper than the other segment's face; one
+    runs from the corner straight to the cut-off.
 
     Args:
-        segment: What the pieces are said to be part of.
-        corner: Where it is [m], the direction in which a segment comes to it, and in which the next one leaves.
+        segment: Segment index of the pieces.
+        corner: Position of the corner [m], direction of the segment that arrives, and of the one that leaves.
         half: Half the thickness [m].
-        ends: From where to where the first segment is solid at the corner, upwards [m].
-        starts: The same of the next one.
+        ends: Height intervals in which the first segment is solid at the corner [m].
+        starts: The same for the next segment.
     """
     (x, y), (ax, ay), (bx, by) = corner
     cosine, side = ax * bx + ay * by, -1.0 if ax * by - ay * bx > 0.0 else 1.0
@@ -125,7 +125,7 @@ def sharp_tip(
 
 
 def bar(segment: int, start: Pair, end: Pair, half: float, heights: Pair) -> Piece:
-    """Return a piece on a rectangle, from both ends of its middle line and half its width [m]."""
+    """Return a piece with a rectangular outline, from both ends of its centreline and half its width [m]."""
     line = _segment(start, end)
     outline = [line.point(x, y) for x, y in ((0.0, -half), (line.length, -half), (line.length, half), (0.0, half))]
     return Piece(segment, np.array(start), np.array(end), *heights, np.array(outline))
@@ -134,9 +134,9 @@ def bar(segment: int, start: Pair, end: Pair, half: float, heights: Pair) -> Pie
 def solid_parts(
     length: float, height: float, openings: Sequence[Opening]
 ) -> Iterator[tuple[float, float, float, float]]:
-    """Yield what openings leave of a segment, as (along start, along end, low, high) [m], in order along it.
+    """Yield the solid parts of a segment between openings, as (along start, along end, low, high) [m], in order.
 
-    Openings may overlap each other and may reach past the segment; what is beyond is ignored.
+    Openings may overlap each other and may extend past the segment; the excess is ignored.
     """
     if not openings and min(length, height) >= SLIVER:
         yield 0.0, length, 0.0, height
@@ -159,13 +159,13 @@ def solid_parts(
 
 @dataclass(frozen=True, slots=True)
 class _Corner:
-    """How far two segments reach past their common corner [m]."""
+    """Distances by which two segments extend past their common corner [m]."""
 
     left: float
-    """On the left side; the right side reaches as far the other way when mitred."""
+    """On the left side; when mitred, the right side extends by the negative of it."""
     right: float
     sharp: bool = False
-    """Whether a tip is to be made."""
+    """Whether to add a tip."""
 
 
 _FREE = _Corner(0.0, 0.0)
@@ -178,13 +178,13 @@ def _segment(start: Sequence[float], end: Sequence[float]) -> _Segment:
 
 
 def _corner(a: _Segment, b: _Segment, half: float, *, even: bool) -> _Corner:
-    """Return how two segments are joined: by a mitre, half the thickness times the tangent of half their turn.
+    """Return how two segments are joined: by a mitre of half the thickness times the tangent of half their turn.
 
     Args:
         a: A segment.
-        b: The next one.
+        b: The next segment.
         half: Half their thickness [m].
-        even: Whether both are whole at their corner, with no opening there.
+        even: Whether neither has an opening at the corner.
     """
     cross = a.along[0] * b.along[1] - a.along[1] * b.along[0]
     cosine = a.along[0] * b.along[0] + a.along[1] * b.along[1]
@@ -202,7 +202,7 @@ def _outline(segment: _Segment, half: float, ends: tuple[_Corner, _Corner], span
     first, last = span
     before = ends[0] if first <= 0.0 else _FREE
     after = ends[1] if last >= segment.length else _FREE
-    # Openings near both ends would turn the outline inside out: the piece then ends in the neighbour's solid.
+    # Openings near both ends would invert the outline: then the piece ends inside its solid neighbour.
     thin = (last - first) / 4
     right = min(first - before.right, last - thin), max(last + after.right, first + thin)
     left = min(first - before.left, last - thin), max(last + after.left, first + thin)

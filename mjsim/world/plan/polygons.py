@@ -1,4 +1,4 @@
-"""The world seen from above: outlines of what is solid, for drawing, for checks and for the map."""
+"""The world from above: outlines of everything solid, for drawings, checks and maps."""
 
 from typing import TYPE_CHECKING
 
@@ -16,17 +16,17 @@ if TYPE_CHECKING:
 __all__ = ["Piece", "footprint", "obstacle_polygons", "segments", "solid", "top", "wall_pieces", "wall_polygons"]
 
 GRID = 1e-6
-"""Points nearer than this are one [m]."""
+"""Points closer than this coincide [m]."""
 SLICE = 0.2
-"""Height at which the plan is cut [m]: above doorsteps, below window sills, where robots bump."""
+"""Height of the section [m]: above doorsteps, below window sills, where robots collide."""
 
 
 def wall_polygons(world: World, *, height: float = SLICE) -> list[Array]:
-    """Return the solid parts of the walls where a level plane cuts them.
+    """Return the solid parts of the walls in a horizontal section.
 
     Args:
-        world: Its walls with their openings.
-        height: Of the plane above the floor [m].
+        world: The world.
+        height: Height of the section above the floor [m].
 
     Returns:
         Convex outlines in the world frame, counter-clockwise, shape (4, 2) each [m]; neighbours share an edge.
@@ -36,20 +36,20 @@ def wall_polygons(world: World, *, height: float = SLICE) -> list[Array]:
 
 
 def obstacle_polygons(world: World, *, height: float = SLICE) -> list[Array]:
-    """Return what a level plane cuts of the obstacles that stay where they are, shape (n, 2) each [m]."""
+    """Return the sections of the static obstacles, shape (n, 2) each [m]."""
     return [outline for obstacle in world.obstacles if stays(obstacle) for outline in cut(obstacle, height)]
 
 
 def solid(world: World, *, height: float = SLICE) -> "BaseGeometry":
-    """Return all walls and obstacles that stay, where a level plane cuts them, as one shapely geometry [m]."""
+    """Return the section of all walls and static obstacles as one shapely geometry [m]."""
     import shapely
 
     walls = np.array(wall_polygons(world, height=height)).reshape(-1, 4, 2)
     things = [shapely.Polygon(outline) for outline in obstacle_polygons(world, height=height)]
-    # Rounded, so that edges computed twice are one.
+    # Rounded, so that edges computed twice coincide.
     outlines = np.concatenate([shapely.polygons(np.round(walls / GRID) * GRID), np.array(things, dtype=object)])
     parts = shapely.get_parts(shapely.disjoint_subset_union_all(outlines))
-    # On a grid, so that a joint leaves no hair crack: each part on its own unless another is so near.
+    # Snapped to a grid, so that joints leave no gaps: each part separately unless another is this close.
     one, other = shapely.STRtree(parts).query(parts, predicate="dwithin", distance=2 * GRID)
     near = np.isin(np.arange(len(parts)), one[one != other])
     joined = shapely.set_precision(shapely.multipolygons(parts[near]), GRID)
@@ -57,7 +57,7 @@ def solid(world: World, *, height: float = SLICE) -> "BaseGeometry":
 
 
 def segments(world: World, *, height: float = SLICE) -> Array:
-    """Return the faces of walls and obstacles in the plane, solid to the left, shape (n, 2, 2) [m]."""
+    """Return the faces of walls and obstacles in the section, solid to the left, shape (n, 2, 2) [m]."""
     import shapely
 
     parts = shapely.orient_polygons(shapely.get_parts(solid(world, height=height)))

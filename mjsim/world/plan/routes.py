@@ -1,4 +1,4 @@
-"""Routes: where a thing that goes by itself is at each time."""
+"""Routes: the position of a scripted object as a function of time."""
 
 import math
 from bisect import bisect_right
@@ -17,14 +17,14 @@ Place = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Route:
-    """Stops and the straight ways between them, over and over; where the thing is depends on the time alone."""
+    """Stops connected by straight legs, repeated forever; the position depends only on time."""
 
     stops: tuple[Place, ...]
-    """World frame [m]; the last is the first again."""
+    """World frame [m]; the last equals the first."""
     arrives: tuple[float, ...]
-    """When it comes to each stop, in a round that begins with the wait at the first [s]."""
+    """Arrival time at each stop, in a round that starts with the wait at the first [s]."""
     wait: float
-    """At each stop [s]."""
+    """Wait at each stop [s]."""
 
     @property
     def period(self) -> float:
@@ -32,11 +32,11 @@ class Route:
         return self.arrives[-1]
 
     def at(self, time: float) -> tuple[Place, Place]:
-        """Return where the thing is [m] and how fast it moves [m/s] at a time [s], world frame."""
+        """Return position [m] and velocity [m/s], world frame, at a time [s]."""
         if self.period <= 0.0:
             return self.stops[0], (0.0, 0.0)
         now = math.fmod(time, self.period)
-        # It has come to this stop, and not to the next.
+        # It has reached this stop, but not the next.
         index = min(bisect_right(self.arrives, now), len(self.stops) - 1) - 1
         (x, y), (end_x, end_y) = self.stops[index], self.stops[index + 1]
         leaves = self.arrives[index] + self.wait
@@ -50,7 +50,7 @@ class Route:
 
 
 def route_of(obstacle: Obstacle) -> Route | None:
-    """Return the route of an obstacle that goes by itself; None for one that does not."""
+    """Return the route of a scripted obstacle; None for one without a path."""
     path = obstacle.path
     if path is None:
         return None
@@ -62,7 +62,7 @@ def route_of(obstacle: Obstacle) -> Route | None:
 
 
 def extent(obstacle: Obstacle) -> Array:
-    """Return points that reach as far as an obstacle does, wherever its path leads, world frame, shape (n, 2) [m]."""
+    """Return points that bound an obstacle along its whole path, world frame, shape (n, 2) [m]."""
     outline = footprint(obstacle)
     if obstacle.path is None:
         return outline

@@ -1,4 +1,4 @@
-"""Where seats and targets of things are at the start, in the world."""
+"""Initial poses of seats and targets in the world frame."""
 
 import math
 from collections.abc import Iterator
@@ -13,20 +13,20 @@ from mjsim.world.items import Obstacle, Target, World
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlacedTarget:
-    """A target where its thing stands at the start."""
+    """A target at the initial pose of its object."""
 
     name: str
-    """'THING.TARGET'."""
+    """'OBJECT.TARGET'."""
     target: Target
     world_from_target: Array
-    """x is where a display faces, y to its left as it is seen from behind, z up; shape (4, 4) [m]."""
+    """For a display, x is the direction it faces and y its left seen from behind; z is up; shape (4, 4) [m]."""
 
 
 def world_from_seat(thing: Obstacle) -> Array:
-    """Return the frame of an object's seat: the hip point in the middle of its travel, x ahead, shape (4, 4) [m].
+    """Return the frame of an object's seat: the hip point in the middle of its travel, x forward, shape (4, 4) [m].
 
     Raises:
-        ValueError: The thing is no seat.
+        ValueError: The object has no seat.
     """
     if thing.seat is None:
         raise ValueError(f"'{thing.name}' is not a seat; give it seat: {{at: [x, y, z]}}")
@@ -34,7 +34,7 @@ def world_from_seat(thing: Obstacle) -> Array:
 
 
 def placed_targets(world: World) -> Iterator[PlacedTarget]:
-    """Yield the targets of all things, in the order of the world."""
+    """Yield the targets of all objects, in the order of the world."""
     for thing, name in zip(world.obstacles, item_names(world.obstacles), strict=True):
         for target in thing.targets:
             yaw, pitch = (math.radians(getattr(target, key, 0.0)) for key in ("yaw_deg", "pitch_deg"))
@@ -43,7 +43,7 @@ def placed_targets(world: World) -> Iterator[PlacedTarget]:
 
 
 def _placed(at: tuple[float, ...], *, yaw: float = 0.0, pitch: float = 0.0) -> Array:
-    """Return a pose at a point, turned about z, then up about its own y, shape (4, 4)."""
+    """Return a pose at a point [m], rotated about z, then up about its own y [rad], shape (4, 4)."""
     (c, s), (u, v) = (math.cos(yaw), math.sin(yaw)), (math.cos(pitch), math.sin(pitch))
     pose = np.eye(4)
     pose[:3, :3] = [[c * u, -s, -c * v], [s * u, c, -s * v], [v, 0.0, u]]

@@ -1,4 +1,4 @@
-"""Arms without a world: a preset by its name, a file that holds what stands below one of `arms`, or MJCF or URDF."""
+"""Arms without a world: from a preset, from a file with the content of one of `arms`, or from MJCF or URDF."""
 
 import json
 from pathlib import Path
@@ -15,26 +15,27 @@ from mjsim.world.yaml import problems_at, read_text
 
 MODELS = (".xml", ".mjcf", ".urdf")
 FARTHEST = 4
-"""How many folders above a model the meshes that it names may lie."""
+"""Number of parent folders of a model that may contain its meshes."""
 
 
 def arm(name: str | Path, end: str | None = None) -> Arm:
-    """Return an arm by the name of its preset, or of a file.
+    """Return an arm by the name of its preset, or from a file.
 
     Args:
-        name: Such as 'motoman_up6'; or a path that ends in `.yaml`, whose file holds what a world has below one of its
-            `arms`: `dh`, `tool`, and so on; or a file of MJCF (`.xml`) or URDF (`.urdf`).
-        end: Body, site or joint at the end of the chain of such a model, whose frame is that of the flange.
+        name: A preset such as 'motoman_up6'; a path that ends in `.yaml`, of a file with the keys of one of `arms`:
+            `dh`, `tool`, and so on; or an MJCF (`.xml`) or URDF (`.urdf`) file.
+        end: Body, site or joint of a model at the end of the chain, with the frame of the flange; needed only if
+            ambiguous.
 
     Raises:
-        UsageError: The preset does not exist, and no such file.
-        WorldError: Something in the file is wrong; every fault is told with its line and column.
+        UsageError: There is no such preset or file.
+        WorldError: The file is invalid; every error is reported with its line and column.
     """
     return arm_item(name, end).arm
 
 
 def arm_item(name: str | Path, end: str | None = None) -> RobotArm:
-    """Return an arm as `arm` does, with all that a world file says of it."""
+    """Return an arm as by `arm`, with all its keys of a world file."""
     if str(name).lower().endswith(MODELS):
         return _from_model(Path(name), end)
     if end is not None:
@@ -49,7 +50,7 @@ def arm_item(name: str | Path, end: str | None = None) -> RobotArm:
 
 
 def arm_world(name: str | Path, end: str | None = None) -> World:
-    """Return a world of an arm alone, 'arm' of the robot 'robot' on a fixed base; its arguments are those of `arm`."""
+    """Return a world with only an arm, 'arm' of the robot 'robot' on a fixed base; arguments as for `arm`."""
     arm_item(name, end)  # whose errors name the arm's own file
     keys: dict[str, Any]
     source = Source()
@@ -79,7 +80,7 @@ def _from_file(path: Path) -> RobotArm:
 
 
 def _from_model(path: Path, end: str | None) -> RobotArm:
-    """Return the arm of a model; a fault names the place in its text."""
+    """Return the arm of a model; errors name the place in its text."""
     from mjsim.models import ArmFileError, read_arm, text_place
 
     if not path.is_file():
@@ -102,7 +103,7 @@ def _from_model(path: Path, end: str | None) -> RobotArm:
 
 
 def _model_keys(path: Path, end: str | None) -> tuple[dict[str, Any], Source]:
-    """Return what a world file would say of the arm of a model, and from where it would."""
+    """Return the keys of a world file for the arm of a model, and their source."""
     whole = path.resolve()
     folder = _package(whole)
     keys = {"name": "arm", "model": whole.relative_to(folder).as_posix()}
@@ -110,7 +111,7 @@ def _model_keys(path: Path, end: str | None) -> tuple[dict[str, Any], Source]:
 
 
 def _package(path: Path) -> Path:
-    """Return the folder below which the files of a model may lie: around its package, or some folders up."""
+    """Return the folder that may contain the files of a model: that of its package, or some folders up."""
     above = list(path.parents)[: FARTHEST + 1]
     package = next((folder for folder in above if (folder / "package.xml").is_file()), None)
     return package.parent if package is not None else above[-1]

@@ -1,4 +1,4 @@
-"""YAML files that are no worlds: checked by a model of their own, every fault with its place."""
+"""Reads YAML files other than worlds: validated by a model, every error with its position."""
 
 from pathlib import Path
 from typing import TypeVar
@@ -14,14 +14,14 @@ M = TypeVar("M", bound=Model)
 
 
 def read_described(path: str | Path, model: type[M]) -> M:
-    """Return what a YAML file describes.
+    """Return the content of a YAML file.
 
     Args:
         path: The file.
-        model: What it must hold.
+        model: Model of the content.
 
     Raises:
-        WorldError: Something in the file is wrong; every fault is told with its line and column.
+        WorldError: The file is invalid; every error is reported with its line and column.
     """
     node, problems = read_text(read_file(Path(path)), file=str(path))
     if node is None or problems:

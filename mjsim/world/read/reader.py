@@ -1,4 +1,4 @@
-"""Text to `World`; every fault of the text is told with its line and column, all at once."""
+"""Reads text as `World`; all errors of the text are reported together, each with line and column."""
 
 import dataclasses
 import os
@@ -19,7 +19,7 @@ from mjsim.world.language import Value, expand, needs_expansion
 from mjsim.world.yaml import MOST_BYTES, Fault, Node, line_and_column, problems_at, read_text, too_large
 
 MOST = 100
-"""Names that fit nothing, and the like, are told so often; each is looked for among all others."""
+"""Maximum number of errors such as unknown names; each is compared with all known names."""
 
 
 @gc_paused()
@@ -35,13 +35,13 @@ def parse_world(
 
     Args:
         text: YAML 1.2.
-        file: How errors name it.
-        source: Where it comes from, and so where the pictures are that it names; instead of `file`.
-        variables: Values that go before those that the text gives its variables.
-        read: What `read_text` says of the text, when it was asked before.
+        file: Name in messages.
+        source: Origin of the text, where its pictures are looked up; replaces `file`.
+        variables: Values that take precedence over the variables in the text.
+        read: Result of `read_text` for this text, if already known.
 
     Raises:
-        WorldError: Something in it is wrong; every fault is told.
+        WorldError: The text is invalid; every error is reported.
     """
     source = source or Source(file=file)
     node, problems = read or read_text(text, file=source.file)
@@ -63,7 +63,7 @@ def parse_world(
         world = World.model_validate(node.value, context={"source": source})
     except ValidationError as error:
         faults = list(faults_of(error, World, whole=not amiss))
-        if not amiss:  # what does not fit may do so once the rest is right
+        if not amiss:  # inconsistencies may vanish once the rest is valid
             faults += [(path, partial(str, message)) for message, path in islice(misfits(node.value), MOST)]
         told = {(problem.file, problem.line, problem.column) for problem in problems}
         more = set(problems_at(node, source.file, faults))
@@ -76,25 +76,25 @@ def parse_world(
 
 
 def load_world(path: str | FilePath) -> World:
-    """Return the world of a file; pictures and modules are looked for beside it.
+    """Return the world of a file; pictures and modules are looked up beside it.
 
     Args:
-        path: The file, or a bare word: the name of a shipped world.
+        path: The file, or the name of a shipped world.
 
     Raises:
-        UsageError: The file does not exist, or is not such a world.
-        WorldError: Something in it is wrong; every fault is told.
+        UsageError: The file, or the shipped world, does not exist.
+        WorldError: The text is invalid; every error is reported.
     """
     path = world_path(path)
     return parse_world(read_file(path), source=Source(file=str(path), folder=path.parent))
 
 
 def load_checked(path: str | FilePath) -> World:
-    """Return the world of a file, named as for `load_world`, that also passes `check_world`.
+    """Return the world of a file, as by `load_world`, after checking it with `check_world`.
 
     Raises:
-        UsageError: The file does not exist, or is not such a world.
-        WorldError: Something in it is wrong; every fault is told.
+        UsageError: The file, or the shipped world, does not exist.
+        WorldError: The text is invalid or a value implausible; every error is reported.
     """
     world = load_world(path)
     if problems := check_world(world):
@@ -107,10 +107,10 @@ def read_file(path: FilePath) -> str:
 
     Raises:
         UsageError: The file does not exist.
-        WorldError: It is no text, or too large.
+        WorldError: It is not text, or too large.
     """
     try:
-        # A pipe that nobody writes to must not keep us waiting.
+        # A pipe without a writer must not block.
         with os.fdopen(os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)), "rb") as file:
             status = os.fstat(file.fileno())
             if not stat.S_ISREG(status.st_mode):
@@ -140,10 +140,10 @@ def _refused(path: FilePath, message: str) -> WorldError:
 
 
 def faults_of(error: ValidationError, model: type[Model], *, whole: bool = True) -> Iterator[Fault]:
-    """Yield what a model found; `whole` tells whether all of its text is there, so that its parts should fit."""
+    """Yield the errors that a model found; `whole` says whether the text is complete and its parts must fit."""
     faults = [(path_of(details), details) for details in error.errors(include_url=False)]
     unknown = {path for path, details in faults if details["type"] == "extra_forbidden"}
-    # Looking for a near word takes long, and the items of a list have the same keys.
+    # Finding a similar word takes long, and the items of a list have the same keys.
     near = cache(lambda keys: meant_key(keys, model))
     meant = {(*path[:-1], near(_keys_in(path))) for path in unknown}
     near_kind = cache(lambda keys, given: misspelt_kind(given, keys, model))
@@ -151,9 +151,9 @@ def faults_of(error: ValidationError, model: type[Model], *, whole: bool = True)
         if not (whole or details["loc"]):
             continue
         if details["type"] == "missing" and path in meant:
-            continue  # it is there, misspelt
+            continue  # it exists, but is misspelt
         if details["type"] == "too_short" and len(details["input"]) >= details["ctx"]["min_length"]:
-            continue  # pydantic counts good items only; the bad one is told
+            continue  # pydantic counts only valid items; the invalid one is reported
         given = tuple(details["input"]) if details["type"] == "kind" and isinstance(details["input"], Mapping) else ()
         if misspelt := near_kind(_keys_in(path), given):
             yield (*path, misspelt[0], KEY), partial(str, misspelt[1])

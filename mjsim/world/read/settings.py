@@ -1,4 +1,4 @@
-"""Change single values of a world by their path, as `--set KEY=VALUE` does."""
+"""Changes single values of a world by their path, as `--set KEY=VALUE` does."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -18,14 +18,14 @@ def with_settings(world: World, settings: Iterable[str]) -> World:
     """Return the world with values changed.
 
     Args:
-        world: Stays as it is.
-        settings: 'robots.scout.odometry.noise.turn=0.02' and the like: keys by their names, items of a list by
-            their name (a sensor's is that of its kind) or their number from 0; the value is YAML. 'variables.width=4'
-            changes a variable of the text, and all that is computed from it.
+        world: Not modified.
+        settings: Such as 'robots.scout.odometry.noise.turn=0.02': keys by name, items of a list by name (for a sensor,
+            the value of its kind) or by index from 0; the value is YAML. 'variables.width=4' changes a variable of the
+            text, and all that is computed from it.
 
     Raises:
-        WorldError: With other variables the text describes no world.
-        UsageError: The key does not exist, the value does not fit it, or it is implausible, such as a place in a wall.
+        WorldError: With the changed variables, the text is not a valid world.
+        UsageError: The key does not exist, or the value is invalid or implausible, such as a position in a wall.
     """
     given = [_parts(setting) for setting in settings]
     world = _with_variables(world, [part for part in given if part[0][0] == _VARIABLES])
@@ -38,7 +38,7 @@ def with_settings(world: World, settings: Iterable[str]) -> World:
 
 
 def _parts(setting: str) -> tuple[list[str], Any, str]:
-    """Return the path of a setting, its value, and itself."""
+    """Return the path of a setting, its value, and the setting itself."""
     key, equals, text = setting.partition("=")
     if not equals or not key:
         raise UsageError(f"--set {setting}: write it as KEY=VALUE, such as run.seconds=20")
@@ -49,7 +49,7 @@ def _parts(setting: str) -> tuple[list[str], Any, str]:
 
 
 def _with_variables(world: World, given: Sequence[tuple[list[str], Any, str]]) -> World:
-    """Return the world that its text describes with other values of its variables."""
+    """Return the world described by its text with changed variables."""
     known, source = world.source.variables, world.source
     for path, value, setting in given:
         name = ".".join(path[1:])

@@ -1,4 +1,4 @@
-"""A text as a tree that keeps how each value is written, and every comment with what it is about."""
+"""Parses a text into a tree that preserves the form of each value, and attaches every comment to what it describes."""
 
 import itertools
 import json
@@ -18,33 +18,33 @@ _NOT_PLAIN = re.compile("[\x7f-\x9f\u2028\u2029\ufeff]")
 
 @dataclass(slots=True, eq=False)
 class Comment:
-    """A comment and where it stands."""
+    """A comment and its position."""
 
     text: str
-    """From its sign on, without spaces at its end."""
+    """From the # on, without trailing spaces."""
     index: int
     line: int
     column: int
     own_line: bool
-    """Whether nothing stands before it on its line."""
+    """Whether it is alone on its line."""
 
 
 @dataclass(slots=True, eq=False)
 class TreeNode:
-    """A value as it is written."""
+    """A value as written."""
 
     kind: str
     """'scalar', 'list' or 'map'."""
     text: str
-    """Of a scalar, on one line, with anchor and tag."""
+    """Text of a scalar, on one line, with anchor and tag."""
     value: str = ""
-    """Of a scalar, as YAML reads it."""
+    """Value of a scalar according to YAML."""
     block: bool = False
-    """Whether it is a text of several lines, or a list or a mapping without brackets."""
+    """Whether it is a block scalar, or a list or a mapping without brackets."""
     prefix: str = ""
     """Anchor and tag of a list or a mapping."""
     column: int = 0
-    """Where its items begin."""
+    """Column of its items."""
     start: int = 0
     end: int = 0
     items: list["TreeItem"] = field(default_factory=list)
@@ -58,9 +58,9 @@ class TreeItem:
 
     key: TreeNode | None
     parent: "TreeItem | None"
-    """The item that it is in."""
+    """The item that contains it."""
     around: tuple[TreeNode, ...]
-    """The parts that it is in, the outermost first."""
+    """The parts that contain it, outermost first."""
     start: int
     line: int
     part: TreeNode = field(default_factory=lambda: TreeNode("scalar", ""))
@@ -69,20 +69,20 @@ class TreeItem:
     before: list[str] = field(default_factory=list)
     """Comments above it, and '' for an empty line."""
     head: Comment | None = None
-    """Beside its key, when its value follows below."""
+    """Comment beside its key, if its value is below."""
     after: Comment | None = None
-    """Beside its end."""
+    """Comment beside its end."""
 
 
 class UnformattableError(Exception):
-    """The text is written in a way that cannot be formatted."""
+    """The text is written in a form that cannot be formatted."""
 
 
 def read_tree(text: str) -> tuple[TreeNode, list[str]]:
-    """Return the tree of a text that is known to be YAML, a mapping, and all its comments, sorted.
+    """Return the tree of a valid YAML text, a mapping, and all its comments, sorted.
 
     Raises:
-        UnformattableError: It uses YAML in a way that no world file does.
+        UnformattableError: The text uses features of YAML that no world file needs.
     """
     reader = _TreeReader(text)
     root = reader.root()
@@ -97,15 +97,15 @@ def one_line(value: str) -> str:
 
 
 class _TreeReader:
-    """Builds the tree of one text from its events; comments are put to it afterwards."""
+    """Builds the tree of a text from its events; comments are attached afterwards."""
 
     def __init__(self, text: str) -> None:
         self.text, self.lines = text, text.split("\n")
         self._line_starts = list(itertools.accumulate((len(line) + 1 for line in self.lines), initial=0))
         self.items: list[TreeItem] = []
-        """All, in the order of the text."""
+        """All items, in the order of the text."""
         self._events: list[Any] = list(YAML(typ="safe", pure=True).parse(text))
-        self._at = 2  # behind the starts of the stream and of the document
+        self._at = 2  # after the starts of the stream and of the document
 
     def root(self) -> TreeNode:
         root = self._part(None)
@@ -114,7 +114,7 @@ class _TreeReader:
         return root
 
     def comments(self) -> Iterator[Comment]:
-        """Yield the comments: between the events, and beside the sign of a text of several lines."""
+        """Yield the comments: between events, and beside the indicator of a block scalar."""
         end = 0
         for event in self._events:
             start, stop = event.start_mark.index, event.end_mark.index
@@ -155,7 +155,7 @@ class _TreeReader:
     def _item(self, part: TreeNode, parent: TreeItem | None) -> None:
         mark = self._events[self._at].start_mark
         around = () if parent is None else parent.around
-        # Not `mark.line`: YAML knows more ends of lines than these lines are cut at.
+        # Not `mark.line`: YAML has more line breaks than those at which these lines are split.
         item = TreeItem(None, parent, (*around, part), mark.index, self._place(mark.index)[0])
         self.items.append(item)
         part.items.append(item)
@@ -183,7 +183,7 @@ class _TreeReader:
 
 
 def _place_comments(reader: _TreeReader, root: TreeNode, comments: list[Comment]) -> None:
-    """Put every comment, and every empty line that stays, to what it is about."""
+    """Attach every comment, and every preserved empty line, to what it describes."""
     starts = [item.start for item in reader.items]
     own: dict[int, list[Comment]] = {}
     for comment in comments:
@@ -197,11 +197,11 @@ def _place_comments(reader: _TreeReader, root: TreeNode, comments: list[Comment]
 
 
 def _put_beside(last: TreeItem | None, comment: Comment) -> bool:
-    """Put a comment to what stands before it on its line; return whether there is something."""
+    """Attach a comment to what precedes it on its line; return whether there is something."""
     ended: TreeItem | None = None
     item = last
     while item is not None:
-        # Of those that end alike the innermost: it is the one whose text stands there.
+        # Of those with the same end, the innermost: its text is there.
         if item.end <= comment.index and item.end_line == comment.line and (ended is None or item.end > ended.end):
             ended = item
         item = item.parent
@@ -217,7 +217,7 @@ def _put_beside(last: TreeItem | None, comment: Comment) -> bool:
 def _put_above(
     reader: _TreeReader, root: TreeNode, found: list[Comment], last: TreeItem | None, item: TreeItem | None
 ) -> None:
-    """Put comments on lines of their own above what follows, or below what they are indented with."""
+    """Attach comment lines to the item below, or to what they are indented with."""
     limit: tuple[TreeNode, ...] = () if last is None else last.around
     for comment in found:
         if limit:
@@ -232,7 +232,7 @@ def _put_above(
 
 
 def _holder(comment: Comment, parts: tuple[TreeNode, ...], item: TreeItem | None) -> TreeNode | None:
-    """Return the innermost part that ends before an item, and that a comment is indented with."""
+    """Return the innermost part that ends before an item and has the indentation of a comment."""
     for part in reversed(parts):
         if item is not None and part in item.around:
             return None

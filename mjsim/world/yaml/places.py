@@ -1,4 +1,4 @@
-"""Where the value at a path of keys and indices stands in a text, and how problems there are told."""
+"""Finds the position of a value in a text by its path, and reports problems there."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -9,33 +9,33 @@ from mjsim.world.yaml.text import Node, Origin
 
 Path = tuple[str | int, ...]
 Fault = tuple[Path, Callable[[], str]]
-"""A path, and what says in a sentence what is wrong there."""
+"""A path, and a function that returns the message about its value."""
 
 
 def place_of(node: Node | None, path: Sequence[str | int]) -> tuple[int, int]:
-    """Return line and column of the value at a path, or of the nearest value around it that is written.
+    """Return line and column of the value at a path, or of the nearest enclosing value that is written.
 
-    Steps in angle brackets, the tags of kinds, are not in the text; a last step `[key]` means the key itself.
-    A world that was built in Python has no text: 1, 1.
+    Steps in angle brackets, the tags of kinds, are not in the text; a last step `[key]` refers to the key itself. A
+    world built in Python has no text: the result is (1, 1).
     """
     if node is None:
         return 1, 1
     nodes, steps = _way(node, path)
-    # A key of an included file stands where that file has it.
+    # A key of an included file has its position in that file.
     if steps[-1:] == [KEY] and len(nodes) == len(steps) and steps[:-1] and steps[-2] in nodes[-2].keys:
         return nodes[-2].keys[str(steps[-2])]
     return nodes[-1].line, nodes[-1].column
 
 
 def problems_at(node: Node | None, file: str, faults: Iterable[Fault]) -> Iterator[Problem]:
-    """Yield what is wrong at paths of a text, each with its place.
+    """Yield the problems at paths of a text, each with its position.
 
-    What is wrong in one way with several repetitions of an item is told once, and of which when not of all.
+    The same problem in several repetitions of an item is reported once, naming the repetitions unless it affects all.
 
     Args:
-        node: The value of the text; None when there is none.
-        file: As errors name it.
-        faults: What is wrong.
+        node: Value of the text; None if there is none.
+        file: Name in messages.
+        faults: The problems.
     """
     repeated: dict[tuple[object, ...], list[tuple[Origin, Fault]]] = {}
     for path, say in faults:
@@ -66,7 +66,7 @@ def _problem(node: Node | None, file: str, fault: Fault, origin: Origin, where: 
 
 
 def _way(node: Node, path: Sequence[str | int]) -> tuple[list[Node], list[str | int]]:
-    """Return the values along a path as far as they are written, the whole one first, and the steps of the path."""
+    """Return the values along a path as far as they are written, starting with the whole, and the steps of the path."""
     steps = [step for step in path if isinstance(step, int) or not step.startswith("<")]
     nodes = [node]
     for step in steps:

@@ -1,7 +1,7 @@
-"""The events of YAML 1.2 text, each with its place: a C parser where it sees what the exact one would, else that.
+"""Events of YAML 1.2 text with positions: from a C parser where it agrees with the exact one, otherwise from that.
 
-libyaml (through PyYAML) is twenty times as fast as the parser of ruamel.yaml, but knows YAML 1.1: what the two may
-see differently is left to the latter, and so is every text with a fault, that there be one set of messages.
+libyaml (through PyYAML) is twenty times as fast as the parser of ruamel.yaml, but implements YAML 1.1: texts that the
+two may interpret differently go to the latter, and so does every invalid text, so that there is one set of messages.
 """
 
 import re
@@ -25,44 +25,44 @@ _KINDS = {
     "MappingEndEvent": END,
     "DocumentStartEvent": DOCUMENT,
 }
-"""By the names of classes, which both libraries have in common."""
+"""By the class names common to both libraries."""
 
 
 class YamlEvent(NamedTuple):
-    """A step through a text."""
+    """A parsing event."""
 
     kind: str
     line: int
-    """Of its first character, counted from 1."""
+    """Line of its first character, counted from 1."""
     column: int
-    """In characters, counted from 1."""
+    """Column in characters, counted from 1."""
     value: str = ""
-    """Of a scalar."""
+    """Value of a scalar."""
     plain: bool = True
-    """Whether a scalar is written without quotes or tag."""
+    """Whether a scalar has neither quotes nor tag."""
     anchor: str | None = None
-    """Of an alias the name that it stands for."""
+    """For an alias, the name to which it refers."""
     tag: str = ""
     flow: bool = False
-    """Whether a list or a mapping is written in brackets."""
+    """Whether a list or a mapping is in brackets."""
 
 
 class UnsureError(Exception):
-    """The fast parser may see something else than YAML 1.2 means."""
+    """The fast parser may not interpret the text as YAML 1.2 does."""
 
 
 def exact_events(text: str) -> Iterator[YamlEvent]:
-    """Return the events of a text, one after the other; raises what ruamel.yaml does where it is not YAML."""
+    """Return the events of a text in order; raises the errors of ruamel.yaml if it is not YAML."""
     from ruamel.yaml import YAML  # Slow to load, and few texts need it.
 
     return map(_event, YAML(typ="safe", pure=True).parse(text))
 
 
 def fast_events(text: str) -> Iterator[YamlEvent]:
-    """Return the same events of a text, many times as fast; only where lists and mappings end is not the same place.
+    """Return the same events of a text much faster; only the end positions of lists and mappings differ.
 
     Raises:
-        UnsureError: The text is not YAML, or holds what libyaml sees differently; ask `exact_events`.
+        UnsureError: The text is not YAML, or libyaml may interpret it differently; use `exact_events`.
     """
     return map(_event, sure_events(text))
 
@@ -71,7 +71,7 @@ def sure_events(text: str) -> Iterator[Any]:
     """Yield the events of libyaml itself.
 
     Raises:
-        UnsureError: As `fast_events` does.
+        UnsureError: See `fast_events`.
     """
     if CParser is None or _DIFFERENT.search(text):
         raise UnsureError
@@ -79,7 +79,7 @@ def sure_events(text: str) -> Iterator[Any]:
         parser = CParser(text)
         while (event := parser.get_event()) is not None:
             kind = _KINDS.get(type(event).__name__, OTHER)
-            # An empty value is there for both parsers, for each in a place of its own.
+            # The two parsers place an empty value at different positions.
             if kind == SCALAR and (event.style in _LONG or (event.implicit[0] and not event.value)):
                 raise UnsureError
             if kind == ALIAS or (kind in _VALUES and (event.anchor or event.tag)):
@@ -106,4 +106,4 @@ def _tag(event: Any) -> str:
 _LONG = ("|", ">")
 _VALUES = (LIST, MAP, SCALAR)
 _DIFFERENT = re.compile(r"[\t\x85\u2028\u2029\ufeff]|^%|^---|^\.\.\.|(?:^|[\s\[\]{},:])\?(?:\s|$)", re.MULTILINE)
-"""Tabs, ends of lines of YAML 1.1, byte order marks, directives, more documents, and long keys."""
+"""Tabs, line breaks of YAML 1.1, byte order marks, directives, several documents, and long keys."""

@@ -1,4 +1,4 @@
-"""Where each value of a text begins and ends, so that it can be changed without touching anything else."""
+"""Start and end of each value of a text, so that a value can be changed without touching anything else."""
 
 import re
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ _COLON = re.compile(r"[ \t]*:")
 
 @dataclass(slots=True, eq=False)
 class Span:
-    """A value as it stands in a text, from its first character to behind its last."""
+    """A value in a text, from its first character to just past its last."""
 
     kind: str
     """'scalar', 'list' or 'map'."""
@@ -26,20 +26,20 @@ class Span:
     flow: bool = False
     """Whether a list or a mapping is in brackets."""
     style: str = ""
-    """Of a scalar: its quotes, '|' or '>'; empty for a plain one."""
+    """Style of a scalar: its quotes, '|' or '>'; empty for a plain one."""
     shared: bool = False
     """Whether it has an anchor, an alias or a tag."""
     text: str = ""
-    """Of a scalar, without its quotes."""
+    """Text of a scalar, without its quotes."""
     entries: list["Entry"] = field(default_factory=list)
     column: int = 0
-    """Of a list or a mapping without brackets: where its dashes or keys stand, counted from 0."""
+    """Column of the dashes or keys of a list or a mapping without brackets, counted from 0."""
     meant: "Span | None" = None
-    """Of an alias the value that it stands for."""
+    """For an alias, the value to which it refers."""
 
     @property
     def plain(self) -> Any:
-        """What it stands for, expressions and repeats as they are written."""
+        """Its value, with expressions and repeats as written."""
         if self.meant is not None:
             return self.meant.plain
         if self.kind == "list":
@@ -64,40 +64,40 @@ class Entry:
     name: str | None
     """The key."""
     start: int
-    """Of its dash, its key, or its value in brackets."""
+    """Start of its dash or key, or of its value in brackets."""
     mark: int
-    """Behind its dash or its colon; of an item in brackets its start."""
+    """Just past its dash or colon; for an item in brackets, its start."""
     value: Span
     key: Span | None = None
 
     @property
     def end(self) -> int:
-        """Behind its last character."""
+        """Just past its last character."""
         return max(self.value.end, self.mark)
 
 
 class UnknownTextError(Exception):
-    """The text is not YAML, or written in a way in which no world file is; the message says so."""
+    """The text is not YAML, or written in a form that no world file has; the message says which."""
 
 
 def read_spans(text: str) -> Span:
     """Return the value of a text.
 
     Raises:
-        UnknownTextError: It is not YAML, or written in a way in which no world file is.
+        UnknownTextError: It is not YAML, or written in a form that no world file has.
     """
     try:
         try:
             return _Reader(text, sure_events(text)).whole()
         except UnsureError:
             return _Reader(text, YAML(typ="safe", pure=True).parse(text)).whole()
-    # The arithmetic of ruamel.yaml fails at an escape beyond Unicode, and so does recursion on a hostile nest.
+    # The arithmetic of ruamel.yaml fails at an escape beyond Unicode, and recursion fails on hostile nesting.
     except (YAMLError, ValueError, OverflowError, RecursionError, StopIteration) as error:
         raise UnknownTextError(f"it is not YAML ({str(error).partition(chr(10))[0]:.80})") from None
 
 
 class _Reader:
-    """Builds the spans of one text from its events."""
+    """Builds the spans of a text from its events."""
 
     def __init__(self, text: str, events: Iterator[Any]) -> None:
         self._text, self._events = text, events
@@ -109,7 +109,7 @@ class _Reader:
         return self._value(next(self._events), 0)
 
     def _value(self, event: Any, mark: int) -> Span:
-        """Return a value; `mark` is behind its colon or dash."""
+        """Return a value; `mark` is the position just past its colon or dash."""
         span = self._written(event, mark)
         if event.anchor and span.meant is None:
             self._anchors[event.anchor] = span

@@ -1,7 +1,7 @@
-"""YAML 1.2 text to plain values that remember where they were written.
+"""Parses YAML 1.2 text into values that know their positions.
 
-The events of a text are composed here, so that every key and value keeps its line and column, so that only the
-core schema of YAML 1.2 is known (`no` and `12:30` stay text), and so that a hostile text costs little.
+The events of a text are composed here, so that every key and value keeps its line and column, only the core schema of
+YAML 1.2 applies (`no` and `12:30` stay text), and hostile texts are cheap to reject.
 """
 
 import itertools
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 MOST_BYTES = 5_000_000
 MOST_NODES = 250_000
-"""Keys and values of one text, with what its aliases stand for."""
+"""Maximum number of keys and values of a text, including those that aliases repeat."""
 DEEPEST = 50
 
 _WORDS = {
@@ -31,45 +31,45 @@ _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff\ufffe\uffff]")
 _SEPARATORS = re.compile(r"""\"(?:[^\"\\]|\\.)*\"|'(?:[^']|'')*'|#[^\n]*|([,\[{]|- )""", re.DOTALL)
-"""Of values in brackets and in lists a line each, quoted texts and comments apart."""
+"""Separators of values in brackets, and of list items, one per line; quoted texts and comments are excluded."""
 _TAG = "tag:yaml.org,2002:"
 _MOST_DIGITS = 30
 
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where a value comes from that does not stand in the text itself, or not once."""
+    """Origin of a value that is not written in the text itself, or is written more than once."""
 
     file: str | None = None
-    """The included file, as errors name it."""
+    """The included file, by its name in messages."""
     how: str = ""
-    """How that was reached: 'included by room.yaml:3:5'."""
+    """How it was reached: 'included by room.yaml:3:5'."""
     repetition: tuple[int, ...] = ()
-    """Which one it is, of each repeat counted from 0."""
+    """Index of the repetition in each repeat, from 0."""
     copies: int = 1
-    """How many repetitions there are."""
+    """Number of repetitions."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Node:
-    """A value of a text and where it begins; lines and columns are counted from 1."""
+    """A value of a text and its start; lines and columns are counted from 1."""
 
     value: Any
     """None, bool, int, float, str, list or dict."""
     line: int
     column: int
     items: Mapping[str | int, "Node"] = field(default_factory=dict)
-    """Of a mapping by key, of a list by index."""
+    """Children: of a mapping by key, of a list by index."""
     keys: Mapping[str, tuple[int, int]] = field(default_factory=dict)
     """Line and column of each key of a mapping."""
     size: int = 1
-    """Nodes in it, aliases counted each time they are used."""
+    """Number of nodes in it, counting an alias each time it is used."""
     origin: Origin | None = None
-    """None where it is that of the value around it."""
+    """None if the same as that of the enclosing value."""
 
 
 class _BrokenTextError(Exception):
-    """The text cannot be read on; holds line, column and message."""
+    """The rest of the text cannot be read; holds line, column and message."""
 
     def __init__(self, line: int, column: int, message: str) -> None:
         super().__init__(message)
@@ -77,14 +77,14 @@ class _BrokenTextError(Exception):
 
 
 class _TooManyError(_BrokenTextError):
-    """The text holds more values than a world may; there is no need to read it again exactly."""
+    """The text has more values than allowed; it need not be read again by the exact parser."""
 
     def __init__(self, line: int, column: int) -> None:
         super().__init__(line, column, f"the text holds more than {MOST_NODES} values, aliases written out")
 
 
 def read_text(text: str, *, file: str) -> tuple[Node | None, list[Problem]]:
-    """Return the value of a text, None when there is nothing that can be used, and what is wrong with it."""
+    """Return the value of a text, None if nothing is usable, and the problems found."""
     control = _CONTROL.search(text)
     if control:
         line, column = line_and_column(text, control.start())
@@ -101,7 +101,7 @@ def read_text(text: str, *, file: str) -> tuple[Node | None, list[Problem]]:
 
 
 def _check_size(text: str) -> None:
-    """Refuse at once a text whose brackets, commas and dashes alone tell that it holds too many values."""
+    """Raise at once for a text whose brackets, commas and dashes show that it has too many values."""
     if sum(map(text.count, (",", "[", "{", "- "))) > MOST_NODES:
         opened = (match for match in _SEPARATORS.finditer(text) if match.group(1))
         if (last := next(itertools.islice(opened, MOST_NODES, None), None)) is not None:
@@ -109,7 +109,7 @@ def _check_size(text: str) -> None:
 
 
 def _read_fast(text: str, *, file: str) -> Node | None:
-    """Return the value of a text without a fault; None when it has one, or when only the exact parser can tell."""
+    """Return the value of a valid text; None if it has an error, or if only the exact parser can decide."""
     composer = _Composer(file, fast_events(text))
     try:
         node = composer.document()
@@ -141,20 +141,20 @@ def _read_exactly(text: str, *, file: str) -> tuple[Node | None, list[Problem]]:
 
 
 def too_large(size: int) -> str:
-    """Return the sentence on a file of too many bytes."""
+    """Return the message for a file with too many bytes."""
     return f"the file has {size / 1e6:.0f} MB; a world file has at most {MOST_BYTES / 1e6:.0f} MB"
 
 
 def line_and_column(text: str, offset: int) -> tuple[int, int]:
-    """Return where a character of a text stands, both counted from 1."""
+    """Return the position of a character of a text, line and column counted from 1."""
     return text.count("\n", 0, offset) + 1, offset - text.rfind("\n", 0, offset)
 
 
 def plain_value(text: str) -> Any:
-    """Return what a scalar without quotes stands for, by the core schema of YAML 1.2 (chapter 10.3).
+    """Return the value of an unquoted scalar, by the core schema of YAML 1.2 (chapter 10.3).
 
     Raises:
-        ValueError: It is a whole number of too many digits.
+        ValueError: It is an integer with too many digits.
     """
     if text in _WORDS:
         return _WORDS[text]
@@ -177,7 +177,7 @@ class _Composer:
         self.problems: list[Problem] = []
         self.place = (1, 1)
         self.brackets: list[tuple[int, int]] = []
-        """Where brackets were opened that are not closed yet."""
+        """Positions of brackets that are not closed yet."""
         self._file = file
         self._events = events
         self._anchors: dict[str, Node] = {}
@@ -250,7 +250,7 @@ class _Composer:
             value_event = self._next()
             value = self._node(value_event)
             if value_event.kind == SCALAR and not value_event.value and value_event.plain:
-                value = Node(None, *key_place)  # nothing is written; its mark is where the next thing begins
+                value = Node(None, *key_place)  # nothing is written; its mark is where the next token starts
             if not isinstance(key, str):
                 self._report(key_place, f"key {key!r:.40} is not text; put it in quotes or write a name")
             elif key in keys:
