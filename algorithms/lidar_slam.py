@@ -128,18 +128,18 @@ class LidarSlam:
         self._step, F, G = self._motion(self._step, self._bias.corrected(moved, seconds))
         self._step_covariance = F @ self._step_covariance @ F.T + G @ seen.odometry.covariance @ G.T
         far = np.hypot(*self._step[:2]) > self._distance or abs(self._step[2]) > self._turn
-        self._recent.move(seen.odometry, seen.time)
+        self._recent.move(seen.odometry, seen.moment)
         looked = self._scans.update(seen)
         if looked is not None and (far or not self.keyframes):
-            self._extend(self._from_now(looked, seen.time))
+            self._extend(self._from_now(looked, seen.moment))
             self._map.work()
-        self._way.append((seen.time, len(self.keyframes) - 1, self._step))
+        self._way.append((seen.moment, len(self.keyframes) - 1, self._step))
         if self._show_every and seen.time >= self._next_shown:
             self._shown, self._next_shown = (shown_grid(self.grid()),), seen.time + self._show_every
         return self._belief()
 
     def path(self) -> Sequence[tuple[float, Pose]]:
-        """Return the final trajectory: time [s] and pose of each tick, from the whole map."""
+        """Return the final trajectory: pose at the end of each tick's motion and its time [s], from the whole map."""
         self._map.finish()
         poses = [*self._map.poses(), self._prior]
         # What the next scan of the map found against odometry came about on the way to it.
@@ -171,7 +171,7 @@ class LidarSlam:
         return grid
 
     def _from_now(self, looked: LevelScan, time: float) -> LevelScan:
-        """Return a scan with the sensor's pose in the frame of the robot now, if the scan is older than this tick."""
+        """Return a scan with the sensor's pose in the frame of the robot now, if the scan is older than its motion."""
         if looked.scan.stamp > time - SAME:
             return looked
         step, _ = self._recent.since(looked.scan.stamp)

@@ -163,6 +163,8 @@ class Odometry:
     """[rad]"""
     covariance: Array
     """Covariance of (forward, left, turn), shape (3, 3) [m, m, rad]."""
+    stamp: float | None = None
+    """When the motion ended, if not at the time of the observation: in a log, at the scan that came with it [s]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -298,6 +300,11 @@ class Observation:
     """Joint states by the name of the arm."""
     clouds: Mapping[str, PointCloud] = field(default_factory=dict)
     """By the name of the 3-D lidar, only those due at this tick."""
+
+    @property
+    def moment(self) -> float:
+        """When the motion of this tick ended: the time of the robot's pose [s]."""
+        return self.time if self.odometry.stamp is None else self.odometry.stamp
 
 
 def message_text(content: object) -> str:

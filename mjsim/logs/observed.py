@@ -119,6 +119,7 @@ class _Observed:
             seen,
             time=row * self.dt,
             dt=self.dt,
+            odometry=replace(seen.odometry, stamp=None if seen.odometry.stamp is None else seen.moment - first),
             sightings=_since(first, seen.sightings),
             imu=_since(first, seen.imu),
             messages=_since(first, seen.messages),

@@ -1,5 +1,6 @@
 """Converts the log of one robot, with separate times for each sensor, to observations at ticks."""
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
@@ -127,8 +128,9 @@ class _Ticked:
     """The log of one robot, tick by tick.
 
     A tick with a scan has the time of that scan: odometry, truth and scan belong to the same instant, however unevenly
-    scans were logged. Without scans, pictures are used instead. Its time in the recording is later by less than a tick,
-    or by the waiting time of readings that arrived at once.
+    scans were logged; it is the stamp of odometry and scan. (Odometry in old logs is exact only where it came with a
+    scan.) Without scans, pictures are used instead. Its time in the recording is later by less than a tick, or by the
+    waiting time of readings that arrived at once.
     """
 
     def __init__(self, log: RobotLog, noise: MotionNoise, bias: Bias, *, start: float, dt: float, count: int) -> None:
@@ -139,6 +141,7 @@ class _Ticked:
         self._pictures = {name: _told_at(frames.stamps, nominal) for name, frames in log.cameras.items()}
         self._clouds = {name: _told_at(clouds.stamps, nominal) for name, clouds in log.clouds.items()}
         edges = self._moments(nominal)
+        self._ends = np.where(np.abs(edges - nominal) > SAME_TIME, edges - start, np.nan).tolist()
         rest = Odometry(0.0, 0.0, 0.0, np.zeros((3, 3)))
         if log.track is None:
             told = motions(bias.off_times(log.twists), edges, noise)
@@ -158,13 +161,13 @@ class _Ticked:
         return Observation(
             time=row * self._dt,
             dt=self._dt,
-            odometry=self._motions[row],
+            odometry=self._motion(row),
             sightings=tuple(
                 self._bias.off_sighting(self._shifted(self._log.sightings[k])) for k in range(*self._sightings[row])
             ),
             cameras={name: self._picture(name, row) for name, rows in self._pictures.items() if row in rows},
             scans={
-                name: replace(self._log.scans[name].take(rows[row]), stamp=row * self._dt)
+                name: self._scan(name, rows[row], told=row * self._dt)
                 for name, rows in self._scans.items()
                 if row in rows
             },
@@ -221,6 +224,16 @@ class _Ticked:
         if self._log.truth is not None:
             return places_at(edges, self._log.truth, gap=self._log.gap)
         return np.full((len(edges), 3), np.nan)
+
+    def _motion(self, row: int) -> Odometry:
+        """Return the motion since the previous tick, with the time of its end if it is not the tick's."""
+        end = self._ends[row]
+        return replace(self._motions[row], stamp=None if math.isnan(end) else end)
+
+    def _scan(self, name: str, number: int, *, told: float) -> Scan:
+        """Return a scan with the time at which it was taken, which is not after it was told [s]."""
+        scan = self._log.scans[name].take(number)
+        return replace(scan, stamp=min(max(scan.stamp - self._start, 0.0), told))
 
     def _picture(self, name: str, row: int) -> CameraFrame:
         return replace(self._log.cameras[name].take(self._pictures[name][row]), stamp=row * self._dt)

@@ -28,15 +28,16 @@ class BeliefMessages:
         self._shown: tuple[Shown, ...] = ()
         self._held: tuple[tuple[Hashable, ...], bytes, bytes] = _EMPTY_MAP
 
-    def of(self, now: float, order: Order) -> list[tuple[str, Message]]:
+    def of(self, now: float, order: Order, *, moment: float | None) -> list[tuple[str, Message]]:
         """Return the messages by topic (without the robot) of estimates and sightings, without the joint covariance.
 
         Args:
             now: Simulated time [s].
             order: Holds the estimate and the sightings.
+            moment: When the robot is at the estimate [s]; None: now.
         """
         estimate = order.estimate
-        messages = [("estimate", pose_message(now, estimate.pose, estimate.covariance))]
+        messages = [("estimate", pose_message(now, estimate.pose, estimate.covariance, moment=moment))]
         names, means, covariances = map_arrays(estimate.landmarks)
         held = (names, means.tobytes(), covariances.tobytes())
         if held != self._held:

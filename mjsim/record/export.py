@@ -45,7 +45,7 @@ def export_tum(recording: Recording, folder: str | Path, *, overwrite: bool = Fa
     for name, track in recording.robots.items():
         planar = (("estimate", _in_space(track.estimate)), ("odometry", _in_space(track.odometry)))
         online = (
-            (kind, np.column_stack([track.time, poses])) for kind, poses in (("truth", track.truth_pose), *planar)
+            (kind, np.column_stack([track.moments, poses])) for kind, poses in (("truth", track.truth_pose), *planar)
         )
         path = np.column_stack([track.path[:, 0], _in_space(track.path[:, 1:])])
         for kind, timed in (*online, ("path", path)):

@@ -60,11 +60,20 @@ def _without_infinity(value: Any) -> Any:
     return None if isinstance(value, float) and value == math.inf else value
 
 
-def pose_message(time: float, pose: Pose, covariance: ArrayLike | None = None) -> Message:
-    """Return a pose in the world frame, both in Foxglove's format and exactly."""
+def pose_message(
+    time: float, pose: Pose, covariance: ArrayLike | None = None, *, moment: float | None = None
+) -> Message:
+    """Return a pose in the world frame, both in Foxglove's format and exactly.
+
+    Args:
+        time: Of the tick [s].
+        pose: The pose.
+        covariance: Of it, shape (3, 3).
+        moment: When the robot is there [s]; by default at the tick.
+    """
     half = pose.heading / 2
     message: Message = {
-        "timestamp": stamp_json(time),
+        "timestamp": stamp_json(time if moment is None else moment),
         "frame_id": "world",
         "pose": {
             "position": {"x": float(pose.x), "y": float(pose.y), "z": 0.0},
@@ -78,10 +87,17 @@ def pose_message(time: float, pose: Pose, covariance: ArrayLike | None = None) -
     return message
 
 
-def truth_message(time: float, planar: Pose, pose: Pose3) -> Message:
-    """Return the exact 3-D pose of a base in the world frame, and its heading seen from above."""
+def truth_message(time: float, planar: Pose, pose: Pose3, *, moment: float | None = None) -> Message:
+    """Return the exact 3-D pose of a base in the world frame, and its heading seen from above.
+
+    Args:
+        time: Of the tick [s].
+        planar: The pose seen from above.
+        pose: The pose.
+        moment: When the robot is there [s]; by default at the tick.
+    """
     return {
-        "timestamp": stamp_json(time),
+        "timestamp": stamp_json(time if moment is None else moment),
         "frame_id": "world",
         "pose": {
             "position": {"x": pose.x, "y": pose.y, "z": pose.z},
@@ -90,6 +106,11 @@ def truth_message(time: float, planar: Pose, pose: Pose3) -> Message:
         "time": time,
         "heading": float(planar.heading),
     }
+
+
+def moment_of(message: Message) -> float:
+    """Return when a robot is at the pose of a message, rounded to 1 ns [s]."""
+    return float(message["timestamp"]["sec"]) + 1e-9 * float(message["timestamp"]["nsec"])
 
 
 def pose_row(message: Message) -> tuple[float, float, float]:

@@ -20,6 +20,7 @@ from mjsim.record.messages import (
     event_of,
     innovations_of,
     landmarks_of,
+    moment_of,
     path_rows,
     pose3_row,
     pose_row,
@@ -30,7 +31,7 @@ from mjsim.record.metadata import checked_metadata
 from mjsim.record.numbers import Message
 from mjsim.record.parse import FAULTS, content_of, misfit, unfit
 from mjsim.record.readings import identities_of, sightings_of
-from mjsim.record.recording import Landmarks, Recording, Track
+from mjsim.record.recording import SAME_TIME, Landmarks, Recording, Track
 from mjsim.record.schemas import ARM_TOPICS
 from mjsim.record.shown import shown_of
 from mjsim.record.tick import RobotEvent
@@ -258,7 +259,7 @@ class _Run:
 
 _READ: dict[str, Callable[[Message], Any]] = {
     "truth": lambda message: (pose_row(message), pose3_row(message)),
-    "odometry": lambda message: (pose_row(message), message["covariance"]),
+    "odometry": lambda message: (pose_row(message), message["covariance"], moment_of(message)),
     "estimate": lambda message: (pose_row(message), message["covariance"]),
     "command": command_row,
     "landmarks": landmarks_of,
@@ -282,6 +283,7 @@ class _Robot:
         self._truth_pose = _Rows(7)
         self._covariances = {kind: _Rows(3, 3) for kind in ("odometry", "estimate")}
         self._command = _Rows(3)
+        self._moments = array("d")
         self._maps: list[tuple[int, tuple[Hashable, ...], Array, Array]] = []
         self._sightings: list[tuple[Sighting, ...]] = []
         self._identities: list[tuple[str | None, ...]] = []
@@ -303,13 +305,14 @@ class _Robot:
     def end_tick(self) -> None:
         """Add a row to everything; NaN for missing messages."""
         tick, self._tick = self._tick, {}
-        nothing = (None, None)
+        nothing = (None, None, math.nan)
         for kind, rows in self._poses.items():
             rows.add(tick.get(kind, nothing)[0])
         self._truth_pose.add(tick.get("truth", nothing)[1])
         for kind, rows in self._covariances.items():
             rows.add(tick.get(kind, nothing)[1])
         self._command.add(tick.get("command"))
+        self._moments.append(tick.get("odometry", nothing)[2])
         if "landmarks" in tick:
             self._maps.append((self._count, *tick["landmarks"]))
         self._sightings.append(tick.get("sightings", ()))
@@ -321,8 +324,10 @@ class _Robot:
 
     def track(self, time: Array) -> Track:
         """Return everything as arrays."""
+        moments = np.array(self._moments)
         return Track(
             time=time,
+            moment=np.where(np.abs(moments - time) > SAME_TIME, moments, time),
             truth=self._poses["truth"].array(),
             truth_pose=self._truth_pose.array(),
             odometry=self._poses["odometry"].array(),

@@ -106,8 +106,10 @@ class Recorder:
         """Record a tick; mutable data is copied before this returns."""
         messages: list[tuple[str, Message]] = []
         frames: dict[str, Pose | Pose3] = {}
+        moments = {robot: seen.moment for robot, seen in tick.seen.items()}
         for robot, planar in tick.truth.items():
-            messages.append((f"/{robot}/truth", truth_message(tick.time, planar, tick.poses[robot])))
+            truth = truth_message(tick.time, planar, tick.poses[robot], moment=moments.get(robot))
+            messages.append((f"/{robot}/truth", truth))
             frames[f"{robot}/base"] = tick.poses[robot]
         for robot, seen in tick.seen.items():
             messages.append((f"/{robot}/observation", observation_message(seen)))
@@ -121,7 +123,7 @@ class Recorder:
         messages += joint_messages(tick.time, tick.joints)
         messages += sensor_messages(tick.time, tick.readings)
         for robot, order in tick.orders.items():
-            messages += self._order_messages(tick.time, robot, order)
+            messages += self._order_messages(tick.time, robot, order, moment=moments.get(robot))
             frames[f"{robot}/estimate"] = order.estimate.pose
             frames[f"{robot}/odometry"] = order.dead_reckoning
         messages += [("/events", world_event_message(tick.time, event)) for event in tick.events]
@@ -188,11 +190,14 @@ class Recorder:
             # The error on its way tells more than a second one from here would.
             self._finish()
 
-    def _order_messages(self, now: float, robot: str, order: Order) -> list[tuple[str, Message]]:
+    def _order_messages(
+        self, now: float, robot: str, order: Order, *, moment: float | None
+    ) -> list[tuple[str, Message]]:
+        odometry = pose_message(now, order.dead_reckoning, order.dead_reckoning_covariance, moment=moment)
         messages = [
-            ("odometry", pose_message(now, order.dead_reckoning, order.dead_reckoning_covariance)),
+            ("odometry", odometry),
             ("command", command_message(now, order)),
-            *self._beliefs[robot].of(now, order),
+            *self._beliefs[robot].of(now, order, moment=moment),
             *(("events", event_message(robot, event)) for event in order.events),
         ]
         return [(f"/{robot}/{kind}", message) for kind, message in messages]

@@ -52,6 +52,9 @@ class Track:
 
     time: Array
     """Shape (N,) [s]."""
+    moment: Array | None = None
+    """When the robot was at the poses of each row, shape (N,) [s]: in a log, at the scan that came with the tick, less
+    than a tick before `time`. None: at that time."""
     truth: Array
     """Seen from above, shape (N, 3), world frame."""
     truth_pose: Array
@@ -80,12 +83,18 @@ class Track:
     path: Array = field(default_factory=lambda: np.zeros((0, 4)))
     """Final trajectory of the estimator, if it provides one: rows of time, x, y and heading, shape (M, 4)."""
 
+    @property
+    def moments(self) -> Array:
+        """When the robot was at the poses of each row, ascending, shape (N,) [s]."""
+        return self.time if self.moment is None else self.moment
+
     def at(self, rows: NDArray[np.intp]) -> "Track":
         """Return the track at some rows; events and the final trajectory are kept completely."""
         marks, chosen = self.landmarks, rows.tolist()
         return replace(
             self,
             time=self.time[rows],
+            moment=None if self.moment is None else self.moment[rows],
             truth=self.truth[rows],
             truth_pose=self.truth_pose[rows],
             odometry=self.odometry[rows],

@@ -211,7 +211,7 @@ class _Again:
         except ModuleFault as fault:
             self._note(self._now, fault)
             raise
-        for kind, belief in self._beliefs.of(self._now, order):
+        for kind, belief in self._beliefs.of(self._now, order, moment=seen.moment):
             self._copy.put(f"/{robot}/{kind}", self._now, belief)
         joint = order.estimate.joint_covariance
         if joint is not None:

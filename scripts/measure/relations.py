@@ -82,7 +82,7 @@ def make_relations(run: Path, file: Path, *, robot: str, count: int, pictures: P
     """Write relations, and a picture of each."""
     recording = mjsim.read_recording(run)
     path = recording.robots[robot].path
-    seen_scans = ((seen.time, seen.scans) for seen in recording.observations(robot))
+    seen_scans = ((seen.moment, seen.scans) for seen in recording.observations(robot))
     scans = {at: next(iter(each.values())) for at, each in seen_scans if each}
     rows = [row for row in path.tolist() if row[0] in scans]
     found: list[Relation] = []
@@ -99,7 +99,7 @@ def make_relations(run: Path, file: Path, *, robot: str, count: int, pictures: P
         table.writerow(HEAD)
         for each in sorted(found, key=lambda item: item.first):
             pose = (f"{each.pose.x:.3f}", f"{each.pose.y:.3f}", f"{each.pose.heading:.4f}")
-            table.writerow((f"{each.first:.1f}", f"{each.second:.1f}", *pose, f"{each.share:.2f}"))
+            table.writerow((f"{each.first:.4f}", f"{each.second:.4f}", *pose, f"{each.share:.2f}"))
     print(f"{len(found)} relations in {file}")
 
 
@@ -225,11 +225,17 @@ def misfits(relations: Sequence[Relation], times: Array, poses: Array) -> tuple[
     """Return how far a trajectory is from relations: shift [m] and turn [rad], shape (k,) each."""
     shift, turn = [], []
     for each in relations:
-        one, other = (Pose(*poses[int(np.argmin(np.abs(times - time)))]) for time in (each.first, each.second))
+        one, other = (Pose(*row) for row in poses_at(times, poses, np.array([each.first, each.second])))
         off = each.pose.inverse() @ (one.inverse() @ other)
         shift.append(np.hypot(off.x, off.y))
         turn.append(abs(off.heading))
     return np.array(shift), np.array(turn)
+
+
+def poses_at(times: Array, poses: Array, wanted: Array) -> Array:
+    """Return a trajectory at other times, interpolated linearly, shape (k, 3)."""
+    x, y, headings = poses[:, 0], poses[:, 1], np.unwrap(poses[:, 2])
+    return np.column_stack([np.interp(wanted, times, column) for column in (x, y, headings)])
 
 
 def judge_runs(file: Path, runs: Sequence[Path], *, robot: str) -> None:
@@ -240,8 +246,8 @@ def judge_runs(file: Path, runs: Sequence[Path], *, robot: str) -> None:
         track = mjsim.read_recording(run).robots[robot]
         kinds = {
             "final path": (track.path[:, 0], track.path[:, 1:]),
-            "online": (track.time, track.estimate),
-            "odometry": (track.time, track.odometry),
+            "online": (track.moments, track.estimate),
+            "odometry": (track.moments, track.odometry),
         }
         for kind, (times, poses) in kinds.items():
             if len(times):

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 import mjsim
+from mjsim.algorithms.lidar_slam import LidarSlam
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose
 from mjsim.logs import Wishes
 from mjsim.logs.carmen import read_carmen
+from mjsim.record import export_tum
 from tests.real_logs import circle, run_command
 
 START = 976052857.3
@@ -224,3 +226,25 @@ def test_files_that_are_no_logs_are_refused_in_one_line(tmp_path):
     ):
         with pytest.raises(UsageError, match=said):
             mjsim.import_log(tmp_path / "room.clf", wishes=wishes)
+
+
+def test_scans_and_poses_have_their_own_times_from_the_log_to_the_final_path(tmp_path):
+    write_carmen(tmp_path / "room.clf", seconds=8.0)
+    # Ticks come every 0.08 s, scans every 0.2 s.
+    lines = (tmp_path / "room.clf").read_text().splitlines()
+    stamps = [float(line.split()[-3]) for line in lines if line.startswith("FLASER")]
+    run = mjsim.import_log(tmp_path / "room.clf", wishes=Wishes(rate_hz=12.5))
+    start = float(run.metadata["log start"])
+    seen = [tick for tick in run.observations("robot") if tick.scans]
+    np.testing.assert_allclose([start + tick.scans["front"].stamp for tick in seen], stamps, atol=1e-6)
+    assert max(tick.time - tick.moment for tick in seen) > 0.04
+    replayed = mjsim.replay(run, robot="robot", estimator=LidarSlam(), record=tmp_path / "slam.mcap")
+    track = replayed.robots["robot"]
+    expected = circle(Pose(0.0, 0.0, 0.0), 0.2, 0.1, track.path[:, 0])
+    # Half a tick would be 8 mm.
+    np.testing.assert_allclose(track.path[:, 1:3], expected[:, :2], atol=3e-3)
+    written = export_tum(replayed, tmp_path / "tum")
+    for file in written:
+        rows = np.loadtxt(file)
+        expected = circle(Pose(0.0, 0.0, 0.0), 0.2, 0.1, rows[:, 0])
+        np.testing.assert_allclose(rows[:, 1:3], expected[:, :2], atol=3e-3, err_msg=file.name)
