@@ -56,11 +56,16 @@ class TextAsk(Ask):
     text: str
 
 
+Step = Annotated[str, Field(max_length=400)] | int
+"""A key or an index; no world has longer keys."""
+
+
 class ChangeAsk(Ask):
     """One change of a world."""
 
     op: Literal["set", "unset", "add", "remove", "rename", "single", "apart"]
-    path: tuple[str | int, ...]
+    path: Annotated[tuple[Step, ...], Field(max_length=50)]
+    """Values are nested as deep at most."""
     value: Any = None
 
 

@@ -122,8 +122,9 @@ def new_world(folder: Folder, path: str | None, *, template: str | None) -> tupl
     """Return the path and the text of a world that is not written yet."""
     if path is not None:
         _world_path(folder, path)
-    name = path or free_name(folder.root, f"{template or 'room'}.yaml")
-    return name, EMPTY_WORLD if template is None else template_text(template)
+    # A template that is not there is refused before it is part of a name.
+    text = EMPTY_WORLD if template is None else template_text(template)
+    return path or free_name(folder.root, f"{template or 'room'}.yaml"), text
 
 
 def save_world(folder: Folder, path: str, *, text: str, stamp: str | None, overwrite: bool) -> str:

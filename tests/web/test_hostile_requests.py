@@ -89,6 +89,16 @@ def test_a_value_that_json_still_takes_is_refused_by_what_it_is_for(client, dept
     assert answer.status_code in (200, 400), answer.text[:300]
 
 
+def test_a_change_at_a_deep_path_and_a_template_with_a_long_name_are_refused_in_a_line(client):
+    for op in ("set", "unset", "add", "remove", "rename", "single", "apart"):
+        for path in (["a"] * 2000, ["robots", *[0] * 60], ["x" * 10_000]):
+            asked = {"path": "room.yaml", "text": ROOM, "changes": [{"op": op, "path": path, "value": 1}]}
+            answer = client.post("/api/edit", json=asked)
+            assert (answer.status_code, len(answer.json()["error"]) < 200) == (400, True)
+    answer = client.post("/api/new", json={"template": "x" * 300})
+    assert (answer.status_code, answer.json()["error"].startswith("no template 'xxx")) == (400, True)
+
+
 @pytest.mark.parametrize("deep", [DEEP, CLOSED, '{"do":' * 100_000, '"' * 100_000])
 def test_deep_json_over_the_websocket_is_refused_in_a_line_and_the_page_stays(client, deep):
     with browser(client.studio.url) as seen:

@@ -387,3 +387,11 @@ def test_a_text_that_stands_for_more_than_there_is_room_for_is_refused_at_once()
 def test_a_text_with_a_mistake_is_changed_where_it_is_right():
     new = edited(ROOM.replace("closed: true", "closed: perhaps"), ("set", ("walls", 1, "height"), 1.0))
     assert "[2, 1]], height: 1}" in new
+
+
+@pytest.mark.parametrize("op", ["set", "unset", "add", "remove", "rename", "single", "apart"])
+@pytest.mark.parametrize("path", [("walls",), ("walls", 0), ("walls", 0, "height"), ("walls", 0, "points", 0)])
+def test_what_stands_under_a_key_that_is_written_twice_is_not_changed(op, path):
+    text = "mjsim: 1\nwalls:\n  - {points: [[0, 0], [1, 0]], height: 2}\nwalls: []\n"
+    with pytest.raises(UnwritableError, match=r"^walls is written twice; remove one of them in the text$"):
+        edit_text(text, [Change(op, path, "one" if op == "rename" else [1.0] if op == "add" else 1.0)])

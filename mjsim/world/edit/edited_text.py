@@ -14,6 +14,7 @@ from mjsim.world.language import OPEN, expand, needs_expansion
 from mjsim.world.yaml import MOST_BYTES, Entry, Node, Span, UnknownTextError, read_spans, read_text, too_large
 
 _SHARED = "is written once for several places; change it in the text"
+_TWICE = "is written twice; remove one of them in the text"
 _ABSENT = "is not there; it may come from a preset, or have been removed"
 
 
@@ -96,6 +97,8 @@ class EditedText:
                 _check_free(here, path, inner)
                 place.rest = list(path[number:])
                 return place
+            if span.kind == "map" and sum(each.name == own for each in span.entries) > 1:
+                raise UnwritableError(here, _TWICE)
             raw = None if raw is None else raw.items.get(own)
             place.own.append(own)
             place.entries.append(entry)
