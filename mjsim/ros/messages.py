@@ -17,6 +17,13 @@ from mjsim.interface import CLOUD_FIELDS, ImuReading, Intrinsics, JointState, Pi
 
 PLANAR = np.ix_((0, 1, 5), (0, 1, 5))
 """Rows and columns of x, y and yaw in the covariance of a 3-D pose."""
+FLAT = np.diag([1e-9, 1e-9, 1e-6, 1e-6, 1e-6, 1e-9])
+"""Variances of (x, y, z, roll, pitch, yaw) that are added to a planar covariance [m^2, rad^2].
+
+A robot on a floor is certain of z, roll and pitch. Readers invert the whole matrix, though, and some take a variance of
+zero for an unknown one. These are the values that robot_localization itself uses: 1e-6 in its `two_d_mode`, and 1e-9 as
+the smallest variance of what it is told.
+"""
 SERVICE_TYPES = {
     "std_srvs/srv/msg/Trigger_Request": "uint64 guid\nint64 number\nuint8 structure_needs_at_least_one_member",
     "std_srvs/srv/msg/Trigger_Response": "uint64 guid\nint64 number\nbool success\nstring message",
@@ -87,9 +94,12 @@ def _pose(pose: Pose3) -> Any:
 
 
 def in_space(covariance: Array) -> Array:
-    """Return a covariance of (x, y, heading), shape (3, 3), as one of (x, y, z, roll, pitch, yaw), shape (36,)."""
-    whole = np.zeros((6, 6))
-    whole[PLANAR] = covariance
+    """Return a covariance of (x, y, heading), shape (3, 3), as one of (x, y, z, roll, pitch, yaw), shape (36,).
+
+    It has an inverse, also where the robot is certain; see `FLAT`.
+    """
+    whole = FLAT.copy()
+    whole[PLANAR] += covariance
     return whole.ravel()
 
 

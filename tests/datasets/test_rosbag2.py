@@ -52,10 +52,10 @@ def planar(pose: Pose) -> list[float]:
 
 
 def in_space(covariance: np.ndarray) -> list[float]:
-    whole = np.zeros((6, 6))
+    whole = np.diag([1e-9, 1e-9, 1e-6, 1e-6, 1e-6, 1e-9])
     for i, a in enumerate((0, 1, 5)):
         for j, b in enumerate((0, 1, 5)):
-            whole[a, b] = covariance[i, j]
+            whole[a, b] += covariance[i, j]
     return whole.ravel().tolist()
 
 
@@ -120,6 +120,15 @@ def test_truth_odometry_and_estimate_are_those_of_the_recording(bag: Bag, run: R
         assert message.pose.covariance.tolist() == in_space(track.covariance[row])
     assert len(estimates) == (len(run.time) if run.has_estimator(robot) else 0)
     assert len(observed) == len(bag.messages[f"/{name}/truth"]) == len(run.time)
+
+
+def test_covariances_of_odometry_can_be_inverted_also_of_a_robot_that_does_not_know_of_any_error(bag: Bag):
+    for robot in (SCOUT, "bare"):
+        for _, message in bag.messages[f"/{robot}/odom"]:
+            for of in (message.pose, message.twist):
+                whole = of.covariance.reshape(6, 6)
+                assert np.linalg.eigvalsh(whole).min() > 0.9e-9  # What is added is 1e-9, in double precision.
+                np.testing.assert_array_equal(np.diag(whole)[2:5], 1e-6)
 
 
 @pytest.mark.parametrize(("lidar", "topic", "rate"), [("scan", "scan", 12.5), ("rear", "rear/scan", 5.0)])
