@@ -1,4 +1,4 @@
-"""How near a person's body comes to what is around it."""
+"""Clearances between a person's body and the surroundings."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,18 +10,18 @@ from mjsim.ergonomics.sight import name_of
 from mjsim.world import Person
 
 FARTHEST = 0.3
-"""Clearances beyond are not looked for [m]."""
+"""Larger clearances are not computed [m]."""
 SOLID = (0, 3)
-"""Geom groups that can be touched."""
+"""Geom groups with contact."""
 MOST = 12
-"""Clearances that are told, the least first, beside all overlaps."""
+"""Number of clearances returned, the smallest first, in addition to all overlaps."""
 PRESSED = 0.01
-"""Flesh and soles give way by so much; what overlaps more goes through [m]; assumed, no source."""
+"""Soft tissue and soles yield by this much; deeper overlaps count as collisions [m]; assumed, no source."""
 
 
 @dataclass(frozen=True, slots=True)
 class Clearance:
-    """The least distance between a segment and a thing; negative where they overlap."""
+    """The smallest distance between a segment and an object; negative for overlap."""
 
     segment: str
     thing: str
@@ -30,15 +30,15 @@ class Clearance:
 
 
 def clearances(model: mujoco.MjModel, data: mujoco.MjData, person: str, *, most: int = MOST) -> list[Clearance]:
-    """Return the least clearances of a person, one for each thing and segment, the least first.
+    """Return the smallest clearances of a person, one per object and segment, the smallest first.
 
-    Shapes are convex: a mesh counts as its convex hull, as it does in MuJoCo's contacts.
+    Shapes are treated as convex: a mesh is replaced by its convex hull, as in MuJoCo's contacts.
 
     Args:
         model: The compiled world.
         data: Its state after `mj_kinematics`.
-        person: The name.
-        most: How many are returned, or all overlaps if those are more.
+        person: Name of the person.
+        most: Number of clearances returned, or all overlaps if there are more.
     """
     bodies = np.array([model.body(int(body)).name.partition("/")[0] == person for body in range(model.nbody)])
     solid = np.isin(model.geom_group, SOLID) & ((model.geom_contype != 0) | (model.geom_conaffinity != 0))
@@ -61,13 +61,13 @@ def clearances(model: mujoco.MjModel, data: mujoco.MjData, person: str, *, most:
 
 
 def collisions(found: Sequence[Clearance], person: Person) -> list[Clearance]:
-    """Return where a posture goes through things, the deepest first, one for each segment and thing of the world.
+    """Return the collisions of a posture, deepest first, one per segment and object of the world.
 
-    That a body presses into its seat, and that a hand or a foot overlaps the thing that it holds or steps on, is meant.
+    Contact of the body with its seat, and overlap of a hand or foot with the object of its target, are intended.
 
     Args:
-        found: As `clearances` returns them.
-        person: Who sits there.
+        found: Clearances, from `clearances`.
+        person: The seated person.
     """
     deepest: dict[tuple[str, str], Clearance] = {}
     for each in sorted(found, key=lambda each: each.distance):

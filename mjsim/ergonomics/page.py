@@ -13,7 +13,7 @@ from mjsim.report import html_page, html_table, picture, png_of
 
 
 def page_files(study: PersonStudy) -> dict[str, bytes]:
-    """Return the files of a person by their names: page, figures as JSON, plots, and pictures where there is OpenGL."""
+    """Return the files of a person by name: page, figures as JSON, plots, and pictures if OpenGL is available."""
     name = study.person.name
     plots = {"posture": posture_plot, "reach": reach_plot, "sight": sight_plot}
     drawn = {kind: png_of(plot(study)) for kind, plot in plots.items()}
@@ -48,7 +48,7 @@ def _page(study: PersonStudy, drawn: dict[str, bytes]) -> str:
 
 
 def fault_lines(study: PersonStudy) -> list[str]:
-    """Return a sentence for each contact that is out of reach, and for each thing that the posture goes through."""
+    """Return a message for each contact out of reach, and for each object that the posture collides with."""
     errors = study.seated.errors
     missed = [
         f"{name} is off by {math.degrees(errors[name]):.1f} degrees"

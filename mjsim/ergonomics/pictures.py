@@ -1,4 +1,4 @@
-"""What a person's eyes see, and the person from outside, as PNG."""
+"""Pictures from a person's eyes, and of the person from outside, as PNG."""
 
 import cv2
 import mujoco
@@ -10,20 +10,20 @@ from mjsim.progress import say
 from mjsim.sim import SEEN_FROM_OUTSIDE, Renderer
 
 LOOKING = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-"""Eye from camera: the camera's right, up and back in the axes of an eye, as columns."""
+"""eye_from_camera: right, up and back of the camera in the axes of an eye, as columns."""
 WIDTH, HEIGHT = 640, 480
-"""[px]"""
+"""Size of a picture [px]."""
 VIEW = 2.6, 62.0, -16.0
-"""From where a person is seen: distance [m], azimuth and elevation from the seat [deg]."""
+"""External view of a person: distance [m], azimuth and elevation relative to the seat [deg]."""
 
 
 def pictures_of(model: mujoco.MjModel, person: str, eyes: tuple[Eye, Eye]) -> dict[str, bytes]:
-    """Return the pictures of a person by their names, none where nothing can be drawn, which is said.
+    """Return the pictures of a person by name; none if rendering is impossible, which is reported.
 
     Args:
         model: The compiled world.
-        person: The name.
-        eyes: Which way the person looks.
+        person: Name of the person.
+        eyes: Both eyes with their lines of sight.
     """
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
@@ -33,7 +33,7 @@ def pictures_of(model: mujoco.MjModel, person: str, eyes: tuple[Eye, Eye]) -> di
             found = {"outside": renderer.render(data, _outside(data, pelvis)).copy()}
             for eye in eyes:
                 name = f"{person}/{eye.side}_eye"
-                # A camera of MuJoCo looks against its z, x to the right; the eye looks along its line of sight.
+                # A camera of MuJoCo looks along -z, with x to the right; an eye looks along its line of sight.
                 data.cam_xmat[model.camera(name).id] = (eye.axes @ LOOKING).ravel()
                 found[f"{eye.side}_eye"] = renderer.render(data, name).copy()
     except OpenGLError as error:
@@ -43,7 +43,7 @@ def pictures_of(model: mujoco.MjModel, person: str, eyes: tuple[Eye, Eye]) -> di
 
 
 def _outside(data: mujoco.MjData, pelvis: int) -> mujoco.MjvCamera:
-    """Return a view of a seated person from the side and behind the shoulder."""
+    """Return a camera beside and behind the shoulder of a seated person."""
     camera = mujoco.MjvCamera()
     camera.type = mujoco.mjtCamera.mjCAMERA_FREE
     camera.lookat[:] = data.xpos[pelvis] + (0.0, 0.0, 0.25)

@@ -1,4 +1,4 @@
-"""Drawings of a study: posture from the side and from above, reach as surfaces, and what the eyes see as angles."""
+"""Plots of a study: posture from the side and from above, reach as surfaces, and the visual fields as angles."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
@@ -17,15 +17,15 @@ if TYPE_CHECKING:
 
 BODY, LEFT, RIGHT, TARGET = "#5f6368", "#2c7fb8", "#d95f0e", "#1b7837"
 DRAWN = 1.6
-"""Targets farther from the hip point are not drawn beside the posture [m]."""
+"""Targets farther from the hip point are not drawn with the posture [m]."""
 CHAINS = (
     ("pelvis", "abdomen", "thorax", "neck", "head"),
     *((f"{side}_upper_arm", f"{side}_forearm", f"{side}_hand") for side in SIDES),
     *((f"{side}_thigh", f"{side}_shank", f"{side}_foot") for side in SIDES),
 )
-"""Joints that are drawn as lines."""
+"""Chains of joints drawn as lines."""
 ENDS = {"head": "vertex", "left_hand": "left_grip", "right_hand": "right_grip", "left_foot": "left_toe"}
-"""Landmarks at which such lines end."""
+"""Landmarks at the ends of these lines."""
 
 
 def posture_plot(study: PersonStudy) -> "Figure":
@@ -47,7 +47,7 @@ def posture_plot(study: PersonStudy) -> "Figure":
 
 
 def reach_plot(study: PersonStudy) -> "Figure":
-    """Return the surfaces that the thumbs reach, with the figure and the targets near it, in the frame of the seat."""
+    """Return the surfaces within reach of the thumbs, with the figure and nearby targets, in the frame of the seat."""
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 

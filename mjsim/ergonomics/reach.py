@@ -1,4 +1,4 @@
-"""How far hands reach: to targets, and in every direction."""
+"""Reach of hands: to targets, and in all directions."""
 
 import math
 from collections.abc import Sequence
@@ -12,33 +12,33 @@ from mjsim.posture import TOOLS, TOUCH, Goals, LineContact, PointContact, Seated
 from mjsim.world import GripTarget, PedalTarget, PlacedTarget
 
 FAR = 3.0
-"""Beyond anybody's reach [m]."""
+"""Beyond everyone's reach [m]."""
 AZIMUTHS, ELEVATIONS = np.radians(np.arange(-90, 91, 30)), np.radians(np.arange(-60, 61, 30))
-"""Of the directions of an envelope, from ahead to the left and from level to up [rad]."""
+"""Directions of an envelope, from forward to the left and from horizontal to up [rad]."""
 
 
 @dataclass(frozen=True, slots=True)
 class TargetReach:
-    """Whether a target is met, with the rest of the posture as it was."""
+    """Distance of a target from a limb, with the rest of the posture unchanged."""
 
     target: str
     limb: str
-    """The hand or foot that comes nearest, 'left' or 'right'."""
+    """The closest hand or foot, 'left' or 'right'."""
     short: float
-    """How far it is out of reach with the back on the backrest; 0 where it is met [m]."""
+    """Remaining distance with the back against the backrest; 0 if the target is reached [m]."""
     leaning: float
-    """The same when the back leaves the backrest [m]."""
+    """The same if the back may leave the backrest [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Envelope:
-    """The surface that a hand reaches, back on the backrest."""
+    """The surface within reach of a hand, with the back against the backrest."""
 
     side: str
     shoulder: Array
-    """From where it is measured, world frame, shape (3,) [m]."""
+    """Reference point, world frame, shape (3,) [m]."""
     points: Array
-    """World frame, by azimuth and elevation, nan where the hand cannot go, shape (azimuths, elevations, 3) [m]."""
+    """World frame, by azimuth and elevation, NaN where the hand cannot reach, shape (azimuths, elevations, 3) [m]."""
 
     @property
     def distances(self) -> Array:
@@ -47,18 +47,18 @@ class Envelope:
 
 
 def settled(seating: Seating, found: Seated) -> Seating:
-    """Return a seat that stays where it is set."""
+    """Return the seat fixed at its current setting."""
     pose = seating.world_from_seat.copy()
     pose[:3, 3] += pose[:3, :3] @ (found.set_by[0], 0.0, found.set_by[1])
     return replace(seating, world_from_seat=pose, travel=(0.0, 0.0))
 
 
 def target_reach(sitter: Sitter, goals: Goals, placed: PlacedTarget) -> TargetReach | None:
-    """Return how far a target is out of reach of the nearer hand or foot; None for what is looked at.
+    """Return the distance between a target and the closer hand or foot; None for targets of the gaze.
 
     Args:
-        sitter: On a seat that stays where it is set.
-        goals: Of the posture; only the limb that reaches leaves its own.
+        sitter: The person, on a seat with a fixed setting.
+        goals: Goals of the posture; only those of the reaching limb are replaced.
         placed: The target.
     """
     if not isinstance(placed.target, GripTarget | PedalTarget):
@@ -76,14 +76,14 @@ def target_reach(sitter: Sitter, goals: Goals, placed: PlacedTarget) -> TargetRe
 
 
 def _nearer_first(seating: Seating, placed: PlacedTarget) -> Sequence[str]:
-    """Return both sides of a body, first the one on which a target lies."""
+    """Return both sides of the body, first the one on which a target lies."""
     to_target = placed.world_from_target[:3, 3] - seating.world_from_seat[:3, 3]
     left = float(to_target @ seating.world_from_seat[:3, 1]) >= 0.0
     return SIDES if left else SIDES[::-1]
 
 
 def _aimed(goals: Goals, placed: PlacedTarget, side: str) -> tuple[Goals, str]:
-    """Return goals with one limb at a target, nothing asked of the eyes and the other hand, and the contact's name."""
+    """Return goals with one limb at a target, without goals for the eyes and the other hand; and the contact's name."""
     point = np.array(placed.world_from_target[:3, 3])
     if isinstance(placed.target, GripTarget):
         return replace(goals, hands={side: (placed.target.touch, point)}, gaze=None), f"{side} hand"
@@ -104,15 +104,15 @@ def reach_envelope(
     azimuths: Array = AZIMUTHS,
     elevations: Array = ELEVATIONS,
 ) -> Envelope:
-    """Return how far a hand reaches in every direction from where its shoulder is at ease.
+    """Return how far a hand reaches in each direction from the relaxed position of its shoulder.
 
     Args:
-        sitter: On a seat that stays where it is set.
-        goals: Of the posture; hands and eyes leave theirs.
+        sitter: The person, on a seat with a fixed setting.
+        goals: Goals of the posture; those of hands and eyes are replaced.
         side: 'left' or 'right'.
-        touch: Which part of the hand: 'fist', 'thumb' or 'finger'.
-        azimuths: From ahead of the seat to the left, shape (n,) [rad].
-        elevations: From level to up, shape (m,) [rad].
+        touch: Contact point of the hand: 'fist', 'thumb' or 'finger'.
+        azimuths: From the seat's forward direction to the left, shape (n,) [rad].
+        elevations: From horizontal to up, shape (m,) [rad].
     """
     still = replace(goals, hands={}, gaze=None)
     ease = sitter.sit(still)

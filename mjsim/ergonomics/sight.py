@@ -1,4 +1,4 @@
-"""What two eyes see of a display, and what hides the rest."""
+"""The visible part of a display for both eyes, and what hides the rest."""
 
 import math
 from collections import Counter
@@ -15,18 +15,18 @@ from mjsim.posture import SIGHT
 from mjsim.world import DisplayTarget, PlacedTarget
 
 FIELD: Mapping[str, float] = {"temporal": 100.0, "nasal": 60.0, "up": 60.0, "down": 75.0}
-"""Of one eye that does not move, from its line of sight [deg]: Spector, Visual Fields, in Clinical Methods (3rd
-edition, 1990), chapter 116. Between these the field is taken as a quarter of an ellipse."""
+"""Extent of the visual field of a stationary eye from its line of sight [deg]: Spector, Visual Fields, in Clinical
+Methods (3rd edition, 1990), chapter 116. Between these directions the edge is taken as a quarter of an ellipse."""
 STEEPEST = 45.0
-"""Least angle between line of sight and the face of a display [deg]: NUREG-0700 rev. 3, 11.2.1.1-5."""
+"""Minimum angle between the line of sight and the face of a display [deg]: NUREG-0700 rev. 3, 11.2.1.1-5."""
 SEEN = np.array([1, 1, 1, 0, 0, 0], dtype=np.uint8)
-"""Geom groups that can be seen."""
+"""Visible geom groups."""
 SKIN = 0.005
-"""A display lies on its thing at least so exactly [m]."""
+"""Tolerance for the position of a display on the surface of its object [m]."""
 POINTS = 1000
-"""About as many rays go from an eye to a display."""
+"""Approximate number of rays from an eye to a display."""
 VISIBLE, BEYOND, BEHIND = -1, -2, -3
-"""In place of the geom that hides a point: nothing does, it is outside the field, or the display faces away."""
+"""Used instead of the geom that hides a point: none does, it is outside the field, or the display faces away."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -35,24 +35,24 @@ class Eye:
 
     side: str
     place: Array
-    """Of the pupil, world frame, shape (3,) [m]."""
+    """Position of the pupil, world frame, shape (3,) [m]."""
     axes: Array
-    """World from eye, x along the line of sight, y left, shape (3, 3)."""
+    """world_from_eye, x along the line of sight, y left, shape (3, 3)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DisplayView:
-    """What is seen of a display."""
+    """The visible part of a display."""
 
     shares: Mapping[str, float]
-    """Visible share by eye, 'left' and 'right', of 'both' at once, and of 'either'."""
+    """Visible fraction for the 'left' and 'right' eye, for 'both' at once, and for 'either'."""
     hidden_by: Mapping[str, float]
-    """Share that neither eye sees, by what is in the way of each eye, half and half; 'outside the field' and 'facing
-    away' stand for that. Their sum is 1 minus the fraction of 'either'."""
+    """Fraction that neither eye sees, by what hides it from each eye, half and half; 'outside the field' and 'facing
+    away' are possible causes. Their sum is 1 minus the fraction of 'either'."""
     distance: float
-    """From between the eyes to the middle of the display [m]."""
+    """Distance from the midpoint of the eyes to the centre of the display [m]."""
     incidence_deg: float
-    """Between the line to its middle and its face; 90 is straight on [deg]."""
+    """Angle between the line to its centre and its face; 90 is perpendicular [deg]."""
 
 
 def eyes_of(figure: Figure, poses: Mapping[str, Array], *, gaze: Array | None = None) -> tuple[Eye, Eye]:
@@ -60,8 +60,8 @@ def eyes_of(figure: Figure, poses: Mapping[str, Array], *, gaze: Array | None = 
 
     Args:
         figure: The body.
-        poses: World from segment.
-        gaze: What they look at, world frame, shape (3,) [m]; by default along the normal line of sight.
+        poses: world_from_segment by the segment's name, shape (4, 4) each [m].
+        gaze: Point at which they look, world frame, shape (3,) [m]; by default along the normal line of sight.
     """
     spots, head = figure.spots(poses), poses["head"][:3, :3]
     found = []
@@ -76,7 +76,7 @@ def eyes_of(figure: Figure, poses: Mapping[str, Array], *, gaze: Array | None = 
 
 
 def in_field(eye: Eye, points: Array) -> NDArray[np.bool_]:
-    """Return which points are in the field of an eye, shape (n,); points are in the world, shape (n, 3) [m]."""
+    """Return which points are in the field of an eye, shape (n,); points are in the world frame, shape (n, 3) [m]."""
     x, y, z = ((points - eye.place) @ eye.axes).T
     away = np.degrees(np.arctan2(np.hypot(y, z), x))
     across = np.maximum(np.hypot(y, z), 1e-12)
@@ -87,7 +87,7 @@ def in_field(eye: Eye, points: Array) -> NDArray[np.bool_]:
 
 
 def points_on(display: PlacedTarget, *, count: int = POINTS) -> Array:
-    """Return evenly spread points of a display, about `count`, world frame, shape (n, 3) [m]."""
+    """Return about `count` evenly spaced points of a display, world frame, shape (n, 3) [m]."""
     assert isinstance(display.target, DisplayTarget)
     width, height = display.target.size
     columns = max(1, round(math.sqrt(count * width / height)))
@@ -102,15 +102,15 @@ def points_on(display: PlacedTarget, *, count: int = POINTS) -> Array:
 def hiders(
     model: mujoco.MjModel, data: mujoco.MjData, eye: Eye, points: Array, facing: Array, *, head: int
 ) -> NDArray[np.int64]:
-    """Return what keeps an eye from seeing points: a geom, `VISIBLE`, `BEYOND` or `BEHIND`, shape (n,).
+    """Return what hides points from an eye: a geom, `VISIBLE`, `BEYOND` or `BEHIND`, shape (n,).
 
     Args:
         model: The compiled world.
         data: Its state after `mj_kinematics`.
-        eye: Who looks.
+        eye: The eye.
         points: World frame, shape (n, 3) [m].
-        facing: Normal of the display that they are on, world frame, shape (3,).
-        head: The body that the eye is in, which hides nothing beyond what its field says.
+        facing: Normal of the display that contains them, world frame, shape (3,).
+        head: The body that contains the eye; it hides nothing beyond the limits of the visual field.
     """
     found = np.where(in_field(eye, points), VISIBLE, BEYOND)
     found[(eye.place - points) @ facing <= 0.0] = BEHIND
@@ -120,7 +120,7 @@ def hiders(
 
 
 def first_between(model: mujoco.MjModel, data: mujoco.MjData, start: Array, end: Array, *, without: int) -> int:
-    """Return the geom between two points of the world that is next to the first, `VISIBLE` where there is none."""
+    """Return the first geom on the line between two points of the world; `VISIBLE` if there is none."""
     way = end - start
     length = float(np.linalg.norm(way))
     met = np.full(1, -1, dtype=np.int32)
@@ -131,7 +131,7 @@ def first_between(model: mujoco.MjModel, data: mujoco.MjData, start: Array, end:
 def view_of(
     model: mujoco.MjModel, data: mujoco.MjData, eyes: tuple[Eye, Eye], display: PlacedTarget, *, head: int
 ) -> DisplayView:
-    """Return what two eyes see of a display; arguments as of `hiders`."""
+    """Return the visible part of a display for both eyes; arguments as for `hiders`."""
     points, facing = points_on(display), display.world_from_target[:3, 0]
     by_eye = [hiders(model, data, eye, points, facing, head=head) for eye in eyes]
     left, right = (each == VISIBLE for each in by_eye)
@@ -149,10 +149,10 @@ def view_of(
 
 
 def name_of(model: mujoco.MjModel, geom: int) -> str:
-    """Return what people call what a geom belongs to: a thing by its name, a segment as PERSON/SEGMENT."""
+    """Return the name of the owner of a geom: the name of an object, or PERSON/SEGMENT."""
     if geom in (BEYOND, BEHIND):
         return "outside the field" if geom == BEYOND else "facing away"
     name, body = str(model.geom(geom).name), str(model.body(int(model.geom_bodyid[geom])).name)
-    # Further parts of a segment are named SEGMENT-2 and so on.
+    # Additional parts of a segment are named SEGMENT-2 and so on.
     whole = body if not name or name.startswith(f"{body}-") else name
     return whole.removeprefix("obstacle/") or "an unnamed part"

@@ -1,4 +1,4 @@
-"""The workplaces of a world, studied: what each person who sits there reaches, sees and touches."""
+"""Studies of the workplaces of a world: what each seated person reaches, sees and touches."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -19,23 +19,23 @@ from mjsim.posture import Seated, Sitter, Workstation, comfort_of, posture_angle
 from mjsim.world import DisplayTarget, Person, World
 
 PERCENTILES = (5.0, 50.0, 95.0)
-"""Of stature, for whom the travel of a seat is looked at."""
+"""Percentiles of stature for which the travel of a seat is evaluated."""
 ROOM = 1.0
-"""Length of the travel that a seat would need without a bound [m]."""
+"""Range in which the ideal seat position is searched [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SeatSetting:
-    """How a seat is set for a figure of the survey."""
+    """Seat setting for a figure of the survey."""
 
     sex: str
     percentile: float
     set_by: tuple[float, float]
-    """From the middle of the travel, along and up, within it [m]."""
+    """Setting relative to the middle of the travel, along and up, limited to the travel [m]."""
     wished: tuple[float, float]
-    """Where the hip point would be best without a bound [m]."""
+    """Ideal hip point without this limit [m]."""
     missed: tuple[str, ...]
-    """Contacts that are out of reach within the travel."""
+    """Contacts out of reach within the travel."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -48,25 +48,25 @@ class PersonStudy:
     place: Workstation
     seated: Seated
     poses: Mapping[str, Array]
-    """World from segment, shape (4, 4) each [m]."""
+    """world_from_segment, shape (4, 4) each [m]."""
     angles: Mapping[str, float]
-    """Of the posture [deg]."""
+    """Angles of the posture [deg]."""
     reaches: Sequence[TargetReach]
     views: Mapping[str, DisplayView]
-    """By display."""
+    """Visible parts of displays, by display."""
     clearances: Sequence[Clearance]
     collisions: Sequence[Clearance]
-    """Where the posture goes through things."""
+    """Collisions of the posture with objects."""
     settings: Sequence[SeatSetting]
     envelopes: Sequence[Envelope]
     eyes: tuple[Eye, Eye]
 
 
 def studies(world: World) -> list[PersonStudy]:
-    """Return a study of each person of a world who sits.
+    """Return a study of each seated person of a world.
 
     Raises:
-        UsageError: Nobody sits there.
+        UsageError: Nobody is seated in it.
     """
     sitting = [person for person in world.people if person.seat is not None]
     if not sitting:
@@ -104,7 +104,7 @@ def _study(world: World, person: Person, model: mujoco.MjModel, data: mujoco.MjD
 
 
 def seat_settings(place: Workstation, percentiles: Sequence[float] = PERCENTILES) -> list[SeatSetting]:
-    """Return how a seat is set for women and men of some percentiles of stature, who do what its person does."""
+    """Return the settings of a seat for women and men at percentiles of stature, with the tasks of its person."""
     found = []
     along, up = (ROOM if length > 0.0 else 0.0 for length in place.seating.travel)
     free = replace(place.seating, travel=(along, up))
@@ -126,7 +126,7 @@ def seat_settings(place: Workstation, percentiles: Sequence[float] = PERCENTILES
 
 
 def figures_of(study: PersonStudy) -> dict[str, Any]:
-    """Return the figures of a study, as its JSON file holds them."""
+    """Return the results of a study, as in its JSON file."""
     person, posture = study.person, study.seated
     joints = zip(person.figure.joints, np.degrees(posture.values).tolist(), strict=True)
     return {
@@ -174,7 +174,7 @@ def figures_of(study: PersonStudy) -> dict[str, Any]:
 
 
 def contact_figure(name: str, error: float) -> dict[str, float]:
-    """Return the error of a contact with its unit in the key: the gaze is a direction, all others are distances."""
+    """Return the error of a contact with its unit in the key: the gaze is a direction, the others are distances."""
     return {"error_deg": math.degrees(error)} if name == "gaze" else {"error_mm": 1000.0 * error}
 
 
@@ -187,5 +187,5 @@ def _range(comfort: Any) -> dict[str, Any]:
 
 
 def _or_none(points: Array) -> list[list[list[float] | None]]:
-    """Return points with None for those that are not there."""
+    """Return points, with None for missing ones."""
     return [[None if np.isnan(point).any() else point.tolist() for point in row] for row in points]

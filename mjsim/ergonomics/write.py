@@ -1,4 +1,4 @@
-"""The files of `mjsim ergonomics`: a page for each person who sits."""
+"""The files of `mjsim ergonomics`: a page for each seated person."""
 
 from pathlib import Path
 from typing import Any
@@ -9,15 +9,15 @@ from mjsim.world import World
 
 
 def write_ergonomics(world: World, folder: Path, *, overwrite: bool = False) -> dict[str, dict[str, Any]]:
-    """Write the page of each person of a world who sits; return their figures by name.
+    """Write the page of each seated person of a world; return their results by name.
 
     Args:
-        world: Where they sit.
-        folder: Where the files go; created if necessary.
+        world: The world.
+        folder: Output folder; created if necessary.
         overwrite: Whether files may be replaced.
 
     Raises:
-        UsageError: Nobody sits there, or a file exists.
+        UsageError: Nobody is seated in it, or a file exists.
     """
     from mjsim.ergonomics.page import page_files
     from mjsim.ergonomics.study import figures_of, studies

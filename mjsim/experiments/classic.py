@@ -1,4 +1,4 @@
-"""The five experiments: each records a shipped world of `worlds/classic`, and measures the recording."""
+"""The five classic experiments: each records a shipped world of `worlds/classic`, and evaluates the recording."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -23,18 +23,18 @@ from mjsim.sim import Simulation
 from mjsim.world import World, load_world, solid
 
 ROBOT = "scout"
-"""Every classic world has one robot, and it is called so."""
+"""Name of the robot in every classic world."""
 REPEATS = 20
-"""How many runs tell whether an error is as large as predicted."""
+"""Number of runs for checking whether errors are as large as predicted."""
 CORNER = 0.5
-"""Side of the square in each corner of the room that a robot which covers it touches [m]."""
+"""Side of the square in each corner of the room that a robot with full coverage touches [m]."""
 
 Progress = Callable[[str, float], None]
-"""Told which experiment is running, and how much of it is done, from 0 to 1."""
+"""Called with the name of the current experiment and its progress, 0 to 1."""
 
 
 def bump(recording: Recording) -> Result:
-    """Tell what happens to a robot that drives into a wall: it bumps, stops, wriggles, and passes nothing."""
+    """Evaluate a robot that drives into a wall: it bumps, stops, wriggles, and passes through nothing."""
     track = recording.robots[ROBOT]
     first = next((event.time for event in track.events if event.kind == "bump"), np.inf)
     after = track.truth[track.time > first + 1.0]
@@ -58,10 +58,10 @@ def bump(recording: Recording) -> Result:
 
 
 def odometry(recording: Recording, repeats: tuple[Array, Array, Array]) -> Result:
-    """Tell whether the error of dead reckoning grows as its covariance says.
+    """Evaluate whether the error of dead reckoning grows as its covariance predicts.
 
     Args:
-        recording: Of one run.
+        recording: Recording of one run.
         repeats: Truth (R, N, 3), estimate (R, N, 3) and covariance (R, N, 3, 3) of R runs with other seeds.
     """
     truth, estimate, covariance = repeats
@@ -96,7 +96,7 @@ def odometry(recording: Recording, repeats: tuple[Array, Array, Array]) -> Resul
 
 
 def avoidance(recording: Recording) -> Result:
-    """Tell whether a robot told only to go forward comes everywhere without a bump."""
+    """Evaluate whether a robot commanded to drive straight ahead gets everywhere without a bump."""
     track = recording.robots[ROBOT]
     figures = statistics(recording)[ROBOT]
     return Result(
@@ -114,7 +114,7 @@ def avoidance(recording: Recording) -> Result:
 
 
 def triangulation(recording: Recording) -> Result:
-    """Tell how well recorded pictures say where they were taken."""
+    """Evaluate the accuracy of positions triangulated from recorded pictures."""
     fixes = triangulated(recording, ROBOT, "front")
     errors = np.hypot(*(fixes.position - fixes.truth).T)
     return Result(
@@ -135,7 +135,7 @@ def triangulation(recording: Recording) -> Result:
 
 
 def slam(recording: Recording) -> Result:
-    """Tell how well a robot that knows nothing of the room finds itself and maps it."""
+    """Evaluate localisation and mapping of a robot without prior knowledge of the room."""
     track, figures = recording.robots[ROBOT], statistics(recording)[ROBOT]
     errors = metrics.position_errors(track.truth, track.estimate)
     drift = metrics.position_errors(track.truth, track.odometry)
@@ -172,19 +172,19 @@ EXPERIMENTS: Mapping[str, Callable[[Recording], Result]] = MappingProxyType(
         "slam": slam,
     }
 )
-"""Name -> what measures a recording of `worlds/classic/NAME.yaml`."""
+"""Name -> function that evaluates a recording of `worlds/classic/NAME.yaml`."""
 
 
 def run_experiments(
     folder: str | Path, *, only: Sequence[str] = (), progress: Progress | None = None, overwrite: bool = False
 ) -> tuple[Result, ...]:
-    """Make the classic experiments, and write a page with their figures, plots and recordings.
+    """Run the classic experiments, and write a page with their figures, plots and recordings.
 
     Args:
-        folder: Where `index.html`, `results.json`, and a folder for each experiment go; created if necessary.
-        only: Names of those to make; by default all of them.
+        folder: Output folder for `index.html`, `results.json`, and a folder per experiment; created if necessary.
+        only: Names of the experiments to run; by default all.
         progress: Called with the progress.
-        overwrite: Whether the files of earlier experiments may be replaced.
+        overwrite: Whether the files of earlier runs may be replaced.
 
     Raises:
         UsageError: The experiment does not exist, or a file exists or cannot be written.
@@ -215,7 +215,7 @@ def recorded(name: str, path: Path, progress: Progress | None = None, *, overwri
 
 
 def repeated(world: World, runs: int) -> tuple[Array, Array, Array]:
-    """Run a world with other seeds; nothing is recorded.
+    """Run a world with other seeds, without recording.
 
     Returns:
         Truth (runs, N, 3), estimate (runs, N, 3), and its covariance (runs, N, 3, 3).
@@ -242,7 +242,7 @@ def classic_world(name: str) -> Iterator[World]:
 
 
 def _deepest(recording: Recording) -> float:
-    """Return how far a round body came into anything solid [m]; 0 when it never did."""
+    """Return the maximum penetration of a round body into anything solid [m]; 0 if there was none."""
     import shapely
 
     radius = recording.world.robots[0].body.radius
@@ -251,7 +251,7 @@ def _deepest(recording: Recording) -> float:
 
 
 def _corners(world: World, track: Track) -> int:
-    """Return to how many corners of the room's outer wall the body of the robot came."""
+    """Return the number of corners of the room's outer wall that the robot's body touched."""
     import shapely
 
     corners, half = np.array(world.walls[0].points), world.walls[0].thickness / 2.0

@@ -1,4 +1,4 @@
-"""What an experiment shows: figures with what was expected of them, and pictures."""
+"""Results of an experiment: figures with their expected values, and plots."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ class Finding:
     """What was measured, with its unit."""
     value: float
     wanted: str
-    """What was expected of it, in words."""
+    """The expectation, as text."""
     holds: bool
 
 
@@ -20,14 +20,14 @@ class Plot:
     """A plot of an experiment."""
 
     name: str
-    """Of its file, without its ending."""
+    """File name without suffix."""
     caption: str
     png: bytes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Result:
-    """An experiment that was made."""
+    """The results of an experiment."""
 
     name: str
     title: str
@@ -37,25 +37,25 @@ class Result:
 
     @property
     def holds(self) -> bool:
-        """Whether all is as it was expected."""
+        """Whether all figures meet the expectations."""
         return all(finding.holds for finding in self.findings)
 
 
 def at_least(what: str, value: float, least: float) -> Finding:
-    """Return a figure that is to be no smaller than something."""
+    """Return a figure that must not be smaller than a bound."""
     return Finding(what=what, value=float(value), wanted=f"at least {least:g}", holds=bool(value >= least))
 
 
 def at_most(what: str, value: float, most: float) -> Finding:
-    """Return a figure that is to be no larger than something."""
+    """Return a figure that must not be larger than a bound."""
     return Finding(what=what, value=float(value), wanted=f"at most {most:g}", holds=bool(value <= most))
 
 
 def exactly(what: str, value: float, wanted: float) -> Finding:
-    """Return a figure that is to be just that."""
+    """Return a figure that must equal a value."""
     return Finding(what=what, value=float(value), wanted=f"{wanted:g}", holds=bool(value == wanted))
 
 
 def within(what: str, value: float, low: float, high: float) -> Finding:
-    """Return a figure that is to lie between two."""
+    """Return a figure that must lie between two bounds."""
     return Finding(what=what, value=float(value), wanted=f"{low:g} to {high:g}", holds=bool(low <= value <= high))

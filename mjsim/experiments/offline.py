@@ -12,36 +12,36 @@ from mjsim.record import Recording
 from mjsim.sim import Simulation
 
 GROSS = np.radians(2.0)
-"""A sighting whose bearing is off by more than this is of something else [rad]."""
+"""A sighting with a larger bearing error belongs to another object [rad]."""
 VAGUE = 0.2
-"""Positions whose predicted deviation is larger are left out [m]."""
+"""Positions with a larger predicted standard deviation are left out [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Fixes:
-    """Positions found from single pictures, one row a picture, K in all."""
+    """Positions from single pictures, one row per picture, K in total."""
 
     time: Array
-    """When each picture was taken, shape (K,) [s]."""
+    """Time of each picture, shape (K,) [s]."""
     position: Array
     """World frame, shape (K, 2) [m]."""
     truth: Array
-    """Where the robot was, shape (K, 2) [m]."""
+    """True positions of the robot, world frame, shape (K, 2) [m]."""
     places: Array
-    """Of the beacons, shape (B, 2) [m]."""
+    """Positions of the beacons, world frame, shape (B, 2) [m]."""
     wrong: int
-    """How many sightings were of another beacon than they said."""
+    """Number of sightings of another beacon than the one named."""
 
 
 def triangulated(recording: Recording, robot: str, camera: str) -> Fixes:
-    """Return the position of a robot at each picture that shows three known beacons or more.
+    """Return the position of a robot for each picture that shows at least three known beacons.
 
-    Each picture is taken by itself, with nothing but the bearings of the beacons recognised in it.
+    Each picture is evaluated separately, using only the bearings of the beacons recognised in it.
 
     Args:
-        recording: Of a world that says `map: known`.
-        robot: Its name.
-        camera: Whose pictures are used.
+        recording: Recording of a world with `map: known`.
+        robot: Name of the robot.
+        camera: Name of the camera.
     """
     with Simulation(recording.world) as sim:
         sensor, catalogue = sim.robots[robot].sensors[camera], dict(sim.catalogue)
@@ -68,7 +68,7 @@ def triangulated(recording: Recording, robot: str, camera: str) -> Fixes:
 
 
 def _position(looks: tuple[Sighting, ...], places: dict[str, Array]) -> tuple[float, float] | None:
-    """Return where bearings were taken; None where they do not tell."""
+    """Return the position at which bearings were taken; None if they do not determine it."""
     if len(looks) < 3:
         return None
     try:
@@ -83,6 +83,6 @@ def _position(looks: tuple[Sighting, ...], places: dict[str, Array]) -> tuple[fl
 
 
 def _off(look: Sighting, pose: Array, place: Array) -> float:
-    """Return by how much a bearing is off [rad]."""
+    """Return the error of a bearing [rad]."""
     x, y = place - pose[:2]
     return abs(float(wrap_angles(np.arctan2(y, x) - pose[2] - look.bearing)))

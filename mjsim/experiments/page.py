@@ -16,7 +16,7 @@ td:last-child, th:last-child { text-align: left; } figcaption { color: var(--sof
 """
 
 FILES = ("index.html", "results.json")
-"""Of the page, beside the folder of each experiment."""
+"""Files of the page, beside the folder of each experiment."""
 
 
 def write_page(folder: Path, results: Sequence[Result], *, overwrite: bool = False) -> None:
@@ -41,12 +41,12 @@ def lines(results: Sequence[Result]) -> list[str]:
 
 
 def verdict(holds: bool) -> str:
-    """Return the word for it."""
+    """Return the verdict as a word."""
     return "holds" if holds else "does not hold"
 
 
 def number(finding: Finding) -> str:
-    """Return the value of a figure, in as many digits as it is worth."""
+    """Return the value of a figure with a reasonable number of digits."""
     return f"{finding.value:.0f}" if finding.value == round(finding.value) else f"{finding.value:.3g}"
 
 

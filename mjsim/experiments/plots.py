@@ -16,13 +16,13 @@ from mjsim.world import World, obstacle_polygons, wall_polygons
 
 WALL, THING = "#8a8a86", "#d9d4c8"
 LARGER = 4.0
-"""How much larger ellipses are drawn in the enlarged view."""
+"""Magnification of ellipses in the enlarged view."""
 AROUND = 1.6
-"""How far the enlarged view reaches to each side of the robot [m]."""
+"""Extent of the enlarged view to each side of the robot [m]."""
 
 
 def way(name: str, caption: str, recording: Recording) -> Plot:
-    """Draw the plan with the true and the estimated path, ellipses of both poses and map."""
+    """Draw the plan with the true and the estimated path, and ellipses of the pose and of the landmarks."""
     (track,) = recording.robots.values()
     figure, axes = _plan(recording.world)
     axes.plot(*track.truth[:, :2].T, color=TRUTH, lw=1.4, label="truth")
@@ -35,7 +35,7 @@ def way(name: str, caption: str, recording: Recording) -> Plot:
 
 
 def trail(name: str, caption: str, recording: Recording) -> Plot:
-    """Draw the plan with the true path, and what of the floor the body has been over."""
+    """Draw the plan with the true path, and the area covered by the body."""
     import shapely
 
     (track,) = recording.robots.values()
@@ -51,7 +51,7 @@ def trail(name: str, caption: str, recording: Recording) -> Plot:
 
 
 def wriggling(name: str, caption: str, track: Track, first: float) -> Plot:
-    """Draw speed and heading over time, and when the robot first bumped."""
+    """Draw speed and heading over time, and the time of the first bump."""
     figure, (above, below) = sheet(2, height=4.6)
     speed = np.hypot(*np.diff(track.truth[:, :2], axis=0).T) / np.diff(track.time)
     above.plot(track.time[1:], speed, color=TRUTH, lw=0.9)
@@ -65,7 +65,7 @@ def wriggling(name: str, caption: str, track: Track, first: float) -> Plot:
 
 
 def growth(name: str, caption: str, time: Array, repeats: tuple[Array, Array, Array]) -> Plot:
-    """Draw errors of many runs with the predicted deviation, and their average NEES with its band."""
+    """Draw the errors of many runs with the predicted standard deviation, and their mean NEES with its bounds."""
     truth, estimate, covariance = repeats
     runs, rows = truth.shape[:2]
     times = time[:rows]
@@ -91,7 +91,7 @@ def growth(name: str, caption: str, time: Array, repeats: tuple[Array, Array, Ar
 
 
 def fixes(name: str, caption: str, recording: Recording, found: Fixes) -> Plot:
-    """Draw where pictures were taken, and where they say they were."""
+    """Draw the true and the triangulated positions of pictures."""
     figure, axes = _plan(recording.world)
     (track,) = recording.robots.values()
     axes.plot(*found.places.T, "+", color=TRUTH, ms=7, label="beacons")
@@ -115,7 +115,7 @@ def fix_errors(name: str, caption: str, found: Fixes) -> Plot:
 
 
 def enlarged(name: str, caption: str, recording: Recording) -> Plot:
-    """Draw where the robot came nearest to a beacon on its last round, ellipses larger than they are."""
+    """Draw the closest approach to a beacon on the last lap, with magnified ellipses."""
     (track,) = recording.robots.values()
     figure, axes = _plan(recording.world)
     beacons = np.array([beacon.at for beacon in recording.world.beacons])
@@ -137,7 +137,7 @@ def enlarged(name: str, caption: str, recording: Recording) -> Plot:
 
 
 def transient(name: str, caption: str, track: Track) -> Plot:
-    """Draw the errors in x, y and heading between their 3-sigma bounds, and the distance beside odometry's."""
+    """Draw the errors in x, y and heading with their 3-sigma bounds, and the position error beside odometry's."""
     figure, panels = sheet(4, height=8.0)
     errors = track.estimate - track.truth
     errors[:, 2] = metrics.heading_errors(track.truth, track.estimate)

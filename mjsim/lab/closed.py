@@ -1,4 +1,4 @@
-"""The nonlinear plant in the loop: steps of MuJoCo under a controller that was designed for the linear one."""
+"""The nonlinear plant in closed loop: simulation with MuJoCo under a controller designed for the linear plant."""
 
 import math
 from dataclasses import dataclass
@@ -14,23 +14,23 @@ from mjsim.lab.study import theory
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ClosedLoop:
-    """The step response of the nonlinear plant under a design, which acts at each step of MuJoCo."""
+    """The step response of the nonlinear plant under a design, which acts at each physics step."""
 
     time: Array
-    """Shape (k,) [s]; it ends before the linear one where the plant runs away."""
+    """Shape (k,) [s]; shorter than the linear response if the plant diverges."""
     step: Array
-    """Outputs less those of the working point, shape (outputs, k), for a step as high as the plant's amplitude."""
+    """Outputs minus those of the operating point, shape (outputs, k), for a step of the plant's amplitude."""
     fit: list[float] | None
-    """How well the linear step response fits it, for each output [%]; None where the plant runs away."""
+    """Fit of the linear step response, for each output [%]; None if the plant diverges."""
     rough: tuple[Array, Array] | None
-    """Times and outputs with dry friction, if there is any."""
+    """Times and outputs with dry friction, if there is any; shapes (k,) and (outputs, k)."""
 
 
 def closed_loop(scene: ScenePlant, design: Design) -> ClosedLoop:
     """Simulate the nonlinear plant under a design.
 
-    The step is that of `Design.step`: of the set-point of a law in series, in the unit of the first output; of what is
-    added to the input under state feedback.
+    The step is that of `Design.step`: of the set-point for a series controller, in the unit of the first output; of the
+    value added to the input for state feedback.
     """
     time, step = _simulated(scene, design)
     linear = np.array([np.interp(time, design.time, row * scene.plant.amplitude) for row in design.step])
@@ -52,12 +52,12 @@ def _simulated(scene: ScenePlant, design: Design, *, dry_friction: bool = False)
 
 
 def _count(scene: ScenePlant, design: Design) -> int:
-    """Return for how many steps of MuJoCo it is worth looking at."""
+    """Return the number of physics steps worth simulating."""
     return min(math.ceil(float(design.time[-1]) / float(scene.model.opt.timestep)) + 1, MOST_SIMULATED)
 
 
 def _law(design: Design, height: float, dt: float) -> Law:
-    """Return a design at work in samples, a transfer function by Tustin's rule, for a step of its set-point."""
+    """Return the sampled form of a design, a transfer function by Tustin's rule, for a step of its set-point."""
     if design.gain:
         K = np.array(design.gain)
         return lambda states, outputs: height - float(K @ states)

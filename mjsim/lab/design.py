@@ -1,4 +1,4 @@
-"""Controllers of a plant: PID by tuning rules, pole placement, LQR, lead-lag, and what they make of it."""
+"""Controllers of a plant: PID by tuning rules, pole placement, LQR, lead-lag; and the resulting closed loops."""
 
 import math
 from collections.abc import Sequence
@@ -13,10 +13,11 @@ from mjsim.lab.linear import LinearPlant
 from mjsim.lab.study import INTEGRATOR, margins_of, shown_seconds, shown_times, theory
 
 FILTER = 10.0
-"""A PID's derivative is filtered with this fraction of its time."""
+"""Time constant of the derivative filter of a PID: its derivative time divided by this."""
 OTHERWISE = "take another rule of --pid, or --place, --lqr or --lead"
 Parameters = tuple[float, float, float]
-"""Of a PID: gain, integral time and derivative time [s]; an integral time that is infinite leaves it out."""
+"""Parameters of a PID: gain, integral time and derivative time [s]; an infinite integral time means no integral part.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -25,31 +26,31 @@ class Design:
 
     name: str
     gain: tuple[float, ...] = ()
-    """Of state feedback u = r - K x."""
+    """Gain of state feedback u = r - K x."""
     num: tuple[float, ...] = ()
-    """Of a controller in series, u = C (r - y): its numerator, the highest power of s first."""
+    """Numerator of a series controller, u = C (r - y), highest power of s first."""
     den: tuple[float, ...] = ()
-    """Its denominator."""
+    """Denominator of a series controller."""
     poles: Array
-    """Of the closed loop, complex [rad/s]."""
+    """Poles of the closed loop, complex [rad/s]."""
     margins: dict[str, float | None]
-    """Of the open loop, cut at the plant's input."""
+    """Margins of the open loop, cut at the plant's input."""
     time: Array
     """Shape (k,) [s]."""
     step: Array
-    """Response of the outputs to a step of the set-point, or of what is added to the input, shape (outputs, k)."""
+    """Response of the outputs to a step of the set-point, or of the value added to the input, shape (outputs, k)."""
 
     @property
     def is_stable(self) -> bool:
-        """Whether the closed loop is."""
+        """Whether the closed loop is stable."""
         return bool((self.poles.real < 0.0).all())
 
 
 def pid_design(plant: LinearPlant, rule: str) -> Design:
-    """Return a PID for the first output by a tuning rule.
+    """Return a PID for the first output, tuned by a rule.
 
     Raises:
-        UsageError: The rule does not exist, or it does not suit the plant.
+        UsageError: The rule does not exist, or is not applicable to the plant.
     """
     if rule not in RULES:
         raise UsageError(f"no tuning rule '{rule}'{did_you_mean(rule, RULES)}")
@@ -65,10 +66,10 @@ def pid_design(plant: LinearPlant, rule: str) -> Design:
 
 
 def placed_design(plant: LinearPlant, poles: Sequence[complex]) -> Design:
-    """Return state feedback that puts the poles of the closed loop there.
+    """Return state feedback that places the poles of the closed loop.
 
     Raises:
-        UsageError: They are not as many as states, or come without their conjugates, or it cannot be done.
+        UsageError: The number of poles differs from that of states, a conjugate is missing, or placement is impossible.
     """
     _check_states(plant)
     if len(poles) != len(plant.A):
@@ -77,7 +78,7 @@ def placed_design(plant: LinearPlant, poles: Sequence[complex]) -> Design:
         raise UsageError("complex poles come in pairs, such as -2+1j and -2-1j")
     control = theory()
     try:
-        # Ackermann's formula takes poles that are alike, too.
+        # Ackermann's formula also works for equal poles.
         K = control.place_acker(plant.A, plant.B, poles)
     except ValueError as error:
         raise UsageError(f"these poles cannot be placed: {error}") from None
@@ -88,12 +89,12 @@ def lqr_design(plant: LinearPlant, weights: Sequence[float], effort: float) -> D
     """Return the state feedback that minimises the integral of x' Q x + R u^2.
 
     Args:
-        plant: Linear.
-        weights: The diagonal of Q, one for each state.
+        plant: The linear plant.
+        weights: Diagonal of Q, one weight per state.
         effort: R.
 
     Raises:
-        UsageError: They do not fit the plant, or no feedback makes it stable.
+        UsageError: They do not match the plant, or no feedback stabilises it.
     """
     _check_states(plant)
     if len(weights) != len(plant.A) or min(weights) < 0.0 or effort <= 0.0:
@@ -107,16 +108,16 @@ def lqr_design(plant: LinearPlant, weights: Sequence[float], effort: float) -> D
 
 
 def lead_design(plant: LinearPlant, *, margin_deg: float, crossover: float, lag: float = 1.0) -> Design:
-    """Return a lead compensator for a phase margin at a crossover frequency, with a lag below it on request.
+    """Return a lead compensator for a phase margin at a crossover frequency, optionally with a lag.
 
     Args:
-        plant: Linear; its first output is fed back.
+        plant: The linear plant; its first output is fed back.
         margin_deg: Phase margin [deg].
-        crossover: Where the open loop has gain 1 [rad/s].
-        lag: How many times the lag raises the gain at low frequencies; its zero is a decade below the crossover.
+        crossover: Frequency at which the open loop has gain 1 [rad/s].
+        lag: Factor by which the lag raises the gain at low frequencies; its zero is a decade below the crossover.
 
     Raises:
-        UsageError: One lead does not turn the phase so far.
+        UsageError: A single lead cannot provide the required phase.
 
     References:
         Franklin, Powell, Emami-Naeini, Feedback Control of Dynamic Systems (2015), section 6.7.
@@ -151,7 +152,7 @@ def _first(plant: LinearPlant) -> Any:
 
 
 def _in_series(plant: LinearPlant, law: Any, name: str) -> Design:
-    """Return the design of a controller in series, fed back from the first output."""
+    """Return the design of a series controller with feedback from the first output."""
     control = theory()
     num, den = (np.asarray(part[0][0], dtype=float) / law.den[0][0][0] for part in (law.num, law.den))
     open_loop = _first(plant) * control.ss(law)
@@ -160,7 +161,7 @@ def _in_series(plant: LinearPlant, law: Any, name: str) -> Design:
 
 
 def _take_first(plant: LinearPlant) -> Any:
-    """Return what feeds the first output back."""
+    """Return the feedback of the first output."""
     return theory().ss([], [], [], np.eye(1, len(plant.outputs)))
 
 
@@ -188,7 +189,7 @@ def _ultimate(loop: Any) -> tuple[float, float]:
 
 
 def _reaction(loop: Any) -> tuple[float, float, float]:
-    """Return gain, dead time and time constant of the plant's step response, by its steepest tangent [s]."""
+    """Return gain, dead time [s] and time constant [s] of the plant's step response, from its steepest tangent."""
     if not (loop.poles().real < 0.0).all():
         raise UsageError(f"the plant is not stable; {OTHERWISE}")
     if not len(loop.poles()):
@@ -199,7 +200,7 @@ def _reaction(loop: Any) -> tuple[float, float, float]:
     time = np.linspace(0.0, 1.5 * shown_seconds(loop.poles()), 20_000)
     _, response = control.step_response(loop, time)
     response = response * np.sign(gain)
-    # Before it rises for good lie a response the wrong way, and what Pade's approximation makes of a delay.
+    # Before its final rise the response may go the wrong way, or show artefacts of Pade's approximation of a delay.
     rising = np.arange(len(time)) > np.flatnonzero(response <= 0.0).max(initial=-1)
     rate = np.where(rising, np.gradient(response, time), 0.0) if rising.any() else np.gradient(response, time)
     steepest = int(np.argmax(rate))
@@ -241,9 +242,9 @@ def _simc(loop: Any) -> Parameters:
 
 
 def _ramp(loop: Any) -> tuple[float, float]:
-    """Return the final slope of an integrating plant's step response, and how late that begins [s].
+    """Return the final slope of an integrating plant's step response, and its dead time [s].
 
-    They are the first terms of its expansion about 0: G(s) = slope / s - slope dead + ...
+    They follow from the series expansion at 0: G(s) = slope / s - slope dead + ...
     """
     moving = np.abs(loop.poles())[np.abs(loop.poles()) > INTEGRATOR]
     s = 1e-4 * float(moving.min(initial=1.0))
@@ -261,7 +262,7 @@ RULES = {
     "cohen-coon": _cohen_coon,
     "simc": _simc,
 }
-"""Tuning rules of PIDs by their names."""
+"""Tuning rules of PIDs by name."""
 
 
 def _complex(value: complex) -> str:

@@ -1,4 +1,4 @@
-"""What moves a plant: motors, forces at joints, on bodies and between points, and motions that a joint follows."""
+"""Inputs of a plant: motors, forces at joints, on bodies and between points, and prescribed motions of joints."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -12,23 +12,23 @@ from mjsim.sim import Push
 
 
 class InputEffect(Protocol):
-    """What an input does to the scene."""
+    """The effect of an input on the scene."""
 
     @property
     def unit(self) -> str:
-        """Of the input."""
+        """Unit of the input."""
 
     def write(self, data: mujoco.MjData, value: float) -> None:
-        """Set controls and applied forces for a value of the input; positions are set already."""
+        """Set controls and applied forces for a value of the input; positions are already set."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ForceEffect:
-    """Controls and forces in proportion to the input."""
+    """Controls and forces proportional to the input."""
 
     unit: str
     ctrl: Array
-    """For one unit of the input, shape (nu,)."""
+    """Controls for one unit of the input, shape (nu,)."""
     applied: Array
     """Generalised forces for one unit of the input, shape (nv,)."""
 
@@ -40,15 +40,15 @@ class ForceEffect:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BodyPush:
-    """A torque on a body, or a force on a point of it, along an axis that stays."""
+    """A torque on a body, or a force on a point of it, along a fixed axis."""
 
     unit: str
     model: mujoco.MjModel
     push: Push
-    """With a signal of 1."""
+    """The push for a signal of 1."""
 
     def write(self, data: mujoco.MjData, value: float) -> None:
-        """Set the applied forces, which depend on where the body is."""
+        """Set the applied forces, which depend on the pose of the body."""
         mujoco.mj_kinematics(self.model, data)
         mujoco.mj_comPos(self.model, data)
         data.ctrl[:], data.qfrc_applied[:] = 0.0, 0.0
@@ -57,16 +57,16 @@ class BodyPush:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PointsPush:
-    """A force that pushes two points apart, in place of an actuator that keeps their distance."""
+    """A force between two points that pushes them apart, in place of an actuator that prescribes their distance."""
 
     unit: str
     model: mujoco.MjModel
     sites: tuple[int, int]
     equality: int
-    """The constraint that keeps their distance."""
+    """Index of the constraint on their distance."""
 
     def write(self, data: mujoco.MjData, value: float) -> None:
-        """Set the applied forces, which depend on where the points are."""
+        """Set the applied forces, which depend on the positions of the points."""
         mujoco.mj_kinematics(self.model, data)
         mujoco.mj_comPos(self.model, data)
         data.ctrl[:], data.qfrc_applied[:] = 0.0, 0.0
@@ -79,45 +79,45 @@ class PointsPush:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LedJoint:
-    """A joint that follows the input, with whatever force that takes.
+    """A joint that follows the input exactly, with whatever force that requires.
 
-    As an effect it is that force, so that trimming finds the one that holds the working point.
+    As an effect it is this force, so that trimming finds the value that holds the operating point.
     """
 
     unit: str
-    """Of the motion."""
+    """Unit of the motion."""
     force: ForceEffect
     dof: int
     is_speed: bool
-    """Whether the input is the joint's speed rather than its value."""
+    """Whether the input is the joint's speed instead of its value."""
 
     def write(self, data: mujoco.MjData, value: float) -> None:
         """Set the force at the joint."""
         self.force.write(data, value)
 
     def accelerations(self, inputs: Array, dt: float) -> Array:
-        """Return the accelerations that bring the joint to each input by the end of its step, shape (k,)."""
+        """Return the accelerations with which the joint reaches each input at the end of its step, shape (k,)."""
         speeds = inputs if self.is_speed else np.diff(inputs, prepend=0.0) / dt
         return np.asarray(np.diff(speeds, prepend=0.0) / dt)
 
 
 def led(effect: LedJoint, A: Array, B: Array, Y: Array, m: int, rates: Array) -> tuple[Array, Array, Array, Array]:
-    """Return A, B, C, D of a plant one of whose coordinates follows the input.
+    """Return A, B, C, D of a plant in which one coordinate follows the input.
 
     Args:
         effect: The motion.
-        A: Of n coordinates and their rates, with a force at coordinate m as input, shape (2 n, 2 n).
+        A: For n coordinates and their rates, with a force at coordinate m as input, shape (2 n, 2 n).
         B: The same, shape (2 n, 1).
-        Y: Derivatives of the outputs, or of what they are rates of, by the coordinates, shape (outputs, n).
-        m: The coordinate that follows.
+        Y: Derivatives by the coordinates of the outputs, or of the values whose rates they are, shape (outputs, n).
+        m: Index of the coordinate that follows the input.
         rates: Which outputs are rates, shape (outputs,).
 
     Returns:
-        The other coordinates q and their rates are the states, each less what the input adds to it at once; before
-        them stands coordinate m when the input is its speed.
+        The states are the other coordinates q and their rates, each minus the direct contribution of the input; if the
+        input is the speed of coordinate m, this coordinate precedes them.
 
     Raises:
-        UsageError: A rate among the outputs would jump without bound with a value that jumps.
+        UsageError: A rate among the outputs would be unbounded when the input jumps.
 
     References:
         Eliminates the force from q'' = r q_m'' + ..., r = B_q / B_m; the form is that of Ogata, Modern Control

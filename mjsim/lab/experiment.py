@@ -1,4 +1,4 @@
-"""One plant in the laboratory: made linear, looked at, simulated, identified, and controlled."""
+"""Linearises, analyses, simulates, identifies and controls one plant."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -21,60 +21,60 @@ from mjsim.record import Recording
 from mjsim.world import Plant, World
 
 SWEEP = 40.0
-"""Time constants of the slowest pole that a sweep takes."""
+"""Duration of a sweep, in time constants of the slowest pole."""
 MOST_SAMPLES = 600
-"""Of an identification."""
+"""Maximum number of samples of an identification."""
 Designer = Callable[[LinearPlant], Design]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Experiment:
-    """All that the page of a plant shows."""
+    """All results on the page of a plant."""
 
     plant: Plant
     study: Study
     about: str
     held: float = 0.0
-    """Input that keeps it at its working point."""
+    """Input that holds it at its operating point."""
     nonlinear: tuple[Array, Array] | None = None
-    """Times and outputs of the nonlinear plant for the step of the input, shapes (k,) and (outputs, k)."""
+    """Times and outputs of the nonlinear plant for a step of the input, shapes (k,) and (outputs, k)."""
     nonlinear_impulse: tuple[Array, Array] | None = None
-    """The same for an impulse, all of it in one step of MuJoCo."""
+    """The same for an impulse, applied within one physics step."""
     nonlinear_fit: list[float] | None = None
-    """How well the linear step response fits that, for each output [%]; None where the nonlinear plant runs away."""
+    """Fit of the linear step response, for each output [%]; None if the nonlinear plant diverges."""
     dry_friction: float = 0.0
-    """The largest of the plant's joints, which the linear plant and these responses leave out [N m, N]."""
+    """The largest dry friction of the plant's joints, not included in the linear plant and these responses [N m, N]."""
     rough: tuple[Array, Array] | None = None
     """Times and outputs for the step with dry friction, if there is any."""
     step_poles: Array | None = None
-    """Those of MuJoCo's step that are nearest to the plant's, complex [rad/s]."""
+    """Poles of MuJoCo's physics step nearest to the plant's, complex [rad/s]."""
     identified: Identified | None = None
     designs: tuple[Design, ...] = ()
     closed: tuple[ClosedLoop | None, ...] = ()
-    """The nonlinear plant under each of them; None for a formula, and for a joint that follows its input."""
+    """The nonlinear plant under each design; None for a formula, and for a joint that follows its input."""
 
     @property
     def name(self) -> str:
-        """The plant's."""
+        """Name of the plant."""
         return self.plant.name
 
     @property
     def amplitude(self) -> float:
-        """Of the step of the input."""
+        """Amplitude of the step of the input."""
         return self.plant.amplitude
 
     @property
     def labels(self) -> list[str]:
-        """Of the outputs, with their units."""
+        """Names of the outputs with their units."""
         plant = self.study.plant
         return [f"{name} [{unit}]" if unit else name for name, unit in zip(plant.outputs, plant.units[1:], strict=True)]
 
 
 def plants_of(world: World, name: str | None) -> list[Plant]:
-    """Return the plant of a name, or all of a world.
+    """Return the named plant of a world, or all its plants.
 
     Raises:
-        UsageError: There is none.
+        UsageError: There is no such plant.
     """
     names = [plant.name for plant in world.plants]
     if not names:
@@ -87,16 +87,16 @@ def plants_of(world: World, name: str | None) -> list[Plant]:
 def experiment(
     world: World, plant: Plant, *, designers: Sequence[Designer] = (), recording: Recording | None = None
 ) -> Experiment:
-    """Look at a plant of a world.
+    """Analyse a plant of a world.
 
     Args:
-        world: Where it is.
+        world: The world.
         plant: One of its plants.
-        designers: Give controllers for it.
-        recording: Of a run, to identify it from; else the nonlinear plant is simulated for that, if it is stable.
+        designers: Functions that return controllers for it.
+        recording: Recording of a run for identification; otherwise the nonlinear plant is simulated, if it is stable.
 
     Raises:
-        UsageError: It cannot be made linear, a controller does not suit it, or the recording tells nothing of it.
+        UsageError: It cannot be linearised, a controller is not applicable, or the recording does not contain it.
     """
     scene = None if plant.of is None else ScenePlant(world, plant)
     if scene is None:
@@ -126,12 +126,12 @@ def _of_scene(world: World, scene: ScenePlant, recording: Recording | None) -> E
         step_poles=_nearest(scene.step_poles(), seen.poles),
         identified=None if samples is None else identified(scene.linear, samples),
     )
-    # Nothing with a mass follows a joint that jumps.
+    # No mass can follow a joint that jumps.
     return found if scene.leads_value else _with_responses(found, scene)
 
 
 def _with_responses(found: Experiment, scene: ScenePlant) -> Experiment:
-    """Add the responses of the nonlinear plant, and how well the linear one fits."""
+    """Add the responses of the nonlinear plant, and the fit of the linear one."""
     seen, amplitude = found.study, found.amplitude
     time, step = _simulated(scene, seen, amplitude)
     linear = np.array([np.interp(time, seen.time, row * amplitude) for row in seen.step])
@@ -159,17 +159,17 @@ def _simulated(
 
 
 def _count(scene: ScenePlant, seen: Study) -> int:
-    """Return for how many steps of MuJoCo it is worth looking at."""
+    """Return the number of physics steps worth simulating."""
     return min(math.ceil(float(seen.time[-1]) / float(scene.model.opt.timestep)) + 1, MOST_SIMULATED)
 
 
 def _nearest(many: Array, poles: Array) -> Array:
-    """Return for each pole the nearest of many."""
+    """Return for each pole the nearest of `many`."""
     return np.array([many[int(np.argmin(np.abs(many - pole)))] for pole in poles])
 
 
 def _swept(world: World, scene: ScenePlant, seen: Study, plant: Plant) -> Samples | None:
-    """Return samples of the nonlinear plant under its signal, or a chirp; None for one that runs away."""
+    """Return samples of the nonlinear plant for its signal, or a chirp; None if it diverges."""
     if not (seen.poles.real < -1e-9).all():
         return None
     slowest = float(np.abs(seen.poles.real).min(initial=np.inf))

@@ -1,4 +1,4 @@
-"""A plant identified from what went in and came out, and how well a model fits that."""
+"""Identification of a plant from inputs and outputs, and the fit of models."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -16,16 +16,16 @@ from mjsim.lab.study import theory
 Complexes = NDArray[np.complex128]
 
 FEWEST = 50
-"""Samples that are worth identifying from."""
+"""Minimum number of samples."""
 UNSTABLE = 1e-6
-"""Real part of a pole of a plant that runs away by itself [rad/s]."""
+"""Real part above which a pole makes the plant unstable [rad/s]."""
 HUGE = 1e6
-"""A model that misses by more is no better for it."""
+"""Residuals are clipped at this value."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Samples:
-    """What went in and came out."""
+    """Input and output samples."""
 
     time: Array
     """Evenly spaced, shape (k,) [s]."""
@@ -35,28 +35,28 @@ class Samples:
     """Shape (outputs, k)."""
     source: str
     held: bool = True
-    """Whether each input is held until the next; else the input changes evenly between them."""
+    """Whether each input is held until the next; otherwise the input is interpolated linearly."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Identified:
-    """A model from samples, and how both models fit them."""
+    """A model identified from samples, and the fit of both models."""
 
     samples: Samples
     poles: Complexes
-    """Of the identified model, as continuous ones, log(z) / dt, complex [rad/s]."""
+    """Poles of the identified model in continuous time, log(z) / dt, complex [rad/s]."""
     linear: Array
-    """What the linear plant does, shape (outputs, k)."""
+    """Response of the linear plant, shape (outputs, k)."""
     model: Array
-    """What the identified model does, shape (outputs, k)."""
+    """Response of the identified model, shape (outputs, k)."""
     linear_fit: Array
-    """For each output [%]."""
+    """Fit of the linear plant for each output [%]."""
     model_fit: Array
-    """For each output [%]."""
+    """Fit of the identified model for each output [%]."""
 
 
 def fit(measured: Array, model: Array) -> Array:
-    """Return how well a model fits, 100 % being exact and 0 % no better than the mean, shape (outputs,) [%].
+    """Return the fit of a model, 100 % for an exact one and 0 % for the mean, shape (outputs,) [%].
 
     References:
         Ljung, System Identification (1999), section 16.4: 100 (1 - |y - model| / |y - mean|).
@@ -69,11 +69,11 @@ def fit(measured: Array, model: Array) -> Array:
 def identified(plant: LinearPlant, samples: Samples) -> Identified:
     """Identify a discrete transfer function for each output, and compare it and the plant with samples from rest.
 
-    Each has as many poles as the plant. Least squares of the difference equation (ARX) are the first guess; then the
-    squares of what a simulation misses (output error) are minimised.
+    Each has as many poles as the plant. Least squares on the difference equation (ARX) gives the initial guess; then
+    the squared simulation errors are minimised (output error).
 
     Raises:
-        UsageError: There are too few samples, the input does not change, or the plant runs away by itself.
+        UsageError: There are too few samples, the input is constant, or the plant is unstable.
 
     References:
         Ljung, System Identification (1999), sections 4.2 and 10.2.
@@ -103,12 +103,12 @@ def identified(plant: LinearPlant, samples: Samples) -> Identified:
 
 
 def _follow(law: tuple[Array, Array], inputs: Array) -> Array:
-    """Return what a discrete transfer function (numerator, denominator in powers of 1/z) makes of inputs."""
+    """Return the output of a discrete transfer function (numerator, denominator in powers of 1/z)."""
     return np.asarray(lfilter(*law, inputs))
 
 
 def _output_error(u: Array, y: Array, order: int, direct: int) -> tuple[Array, Array]:
-    """Return numerator and denominator in powers of 1/z; an input acts a sample later, or at once if direct is 1."""
+    """Return numerator and denominator in powers of 1/z; inputs act one sample later, or at once if `direct` is 1."""
     rows = np.arange(order, len(u))
     past = [*(-y[rows - k] for k in range(1, order + 1)), *(u[rows - k] for k in range(1 - direct, order + 1))]
     guess = np.linalg.lstsq(np.array(past).T, y[rows], rcond=None)[0]
@@ -126,10 +126,10 @@ def _output_error(u: Array, y: Array, order: int, direct: int) -> tuple[Array, A
 
 
 def _driven(system: Any, samples: Samples) -> Array:
-    """Return what a system does from rest under the inputs, shape (outputs, k)."""
+    """Return the response of a system at rest to the inputs, shape (outputs, k)."""
     control = theory()
     dt = float(samples.time[1] - samples.time[0])
-    # python-control lets the input of a continuous system change evenly between samples.
+    # python-control interpolates the input of a continuous system linearly between samples.
     sampled = control.sample_system(system, dt, "zoh") if samples.held else system
     _, response = control.forced_response(sampled, np.arange(len(samples.time)) * dt, samples.inputs, squeeze=False)
     return np.asarray(response)

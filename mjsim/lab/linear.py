@@ -1,4 +1,4 @@
-"""A part of a scene made linear about rest: x' = A x + B u, y = C x + D u."""
+"""Linearisation of a part of a scene about an equilibrium: x' = A x + B u, y = C x + D u."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -11,14 +11,14 @@ from mjsim.lab.reduced import Reduced, Setting
 
 Truths = NDArray[np.bool_]
 STEP = 2e-4
-"""Of the differences [rad, m, and so on]; the error is of its fourth power."""
+"""Step of the differences [rad, m, and so on]; their error is of fourth order in it."""
 COUPLED = 1e-8
-"""What differences leave of a zero, of the largest in its matrix."""
+"""Numerical noise of the differences, as a fraction of the largest element of the matrix."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LinearPlant:
-    """A linear plant with names."""
+    """A linear plant with names of inputs, outputs and states."""
 
     A: Array
     """Shape (n, n)."""
@@ -32,11 +32,11 @@ class LinearPlant:
     input: str
     outputs: tuple[str, ...]
     units: tuple[str, ...]
-    """Of the input, then of the outputs."""
+    """Units of the input, then of the outputs."""
 
 
 def slope(function: Callable[[float], Array], step: float = STEP) -> Array:
-    """Return the derivative of a function at 0, from centred differences of fourth order.
+    """Return the derivative of a function at 0, by fourth-order central differences.
 
     References:
         Fornberg, Generation of Finite Difference Formulas on Arbitrarily Spaced Grids (1988), table 1.
@@ -52,15 +52,15 @@ def linearised(
     *,
     measure: Sequence[Callable[[Array], float]],
 ) -> tuple[Array, Array, Array]:
-    """Return A, B and the slopes of the measured values by the coordinates.
+    """Return A, B and the derivatives of the measured values by the coordinates.
 
     Args:
-        reduced: The part, in its coordinates.
-        setting: The working point, an equilibrium.
-        measure: Each returns a value of a position, shape (nq,).
+        reduced: The part, in independent coordinates.
+        setting: The operating point, an equilibrium.
+        measure: Functions that return a value for positions, shape (nq,).
 
     Returns:
-        A: Of coordinates, their rates, and activations, shape (2 n + na, 2 n + na).
+        A: For coordinates, their rates, and activations, shape (2 n + na, 2 n + na).
         B: Shape (2 n + na, 1).
         Y: Derivatives of the values by the coordinates, shape (values, n).
     """
@@ -83,9 +83,9 @@ def linearised(
 
 
 def kept_states(A: Array, B: Array, C: Array, *, coupled: float = COUPLED) -> list[int]:
-    """Return which states the input moves and an output shows, in their order.
+    """Return the indices of the states that are reachable from the input and observable in an output, in order.
 
-    What is smaller than `coupled`, of the largest in its matrix, couples nothing.
+    Elements below `coupled` times the largest of their matrix count as zero.
     """
     moves = np.abs(A) > coupled * max(float(np.abs(A).max(initial=0.0)), 1.0)
     driven = _closure(moves, np.abs(B).max(axis=1) > coupled * float(np.abs(B).max(initial=0.0)))
@@ -94,7 +94,7 @@ def kept_states(A: Array, B: Array, C: Array, *, coupled: float = COUPLED) -> li
 
 
 def _closure(leads: Truths, start: Truths) -> Truths:
-    """Return what can be reached; `leads[i, j]` says whether j leads to i."""
+    """Return the set reachable from `start`; `leads[i, j]` says whether j leads to i."""
     found = start.copy()
     for _ in range(len(found)):
         found = found | (leads @ found)

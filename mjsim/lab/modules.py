@@ -1,4 +1,4 @@
-"""Controllers as modules: what to write into a world so that a design drives the plant."""
+"""Writes designs as modules: the keys of a world with which a design controls the plant."""
 
 from mjsim.lab.design import Design
 from mjsim.lab.linear import LinearPlant
@@ -11,9 +11,9 @@ BALANCE = ("way", "lean", "way.rate", "lean.rate")
 
 
 def module_text(plant: Plant, linear: LinearPlant, design: Design) -> str:
-    """Return what stands in a world so that a design drives a plant, or the design in words where nothing can.
+    """Return the keys of a world with which a design controls a plant, or a description of the design if impossible.
 
-    It is what stands below `run:` for robots and arms, an actuator for mechanisms.
+    These are keys below `run:` for robots and arms, and an actuator for mechanisms.
     """
     robot, _, part = (plant.of or "").partition("/")
     law = _law(design)
@@ -32,7 +32,7 @@ def module_text(plant: Plant, linear: LinearPlant, design: Design) -> str:
 
 
 def _actuator_text(effort: str, plant: Plant, linear: LinearPlant, design: Design) -> str:
-    """Return the actuator of a mechanism; a law in series feeds back the first output, which must be its own joint."""
+    """Return the actuator of a mechanism; a series controller feeds back the first output, its own joint's value."""
     joint, about = linear.input, ""
     if not design.gain:
         if linear.outputs[0] != joint:

@@ -23,7 +23,7 @@ table.matrix { width: auto; } table.matrix td, table.matrix th { font-size: 0.9r
 
 
 def page_files(experiment: Experiment) -> dict[str, bytes]:
-    """Return the files of a plant by their names: page, figures as JSON, plots, and their numbers as CSV."""
+    """Return the files of a plant by name: page, figures as JSON, plots, and their data as CSV."""
     from mjsim.lab.plots import tables
 
     name, pictures = experiment.name, {key: png_of(figure) for key, figure in _figures(experiment).items()}
@@ -37,7 +37,7 @@ def page_files(experiment: Experiment) -> dict[str, bytes]:
 
 
 def figures_of(experiment: Experiment) -> dict[str, Any]:
-    """Return the figures of a plant, as its JSON file holds them."""
+    """Return the results of a plant, as in its JSON file."""
     study, plant = experiment.study, experiment.study.plant
     found: dict[str, Any] = {
         "plant": experiment.name,
@@ -90,7 +90,7 @@ def _pairs(values: Any) -> list[list[float]]:
 
 
 def _figures(experiment: Experiment) -> dict[str, Any]:
-    """Return the plots by their names."""
+    """Return the plots by name."""
     from mjsim.lab import plots
 
     study, labels = experiment.study, experiment.labels
@@ -181,7 +181,7 @@ def _margin_rows(margins: Mapping[str, float | None]) -> list[tuple[str, str]]:
 
 
 def _shares(plant: LinearPlant, shares: Sequence[float] | None, time: Array) -> str:
-    """Return how well each output fits, or when the nonlinear plant runs away."""
+    """Return the fit of each output, or the time at which the nonlinear plant diverges, as text."""
     if shares is None:
         return f"the nonlinear plant diverges after {time[-1]:.3g} s"
     return ", ".join(f"{name} {value:.2f} %" for name, value in zip(plant.outputs, shares, strict=True))
@@ -210,5 +210,5 @@ def _matrix(values: Array, rows: Sequence[str], columns: Sequence[str]) -> str:
 
 
 def complex_text(value: complex) -> str:
-    """Return a pole or zero, such as -1.5 or -1+2j."""
+    """Return a pole or zero as text, such as -1.5 or -1+2j."""
     return f"{value.real:.6g}" if abs(value.imag) < 1e-12 else f"{value.real:.6g}{value.imag:+.6g}j"

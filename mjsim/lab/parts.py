@@ -1,4 +1,4 @@
-"""Parts of a scene that may be plants: robots, arms and mechanisms, with what moves them and what is measured."""
+"""Parts of a scene that can be plants: robots, arms and mechanisms, with their inputs and measured values."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -26,27 +26,27 @@ from mjsim.world import (
 )
 
 SETTLE = 1.0
-"""How long a robot stands until its wheels have sunk in as far as they do [s]."""
+"""Time for which a robot stands until its wheels have settled [s]."""
 JOINTS = {int(mujoco.mjtJoint.mjJNT_SLIDE): "m", int(mujoco.mjtJoint.mjJNT_HINGE): "rad"}
-"""Kinds of joints with one value, and its unit."""
+"""Joint types with one value, and its unit."""
 FORCES = {"m": "N", "rad": "N m"}
 EFFORTS = {"m": ("force", "position"), "rad": ("torque", "angle")}
-"""How actuators call what they do to a joint, by its unit."""
+"""Names of actuators for a joint, by the joint's unit."""
 
 Measure = Callable[[Array], float]
-"""Gives a value of a position, shape (nq,)."""
+"""Returns a value for positions, shape (nq,)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PlantPart:
-    """A part of a scene that may be a plant."""
+    """A part of a scene that can be a plant."""
 
     name: str
     dofs: tuple[int, ...]
     prefer: tuple[int, ...] = ()
-    """Degrees of freedom that make good coordinates."""
+    """Degrees of freedom preferred as coordinates."""
     lockable: bool = False
-    """Whether joints that are not named stand still."""
+    """Whether joints that are not named are locked."""
     effects: Mapping[str, InputEffect] = field(default_factory=dict)
     measures: Mapping[str, tuple[str, Measure]] = field(default_factory=dict)
     """Unit and value by name."""
@@ -55,28 +55,28 @@ class PlantPart:
 
 
 def base_of(name: str) -> str:
-    """Return the value whose rate an output is, or the output itself."""
+    """Return the value of which an output is the rate, or the output itself."""
     return name.removesuffix(".rate")
 
 
 def moved_joint(part: "PlantPart", name: str) -> int | None:
-    """Return the joint on which an input acts alone, None if there is none."""
+    """Return the joint on which an input acts by itself; None if there is none."""
     effect = part.effects[name]
     force = effect.force if isinstance(effect, LedJoint) else effect
     return next((joint for key, joint in part.joints.items() if part.effects.get(key) is force), None)
 
 
 def settled(world: World, of: str) -> tuple[mujoco.MjModel, Setting, Array]:
-    """Return the compiled world as it starts, and the positions when the part has come to rest, shape (nq,).
+    """Return the compiled world at its start, and the positions after the part has come to rest, shape (nq,).
 
-    Events and modules are left out. A robot is turned so that it heads along x. As it starts, its wheels roll on the
-    radius that its drive says; at rest they have sunk in by some 0.05 mm more or less.
+    Events and modules are ignored. A robot is rotated to head along x. At the start, its wheels have the radius given
+    by its drive; at rest their depth of penetration differs by about 0.05 mm.
 
     Raises:
         UsageError: The part does not exist.
     """
     run = world.run.model_copy(update={"events": (), "drivers": {}})
-    # A robot is looked at upright; where its plant leans is found from there.
+    # A robot is examined upright; from there the lean of its operating point is found.
     upright = tuple(robot.model_copy(update={"lean_deg": 0.0}) for robot in world.robots)
     bare = world.model_copy(update={"run": run, "robots": upright})
     bare._source = world.source
@@ -94,7 +94,7 @@ def settled(world: World, of: str) -> tuple[mujoco.MjModel, Setting, Array]:
 
 
 def part_of(model: mujoco.MjModel, world: World, of: str, qpos: Array) -> PlantPart:
-    """Return the part of a scene that a name means.
+    """Return the named part of a scene.
 
     Raises:
         UsageError: There is none.
@@ -115,10 +115,10 @@ def part_of(model: mujoco.MjModel, world: World, of: str, qpos: Array) -> PlantP
 
 
 def working_point(model: mujoco.MjModel, part: PlantPart, plant: Plant) -> dict[int, float]:
-    """Return the values of joints at the working point, by their numbers [m, rad].
+    """Return the joint values at the operating point, by index [m, rad].
 
     Raises:
-        UsageError: The joint does not exist, or an angle does not say that it is in degrees.
+        UsageError: The joint does not exist, or the key of an angle does not end in `_deg`.
     """
     found = {}
     for key, value in plant.around.items():
@@ -136,7 +136,7 @@ def working_point(model: mujoco.MjModel, part: PlantPart, plant: Plant) -> dict[
 
 
 def _level(quaternion: Array) -> Array:
-    """Return an orientation without its heading: turned back about the vertical, and as it leans and rolls besides."""
+    """Return an orientation without its heading: rotated back about the vertical, with pitch and roll unchanged."""
     w, x, y, z = quaternion.tolist()
     heading = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
     back, found = np.array([math.cos(heading / 2), 0.0, 0.0, -math.sin(heading / 2)]), np.zeros(4)
@@ -151,7 +151,7 @@ def _measured(model: mujoco.MjModel, qpos: Array) -> mujoco.MjData:
 
 
 def _joints(model: mujoco.MjModel, of: str) -> dict[str, int]:
-    """Return the joints with one value of a part by their names below it."""
+    """Return the joints with one value of a part, by their names in it."""
     names = {joint: model.joint(joint).name for joint in range(model.njnt) if int(model.jnt_type[joint]) in JOINTS}
     return {name.removeprefix(f"{of}/"): joint for joint, name in names.items() if name.startswith(f"{of}/")}
 
@@ -172,14 +172,14 @@ def _none(model: mujoco.MjModel, unit: str) -> ForceEffect:
 
 
 def _force(model: mujoco.MjModel, joint: int) -> ForceEffect:
-    """Return the effect of a force at a joint, as if a motor without limits were there."""
+    """Return the effect of a force at a joint, as of a motor without limits."""
     effect = _none(model, FORCES[JOINTS[int(model.jnt_type[joint])]])
     effect.applied[model.jnt_dofadr[joint]] = 1.0
     return effect
 
 
 def _linked(model: mujoco.MjModel, of: str, *, lockable: bool, mechanism: Mechanism | None = None) -> PlantPart:
-    """Return an arm or a mechanism: forces and motions of its joints move it, values of joints are measured."""
+    """Return an arm or a mechanism: inputs are forces and motions of its joints, measured values those of joints."""
     joints = _joints(model, of)
     effects: dict[str, InputEffect] = {}
     for name, joint in joints.items():
@@ -204,7 +204,7 @@ def _linked(model: mujoco.MjModel, of: str, *, lockable: bool, mechanism: Mechan
 
 
 def _distance(model: mujoco.MjModel, sites: tuple[int, int]) -> Measure:
-    """Return what gives the distance of two points [m]."""
+    """Return a function that measures the distance of two points [m]."""
     data = mujoco.MjData(model)
 
     def distance(qpos: Array) -> float:
@@ -216,7 +216,7 @@ def _distance(model: mujoco.MjModel, sites: tuple[int, int]) -> Measure:
 
 
 def _joint_effects(model: mujoco.MjModel, name: str, joint: int) -> dict[str, InputEffect]:
-    """Return what may act on a joint: its force under its own name too, and motions that it follows."""
+    """Return the inputs of a joint: its force, also under the joint's own name, and prescribed motions."""
     unit, force = JOINTS[int(model.jnt_type[joint])], _force(model, joint)
     effort, place = EFFORTS[unit]
     dof = int(model.jnt_dofadr[joint])
@@ -231,9 +231,9 @@ def _joint_effects(model: mujoco.MjModel, name: str, joint: int) -> dict[str, In
 def _actuator_effects(
     model: mujoco.MjModel, mechanism: Mechanism, joints: Mapping[str, InputEffect]
 ) -> dict[str, InputEffect]:
-    """Return what the actuators of a mechanism do by their names; those on bodies also by what they act on.
+    """Return the inputs of a mechanism's actuators by name; those on bodies also by what they act on.
 
-    Of one that keeps a distance it is the force between its points, `NAME.force`.
+    For an actuator that prescribes a distance, the input is the force between its points, `NAME.force`.
     """
     found: dict[str, InputEffect] = {}
     for actuator in mechanism.actuators:
@@ -254,7 +254,7 @@ def _actuator_effects(
 
 
 def _servo(model: mujoco.MjModel, robot: str, unit: str, shares: Mapping[str, float]) -> ForceEffect:
-    """Return the effect that tells motors of a robot so many times the input each."""
+    """Return the effect that commands each motor of a robot with a multiple of the input."""
     effect = _none(model, unit)
     for name, share in shares.items():
         effect.ctrl[model.actuator(f"{robot}/{name}").id] = share
@@ -262,7 +262,7 @@ def _servo(model: mujoco.MjModel, robot: str, unit: str, shares: Mapping[str, fl
 
 
 def _robot(model: mujoco.MjModel, robot: Robot, data: mujoco.MjData) -> PlantPart:
-    """Return a robot: its motors move it; where it is and how it leans is measured, and its wheels."""
+    """Return a robot: inputs are its motors; measured values are its position, its lean, and its wheels."""
     joints = _joints(model, robot.name)
     effects: dict[str, InputEffect] = {
         name: _servo(model, robot.name, _unit_of(model, f"{robot.name}/{name}"), {name: 1.0})
@@ -287,7 +287,7 @@ def _robot(model: mujoco.MjModel, robot: Robot, data: mujoco.MjData) -> PlantPar
 
 
 def _base_effects(model: mujoco.MjModel, robot: Robot) -> Mapping[str, InputEffect]:
-    """Return what moves both wheels of a base together, and against each other."""
+    """Return the inputs that drive both wheels of a base together, and in opposite directions."""
     drive, name = robot.drive, robot.name
     if isinstance(drive, DifferentialDrive):
         r, half = drive.wheel_radius, drive.track / 2
@@ -308,14 +308,14 @@ def _has_motor(model: mujoco.MjModel, name: str) -> bool:
 
 
 def _unit_of(model: mujoco.MjModel, name: str) -> str:
-    """Return the unit of what a motor is told: a torque, a speed, or an angle."""
+    """Return the unit of a motor's command: a torque, a speed, or an angle."""
     number = model.actuator(name).id
     _, kp, kv = (-float(value) for value in model.actuator_biasprm[number, :3])
     return "rad" if kp else "rad/s" if kv else "N m"
 
 
 def _pitch(quaternion: Array) -> float:
-    """Return how far x points below the horizon [rad]."""
+    """Return the pitch [rad]: how far x points below the horizon."""
     w, x, y, z = quaternion.tolist()
     return math.asin(min(max(2 * (w * y - z * x), -1.0), 1.0))
 

@@ -1,4 +1,4 @@
-"""Plots of the laboratory: each draws numbers of python-control, and of the nonlinear plant beside them."""
+"""Plots of the laboratory: results of python-control, and those of the nonlinear plant beside them."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -19,11 +19,11 @@ DAMPINGS = (0.2, 0.4, 0.6, 0.8)
 """Damping ratios of the grid of a root locus."""
 GRID = "#8a8a8a"
 OTHERS = ((ODOMETRY, "--"), (MAP, ":"))
-"""Colours and lines of nonlinear responses."""
+"""Colours and line styles of nonlinear responses."""
 QUIET = -40.0
-"""What has less gain is left out of a Nichols chart [dB]."""
+"""Lower gains are left out of a Nichols chart [dB]."""
 NEAR = 3.0
-"""How much of a Nyquist or root locus plot is shown: so many times the distance of the critical point, or of poles."""
+"""Range of a Nyquist or root locus plot, as a multiple of the distance of the critical point or the poles."""
 
 
 def sheet(rows: int, columns: int = 1, *, height: float = 3.4) -> tuple[Figure, list[Axes]]:
@@ -43,7 +43,7 @@ def response_plot(
     labels: Sequence[str],
     *others: tuple[str, tuple[Array, Array] | None],
 ) -> Figure:
-    """Draw outputs over time, the linear plant's and, when given, names, times and outputs of nonlinear ones."""
+    """Draw outputs over time: of the linear plant and, if given, names, times and outputs of nonlinear ones."""
     figure, panels = sheet(len(linear), height=2.9)
     for row, axes in enumerate(panels):
         axes.plot(time, linear[row], color=ESTIMATE, lw=1.8, label="linear")
@@ -105,14 +105,14 @@ def nyquist_plot(found: Study) -> Figure:
 
 
 def _window(values: Array, critical: float) -> tuple[float, float]:
-    """Return limits that show all values and the critical one, with a margin."""
+    """Return limits that include all values and the critical one, with a margin."""
     low, high = min(float(values.min()), critical), max(float(values.max()), critical)
     margin = 0.08 * (high - low) + 1.0
     return low - margin, high + margin
 
 
 def _damping_grid(axes: Axes, limit: float) -> None:
-    """Draw lines of equal damping, and half circles of equal natural frequency, in the left half plane."""
+    """Draw lines of equal damping, and semicircles of equal natural frequency, in the left half plane."""
     for damping in DAMPINGS:
         angle = np.pi - np.arccos(damping)
         for side in (1.0, -1.0):
@@ -131,7 +131,7 @@ def _loci(found: Study) -> Array:
     try:
         return np.asarray(control.root_locus_map(found.loop).loci)
     except ValueError:
-        # python-control finds no gains by itself where both degrees are equal and the gain at high frequencies is < 0.
+        # python-control does not choose gains if both degrees are equal and the gain at high frequencies is < 0.
         top = 1.0 / max(abs(float(found.loop.D[0, 0])), 1e-12)
         return np.asarray(control.root_locus_map(found.loop, gains=np.linspace(0.0, 0.99 * top, POINTS)).loci)
 
@@ -161,7 +161,7 @@ def poles_plot(found: Study) -> Figure:
 
 
 def identified_plot(found: Identified, labels: Sequence[str]) -> Figure:
-    """Draw the input, and what was measured beside what both models do."""
+    """Draw the input, and the measured output with those of both models."""
     samples = found.samples
     figure, panels = sheet(1 + len(samples.outputs), height=2.6)
     style = "steps-post" if samples.held else "default"
@@ -182,7 +182,7 @@ def identified_plot(found: Identified, labels: Sequence[str]) -> Figure:
 
 
 def design_plot(design: Design, closed: ClosedLoop | None, labels: Sequence[str], *, amplitude: float) -> Figure:
-    """Draw the response of the closed loop to a step of a height, the nonlinear plant's too where there is one."""
+    """Draw the response of the closed loop to a step, with that of the nonlinear plant if available."""
     return response_plot(
         f"Closed loop, a step of {amplitude:g}: {design.name}",
         design.time,
@@ -207,7 +207,7 @@ def _decibel_text(value: float | None) -> str:
 
 
 def tables(found: Study) -> Mapping[str, tuple[list[str], Any]]:
-    """Return the numbers of the plots by the names of their files: heads, and columns side by side."""
+    """Return the data of the plots by file name: column heads, and columns."""
     names = list(found.plant.outputs)
     return {
         "step": (["time_s", *names], np.column_stack([found.time, *found.step])),

@@ -1,4 +1,4 @@
-"""What a recording of a run says of a plant: its input and its outputs, tick by tick."""
+"""Input and outputs of a plant in a recording, tick by tick."""
 
 import math
 
@@ -16,17 +16,17 @@ from mjsim.sim import gear_of
 from mjsim.world import Robot
 
 CONTROL_RATE = 250.0
-"""Of the controllers that come with mjsim [Hz]."""
+"""Rate of the controllers shipped with mjsim [Hz]."""
 
 
 def recorded(recording: Recording, scene: ScenePlant) -> Samples:
-    """Return the input that acted during each tick, and the outputs at its start.
+    """Return the input during each tick, and the outputs at its start.
 
-    Outputs are measured in the recorded states. The input of a base with servos is what these were told, which its
-    velocity profile makes of the commands; that of joints is the torque or the motion that was recorded.
+    Outputs are measured in the recorded states. The input of a base with servos is the servo command, which its
+    velocity profile derives from the commands; the input of joints is the recorded torque or motion.
 
     Raises:
-        UsageError: It is of another world, or does not have the input.
+        UsageError: The recording is of another world, or does not contain the input.
     """
     of = str(scene.plant.of)
     robot = next((each for each in recording.world.robots if each.name == of.partition("/")[0]), None)
@@ -67,7 +67,7 @@ def _inputs(recording: Recording, scene: ScenePlant, robot: Robot | None) -> tup
 
 
 def _column(track: JointTrack, scene: ScenePlant) -> int:
-    """Return which of the recorded joints the input acts on."""
+    """Return the index of the recorded joint on which the input acts."""
     force = scene.effect.force if isinstance(scene.effect, LedJoint) else scene.effect
     assert isinstance(force, ForceEffect)
     dof = int(np.argmax(force.applied))
@@ -76,7 +76,7 @@ def _column(track: JointTrack, scene: ScenePlant) -> int:
 
 
 def _motors(recording: Recording, model: mujoco.MjModel, robot: Robot) -> Array:
-    """Return what all motors of a base were told during each tick, shape (N, nu)."""
+    """Return the commands of all motors of a base during each tick, shape (N, nu)."""
     told = np.zeros((len(recording.time), model.nu))
     world, dt = recording.world, 1.0 / recording.world.run.rate_hz
     gear = gear_of(robot, dt=dt, seed=recording.seed, source=world.source, clock=lambda: 0.0)
@@ -96,15 +96,15 @@ def _motors(recording: Recording, model: mujoco.MjModel, robot: Robot) -> Array:
 
 
 def _next(torques: Array) -> Array:
-    """Return torques that stand at the end of the tick in which they acted at its start, NaN for the last."""
+    """Return torques recorded at the end of their tick moved to its start, NaN for the last."""
     return np.concatenate([torques[1:], np.full_like(torques[:1], np.nan)])
 
 
 def _check_rate(recording: Recording, robot: str, part: str) -> None:
-    """See to it that a controller changes its torque once a tick, as often as it is recorded.
+    """Check that a controller updates its torque once per tick, as often as it is recorded.
 
     Raises:
-        UsageError: It does so more often.
+        UsageError: It updates more often.
     """
     run = recording.world.run
     loop = run.drivers[robot].controllers.get(part) if robot in run.drivers else None
@@ -117,7 +117,7 @@ def _check_rate(recording: Recording, robot: str, part: str) -> None:
 
 
 def _outputs(recording: Recording, scene: ScenePlant, robot: Robot | None) -> Array:
-    """Return what is measured in each recorded state, shape (outputs, N)."""
+    """Return the measured values in each recorded state, shape (outputs, N)."""
     qpos, qvel = recording.qpos.copy(), recording.qvel.copy()
     if robot is not None and robot.base != "fixed":
         free = scene.model.joint(f"{robot.name}/free")
@@ -129,11 +129,11 @@ def _outputs(recording: Recording, scene: ScenePlant, robot: Robot | None) -> Ar
 
 
 def _turn_back(poses: Array, speeds: Array) -> None:
-    """Turn and move the poses of a base, so that it starts at the origin and heads along x, in place.
+    """Transform the poses of a base in place, so that it starts at the origin and heads along x.
 
     Args:
         poses: Position and quaternion (w, x, y, z), world frame, shape (N, 7) [m].
-        speeds: Of the position, world frame, shape (N, 3) [m/s].
+        speeds: Velocities, world frame, shape (N, 3) [m/s].
     """
     w, x, y, z = poses[0, 3:].tolist()
     heading = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))

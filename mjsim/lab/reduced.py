@@ -1,7 +1,7 @@
-"""A part of a scene in coordinates that are free: what holds it, joints, contacts and loops, holds exactly.
+"""A part of a scene in independent coordinates: joints, contacts and loops constrain it exactly.
 
-MuJoCo's constraints yield a little, which adds fast modes that no textbook plant has. Here MuJoCo gives masses, forces
-and the Jacobians of constraints; the accelerations are those of the part whose constraints do not yield at all.
+MuJoCo's constraints are slightly soft, which adds fast modes that no textbook plant has. Here MuJoCo provides masses,
+forces and the Jacobians of constraints; the accelerations are those of a part with rigid constraints.
 
 References:
     Featherstone, Rigid Body Dynamics Algorithms (2008), section 3.2: N' M N w' = N' f with J N = 0.
@@ -17,25 +17,25 @@ from mjsim.geometry import Array
 from mjsim.lab.effects import InputEffect
 
 SLIPPERY = 1e-3
-"""A contact with less friction holds in its normal alone."""
+"""A contact with less friction constrains only its normal direction."""
 RANK = 1e-9
-"""A constraint that adds less to the others says nothing new."""
+"""A constraint that adds less than this to the others is redundant."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Setting:
-    """A state at rest, and the input there."""
+    """An equilibrium state, and its input."""
 
     qpos: Array
     """Shape (nq,)."""
     act: Array
     """Activations of actuators, shape (na,)."""
     value: float = 0.0
-    """Of the input."""
+    """Value of the input."""
 
 
 class Reduced:
-    """Some degrees of freedom of a model, held by its constraints, about a setting."""
+    """Some degrees of freedom of a model under its constraints, about a setting."""
 
     def __init__(
         self,
@@ -47,15 +47,15 @@ class Reduced:
         prefer: Sequence[int],
         locked: Sequence[int],
     ) -> None:
-        """Find out which degrees of freedom may be chosen freely.
+        """Determine the independent degrees of freedom.
 
         Args:
             model: The compiled world.
-            setting: Where; contacts must be there.
-            effect: What the input does.
-            dofs: Those of the part.
-            prefer: Those of them that shall be chosen as coordinates, the dearest first; the others follow.
-            locked: Those of them that stand still.
+            setting: The operating point; contacts must be closed.
+            effect: Effect of the input.
+            dofs: Degrees of freedom of the part.
+            prefer: Degrees of freedom preferred as coordinates, in order of preference; the others follow.
+            locked: Locked degrees of freedom.
         """
         self.model, self._data, self._effect = model, mujoco.MjData(model), effect
         self._dofs = np.array(dofs, dtype=int)
@@ -67,15 +67,15 @@ class Reduced:
         self._free = self._independent(J, [dofs.index(dof) for dof in order])
         self._held = np.setdiff1d(np.arange(len(self._dofs)), self._free)
         self.coordinates: tuple[int, ...] = tuple(self._dofs[self._free].tolist())
-        """The degrees of freedom that are the coordinates."""
+        """The degrees of freedom used as coordinates."""
 
     def basis(self, setting: Setting) -> Array:
-        """Return N, the velocities of all degrees of freedom of the model for those of the coordinates, (nv, n)."""
+        """Return N, the velocities of all degrees of freedom of the model per velocity of the coordinates, (nv, n)."""
         self._place(setting)
         return self._basis()
 
     def moved(self, setting: Setting, step: Array) -> Setting:
-        """Return a setting a small step of the coordinates away, shape (n,)."""
+        """Return a setting displaced by a small step of the coordinates, shape (n,)."""
         qpos = setting.qpos.copy()
         mujoco.mj_integratePos(self.model, qpos, self.basis(setting) @ step, 1.0)
         return replace(setting, qpos=qpos)
@@ -84,9 +84,9 @@ class Reduced:
         """Return the accelerations of the coordinates, shape (n,).
 
         Args:
-            setting: Where.
-            rates: Of the coordinates, shape (n,); by default at rest. What constraints add with the square of rates
-                is left out, so that only differences about rest mean something.
+            setting: The state.
+            rates: Rates of the coordinates, shape (n,); by default at rest. Constraint terms quadratic in the rates are
+                omitted, so that only differences about rest are meaningful.
         """
         self._place(setting)
         model, data, N = self.model, self._data, self._basis()
@@ -122,7 +122,7 @@ class Reduced:
         return whole
 
     def _jacobian(self) -> Array:
-        """Return the rows that must not move: of loops, of contacts that hold, and of what is locked."""
+        """Return the rows of constrained velocities: of loops, closed contacts, and locked joints."""
         model, data = self.model, self._data
         rows = np.zeros((data.nefc, model.nv))
         if data.nefc and mujoco.mj_isSparse(model):
@@ -146,10 +146,10 @@ class Reduced:
         return rows
 
     def _independent(self, J: Array, order: Sequence[int]) -> Array:
-        """Return which columns may be chosen freely: the first in the order that leave the others determined."""
+        """Return the columns that can be chosen independently: the first in order that leave the others determined."""
         dependent: list[int] = []
         rank = np.linalg.matrix_rank(J, tol=RANK * max(1.0, float(np.abs(J).max(initial=0.0)))) if len(J) else 0
-        # Gram-Schmidt from the least preferred on: what adds to the span is determined by the constraints.
+        # Gram-Schmidt from the least preferred: what adds to the span is determined by the constraints.
         span = np.zeros((0, len(J)))
         for column in reversed(order):
             left = J[:, column] - span.T @ (span @ J[:, column])

@@ -1,4 +1,4 @@
-"""A plant of a scene: which degrees of freedom, what moves it, what is measured, and where it is at rest."""
+"""A plant in a scene: its degrees of freedom, input, measured values, and operating point."""
 
 import copy
 from collections.abc import Callable, Mapping
@@ -17,35 +17,36 @@ from mjsim.lab.reduced import Reduced, Setting
 from mjsim.world import Plant, World
 
 AT_REST = 1e-9
-"""What is left of an acceleration at an equilibrium, of the largest that counts, 1 unless it is more."""
+"""Tolerance for the acceleration at an equilibrium, as a fraction of the largest relevant one, or of 1 if that is
+larger."""
 LOCKED = 1e9
-"""Inertia of a joint that no force moves [kg, kg m^2]."""
+"""Inertia of a locked joint, which no force moves [kg, kg m^2]."""
 MOST_STEPS = 50
-"""Of Newton's method."""
+"""Maximum number of steps of Newton's method."""
 MOST_SIMULATED = 50_000
-"""Steps of MuJoCo in one response of the nonlinear plant."""
+"""Maximum number of physics steps in a response of the nonlinear plant."""
 AWAY = 1e6
-"""An output that has grown so far has run away, unless less is said."""
+"""Default bound on an output, above which the plant has diverged."""
 FARTHER = 100.0
-"""So many times what the linear plant does is running away, too."""
+"""The plant has also diverged if an output exceeds this multiple of the linear plant's."""
 T = TypeVar("T")
 Law = Callable[[Array, Array], float]
-"""Gives what is added to the input at the working point, for states and outputs less those of the working point."""
+"""Returns the value added to the input at the operating point, for states and outputs relative to that point."""
 
 
 def bound_of(linear: Array) -> float:
-    """Return how far outputs may go before the plant runs away, by what the linear one does, shape (outputs, k)."""
+    """Return the bound on outputs above which the plant has diverged, from the linear response, shape (outputs, k)."""
     return min(FARTHER * float(np.abs(linear).max(initial=0.0)) or AWAY, AWAY)
 
 
 class ScenePlant:
-    """A plant of a scene at its working point."""
+    """A plant in a scene at its operating point."""
 
     def __init__(self, world: World, plant: Plant) -> None:
-        """Settle it, put it at its working point, and find the input that keeps it there.
+        """Settle it, move it to its operating point, and find the input that holds it there.
 
         Raises:
-            UsageError: It names something that is not there, or is in no equilibrium there.
+            UsageError: It names something that does not exist, or has no equilibrium there.
         """
         assert plant.of is not None
         assert plant.input is not None
@@ -68,7 +69,7 @@ class ScenePlant:
         for joint, value in around.items():
             setting.qpos[self.model.jnt_qposadr[joint]] = value
         setting = self._closed(setting, [int(self.model.jnt_dofadr[joint]) for joint in around], locked, part)
-        # What is locked is so in the simulation of the nonlinear plant too.
+        # What is locked is also locked in the simulation of the nonlinear plant.
         self.model.dof_armature[locked] = LOCKED
         self._rough = _with_friction(self.model, [dof for dof in part.dofs if dof not in locked])
         lead = [self.effect.dof] if isinstance(self.effect, LedJoint) else []
@@ -82,52 +83,52 @@ class ScenePlant:
 
     @property
     def held(self) -> str:
-        """What keeps the plant at its working point: a value of the input, or the force behind a motion."""
+        """What holds the plant at its operating point, as text: a value of the input, or the force behind a motion."""
         effect = self.effect.force if isinstance(self.effect, LedJoint) else self.effect
         return f"{self.setting.value:.6g} {effect.unit}"
 
     @property
     def leads_value(self) -> bool:
-        """Whether a joint follows the input, angle or position, so that a step of it would be a jump."""
+        """Whether a joint follows the input, an angle or position, so that a step of the input would be a jump."""
         return isinstance(self.effect, LedJoint) and not self.effect.is_speed
 
     @property
     def dry_friction(self) -> float:
-        """The largest dry friction of its joints, which no linear plant has [N m, N]; 0 without any."""
+        """The largest dry friction of its joints, which a linear plant cannot have [N m, N]; 0 if there is none."""
         return 0.0 if self._rough is None else float((self._rough.dof_frictionloss - self.model.dof_frictionloss).max())
 
     def simulated(self, inputs: Array, *, dry_friction: bool = False, bound: float = AWAY) -> Array:
-        """Return the outputs of the nonlinear plant, step by step of MuJoCo, less those of the working point.
+        """Return the outputs of the nonlinear plant at each physics step, relative to the operating point.
 
         Args:
-            inputs: What is added to the input at the working point before each step, shape (k,).
-            dry_friction: Whether joints have the dry friction that the world gives them.
-            bound: An output that has grown so far has run away.
+            inputs: Values added to the input at the operating point before each step, shape (k,).
+            dry_friction: Whether joints have the dry friction given in the world.
+            bound: Output above which the plant has diverged.
 
         Returns:
-            Shape (outputs, k): what is measured before each step, after it where a joint follows the input; k is below
-            that of the inputs where the plant runs away.
+            Shape (outputs, k): values before each step, or after it if a joint follows the input; k is smaller than for
+            the inputs if the plant diverges.
         """
         effect, model = self.effect, self._model_with(dry_friction)
         if isinstance(effect, LedJoint):
             model = copy.copy(model)
             model.dof_armature[effect.dof] = LOCKED
-            # One step more, as it follows an input by the end of its step.
+            # One more step, because it follows an input at the end of its step.
             forces = np.append(LOCKED * effect.accelerations(inputs, model.opt.timestep), 0.0)
             return self._stepped(model, lambda k, data, found: float(forces[k]), len(forces), bound)[:, 1:]
         return self._stepped(model, lambda k, data, found: float(inputs[k]), len(inputs), bound)
 
     def controlled(self, law: Law, count: int, *, dry_friction: bool = False, bound: float = AWAY) -> Array:
-        """Return the outputs under a law, step by step of MuJoCo, less those of the working point.
+        """Return the outputs under a controller at each physics step, relative to the operating point.
 
         Args:
-            law: Sets the input before each step; the plant is none that a joint leads.
-            count: Of steps.
-            dry_friction: Whether joints have the dry friction that the world gives them.
-            bound: An output that has grown so far has run away.
+            law: Sets the input before each step; no joint of the plant may follow the input.
+            count: Number of steps.
+            dry_friction: Whether joints have the dry friction given in the world.
+            bound: Output above which the plant has diverged.
 
         Returns:
-            Shape (outputs, k), measured before each step; k is below `count` where the plant runs away.
+            Shape (outputs, k), values before each step; k is smaller than `count` if the plant diverges.
         """
         model = self._model_with(dry_friction)
         return self._stepped(model, lambda k, data, found: law(self.states(data), found), count, bound)
@@ -142,13 +143,13 @@ class ScenePlant:
         count: int,
         bound: float,
     ) -> Array:
-        """Return the outputs before each step until the plant runs away, shape (outputs, k).
+        """Return the outputs before each step until the plant diverges, shape (outputs, k).
 
         Args:
             model: With or without dry friction.
-            told: Gives what is added to the input, for the number of a step, the state, and the outputs.
-            count: Of steps.
-            bound: Of the outputs.
+            told: Returns the value added to the input, for the index of a step, the state, and the outputs.
+            count: Number of steps.
+            bound: Bound on the outputs.
         """
         at, data, found = self.setting, mujoco.MjData(model), np.zeros((len(self._measures), count))
         data.qpos[:], data.act[:] = at.qpos + self._sunk, at.act
@@ -162,14 +163,14 @@ class ScenePlant:
         return found
 
     def states(self, data: mujoco.MjData) -> Array:
-        """Return the linear plant's states in a state of the scene, less those of the working point, shape (n,)."""
+        """Return the linear plant's states for a state of the scene, relative to the operating point, shape (n,)."""
         at, moved = self.setting, np.zeros(self.model.nv)
         mujoco.mj_differentiatePos(self.model, moved, 1.0, at.qpos + self._sunk, data.qpos)
         own = list(self._reduced.coordinates)
         return np.asarray(self._into_states @ np.concatenate([moved[own], data.qvel[own], data.act - at.act]))
 
     def step_poles(self) -> Array:
-        """Return the poles of one step of MuJoCo as continuous ones, log(z) / dt, soft constraints and all [rad/s].
+        """Return the poles of one physics step in continuous time, log(z) / dt, including soft constraints [rad/s].
 
         They are those of the whole scene, from `mjd_transitionFD`.
         """
@@ -185,7 +186,7 @@ class ScenePlant:
         return np.asarray(np.log(z[np.abs(z) > 1e-6]) / model.opt.timestep)
 
     def _depth(self, world: World, rest: Array) -> Array:
-        """Return how much a robot's base stands higher at rest than at its start, shape (nq,)."""
+        """Return how much higher a robot's base is at rest than at its start, shape (nq,)."""
         sunk = np.zeros(self.model.nq)
         if any(robot.name == self.plant.of and robot.base != "fixed" for robot in world.robots):
             height = int(self.model.joint(f"{self.plant.of}/free").qposadr[0]) + 2
@@ -193,13 +194,13 @@ class ScenePlant:
         return sunk
 
     def outputs(self, qpos: Array, qvel: Array) -> Array:
-        """Return what is measured in a state of the scene, shape (outputs,)."""
+        """Return the measured values in a state of the scene, shape (outputs,)."""
         assert self.plant.outputs is not None
         pairs = zip(self.plant.outputs, self._measures, strict=True)
         return np.array([self._rate(m, qpos, qvel) if n.endswith(".rate") else m(qpos) for n, (_, m) in pairs])
 
     def _rate(self, measure: Measure, qpos: Array, qvel: Array) -> float:
-        """Return how fast a value changes."""
+        """Return the rate of a measured value."""
 
         def ahead(time: float) -> Array:
             moved = np.array(qpos)
@@ -209,7 +210,7 @@ class ScenePlant:
         return float(slope(ahead, 1e-5)[0])
 
     def _closed(self, setting: Setting, fixed: list[int], locked: list[int], part: PlantPart) -> Setting:
-        """Return the setting with its loops closed; the joints of the working point stay."""
+        """Return the setting with closed loops; the joints of the operating point stay fixed."""
         data, stay = mujoco.MjData(self.model), {*fixed, *locked}
         free = [dof for dof in part.dofs if dof not in stay]
         for _ in range(MOST_STEPS):
@@ -229,11 +230,11 @@ class ScenePlant:
         return setting
 
     def _trimmed(self, setting: Setting, fixed: list[int]) -> Setting:
-        """Return where the input keeps the plant at rest: at its start if it can, else nearby.
+        """Return the equilibrium held by the input: at the start if possible, otherwise nearby.
 
         Args:
-            setting: Where it starts.
-            fixed: Degrees of freedom that stay in any case.
+            setting: Initial setting.
+            fixed: Degrees of freedom that must not change.
         """
         coordinates = self._reduced.coordinates
         for free in ([], [k for k, dof in enumerate(coordinates) if dof not in fixed]):
@@ -247,7 +248,7 @@ class ScenePlant:
         )
 
     def _newton(self, setting: Setting, free: list[int]) -> tuple[Setting, Array]:
-        """Return a setting nearer to rest, by Newton's method on the input and some coordinates, and what is left."""
+        """Return a setting nearer to equilibrium, by Newton's method on the input and coordinates, and the residual."""
         reduced = self._reduced
         axes = np.eye(len(reduced.coordinates))[free]
         left = reduced.acceleration(setting)
@@ -268,7 +269,7 @@ class ScenePlant:
         return float(np.abs(left).max(initial=0.0)) <= AT_REST * max(1.0, self._pull(setting))
 
     def _pull(self, setting: Setting) -> float:
-        """Return how much one unit of the input accelerates it."""
+        """Return the acceleration per unit of the input."""
         more = self._reduced.acceleration(_more(setting, 1.0)) - self._reduced.acceleration(setting)
         return float(np.abs(more).max(initial=0.0))
 
@@ -326,12 +327,12 @@ class ScenePlant:
 
 
 def _more(setting: Setting, value: float) -> Setting:
-    """Return a setting with so much more of the input."""
+    """Return a setting with the input increased by a value."""
     return replace(setting, value=setting.value + value)
 
 
 def _release(model: mujoco.MjModel, world: World, of: str, joint: str) -> None:
-    """Let a joint of a mechanism go that an actuator of the world makes follow a signal."""
+    """Release a joint of a mechanism from an actuator of the world that makes it follow a signal."""
     for mechanism in world.mechanisms:
         for drive in mechanism.assembly.drives if mechanism.name == of else ():
             if drive.column >= 0 and f"{of}/{mechanism.assembly.names[drive.column]}" == joint:
@@ -339,7 +340,7 @@ def _release(model: mujoco.MjModel, world: World, of: str, joint: str) -> None:
 
 
 def _with_friction(model: mujoco.MjModel, dofs: list[int]) -> mujoco.MjModel | None:
-    """Take the dry friction of joints out of a model; return a copy that still has it, None if there is none."""
+    """Remove the dry friction of joints from a model; return a copy that still has it, None if there is none."""
     if not model.dof_frictionloss[dofs].any():
         return None
     rough = copy.copy(model)
@@ -348,7 +349,7 @@ def _with_friction(model: mujoco.MjModel, dofs: list[int]) -> mujoco.MjModel | N
 
 
 def _in_outputs(keep: list[int], n: int, Y: Array, names: list[str], bases: list[str]) -> tuple[Array, list[str]]:
-    """Return how states become those measured, where these tell all of them, and the names of the new ones."""
+    """Return the transformation to the measured values as states, if they determine all states, and the new names."""
     places, rates = [k for k in keep if k < n], [k - n for k in keep if n <= k < 2 * n]
     rows = list(dict.fromkeys(bases))
     S = Y[[bases.index(base) for base in rows]][:, rates]
@@ -364,7 +365,7 @@ def _in_outputs(keep: list[int], n: int, Y: Array, names: list[str], bases: list
 
 
 def _clean(matrix: Array) -> Array:
-    """Return a matrix without what is rounding, so that integrators are exactly that."""
+    """Return a matrix without rounding errors, so that integrators are exact."""
     return np.where(np.abs(matrix) > COUPLED * float(np.abs(matrix).max(initial=0.0)), matrix, 0.0)
 
 

@@ -1,4 +1,4 @@
-"""What python-control says of a linear plant: the figures of the laboratory's page come from here alone."""
+"""Analysis of a linear plant with python-control: the only source of the figures on the laboratory's page."""
 
 import math
 from dataclasses import dataclass
@@ -12,21 +12,21 @@ from mjsim.lab.linear import LinearPlant, kept_states
 from mjsim.world import Plant, TransferFunction
 
 POINTS = 400
-"""Of each curve, unless it swings often."""
+"""Points of each curve, unless it oscillates many times."""
 MOST_POINTS = 4000
-"""Of each curve."""
+"""Maximum number of points of each curve."""
 A_SWING = 20
-"""Points of a period."""
+"""Points per period."""
 SWINGS = 5
-"""Periods shown of what neither grows nor settles."""
+"""Periods shown for a response that neither grows nor decays."""
 PADE = 5
 """Order of the approximation of a delay."""
 SHOWN = 6.0
-"""Time constants of the slowest pole for which responses are shown."""
+"""Duration of responses, in time constants of the slowest pole."""
 GROWN = 20.0
-"""How many times as large as at the start an unstable response gets in the time shown."""
+"""Growth of an unstable response in the time shown, as a multiple of the start."""
 INTEGRATOR = 1e-9
-"""A pole nearer to 0 is one of an integrator [rad/s]."""
+"""Poles closer to 0 count as integrators [rad/s]."""
 
 
 def theory() -> Any:
@@ -43,10 +43,10 @@ def theory() -> Any:
 
 
 def formula_plant(plant: Plant) -> LinearPlant:
-    """Return the linear plant of a transfer function or a state space of a world.
+    """Return the linear plant of a transfer function or a state-space model in a world.
 
     Raises:
-        UsageError: Its input moves none of its outputs.
+        UsageError: Its input affects none of its outputs.
     """
     if plant.tf is not None:
         A, B, C, D = _transfer(plant.tf)
@@ -66,7 +66,7 @@ def formula_plant(plant: Plant) -> LinearPlant:
 
 
 def _transfer(given: TransferFunction) -> tuple[Array, ...]:
-    """Return A, B, C, D of a transfer function, its delay by Pade's approximation."""
+    """Return A, B, C, D of a transfer function, with Pade's approximation of its delay."""
     control = theory()
     found = control.ss(control.tf(list(given.num), list(given.den)))
     if given.delay:
@@ -76,44 +76,44 @@ def _transfer(given: TransferFunction) -> tuple[Array, ...]:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Study:
-    """A plant looked at."""
+    """The analysis of a plant."""
 
     plant: LinearPlant
     system: Any
-    """Of python-control, with all outputs."""
+    """System of python-control, with all outputs."""
     loop: Any
-    """The system from the input to the first output, which the plots of frequencies are of."""
+    """The system from the input to the first output, used for frequency plots."""
     poles: Array
     """Complex, shape (n,) [rad/s]."""
     zeros: Array
-    """Those of the first output, complex [rad/s]."""
+    """Zeros of the first output, complex [rad/s]."""
     margins: dict[str, float | None]
-    """Gain margin, phase margin [deg] and their frequencies [rad/s] of the plant under unity feedback."""
+    """Gain margin, phase margin [deg] and their frequencies [rad/s] under unity feedback."""
     time: Array
     """Shape (k,) [s]."""
     step: Array
     """Responses to a unit step, shape (outputs, k)."""
     impulse: Array
-    """Responses to a unit impulse, without what D passes on at once, shape (outputs, k)."""
+    """Responses to a unit impulse, without the direct term D, shape (outputs, k)."""
     omega: Array
     """Frequencies, shape (m,) [rad/s]."""
     magnitude: Array
-    """Of the first output, shape (m,)."""
+    """Magnitude of the first output, shape (m,)."""
     phase: Array
-    """Unwrapped, shape (m,) [rad]."""
+    """Unwrapped phase of the first output, shape (m,) [rad]."""
 
     @property
     def is_stable(self) -> bool:
-        """Whether all poles lie in the left half plane."""
+        """Whether all poles are in the left half plane."""
         return bool((self.poles.real < 0.0).all())
 
 
 def study(plant: LinearPlant, *, seconds: float | None = None) -> Study:
-    """Look at a plant.
+    """Analyse a plant.
 
     Args:
-        plant: Linear.
-        seconds: How long responses last; by default as the poles need.
+        plant: The linear plant.
+        seconds: Duration of responses; by default chosen from the poles [s].
     """
     control = theory()
     system = control.ss(plant.A, plant.B, plant.C, plant.D)
@@ -121,7 +121,7 @@ def study(plant: LinearPlant, *, seconds: float | None = None) -> Study:
     poles = np.sort_complex(system.poles())
     time = shown_times(poles, seconds or shown_seconds(poles))
     _, step = control.step_response(system, time, squeeze=False)
-    # What D adds to it has no height; python-control warns that it leaves that out.
+    # The impulse of the direct term D is infinite; python-control warns that it leaves it out.
     moving = control.ss(plant.A, plant.B, plant.C, np.zeros_like(plant.D))
     _, impulse = control.impulse_response(moving, time, squeeze=False)
     omega = frequencies(poles, loop.zeros())
@@ -143,7 +143,7 @@ def study(plant: LinearPlant, *, seconds: float | None = None) -> Study:
 
 
 def margins_of(loop: Any) -> dict[str, float | None]:
-    """Return the margins of a loop; None where there is none."""
+    """Return the margins of a loop; None for those that do not exist."""
     gain, phase, at_gain, at_phase = theory().margin(loop)
     names = ("gain_margin", "phase_margin_deg", "phase_crossover", "gain_crossover")
     return {
@@ -153,7 +153,7 @@ def margins_of(loop: Any) -> dict[str, float | None]:
 
 
 def shown_seconds(poles: Array) -> float:
-    """Return how long a response is worth looking at [s]."""
+    """Return the duration of a response worth showing [s]."""
     growing = float(poles.real.max(initial=0.0))
     if growing > INTEGRATOR:
         return math.log(GROWN) / growing
@@ -165,13 +165,13 @@ def shown_seconds(poles: Array) -> float:
 
 
 def shown_times(poles: Array, seconds: float) -> Array:
-    """Return evenly spaced times, enough of them for the fastest pole that swings, shape (k,) [s]."""
+    """Return evenly spaced times, close enough for the fastest oscillating pole, shape (k,) [s]."""
     swings = seconds * float(np.abs(poles.imag).max(initial=0.0)) / (2.0 * math.pi)
     return np.linspace(0.0, seconds, min(max(POINTS, math.ceil(A_SWING * swings)), MOST_POINTS))
 
 
 def frequencies(poles: Array, zeros: Array) -> Array:
-    """Return frequencies two decades beyond all poles and zeros, shape (POINTS,) [rad/s]."""
+    """Return frequencies up to two decades beyond all poles and zeros, shape (POINTS,) [rad/s]."""
     sizes = np.abs(np.concatenate([poles, zeros]))
     sizes = sizes[sizes > INTEGRATOR]
     low, high = (float(sizes.min()), float(sizes.max())) if len(sizes) else (1.0, 1.0)

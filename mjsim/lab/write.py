@@ -19,18 +19,19 @@ def write_lab(
     recording: Recording | None = None,
     overwrite: bool = False,
 ) -> dict[str, dict[str, Any]]:
-    """Write the page of a plant, or of all plants of a world; return their figures by name.
+    """Write the page of one plant or of all plants of a world; return their results by name.
 
     Args:
-        world: Where the plants are.
-        folder: Where the files go; created if necessary.
-        plant: The one that is looked at; by default all.
-        designers: Give controllers for each, such as `lambda plant: lqr_design(plant, weights, effort)`.
-        recording: Of a run, to identify the plant from.
+        world: The world.
+        folder: Output folder; created if necessary.
+        plant: Name of the plant; by default all.
+        designers: Functions that return a controller for each, such as `lambda plant: lqr_design(plant, weights,
+            effort)`.
+        recording: Recording of a run for identification.
         overwrite: Whether files may be replaced.
 
     Raises:
-        UsageError: The plant does not exist, it cannot be made linear, or a file exists.
+        UsageError: The plant does not exist or cannot be linearised, or a file exists.
     """
     from mjsim.lab.page import figures_of, page_files
 

@@ -1,4 +1,4 @@
-"""Arms on plans: their links as they look from above."""
+"""Draws arms on plans: their links seen from above."""
 
 import math
 
@@ -21,10 +21,10 @@ def shadows(item: RobotArm, q: Array) -> tuple[Array, Array]:
 
     Args:
         item: The arm.
-        q: Values of its joints, shape (n,) [rad, m].
+        q: Joint values, shape (n,) [rad, m].
 
     Returns:
-        links: Both ends of each and its radius, (x, y, x, y, radius), shape (n, 5) [m].
+        links: Both ends and radius of each, (x, y, x, y, radius), shape (n, 5) [m].
         tool: Shape (2,) [m].
     """
     posture = item.arm.posture(q)
@@ -47,12 +47,12 @@ def outline(link: Array) -> Array:
 
 
 def arm_outlines(item: RobotArm, q: Array) -> list[Array]:
-    """Return the outlines of an arm's links from above, the lowest first, the robot's frame, shape (n, 2) each [m]."""
+    """Return the outlines of an arm's links from above, lowest first, in the robot's frame, shape (n, 2) each [m]."""
     return [outline(link) for link in shadows(item, q)[0]]
 
 
 def draw_arm(drawing: Paper, item: RobotArm, place: Pose) -> None:
-    """Draw an arm on a sheet as it begins, on a robot that stands at a place."""
+    """Draw an arm in its initial position on a sheet, for a robot at a given pose."""
     links, tool = shadows(item, np.array(item.start()))
     color = blend(parse_color(item.color), PAPER, 0.35)
     for link in links:
@@ -63,10 +63,10 @@ def draw_arm(drawing: Paper, item: RobotArm, place: Pose) -> None:
 
 
 class Arms:
-    """Draws the arms of all robots where they are."""
+    """Draws the arms of all robots in their current position."""
 
     def __init__(self, world: World) -> None:
-        """Take up the arms, as they begin."""
+        """Prepare the arms in their initial positions."""
         self._arms = [(robot.name, item, _ink(item)) for robot in world.robots for item in robot.arms]
         self._starts = {
             item.name: Pose(item.at[0], item.at[1], math.radians(item.heading_deg)).as_array() for item in world.robots

@@ -1,4 +1,4 @@
-"""A world beside the map or the drawing that it was made from, both at one scale with one grid."""
+"""Draws a world beside the map or drawing from which it was made, at the same scale and with the same grid."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -29,7 +29,7 @@ from mjsim.video.sheet import (
 from mjsim.world import World
 
 WIDE = 1.25
-"""A sheet that is so many times as wide as high stands above the other, not beside it."""
+"""Sheets whose ratio of width to height exceeds this are stacked, instead of side by side."""
 
 
 class Stroke(Protocol):
@@ -41,15 +41,15 @@ class Stroke(Protocol):
 
     @property
     def closed(self) -> bool:
-        """Whether its last corner is joined to the first."""
+        """Whether its last corner is connected to the first."""
 
     @property
     def dark(self) -> float | None:
-        """How dark its inside is filled, 0 to 1; None when it is not."""
+        """Darkness of its fill, 0 to 1; None if it is not filled."""
 
     @property
     def path(self) -> int:
-        """Number of the drawn shape, of which this may be one of several outlines."""
+        """Number of the drawn shape; one shape may have several outlines."""
 
 
 class Original(Protocol):
@@ -57,19 +57,19 @@ class Original(Protocol):
 
     @property
     def name(self) -> str:
-        """Of the file."""
+        """Name of the file."""
 
     @property
     def bounds(self) -> Array:
-        """(x, y) min and max of what it shows, shape (2, 2) [m]."""
+        """Minimum and maximum of (x, y), shape (2, 2) [m]."""
 
     @property
     def strokes(self) -> Sequence[Stroke]:
-        """Of a drawing."""
+        """Lines of a drawing."""
 
     @property
     def picture(self) -> Picture | None:
-        """Of a map, its first row the lowest in y."""
+        """Image of a map; the first row has the lowest y."""
 
     @property
     def cell(self) -> float:
@@ -77,7 +77,7 @@ class Original(Protocol):
 
     @property
     def world_from_picture(self) -> Pose:
-        """The outer corner of its first pixel, and where its rows point."""
+        """Pose of the image: outer corner of its first pixel, and direction of its rows."""
 
 
 def draw_beside(
@@ -88,13 +88,13 @@ def draw_beside(
     labels: Labels | None = None,
     overwrite: bool = False,
 ) -> Picture:
-    """Draw what a world was made from, and beside it the plan of the world.
+    """Draw a map or drawing, and beside it the plan of the world made from it.
 
     Args:
-        world: What it became.
-        original: The map or the drawing, as `mjsim.exchange.read_original` gives it.
+        world: The world made from it.
+        original: The map or drawing, as returned by `mjsim.exchange.read_original`.
         path: PNG or JPEG file to write as well.
-        labels: Which names are written, as `draw_world` has it.
+        labels: Names to write, as for `draw_world`.
         overwrite: Whether an existing file may be replaced.
 
     Raises:
@@ -134,7 +134,7 @@ def _original_page(original: Original, bounds: Array) -> Picture:
 
 
 def _draw_picture(plan: Paper, picture: Picture, original: Original) -> None:
-    """Lay a picture where it belongs on the plan."""
+    """Draw an image at its position on the plan."""
     corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]) * picture.shape[1::-1] * original.cell
     source = np.array([[0, 0], [picture.shape[1], 0], [0, picture.shape[0]]], dtype=np.float32) - np.float32(0.5)
     target = plan.view.pixels(original.world_from_picture.transform(corners)).astype(np.float32)
@@ -142,4 +142,4 @@ def _draw_picture(plan: Paper, picture: Picture, original: Original) -> None:
     size = (plan.image.shape[1], plan.image.shape[0])
     flags = cv2.INTER_AREA if plan.view.scale * original.cell < 1.0 else cv2.INTER_NEAREST
     laid = cv2.warpAffine(picture, matrix, size, flags=flags, borderValue=PAPER)
-    np.minimum(plan.image, laid, out=plan.image)  # the grid shows where the map is light
+    np.minimum(plan.image, laid, out=plan.image)  # the grid is visible where the map is light

@@ -1,4 +1,4 @@
-"""The position error so far, as a chart that is drawn on as the run goes."""
+"""Chart of the position error, drawn incrementally during the run."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,18 +10,18 @@ from mjsim.video.moment import Moment
 from mjsim.video.view import format_metres, round_step
 
 LEFT, RIGHT, TOP, BOTTOM = 52, 14, 32, 24
-"""Room around the curves [px]."""
+"""Margins around the curves [px]."""
 NARROW = 480
-"""A chart less wide than this has its figures under its title [px]."""
+"""In a chart narrower than this, the current errors are below the title [px]."""
 STEP = 3.0
-"""Curves are drawn on by at least this much [px]."""
+"""Minimum step by which curves are extended [px]."""
 
 
 class ErrorChart:
-    """Errors of estimate and dead reckoning over time; its scales grow when the errors leave them."""
+    """Errors of estimate and dead reckoning over time; the scales grow when errors exceed them."""
 
     def __init__(self, width: int, height: int, letters: Letters, *, seconds: float) -> None:
-        """Make an empty chart.
+        """Create an empty chart.
 
         Args:
             width: [px]
@@ -33,7 +33,7 @@ class ErrorChart:
         self._letters = letters
         self._seconds, self._limit = seconds, 0.05
         self._figures = 20 if width >= NARROW else 42
-        """Base line of the errors of now: beside the title, or under it [px]."""
+        """Baseline of the current errors, beside the title or below it [px]."""
         self._top = TOP + self._figures - 20
         self._times: list[float] = []
         self._errors: tuple[list[float], list[float]] = ([], [])
@@ -42,7 +42,7 @@ class ErrorChart:
         self._draw_frame()
 
     def add(self, moment: Moment) -> None:
-        """Draw on by one instant."""
+        """Extend the curves by one instant."""
         values = [float(np.hypot(*(pose - moment.truth)[:2])) for pose in (moment.odometry, moment.estimate)]
         if not np.isfinite(values).all():
             return
@@ -58,7 +58,7 @@ class ErrorChart:
             self._draw_curves(self._curves_to)
 
     def draw(self, image: Picture) -> None:
-        """Put the chart into a picture of its size, with the errors of now."""
+        """Draw the chart with the current errors into a picture of its size."""
         image[:] = self._page
         if not self._times:
             return
@@ -88,7 +88,7 @@ class ErrorChart:
     def _draw_curves(self, first: int) -> None:
         self._curves_to = len(self._times) - 1
         columns = self._column(self._times[first:])
-        # The first of every few pixels, and the newest: shorter pieces would look like beads.
+        # The first of every few pixels, and the newest: shorter segments would look like beads.
         kept = np.append(np.diff(np.floor(columns / STEP), prepend=-1.0)[:-1] > 0.0, True)
         for errors, color in zip(self._errors, (ODOMETRY, ESTIMATE), strict=True):
             points = np.stack([columns, self._row(errors[first:])], axis=-1)[kept]

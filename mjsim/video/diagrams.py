@@ -1,4 +1,4 @@
-"""Sheets and films of kinematic diagrams: each mechanism of a world in a panel, seen so that it is best understood."""
+"""Sheets and films of kinematic diagrams: each mechanism of a world in a panel, seen from the most useful direction."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -17,25 +17,25 @@ from mjsim.video.view import PlanView
 from mjsim.world import Mechanism, World
 
 HEAD, MARGIN = 6.5, 7.0
-"""Above a diagram for its name, and around it [mm]."""
+"""Margin above a diagram for its name, and around it [mm]."""
 CELL = 60.0
-"""Least width of a panel on a sheet [mm]."""
+"""Minimum width of a panel on a sheet [mm]."""
 LARGEST = 100.0
-"""Largest width of a panel on a sheet [mm]."""
+"""Maximum width of a panel on a sheet [mm]."""
 PLANE = 0.98
-"""Fraction of the turning axes that must be one direction for a mechanism to move in a plane."""
+"""Minimum fraction of parallel rotation axes in a planar mechanism."""
 OBLIQUE = (math.radians(-60.0), math.radians(25.0))
-"""Azimuth and elevation from which mechanisms that move in space are seen [rad]."""
+"""Azimuth and elevation from which spatial mechanisms are seen [rad]."""
 ACROSS = 0.1
-"""Slides of a mechanism in a plane have a smaller cosine with its normal."""
+"""Maximum cosine between the slides of a planar mechanism and its normal."""
 STEEP = 0.9
-"""The cosine above which an axis is as good as vertical."""
+"""An axis with a larger cosine to the vertical counts as vertical."""
 SHOWN = 48
-"""Postures of a motion that a diagram is made to fit."""
+"""Number of postures of a motion to which a diagram is scaled."""
 
 
 def best_look(mechanism: Mechanism) -> Array:
-    """Return drawing_from_world for a mechanism, shape (3, 4): along its axes where they are parallel."""
+    """Return drawing_from_world for a mechanism, shape (3, 4) [m]: along its axes if they are parallel."""
     placed = mechanism.assembly.linkage.place(mechanism.assembly.start)
     turn = mechanism.world_from_ground[:3, :3]
     own = np.concatenate([np.array(mechanism.assembly.columns[joint.name], dtype=int) for joint in mechanism.joints])
@@ -51,7 +51,7 @@ def best_look(mechanism: Mechanism) -> Array:
 
 
 def _look_along(toward: Array) -> Array:
-    """Return drawing_from_world for a direction towards the viewer, shape (3, 4): x to the right, or z up."""
+    """Return drawing_from_world for a direction towards the viewer, shape (3, 4) [m]: x to the right, or z up."""
     if abs(toward[2]) > STEEP:
         return np.eye(4)[:3]
     if toward[1] > 1e-9 or (abs(toward[1]) <= 1e-9 and toward[0] < 0):
@@ -62,16 +62,16 @@ def _look_along(toward: Array) -> Array:
 
 
 class Diagram:
-    """One mechanism in its panel; it fits all postures that it is told of."""
+    """One mechanism in its panel, scaled to fit all given postures."""
 
     def __init__(self, mechanism: Mechanism, postures: Sequence[Array], *, width: int, height: int) -> None:
-        """Choose from where it is seen, and the scale.
+        """Choose the viewing direction and the scale.
 
         Args:
-            mechanism: Which.
-            postures: Values of its joints, shape (values,) each [rad, m].
-            width: Of the panel [px].
-            height: Of the panel [px].
+            mechanism: The mechanism.
+            postures: Joint values, shape (values,) each [rad, m].
+            width: Width of the panel [px].
+            height: Height of the panel [px].
         """
         self.mechanism, self._look = mechanism, best_look(mechanism)
         self._width, self._height = width, height
@@ -80,7 +80,7 @@ class Diagram:
         self._view = PlanView(view.left, view.top + head / view.scale, view.scale, width, height)
 
     def draw(self, letters: Letters, values: Array, *, names: bool) -> Picture:
-        """Return the panel for some values of the joints, RGB, shape (height, width, 3)."""
+        """Return the panel for given joint values, RGB, shape (height, width, 3)."""
         image = np.full((self._height, self._width, 3), PAPER, np.uint8)
         drawing, drawn = Paper(image, self._view, letters), posed(self.mechanism, values, self._look)
         draw_mechanism(drawing, drawn)
@@ -92,7 +92,7 @@ class Diagram:
         return image
 
     def _draw_triad(self, drawing: Paper) -> None:
-        """Draw where x, y and z of the world point, in the lower left corner."""
+        """Draw the directions of the world's x, y and z in the lower left corner."""
         foot = self._view.world([px(4.0), self._height - px(4.0)])
         for number, name in enumerate("xyz"):
             way = self._look[:2, number]
@@ -104,7 +104,7 @@ class Diagram:
 
 
 def _bounds(mechanism: Mechanism, postures: Sequence[Array], look: Array) -> Array:
-    """Return the corners of all postures in the drawing, shape (2, 2) [m]."""
+    """Return the bounding box of all postures in the drawing, shape (2, 2) [m]."""
     drawn = [posed(mechanism, values, look) for values in postures]
     parts = [outline for each in drawn for _, outline in body_outlines(each)]
     parts += [curve for each in drawn for curve in curves(each)]
@@ -115,7 +115,7 @@ def _bounds(mechanism: Mechanism, postures: Sequence[Array], look: Array) -> Arr
 
 
 def diagrams_page(world: World, width: int, *, names: bool) -> Picture:
-    """Return diagrams of all mechanisms of a world as they start, RGB, in rows of a width [px]."""
+    """Return diagrams of all mechanisms of a world in their initial posture, RGB, in rows of a width [px]."""
     columns = max(1, min(len(world.mechanisms), int(width / px(CELL))))
     cell, letters, rows = min(width // columns, round(px(LARGEST))), Letters(), []
     for first in range(0, len(world.mechanisms), columns):
@@ -131,20 +131,20 @@ def diagrams_page(world: World, width: int, *, names: bool) -> Picture:
 
 
 def some_of(positions: Array, count: int) -> Array:
-    """Return at most so many rows, evenly spread, of those that are known; positions have shape (N, values)."""
+    """Return at most `count` evenly spaced rows without NaN; positions have shape (N, values)."""
     known = positions[np.isfinite(positions).all(axis=1)]
     rows = np.linspace(0, max(len(known) - 1, 0), min(count, len(known))).astype(int)
     return np.asarray(known[np.unique(rows)])
 
 
 class DiagramFrame:
-    """Diagrams of all mechanisms of a world as they move, 1280 x 720."""
+    """Diagrams of all mechanisms of a moving world, 1280 x 720."""
 
     def __init__(self, world: World, motions: Mapping[str, Array]) -> None:
-        """Choose scales that fit their whole motion.
+        """Choose scales that fit the whole motion.
 
         Args:
-            world: Where they are.
+            world: The world.
             motions: Positions of the joints of each mechanism over time, shape (N, values) [rad, m].
         """
         self._letters, count = Letters(), len(world.mechanisms)
@@ -157,11 +157,11 @@ class DiagramFrame:
         self._page = np.full((HEIGHT, WIDTH, 3), PAPER, np.uint8)
 
     def draw(self, time: float, values: Mapping[str, Array]) -> Picture:
-        """Return the picture of a time [s], RGB, shape (720, 1280, 3); the same array at every call.
+        """Return the picture at a time, RGB, shape (720, 1280, 3); every call returns the same array.
 
         Args:
             time: Since the start of the run [s].
-            values: Of the joints of each mechanism, shape (values,) [rad, m].
+            values: Joint values of each mechanism, shape (values,) [rad, m].
         """
         for number, panel in enumerate(self._panels):
             picture = panel.draw(self._letters, values[panel.mechanism.name], names=False)

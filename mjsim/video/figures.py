@@ -1,4 +1,4 @@
-"""People on a sheet: each from the right and, below that, from above, all to one scale."""
+"""Draws people on a sheet: each from the right and, below that, from above, all to the same scale."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,43 +17,43 @@ from mjsim.video.view import PlanView
 from mjsim.world import Person, World, item_names, look_beside, look_over, person_outlines, placed_targets, prisms
 
 RATIOS = {4: 20.0, 12: 30.0, 32: 50.0}
-"""Up to so many people are drawn to a scale of 1 : this."""
+"""Scale denominators by the maximum number of people."""
 TITLE, HEAD = 7.0, 9.0
-"""Above all people, for what is drawn, and above each, for the name [mm]."""
+"""Margin above all people for the title, and above each for the name [mm]."""
 MARGIN = 3.0
-"""Around each drawing [mm]."""
+"""Margin around each drawing [mm]."""
 NARROWEST = 26.0
-"""Least width of a panel, for what stands above it [mm]."""
+"""Minimum width of a panel, for the text above it [mm]."""
 AROUND = 0.12
-"""So much of a workplace is drawn beyond the body [m]."""
+"""Margin of the workplace drawn around the body [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PersonView:
-    """A person in some posture and the workplace, seen from somewhere; coordinates are of the drawing [m]."""
+    """A person in a posture and the workplace, seen from a direction; coordinates are in the drawing [m]."""
 
     body: Sequence[tuple[Array, str]]
-    """Convex outlines of the body, shape (n, 2), and their colours, the farthest first."""
+    """Convex outlines of the body, shape (n, 2), and their colours, farthest first."""
     things: Sequence[Array]
-    """Outlines of the seat and of what carries targets of the person, shape (n, 2)."""
+    """Outlines of the seat and of objects that carry targets of the person, shape (n, 2)."""
     targets: Array
-    """Where these targets are, shape (n, 2)."""
+    """Positions of these targets, shape (n, 2)."""
 
     @property
     def bounds(self) -> Array:
-        """Least and largest coordinates of the body, with some of the workplace around, shape (2, 2) [m]."""
+        """Minimum and maximum coordinates of the body with a margin of the workplace, shape (2, 2) [m]."""
         points = np.concatenate([outline for outline, _ in self.body])
         around = AROUND if self.things else 0.0
         return np.stack([points.min(axis=0) - around, points.max(axis=0) + around])
 
 
 def person_view(world: World, person: Person, poses: Mapping[str, Array], look: Array) -> PersonView:
-    """Return what is drawn of a person and of the things that hands, feet and eyes are to meet.
+    """Return the view of a person and of the targets of hands, feet and eyes.
 
     Args:
-        world: Where the person is.
-        person: Who.
-        poses: World from segment, shape (4, 4) each [m].
+        world: World that contains the person.
+        person: The person.
+        poses: world_from_segment, shape (4, 4) each [m].
         look: drawing_from_world, shape (3, 4) [m]: `look_beside(poses)` or `look_over(poses)`.
     """
     named = {person.hands.left, person.hands.right, person.feet.left, person.feet.right, person.gaze}
@@ -70,18 +70,18 @@ def person_view(world: World, person: Person, poses: Mapping[str, Array], look: 
 
 
 def _prism_outline(outline: Array, low: float, high: float, look: Array) -> Array:
-    """Return the hull of an upright prism in a drawing, shape (n, 2) [m]."""
+    """Return the convex hull of a vertical prism in a drawing, shape (n, 2) [m]."""
     corners = np.concatenate([np.insert(outline, 2, height, axis=1) for height in (low, high)])
     return np.asarray(cv2.convexHull(_seen(corners, look).astype(np.float32))[:, 0], dtype=float)
 
 
 def _seen(points: Array, look: Array) -> Array:
-    """Return points of the world, shape (n, 3), in a drawing, shape (n, 2) [m]."""
+    """Return points of the world, shape (n, 3) [m], in a drawing, shape (n, 2) [m]."""
     return np.asarray(points @ look[:2, :3].T + look[:2, 3])
 
 
 def draw_figure(drawing: Paper, person: Person, poses: Mapping[str, Array], look: Array) -> None:
-    """Draw a person in some posture from somewhere, in the colours of the clothes, calmed; see `person_outlines`."""
+    """Draw a person in a posture from a direction, in muted colours of the clothes; see `person_outlines`."""
     for outline, color in person_outlines(person, poses, look):
         _draw_outline(drawing, outline, color)
 
@@ -127,7 +127,7 @@ def people_page(world: World, width: int, *, names: bool) -> Picture:
 
 
 def _rows(panels: Sequence[Picture], width: int) -> list[list[Picture]]:
-    """Return panels in rows that are no wider than a width [px], unless one panel alone is."""
+    """Return panels in rows that are no wider than a width [px], unless a single panel is."""
     rows: list[list[Picture]] = [[]]
     for panel in panels:
         if rows[-1] and sum(each.shape[1] for each in rows[-1]) + panel.shape[1] > width:
@@ -137,7 +137,7 @@ def _rows(panels: Sequence[Picture], width: int) -> list[list[Picture]]:
 
 
 def _row(panels: Sequence[Picture], width: int) -> Picture:
-    """Return panels side by side, their upper edges in line; what is wider than the page is cut off."""
+    """Return panels side by side, aligned at the top, cut off at the page width."""
     row = np.full((max(panel.shape[0] for panel in panels), width, 3), PAPER, np.uint8)
     column = 0
     for panel in panels:
@@ -148,7 +148,7 @@ def _row(panels: Sequence[Picture], width: int) -> Picture:
 
 
 def _floor(person: Person, poses: Mapping[str, Array]) -> float:
-    """Return the height of the line below a person [m]: the floor of who sits, the lowest sole of who stands."""
+    """Return the height of the line below a person [m]: the floor if seated, the lowest sole if standing."""
     if person.seat is not None:
         return 0.0
     spots = person.figure.spots(poses)
@@ -156,7 +156,7 @@ def _floor(person: Person, poses: Mapping[str, Array]) -> float:
 
 
 def _panel(world: World, person: Person, ratio: float, letters: Letters, *, names: bool) -> Picture:
-    """Return a person from the right, the floor as a line, and below that from above."""
+    """Return a person from the right, with the floor as a line, and below that from above."""
     poses, scale = poses_of(world, person), px(1000.0) / ratio
     views = [person_view(world, person, poses, look(poses)) for look in (look_beside, look_over)]
     bounds = [view.bounds for view in views]

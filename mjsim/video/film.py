@@ -1,4 +1,4 @@
-"""A recording -> an H.264 film, 25 frames for each simulated second."""
+"""Renders recordings as H.264 films, with 25 frames per simulated second."""
 
 import queue
 import threading
@@ -21,11 +21,11 @@ from mjsim.video.views import DIAGRAMS, composed_pictures, diagram_pictures, pla
 from mjsim.world import View
 
 RATE = 25
-"""Frames a second."""
+"""Frames per second."""
 AHEAD = 8
-"""How many drawn frames may wait for the encoder."""
+"""Maximum number of rendered frames waiting for the encoder."""
 OPTIONS = {"preset": "veryfast", "crf": "20", "movflags": "+faststart"}
-"""Of x264: quick, and good enough to read small letters; the index stands first, for browsers."""
+"""Options of x264: fast, and sharp enough for small text; the index comes first, for browsers."""
 
 
 def make_video(
@@ -45,21 +45,22 @@ def make_video(
     """Write the film of a recording as H.264 in an MP4 file.
 
     Args:
-        recording: What is shown.
-        path: The file; it is there only once the film is whole.
-        view: 'plan', 'chase', 'overview', 'diagrams' of mechanisms, or 'ROBOT/CAMERA' alone; unless given all in one,
-            or diagrams in a world without robots.
-        follow: What the close-up follows, 'truth', 'estimate' or 'nothing'; by default as the world says.
-        sightings: Whether lines lead to what is seen; by default as the world says, and so on.
-        ellipses: Whether 95 % ellipses are shown.
-        trails: Whether the ways of the robot are shown.
-        begin: Only what was from this time on [s].
-        end: Only what was until this time [s].
-        progress: Called with how many frames are done.
-        overwrite: Whether a file at the path may be replaced, once the film is whole.
+        recording: The recording.
+        path: Output file; it appears only when the film is complete.
+        view: 'plan', 'chase', 'overview', 'diagrams' of mechanisms, or 'ROBOT/CAMERA'; by default the composed view, or
+            diagrams in a world without robots.
+        follow: What the close-up follows, 'truth', 'estimate' or 'nothing'; by default as in the world.
+        sightings: Whether to draw lines to sighted beacons; by default as in the world, like the following ones.
+        ellipses: Whether to draw 95 % ellipses.
+        trails: Whether to draw the paths of the robot.
+        begin: Start time [s]; by default that of the recording.
+        end: End time [s]; by default that of the recording.
+        progress: Called with the number of frames that are done.
+        overwrite: Whether an existing file may be replaced, once the film is complete.
 
     Raises:
-        UsageError: The view does not exist, no tick is between these times, or the file exists or cannot be written.
+        UsageError: The view does not exist, there is no tick between these times, or the file exists or cannot be
+            written.
     """
     path = Path(path)
     require_film_name(path)
@@ -74,20 +75,20 @@ def make_video(
         pictures = (composed_pictures if view is None else plan_pictures)(recording, rows, look)
     else:
         pictures = scene_pictures(recording, rows, view)
-    # The first one shows what cannot be before a file is begun.
+    # The first frame reveals what is impossible before a file is created.
     first = next(pictures)
     with new_file(path, overwrite=overwrite) as part:
         write_film(chain((first,), pictures), part, progress=progress)
 
 
 def require_film_name(path: Path) -> None:
-    """Raise UsageError when a file's name is not that of a film."""
+    """Raise UsageError if a file name does not have the suffix of a film."""
     if path.suffix.lower() not in (".mp4", ".m4v", ".mov"):
         raise UsageError(f"cannot write a film as '{path.name}'; name it .mp4")
 
 
 def look_of(look: View, follow: str | None, sightings: bool | None, ellipses: bool | None, trails: bool | None) -> View:
-    """Return what is shown, with what is given in place of what the world says."""
+    """Return the display settings of a world, overridden by the given ones."""
     if follow is not None and follow not in ("truth", "estimate", "nothing"):
         raise UsageError(f"follow is '{follow}'; it must be truth, estimate or nothing")
     given = {"follow": follow, "sightings": sightings, "ellipses": ellipses, "trails": trails}
@@ -95,10 +96,10 @@ def look_of(look: View, follow: str | None, sightings: bool | None, ellipses: bo
 
 
 def frames_between(recording: Recording, begin: float | None = None, end: float | None = None) -> list[int]:
-    """Return the row of each frame of the film of a recording, or of its part between two times [s].
+    """Return the row of each frame of a recording's film, or of its section between two times [s].
 
     Raises:
-        UsageError: No tick is between them.
+        UsageError: There is no tick between these times.
     """
     part = recording.between(begin, end).time
     first = int(np.searchsorted(recording.time, part[0]))
@@ -106,7 +107,7 @@ def frames_between(recording: Recording, begin: float | None = None, end: float 
 
 
 def frame_rows(times: NDArray[np.float64]) -> list[int]:
-    """Return the newest row at each frame's time; times ascend, shape (N,) [s]."""
+    """Return the last row not after each frame's time; times ascend, shape (N,) [s]."""
     count = int((times[-1] - times[0]) * RATE + 1e-6) + 1
     instants = times[0] + np.arange(count) / RATE
     rows: list[int] = (np.searchsorted(times, instants + 1e-6, side="right") - 1).tolist()
@@ -114,7 +115,7 @@ def frame_rows(times: NDArray[np.float64]) -> list[int]:
 
 
 def write_film(pictures: Iterable[Picture], path: Path, *, progress: Callable[[float], None] | None = None) -> None:
-    """Encode RGB pictures of one even size into a file; they are drawn in a thread of their own."""
+    """Encode RGB pictures of one even size into a file; they are rendered in a separate thread."""
     frames = _Ahead(pictures)
     try:
         _encode(frames, path, progress)
@@ -129,7 +130,7 @@ def _encode(frames: "_Ahead", path: Path, progress: Callable[[float], None] | No
             if stream is None:
                 stream = container.add_stream("libx264", rate=RATE, options=OPTIONS)
                 stream.width, stream.height, stream.pix_fmt = yuv.shape[1], yuv.shape[0] * 2 // 3, "yuv420p"
-                # As OpenCV converts; players would take pictures of this size for BT.709.
+                # As OpenCV converts; players would assume BT.709 for pictures of this size.
                 stream.codec_context.color_range = ColorRange.MPEG
                 stream.codec_context.colorspace = Colorspace.ITU601
             frame = av.VideoFrame.from_ndarray(yuv, format="yuv420p")
@@ -141,7 +142,7 @@ def _encode(frames: "_Ahead", path: Path, progress: Callable[[float], None] | No
 
 
 class _Ahead:
-    """Draws and converts pictures in a thread of its own, a few ahead of who takes them."""
+    """Renders and converts pictures in a separate thread, a few ahead of the consumer."""
 
     def __init__(self, pictures: Iterable[Picture]) -> None:
         self._pictures = pictures
@@ -162,10 +163,10 @@ class _Ahead:
         return taken
 
     def stop(self) -> None:
-        """Draw no more, and wait until the thread has ended."""
+        """Stop rendering, and wait until the thread has ended."""
         self._stopped.set()
         while self._thread.is_alive():
-            # The thread may wait for room.
+            # The thread may be waiting for space.
             with self._ready.mutex:
                 self._ready.queue.clear()
                 self._ready.not_full.notify()
@@ -174,12 +175,12 @@ class _Ahead:
     def _work(self) -> None:
         try:
             for picture in self._pictures:
-                # H.264 halves the colours' resolution, so both sides are even.
+                # H.264 halves the resolution of colours, so both sides must be even.
                 even = picture[: picture.shape[0] // 2 * 2, : picture.shape[1] // 2 * 2]
                 self._ready.put(np.asarray(cv2.cvtColor(even, cv2.COLOR_RGB2YUV_I420), dtype=np.uint8))
                 if self._stopped.is_set():
                     return
             self._ready.put(None)
-        # Handed to the thread that waits for pictures, and raised there.
+        # Passed to the thread that waits for pictures, and raised there.
         except BaseException as error:
             self._ready.put(error)

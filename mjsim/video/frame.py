@@ -1,4 +1,4 @@
-"""The composed picture of a run: the plan, a close-up, what the robot sees, and the error so far."""
+"""The composed picture of a run: the plan, a close-up, the onboard camera, and the error so far."""
 
 import cv2
 import numpy as np
@@ -37,11 +37,12 @@ from mjsim.video.view import PlanView
 from mjsim.world import Camera, View, World
 
 CLOSE_UP = 110.0
-"""Scale of the close-up [px/m]; less in a world too large to keep at this scale."""
+"""Scale of the close-up [px/m]; smaller in a world too large to cache at this scale."""
 LARGEST = 16e6
-"""Most pixels of a plan that is kept."""
+"""Maximum number of pixels of a cached plan."""
 FIGURES = (58, 138, 258)
-"""Where time, speed and the number of landmarks end, right of the title [px]: figures do not jump."""
+"""Right edges of time, speed and number of landmarks, right of the title [px]: fixed, so that the numbers do not move.
+"""
 LEGEND: tuple[tuple[str, Color], ...] = (
     ("truth", TRUTH),
     ("estimate", ESTIMATE),
@@ -52,10 +53,10 @@ LEGEND: tuple[tuple[str, Color], ...] = (
 
 
 class Panel:
-    """A plan with what moves on it; it stays whole, and a window of it is shown."""
+    """A plan with moving objects; the whole plan is cached, and a window of it is shown."""
 
     def __init__(self, world: World, view: PlanView, *, look: View, robot: str, letters: Letters | None = None) -> None:
-        """Draw the plan once, with names when there are letters."""
+        """Draw the plan once, with names if letters are given."""
         self._world, self._letters = world, letters
         self._look = look
         self.view = view
@@ -67,7 +68,7 @@ class Panel:
         self._trails = Trails(self.plan, view)
 
     def add(self, moment: Moment) -> None:
-        """Let the trails go on."""
+        """Extend the trails."""
         if self._look.trails:
             self._trails.add(moment)
 
@@ -77,14 +78,14 @@ class Panel:
         return plan
 
     def _take_away(self, removed: frozenset[str]) -> None:
-        """Redraw the plan where it has changed; trails stay elsewhere."""
+        """Redraw the plan where objects were removed; trails elsewhere stay."""
         before, self._removed = self._background(), removed
         now = self._background()
         other = (before != now).any(axis=2)
         self.plan[other] = now[other]
 
     def draw(self, image: Picture, moment: Moment, *, around: Array | None = None) -> PlanView:
-        """Draw the plan, or its window around a world point, into a picture; return what it shows."""
+        """Draw the plan, or its window around a world point, into a picture; return the view of the result."""
         if moment.looks is not None and (other := moment.looks.removed | moment.looks.reached.keys()) != self._removed:
             self._take_away(other)
         height, width = image.shape[:2]
@@ -114,7 +115,7 @@ class Panel:
 
 
 class Frame:
-    """Composes pictures of one robot's run, 1280 x 720: `add` every moment, `draw` those that are to be shown."""
+    """Composes pictures of one robot's run, 1280 x 720: call `add` for every moment, `draw` for those to show."""
 
     def __init__(
         self,
@@ -125,14 +126,14 @@ class Frame:
         seconds: float | None = None,
         reach: Array | None = None,
     ) -> None:
-        """Draw once all that stays.
+        """Draw everything static once.
 
         Args:
-            world: Where it runs.
-            robot: Whose run; by default the first one's.
-            look: What is shown; by default as the world says.
+            world: World of the run.
+            robot: Name of the robot; by default the first one.
+            look: Display settings; by default those of the world.
             seconds: Time at the right edge of the chart [s]; by default that of the world's run.
-            reach: Places that the plan shows even where the world ends before them, shape (n, 2) [m].
+            reach: Points that the plan must show even if they lie outside the world, shape (n, 2) [m].
 
         Raises:
             UsageError: The robot does not exist.
@@ -147,7 +148,7 @@ class Frame:
         self._page[:] = PAGE
         bounds = bounds_with(world, reach)
         self._middle = bounds.mean(axis=0)
-        """Where a close-up looks that follows nothing [m]."""
+        """Centre of a close-up that follows nothing, world frame [m]."""
         camera = next((sensor for sensor in robots[self.robot].sensors if isinstance(sensor, Camera)), None)
         layout = arrange(bounds, camera=camera.width / camera.height if camera else None)
         self._whole_part = self._part(layout.plan)
@@ -166,7 +167,7 @@ class Frame:
         self._write_head(world)
 
     def add(self, moment: Moment) -> None:
-        """Take note of a moment, in order of time: trails and errors go on."""
+        """Add a moment, in order of time: extends trails and errors."""
         self._whole.add(moment)
         self._close.add(moment)
         self._chart.add(moment)
@@ -176,12 +177,12 @@ class Frame:
             step = float(np.hypot(*(moment.truth - self._last[1])[:2]))
             if step > LIFTED:
                 step = 0.0
-            # A tenth of the newest step: driving noise would make the figure flicker.
+            # Low-pass filter with weight 0.1 for the newest step: driving noise would make the number flicker.
             self._speed += 0.1 * (step / (moment.time - self._last[0]) - self._speed)
         self._last = moment.time, moment.truth
 
     def draw(self, moment: Moment) -> Picture:
-        """Return the picture of a moment, RGB, shape (720, 1280, 3); the same array at every call."""
+        """Return the picture of a moment, RGB, shape (720, 1280, 3); every call returns the same array."""
         self._whole.draw(self._whole_part, moment)
         self._draw_close_up(moment)
         self._chart.draw(self._chart_part)
@@ -228,21 +229,21 @@ class Frame:
 
 
 class PlanFrame:
-    """The plan alone, 1280 x 720: `add` every moment, `draw` those that are to be shown."""
+    """Only the plan, 1280 x 720: call `add` for every moment, `draw` for those to show."""
 
     def __init__(self, world: World, robot: str, *, look: View, reach: Array | None = None) -> None:
-        """Draw the plan once; it also shows the places of `reach`, shape (n, 2) [m]."""
+        """Draw the plan once; it also shows the points of `reach`, shape (n, 2) [m]."""
         self._page = np.empty((HEIGHT, WIDTH, 3), np.uint8)
         view = PlanView.fit(bounds_with(world, reach), WIDTH, HEIGHT, margin=MARGIN)
         self._panel = Panel(world, view, look=look, robot=robot)
         self._letters = Letters()
 
     def add(self, moment: Moment) -> None:
-        """Let the trails go on."""
+        """Extend the trails."""
         self._panel.add(moment)
 
     def draw(self, moment: Moment) -> Picture:
-        """Return the picture of a moment, RGB, shape (720, 1280, 3); the same array at every call."""
+        """Return the picture of a moment, RGB, shape (720, 1280, 3); every call returns the same array."""
         view = self._panel.draw(self._page, moment)
         draw_scale_bar(self._page, view.scale, self._letters, (WIDTH - MARGIN, HEIGHT - MARGIN))
         self._letters.write(self._page, f"{moment.time:.1f} s", (MARGIN, HEIGHT - MARGIN), 16)
@@ -250,7 +251,7 @@ class PlanFrame:
 
 
 def draw_seen(image: Picture, moment: Moment, letters: Letters) -> None:
-    """Draw the onboard picture with recognised beacons outlined and named, scaled to fit."""
+    """Draw the onboard picture with outlines and names of recognised beacons, scaled to fit."""
     height, width = image.shape[:2]
     image[:] = PAGE
     if moment.picture is None:
@@ -266,7 +267,7 @@ def draw_seen(image: Picture, moment: Moment, letters: Letters) -> None:
     for seen in moment.sightings:
         if seen.corners is None:
             continue
-        # Pixel centres lie at whole numbers in both pictures.
+        # Pixel centres are at integers in both pictures.
         outline = (np.asarray(seen.corners) + 0.5) * scale - 0.5
         draw_polyline(inside, outline, PAPER, width=4, closed=True)
         draw_polyline(inside, outline, SEEN, width=2, closed=True)
@@ -277,7 +278,7 @@ def draw_seen(image: Picture, moment: Moment, letters: Letters) -> None:
 def _write_tag(
     image: Picture, name: str, outline: Array, tags: list[tuple[int, int, int]], letters: Letters
 ) -> tuple[int, int, int]:
-    """Write a name on a plate above an outline, or below it where another plate (x, y, width) is."""
+    """Write a name on a plate above an outline, or below it if another plate (x, y, width) is there."""
     width, low, high = letters.width(name, 13) + 10, outline.min(axis=0), outline.max(axis=0)
     x = round(float(np.clip(outline[:, 0].mean() - width / 2, 0, max(image.shape[1] - width, 0))))
     y = round(float(np.clip(low[1] - 22, 0, image.shape[0] - 20)))
@@ -289,7 +290,7 @@ def _write_tag(
 
 
 def _close_view(bounds: Array, part: Pane) -> PlanView:
-    """Return the view of the whole world at the scale of the close-up, with some floor around it."""
+    """Return the view of the whole world at the scale of the close-up, with a margin of floor."""
     room = bounds + np.array([[-0.5], [0.5]])
     width, height = room[1] - room[0]
     scale = min(CLOSE_UP, float(np.sqrt(LARGEST / (width * height))))

@@ -1,4 +1,4 @@
-"""Colours and letters of everything that is drawn; colours are RGB and tell apart for the colour-blind."""
+"""Colours and text for all drawings; colours are RGB and distinguishable for the colour-blind."""
 
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from mjsim.output import write_file
 
 Color = tuple[int, int, int]
 
-# Okabe and Ito, "Color Universal Design" (2008), for what carries meaning; calm greys for the rest.
+# Okabe and Ito, "Color Universal Design" (2008), for meaningful colours; muted greys for the rest.
 TRUTH: Color = (0, 114, 178)
 ESTIMATE: Color = (213, 94, 0)
 SEEN: Color = (0, 158, 115)
@@ -31,7 +31,7 @@ WALL: Color = (74, 79, 87)
 REGULAR, SEMIBOLD = 400, 600
 
 FRACTION_BITS = 4
-"""OpenCV takes fixed-point coordinates; 1/16 px keeps slow movements smooth."""
+"""Fraction bits of OpenCV's fixed-point coordinates; 1/16 px keeps slow motion smooth."""
 
 
 def parse_color(text: str) -> Color:
@@ -41,7 +41,7 @@ def parse_color(text: str) -> Color:
 
 
 def blend(color: Color, other: Color, share: float) -> Color:
-    """Return a colour mixed with a share in [0, 1] of another."""
+    """Return a mixture of two colours; `share` in [0, 1] is the fraction of the other one."""
     mixed = [round((1.0 - share) * a + share * b) for a, b in zip(color, other, strict=True)]
     return mixed[0], mixed[1], mixed[2]
 
@@ -53,13 +53,13 @@ def fixed(points: NDArray[Any]) -> NDArray[np.int32]:
 
 
 def draw_polyline(image: Picture, points: NDArray[Any], color: Color, *, width: int = 1, closed: bool = False) -> None:
-    """Draw a smooth line through pixels, shape (n, 2)."""
+    """Draw an anti-aliased line through pixels, shape (n, 2)."""
     if len(points) > 1:
         cv2.polylines(image, [fixed(points)], closed, color, width, cv2.LINE_AA, FRACTION_BITS)
 
 
 def fixed_polylines(image: Picture, outlines: NDArray[Any], color: Color) -> None:
-    """Draw many closed outlines of as many points each, in pixels, shape (k, n, 2)."""
+    """Draw many closed outlines with equal numbers of points, in pixels, shape (k, n, 2)."""
     cv2.polylines(image, list(fixed(outlines)), True, color, 1, cv2.LINE_AA, FRACTION_BITS)
 
 
@@ -83,13 +83,13 @@ def draw_dots(image: Picture, middles: NDArray[Any], color: Color) -> None:
 
 
 class Letters:
-    """Text in the font that comes with OpenCV; one for each thread that draws."""
+    """Text in the font included in OpenCV; not thread-safe, use one per thread."""
 
     def __init__(self) -> None:
         self._face = cv2.FontFace("sans")
 
     def width(self, text: str, size: int, *, weight: int = REGULAR) -> int:
-        """Return how wide a text is [px]."""
+        """Return the width of a text [px]."""
         box = cv2.getTextSize((1, 1), text, (0, 0), self._face, size, weight)
         return int(box[0] + box[2])
 
@@ -107,9 +107,9 @@ class Letters:
         """Write a line of text.
 
         Args:
-            image: Where to.
-            text: What.
-            at: x [px], and y of the base line [px].
+            image: Picture to write into.
+            text: The text.
+            at: x [px], and y of the baseline [px].
             size: Height of the font [px].
             color: RGB.
             weight: REGULAR or SEMIBOLD.
@@ -120,16 +120,16 @@ class Letters:
 
 
 def write_picture(path: str | Path, page: Picture, *, overwrite: bool = False) -> None:
-    """Write an RGB picture as PNG or JPEG, by the name of the file.
+    """Write an RGB picture as PNG or JPEG, depending on the suffix.
 
     Raises:
-        UsageError: The file exists, unless `overwrite` allows to replace it, is called otherwise, or cannot be written.
+        UsageError: The file exists and `overwrite` is false, has another suffix, or cannot be written.
     """
     write_file(path, encoded_picture(path, page), overwrite=overwrite)
 
 
 def encoded_picture(path: str | Path, page: Picture) -> bytes:
-    """Return the contents of a PNG or JPEG file, by its name; raises UsageError for another name."""
+    """Return a picture encoded as PNG or JPEG, depending on the suffix; raises UsageError for another suffix."""
     suffix = Path(path).suffix.lower()
     if suffix not in (".png", ".jpg", ".jpeg"):
         raise UsageError(f"cannot write a picture as '{path}'; name it .png or .jpg")

@@ -1,4 +1,4 @@
-"""Symbols of joints, as kinematic diagrams have them; lengths are in millimetres of paper.
+"""Symbols of joints in kinematic diagrams; lengths are in millimetres on paper.
 
 References:
     ISO 3952-1 (1981), Kinematic diagrams: graphical symbols of kinematic pairs.
@@ -14,27 +14,27 @@ from mjsim.video.ink import ESTIMATE, INK, PAPER
 from mjsim.video.paper import Paper, arc
 
 RADIUS = 0.9
-"""Of a hinge seen along its axis [mm]."""
+"""Radius of a hinge seen along its axis [mm]."""
 FINE, BOLD = 0.2, 0.3
 """Thickness of lines [mm]."""
 Symbol = Callable[[Paper, Pose, bool], None]
-"""Draws a joint at a place whose x axis is the joint's axis; the flag says whether one looks along that axis."""
+"""Draws a joint at a pose whose x axis is the joint's axis; the flag says whether the view is along that axis."""
 
 
 def draw_joint(drawing: Paper, kind: str, place: Pose, *, along: bool) -> None:
     """Draw the symbol of a joint.
 
     Args:
-        drawing: Where.
-        kind: 'revolute' and so on.
-        place: Where it is and where its axis points, in the plane of the drawing.
-        along: Whether one looks along its axis.
+        drawing: Sheet to draw on.
+        kind: Kind of joint, such as 'revolute'.
+        place: Position and direction of the axis, in the plane of the drawing.
+        along: Whether the view is along the axis.
     """
     SYMBOLS[kind](drawing, place, along)
 
 
 def draw_ground(drawing: Paper, place: Pose) -> None:
-    """Draw the hatched line on which a joint of the ground stands, below the joint."""
+    """Draw the hatched ground line below a joint of the ground."""
     low = -1.9
     for foot in (-0.9, 0.9):
         _stroke(drawing, place, [(0.0, 0.0), (foot, low)], FINE)
@@ -44,7 +44,7 @@ def draw_ground(drawing: Paper, place: Pose) -> None:
 
 
 def draw_turning(drawing: Paper, place: Pose) -> None:
-    """Draw the arrow of what turns a joint."""
+    """Draw the arrow of an actuator that rotates a joint."""
     way = arc((0.0, 0.0), 2.3, -0.6, 3.6)
     points = place.transform(way * drawing.metres(1.0))
     drawing.line(points[:-3], ESTIMATE, BOLD)
@@ -52,7 +52,7 @@ def draw_turning(drawing: Paper, place: Pose) -> None:
 
 
 def draw_sliding(drawing: Paper, place: Pose) -> None:
-    """Draw the arrow of what slides a joint, beside it."""
+    """Draw the arrow of an actuator that translates a joint, beside it."""
     drawing.arrow(_points(drawing, place, [(-2.2, 1.7), (2.6, 1.7)]), ESTIMATE, BOLD)
 
 
@@ -213,4 +213,4 @@ SYMBOLS: dict[str, Symbol] = {
     "six_dof": _six_dof,
     "custom": _custom,
 }
-"""Symbols by the key that names a joint in a world file."""
+"""Symbols by the joint's key in a world file."""

@@ -1,4 +1,4 @@
-"""Names on a plan, placed so that they do not cover each other."""
+"""Places names on a plan so that they do not overlap."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,26 +12,26 @@ from mjsim.video.ink import Color, Letters
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Label:
-    """A name to be written near a point."""
+    """A name to write near a point."""
 
     text: str
     at: Array
-    """What it names, shape (2,) [px]."""
+    """The labelled point, shape (2,) [px]."""
     side: Array
-    """Where it would rather stand, a unit vector in the picture; zeros for right on the point."""
+    """Preferred side, a unit vector in the picture; zeros for centred on the point."""
     size: int
     """Height of the font [px]."""
     color: Color
 
 
 def place_labels(image: Picture, labels: Sequence[Label], letters: Letters, taken: Sequence[Array]) -> list[Array]:
-    """Write each name where it covers least of what is there.
+    """Write each name where it covers the least of what is already drawn.
 
     Args:
-        image: Where to.
-        labels: Names, the first ones choose first.
+        image: Picture to write into.
+        labels: The names, in order of priority.
         letters: The font.
-        taken: Boxes to keep clear, (x, y) min and max, shape (2, 2) each [px].
+        taken: Boxes to keep free, minimum and maximum of (x, y), shape (2, 2) each [px].
 
     Returns:
         The boxes of the names in the order of `labels`, shape (2, 2) each [px].
@@ -54,7 +54,7 @@ def _box(label: Label, size: Array, away: float, turn: float) -> Array:
     side = np.array([[c, -s], [s, c]]) @ label.side
     if not side.any():
         side, away = np.array([s, 0.0 if turn == 0 else c]), away if turn else 0.0
-    # The box touches a circle of radius `away` around the point on the side where it stands.
+    # The box touches a circle of radius `away` around the point on the given side.
     middle = label.at + side * away + np.sign(np.round(side, 2)) * np.abs(side) * size / 2
     return np.stack([middle - size / 2, middle + size / 2])
 

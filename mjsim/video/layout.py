@@ -1,4 +1,4 @@
-"""Where the parts of a composed picture stand: by the shape of the world and of the onboard picture."""
+"""Arrangement of the parts of a composed picture, depending on the shapes of the world and of the onboard picture."""
 
 from dataclasses import dataclass
 
@@ -7,11 +7,11 @@ from mjsim.geometry import Array
 WIDTH, HEIGHT = 1280, 720
 MARGIN, GAP, HEAD = 16, 12, 48
 CHART = 150
-"""Height of the chart under the plan [px]."""
+"""Height of the chart below the plan [px]."""
 COLUMN = 480
 """Width of the right column [px]: close-up above, onboard picture below."""
 WIDE, TALL = 2.4, 0.75
-"""Worlds wider than this, or narrower than that, are laid out in their own way (width by height)."""
+"""Worlds wider than the first or narrower than the second have their own arrangements (width by height)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,7 @@ class Pane:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Layout:
-    """The parts of a composed picture under its head."""
+    """The parts of a composed picture below its header."""
 
     plan: Pane
     close_up: Pane
@@ -36,11 +36,11 @@ class Layout:
 
 
 def arrange(bounds: Array, *, camera: float | None) -> Layout:
-    """Return where everything stands.
+    """Return the position of all parts.
 
     Args:
-        bounds: Of the world, (x, y) min and (x, y) max, shape (2, 2) [m].
-        camera: Width by height of the onboard picture; None without one.
+        bounds: Bounds of the world, minimum and maximum of (x, y), shape (2, 2) [m].
+        camera: Ratio of width to height of the onboard picture; None without one.
     """
     width, height = bounds[1] - bounds[0]
     shape = float(width / height)
@@ -63,7 +63,7 @@ def _usual(camera: float | None) -> Layout:
 
 
 def _wide(shape: float, camera: float | None) -> Layout:
-    """Plan across the whole picture, everything else in a row below."""
+    """Plan over the full width, everything else in a row below."""
     across = WIDTH - 2 * MARGIN
     plan = Pane(MARGIN, HEAD, across, min(max(round(across / shape) + 20, 140), 320))
     y = HEAD + plan.height + GAP

@@ -1,4 +1,4 @@
-"""The legend of a plan: a symbol for each kind of thing that it shows, and what it means."""
+"""The legend of a plan: a symbol for each kind of item on it, and its meaning."""
 
 from collections.abc import Callable, Iterator
 
@@ -11,11 +11,11 @@ from mjsim.video.symbols import draw_lamp
 from mjsim.world import Lamp, RampObstacle, StepsObstacle, World
 
 Sign = Callable[[Paper, Pose], None]
-"""Draws a sign of the legend in the middle of its place."""
+"""Draws a symbol of the legend, centred on its position."""
 
 
 def draw_legend(sheet: Paper, world: World, *, left: float, right: float) -> None:
-    """Draw a sign of each kind that is there, and what it means, in rows at the foot, inside margins [mm]."""
+    """Draw the symbol and the meaning of each kind present, in rows at the bottom, within margins [mm]."""
     x, y = px(left), sheet.view.height - px(8.0)
     size = round(px(2.3))
     for words, draw in _signs(world):
@@ -28,7 +28,7 @@ def draw_legend(sheet: Paper, world: World, *, left: float, right: float) -> Non
 
 
 def _signs(world: World) -> Iterator[tuple[str, Sign]]:
-    """Yield what the legend explains: words, and how to draw the sign."""
+    """Yield the entries of the legend: the text, and a function that draws the symbol."""
     if world.robots:
         yield "robot at its start", _robot_sign
     if any(beacon.image is not None for beacon in world.beacons):
@@ -55,7 +55,7 @@ def _signs(world: World) -> Iterator[tuple[str, Sign]]:
 
 
 def _along(sheet: Paper, place: Pose, half: float) -> Array:
-    """Return the ends of a line along x through a place, of half a length [mm]."""
+    """Return the ends of a line along x through a point, of half a length [mm]."""
     return place.transform(np.array([[-1.0, 0.0], [1.0, 0.0]]) * sheet.metres(half))
 
 

@@ -1,4 +1,4 @@
-"""Mechanisms as kinematic diagrams: bodies, joints with their symbols, what ties them and what moves them."""
+"""Draws mechanisms as kinematic diagrams: bodies, joint symbols, constraints and actuators."""
 
 import math
 from collections.abc import Iterator
@@ -17,35 +17,35 @@ from mjsim.world import GROUND, ForceActuator, Mechanism, MechanismJoint, Torque
 ABOVE = np.eye(4)[:3]
 """The view of a plan: x to the right, y up, z towards the viewer."""
 END_ON = 0.9
-"""One looks along an axis when the cosine of the angle between them is larger."""
+"""The view is along an axis if the cosine of the angle between them is larger."""
 ROUND = 32
-"""Corners of a circle."""
+"""Number of corners of a circle."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawn:
-    """A mechanism in one posture, seen from somewhere."""
+    """A mechanism in one posture, seen from a direction."""
 
     mechanism: Mechanism
     look: Array
-    """drawing_from_world: to the right, up, towards the viewer, shape (3, 4) [m]."""
+    """drawing_from_world: right, up, towards the viewer, shape (3, 4) [m]."""
     poses: dict[str, Array]
-    """world_from_body by name, of the ground too, shape (4, 4) [m]."""
+    """world_from_body by name, including the ground, shape (4, 4) each [m]."""
     axes: Array
-    """Of each value, in the world frame, shape (values, 3)."""
+    """Axis of each value, world frame, shape (values, 3)."""
 
     def points(self, body: str, points: Array) -> Array:
-        """Return where points of a body, shape (..., 3), are in the drawing, shape (..., 3) [m]."""
+        """Return points of a body, shape (..., 3) [m], in the drawing, shape (..., 3) [m]."""
         pose = self.look @ self.poses[body]
         return np.asarray(np.asarray(points) @ pose[:, :3].T + pose[:, 3])
 
     def joint(self, joint: MechanismJoint) -> Array:
-        """Return where a joint is in the drawing, on the body that it carries, shape (3,) [m]."""
+        """Return the position of a joint in the drawing, on the body that it carries, shape (3,) [m]."""
         second = self.mechanism.assembly.places[joint.name][1]
         return self.points(second.body, np.array(second.at))
 
     def axis(self, joint: MechanismJoint) -> Array:
-        """Return the axis of a joint in the drawing, shape (3,): that of its plane's normal where it has a plane."""
+        """Return the axis of a joint in the drawing, shape (3,); for a planar joint, the normal of its plane."""
         columns = self.mechanism.assembly.columns[joint.name]
         if not len(columns):
             return np.array([1.0, 0.0, 0.0])
@@ -56,12 +56,12 @@ class Drawn:
 
 
 def posed(mechanism: Mechanism, values: Array, look: Array = ABOVE) -> Drawn:
-    """Return a mechanism ready to be drawn.
+    """Return a mechanism prepared for drawing.
 
     Args:
-        mechanism: Which.
-        values: Of its joints, shape (values,) [rad, m].
-        look: As `Drawn` has it.
+        mechanism: The mechanism.
+        values: Joint values, shape (values,) [rad, m].
+        look: The view, as `Drawn.look`.
     """
     placed = mechanism.assembly.linkage.place(values)
     ground = mechanism.world_from_ground
@@ -70,7 +70,7 @@ def posed(mechanism: Mechanism, values: Array, look: Array = ABOVE) -> Drawn:
 
 
 def draw_mechanism(drawing: Paper, drawn: Drawn) -> None:
-    """Draw a mechanism: its bodies from the farthest to the nearest, then lines between joints, then symbols."""
+    """Draw a mechanism: bodies from farthest to nearest, then lines between joints, then symbols."""
     for name, outline in body_outlines(drawn):
         color = parse_color(drawn.mechanism.body(name).color)
         drawing.fill(outline, blend(color, PAPER, 0.6))
@@ -91,7 +91,7 @@ def draw_mechanism(drawing: Paper, drawn: Drawn) -> None:
 
 
 def body_outlines(drawn: Drawn) -> Iterator[tuple[str, Array]]:
-    """Yield the outline of each body in the drawing, shape (n, 2) [m], the farthest first."""
+    """Yield the outline of each body in the drawing, shape (n, 2) [m], farthest first."""
     found = []
     ring = np.stack([np.cos(turns := np.arange(ROUND) * 2.0 * np.pi / ROUND), np.sin(turns)], axis=-1)
     for body in drawn.mechanism.bodies:
@@ -105,7 +105,7 @@ def body_outlines(drawn: Drawn) -> Iterator[tuple[str, Array]]:
 
 
 def _placed(drawn: Drawn, joint: MechanismJoint) -> tuple[Pose, bool]:
-    """Return where a joint is in the drawing with the direction of its axis, and whether one looks along that."""
+    """Return position and axis direction of a joint in the drawing, and whether the view is along the axis."""
     x, y, _ = drawn.joint(joint).tolist()
     right, up, near = drawn.axis(joint).tolist()
     along = abs(near) > END_ON
@@ -113,7 +113,7 @@ def _placed(drawn: Drawn, joint: MechanismJoint) -> tuple[Pose, bool]:
 
 
 def _links(drawn: Drawn) -> Iterator[Array]:
-    """Yield for each body the line between its joints, a polygon where there are more than two; shape (n, 2) [m]."""
+    """Yield for each body the line between its joints, a polygon for more than two; shape (n, 2) [m]."""
     ends: dict[str, list[Array]] = {body.name: [] for body in drawn.mechanism.bodies}
     for joint in drawn.mechanism.joints:
         for place in drawn.mechanism.assembly.places[joint.name]:
@@ -128,7 +128,7 @@ def _links(drawn: Drawn) -> Iterator[Array]:
 
 
 def _ties(drawn: Drawn) -> Iterator[Array]:
-    """Yield lines for what ties bodies: rods without mass, pitch circles of gears, lines between other tied joints."""
+    """Yield lines for constraints: massless rods, pitch circles of gears, lines between other coupled joints."""
     assembly = drawn.mechanism.assembly
     yield from distances(drawn, led=False)
     owners = {column: name for name, columns in assembly.columns.items() for column in columns}
@@ -141,7 +141,8 @@ def _ties(drawn: Drawn) -> Iterator[Array]:
         middles = np.array([[place.x, place.y] for place, _ in places])
         apart = float(np.hypot(*(middles[1] - middles[0])))
         if all(along for _, along in places) and not (assembly.slides[each.first] or assembly.slides[each.second]):
-            # Radii go the other way round than turns; wheels that turn alike lie in each other.
+            # Radii are inversely proportional to rotations; wheels that turn in the same direction are inside each
+            # other.
             share = 1.0 + abs(each.ratio) if each.ratio < 0 else abs(abs(each.ratio) - 1.0)
             radius = apart / max(share, 1e-9)
             for middle, size in zip(middles, (radius, radius * abs(each.ratio)), strict=True):
@@ -151,7 +152,7 @@ def _ties(drawn: Drawn) -> Iterator[Array]:
 
 
 def curves(drawn: Drawn) -> Iterator[Array]:
-    """Yield the curves on which points slide, shape (n, 2) [m]."""
+    """Yield the curves along which points slide, shape (n, 2) [m]."""
     assembly = drawn.mechanism.assembly
     for track in assembly.tracks:
         joint = assembly.linkage.joints[track.ghost - 1]
@@ -162,7 +163,7 @@ def curves(drawn: Drawn) -> Iterator[Array]:
 
 
 def distances(drawn: Drawn, *, led: bool) -> Iterator[Array]:
-    """Yield the ends of distances, those that follow a motion or rods and springs, shape (2, 2) [m]."""
+    """Yield the ends of distances, shape (2, 2) [m]: those prescribed by motions, or rods and springs."""
     assembly = drawn.mechanism.assembly
     kept = [rod.ends for rod in assembly.rods] + [spring.ends for spring in assembly.springs]
     moved = [drive.ends for drive in assembly.drives if drive.ends]

@@ -1,4 +1,4 @@
-"""What is drawn of one robot at one instant, whether it comes from a recording or from a run that is going on."""
+"""The data drawn for one robot at one instant, from a recording or from a run in progress."""
 
 from bisect import bisect_right
 from collections.abc import Iterator, Mapping, Sequence
@@ -16,51 +16,51 @@ from mjsim.world import Looks
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Moment:
-    """One robot at one instant; poses are (x, y, heading), shape (3,) [m, m, rad], NaN where nobody tells."""
+    """One robot at one instant; poses are (x, y, heading), shape (3,) [m, m, rad], NaN if unknown."""
 
     time: float
     """[s]"""
     truth: Array
     estimate: Array
     covariance: Array
-    """Of the estimate, shape (3, 3)."""
+    """Covariance of the estimate, shape (3, 3)."""
     odometry: Array
     """Dead reckoning."""
     names: tuple[str, ...]
-    """K landmarks of the map."""
+    """Names of the K landmarks of the map."""
     means: Array
-    """Where they are believed to be, shape (K, 2) [m]."""
+    """Estimated positions, shape (K, 2) [m]."""
     covariances: Array
     """Shape (K, 2, 2) [m^2]."""
     sightings: Sequence[Sighting]
-    """Of the newest tick at which anything was looked for."""
+    """Sightings of the last tick with a measurement."""
     picture: Picture | None
     """The newest onboard picture, RGB; None before the first."""
     touched: bool
     """Whether the robot bumped within the last half second."""
     others: Mapping[str, Array] = field(default_factory=dict)
-    """Where the other robots truly are."""
+    """True poses of the other robots."""
     things: Mapping[str, Array] = field(default_factory=dict)
-    """Where doors, movers and what can be pushed are, by their names in the scene; at their starts unless told."""
+    """Poses of doors, moving and movable objects, by name in the scene; by default their initial ones."""
     looks: Looks | None = None
-    """Light, and what is no longer there; as at the start unless told."""
+    """Light and removed items; by default as at the start."""
     arms: Mapping[str, Array] = field(default_factory=dict)
-    """Values of the joints of arms by `ROBOT/ARM`, of mechanisms by their names, shape (joints,) [rad, m]; at their
-    starts unless told."""
+    """Joint values of arms by `ROBOT/ARM` and of mechanisms by name, shape (joints,) [rad, m]; by default the initial
+    ones."""
     scans: Mapping[str, Array] = field(default_factory=dict)
-    """Where the newest scan of each lidar met something, from where the robot believed to be, shape (n, 2) [m]."""
+    """Points of the newest scan of each lidar, placed by the estimated pose, shape (n, 2) [m]."""
 
 
 def moment_of(
     tick: Tick, robot: str, *, before: Moment | None, lidars: Mapping[str, Array] = MappingProxyType({})
 ) -> Moment:
-    """Return what is drawn of a tick; what it does not update is taken from the moment before.
+    """Return the data drawn for a tick; what the tick does not update is taken from the previous moment.
 
     Args:
-        tick: A turn of the loop.
-        robot: Whose moment it is.
-        before: That of the tick before.
-        lidars: robot_from_sensor of those whose scans are drawn, shape (4, 4) [m].
+        tick: The tick.
+        robot: Name of the robot.
+        before: Moment of the previous tick; None for the first.
+        lidars: robot_from_sensor of the lidars whose scans are drawn, shape (4, 4) each [m].
     """
     order, seen = tick.orders[robot], tick.seen[robot]
     belief = order.estimate
@@ -87,7 +87,7 @@ def moment_of(
 
 
 def moments(recording: Recording, robot: str, rows: Sequence[int]) -> Iterator[Moment]:
-    """Yield what is drawn at rows of a recording, which ascend."""
+    """Yield the data drawn for ascending rows of a recording."""
     track = recording.robots[robot]
     camera = next((camera for name, camera in recording.cameras() if name == robot), None)
     pictures = recording.images(robot, camera) if camera is not None else iter(())

@@ -1,4 +1,4 @@
-"""Names on a sheet of paper: beside what they name, over as little ink as can be, never over each other."""
+"""Places names on a sheet of paper: beside what they name, over as little ink as possible, never over each other."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,38 +13,38 @@ from mjsim.video.paper import Paper, px
 SIZE = 2.3
 """Height of the font [mm]."""
 AWAY = (0.9, 2.0, 3.5, 6.0, 9.0)
-"""How far from what it names a name may stand [mm]; from the last but one on a hair line leads to it."""
+"""Possible distances of a name from the named point [mm]; for the last two, a hairline connects them."""
 LED = 5.0
 FAINT = blend(MUTED, PAPER, 0.4)
 TURNS = (0, 30, -30, 60, -60, 90, -90, 135, -135, 180)
-"""Besides its own side, a name may stand on these, turned from it [deg]."""
+"""Angles relative to the preferred side at which a name may be placed [deg]."""
 DARK = 150
-"""What is darker than this should not be covered."""
+"""Pixels darker than this should not be covered."""
 SPARED = 4.0
-"""What it costs to cover all of it; another side or distance costs 0.02 to 0.2."""
+"""Cost of covering all of it; another side or distance costs 0.02 to 0.2."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Tag:
-    """A name to be written."""
+    """A name to write."""
 
     text: str
     at: Array
-    """What it names, world frame, shape (2,) [m]."""
+    """The named point, world frame, shape (2,) [m]."""
     side: Array
-    """Where it would rather stand, a unit vector in the world frame; zeros for right on the point."""
+    """Preferred side, a unit vector in the world frame; zeros for centred on the point."""
     reach: tuple[float, float] = (0.0, 0.0)
-    """How far in x and in y around the point what is named extends [m]."""
+    """Half extent of the named object in x and y around the point [m]."""
     color: Color
     size: float = SIZE
     """Height of the font [mm]."""
 
 
 def write_tags(drawing: Paper, tags: Sequence[Tag]) -> list[Array]:
-    """Write names, the first ones choose first; one that finds no free place is left out.
+    """Write names in order of priority; a name without a free position is left out.
 
     Returns:
-        The boxes of those written, (x, y) min and max, shape (2, 2) each [px].
+        The boxes of the written names, minimum and maximum of (x, y), shape (2, 2) each [px].
     """
     ink = np.asarray(cv2.integral((drawing.image.min(axis=-1) < DARK).astype(np.uint8)), dtype=float)
     boxes: list[Array] = []
@@ -60,7 +60,7 @@ def write_tags(drawing: Paper, tags: Sequence[Tag]) -> list[Array]:
 
 
 def _places(drawing: Paper, tag: Tag, size: Array) -> tuple[Array, Array]:
-    """Return the boxes where a name may stand, shape (n, 2, 2) [px], and how much each is disliked."""
+    """Return the candidate boxes of a name, shape (n, 2, 2) [px], and the cost of each."""
     at, half, reach = drawing.view.pixels(tag.at), size / 2, np.array(tag.reach) * drawing.view.scale
     right_on = [(at, 0.0)] if not tag.side.any() else []
     side = np.array([tag.side[0], -tag.side[1]]) if tag.side.any() else np.array([0.0, 1.0])
@@ -69,7 +69,7 @@ def _places(drawing: Paper, tag: Tag, size: Array) -> tuple[Array, Array]:
         for turn in TURNS:
             c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
             toward = np.array([c * side[0] - s * side[1], s * side[0] + c * side[1]])
-            # So far that the name is beside what it names, or above or below it.
+            # Far enough for the name to be beside the object, or above or below it.
             apart = np.min((reach + px(away) + half) / np.maximum(np.abs(toward), 1e-9))
             around.append((at + toward * apart, 0.02 * rank + 0.0006 * abs(turn)))
     middles = np.array([middle for middle, _ in right_on + around])
@@ -78,7 +78,7 @@ def _places(drawing: Paper, tag: Tag, size: Array) -> tuple[Array, Array]:
 
 
 def _covered(places: Array, ink: Array, taken: Sequence[Array]) -> Array:
-    """Return what the ink under boxes costs; infinite over another name or off the sheet."""
+    """Return the cost of covering the ink under boxes; infinite over another name or outside the sheet."""
     height, width = ink.shape[0] - 1, ink.shape[1] - 1
     off = (places[:, 0] < 0).any(axis=1) | (places[:, 1] > (width, height)).any(axis=1)
     low = np.clip(np.floor(places[:, 0]), 0, (width, height)).astype(int)

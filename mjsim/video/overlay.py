@@ -1,4 +1,4 @@
-"""What moves on a plan: trails, robots, the estimated map with its ellipses, and lines to what is seen."""
+"""Moving parts of a plan: trails, robots, the estimated map with its ellipses, and lines to sighted beacons."""
 
 from collections.abc import Mapping
 
@@ -30,26 +30,26 @@ TRAILS: tuple[tuple[str, Color, int, int], ...] = (
     ("truth", blend(TRUTH, PAPER, 0.55), 5, 1),
     ("estimate", ESTIMATE, 1, 5),
 )
-"""Whose trail, its colour, width [px], and how many steps are drawn again: the estimate's is thin upon the truth's,
-whose round ends would cover it."""
+"""Trail, colour, width [px], and number of segments drawn again: the estimate's trail is thin and on top of the
+truth's, whose round ends would cover it."""
 STEP = 3.0
-"""A trail is drawn on when its robot has moved this far [px]."""
+"""A trail is extended when its robot has moved this far [px]."""
 
 LIFTED = 1.0
-"""A robot that comes this far from one picture to the next was lifted there, and left no trail [m]."""
+"""A robot that moves farther than this between two pictures was lifted, and leaves no trail [m]."""
 
 
 class Trails:
-    """The ways of one robot on a plan that stays: drawn on as the robot goes, never from the start again."""
+    """The paths of one robot on a persistent plan, extended incrementally."""
 
     def __init__(self, plan: Picture, view: PlanView) -> None:
-        """Keep the plan, which is drawn upon."""
+        """Store the plan, which is drawn on."""
         self._plan = plan
         self._view = view
         self._last: dict[str, list[Array]] = {}
 
     def add(self, moment: Moment) -> None:
-        """Draw on to where the robot is now."""
+        """Extend the trails to the robot's current position."""
         for name, color, width, again in TRAILS:
             here = self._view.pixels(getattr(moment, name)[:2])
             if not np.isfinite(here).all():
@@ -72,14 +72,14 @@ def draw_others(image: Picture, view: PlanView, moment: Moment, radii: Mapping[s
 
 
 def draw_moment(image: Picture, view: PlanView, moment: Moment, *, look: View, radius: float) -> None:
-    """Draw one robot, its belief and its map over a plan.
+    """Draw one robot, its estimate and its map on a plan.
 
     Args:
-        image: The plan, drawn upon.
-        view: What it shows.
-        moment: What is drawn.
-        look: Whether ellipses and sightings are shown.
-        radius: Of the robot's body [m].
+        image: The plan; modified.
+        view: View of the plan.
+        moment: The data to draw.
+        look: Whether to draw ellipses and sightings.
+        radius: Radius of the robot's body [m].
     """
     believes = bool(np.isfinite(moment.estimate).all())
     if look.scans:
@@ -88,7 +88,7 @@ def draw_moment(image: Picture, view: PlanView, moment: Moment, *, look: View, r
     if look.sightings and believes:
         _draw_sightings(image, view, moment)
     _draw_map(image, view, moment, ellipses=look.ellipses)
-    # The true robot is a filled disc, the believed one an outline over it: where they agree both are seen.
+    # The true robot is a filled disc, the estimated one an outline on top: where they coincide, both are visible.
     size = max(radius, 5.0 / view.scale)
     if np.isfinite(moment.truth).all():
         _draw_robot(image, view, moment.truth, size, TRUTH, filled=True)

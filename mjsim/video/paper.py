@@ -1,4 +1,4 @@
-"""A drawing on paper, to scale: where things are in metres, how thick lines are in millimetres."""
+"""A drawing to scale on paper: positions are in metres, line widths in millimetres."""
 
 import math
 import struct
@@ -17,7 +17,7 @@ from mjsim.video.ink import PAPER, Color, Letters, draw_disc, draw_polyline, enc
 from mjsim.video.view import PlanView
 
 DPI = 200
-"""Pixels to an inch of paper."""
+"""Pixels per inch of paper."""
 HEAD = 1.6
 """Length of an arrow's head [mm]."""
 
@@ -29,14 +29,14 @@ def px(millimetres: float) -> float:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Paper:
-    """A sheet of paper and the piece of the world on it; points are in the world frame, shape (..., 2) [m]."""
+    """A sheet of paper and the section of the world on it; points are in the world frame, shape (..., 2) [m]."""
 
     image: Picture
     view: PlanView
     letters: Letters
 
     def metres(self, millimetres: float) -> float:
-        """Return how much of the world a length on paper covers [m]."""
+        """Return the length in the world of a length on paper [m]."""
         return px(millimetres) / self.view.scale
 
     def fill(self, outline: ArrayLike, color: Color) -> None:
@@ -48,21 +48,21 @@ class Paper:
         fill_polygons(self.image, [self.view.pixels(outline) for outline in outlines], color)
 
     def line(self, points: ArrayLike, color: Color, thickness: float = 0.2, *, closed: bool = False) -> None:
-        """Draw a line, as thick as said [mm]."""
+        """Draw a line with a thickness [mm]."""
         draw_polyline(self.image, self.view.pixels(points), color, width=max(round(px(thickness)), 1), closed=closed)
 
     def dashes(self, points: ArrayLike, color: Color, thickness: float = 0.2, *, dash: float = 1.2) -> None:
-        """Draw a broken line, its dashes and half as long gaps in [mm]."""
+        """Draw a dashed line; dashes are `dash` long [mm], gaps half as long."""
         for piece in _dashes(self.view.pixels(points), px(dash), px(dash) / 2):
             draw_polyline(self.image, piece, color, width=max(round(px(thickness)), 1))
 
     def disc(self, middle: ArrayLike, radius: float, color: Color, *, thickness: float | None = None) -> None:
-        """Draw a circle with a radius [m], filled unless it has a thickness [mm]."""
+        """Draw a circle with a radius [m], filled unless a thickness [mm] is given."""
         width = -1 if thickness is None else max(round(px(thickness)), 1)
         draw_disc(self.image, self.view.pixels(middle), radius * self.view.scale, color, width=width)
 
     def arrow(self, ends: ArrayLike, color: Color, thickness: float = 0.25) -> None:
-        """Draw an arrow from the first of two points to the other; without room for more it is its head alone."""
+        """Draw an arrow from the first of two points to the second; if there is no space, only its head."""
         tail, tip = self.view.pixels(ends)
         length = float(np.hypot(*(tip - tail)))
         if length < 1e-6:
@@ -74,7 +74,7 @@ class Paper:
         fill_polygons(self.image, [np.stack([tip, foot + 0.38 * head * across, foot - 0.38 * head * across])], color)
 
     def inner(self, left: float, top: float, right: float, bottom: float) -> "Paper":
-        """Return the part of the sheet inside margins [mm]; what is drawn there is drawn here."""
+        """Return the section of the sheet within margins [mm]; it shares the picture of this sheet."""
         x0, y0 = round(px(left)), round(px(top))
         image = self.image[y0 : self.image.shape[0] - round(px(bottom)), x0 : self.image.shape[1] - round(px(right))]
         return Paper(image, self.view.part(x0, y0, image.shape[1], image.shape[0]), self.letters)
@@ -86,20 +86,20 @@ def blank(view: PlanView) -> Paper:
 
 
 def arc(middle: ArrayLike, radius: float, first: float, last: float) -> Array:
-    """Return points of an arc between two angles, counter-clockwise from x, shape (n, 2) [m, rad]."""
+    """Return points of an arc between two angles [rad], counter-clockwise from x, shape (n, 2) [m]."""
     angles = np.linspace(first, last, max(2, math.ceil(abs(last - first) / 0.1)))
     return np.asarray(middle, dtype=float) + radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
 
 
 def write_sheet(path: str | Path, page: Picture, *, overwrite: bool = False) -> None:
-    """Write a picture as PNG or JPEG; a PNG says how large it is on paper, so that it prints to scale.
+    """Write a picture as PNG or JPEG; a PNG contains its size on paper, so that it prints to scale.
 
     Raises:
-        UsageError: The file exists, unless `overwrite` allows to replace it, is called otherwise, or cannot be written.
+        UsageError: The file exists and `overwrite` is false, has another suffix, or cannot be written.
     """
     data = encoded_picture(path, page)
     if Path(path).suffix.lower() == ".png":
-        # The PNG specification, 11.3.5.3: pixels to the metre in x and y, unit 1. It stands after the header chunk.
+        # The PNG specification, 11.3.5.3: pixels per metre in x and y, unit 1. It follows the header chunk.
         body = b"pHYs" + struct.pack(">IIB", *(round(DPI / 0.0254),) * 2, 1)
         chunk = struct.pack(">I", 9) + body + struct.pack(">I", zlib.crc32(body))
         data = data[:33] + chunk + data[33:]
@@ -107,7 +107,7 @@ def write_sheet(path: str | Path, page: Picture, *, overwrite: bool = False) -> 
 
 
 def _dashes(points: Array, dash: float, gap: float) -> Iterator[Array]:
-    """Yield the pieces of a broken line through pixels, shape (n, 2)."""
+    """Yield the segments of a dashed line through pixels, shape (n, 2)."""
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
     for start in np.arange(0.0, float(along[-1]), dash + gap):
         inside = (along > start) & (along < start + dash)

@@ -1,4 +1,4 @@
-"""The plan of a world, to scale, on a screen: the background of the film."""
+"""The plan of a world, to scale, on a screen: the background of films."""
 
 import math
 
@@ -27,13 +27,13 @@ from mjsim.world import Beacon, Obstacle, World, extent, footprint, solid_pieces
 from mjsim.world import hung as beacons_of
 
 MOST_NAMES = 1000
-"""With more things than this the plan is drawn without names: nobody could read them."""
+"""With more objects than this, the plan is drawn without names, which would be unreadable."""
 EYE = 1.5
-"""Walls that end below this height [m] are drawn light: under a window, or a low wall."""
+"""Walls that end below this height are drawn light: below a window, or a low wall [m]."""
 
 
 def world_bounds(world: World) -> Array:
-    """Return (x, y) min and (x, y) max of all that the plan shows, shape (2, 2) [m]; 10 x 10 m for an empty world."""
+    """Return minimum and maximum of (x, y) of all that the plan shows, shape (2, 2) [m]; 10 x 10 m if empty."""
     outlines = [*wall_polygons(world), *(extent(obstacle) for obstacle in world.obstacles)]
     marks = [item.at for item in hung(world)] + [item.at for item in world.robots]
     outlines += [mechanism.spanned()[:, :2] for mechanism in world.mechanisms]
@@ -47,12 +47,12 @@ def world_bounds(world: World) -> Array:
 
 
 def bounds_with(world: World, reach: Array | None) -> Array:
-    """Return the bounds of the world and of some places (n, 2) [m], which have a metre of floor around them."""
+    """Return the bounds of the world and of points, shape (n, 2) [m], with a margin of 1 m around the points."""
     bounds = world_bounds(world)
     if reach is None or not len(reach):
         return bounds
     low, high = reach.min(axis=0), reach.max(axis=0)
-    # Where walls hold all places in, they alone bound the plan.
+    # Where walls enclose all points, only the walls bound the plan.
     return np.stack(
         [
             np.where(low < bounds[0], low - 1.0, bounds[0]),
@@ -69,14 +69,14 @@ def draw_background(
     removed: frozenset[str] = frozenset(),
     letters: Letters | None = None,
 ) -> None:
-    """Draw what stays: floor, grid, walls with open doorways, obstacles and beacons.
+    """Draw everything static: floor, grid, walls with open doorways, obstacles and beacons.
 
     Args:
-        image: Of the view's size; it is drawn over.
-        world: What is drawn.
-        view: What of it is shown.
-        removed: Names of what was taken away, and of people that are drawn elsewhere.
-        letters: To write names beside beacons and obstacles; by default without names.
+        image: Picture of the view's size; overwritten.
+        world: The world.
+        view: The view.
+        removed: Names of removed items, and of people that are drawn elsewhere.
+        letters: Font for names beside beacons and obstacles; by default there are no names.
     """
     image[:] = floor_color(world)
     for patch in world.floor.patches:
@@ -95,7 +95,7 @@ def draw_background(
 
 
 def draw_outline(image: Picture, outline: Array, color: Color) -> None:
-    """Draw a thing from above in its colour, calmed; its outline is in pixels, shape (n, 2)."""
+    """Draw an object from above in a muted version of its colour; its outline is in pixels, shape (n, 2)."""
     fill_polygons(image, [outline], blend(color, PAPER, 0.55))
     draw_polyline(image, outline, blend(color, INK, 0.35), closed=True)
 
@@ -105,7 +105,7 @@ def _standing(world: World, removed: frozenset[str]) -> list[Obstacle]:
 
 
 def hung(world: World, removed: frozenset[str] = frozenset()) -> list[Beacon]:
-    """Return the beacons that stay where they are, those on obstacles that stay as if they hung in the room."""
+    """Return the static beacons, with those on static obstacles as if fixed in the room."""
     placed = []
     for item in beacons_of(world):
         if item.fixed and item.beacon.name not in removed:
@@ -116,14 +116,14 @@ def hung(world: World, removed: frozenset[str] = frozenset()) -> list[Beacon]:
 
 
 def draw_beacon(image: Picture, beacon: Beacon, view: PlanView) -> None:
-    """Draw a beacon as a stroke as wide as it is, with a tick to where its picture faces."""
+    """Draw a beacon as a line of its width, with a tick in the direction that it faces."""
     stroke, tick = beacon_stroke(beacon, view)
     draw_polyline(image, stroke, BEACON, width=_stroke_width(view) + 1)
     draw_polyline(image, tick, BEACON, width=_stroke_width(view) - 1)
 
 
 def beacon_stroke(beacon: Beacon, view: PlanView) -> tuple[Array, Array]:
-    """Return the ends of a beacon and of its facing tick in the picture, shape (2, 2) each [px]."""
+    """Return the ends of a beacon and of its tick in the picture, shape (2, 2) each [px]."""
     place = Pose(beacon.at[0], beacon.at[1], math.radians(beacon.heading_deg))
     half, ahead = max(beacon.width / 2, 4 / view.scale), max(0.1, 6 / view.scale)
     stroke, tick = place.transform([[[0.0, -half], [0.0, half]], [[0.0, 0.0], [ahead, 0.0]]])
@@ -138,7 +138,7 @@ def _draw_names(image: Picture, world: World, view: PlanView, letters: Letters, 
 
 
 def draw_scale_bar(image: Picture, scale: float, letters: Letters, at: tuple[int, int]) -> None:
-    """Draw a bar of a round length and its name on a white plate, its right end at a pixel."""
+    """Draw a scale bar of a round length with its label on a white plate, its right end at a pixel."""
     length = round_step(60 / scale)
     name = f"{format_metres(length, length)} m"
     bar = round(length * scale)
@@ -150,7 +150,7 @@ def draw_scale_bar(image: Picture, scale: float, letters: Letters, at: tuple[int
 
 
 def floor_color(world: World) -> tuple[int, int, int]:
-    """Return the floor's colour, calmed."""
+    """Return a muted version of the floor's colour."""
     return blend(parse_color(world.floor.color), PAPER, 0.86)
 
 

@@ -1,4 +1,4 @@
-"""Where the beams of lidars met something, for plans."""
+"""Points hit by lidar beams, for plans."""
 
 from collections.abc import Iterator, Mapping
 
@@ -26,12 +26,12 @@ def mounts_of(world: World, robot: str) -> dict[str, Array]:
 
 
 def scan_points(scan: Scan, robot_from_lidar: Array, pose: Array) -> Array:
-    """Return where a scan met something as seen from above.
+    """Return the points of a scan, seen from above.
 
     Args:
-        scan: Of one lidar.
+        scan: Scan of one lidar.
         robot_from_lidar: Shape (4, 4) [m].
-        pose: Where the robot was, (x, y, heading) in the world, shape (3,).
+        pose: Pose of the robot, (x, y, heading), world frame, shape (3,) [m, m, rad].
 
     Returns:
         World frame, shape (n, 2) [m].
@@ -43,12 +43,12 @@ def scan_points(scan: Scan, robot_from_lidar: Array, pose: Array) -> Array:
 def newest_points(
     scans: Mapping[str, Scan], mounts: Mapping[str, Array], pose: Array, before: Mapping[str, Array]
 ) -> dict[str, Array]:
-    """Return the points of each lidar's newest scan, keeping those of lidars without a new one."""
+    """Return the points of each lidar's newest scan; lidars without a new scan keep their previous points."""
     return {**before, **{name: scan_points(scan, mounts[name], pose) for name, scan in scans.items() if name in mounts}}
 
 
 def recorded_points(recording: Recording, robot: str) -> Iterator[dict[str, Array]]:
-    """Yield for each row of a recording the points of each lidar's newest scan, where the robot believed to be."""
+    """Yield for each row of a recording the points of each lidar's newest scan, placed by the estimated pose."""
     track, mounts = recording.robots[robot], mounts_of(recording.world, robot)
     points: dict[str, Array] = {}
     if not mounts:

@@ -1,4 +1,4 @@
-"""The plan of a world as a sheet of paper: what `mjsim show` draws, to be printed at a round scale."""
+"""The plan of a world as a sheet of paper, as drawn by `mjsim show`, for printing at a round scale."""
 
 import math
 from pathlib import Path
@@ -39,15 +39,15 @@ from mjsim.world import RampObstacle, StepsObstacle, Wall, World, footprint, hun
 A4 = (297.0, 210.0)
 """Length and width of the paper [mm]."""
 LEFT, TOP, RIGHT, BOTTOM = 17.0, 21.0, 9.0, 21.0
-"""Around the plan: axis, title, edge, axis and legend [mm]."""
+"""Margins around the plan, for axis, title, edge, axis and legend [mm]."""
 AROUND = 5.0
-"""Free paper around the outermost walls [mm]."""
+"""Free space around the outermost walls [mm]."""
 LEAST = 120.0
-"""A sheet is at least this wide, for title and legend [mm]."""
+"""Minimum width of a sheet, for title and legend [mm]."""
 CROWDED = 0.025
-"""Things go without names, unless these are asked for, when the names would cover a larger fraction of the plan."""
+"""Obstacle names are omitted, unless requested, if they would cover a larger fraction of the plan."""
 SCALES = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.5)
-"""Scales are 1 : these times a power of ten."""
+"""Scale denominators are these times a power of ten."""
 
 
 Labels = Literal["none", "walls", "all"]
@@ -61,20 +61,20 @@ def draw_world(
     labels: Labels | None = None,
     overwrite: bool = False,
 ) -> Picture:
-    """Draw the plan of a world for print: A4 at most, at a round scale, with coordinates and names.
+    """Draw the plan of a world for print: at most A4, at a round scale, with coordinates and names.
 
-    Kinematic diagrams of mechanisms follow below it, each to its own scale, and people from the right and from above.
+    Below it are kinematic diagrams of mechanisms, each to its own scale, and people from the right and from above.
 
     Args:
-        world: What to draw.
+        world: The world.
         path: PNG or JPEG file to write as well.
-        names: Whether things are named.
-        labels: Which names are written: none, those of walls, or all; unless given those of robots, beacons, doors and
-            lamps, and those of things where there is room for them.
+        names: Whether to write names.
+        labels: Names to write: none, those of walls, or all; by default those of robots, beacons, doors and lamps, and
+            those of obstacles if there is space.
         overwrite: Whether an existing file may be replaced.
 
     Returns:
-        RGB picture, `DPI` pixels to the inch.
+        RGB picture with `DPI` pixels per inch.
 
     Raises:
         UsageError: The file exists or cannot be written.
@@ -121,7 +121,7 @@ def _chosen_tags(plan: Paper, world: World, labels: Labels | None) -> list[Tag]:
 
 
 def scale_for(bounds: Array) -> float:
-    """Return the smallest round N so that a world within bounds [m] fits on A4 at a scale of 1 : N."""
+    """Return the smallest round N for which a world within bounds [m] fits on A4 at a scale of 1 : N."""
     size = (bounds[1] - bounds[0]) * 1000.0
     fits = []
     for length, width in (A4, A4[::-1]):
@@ -132,7 +132,7 @@ def scale_for(bounds: Array) -> float:
 
 
 def bounds_of(world: World) -> Array:
-    """Return (x, y) min and (x, y) max of all that is drawn, shape (2, 2) [m]."""
+    """Return minimum and maximum of (x, y) of everything drawn, shape (2, 2) [m]."""
     points = [world_bounds(world)]
     points += [leaf_way(leaf, swing(world, leaf)) for leaf in leaves(world)]
     points += [np.array([lamp.at]) for lamp in world.lamps] + [patch.outline() for patch in world.floor.patches]
@@ -142,7 +142,7 @@ def bounds_of(world: World) -> Array:
 
 
 def lay_out(bounds: Array, ratio: float) -> Paper:
-    """Return an empty sheet around the plan."""
+    """Return an empty sheet for a plan with given bounds and scale."""
     scale = px(1000.0) / ratio
     size = (bounds[1] - bounds[0]) * scale + 2 * px(AROUND)
     width = max(float(size[0]) + px(LEFT + RIGHT), px(LEAST))
@@ -152,7 +152,7 @@ def lay_out(bounds: Array, ratio: float) -> Paper:
 
 
 def _draw_things(plan: Paper, world: World) -> None:
-    """Draw all that the world holds, from the floor up."""
+    """Draw everything in the world, from the floor up."""
     for patch in world.floor.patches:
         draw_patch(plan, patch)
     for wall in world.walls:
@@ -180,7 +180,7 @@ def _draw_things(plan: Paper, world: World) -> None:
 
 
 def _tags(plan: Paper, world: World) -> list[Tag]:
-    """Return the names of all but things and walls, the most important first."""
+    """Return the names of everything except obstacles and walls, in order of priority."""
     below, tags = np.array([0.0, -1.0]), []
     for robot in world.robots:
         reach = (max(robot.body.radius, plan.metres(LEAST_ROBOT)),) * 2
@@ -220,7 +220,7 @@ def _thing_tags(plan: Paper, world: World) -> list[Tag]:
 
 
 def _wall_tag(plan: Paper, wall: Wall) -> Tag:
-    """Return the name of a wall, beside the middle of its longest segment."""
+    """Return the name of a wall, beside the centre of its longest segment."""
     start, end = max(wall.segments(), key=lambda ends: math.dist(*ends))
     along = np.subtract(end, start) / math.dist(start, end)
     side = np.array([-along[1], along[0]])
@@ -229,7 +229,7 @@ def _wall_tag(plan: Paper, wall: Wall) -> Tag:
 
 
 def _slope(obstacle: object) -> str:
-    """Return what is said of a ramp or of steps besides their name."""
+    """Return a text on the slope of a ramp or steps, added to the name."""
     match obstacle:
         case RampObstacle(ramp=(length, _, rise)):
             return f" {math.degrees(math.atan2(rise, length)):.1f}\N{DEGREE SIGN}"
@@ -248,7 +248,7 @@ def _obstacle_tag(plan: Paper, name: str, outline: Array, more: str) -> Tag:
 
 
 def draw_grid(plan: Paper) -> None:
-    """Draw the grid: a line at each number of the axes, fainter ones between."""
+    """Draw the grid: a line at each number on the axes, fainter lines between."""
     coarse = _axis_step(plan.view)
     for step, share in ((coarse / 2 if coarse > 0.5 else coarse / 5, 0.93), (coarse, 0.86)):
         color = blend(INK, PAPER, share)
@@ -299,7 +299,7 @@ def _draw_north(sheet: Paper, x: float, y: float) -> None:
 
 
 def _draw_scale(sheet: Paper, right: float, y: float) -> None:
-    """Draw a bar of four parts, black and white, with the lengths at its ends and in its middle."""
+    """Draw a scale bar of four parts, black and white, labelled at its ends and centre."""
     part = round_step(px(7.0) / sheet.view.scale)
     width = part * sheet.view.scale
     left = right - 4 * width

@@ -1,4 +1,4 @@
-"""One picture of a world before its robots move: what an onboard camera sees, or the whole from outside."""
+"""One picture of a world before its robots move: from an onboard camera, or from outside."""
 
 from pathlib import Path
 
@@ -14,18 +14,18 @@ OVERVIEW, CHASE = "overview", "chase"
 
 
 def portrait(world: World, *, width: int, height: int) -> Picture:
-    """Return all that stands on the floor of a world at its start, as large as it goes, RGB, (height, width, 3).
+    """Return a picture of everything on the floor of a world, as large as possible, RGB, (height, width, 3).
 
     Args:
-        world: With what is portrayed, and nothing else.
+        world: World that contains only what to show.
         width: [px]
         height: [px]
 
     Raises:
         UsageError: There is nothing on the floor.
-        OpenGLError: Nothing can be drawn on this machine.
+        OpenGLError: Rendering is not possible on this machine.
     """
-    # The state is that of robots which have come to rest on their wheels.
+    # The state is that after the robots have settled on their wheels.
     with Simulation(world) as sim:
         qpos, _ = sim.state()
     with Onlooker(world) as onlooker:
@@ -34,18 +34,18 @@ def portrait(world: World, *, width: int, height: int) -> Picture:
 
 
 def take_picture(world: World, camera: str, path: Path | None = None, *, overwrite: bool = False) -> Picture:
-    """Return what a camera sees at the start, RGB, shape (height, width, 3), and write it if a path is given.
+    """Return the picture of a camera at the start, RGB, shape (height, width, 3), and write it if a path is given.
 
     Args:
-        world: Where its robots stand.
-        camera: 'ROBOT/CAMERA', 'PERSON/left_eye' or 'PERSON/right_eye'; or from outside, 'ROBOT/chase' (behind a
-            robot) or 'overview'.
+        world: The world.
+        camera: 'ROBOT/CAMERA', 'PERSON/left_eye' or 'PERSON/right_eye'; or from outside, 'ROBOT/chase' (behind a robot)
+            or 'overview'.
         path: PNG or JPEG file to write as well.
         overwrite: Whether an existing file may be replaced.
 
     Raises:
         UsageError: The camera does not exist, or the file exists or cannot be written.
-        OpenGLError: Nothing can be drawn on this machine.
+        OpenGLError: Rendering is not possible on this machine.
     """
     if path is not None:
         require_free(path, overwrite=overwrite)
@@ -69,7 +69,7 @@ def _seen_onboard(world: World, camera: str) -> Picture:
     robot, _, name = camera.partition("/")
     with Simulation(world) as sim:
         seen = sim.sense(robot)
-        while name not in seen.cameras:  # its first picture is on its way
+        while name not in seen.cameras:  # its first picture is delayed by the latency
             sim.step()
             seen = sim.sense(robot)
         return seen.cameras[name].image.copy()

@@ -1,4 +1,4 @@
-"""How things look on a sheet of paper: walls as an architect draws them, doors with their swing, and so on."""
+"""Symbols on a sheet of paper: walls in architectural style, doors with their swing, and so on."""
 
 import itertools
 import math
@@ -27,38 +27,38 @@ from mjsim.world import (
 )
 
 CUT = 1.0
-"""Height at which an architect cuts a plan [m]: through windows and doors, over tables and benches."""
+"""Height of the section of an architectural plan [m]: through windows and doors, above tables and benches."""
 LAMP: Color = (214, 158, 0)
 LOW = blend(WALL, PAPER, 0.78)
-"""What ends below the cut."""
+"""Colour of what ends below the section."""
 LEAST_ROBOT = 1.0
-"""A robot is drawn with at least this radius [mm]."""
+"""Minimum radius of a drawn robot [mm]."""
 SWING = 90.0
-"""How far the arc of a closed door goes [deg]."""
+"""Angle of the swing arc of a closed door [deg]."""
 
 
 def draw_patch(drawing: Paper, patch: FloorPatch) -> None:
-    """Draw a piece of another floor as a pale tint with a fine border."""
+    """Draw a floor patch as a pale area with a fine border."""
     outline, color = patch.outline(), parse_color(patch.color)
     drawing.fill(outline, blend(color, PAPER, 0.72))
     drawing.dashes(np.vstack([outline, outline[:1]]), blend(color, PAPER, 0.3), 0.15)
 
 
 def draw_low_wall(drawing: Paper, wall: Wall) -> None:
-    """Draw what of a wall ends below `CUT`, pale: low walls, and what is under windows."""
+    """Draw the parts of a wall that end below `CUT`, pale: low walls, and parts below windows."""
     pieces = [piece.outline for piece in wall_pieces(wall) if piece.high <= CUT]
     for outline in pieces:
         drawing.line(outline, WALL, 0.35, closed=True)
     for outline in pieces:
-        drawing.fill(outline, LOW)  # over the half of the lines that lies inside: no seams where pieces meet
+        drawing.fill(outline, LOW)  # over the inner half of the lines: no seams where pieces meet
 
 
 def draw_wall(drawing: Paper, wall: Wall) -> None:
-    """Draw where a wall is cut at `CUT`, solid, and the panes of its windows."""
+    """Draw the section of a wall at `CUT`, solid, and the panes of its windows."""
     for piece in wall_pieces(wall):
         if piece.low <= CUT < piece.high:
             drawing.fill(piece.outline, WALL)
-            drawing.line(piece.outline, WALL, 0.1, closed=True)  # so that the thinnest wall is seen
+            drawing.line(piece.outline, WALL, 0.1, closed=True)  # so that the thinnest wall is visible
     for opening in wall.openings:
         if opening.sill > 0.0:
             start, along = _opening_frame(wall, opening)
@@ -66,7 +66,7 @@ def draw_wall(drawing: Paper, wall: Wall) -> None:
 
 
 def draw_door(drawing: Paper, leaf: Leaf, *, opens_to: float) -> None:
-    """Draw a door's leaf where it stands, and the arc that it sweeps to an angle [deg]."""
+    """Draw a door's leaf in its initial position, and the arc of its swing to an angle [deg]."""
     way, stands = leaf_way(leaf, opens_to), leaf_way(leaf, leaf.door.angle_deg)
     drawing.line(way, MUTED, 0.12)
     drawing.line(np.stack([leaf.hinge, way[-1]]), MUTED, 0.12)
@@ -74,19 +74,19 @@ def draw_door(drawing: Paper, leaf: Leaf, *, opens_to: float) -> None:
 
 
 def leaf_way(leaf: Leaf, angle_deg: float) -> Array:
-    """Return the way of a door's free edge from closed to an angle, world frame, shape (n, 2) [m]."""
+    """Return the path of a leaf's free edge from closed to an angle, world frame, shape (n, 2) [m]."""
     return arc(leaf.hinge, leaf.width, leaf.closed, leaf.closed + leaf.turn * math.radians(angle_deg))
 
 
 def _opening_frame(wall: Wall, opening: Opening) -> tuple[Array, Array]:
-    """Return where an opening begins on the centreline [m], and the unit vector along its wall, world frame."""
+    """Return the start of an opening on the centreline [m], and the unit vector along it, world frame, (2,) each."""
     first, last = (np.array(end) for end in wall.segments()[opening.segment])
     along = (last - first) / np.hypot(*(last - first))
     return first + along * opening.at, along
 
 
 def swing(world: World, leaf: Leaf) -> float:
-    """Return how far a door swings [deg]: as an event opens it, as it stands open, else by a right angle."""
+    """Return the drawn swing of a door [deg]: to which an event opens it, its initial angle, or a right angle."""
     opened = [event for event in world.run.events if isinstance(event, OpenEvent) and event.open == leaf.name]
     if opened:
         return max((event.angle_deg for event in opened), key=abs)
@@ -95,9 +95,9 @@ def swing(world: World, leaf: Leaf) -> float:
 
 
 def draw_obstacle(drawing: Paper, obstacle: Obstacle) -> None:
-    """Draw an obstacle in its colour, calmed.
+    """Draw an obstacle in a muted version of its colour.
 
-    Ramps and steps have an arrow up, what can move has a broken edge, what hangs over the cut a fine one.
+    Ramps and steps have an arrow up; movable objects have a dashed edge, those hanging above the section a fine one.
     """
     outline, color = footprint(obstacle), parse_color(obstacle.color)
     edge = blend(color, INK, 0.45)
@@ -127,7 +127,7 @@ def _draw_treads(drawing: Paper, steps: StepsObstacle, color: Color) -> None:
 
 
 def draw_path(drawing: Paper, obstacle: Obstacle) -> None:
-    """Draw the way of a thing that goes by itself: dots, and an arrow on each straight part."""
+    """Draw the path of a scripted object: dots, and an arrow on each straight leg."""
     if obstacle.path is None:
         return
     points = np.array([obstacle.at, *obstacle.path.points, *([obstacle.at] if obstacle.path.closed else [])])
@@ -141,7 +141,7 @@ def draw_path(drawing: Paper, obstacle: Obstacle) -> None:
 
 
 def draw_beacon(drawing: Paper, beacon: Beacon, place: Pose) -> None:
-    """Draw a beacon as wide as it is with a tick to where it faces; without a face it is a ring."""
+    """Draw a beacon as a line of its width with a tick in the direction that it faces; a reflector is a ring."""
     half = max(beacon.width / 2, drawing.metres(0.6))
     ahead, off = drawing.metres(1.3), drawing.metres(0.35)
     if not beacon.has_face:
@@ -154,7 +154,7 @@ def draw_beacon(drawing: Paper, beacon: Beacon, place: Pose) -> None:
 
 
 def draw_lamp(drawing: Paper, lamp: Lamp) -> None:
-    """Draw a lamp as a small sun; one that is off is hollow."""
+    """Draw a lamp as a small sun; a lamp that is off is hollow."""
     middle, radius = np.array(lamp.at), drawing.metres(0.8)
     for angle in np.arange(8) * (np.pi / 4):
         ray = np.array([math.cos(angle), math.sin(angle)])
@@ -164,7 +164,7 @@ def draw_lamp(drawing: Paper, lamp: Lamp) -> None:
 
 
 def draw_robot(drawing: Paper, robot: Robot) -> None:
-    """Draw a robot where it starts, with an arrow where it looks."""
+    """Draw a robot at its initial pose, with an arrow in its forward direction."""
     least, color = drawing.metres(LEAST_ROBOT), blend(parse_color(robot.body.color), PAPER, 0.5)
     place = Pose(robot.at[0], robot.at[1], math.radians(robot.heading_deg))
     outline = robot.body.outline() * max(1.0, least / robot.body.radius)

@@ -1,4 +1,4 @@
-"""What moves on a plan besides robots, and what events change: things, doors, lamps."""
+"""Moving parts of a plan besides robots, and what events change: objects, doors, lamps."""
 
 import math
 from itertools import chain
@@ -20,10 +20,10 @@ LAMP_RADIUS = 5.0
 
 
 class Things:
-    """Draws what a plan shows at an instant, over what stays."""
+    """Draws the changeable parts of a plan at an instant on top of the static ones."""
 
     def __init__(self, world: World) -> None:
-        """Take from the world what may change while it runs."""
+        """Prepare the parts of the world that may change during a run."""
         self._looks = first_looks(world)
         self._lamps = list(zip(item_names(world.lamps), world.lamps, strict=True))
         self._obstacles: list[tuple[str, Pose, Array, Color]] = []
@@ -41,7 +41,7 @@ class Things:
         }
 
     def draw(self, image: Picture, view: PlanView, moment: Moment, *, robot: str) -> None:
-        """Draw everything where it is at a moment of a robot's run."""
+        """Draw everything at its position at a moment of a robot's run."""
         looks = moment.looks or self._looks
         places = self._places(moment, robot)
         for name, _, outline, color in self._obstacles:
@@ -63,7 +63,7 @@ class Things:
             draw_disc(image, middle, LAMP_RADIUS, LAMP, width=1)
 
     def _places(self, moment: Moment, robot: str) -> dict[str, Pose]:
-        """Return where each thing that is no door is, by its name, and where robots truly are."""
+        """Return the pose of each object except doors, by name, and the true poses of robots."""
         things = {name: _pose(moment, f"obstacle/{name}", start) for name, start, *_ in self._obstacles}
         told = {**moment.others, robot: moment.truth}
         robots = {name: Pose.from_array(pose) for name, pose in told.items() if np.isfinite(pose).all()}
@@ -76,7 +76,7 @@ def _pose(moment: Moment, name: str, start: Pose) -> Pose:
 
 
 def _at(beacon: Beacon, world_from_carrier: Pose) -> Beacon:
-    """Return a beacon on something that moves as if it hung in the room."""
+    """Return a beacon on a moving carrier as if it were fixed in the room."""
     place = world_from_carrier @ Pose(beacon.at[0], beacon.at[1], math.radians(beacon.heading_deg))
     update = {"at": (place.x, place.y), "heading_deg": math.degrees(place.heading), "on": None}
     return beacon.model_copy(update=update)

@@ -1,4 +1,4 @@
-"""A piece of the world on a picture, to scale: metres to pixels and back."""
+"""A section of the world in a picture, to scale: converts metres to pixels and back."""
 
 import math
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from mjsim.geometry import Array
 
 @dataclass(frozen=True, slots=True)
 class PlanView:
-    """What a picture of the plan shows; x east, y north, so y points up in the picture."""
+    """The section of the plan in a picture; x east, y north, so y points up in the picture."""
 
     left: float
     """x of the left edge, world frame [m]."""
@@ -27,18 +27,18 @@ class PlanView:
 
     @classmethod
     def fit(cls, bounds: ArrayLike, width: int, height: int, *, margin: int = 0) -> Self:
-        """Return the view that shows the whole of (x, y) min, (x, y) max, shape (2, 2) [m], in the middle."""
+        """Return the view that shows a box, minimum and maximum of (x, y), shape (2, 2) [m], centred."""
         (x0, y0), (x1, y1) = np.asarray(bounds, dtype=float).tolist()
         scale = min((width - 2 * margin) / max(x1 - x0, 1e-3), (height - 2 * margin) / max(y1 - y0, 1e-3))
         return cls.around((x0 + x1) / 2, (y0 + y1) / 2, scale, width, height)
 
     @classmethod
     def around(cls, x: float, y: float, scale: float, width: int, height: int) -> Self:
-        """Return the view with a world point in its middle."""
+        """Return the view centred on a world point."""
         return cls(x - width / (2 * scale), y + height / (2 * scale), scale, width, height)
 
     def pixels(self, points: ArrayLike) -> Array:
-        """Return where world points, shape (..., 2) [m], lie [px]; centres of pixels at whole numbers."""
+        """Return the pixels of world points, shape (..., 2) [m]; pixel centres are at integers."""
         points = np.asarray(points, dtype=float)
         return np.asarray((points - (self.left, self.top)) * (self.scale, -self.scale) - 0.5)
 
@@ -47,27 +47,27 @@ class PlanView:
         return np.asarray((np.asarray(pixels, dtype=float) + 0.5) / (self.scale, -self.scale) + (self.left, self.top))
 
     def part(self, column: int, row: int, width: int, height: int) -> "PlanView":
-        """Return the view of a part of the picture, its top left corner at (column, row)."""
+        """Return the view of a part of the picture with top left corner (column, row)."""
         return PlanView(self.left + column / self.scale, self.top - row / self.scale, self.scale, width, height)
 
     @property
     def bottom(self) -> float:
-        """Where the bottom edge lies, y [m]."""
+        """The y of the bottom edge, world frame [m]."""
         return self.top - self.height / self.scale
 
     @property
     def right(self) -> float:
-        """Where the right edge lies, x [m]."""
+        """The x of the right edge, world frame [m]."""
         return self.left + self.width / self.scale
 
 
 def round_step(least: float) -> float:
-    """Return the smallest of 1, 2, 5 times a power of ten that is not below a number above zero."""
+    """Return the smallest of 1, 2, 5 times a power of ten that is at least a positive number."""
     power = 10.0 ** math.floor(math.log10(least))
     return next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= least * (1 - 1e-9))
 
 
 def format_metres(value: float, step: float) -> str:
-    """Return a number with as many decimals as its step needs, and a true minus sign."""
+    """Return a number with as many decimals as its step needs, and a typographic minus sign."""
     decimals = max(0, -math.floor(math.log10(step) + 1e-9))
     return f"{value + 0.0:.{decimals}f}".replace("-", "\N{MINUS SIGN}")

@@ -1,4 +1,4 @@
-"""The pictures of a film, one after the other: composed, the plan alone, or the scene drawn again in 3-D."""
+"""The pictures of a film in sequence: composed, only the plan, or the scene rendered in 3-D."""
 
 from collections.abc import Iterator, Sequence
 from itertools import groupby, repeat
@@ -20,11 +20,11 @@ DIAGRAMS = "diagrams"
 """The view of all mechanisms as kinematic diagrams."""
 
 POSTURES = 100
-"""Of each mechanism that a view is made to show."""
+"""Number of postures of each mechanism to which a view is scaled."""
 
 
 def known_views(recording: Recording) -> list[str]:
-    """Return the names of the views that there are of a recording."""
+    """Return the names of the views available for a recording."""
     return [
         *(["plan", "chase"] if recording.robots else []),
         "overview",
@@ -35,7 +35,7 @@ def known_views(recording: Recording) -> list[str]:
 
 
 def composed_pictures(recording: Recording, rows: Sequence[int], look: View) -> Iterator[Picture]:
-    """Yield the plan with close-up, onboard picture and error at rows of a recording, which ascend."""
+    """Yield the plan with close-up, onboard picture and error at ascending rows of a recording."""
     seconds = float(recording.time[-1]) + 1e-3
     robot = _first_robot(recording)
     frame = Frame(recording.world, robot, look=look, seconds=seconds, reach=_reach(recording))
@@ -43,19 +43,19 @@ def composed_pictures(recording: Recording, rows: Sequence[int], look: View) -> 
 
 
 def plan_pictures(recording: Recording, rows: Sequence[int], look: View) -> Iterator[Picture]:
-    """Yield the plan alone at rows of a recording, which ascend."""
+    """Yield the plan at ascending rows of a recording."""
     robot = _first_robot(recording)
     yield from _drawn(PlanFrame(recording.world, robot, look=look, reach=_reach(recording)), recording, rows)
 
 
 def scene_pictures(recording: Recording, rows: Sequence[int], view: str) -> Iterator[Picture]:
-    """Yield what a camera of the scene sees at rows of a recording, drawn again from the recorded states.
+    """Yield the picture of a camera at rows of a recording, rendered from the recorded states.
 
-    A camera of a log shows its recorded pictures.
+    For a camera of a log, the pictures are the recorded ones.
 
     Args:
-        recording: Whose states are drawn.
-        rows: Which of them.
+        recording: Recording with the states.
+        rows: Rows to render.
         view: 'chase' (of the first robot), 'overview', 'ROBOT/CAMERA', 'PERSON/left_eye' or 'PERSON/right_eye'.
 
     Raises:
@@ -105,7 +105,7 @@ def diagram_pictures(recording: Recording, rows: Sequence[int]) -> Iterator[Pict
 
 
 def _logged_pictures(recording: Recording, rows: Sequence[int], robot: str, camera: str) -> Iterator[Picture]:
-    """Yield the newest picture of a camera of a log at rows of a recording, which ascend; black before the first."""
+    """Yield the newest picture of a log's camera at ascending rows of a recording; black before the first."""
     intrinsics = logged_cameras(recording)[robot, camera].intrinsics
     shown: Picture = np.zeros((intrinsics.height, intrinsics.width, 3), dtype=np.uint8)
     pictures = recording.images(robot, camera)
@@ -118,7 +118,7 @@ def _logged_pictures(recording: Recording, rows: Sequence[int], robot: str, came
 
 
 def _drawn(frame: Frame | PlanFrame, recording: Recording, rows: Sequence[int]) -> Iterator[Picture]:
-    """Yield a frame's pictures of rows; a row that comes several times is drawn once."""
+    """Yield a frame's pictures of rows; consecutive equal rows are drawn once."""
     times = [(row, len(list(same))) for row, same in groupby(rows)]
     unique = [row for row, _ in times]
     for (_, count), moment in zip(times, moments(recording, _first_robot(recording), unique), strict=True):
@@ -127,7 +127,7 @@ def _drawn(frame: Frame | PlanFrame, recording: Recording, rows: Sequence[int]) 
 
 
 def _first_robot(recording: Recording) -> str:
-    """Return the first robot that has a driver, else the first."""
+    """Return the first robot with a driver; without any, the first robot."""
     if not recording.robots:
         raise UsageError(f"no robot in {recording.path}; there is nothing to show")
     driven = (name for name, track in recording.robots.items() if np.isfinite(track.estimate).all(axis=1).any())
@@ -135,7 +135,7 @@ def _first_robot(recording: Recording) -> str:
 
 
 def _reach(recording: Recording) -> Array:
-    """Return where robots were, shape (n, 2) [m]; where they thought to be, of one whose truth is never told."""
+    """Return the true positions of robots, shape (n, 2) [m]; estimated ones for robots without ground truth."""
     ways = []
     for track in recording.robots.values():
         known = [places[np.isfinite(places).all(axis=1), :2] for places in (track.truth, track.odometry)]
@@ -144,7 +144,7 @@ def _reach(recording: Recording) -> Array:
 
 
 def _mechanisms_reach(recording: Recording) -> Array:
-    """Return corners of boxes around mechanisms as they move, world frame, shape (n, 3) [m]."""
+    """Return corners of boxes around mechanisms during their motion, world frame, shape (n, 3) [m]."""
     corners = [np.zeros((0, 3))]
     for item in recording.world.mechanisms:
         corners += [item.spanned(values) for values in some_of(recording.joints[item.name].positions, POSTURES)]
@@ -152,6 +152,6 @@ def _mechanisms_reach(recording: Recording) -> Array:
 
 
 def _sensor(recording: Recording, view: str) -> Camera | None:
-    """Return the onboard camera that a view names, if it names one."""
+    """Return the onboard camera that a view names; None if it names none."""
     sensors = ((robot.name, sensor) for robot in recording.world.robots for sensor in robot.sensors)
     return {f"{robot}/{sensor.camera}": sensor for robot, sensor in sensors if isinstance(sensor, Camera)}.get(view)

@@ -12,11 +12,11 @@ from mjsim.errors import MjsimError
 from mjsim.web.local import HEADERS
 
 MOST_JSON = 12_000_000
-"""Of a request [bytes]: the text of a world and what is to be done to it."""
+"""Maximum size of a request [bytes]: the text of a world and the requested changes."""
 
 
 class RefusedError(Exception):
-    """A request that is not done; holds the status of HTTP, a sentence, and what else the page should know."""
+    """A refused request; holds the HTTP status, a message, and further data for the page."""
 
     def __init__(self, status: int, message: str, **more: Any) -> None:
         super().__init__(message)
@@ -24,7 +24,7 @@ class RefusedError(Exception):
 
 
 class Ask(BaseModel):
-    """What the page sends."""
+    """Base of the requests sent by the page."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -34,7 +34,7 @@ Endpoint = Callable[[Request], Awaitable[Response]]
 
 
 def posted(kind: type[Asked], work: Callable[[Asked], Any]) -> Endpoint:
-    """Return what answers a POST of JSON with what `work` makes of it: JSON, or a response that it made itself."""
+    """Return an endpoint that answers a POST of JSON with the result of `work`: JSON, or a response that it made."""
 
     async def endpoint(request: Request) -> Response:
         if request.headers.get("content-type", "").partition(";")[0].strip() != "application/json":
@@ -49,7 +49,7 @@ def posted(kind: type[Asked], work: Callable[[Asked], Any]) -> Endpoint:
 
 
 def asked(work: Callable[[Request], Any]) -> Endpoint:
-    """Return what answers a GET with what `work` makes of it: JSON, or a response that it made itself."""
+    """Return an endpoint that answers a GET with the result of `work`: JSON, or a response that it made itself."""
 
     async def endpoint(request: Request) -> Response:
         return await answered(lambda: work(request))
@@ -58,7 +58,7 @@ def asked(work: Callable[[Request], Any]) -> Endpoint:
 
 
 async def answered(work: Callable[[], Any]) -> Response:
-    """Return the answer to a request, worked out beside the server's own thread."""
+    """Return the response to a request, computed outside the server's own thread."""
     try:
         made = await run_in_threadpool(work)
     except RefusedError as refused:
@@ -69,15 +69,15 @@ async def answered(work: Callable[[], Any]) -> Response:
 
 
 def refusal(refused: RefusedError) -> Response:
-    """Return the answer that says why a request is not done."""
+    """Return the response that says why a request is refused."""
     return JSONResponse({"error": refused.message, **refused.more}, refused.status, headers=HEADERS)
 
 
 async def body_of(request: Request, *, most: int) -> bytes:
-    """Return what was sent with a request.
+    """Return the body of a request.
 
     Raises:
-        RefusedError: It is more than so many bytes; the rest is not read.
+        RefusedError: It has more than `most` bytes; the rest is not read.
     """
     parts, size = [], 0
     try:

@@ -1,4 +1,4 @@
-"""A browser opened at an address that no other user of the machine can read."""
+"""Opens a browser at an address that other users of the machine cannot read."""
 
 import os
 import shutil
@@ -22,7 +22,7 @@ _REDIRECT = """<!doctype html>
 
 
 class BrowserOpener(Closes):
-    """Opens the browser in threads of its own, and leaves no file behind."""
+    """Opens browsers in separate threads, and removes its temporary files."""
 
     def __init__(self) -> None:
         """Open nothing yet."""
@@ -30,11 +30,11 @@ class BrowserOpener(Closes):
         self._private: list[tuple[threading.Thread, threading.Event]] = []
 
     def open(self, address: str, *, failed: Callable[[], None]) -> None:
-        """Open an address that is no secret.
+        """Open an address that is not secret.
 
         Args:
-            address: Of the page, or of a file.
-            failed: Called when there is no browser, from another thread.
+            address: Address of the page or a file.
+            failed: Called from another thread if there is no browser.
         """
 
         def launch() -> None:
@@ -45,14 +45,14 @@ class BrowserOpener(Closes):
         threading.Thread(target=launch, name="browser", daemon=True).start()
 
     def open_privately(self, url: str, over: threading.Event, *, failed: Callable[[], None]) -> None:
-        """Open an address that is a secret, through a file that redirects to it; command lines can be read by all.
+        """Open a secret address through a file that redirects to it, since all users can read command lines.
 
         Args:
-            url: Of the page.
-            over: Set once the address is of no use any more; then the file goes.
-            failed: Called when there is no browser, from another thread.
+            url: Address of the page.
+            over: Set when the address is no longer valid; the file is then removed.
+            failed: Called from another thread if there is no browser.
         """
-        folder = Path(tempfile.mkdtemp(prefix="mjsim-", dir=_seen_by_browsers()))  # for its owner alone
+        folder = Path(tempfile.mkdtemp(prefix="mjsim-", dir=_seen_by_browsers()))  # readable only by its owner
         file = folder / "open.html"
         with open(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="utf-8") as text:
             text.write(_REDIRECT.format(url=escape(url)))
@@ -75,8 +75,8 @@ class BrowserOpener(Closes):
 
 
 def _seen_by_browsers() -> Path | None:
-    """Return a folder whose files browsers can read; None for that of temporary files.
+    """Return a folder that browsers can read; None for that of temporary files.
 
-    Browsers that are installed as snaps see neither that nor hidden folders.
+    Browsers installed as snaps can read neither that nor hidden folders.
     """
     return Path.home() if Path("/snap/bin").is_dir() else None

@@ -32,16 +32,16 @@ from mjsim.web.past import plain
 from mjsim.world import World
 
 MOST = 60
-"""Recordings and folders of sweeps that are compared at once."""
+"""Maximum number of recordings and sweep folders in a comparison."""
 MOST_PATHS = 20
-"""Runs of a group whose paths are drawn."""
+"""Maximum number of runs per group whose paths are drawn."""
 
 
 def compared(folder: Folder, names: Sequence[str]) -> Comparison:
     """Compare recordings and sweeps of a folder, as `mjsim compare` does.
 
     Raises:
-        RefusedError: There are none, too many, one leads out of the folder, cannot be read, or cannot be compared.
+        RefusedError: There are none or too many, or one lies outside the folder, cannot be read, or cannot be compared.
     """
     if not 1 <= len(names) <= MOST:
         raise RefusedError(400, f"{len(names)} recordings are chosen; choose 1 to {MOST}")
@@ -57,10 +57,10 @@ def compared(folder: Folder, names: Sequence[str]) -> Comparison:
 
 @np.errstate(over="ignore", invalid="ignore")  # an estimate may be anywhere
 def comparison_told(comparison: Comparison, *, scene: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Return what the page shows of a comparison.
+    """Return the JSON form of a comparison.
 
     Args:
-        comparison: What is told.
+        comparison: The comparison.
         scene: The plan on which paths are drawn; None for none.
     """
     seeds = _drawn_seeds(comparison.groups)
@@ -80,12 +80,12 @@ def comparison_told(comparison: Comparison, *, scene: Mapping[str, Any] | None) 
 
 
 def first_recording(folder: Folder, names: Sequence[str]) -> Path | None:
-    """Return the first that is no folder; its world is the plan on which paths are drawn."""
+    """Return the first name that is not a folder; paths are drawn on the plan of its world."""
     return next((path for path in map(folder.path, names) if path.is_file()), None)
 
 
 def first_swept_world(folder: Folder, names: Sequence[str]) -> World | None:
-    """Return the world of the first sweep; None where there is none, or where it is gone."""
+    """Return the world of the first sweep; None if there is none, or its world file is missing."""
     found = next((path for path in map(folder.path, names) if (path / "sweep.json").is_file()), None)
     try:
         return None if found is None else sweep_world(found)
@@ -94,13 +94,13 @@ def first_swept_world(folder: Folder, names: Sequence[str]) -> World | None:
 
 
 def _drawn_seeds(groups: Sequence[Group]) -> frozenset[int]:
-    """Return the seeds whose paths are drawn: those of which most groups have one come first."""
+    """Return the seeds whose paths are drawn; seeds common to most groups come first."""
     counts = Counter(seed for group in groups for seed, series in group.series.items() if series.truth is not None)
     return frozenset(sorted(counts, key=lambda seed: (-counts[seed], seed))[:MOST_PATHS])
 
 
 def _group(group: Group, seeds: frozenset[int]) -> dict[str, Any]:
-    """Return the lines of a group, and the paths of the runs with these seeds."""
+    """Return the curves of a group, and the paths of its runs with these seeds."""
     runs = list(group.series.values())
     few = len(runs) <= FEW
     errors = [{"seed": each, **_line(run, run.position_error_m)} for each, run in group.series.items()] if few else []
@@ -121,7 +121,7 @@ def _line(series: Series, values: Array) -> dict[str, Any]:
 
 
 def _spread(runs: Sequence[Series]) -> dict[str, Any]:
-    """Return the median of many runs, and where nine of ten lie."""
+    """Return the median over runs, and the interval that contains 90 % of them."""
     time, (low, median, high) = middle_of(runs, lambda series: series.position_error_m)
     return {"time": plain(time), "values": plain(median), "low": plain(low), "high": plain(high)}
 

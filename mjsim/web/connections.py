@@ -1,4 +1,4 @@
-"""Connections are bounded in number and time, and unauthenticated clients never keep out authenticated ones."""
+"""Bounds connections in number and duration, so that unauthenticated clients never lock out authenticated ones."""
 
 import asyncio
 import sys
@@ -14,20 +14,20 @@ from websockets.exceptions import HeaderLineTooLong, RequestLineTooLong, TooMany
 from websockets.frames import CloseCode, Frame
 
 SWEEP = 0.5
-"""How often connections are looked through [s]."""
+"""Interval between checks of the connections [s]."""
 COOKIE = "mjsim-session-"
-"""Begins the name of the cookie of a server, before its port; all ports of an address share one jar."""
+"""Prefix of the name of a server's cookie, before its port; all ports of an address share one cookie jar."""
 LONGEST_COOKIE, MOST_COOKIES = 200, 50
-"""Characters of a cookie of ours, and how many of them are looked at; another port may have set more."""
+"""Maximum length of our cookies [characters], and how many are checked; another port may have set more."""
 MOST_FRAGMENTS = 10_000
-"""Of one message over a WebSocket; browsers cut messages in pieces of 64 kB and more."""
+"""Maximum number of fragments of a WebSocket message; browsers use fragments of 64 kB and more."""
 _OF_UPGRADES = (b"host", b"origin", b"upgrade", b"connection")
 _PONG = 0x8A
-"""First byte of a frame that answers a ping."""
+"""First byte of a pong frame."""
 
 
 def _open_files() -> int:
-    """Return how many files this process may have open."""
+    """Return the maximum number of open files of this process."""
     if sys.platform == "win32":
         return 2048
     import resource
@@ -38,25 +38,25 @@ def _open_files() -> int:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Limits:
-    """How many connections there may be, and how long they may take."""
+    """Limits on the number and duration of connections."""
 
     strangers: int = field(default_factory=lambda: max(40, min(_open_files() // 6, 200)))
-    """Connections that have not shown a session; the oldest one makes room for the next."""
+    """Maximum number of connections without a session; a new one replaces the oldest."""
     known: int = field(default_factory=lambda: max(60, min(_open_files() // 4, 300)))
-    """Connections that have."""
+    """Maximum number of connections with a session."""
     stranger: float = 10.0
-    """An unauthenticated connection is closed after this long, whatever it does [s]."""
+    """An unauthenticated connection is closed after this time in any case [s]."""
     idle: float = 60.0
-    """One that stops in the middle of a request, or does not take its answer, is closed after this long [s]."""
+    """A connection that stalls during a request, or does not read its response, is closed after this time [s]."""
     ping: float = 20.0
-    """A WebSocket is asked for a sign of life this often, and has as long to give it [s]."""
+    """Interval of pings on a WebSocket, and the time allowed for each reply [s]."""
 
     @property
     def batch(self) -> int:
-        """Connections taken at once.
+        """Maximum number of connections accepted at once.
 
-        It takes a few turns of the event loop until a connection's first request is read. This many times that
-        many turns stays well below `strangers`: a flood cannot push out a request that was sent at once.
+        The first request of a connection is read after a few turns of the event loop. This number times these turns
+        stays well below `strangers`, so that a flood cannot displace a request that is sent at once.
         """
         return max(2, self.strangers // 10)
 
@@ -65,32 +65,32 @@ class Visitor:
     """One connection."""
 
     def __init__(self, connections: "Connections", transport: asyncio.Transport) -> None:
-        """Register a connection that was just made."""
+        """Register a new connection."""
         self._connections, self._now = connections, asyncio.get_running_loop().time
         self.transport = transport
         self.since = self.heard = self.moved = self._now()
-        """When it was made; when it last sent something; when its outgoing data last became less [s]."""
+        """Time of connection; of the last data received; of the last decrease of pending output [s]."""
         self.waiting = 0
-        """Outgoing data at the last look [bytes]."""
+        """Pending output at the last check [bytes]."""
         self.peer: str | None = None
-        """Who is at the other end, once somebody asked."""
+        """Identity of the peer, once determined."""
         self.is_owed: Callable[[], bool] = lambda: False
-        """Tells whether the next step is the server's."""
+        """Returns whether the server has to act next."""
 
     def hear(self) -> None:
-        """Note that data came."""
+        """Record that data arrived."""
         self.heard = self._now()
 
     def let_in(self) -> bool:
-        """Count it as known; False when there are too many of those."""
+        """Count it as authenticated; return False if there are too many of those."""
         return self._connections.let_in(self)
 
     def leave(self) -> None:
-        """Forget it."""
+        """Unregister it."""
         self._connections.leave(self)
 
     def is_stuck(self, patience: float) -> bool:
-        """Return whether it has kept its next step waiting for too long [s]."""
+        """Return whether it has stalled for longer than `patience` [s]."""
         now, before = self._now(), self.waiting
         self.waiting = self.transport.get_write_buffer_size()
         if not self.waiting or self.waiting < before:
@@ -100,17 +100,17 @@ class Visitor:
 
 
 class Connections:
-    """Knows all connections of a server. For its event loop."""
+    """All connections of a server; for use in its event loop only."""
 
     def __init__(self, limits: Limits) -> None:
-        """Begin without connections."""
+        """Start without connections."""
         self.limits = limits
         self._most = limits.strangers
         self._strangers: dict[Visitor, None] = {}
         self._known: set[Visitor] = set()
 
     def arrive(self, transport: asyncio.Transport) -> Visitor:
-        """Register a connection; the oldest unauthenticated one is closed when there are too many."""
+        """Register a connection; if there are too many unauthenticated ones, the oldest is closed."""
         while len(self._strangers) >= self._most:
             self._drop(next(iter(self._strangers)))
         visitor = Visitor(self, transport)
@@ -118,7 +118,7 @@ class Connections:
         return visitor
 
     def let_in(self, visitor: Visitor) -> bool:
-        """Count a connection as known; False when there are too many of those."""
+        """Count a connection as authenticated; return False if there are too many of those."""
         if visitor in self._strangers:
             if len(self._known) >= self.limits.known:
                 return False
@@ -127,18 +127,18 @@ class Connections:
         return True
 
     def leave(self, visitor: Visitor) -> None:
-        """Forget a connection that was closed."""
+        """Unregister a closed connection."""
         self._strangers.pop(visitor, None)
         self._known.discard(visitor)
 
     def make_room(self) -> None:
-        """Close all unauthenticated connections, and allow fewer from now on: file descriptors have run out."""
+        """Close all unauthenticated connections and lower their limit: file descriptors have run out."""
         self._most = max(3 * self.limits.batch, min(self._most, len(self._strangers)) // 2)
         for visitor in list(self._strangers):
             self._drop(visitor)
 
     def cut_off(self) -> None:
-        """Close the connections that do not read: a server that ends would wait for them."""
+        """Close the connections whose peers do not read: a closing server would wait for them."""
         for visitor in [*self._strangers, *self._known]:
             if visitor.transport.get_write_buffer_size():
                 self._drop(visitor)
@@ -168,7 +168,7 @@ class Connections:
 
 
 class HttpConnection(H11Protocol):
-    """A connection of HTTP that its server counts; requests carry it in their state as `visitor`."""
+    """An HTTP connection counted by the server; requests carry it in their state as `visitor`."""
 
     visitor: Visitor
 
@@ -181,38 +181,38 @@ class HttpConnection(H11Protocol):
         super().connection_made(transport)
 
     def data_received(self, data: bytes) -> None:
-        """Note that data came, and read it."""
+        """Record that data arrived, and process it."""
         self.visitor.hear()
         super().data_received(data)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Forget it."""
+        """Unregister it."""
         self.visitor.leave()
         super().connection_lost(exc)
 
     def handle_websocket_upgrade(self, event: h11.Request) -> None:
-        """Hand over to a WebSocket the headers that matter to one: its parser takes few and short ones."""
+        """Pass on only the headers that a WebSocket needs: its parser accepts only few and short ones."""
         self.headers = list(_upgrade_headers(self.headers))
         super().handle_websocket_upgrade(event)
 
     def _is_owed(self) -> bool:
-        """Return whether a whole request was received and is not answered."""
+        """Return whether a complete request was received and not yet answered."""
         return self.conn.their_state not in (h11.IDLE, h11.SEND_BODY)
 
 
 class WebSocketConnection(WebSocketsSansIOProtocol):
-    """A WebSocket that its server counts; what it keeps for its peer is bounded."""
+    """A WebSocket counted by the server; what it stores for its peer is bounded."""
 
     def connection_made(self, transport: Any) -> None:
-        """Take over from the connection that asked for it."""
+        """Take over from the connection that requested the upgrade."""
         self._visitor: Visitor = self.app_state["visitor"]
-        # Who is silent is asked for a sign of life.
+        # Silent peers are pinged.
         self._visitor.is_owed = lambda: True
         self._pong = b""
         super().connection_made(transport)
 
     def data_received(self, data: bytes) -> None:
-        """Read data, and answer a request that cannot be parsed."""
+        """Process data, and answer a request that cannot be parsed."""
         super().data_received(data)
         if self.conn.handshake_exc is not None and not self.handshake_initiated:
             self.handshake_initiated = True
@@ -220,14 +220,14 @@ class WebSocketConnection(WebSocketsSansIOProtocol):
             self.transport.close()
 
     def handle_cont(self, event: Frame) -> None:
-        """Take a piece of a message; empty ones would cost memory and count for nothing in its size."""
+        """Receive a fragment of a message; empty ones take memory but do not add to its size."""
         if len(self.frames) < MOST_FRAGMENTS:
             super().handle_cont(event)
         else:
             self._fail(CloseCode.MESSAGE_TOO_BIG)
 
     def handle_ping(self) -> None:
-        """Answer pings, to a peer that does not read only the newest one (RFC 6455, section 5.5.3)."""
+        """Answer pings; for a peer that does not read, only the newest one (RFC 6455, section 5.5.3)."""
         for frame in self.conn.data_to_send():
             if self.writable.is_set() or frame[:1] != bytes([_PONG]):
                 self.transport.write(frame)
@@ -235,14 +235,14 @@ class WebSocketConnection(WebSocketsSansIOProtocol):
                 self._pong = frame
 
     def resume_writing(self) -> None:
-        """Go on: the peer reads again."""
+        """Continue: the peer reads again."""
         super().resume_writing()
         if self._pong:
             self.transport.write(self._pong)
             self._pong = b""
 
     def send_receive_event_to_app(self) -> None:
-        """Pass on a message; text that is no UTF-8 ends the connection, without a traceback on the terminal."""
+        """Pass on a message; invalid UTF-8 ends the connection without a traceback on the terminal."""
         if self.curr_msg_data_type == "text":
             try:
                 b"".join(self.frames).decode()
@@ -252,7 +252,7 @@ class WebSocketConnection(WebSocketsSansIOProtocol):
         super().send_receive_event_to_app()
 
     async def receive(self) -> Any:
-        """Return the next message; a flood of small ones leaves others their turn, and its end is noticed at once."""
+        """Return the next message; a flood of small ones does not block others, and its end is noticed at once."""
         await asyncio.sleep(0)
         return await super().receive()
 
@@ -264,13 +264,13 @@ class WebSocketConnection(WebSocketsSansIOProtocol):
             self.transport.close()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Forget it."""
+        """Unregister it."""
         self._visitor.leave()
         super().connection_lost(exc)
 
 
 def _upgrade_headers(headers: Iterable[tuple[bytes, bytes]]) -> Iterator[tuple[bytes, bytes]]:
-    """Yield the headers that a WebSocket needs, and of the cookies those of ours, each as a header."""
+    """Yield the headers that a WebSocket needs, and our cookies, each as a separate header."""
     cookies = 0
     for name, value in headers:
         if name == b"cookie":
@@ -284,7 +284,7 @@ def _upgrade_headers(headers: Iterable[tuple[bytes, bytes]]) -> Iterator[tuple[b
 
 
 def _unread(error: Exception) -> bytes:
-    """Return the answer to a request for a WebSocket that its parser gave up."""
+    """Return the response to a WebSocket request that its parser rejected."""
     long = isinstance(error, (RequestLineTooLong, HeaderLineTooLong, TooManyHeaders))
     status = "431 Request Header Fields Too Large" if long else "400 Bad Request"
     return f"HTTP/1.1 {status}\r\nConnection: close\r\nContent-Length: 0\r\n\r\n".encode()

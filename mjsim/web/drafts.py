@@ -1,4 +1,4 @@
-"""Unsaved texts of worlds, kept on disk so that they survive a crash of the page, of the server or of the machine."""
+"""Keeps unsaved texts of worlds on disk, so that they survive a crash of the page, the server or the machine."""
 
 import contextlib
 import fcntl
@@ -21,24 +21,24 @@ from mjsim.web.items import Json
 from mjsim.world import LEFT_BEHIND, MOST_BYTES, too_large, write_private
 
 TAB = re.compile(r"[0-9a-f]{16}")
-"""What a tab of a browser calls itself: random, and another each time its page is loaded."""
+"""Id of a browser tab: random, and new each time its page is loaded."""
 ID = re.compile(r"[0-9a-f]{24}-[0-9a-f]{16}")
-"""Of a draft: what it belongs to, and the tab."""
+"""Id of a draft: a hash of the world's path, and the tab."""
 MOST, MOST_IN_ALL, OLDEST = 50, 100_000_000, 90 * 86_400.0
-"""Drafts that are kept: how many, of how many bytes together, and of what age [s]."""
+"""Limits on kept drafts: number, total size [bytes], and age [s]."""
 _OPEN = ".open"
-"""Ends the name of a file that is locked while a page is open."""
+"""Suffix of a file that is locked while a page is open."""
 _HEAD = 32_768
-"""Bytes of the first line of a file, at most; the text follows it."""
+"""Maximum length of a file's first line [bytes]; the text follows it."""
 _NUMBERS = 1000
-"""Tabs whose newest order is remembered."""
+"""Number of tabs whose latest request number is remembered."""
 
 
 def drafts_folder() -> Path:
-    """Return where the drafts of a user are kept: in the state folder of the XDG Base Directory Specification.
+    """Return the folder of a user's drafts, in the state folder of the XDG Base Directory Specification.
 
     Raises:
-        RefusedError: The user has no home.
+        RefusedError: The user has no home folder.
     """
     base = Path(os.environ.get("XDG_STATE_HOME") or "")
     try:
@@ -49,40 +49,40 @@ def drafts_folder() -> Path:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Draft:
-    """An unsaved text of a world; which tab has it, and what it was made from."""
+    """An unsaved text of a world, its tab, and the version that it is based on."""
 
     tab: str
     folder: str
-    """Of the studio."""
+    """Folder of the studio."""
     path: str
-    """Of the world, as the page of that studio names it."""
+    """Path of the world on the page of that studio."""
     file: str
-    """Of the world, absolute."""
+    """Absolute path of the world."""
     fresh: bool
-    """Whether it was never saved; then its path is only a proposal."""
+    """Whether it was never saved; its path is then only a proposal."""
     stamp: str | None
-    """Of the content that the text was made from."""
+    """Stamp of the content that the text is based on."""
     when: float
-    """[s since 1970]"""
+    """Time of the last change [s since 1970]."""
 
     @property
     def id(self) -> str:
-        """Return the name of its file: what it belongs to, and the tab."""
+        """Return the name of its file, made from its world and tab."""
         owner = self.file if not self.fresh and not self.path.startswith(SHIPPED) else f"{self.folder}\n{self.path}"
         return f"{hashlib.sha256(owner.encode('utf-8', 'surrogateescape')).hexdigest()[:24]}-{self.tab}"
 
     def path_in(self, folder: Folder) -> str | None:
-        """Return how the page of a studio names it; None when it is of another folder."""
+        """Return its path on the page of a studio; None if it belongs to another folder."""
         if self.fresh or self.path.startswith(SHIPPED):
             return self.path if self.folder == str(folder.root) else None
         return folder.name(Path(self.file)) if Path(self.file).is_relative_to(folder.root) else None
 
 
 class Drafts:
-    """The drafts of a user, as the studio of one folder sees them. Several studios may be at work at once."""
+    """The drafts of a user, for the studio of one folder. Several studios may run at once."""
 
     def __init__(self, folder: Folder) -> None:
-        """Take the folder of the studio."""
+        """Use the folder of the studio."""
         self._folder = folder
         self._lock = threading.Lock()
         self._numbers: OrderedDict[str, int] = OrderedDict()
@@ -101,17 +101,17 @@ class Drafts:
         past: Json,
         restored: str | None = None,
     ) -> None:
-        """Keep the text of a tab in place of the one before.
+        """Replace the kept text of a tab.
 
         Args:
-            tab: Whose text it is.
-            number: Of the order; one that was overtaken by a newer one does nothing.
-            path: Of the world, as the page names it.
+            tab: Tab that contains the text.
+            number: Number of the request; a request older than the latest is ignored.
+            path: Path of the world on the page.
             fresh: Whether it was never saved.
-            stamp: Of the content that the text was made from.
-            text: As it is now.
-            past: The steps that led to it, so that they can be undone.
-            restored: Id of the draft of a closed tab that it goes on from; that one goes in the same moment.
+            stamp: Stamp of the content that the text is based on.
+            text: Current text.
+            past: Its undo history.
+            restored: Id of the draft of a closed tab that this one continues; that draft is removed at the same time.
 
         Raises:
             RefusedError: It is too large, or cannot be written.
@@ -133,13 +133,13 @@ class Drafts:
                 self._prune(place)
 
     def forget(self, tab: str, number: int) -> None:
-        """Drop the draft of a tab: its text is saved, or not wanted any more."""
+        """Remove the draft of a tab: its text is saved, or no longer wanted."""
         with self._in_order(tab, number) as newest:
             if newest:
                 self._remove(drafts_folder().glob(f"*-{tab}"))
 
     def listed(self) -> list[Json]:
-        """Return the drafts of the folder, the newest first: id, tab, path, fresh, when, and open: by a page."""
+        """Return the drafts of the folder, newest first: id, tab, path, fresh, when, and open (in some page)."""
         with contextlib.suppress(OSError, RefusedError):
             drafts = sorted(self._all(drafts_folder()), key=lambda draft: -draft.when)
             paths = ((draft, draft.path_in(self._folder)) for draft in drafts)
@@ -147,10 +147,10 @@ class Drafts:
         return []
 
     def read(self, name: str) -> Json:
-        """Return a draft with its text, `past`, `stamp`, and `there`: whether what it was made from is.
+        """Return a draft with text, `past`, `stamp`, and `there`: whether the version that it is based on still exists.
 
         Raises:
-            RefusedError: There is none of this id in the folder.
+            RefusedError: There is no draft with this id in the folder.
         """
         place = self._place(name)
         draft, path = self._draft_of(place), None
@@ -167,24 +167,24 @@ class Drafts:
         """Remove a draft that no page has open.
 
         Raises:
-            RefusedError: There is none of this id in the folder, or a page has it open.
+            RefusedError: There is no draft with this id in the folder, or a page has it open.
         """
         if self.read(name)["open"]:
             raise RefusedError(409, "these changes are open in another tab; discard them there")
         self._remove([self._place(name)])
 
     def hold(self, tab: str) -> None:
-        """Note that a page has a tab open until `release`, also for other studios; from one thread."""
+        """Mark a tab as open until `release`, also for other studios; call both from the same thread."""
         file, count = self._held.get(tab, (None, 0))
         if count == 0:
-            # Where there are no locks, as on some network file systems, a draft is offered although it is open.
+            # Without file locks, as on some network file systems, a draft is offered even if it is open.
             with contextlib.suppress(OSError, RefusedError), self._writing() as place:
                 file = os.open(place / f"{tab}{_OPEN}", os.O_RDWR | os.O_CREAT, 0o600)
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         self._held[tab] = file, count + 1
 
     def release(self, tab: str) -> None:
-        """Note that a page that had a tab open is gone; from the thread of `hold`."""
+        """Mark a tab as closed; call from the thread of `hold`."""
         file, count = self._held.pop(tab, (None, 0))
         if count > 1:
             self._held[tab] = file, count - 1
@@ -205,13 +205,13 @@ class Drafts:
         return drafts_folder() / name
 
     def _all(self, place: Path) -> Iterator[Draft]:
-        """Yield all drafts of the user; the heads of files that have not changed are not read again."""
+        """Yield all drafts of the user; headers of unchanged files are not read again."""
         for entry in os.scandir(place):
             if ID.fullmatch(entry.name) and (draft := self._draft_of(place / entry.name)) is not None:
                 yield draft
 
     def _draft_of(self, place: Path) -> Draft | None:
-        """Return what a draft says of itself; None when there is none."""
+        """Return the header of a draft; None if the file is not a draft."""
         try:
             found = place.stat()
             stamp = found.st_ino, found.st_mtime_ns
@@ -225,7 +225,7 @@ class Drafts:
 
     @contextlib.contextmanager
     def _in_order(self, tab: str, number: int) -> Iterator[bool]:
-        """Yield whether an order of a tab is newer than all before; they come over several connections."""
+        """Yield whether a request of a tab is newer than all before; requests arrive over several connections."""
         if not TAB.fullmatch(tab):
             raise RefusedError(400, f"'{tab:.60}' is not the name of a tab; it has 16 digits, 0 to f")
         with self._lock:
@@ -239,7 +239,7 @@ class Drafts:
 
     @contextlib.contextmanager
     def _writing(self) -> Iterator[Path]:
-        """Yield the folder of the drafts, there and private; what cannot be written is refused in a sentence."""
+        """Yield the folder of the drafts, which exists and is private; write errors raise RefusedError."""
         try:
             place = drafts_folder()
             place.parent.parent.mkdir(parents=True, exist_ok=True)
@@ -256,7 +256,7 @@ class Drafts:
                     place.unlink(missing_ok=True)
 
     def _prune(self, place: Path) -> None:
-        """Remove the oldest drafts above the bounds, those that no page has open first."""
+        """Remove the oldest drafts beyond the limits, starting with those that no page has open."""
         closed = (path for path in place.glob(f"*{_OPEN}") if not _is_held(path) and _age(path) > LEFT_BEHIND)
         self._remove(closed)
         order = sorted(self._all(place), key=lambda draft: (self._told(draft, "")["open"], draft.when), reverse=True)
@@ -268,10 +268,10 @@ class Drafts:
 
 
 def _make_private(folder: Path) -> None:
-    """Make a folder that its owner alone may enter.
+    """Create a folder that only its owner may access.
 
     Raises:
-        OSError: It cannot be made, or belongs to somebody else.
+        OSError: It cannot be created, or belongs to another user.
     """
     folder.mkdir(mode=0o700, exist_ok=True)
     found = folder.lstat()

@@ -1,4 +1,4 @@
-"""What the page asks for while a world is edited."""
+"""Requests of the page while a world is edited."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -33,24 +33,24 @@ from mjsim.web.watch import Signs, signs_of
 from mjsim.world import Change, UnwritableError, World, edited, items_in, parse_world
 
 KEPT = 3
-"""Texts that stay parsed: an undo asks for the one before again."""
+"""Number of parsed texts that are kept: an undo asks for the previous one again."""
 
 
 class OpenAsk(Ask):
-    """Which world is opened."""
+    """Opens a world."""
 
     path: str
 
 
 class NewAsk(Ask):
-    """A new world: how it will be called, and what it begins as."""
+    """Creates a world: its name, and its template."""
 
     path: str | None = None
     template: str | None = None
 
 
 class TextAsk(Ask):
-    """A text and where it is from."""
+    """A text and its path."""
 
     path: str
     text: str
@@ -70,39 +70,39 @@ class ChangeAsk(Ask):
 
 
 class TrustAsk(TextAsk):
-    """A text whose code may run, with what the person was shown of that code."""
+    """Allows the code of a text, with what the user was shown of that code."""
 
     code: dict[str, str]
     drivers: Annotated[Drivers, Field(default_factory=dict)]
 
 
 class SourceAsk(TextAsk):
-    """A module that a text names."""
+    """Asks for the source of a module named by a text."""
 
     use: str
 
 
 class EditAsk(TextAsk):
-    """Changes to be made in a text."""
+    """Changes to apply to a text."""
 
     changes: list[ChangeAsk]
 
 
 class PasteAsk(Ask):
-    """A text that may hold items."""
+    """A text that may contain items."""
 
     text: str
 
 
 class SaveAsk(TextAsk):
-    """A text to be written over the one that it was made from."""
+    """Saves a text over the version that it is based on."""
 
     stamp: str | None = None
     overwrite: bool = False
 
 
 class PreviewAsk(TextAsk):
-    """What a camera would see from where its robot is being put."""
+    """Asks for a camera's picture from the position to which its robot is being moved."""
 
     robot: str
     camera: str
@@ -115,13 +115,13 @@ class EditApi:
     """Opens, reads, changes and saves the worlds of a folder."""
 
     def __init__(self, folder: Folder, trust: Trust, *, world: str | None, saved: Callable[[], None]) -> None:
-        """Take what is edited, and what code may run.
+        """Store the folder and the code that may run.
 
         Args:
-            folder: Of the studio.
-            trust: What code may run.
-            world: That is opened at first.
-            saved: Called when a file was written.
+            folder: Folder of the studio.
+            trust: The code that may run.
+            world: World to open first.
+            saved: Called after a file was written.
         """
         self._folder, self._trust, self._world, self._saved = folder, trust, world, saved
         self._preview, self._solids, self._portraits = Preview(), Scene3dShelf(), Portraits()
@@ -148,14 +148,14 @@ class EditApi:
         ]
 
     def close(self) -> None:
-        """Give back what previews are drawn with."""
+        """Release the renderers of previews."""
         self._preview.close()
 
     def world_of(self, path: str, text: str) -> World:
         """Return the world of a text.
 
         Raises:
-            RefusedError: The text has a mistake, or the path leaves the folder.
+            RefusedError: The text is invalid, or the path leaves the folder.
         """
         try:
             return parse_world(text, source=self._trust.guarded(source_of(self._folder, path)))
@@ -210,7 +210,7 @@ class EditApi:
 
     def _see(self, ask: PreviewAsk) -> Response:
         world, signs = self._seen_world(ask.path, ask.text)
-        # A drive of the user's own is code too.
+        # A user-defined drive is code, too.
         self._trust.check(world)
         pose = Pose(ask.at[0], ask.at[1], math.radians(ask.heading_deg))
         look = PreviewRequest(world, ask.robot, ask.camera, pose, ask.width, signs)
@@ -221,13 +221,13 @@ class EditApi:
         return pose_json(self._seen_world(ask.path, ask.text)[0], ask)
 
     def _scene(self, ask: TextAsk) -> Response:
-        """Return the answer that gives what a text looks like in 3-D."""
+        """Return the response with the 3-D scene of a text."""
         world, _ = self._seen_world(ask.path, ask.text)
         self._trust.check(world)
         return self._solids.of(world).surfaces()
 
     def _seen_world(self, path: str, text: str) -> tuple[World, Signs]:
-        """Return the world of a text and the signs of its files; while something is dragged both stay the same."""
+        """Return the world of a text and the signs of its files; both stay the same while something is dragged."""
         last = self._seen
         if last is None or last[0] != (path, text) or last[2] != signs_of(self._folder, path, last[2]):
             world = self.world_of(path, text)
@@ -251,7 +251,7 @@ class EditApi:
         return Response(data, media_type="image/jpeg", headers={**HEADERS, "Cache-Control": "private, max-age=60"})
 
     def _portrait(self, request: Request) -> Response:
-        """Return the answer that is a picture of a model, a robot or an arm by itself."""
+        """Return the response with a picture of a single model, robot or arm."""
         given = request.query_params
         path, name = given.get("world", ""), given.get("name", "")
         text = text_of(given.get("kind", ""), name)
@@ -272,7 +272,7 @@ class EditApi:
         return {**found.told, "needs_trust": needs, "files": files}
 
     def _known(self, path: str, text: str) -> tuple[Parsed, Signs] | None:
-        """Return a text that was parsed shortly before, as by an undo, if its files are as they were; else None."""
+        """Return a recently parsed text, as for an undo, if its files are unchanged; otherwise None."""
         for key, found, files in self._kept:
             if key == (path, text) and files == signs_of(self._folder, path, files):
                 return found, files
@@ -281,7 +281,7 @@ class EditApi:
     def _newly_parsed(self, path: str, text: str, read: Read | None) -> tuple[Parsed, Signs]:
         found = parsed(text, source_of(self._folder, path), read=read)
         files = signs_of(self._folder, path, found.told["files"])
-        # What is wrong may be mended where no sign tells, as by a module that is installed.
+        # An error may be fixed without a change of any file, for example by installing a module.
         if not found.told["problems"] and len(files) < MOST_WATCHED:
             others = [each for each in self._kept if each[0] != (path, text)]
             self._kept = ((path, text), found, files), *others[: KEPT - 1]

@@ -1,4 +1,4 @@
-"""The entrance: browsers with a session pass; others exchange a one-time address or the token for one."""
+"""Authentication of requests: browsers with a session pass; others exchange a one-time address or the token for one."""
 
 from collections.abc import Iterator
 from urllib.parse import parse_qs
@@ -17,17 +17,17 @@ from mjsim.web.peer import peer_of
 from mjsim.web.penalty import Penalty
 
 PARAMETER = "token"
-"""Carries a one-time word in the address of the page."""
+"""Query parameter with the one-time word."""
 LOGIN = "/login"
 _MOST_BODY = 4096
 _SAID = "this page needs a session; open the address that mjsim printed, or log in at '/'"
 
 
 class Entrance:
-    """Passes requests of known browsers on to an application; nobody else reaches it."""
+    """Passes requests of authenticated browsers to an application, and no others."""
 
     def __init__(self, app: ASGIApp, keys: Keys, *, port: int) -> None:
-        """Guard an application that is served at a port."""
+        """Protect an application that is served at a port."""
         self._app, self._keys = app, keys
         self._cookie = f"{COOKIE}{port}"
         self._penalty = Penalty()
@@ -64,13 +64,13 @@ class Entrance:
         if request.url.path != "/" or request.method != "GET":
             return JSONResponse({"error": f"refused: {_SAID}"}, 401, headers=HEADERS)
         words = _words(request.scope)
-        # Browsers that load a page before anybody asked must not use a pass up.
+        # Browsers that preload a page must not use up a pass.
         if not words or "prefetch" in request.headers.get("sec-purpose", ""):
             return self._ask(request)
         session = self._keys.exchange(words[0], peer=peer) if len(words) == 1 else None
         if session is None:
             return await self._refuse(peer, "this address was used before, or is too old")
-        # A cookie of this kind is not sent along a way that began on another page; it is from here on.
+        # Such a cookie is not sent if the navigation began on another page; it is sent from here on.
         return self._with_cookie(HTMLResponse(welcome_page(), headers=WELCOME_HEADERS), session)
 
     async def _log_in(self, request: Request, peer: str) -> Response:
@@ -80,7 +80,7 @@ class Entrance:
             form = parse_qs((await body_of(request, most=_MOST_BODY)).decode("latin-1"))
         except RefusedError as refused:
             return _page(refused.status, refused.message)
-        # What is pasted may be the whole address.
+        # The pasted text may be the whole address.
         given = form.get(PARAMETER, [""])[0].strip().rpartition(f"?{PARAMETER}=")[2]
         session = self._keys.log_in(given, peer=peer)
         if session is None:
@@ -89,14 +89,14 @@ class Entrance:
         return self._with_cookie(RedirectResponse("/", 303, headers=HEADERS), session)
 
     async def _refuse(self, peer: str, said: str) -> Response:
-        """Answer a wrong token, late; at once when more of the same peer are waiting than it may have."""
+        """Answer a wrong token after a delay; at once if too many requests of the same peer are already waiting."""
         if self._penalty.is_full(peer):
             return _page(429, "too many wrong tokens at once; try again in a few seconds, or open a one-time address")
         await self._penalty.wait(peer)
         return _page(401, said)
 
     def _ask(self, request: Request) -> Response:
-        """Ask for the token; a link on another page comes without its cookie, and once more from here with it."""
+        """Ask for the token; a link from another page arrives without its cookie, and is repeated from here with it."""
         from_link = request.headers.get("sec-fetch-site") == "cross-site"
         return HTMLResponse(login_page("", again=from_link), 401, LOGIN_HEADERS)
 
@@ -117,12 +117,12 @@ def _page(status: int, said: str) -> Response:
 
 
 def _words(scope: Scope) -> list[str]:
-    """Return the one-time words of an address."""
+    """Return the one-time words in an address."""
     return parse_qs(scope["query_string"].decode("latin-1")).get(PARAMETER, [])
 
 
 def _peer(scope: Scope) -> str:
-    """Return who asks, looked up once for a connection."""
+    """Return the identity of the client, determined once per connection."""
     visitor: Visitor = scope["state"]["visitor"]
     if visitor.peer is None:
         visitor.peer = peer_of(scope["client"], scope["server"])
@@ -130,7 +130,7 @@ def _peer(scope: Scope) -> str:
 
 
 def _cookies(headers: Headers, name: str) -> Iterator[str]:
-    """Yield all values of a cookie: another port may have set some of the same name to hide ours."""
+    """Yield all values of a cookie: another port may have set one of the same name to shadow ours."""
     for line in headers.getlist("cookie"):
         for pair in line.split(";"):
             key, _, value = pair.strip().partition("=")

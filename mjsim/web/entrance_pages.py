@@ -9,7 +9,7 @@ WELCOME_HEADERS = {
     "Content-Security-Policy": "default-src 'none'; style-src 'unsafe-inline'; img-src data:; form-action 'self'; "
     "base-uri 'none'; frame-ancestors 'none'",
 }
-"""These pages run no program, and send their form to their own server alone."""
+"""These pages run no scripts, and send their form only to their own server."""
 # Without a referrer browsers send forms with the origin "null".
 LOGIN_HEADERS = {**WELCOME_HEADERS, "Referrer-Policy": "strict-origin"}
 _FRAME = """<!doctype html>
@@ -47,14 +47,14 @@ def login_page(said: str, *, again: bool = False) -> str:
     """Return the page that asks for the token.
 
     Args:
-        said: What was wrong before.
-        again: Whether to ask for the page again at once, which then comes from this page and not from another.
+        said: Error of the previous attempt.
+        again: Whether to reload the page at once, so that the request comes from this page and not from another.
     """
     return _framed(_LOGIN.format(said=escape(said)), again)
 
 
 def welcome_page() -> str:
-    """Return the page that leads on to the studio."""
+    """Return the page that leads to the studio."""
     return _framed('<p><a href="/">Opening the page …</a></p>', True)
 
 

@@ -1,4 +1,4 @@
-"""Data of a run for browsers: collected in the run's thread, sent in the server's."""
+"""Data of a run for browsers: collected in the run's thread, sent in the server's thread."""
 
 import json
 import threading
@@ -20,16 +20,16 @@ from mjsim.web.telling import events_told, mechanisms_told, tick_told
 from mjsim.world import World
 
 EVENTS = 1000
-"""So many are kept for who comes late."""
+"""Number of events kept for late joiners."""
 LONGEST_TURN = 2.0
-"""Of a lidar, with its latency; so long it is known where robots were [s]."""
+"""Longest scan of a lidar including its latency, for which robot poses are kept [s]."""
 PACED_OVER = 1.0
-"""Least time over which the pace is measured [s]."""
+"""Minimum time over which the pace is measured [s]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shot:
-    """A picture that an onboard camera gave."""
+    """A picture of an onboard camera."""
 
     frame: CameraFrame
     sightings: tuple[Sighting, ...]
@@ -37,29 +37,29 @@ class Shot:
 
 
 class Feed:
-    """The newest tick, the newest pictures, the past and the events of a run. To take a tick is quick."""
+    """The newest tick, the newest pictures, the history and the events of a run. Taking a tick is fast."""
 
     def __init__(self, wake: Callable[[], None]) -> None:
-        """Be empty; `wake` is called from any thread when there is news."""
+        """Start empty; `wake` is called from any thread when there is news."""
         self._wake = wake
         self._lock = threading.Lock()
         self.number = 0
-        """Of the newest tick, over all runs."""
+        """Number of the newest tick, over all runs."""
         self.run = 0
-        """Which run it is, counted from 1; a restart begins another."""
+        """Number of the run, from 1; a restart begins another."""
         self.newest: Tick | None = None
         self.world: World | None = None
-        """Of the newest tick."""
+        """World of the newest tick."""
         self.shots: dict[str, Shot] = {}
-        """The newest of each camera, by 'ROBOT/CAMERA'."""
+        """Newest picture of each camera, by 'ROBOT/CAMERA'."""
         self._places: dict[str, Array] = {}
         self._ways: dict[str, deque[tuple[float, Pose3]]] = {}
         self._scans: dict[str, tuple[Sequence[tuple[float, Pose3]], Scan | PointCloud]] = {}
-        """Of each lidar, by 'ROBOT/LIDAR': the newest reading, and where the robot was until it came, by time [s]."""
+        """For each lidar, by 'ROBOT/LIDAR': the newest reading, and the robot's poses until it arrived, by time [s]."""
         self._led: dict[str, list[str]] = {}
-        """By mechanism, the joints that motions lead."""
+        """Joints led by motions, by mechanism."""
         self._people: LedPeople | None = None
-        """Where their hands are."""
+        """Positions of hands."""
         self._told: tuple[int, str] = (0, "")
         self._looking: dict[str, str] = {}
         self._pasts: dict[str, Past] = {}
@@ -68,7 +68,7 @@ class Feed:
         self._paced: deque[tuple[float, float]] = deque()
 
     def begin(self, world: World) -> None:
-        """Forget the past: the run of a world begins."""
+        """Clear the history for a new run of a world."""
         with self._lock:
             self._forget()
             self.world, self._looking, self._places = world, _cameras_of_observers(world), lidar_places(world)
@@ -78,7 +78,7 @@ class Feed:
         self._wake()
 
     def take(self, tick: Tick) -> None:
-        """Take note of a tick; in the thread of the run."""
+        """Store a tick; called in the thread of the run."""
         with self._lock:
             if self.newest is not None and tick.time <= self.newest.time:
                 self._forget()
@@ -106,7 +106,7 @@ class Feed:
         return (last - first) / max(now - began, 1e-6)
 
     def tick(self) -> tuple[int, str] | None:
-        """Return the number of the newest tick and itself as JSON, made once for all who ask."""
+        """Return number and JSON of the newest tick; the JSON is made once for all clients."""
         newest, number, pace = self.newest, self.number, self.pace
         if newest is None:
             return None
@@ -132,7 +132,7 @@ class Feed:
         return self._told
 
     def _points(self, tick: Tick) -> dict[str, dict[str, Array]]:
-        """Return what the lidars of each robot measured last, world frame, unless that is long ago."""
+        """Return the latest lidar points of each robot, world frame, shape (n, 3) [m], unless they are old."""
         found: dict[str, dict[str, Array]] = {}
         for name, (way, reading) in self._scans.copy().items():
             robot, _, lidar = name.partition("/")
@@ -143,12 +143,12 @@ class Feed:
         return found
 
     def events(self, after: int) -> tuple[int, list[EventNews]]:
-        """Return the number of the newest event, and all after one of a number."""
+        """Return the number of the newest event, and all events after a given number."""
         with self._lock:
             return self._event_count, [event for number, event in self._events if number > after]
 
     def past(self) -> tuple[int, PastNews]:
-        """Return how many events there are, and all that was until now."""
+        """Return the number of events, and the whole history until now."""
         with self._lock:
             pasts = {name: past.copy() for name, past in self._pasts.items()}
             count, events = self._event_count, [event for _, event in self._events]
@@ -162,7 +162,7 @@ class Feed:
         self._paced.clear()
 
     def _take_scans(self, tick: Tick, robot: str) -> None:
-        """Keep the newest reading of each lidar with the way that the robot has gone while it was taken."""
+        """Store the newest reading of each lidar with the robot's poses during the scan."""
         way = self._ways.setdefault(robot, deque())
         way.append((tick.time, tick.poses[robot]))
         while way[0][0] < tick.time - LONGEST_TURN:
@@ -179,7 +179,7 @@ class Feed:
 
 
 def _cameras_of_observers(world: World) -> dict[str, str]:
-    """Return which camera the observer of each robot looks at, where the world says so."""
+    """Return the camera used by the observer of each robot, where the world names it."""
     observers = {name: modules.observer for name, modules in world.run.drivers.items() if modules.observer is not None}
     cameras = {name: observer.arguments().get("camera") for name, observer in observers.items()}
     return {name: camera for name, camera in cameras.items() if isinstance(camera, str)}

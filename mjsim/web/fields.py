@@ -1,4 +1,4 @@
-"""Every number of a recording by its topic and its place in the message, and one of them over time."""
+"""All numbers of a recording by topic and field, and single ones over time."""
 
 import json
 import math
@@ -9,19 +9,19 @@ from mjsim.record import Recording, raw_messages
 from mjsim.web.past import plain
 
 SAMPLED = 40
-"""So many messages of a topic, the first ones, are looked at for what it holds."""
+"""Number of messages at the start of a topic in which fields are searched."""
 MOST_FIELDS = 4000
-"""Of a recording that are offered."""
+"""Maximum number of fields offered per recording."""
 MOST_ROWS = 5000
-"""Of one number that are given; of more, as many evenly among them."""
+"""Maximum number of rows returned per field; longer series are sampled evenly."""
 LONGEST = 64
-"""Of longer lists no entries are offered: they are pictures of something, such as scans."""
+"""Entries of longer lists are not offered: they are data such as scans."""
 DEEPEST = 6
 _SKIPPED = {"timestamp", "time", "shown", "entities", "deletions"}
 
 
 def fields_told(recording: Recording) -> list[tuple[str, str]]:
-    """Return (topic, field) of each number in the recording, in the order of the topics' names."""
+    """Return (topic, field) of each number in the recording, sorted by topic."""
     seen: dict[str, int] = {}
     found: dict[tuple[str, str], None] = {}
     for message in raw_messages(recording.path):
@@ -33,7 +33,7 @@ def fields_told(recording: Recording) -> list[tuple[str, str]]:
 
 
 def column_told(recording: Recording, topic: str, field: str) -> dict[str, list[float | None]]:
-    """Return a number of a topic over time: `time` [s] and `values`, None where it is not finite."""
+    """Return a field over time: `time` [s] and `values`, None where not finite."""
     time, values = [], []
     for message in raw_messages(recording.path, topics={topic}):
         for name, value in numbers_in(_content(message.data) if message.data.startswith(b"{") else {}):
@@ -45,7 +45,7 @@ def column_told(recording: Recording, topic: str, field: str) -> dict[str, list[
 
 
 def numbers_in(value: Any, name: str = "", depth: int = 0) -> Iterator[tuple[str, float]]:
-    """Yield name and value of each number in a message: keys joined by dots, entries of lists in brackets."""
+    """Yield name and value of each number in a message: keys joined by dots, list indices in brackets."""
     if isinstance(value, bool | int | float):
         yield name, float(value)
     elif depth >= DEEPEST:
@@ -56,7 +56,8 @@ def numbers_in(value: Any, name: str = "", depth: int = 0) -> Iterator[tuple[str
                 yield from numbers_in(item, f"{name}.{key}" if name else key, depth + 1)
     elif isinstance(value, list) and len(value) <= LONGEST:
         for k, item in enumerate(value):
-            # Beacons, joints and parts of the loop have names, which stay when their places change.
+            # Beacons, joints and parts of the loop are identified by name, which stays the same when their index
+            # changes.
             called = item.get("name", item.get("part")) if isinstance(item, dict) else None
             yield from numbers_in(item, f"{name}[{called if isinstance(called, str) else k}]", depth + 1)
 

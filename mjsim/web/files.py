@@ -1,4 +1,4 @@
-"""The files of a studio's folder: what there is, and worlds read and written."""
+"""The files of a studio's folder: listing them, and reading and writing worlds."""
 
 import hashlib
 import os
@@ -25,23 +25,24 @@ from mjsim.world import (
 )
 
 SHIPPED = "shipped:"
+"""Prefix of the path of a shipped world on the page."""
 MODELS = (".xml", ".urdf")
-"""Begins the name of a world that comes with mjsim."""
+"""Suffixes of models."""
 EMPTY_WORLD = "mjsim: 1\nname: room\n"
 SWEEP = "sweep.json"
-"""Lies in the folder of a sweep's results."""
+"""File that marks the folder of a sweep."""
 PICTURES = (".jpg", ".jpeg", ".png")
 MOST_FILES, DEEPEST = 5000, 6
-"""Looked through below the folder."""
+"""Maximum number of files and of folder levels searched."""
 _WORLD = re.compile(rb"^mjsim[ \t]*:", re.MULTILINE)
 _MODEL = re.compile(rb"<(mujoco|robot)[\s>]")
 _HEAD = 16_384
-"""A world says so in its first bytes."""
+"""A world can be recognised by its first bytes; this many are read."""
 _PASSED_OVER = ("node_modules", "__pycache__", "site-packages")
 
 
 def listed(folder: Folder) -> Json:
-    """Return the worlds, recordings, sweeps, pictures and models in and below a folder, and what comes with mjsim."""
+    """Return worlds, recordings, sweeps, pictures and models in and below a folder, and all that mjsim ships."""
     worlds, recordings, sweeps, pictures, models = [], [], [], [], []
     for path in files_below(folder.root):
         name, kind = folder.name(path), path.suffix.lower()
@@ -61,7 +62,7 @@ def listed(folder: Folder) -> Json:
 
 @cache
 def shipped() -> Json:
-    """Return what comes with mjsim: worlds, pictures, models, presets of arms, sensors and robots, templates."""
+    """Return what is shipped with mjsim: worlds, pictures, models, presets of arms, sensors and robots, templates."""
     return {
         "worlds": sorted(_shipped_files("mjsim.worlds", (".yaml",), cut=5)),
         "pictures": sorted(_shipped_files("mjsim.assets", PICTURES)),
@@ -75,13 +76,13 @@ def shipped() -> Json:
 
 
 def _presets(place: str) -> list[str]:
-    """Return the names of what a folder of the assets holds."""
+    """Return the names of the presets in a folder of the assets."""
     names = _shipped_files("mjsim.assets", (".yaml",), cut=5)
     return sorted(name.removeprefix(f"{place}/") for name in names if name.startswith(f"{place}/"))
 
 
 def shipped_name(word: str) -> str | None:
-    """Return how the page names the shipped world that a bare word names; None when it names none."""
+    """Return the path on the page of the shipped world named by a bare word; None if there is none."""
     file = shipped_worlds().get(word)
     if file is None:
         return None
@@ -89,12 +90,12 @@ def shipped_name(word: str) -> str | None:
 
 
 def is_shipped(path: str) -> bool:
-    """Return whether a path of the page names a shipped world."""
+    """Return whether a path on the page names a shipped world."""
     return path.startswith(SHIPPED) and path.removeprefix(SHIPPED) in shipped()["worlds"]
 
 
 def source_of(folder: Folder, path: str) -> Source:
-    """Return where a world comes from: its own folder; that of the studio for one that is not saved yet.
+    """Return the source of a world: in its own folder, or in that of the studio if it is not saved yet.
 
     Raises:
         RefusedError: The path leaves the folder.
@@ -106,7 +107,7 @@ def source_of(folder: Folder, path: str) -> Source:
 
 
 def read_world(folder: Folder, path: str) -> tuple[str, str | None]:
-    """Return the text of a world and the stamp of its content, None for one that comes with mjsim."""
+    """Return the text of a world and the stamp of its content; None for a shipped one."""
     if path.startswith(SHIPPED):
         name = path.removeprefix(SHIPPED)
         if not is_shipped(path):
@@ -119,7 +120,7 @@ def read_world(folder: Folder, path: str) -> tuple[str, str | None]:
 
 
 def new_world(folder: Folder, path: str | None, *, template: str | None) -> tuple[str, str]:
-    """Return the path and the text of a world that is not written yet."""
+    """Return path and text of a new world, which is not written yet."""
     if path is not None:
         _world_path(folder, path)
     # A template that is not there is refused before it is part of a name.
@@ -128,24 +129,24 @@ def new_world(folder: Folder, path: str | None, *, template: str | None) -> tupl
 
 
 def save_world(folder: Folder, path: str, *, text: str, stamp: str | None, overwrite: bool) -> str:
-    """Write a world in one step; return the stamp of its content.
+    """Write a world atomically; return the stamp of its content.
 
     Args:
-        folder: Below which it lies.
-        path: Its name.
-        text: What it says.
-        stamp: Of the content that the text was made from; None for a new file.
-        overwrite: Whether what is there may be lost.
+        folder: Folder that contains it.
+        path: Path of the world on the page.
+        text: Text of the world.
+        stamp: Stamp of the content that the text is based on; None for a new file.
+        overwrite: Whether existing content may be lost.
 
     Raises:
-        RefusedError: Another text is there, or it cannot be written.
+        RefusedError: The file has another content, or cannot be written.
     """
     place = _world_path(folder, path)
     data = text.encode("utf-8", "replace")
     if len(data) > MOST_BYTES:
         raise RefusedError(413, too_large(len(data)))
     try:
-        # One at a time: of two pages that save at once the second is told what the first one wrote.
+        # One at a time: of two pages that save at once, the second is told about the first.
         with folder.writing:
             return _written(place, path, data=data, stamp=stamp, overwrite=overwrite)
     except OSError as error:
@@ -155,7 +156,7 @@ def save_world(folder: Folder, path: str, *, text: str, stamp: str | None, overw
 
 
 def _written(place: Path, path: str, *, data: bytes, stamp: str | None, overwrite: bool) -> str:
-    """Write a world as `save_world` does, and return the stamp of its content."""
+    """Write a world as by `save_world`, and return the stamp of its content."""
     place.parent.mkdir(parents=True, exist_ok=True)
     if not place.is_file():
         write_new(place, data)
@@ -168,14 +169,14 @@ def _written(place: Path, path: str, *, data: bytes, stamp: str | None, overwrit
 
 
 def _taken(path: str, place: Path, stamp: str | None) -> RefusedError:
-    """Return what tells that another text is there than the one that a page knows."""
+    """Return the error that the file's content differs from the version known to a page."""
     said = "is there already" if stamp is None else "changed on disk since it was opened"
     message = f"'{path}' {said}; overwrite it, or save under another name"
     return RefusedError(409, message, stamp=stamp_of(place))
 
 
 def stamp_of(place: Path) -> str:
-    """Return what tells the content of a file from any other."""
+    """Return a hash that identifies the content of a file."""
     return _stamp(place.read_bytes())
 
 
@@ -184,7 +185,7 @@ def _stamp(data: bytes) -> str:
 
 
 def _as_before(old: bytes, data: bytes) -> bytes:
-    """Return what is written with the ends of lines and the mark of byte order that the file had; editors lose them."""
+    """Return data with the line breaks and the byte order mark that the file had; editors lose them."""
     if old.count(b"\r\n") == old.count(b"\n") > 0 and b"\r\n" not in data:
         data = data.replace(b"\n", b"\r\n")
     return b"\xef\xbb\xbf" + data if old.startswith(b"\xef\xbb\xbf") else data
@@ -200,7 +201,7 @@ def _world_path(folder: Folder, path: str) -> Path:
 
 
 def free_name(folder: Path, name: str) -> str:
-    """Return a name of a file that is not there: 'room.yaml', 'room-2.yaml' and so on."""
+    """Return an unused file name: 'room.yaml', 'room-2.yaml' and so on."""
     stem, kind = Path(name).stem, Path(name).suffix
     number = 1
     while (folder / name).exists():
@@ -210,7 +211,7 @@ def free_name(folder: Path, name: str) -> str:
 
 
 def files_below(root: Path) -> Iterator[Path]:
-    """Yield the files of a folder and below, near ones first, neither hidden ones nor links that lead out of it."""
+    """Yield the files in and below a folder, nearest first, without hidden files and links that lead outside."""
     waiting, seen = [(root, 0)], 0
     while waiting and seen < MOST_FILES:
         folder, depth = waiting.pop(0)
@@ -229,7 +230,7 @@ def files_below(root: Path) -> Iterator[Path]:
 
 
 def _is_file_in(entry: os.DirEntry[str], root: Path) -> bool:
-    """Return whether an entry is a file within a folder once links are followed; those in a circle lead nowhere."""
+    """Return whether an entry, with links resolved, is a file in a folder; circular links are not."""
     try:
         return entry.is_file() and Path(entry.path).resolve().is_relative_to(root)
     except (OSError, RuntimeError):
@@ -237,7 +238,7 @@ def _is_file_in(entry: os.DirEntry[str], root: Path) -> bool:
 
 
 def _says(path: Path, word: re.Pattern[bytes]) -> bool:
-    """Return whether the beginning of a file says what it is."""
+    """Return whether the start of a file matches a pattern."""
     try:
         with path.open("rb") as file:
             return word.search(file.read(_HEAD)) is not None
@@ -246,7 +247,7 @@ def _says(path: Path, word: re.Pattern[bytes]) -> bool:
 
 
 def _shipped_files(package: str, kinds: tuple[str, ...], *, cut: int = 0) -> Iterator[str]:
-    """Yield files that come with mjsim, by their paths from the package; `cut` so many letters from the end."""
+    """Yield shipped files by their paths in the package, without the last `cut` characters."""
     waiting = [("", resources.files(package))]
     while waiting:
         folder, place = waiting.pop()

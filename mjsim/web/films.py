@@ -1,4 +1,4 @@
-"""Films that are made while the page waits, one after the other."""
+"""Renders films in the background, one after another."""
 
 import secrets
 import threading
@@ -12,28 +12,28 @@ from mjsim.video import frames_between, make_video
 from mjsim.web.answers import RefusedError
 
 MOST = 100
-"""So many films are remembered."""
+"""Number of films that are remembered."""
 
 
 @dataclass(frozen=True, slots=True)
 class FilmProgress:
-    """How far a film is."""
+    """Progress of a film."""
 
     done: int
-    """Frames."""
+    """Number of finished frames."""
     total: int
-    """Frames."""
+    """Number of frames."""
     path: str | None = None
-    """Where it is, once it is whole."""
+    """Path of the finished film; None before."""
     error: str | None = None
-    """Why there is none."""
+    """Error message; None if there was no error."""
 
 
 class Films:
-    """Makes films in a thread of its own."""
+    """Renders films in a separate thread."""
 
     def __init__(self) -> None:
-        """Be idle."""
+        """Start idle."""
         self._lock = threading.Lock()
         self._progress: dict[str, FilmProgress] = {}
         self._files: dict[str, Path] = {}
@@ -41,18 +41,18 @@ class Films:
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="mjsim-films")
 
     def begin(self, recording: Recording, file: Path, *, shown: str, view: str | None, begin: float, end: float) -> str:
-        """Begin a film and return what it is asked for by.
+        """Start a film and return its id.
 
         Args:
-            recording: Which is shown.
-            file: Where the film goes.
-            shown: That place as the page names it.
-            view: As `make_video` has it.
-            begin: Of the part that is shown [s].
-            end: Of that part [s].
+            recording: The recording.
+            file: Output file.
+            shown: Path of that file on the page.
+            view: The view, as for `make_video`.
+            begin: Start time [s].
+            end: End time [s].
 
         Raises:
-            UsageError: No tick is between these times.
+            UsageError: There is no tick between these times.
         """
         total = len(frames_between(recording, begin, end))
         name = secrets.token_hex(8)
@@ -73,7 +73,7 @@ class Films:
             except _ClosedError:
                 self._finish(name, error="the studio was closed")
             except BaseException as error:
-                # A bug of ours; the page is told as well.
+                # A bug of mjsim; the page is informed as well.
                 self._finish(name, error=f"the film failed: {type(error).__name__}")
                 raise
             else:
@@ -83,7 +83,7 @@ class Films:
         return name
 
     def progress(self, name: str) -> FilmProgress:
-        """Return how far a film is.
+        """Return the progress of a film.
 
         Raises:
             RefusedError: The film does not exist.
@@ -94,12 +94,12 @@ class Films:
             return self._progress[name]
 
     def files(self) -> set[Path]:
-        """Return where films go that are not done yet."""
+        """Return the output files of unfinished films."""
         with self._lock:
             return set(self._files.values())
 
     def close(self) -> None:
-        """Make no more, and give up the current one."""
+        """Abort the current film, and start no more."""
         self._closed = True
         self._thread.shutdown(cancel_futures=True)
 
@@ -118,4 +118,4 @@ class Films:
 
 
 class _ClosedError(Exception):
-    """The studio is closed while a film is made."""
+    """The studio was closed during a film."""

@@ -1,4 +1,4 @@
-"""The folder that a studio was opened in: nothing outside of it is read or written."""
+"""The folder of a studio; nothing outside it is read or written."""
 
 import threading
 from pathlib import Path, PurePosixPath
@@ -7,31 +7,31 @@ from mjsim.errors import UsageError
 from mjsim.web.answers import RefusedError
 
 LONGEST = 400
-"""Characters of a path."""
+"""Maximum length of a path [characters]."""
 LONGEST_NAME = 255
-"""Bytes of one name in it, as file systems have it."""
+"""Maximum length of a file name, as in file systems [bytes]."""
 
 
 class Folder:
-    """A folder and the files below it, named by their paths from it."""
+    """A folder and the files below it, named by their relative paths."""
 
     def __init__(self, root: Path) -> None:
-        """Take a folder.
+        """Use a folder.
 
         Raises:
-            UsageError: There is none.
+            UsageError: It does not exist.
         """
         self.root = root.resolve()
         self.writing = threading.Lock()
-        """Held while a file is written whose old content, or absence, was checked before."""
+        """Held while writing a file after checking its previous content or absence."""
         if not self.root.is_dir():
             raise UsageError(f"no folder '{root}'; name one that is there")
 
     def path(self, name: str) -> Path:
-        """Return the place of a file, whether it is there or not, links followed.
+        """Return the absolute path of a file, which need not exist, with links resolved.
 
         Raises:
-            RefusedError: It would be outside of the folder, or cannot be a name.
+            RefusedError: It lies outside the folder, or is not a valid name.
         """
         given = PurePosixPath(name)
         if not name or len(name) > LONGEST or not name.isprintable() or "\\" in name:
@@ -49,5 +49,5 @@ class Folder:
         return path
 
     def name(self, path: Path) -> str:
-        """Return the name of a file below the folder."""
+        """Return the relative path of a file below the folder."""
         return path.relative_to(self.root).as_posix()

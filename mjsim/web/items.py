@@ -1,4 +1,4 @@
-"""A world as the page knows it: items with their outlines, their values, and where they stand in the text."""
+"""A world in JSON for the page: items with their outlines, their values, and their positions in the text."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -25,24 +25,24 @@ from mjsim.world import (
 )
 
 EYE = 1.5
-"""What of a wall begins above this is not drawn [m]."""
+"""Parts of a wall that start above this height are not drawn [m]."""
 THICKNESS = 0.03
-"""Of a beacon as it is drawn [m]."""
+"""Thickness of a beacon in drawings [m]."""
 LISTS = ("walls", "obstacles", "beacons", "lamps", "robots", "mechanisms", "people")
 _DECIMALS = 4
 
 Path = tuple[str | int, ...]
 Json = dict[str, Any]
 Thing = tuple[Path, str, Model, Sequence[Array], Pose | None]
-"""Path, kind, model, outlines (world frame, shape (n, 2) each [m]), and where it is."""
+"""Path, kind, model, outlines (world frame, shape (n, 2) each [m]), and pose."""
 
 
 def scene_of(world: World, raw: Node | None = None) -> Json:
-    """Return what a plan of a world shows.
+    """Return the plan of a world.
 
     Args:
-        world: Of a text or built in Python.
-        raw: Its text as it is written; by default what it stands for.
+        world: A world read from text, or built in Python.
+        raw: Its text as written; by default its expanded form.
 
     Returns:
         `items`: each with path, kind, name, label, at [m], heading_deg, polygons [m] (world frame), values, written,
@@ -76,7 +76,7 @@ def world_values(world: World, raw: Node | None = None) -> Json:
 
 
 def _bounds(world: World, things: Sequence[Thing]) -> list[float]:
-    """Return what all outlines and places lie in, at least a metre wide; 10 x 10 m for an empty world."""
+    """Return the bounding box of all outlines and positions, at least 1 m wide; 10 x 10 m for an empty world."""
     outlines = [outline for thing in things for outline in thing[3]]
     outlines += [np.array([[place.x, place.y]]) for *_, place in things if place is not None]
     outlines += [extent(obstacle) for obstacle in world.obstacles if obstacle.path is not None]
@@ -123,7 +123,7 @@ def _moving(world: World, thing: Mechanism | Person, path: Path) -> Iterator[Thi
 
 
 def moving_items(world: World, thing: Mechanism | Person, path: Path) -> Iterator[Json]:
-    """Yield where things of the plan are that a mechanism or a person consists of: path, polygons, at, heading_deg."""
+    """Yield path, polygons, at and heading_deg of the plan items that make up a mechanism or a person."""
     for own, _, _, polygons, place in _moving(world, thing, path):
         yield {"path": list(own), **_placed(polygons, place)}
 
@@ -137,7 +137,7 @@ def _placed(polygons: Sequence[Array], place: Pose | None) -> Json:
 
 
 def _starts(world: World, path: Path) -> Json:
-    """Return what a joint starts at, written or not: `start` and `start_deg`."""
+    """Return the start value of a joint, written or computed: `start` and `start_deg`."""
     return start_values(world.mechanisms[int(path[1])], int(path[3]))
 
 
@@ -155,7 +155,7 @@ def _walls(world: World) -> Iterator[Thing]:
 
 
 def _gap(wall: Wall, opening: Opening) -> tuple[list[Array], Pose | None]:
-    """Return the rectangle that an opening takes out of its wall, and its middle; nothing when it lies outside."""
+    """Return the rectangle that an opening cuts out of its wall, and its centre; nothing if it is outside the wall."""
     start, end = wall.segments()[opening.segment]
     length = math.dist(start, end)
     first, last = min(opening.at, length), min(opening.at + opening.width, length)
@@ -169,10 +169,10 @@ def _gap(wall: Wall, opening: Opening) -> tuple[list[Array], Pose | None]:
 
 
 class _Text:
-    """Where items stand in a text."""
+    """Positions of items in a text."""
 
     def __init__(self, written: Any, raw: Node | None) -> None:
-        """Take what a text stands for, None for a world that was built in Python; and the text itself."""
+        """Store the expanded text, None for a world built in Python, and the text as written."""
         self._written = written
         own = () if raw is None else _mappings(raw)
         self._own = {(node.line, node.column): node for node in own}
@@ -180,15 +180,15 @@ class _Text:
     def item(
         self, path: Path, kind: str, *, model: Model, values: Json, polygons: Sequence[Array], place: Pose | None
     ) -> Json:
-        """Return a thing as the page takes it, with where it stands in the text.
+        """Return an item in JSON form, with its position in the text.
 
         Args:
-            path: To it, from the world.
-            kind: What the page calls it.
-            model: Itself.
+            path: Its path in the world.
+            kind: Its kind on the page.
+            model: Its model.
             values: All its fields.
             polygons: Its outlines, world frame, shape (n, 2) each [m].
-            place: Where it is, world frame; None for what has no one place.
+            place: Its pose, world frame; None for an item without a single position.
         """
         node, fixed, origin = self._node(path)
         own = self._own.get((node.line, node.column)) if node is not None and fixed is None else None
@@ -211,14 +211,14 @@ class _Text:
         }
 
     def _node(self, path: Path) -> tuple[Node | None, str | None, str | None]:
-        """Return what an item is made of, why it cannot be changed in this text, and which of the two it comes from."""
+        """Return the node of an item, why it cannot be changed in this text, and which of the two causes applies."""
         node, fixed, origin = self._written, None, None
         for step in path:
             if not isinstance(node, Node):
                 return None, None, None
             node = node.items.get(step)
             if isinstance(node, Node) and node.origin is not None and isinstance(step, int):
-                # What is repeated in an included file comes from that file.
+                # A repeated item of an included file counts as included.
                 origin = origin or ("repeat" if node.origin.file is None else "include")
                 fixed = _held(node, node.origin.file, repeated=bool(node.origin.repetition))
         return (node, fixed, origin) if isinstance(node, Node) else (None, None, None)
@@ -233,7 +233,7 @@ def _held(node: Node, file: str | None, *, repeated: bool) -> str:
 
 
 def _mappings(node: Node) -> Iterator[Node]:
-    """Yield the items with keys of all lists of a text."""
+    """Yield the mappings in all lists of a text."""
     for item in node.items.values():
         if isinstance(node.value, list) and isinstance(item.value, dict):
             yield item
@@ -242,7 +242,7 @@ def _mappings(node: Node) -> Iterator[Node]:
 
 
 def _is_computed(value: Any) -> bool:
-    """Return whether an expression stands in a value."""
+    """Return whether a value contains an expression."""
     if isinstance(value, Mapping):
         return any(map(_is_computed, value.values()))
     return any(map(_is_computed, value)) if isinstance(value, list) else isinstance(value, str) and "${" in value
@@ -255,7 +255,7 @@ def _at(values: Any, path: Path) -> Any:
 
 
 def _degrees(heading: float) -> float:
-    """Return an angle in degrees, above -180 and at most 180."""
+    """Return an angle [rad] in degrees, in (-180, 180]."""
     turned = _short(math.degrees(heading) % 360.0)
     return _short(turned - 360.0) if turned > 180.0 else turned
 

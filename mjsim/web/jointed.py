@@ -1,4 +1,4 @@
-"""Joints on the page: how they move, what their bodies look like from above, and by which points hands move them."""
+"""Joints for the page: their motion, the outlines of their bodies from above, and the points by which to drag them."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -14,17 +14,17 @@ from mjsim.web.past import plain
 from mjsim.world import BalancingDrive, Mechanism, Robot, RobotArm, World, carried_body, led_joints
 
 MOVED = 1e-4
-"""A mechanism whose joints are nearer to their starts stands as at the start [rad, m]."""
+"""A mechanism whose joints are within this of their start values counts as at the start [rad, m]."""
 SHORTEST, LONGEST = 0.1, 0.3
-"""From a joint of an arm to the handle that turns it, half the way to what it moves, but in these bounds [m]."""
+"""Distance from an arm joint to its handle: half the distance to what it moves, within these limits [m]."""
 NO_LEVER = 0.02
-"""What is nearer to an axis does not tell which way it is turned [m]."""
+"""Points closer to an axis than this do not show the direction of rotation [m]."""
 Values = Mapping[str, Array]
-"""Of joints, by `ROBOT/ARM` or mechanism, shape (n,) each [rad, m]."""
+"""Joint values by `ROBOT/ARM` or mechanism, shape (n,) each [rad, m]."""
 
 
 def joints_told(world: World) -> dict[str, list[JointFacts]]:
-    """Return the joints of arms by `ROBOT/ARM`, of balancing bases by `ROBOT/drive`, of mechanisms by their names."""
+    """Return the joints of arms by `ROBOT/ARM`, of balancing bases by `ROBOT/drive`, and of mechanisms by name."""
     told: dict[str, list[JointFacts]] = {}
     for robot in world.robots:
         told |= {f"{robot.name}/{item.name}": arm_facts(item) for item in robot.arms}
@@ -47,7 +47,7 @@ def arm_facts(item: RobotArm) -> list[JointFacts]:
 
 
 def led_facts(mechanism: Mechanism) -> list[JointFacts]:
-    """Return the joints of a mechanism that motions lead."""
+    """Return the joints of a mechanism that are led by motions."""
     return [_facts(name, slides, lower, upper) for name, (slides, lower, upper) in led_joints(mechanism).items()]
 
 
@@ -57,7 +57,7 @@ def _facts(name: str, slides: bool, lower: float, upper: float) -> JointFacts:
 
 
 def rows_told(motions: Mapping[str, JointMotion]) -> dict[str, dict[str, JointRow]]:
-    """Return how joints move."""
+    """Return the motion of joints in JSON form."""
     return {
         name: joint_rows(motion.names, motion.positions, motion.velocities, motion.torques)
         for name, motion in motions.items()
@@ -65,18 +65,18 @@ def rows_told(motions: Mapping[str, JointMotion]) -> dict[str, dict[str, JointRo
 
 
 def joint_rows(names: tuple[str, ...], positions: Array, velocities: Array, torques: Array) -> dict[str, JointRow]:
-    """Return how some joints move; each array has shape (n,)."""
+    """Return the motion of some joints in JSON form; each array has shape (n,)."""
     rows = plain(np.column_stack([positions, velocities, torques]), 5)
     return {name: cast(JointRow, tuple(row)) for name, row in zip(names, rows, strict=True)}
 
 
 def bodies_told(world: World, values: Values, places: Mapping[str, Pose]) -> dict[str, list[Array]]:
-    """Return what arms, and mechanisms that do not stand as at the start, look like from above, the lowest part first.
+    """Return outlines from above of arms, and of mechanisms away from their start values, the lowest part first.
 
     Args:
-        world: Where they are.
-        values: Of their joints; those that are not known are left out.
-        places: Of robots.
+        world: The world that contains them.
+        values: Joint values; bodies with unknown ones are left out.
+        places: Poses of the robots.
 
     Returns:
         Outlines by `ROBOT/ARM` or mechanism, world frame, shape (n, 2) each [m].
@@ -94,7 +94,7 @@ def bodies_told(world: World, values: Values, places: Mapping[str, Pose]) -> dic
 
 
 def grips_told(world: World, values: Values, poses: Mapping[str, Pose3]) -> list[JointGrip]:
-    """Return by which points a hand moves the joints of arms, and those of mechanisms that motions lead."""
+    """Return the points by which to drag joints of arms, and joints of mechanisms led by motions."""
     told = [
         grip
         for mechanism in world.mechanisms
@@ -132,13 +132,13 @@ def _mechanism_grips(mechanism: Mechanism, values: Array) -> Iterator[JointGrip]
 
 
 def _hull(mechanism: Mechanism, name: str) -> Array:
-    """Return points that span a body, in its own frame, shape (n, 3) [m]; its origin for what is no body."""
+    """Return points that span a body, in its own frame, shape (n, 3) [m]; its origin if it has no shape."""
     own = next((body for body in mechanism.bodies if body.name == name), None)
     return np.zeros((1, 3)) if own is None else own.hull()[0]
 
 
 def _farthest(points: Array, at: Array, axis: Array) -> Array:
-    """Return the point that is farthest from an axis; one beside it where none is."""
+    """Return the point farthest from an axis; a point beside the axis if none is far enough."""
     levers = _levers(points, at, axis)
     far = int(np.linalg.norm(levers, axis=1).argmax())
     if np.linalg.norm(levers[far]) > NO_LEVER:
@@ -159,7 +159,7 @@ def _arm_grips(key: str, item: RobotArm, values: Array, world_from_robot: Array)
             levers = _levers(beyond[number + 1 :], at, axis)
             lengths = np.linalg.norm(levers, axis=1)
             far = next((k for k, length in enumerate(lengths) if length > NO_LEVER), None)
-            # What turns with the joint, where nothing beyond it lies aside.
+            # What turns with the joint, if nothing beyond it is off the axis.
             own = world_from_robot[:3, :3] @ posture.joints[number, :3, 0]
             way, length = (own, 0.0) if far is None else (levers[far] / lengths[far], float(lengths[far]))
             grip = at + min(max(length / 2.0, SHORTEST), LONGEST) * way
@@ -167,13 +167,13 @@ def _arm_grips(key: str, item: RobotArm, values: Array, world_from_robot: Array)
 
 
 def _levers(points: Array, at: Array, axis: Array) -> Array:
-    """Return the ways from an axis to points, shape (n, 3) [m]."""
+    """Return the vectors from an axis to points, shape (n, 3) [m]."""
     ways = points - at
     return np.asarray(ways - np.outer(ways @ axis, axis))
 
 
 def _aside(axis: Array) -> Array:
-    """Return a direction across an axis, shape (3,)."""
+    """Return a unit vector perpendicular to an axis, shape (3,)."""
     way = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
     return np.asarray(way / np.linalg.norm(way))
 

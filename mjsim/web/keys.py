@@ -12,37 +12,37 @@ from hashlib import sha256
 from mjsim.errors import UsageError
 
 LIFETIME = 300.0
-"""Of an address that works once [s]."""
+"""Validity of a one-time address [s]."""
 SHORTEST = 16
-"""Characters of a token that somebody chose."""
+"""Minimum length of a user-defined token [characters]."""
 MOST_SESSIONS, MOST_PASSES = 200, 100
-"""The oldest ones are forgotten."""
+"""Maximum numbers of sessions and passes; the oldest are dropped."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pass:
-    """A word that lets one browser in, once."""
+    """A word that admits one browser, once."""
 
     word: str
     ends: float
-    """On the monotonic clock [s]."""
+    """Expiry, on the monotonic clock [s]."""
     over: threading.Event = field(default_factory=threading.Event)
-    """Set once it was used or taken back."""
+    """Set once it was used or revoked."""
 
 
 class Keys:
-    """Gives out passes, exchanges them for sessions, and knows sessions again. Any thread may call it.
+    """Issues passes, exchanges them for sessions, and verifies sessions. Thread-safe.
 
-    A session belongs to the peer that began it: cookies of one address go to all its ports, so a program of another
-    user can be sent one.
+    A session is bound to the peer that started it: cookies of an address go to all its ports, so a program of another
+    user could receive one.
     """
 
     def __init__(self, token: str | None = None, *, clock: Callable[[], float] = time.monotonic) -> None:
-        """Begin without sessions.
+        """Start without sessions.
 
         Args:
-            token: Accepted besides passes, any number of times; None accepts passes alone.
-            clock: Tells the time [s].
+            token: Accepted any number of times, in addition to passes; None accepts only passes.
+            clock: Returns the time [s].
 
         Raises:
             UsageError: The token is short enough to be guessed.
@@ -64,7 +64,7 @@ class Keys:
         return made
 
     def revoke(self, given: Pass) -> None:
-        """Take a pass back."""
+        """Revoke a pass."""
         with self._lock:
             self._passes.pop(_digest(given.word), None)
         given.over.set()
@@ -86,7 +86,7 @@ class Keys:
         return self.exchange(word, peer=peer)
 
     def know(self, sessions: Iterable[str], *, peer: Callable[[], str]) -> bool:
-        """Return whether one of these sessions was begun by a peer, which is asked for only where it matters."""
+        """Return whether a peer started one of these sessions; the peer is determined only if needed."""
         with self._lock:
             for digest in map(_digest, sessions):
                 if self._sessions.get(digest) is not None and self._sessions[digest] == peer():
@@ -103,5 +103,5 @@ class Keys:
 
 
 def _digest(word: str) -> bytes:
-    """Return what a word is looked up by: how long that takes depends on no secret."""
+    """Return the digest under which a word is looked up, so that the time of the lookup depends on no secret."""
     return sha256(word.encode("utf-8", "surrogatepass")).digest()

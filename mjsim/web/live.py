@@ -1,4 +1,4 @@
-"""A run to watch in a browser on this machine while it goes on."""
+"""Shows a running simulation in a browser on this machine."""
 
 from collections.abc import Callable
 from typing import Any
@@ -20,20 +20,20 @@ from mjsim.world import World
 
 
 class LiveView(Closes):
-    """The Run view of the studio on the loopback address: `show` each tick while the block runs.
+    """The Run view of the studio at the loopback address; call `show` for each tick within the block.
 
-    A browser gets the newest tick and the newest pictures, and misses what it has no time for; it holds nobody up.
-    Pictures are encoded in other threads, and only while somebody watches. The run goes its own way, unless a
-    session is steered from the page, too: `steer`.
+    A browser gets the newest tick and pictures, and skips what it is too slow for; it never blocks the run. Pictures
+    are encoded in other threads, and only while somebody watches. The page only displays the run, unless `steer` lets
+    it control a session.
     """
 
     def __init__(self, world: World, robot: str | None = None, *, port: int = 0) -> None:
-        """Begin to serve the page.
+        """Start serving the page.
 
         Args:
-            world: Where the run is.
-            robot: Whose run is shown first; by default that of the first one.
-            port: Of the page; by default a free one.
+            world: World of the run.
+            robot: Robot shown first; by default the first one.
+            port: Port of the page; by default a free one.
 
         Raises:
             UsageError: The robot does not exist, or the port is taken.
@@ -49,36 +49,36 @@ class LiveView(Closes):
 
     @property
     def address(self) -> str:
-        """Where the page is; browsers that were not let in are asked for a one-time address there."""
+        """Address of the page; unauthenticated browsers are asked for a one-time address there."""
         return self._server.address
 
     @property
     def url(self) -> str:
-        """A new address that lets in one browser, once, within five minutes."""
+        """A new address that admits one browser, once, within five minutes."""
         return self._server.url
 
     def open(self, *, failed: Callable[[], None]) -> None:
-        """Open the page in the browser of this machine, and let it in; `failed` is called when there is none."""
+        """Open the page in the browser of this machine, authenticated; `failed` is called if there is no browser."""
         self._server.open(failed=failed)
 
     def show(self, tick: Tick) -> None:
-        """Hand over a tick; this is quick, however many watch."""
+        """Pass on a tick; this is fast regardless of the number of viewers."""
         self._api.stage.take(tick)
 
     def steer(self, session: Session) -> None:
-        """Let the page pause, slow and restart a session, and drive its robots; its ticks are handed over by `show`."""
+        """Let the page pause, slow down and restart a session, and drive its robots; its ticks are passed to `show`."""
         self._api.stage.put_on(self._world, session, first=self._robot)
 
     def changed(self) -> None:
-        """Tell who watches that the session is in another state."""
+        """Tell viewers that the state of the session has changed."""
         self._api.stage.changed()
 
     def close(self) -> None:
-        """Show who watches the last tick, then stop serving; closing twice is no fault."""
+        """Show viewers the last tick, then stop serving; a second call does nothing."""
         self._server.close()
 
     def _folder(self, _: Request) -> dict[str, Any]:
-        """Return what the page asks for first: that there is nothing here but this run."""
+        """Return the folder listing that the page requests first: empty, except for this run."""
         kinds = ("worlds", "pictures", "models", "arms", "presets", "templates")
         shipped: dict[str, Any] = {kind: [] for kind in kinds} | {"about": {}, "sensors": {}}
         files: dict[str, Any] = {kind: [] for kind in ("worlds", "recordings", "sweeps", "pictures", "models")}

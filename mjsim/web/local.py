@@ -1,4 +1,4 @@
-"""Sockets to listen at, and a guard that answers requests of the page's own origin alone."""
+"""Listening sockets, and a guard that answers only requests of the page's own origin."""
 
 import ipaddress
 import socket
@@ -25,7 +25,7 @@ _ENTRANCES = ("/", "/favicon.ico")
 
 
 def is_loopback(host: str) -> bool:
-    """Return whether an address is this machine's own, which no other machine can reach."""
+    """Return whether an address is a loopback address, which no other machine can reach."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
@@ -33,17 +33,17 @@ def is_loopback(host: str) -> bool:
 
 
 def listen(port: int, *, host: str = LOOPBACK) -> socket.socket:
-    """Return a socket that listens; port 0 takes a free one.
+    """Return a listening socket; port 0 takes a free one.
 
     Raises:
-        UsageError: The port is taken, or the address is none of this machine.
+        UsageError: The port is taken, or the address does not belong to this machine.
     """
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     listener = socket.socket(family, socket.SOCK_STREAM)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listener.bind((host, port))
-        # Browsers that come before the server is ready wait in line.
+        # Browsers that connect before the server is ready are queued.
         listener.listen()
     except (OSError, OverflowError) as error:
         listener.close()
@@ -55,15 +55,15 @@ def listen(port: int, *, host: str = LOOPBACK) -> socket.socket:
 
 
 class SameOrigin:
-    """Refuses requests of other pages, and a wrong Host header (DNS rebinding)."""
+    """Rejects requests of other pages, and a wrong Host header (DNS rebinding)."""
 
     def __init__(self, app: ASGIApp, port: int, *, host: str = LOOPBACK) -> None:
-        """Guard an application that is served at an address and a port."""
+        """Protect an application that is served at an address and a port."""
         self._app = app
         self._hosts: set[str] | None = None
         if is_loopback(host):
             shown = f"[{host}]" if ":" in host else host
-            # Browsers leave out the default port.
+            # Browsers omit the default port.
             ends = ("", f":{port}") if port == 80 else (f":{port}",)
             self._hosts = {f"{name}{end}" for name in (shown, "localhost") for end in ends}
 
@@ -81,11 +81,11 @@ class SameOrigin:
         hosts = headers.getlist("host")
         if len(hosts) != 1 or (self._hosts is not None and hosts[0] not in self._hosts):
             return False
-        # Elsewhere the machine may have any name; a session is what tells who asks.
+        # At other addresses the machine may have any name; there the session identifies the client.
         origins = {f"http://{host}" for host in self._hosts or hosts}
         if not all(origin in origins for origin in headers.getlist("origin")):
             return False
-        # Browsers send this with pictures and scripts too, for which they send no origin.
+        # Browsers send this also with pictures and scripts, for which they send no origin.
         site = headers.get("sec-fetch-site", "none")
         visit = headers.get("sec-fetch-mode") == "navigate" and scope["path"] in _ENTRANCES
         return site in ("same-origin", "none") or (visit and scope.get("method") == "GET")

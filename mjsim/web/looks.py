@@ -1,4 +1,4 @@
-"""From where mechanisms and people are drawn on the page: from above as on the plan, from their right, from ahead."""
+"""Views of mechanisms and people on the page: from above as on the plan, from their right, from the front."""
 
 import math
 from typing import Literal
@@ -10,17 +10,18 @@ from mjsim.world import drawing_from_world
 
 Look = Literal["above", "side", "front"]
 KeyChange = tuple[tuple[str | int, ...], float | list[float]]
-"""A key of a mechanism or a person by its path from there, and what is to be written [m, deg]."""
+"""A key of a mechanism or a person by its relative path, and its new value [m, deg]."""
 ABOVE = np.eye(4)[:3]
 
 
 def look_at(look: Look, at: tuple[float, float], heading: float) -> Array:
-    """Return drawing_from_world: to the right, up, towards the viewer, shape (3, 4) [m].
+    """Return drawing_from_world: right, up, towards the viewer, shape (3, 4) [m].
 
     Args:
-        look: From above in the world frame, else upright, with the origin of the drawing below a thing, on the floor.
-        at: Where the thing is, world frame [m].
-        heading: Where it looks, counter-clockwise from x [rad]: to the right from the side, at us from ahead.
+        look: From above in the world frame, or upright, with the origin of the drawing on the floor below the item.
+        at: Position of the item, world frame [m].
+        heading: Direction that it faces, counter-clockwise from x [rad]: to the right in the side view, towards the
+            viewer in the front view.
     """
     if look == "above":
         return ABOVE

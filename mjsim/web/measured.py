@@ -1,4 +1,4 @@
-"""What lidars measured, as points in the world that the page draws; of recordings, read once in the background."""
+"""Lidar points in the world frame for the page; those of recordings are read once, in the background."""
 
 import contextlib
 import threading
@@ -19,26 +19,26 @@ from mjsim.web.news import RobotTick
 from mjsim.web.past import plain
 
 SAME_TIME = 1e-6
-"""Times that differ less are the same [s]."""
+"""Times that differ by less are equal [s]."""
 MOST_POINTS = 1500
-"""Of one reading that are drawn; of more, as many evenly among them."""
+"""Maximum number of points drawn per reading; more are sampled evenly."""
 MOST_BYTES = 1 << 28
-"""Of the points of one recording that are kept; what comes later is not drawn."""
+"""Memory limit for the points of one recording [bytes]; later readings are not drawn."""
 SHOWN_FOR = 0.5
-"""So long a reading is drawn after it was taken [s]."""
+"""Time for which a reading is drawn [s]."""
 
 
 def lidar_points(reading: Scan | PointCloud, robot_from_sensor: Array, *, times: Array, poses: Array) -> Array:
-    """Return where beams met something, each by where the robot was when it was fired, world frame, shape (n, 3) [m].
+    """Return the points that beams hit, each from the robot's pose when it was fired, world frame, shape (n, 3) [m].
 
     Args:
-        reading: Of one turn; the beams of a scan are fired at once.
+        reading: One scan; the beams of a 2-D scan are fired at the same time.
         robot_from_sensor: Shape (4, 4) [m].
-        times: At which poses are known, ascending, shape (k,) with k > 0 [s].
-        poses: Of the robot then: x, y, z [m], qx, qy, qz, qw, world frame, shape (k, 7).
+        times: Times of the known poses, ascending, shape (k,) with k > 0 [s].
+        poses: Poses of the robot at these times: x, y, z [m], qx, qy, qz, qw, world frame, shape (k, 7).
 
     Returns:
-        At most `MOST_POINTS`; none where a pose that it takes is not finite.
+        At most `MOST_POINTS`; empty if a required pose is not finite.
     """
     points = np.asarray(reading.points() if isinstance(reading, Scan) else reading.points, dtype=float)
     every = slice(None, None, -(-len(points) // MOST_POINTS) or 1)
@@ -52,7 +52,7 @@ def lidar_points(reading: Scan | PointCloud, robot_from_sensor: Array, *, times:
 
 
 def _in_world(p_robot: Array, when: Array, times: Array, poses: Array) -> Array:
-    """Return points of the robot's frame, shape (n, 3) [m], in the world; `when` has one time for all, or one each."""
+    """Return points of the robot's frame, shape (n, 3) [m], in the world; `when` has one time, or one per point [s]."""
     if not np.isfinite(poses).all():
         return np.empty((0, 3))
     turns, places = Rotation.from_quat(poses[:, 3:]), poses[:, :3]
@@ -64,35 +64,35 @@ def _in_world(p_robot: Array, when: Array, times: Array, poses: Array) -> Array:
 
 
 def flat_points(points: NDArray[Any]) -> list[float]:
-    """Return points as the page takes them: x, y, z of one after the other, in millimetres' precision."""
+    """Return points in JSON form: x, y, z of each in sequence, rounded to the millimetre [m]."""
     rows: list[float] = np.round(points, 3).ravel().tolist()
     return rows
 
 
 def lidar_readings(seen: Observation) -> dict[str, Scan | PointCloud]:
-    """Return the readings of all lidars that came with an observation, by name."""
+    """Return the lidar readings in an observation, by name."""
     return {**seen.scans, **seen.clouds}
 
 
 _Row = tuple[float, Mapping[str, NDArray[np.float32]], Array, tuple[float, ...]]
-"""Time [s], points of each lidar in the world [m], the ring [m], bearings of contacts [rad]."""
+"""Time [s], points of each lidar in the world [m], proximity ranges [m], bearings of contacts [rad]."""
 
 
 class SensorPast:
-    """What the sensors of a recording measured at each tick, as far as it has been read."""
+    """Sensor readings of a recording at each tick, as far as it has been read."""
 
     def __init__(self, recording: Recording) -> None:
-        """Begin to read, in a thread of its own."""
+        """Start reading, in a separate thread."""
         self._recording, self._places = recording, lidar_places(recording.world)
         self._robots: dict[str, list[_Row]] = {robot: [] for robot in recording.robots}
         self._ended = threading.Event()
         self.whole = threading.Event()
-        """Whether all of it has been read."""
+        """Set once everything has been read."""
         self._thread = threading.Thread(target=self._read, name="mjsim-measured", daemon=True)
         self._thread.start()
 
     def add_to(self, told: RobotTick, robot: str, row: int) -> None:
-        """Add to a tick what was measured then: the ring, contacts, and the newest reading of each lidar."""
+        """Add readings to a tick: proximity ranges, contacts, and the newest reading of each lidar."""
         rows, now = self._robots[robot], float(self._recording.time[row])
         last = bisect_right(rows, now + SAME_TIME, key=_time_of) - 1
         if last < 0 or rows[last][0] < now - SAME_TIME:
@@ -109,7 +109,7 @@ class SensorPast:
         self._thread.join()
 
     def _read(self) -> None:
-        # Of a recording that is not as it should be, what comes before is drawn.
+        # If the recording is damaged, the readings before the damage are drawn.
         with contextlib.suppress(MjsimError):
             for robot in self._recording.robots:
                 self._read_robot(robot)
@@ -125,7 +125,7 @@ class SensorPast:
                 return
 
     def _clouds(self, robot: str, seen: Observation) -> dict[str, NDArray[np.float32]]:
-        """Return the points of each lidar in the world, by where the robot was when they were measured."""
+        """Return the points of each lidar in the world, based on the robot's poses when they were measured."""
         found, track = {}, self._recording.robots[robot]
         for name, reading in lidar_readings(seen).items():
             mount = self._places.get(f"{robot}/{name}")
@@ -140,5 +140,5 @@ def _time_of(row: _Row) -> float:
 
 
 def row_of(times: Array, time: float) -> int:
-    """Return the row of the newest of some times, shape (n,), that is not after one [s]; the first before all."""
+    """Return the index of the last of some times, shape (n,), that is not after a time [s]; 0 if all are later."""
     return max(int(np.searchsorted(times, time + SAME_TIME, side="right")) - 1, 0)

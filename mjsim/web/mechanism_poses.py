@@ -1,4 +1,4 @@
-"""Mechanisms on the page: how they look at the start, and how they would start when a hand moves a joint."""
+"""Mechanisms on the page: their outlines at the start, and their start values after a joint is dragged."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -10,20 +10,20 @@ from mjsim.world import Mechanism, carried_body, free_columns, pulled_values, re
 
 Json = dict[str, object]
 FREE_TURN, FREE_SLIDE = 180.0, 1.0
-"""How far sliders of joints without limits go to either side of 0, or of the value [deg, m]."""
+"""Range of sliders for joints without limits, to either side of 0 or of the value [deg, m]."""
 
 
 def outlines(mechanism: Mechanism) -> list[Array]:
-    """Return the outlines of all bodies from above as they start, world frame, shape (n, 2) each [m]."""
+    """Return the outlines of all bodies from above at the start, world frame, shape (n, 2) each [m]."""
     return [outline for _, outline in body_outlines(posed(mechanism, mechanism.assembly.start))]
 
 
 def plan_joints(mechanism: Mechanism) -> Iterator[tuple[int, Array, Pose]]:
-    """Yield the joints that a person may move on the plan: those free to start elsewhere whose motion shows there.
+    """Yield the joints that can be dragged on the plan: those with a free start whose motion is visible there.
 
     Yields:
-        Its number, the outline of the body that it carries, world frame, shape (n, 2) [m], and where the joint is, with
-        the heading of that body.
+        Index of the joint, the outline of the body that it carries, world frame, shape (n, 2) [m], and the pose at the
+        joint, with the heading of that body.
     """
     drawn = posed(mechanism, mechanism.assembly.start)
     for number, body, outline in grips(mechanism, ABOVE):
@@ -33,10 +33,10 @@ def plan_joints(mechanism: Mechanism) -> Iterator[tuple[int, Array, Pose]]:
 
 
 def grips(mechanism: Mechanism, look: Array) -> Iterator[tuple[int, str, Array]]:
-    """Yield the joints that can be moved in a drawing: number, body, and its outline in the drawing, shape (n, 2) [m].
+    """Yield the joints that can be dragged in a drawing: index, body, and its outline in the drawing, shape (n, 2) [m].
 
     Args:
-        mechanism: As it starts.
+        mechanism: The mechanism, at its start.
         look: drawing_from_world, shape (3, 4) [m].
     """
     found = mechanism.assembly
@@ -49,7 +49,7 @@ def grips(mechanism: Mechanism, look: Array) -> Iterator[tuple[int, str, Array]]
 
 
 def start_values(mechanism: Mechanism, number: int) -> Json:
-    """Return what keys of a joint hold at the start, whether they are written or follow [m, deg]."""
+    """Return the start values of a joint by key, whether written or computed [m, deg]."""
     found, joint = mechanism.assembly, mechanism.joints[number]
     values: dict[str, list[float]] = {}
     for column in found.columns[joint.name]:
@@ -59,7 +59,7 @@ def start_values(mechanism: Mechanism, number: int) -> Json:
 
 
 def sliders(mechanism: Mechanism) -> Iterator[Json]:
-    """Yield each value of the joints: name, value, low, high, unit, and whether it is free to start elsewhere."""
+    """Yield each joint value: name, value, low, high, unit, and whether its start is free."""
     found, free = mechanism.assembly, free_columns(mechanism)
     for joint in mechanism.joints:
         for column in found.columns[joint.name]:
@@ -79,10 +79,10 @@ def sliders(mechanism: Mechanism) -> Iterator[Json]:
 
 
 def moved(mechanism: Mechanism, values: Mapping[str, float]) -> tuple[Mechanism, list[KeyChange]]:
-    """Return a mechanism with values of joints elsewhere [deg, m], and the changes of its text, from its own keys on.
+    """Return a mechanism with other joint values [deg, m], and the changes of its text, as relative paths.
 
     Raises:
-        ValueError: The value does not exist, or it cannot start so.
+        ValueError: The value does not exist, or the mechanism cannot start there.
     """
     found = mechanism.assembly
     wanted = {}
@@ -93,10 +93,10 @@ def moved(mechanism: Mechanism, values: Mapping[str, float]) -> tuple[Mechanism,
 
 
 def pulled(mechanism: Mechanism, name: str, look: Array, start: Array, end: Array) -> tuple[Mechanism, list[KeyChange]]:
-    """Return a mechanism of which a body was pulled in a drawing by the joint that carries it, as `moved` does.
+    """Return a mechanism after a body was dragged in a drawing by the joint that carries it, as `moved` does.
 
     Raises:
-        ValueError: The joint does not exist, it carries nothing, or it cannot start so.
+        ValueError: The joint does not exist or carries nothing, or the mechanism cannot start there.
     """
     joint, found = mechanism.joint(name), mechanism.assembly
     if found.bodies[carried_body(found, joint)] not in [body.name for body in mechanism.bodies]:
@@ -112,7 +112,7 @@ def _restarted(mechanism: Mechanism, wanted: Mapping[int, float]) -> tuple[Mecha
 
 
 def _shown(mechanism: Mechanism, column: int) -> tuple[str, float]:
-    """Return key and value at the start of a column, as the text has them [m, deg]."""
+    """Return key and start value of a column, as in the text [m, deg]."""
     found = mechanism.assembly
     value = float(found.start[column])
     if found.slides[column]:

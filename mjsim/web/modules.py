@@ -1,4 +1,4 @@
-"""Modules that the page offers: those that come with mjsim, and those beside a world."""
+"""Modules offered by the page: shipped ones, and those beside a world."""
 
 import importlib.util
 from collections.abc import Iterator
@@ -10,17 +10,17 @@ from mjsim.web.folder import Folder
 from mjsim.web.items import Json
 
 KINDS = {"observer": "observers", "estimator": "estimators", "navigator": "navigators", "avoidance": "avoidances"}
-"""What the page lists, by role."""
+"""Keys of the page's list, by role."""
 
 
 def modules_in(folder: Folder, world: str | None = None) -> Json:
-    """Return observers, estimators, navigators and avoidances that come with mjsim, and those beside a world.
+    """Return shipped observers, estimators, navigators and avoidances, and those beside a world.
 
-    Each has `use`, title, about, and keys: name, default (absent when it must be given) and about.
+    Each has `use`, title, about, and keys: name, default (absent if required) and about.
 
     Args:
-        folder: Of the studio.
-        world: Whose folder is looked through; by default that of the studio.
+        folder: Folder of the studio.
+        world: World whose folder is searched; by default that of the studio.
     """
     place = folder.root if world is None else folder.path(world).parent
     files = [(path, f"mjsim.algorithms.{path.stem}") for path in sorted(_algorithms())]

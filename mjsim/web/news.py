@@ -1,4 +1,4 @@
-"""What the page is told of a run, over the WebSocket and in answers; its protocol.ts is made from these types."""
+"""Messages to the page about a run, over the WebSocket and in responses; protocol.ts is generated from these types."""
 
 from typing import Annotated, Any, Literal, NotRequired
 
@@ -46,7 +46,7 @@ class JointFacts(TypedDict):
     name: str
     slides: bool
     lower: float | None
-    """[rad], or [m] where it slides; null without a limit."""
+    """[rad], or [m] for a sliding joint; null without a limit."""
     upper: float | None
 
 
@@ -63,9 +63,9 @@ class ArmTick(TypedDict):
     """An arm at one tick."""
 
     positions: list[float]
-    """Of its joints [rad, m]."""
+    """Joint positions [rad, m]."""
     goal: list[float]
-    """Where they are to be [rad, m]."""
+    """Goal positions [rad, m]."""
     tool: list[float]
     """x, y, z [m], roll, pitch, yaw about fixed axes [rad], in the robot's frame."""
 
@@ -81,23 +81,23 @@ JointRow = TypeAliasType(
 
 @_TOLD
 class JointGrip(TypedDict):
-    """By which point a hand moves a joint; all in the world frame [m]."""
+    """The point by which a joint is dragged; all in the world frame [m]."""
 
     of: str
     """`ROBOT/ARM`, or the mechanism."""
     joint: str
     slides: bool
     at: tuple[float, float, float]
-    """A point of its axis."""
+    """A point on its axis."""
     axis: tuple[float, float, float]
-    """About which, or along which, its value grows."""
+    """Unit vector of the axis about or along which its value increases."""
     grip: tuple[float, float, float]
-    """What the hand takes."""
+    """The point to drag."""
 
 
 @_TOLD
 class MechanismFacts(TypedDict):
-    """A mechanism, and the joints of it that motions lead."""
+    """A mechanism, and those of its joints that motions lead."""
 
     name: str
     joints: list[JointFacts]
@@ -108,20 +108,20 @@ class MechanismTick(TypedDict):
     """A mechanism at one tick."""
 
     positions: list[float]
-    """Of the joints that motions lead [rad, m]."""
+    """Positions of the joints that motions lead [rad, m]."""
 
 
 @_TOLD
 class RobotFacts(TypedDict):
-    """What is shown of a robot that does not change."""
+    """Constant properties of a robot."""
 
     name: str
     radius: float
     """[m]"""
     outline: list[tuple[float, float]] | None
-    """Of its footprint, in its own frame [m]."""
+    """Footprint, in its own frame [m]."""
     rims: list[float]
-    """From its origin to where the rays of the ring begin, the first one ahead, counter-clockwise [m]."""
+    """Distances from its origin to the start of its proximity rays, the first one forward, counter-clockwise [m]."""
     color: str | None
     cameras: list[CameraFacts]
     can_drive: bool
@@ -132,7 +132,7 @@ class RobotFacts(TypedDict):
 
 @_TOLD
 class Chosen(TypedDict):
-    """Which modules drive a robot: what `use:` says, null for none."""
+    """Modules that drive a robot: their `use:`, null for none."""
 
     observer: str | None
     estimator: str | None
@@ -142,23 +142,23 @@ class Chosen(TypedDict):
 
 @_TOLD
 class NoiseFigure(TypedDict):
-    """A figure of the world that may be changed while it runs."""
+    """A parameter of the world that may be changed during a run."""
 
     key: str
     label: str
     value: float | None
-    """null: nothing is said, and there is none."""
+    """null: not set, so there is none."""
     initial: float | None
-    """What the world says."""
+    """Value in the world."""
     unit: str | None
     description: str | None
     slider: list[float] | None
-    """Both ends of the useful part of its range; null: the unit is enough to choose one."""
+    """Useful range for a slider; null: choose one from the unit."""
 
 
 @_TOLD
 class RunNews(TypedDict):
-    """What the run is and does."""
+    """What the run is, and its state."""
 
     kind: Literal["run"]
     state: RunState
@@ -166,43 +166,43 @@ class RunNews(TypedDict):
     path: str | None
     name: str | None
     time: float
-    """Simulated [s]."""
+    """Simulated time [s]."""
     seconds: float | None
-    """How long it is to be [s]; null without end."""
+    """Planned duration [s]; null without end."""
     dt: float
-    """One tick [s]."""
+    """Duration of a tick [s]."""
     seed: int | None
     speed: float | None
-    """Simulated seconds per second that are wanted; null for as fast as it goes."""
+    """Requested simulated seconds per second; null for as fast as possible."""
     robots: list[RobotFacts]
     mechanisms: NotRequired[list[MechanismFacts]]
-    """Those of which a joint can be led by hand."""
+    """Mechanisms with a joint that can be dragged."""
     joints: NotRequired[dict[str, list[JointFacts]]]
-    """All joints: of arms by `ROBOT/ARM`, of balancing bases by `ROBOT/drive`, of mechanisms by their names."""
+    """All joints: of arms by `ROBOT/ARM`, of balancing bases by `ROBOT/drive`, of mechanisms by name."""
     controllable: bool
     recording: NotRequired[str | None]
     drivers: NotRequired[dict[str, Chosen]]
     noise: NotRequired[list[NoiseFigure]]
     touched: NotRequired[list[dict[str, Any]]]
-    """What was done by hand since the start, as events of a world file."""
+    """Manual interventions since the start, as events of a world file."""
 
 
 @_TOLD
 class EventNews(TypedDict):
-    """Something that happened to a robot or to the world."""
+    """An event that concerns a robot or the world."""
 
     kind: Literal["event"]
     time: float
-    """Simulated [s]."""
+    """Simulated time [s]."""
     robot: str | None
-    """null: to the world."""
+    """null: the world."""
     event: str
     text: str
 
 
 @_TOLD
 class TrackHistory(TypedDict):
-    """Path and figures of one robot; all lists are equally long."""
+    """Path and errors of one robot; all lists have the same length."""
 
     time: list[float]
     truth: list[PlanarPose]
@@ -213,18 +213,18 @@ class TrackHistory(TypedDict):
     error: list[float | None]
     """Distance of the estimate from the truth [m]."""
     heading_error: list[float | None]
-    """[rad]"""
+    """Heading error [rad]."""
     nees: list[float | None]
-    """Null where the covariance is singular, or no estimator there."""
+    """Null if the covariance is singular, or if there is no estimator."""
     estimated: bool
-    """Whether an estimator gives the estimate; else it is dead reckoning."""
+    """Whether an estimator gives the estimate; otherwise it is dead reckoning."""
     timing: dict[str, list[float | None]]
     """Wall-clock time of each module [ms]."""
 
 
 @_TOLD
 class PastNews(TypedDict):
-    """All that was until now, for browsers that come late."""
+    """The history until now, for browsers that join late."""
 
     kind: Literal["past"]
     robots: dict[str, TrackHistory]
@@ -233,25 +233,25 @@ class PastNews(TypedDict):
 
 @_TOLD
 class ShownNews(TypedDict):
-    """Something that an estimator shows: points, lines, a grid or a text; which it is, its keys tell."""
+    """An item that an estimator shows: points, lines, a grid or a text; its keys tell which."""
 
     name: str
     frame: Literal["world", "estimate", "base"]
-    """Of its numbers: the world, the robot as estimated, or as it truly is."""
+    """Frame of its numbers: the world, the robot as estimated, or the true robot."""
     color: str
     points: NotRequired[list[float]]
-    """x, y, z of one after the other; of a text where it stands [m]."""
+    """x, y, z of each point in sequence; for a text, its position [m]."""
     lines: NotRequired[list[float]]
-    """The same, of lines through them."""
+    """The same for the points of lines."""
     joined: NotRequired[bool]
-    """Whether each point of lines is joined to the next; else every two are a line."""
+    """Whether consecutive points are connected; otherwise each pair of points is a line."""
     size: NotRequired[float]
-    """Across a point, a line or a cell [m]."""
+    """Size of a point, a line or a cell [m]."""
     text: NotRequired[str]
     png: NotRequired[str]
     """Cells of a grid as grey levels, the first row at the top: 0 occupied to 254 free, 255 unknown; base64."""
     origin: NotRequired[PlanarPose]
-    """Of the lower left corner of a grid."""
+    """Pose of the lower left corner of a grid."""
     cells: NotRequired[tuple[int, int]]
     """Columns and rows of a grid."""
 
@@ -264,33 +264,33 @@ class RobotTick(TypedDict):
     estimate: PlanarPose
     odometry: PlanarPose
     covariance: list[float]
-    """Of x, y, heading, row by row."""
+    """Covariance of x, y, heading, row by row."""
     landmarks: dict[str, LandmarkRow]
     sightings: list[SightingRow]
     error: float
     """Distance of the estimate from the truth [m]."""
     heading_error: float
-    """[rad]"""
+    """Heading error [rad]."""
     nees: float | None
-    """Null where the covariance is singular, or no estimator there."""
+    """Null if the covariance is singular, or if there is no estimator."""
     estimated: bool
-    """Whether an estimator gives the estimate; else it is dead reckoning."""
+    """Whether an estimator gives the estimate; otherwise it is dead reckoning."""
     timing: dict[str, float]
     """[ms]"""
     command: tuple[float, float, float]
     """Forward, left [m/s], turn [rad/s]."""
     proximity: NotRequired[list[float | None]]
-    """Ranges of the ring, the first one ahead, counter-clockwise [m]; null for nothing near."""
+    """Ranges of the proximity rays, the first one forward, counter-clockwise [m]; null for no hit."""
     recognised: NotRequired[list[Recognised]]
-    """What was recognised in its pictures; of recordings alone."""
+    """What was recognised in its pictures; only for recordings."""
     bump: NotRequired[list[float]]
     """Bearings of contacts now [rad]."""
     arms: NotRequired[dict[str, ArmTick]]
-    """By name."""
+    """By name of the arm."""
     scans: NotRequired[dict[str, list[float]]]
-    """Where the beams of each lidar met something: x, y, z of one after the other, world frame [m]."""
+    """Points hit by the beams of each lidar: x, y, z of each in sequence, world frame [m]."""
     show: NotRequired[list[ShownNews]]
-    """What the estimator shows; left out for nothing."""
+    """Items that the estimator shows; omitted if there are none."""
 
 
 @_TOLD
@@ -300,31 +300,31 @@ class TickNews(TypedDict):
     kind: Literal["tick"]
     number: int
     time: float
-    """Simulated [s]."""
+    """Simulated time [s]."""
     pace: float
     """Simulated seconds per second."""
     robots: dict[str, RobotTick]
     things: dict[str, PlanarPose]
-    """Where everything is that can move but robots, by its name in the scene."""
+    """Poses of all movable objects except robots, by name in the scene."""
     mechanisms: NotRequired[dict[str, MechanismTick]]
-    """Those that have a joint that a motion leads, by name."""
+    """Mechanisms with a joint that a motion leads, by name."""
     hands: NotRequired[dict[str, dict[str, tuple[float, float, float]]]]
-    """Where the grips of people are, by person and side [m]; left out where there is nobody."""
+    """Grip positions of people, by person and side [m]; omitted without people."""
     people: NotRequired[dict[str, list[list[tuple[float, float]]]]]
-    """Outlines from above of people whose hands were led, the lowest part first [m]; left out for none."""
+    """Outlines from above of people whose hands were moved, the lowest part first [m]; omitted if there are none."""
     joints: NotRequired[dict[str, dict[str, JointRow]]]
-    """How joints move, by arm, base or mechanism and by their names; left out where there are none."""
+    """Motion of joints, by arm, base or mechanism and by name; omitted if there are none."""
     bodies: NotRequired[dict[str, list[list[tuple[float, float]]]]]
-    """Outlines from above of arms, and of mechanisms that do not stand as at the start, the lowest part first [m]."""
+    """Outlines from above of arms, and of mechanisms away from their start values, the lowest part first [m]."""
     grips: NotRequired[list[JointGrip]]
-    """By which points joints are moved by hand."""
+    """The points by which joints are dragged."""
     removed: NotRequired[list[str]]
-    """Names of the beacons and obstacles that are away; left out for none."""
+    """Names of removed beacons and obstacles; omitted if there are none."""
 
 
 @_TOLD
 class Item(TypedDict):
-    """An item of a world as the plan, the panel and the outline show it."""
+    """An item of a world for the plan, the panel and the outline."""
 
     path: list[str | int]
     kind: str
@@ -337,21 +337,21 @@ class Item(TypedDict):
     values: dict[str, object]
     written: list[str]
     raw: NotRequired[dict[str, object]]
-    """As it stands in the text: before defaults, presets and arithmetic."""
+    """Its keys as in the text, before defaults, presets and arithmetic."""
     computed: NotRequired[list[str]]
-    """Keys whose values are arithmetic; those cannot be set from here."""
+    """Keys with expressions as values; these cannot be set here."""
     type: str
     """Name of its definition in the schema."""
     fixed: str | None
     """Why it cannot be changed here."""
     origin: Literal["repeat", "include"] | None
-    """Where it comes from when it is no item of the text itself."""
+    """Where it comes from, if it is not an item of the text itself."""
     line: int
 
 
 @_TOLD
 class SceneNews(TypedDict):
-    """What a plan of the run's world shows."""
+    """The plan of the run's world."""
 
     kind: Literal["scene"]
     items: list[Item]
@@ -366,33 +366,33 @@ class RefusedNews(TypedDict):
     do: str
     error: str
     needs_trust: NotRequired[dict[str, str]]
-    """Code that the person has not allowed yet: files with the SHA-256 of their content, installed classes with ''."""
+    """Code that the user has not allowed yet: files with the SHA-256 of their content, installed classes with ''."""
 
 
 @_TOLD
 class ShortNews(TypedDict):
-    """A hand that was led by the page does not reach its target."""
+    """A hand that the page moved does not reach its target."""
 
     kind: Literal["short"]
     person: str
     hand: str
     """left or right."""
     metres: float
-    """How far it stays away [m]."""
+    """Distance to the target [m]."""
 
 
 @_TOLD
 class FrameHead(TypedDict):
-    """What stands before a picture, or before where bodies are."""
+    """Header of a picture, or of the poses of bodies."""
 
     number: int
     view: str
     """`ROBOT/CAMERA`, the same with `:depth` or `:segmentation`, `outside`, or `bodies`."""
     time: float
-    """Simulated [s]."""
+    """Simulated time [s]."""
     recognised: list[Recognised]
     scale: NotRequired[tuple[float, float]]
-    """Distances at the near and the far end of the colours of a picture of depth [m]."""
+    """Distances at the near and the far end of the colour scale of a depth picture [m]."""
 
 
 News = TypeAliasType("News", RunNews | SceneNews | PastNews | TickNews | EventNews | RefusedNews | ShortNews)

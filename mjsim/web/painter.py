@@ -13,20 +13,20 @@ from mjsim.web.shots import depth_shown, jpeg, segmentation_shown
 from mjsim.world import World
 
 SIZE = (960, 600)
-"""Of views from outside [px]."""
+"""Size of external views [px]."""
 LONGEST_REST = 1.0
-"""After a picture, however long it took: the first one waits for the world to be compiled [s]."""
+"""Maximum pause after a picture, however long it took: the first one waits until the world is compiled [s]."""
 
 
 class Painter:
-    """Draws the state of a tick from any view. Its thread owns an OpenGL context of its own."""
+    """Renders the state of a tick from any view. Its thread owns an OpenGL context."""
 
     def __init__(self, world: World, share: Callable[[], float]) -> None:
         """Initialise.
 
         Args:
-            world: What is drawn.
-            share: Tells how much of the time may be spent on drawing, above 0, at most 1.
+            world: The world to render.
+            share: Returns the fraction of time available for rendering, above 0, at most 1.
         """
         self._onlooker, self._share = Onlooker(world), share
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="mjsim-painter")
@@ -34,7 +34,7 @@ class Painter:
         self._free_at = 0.0
 
     async def outside(self, asked: Callable[[], tuple[Tick, Outside]]) -> tuple[float, bytes]:
-        """Return the time of a view from outside [s], and itself as JPEG; `asked` tells what, when its turn comes."""
+        """Return time [s] and JPEG of an external view; `asked` returns what to render when its turn comes."""
 
         def draw() -> tuple[float, bytes]:
             tick, view = asked()
@@ -45,7 +45,7 @@ class Painter:
         return await self._drawn(draw)
 
     async def onboard(self, asked: Callable[[], Tick], camera: str, *, kind: str) -> tuple[float, bytes]:
-        """Return what a camera, 'ROBOT/CAMERA', does not give to modules, 'depth' or 'segmentation', likewise."""
+        """Return time [s] and JPEG of a camera's 'depth' or 'segmentation', as `kind` says; 'ROBOT/CAMERA' names it."""
 
         def draw() -> tuple[float, bytes]:
             tick = asked()
@@ -61,7 +61,7 @@ class Painter:
         return await self._drawn(draw)
 
     def close(self) -> None:
-        """Give everything back; waits for the current picture."""
+        """Release everything after the current picture."""
         self._thread.submit(self._onlooker.close)
         self._thread.shutdown()
 

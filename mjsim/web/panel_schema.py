@@ -1,4 +1,4 @@
-"""The schema of worlds from which the page makes its fields and hints."""
+"""The schema of worlds from which the page builds its fields and hints."""
 
 import json
 from functools import cache
@@ -11,6 +11,6 @@ from mjsim.world import with_units, worlds_folder
 def panel_schema() -> Json:
     """Return the schema of the text of worlds, with the unit of each field.
 
-    It is read from the file beside the shipped worlds: to make it anew from the models takes most of a second.
+    It is read from the file beside the shipped worlds: generating it from the models takes most of a second.
     """
     return with_units(json.loads((worlds_folder() / "mjsim.schema.json").read_text(encoding="utf-8")))

@@ -1,4 +1,4 @@
-"""A text as the page knows it: what is wrong with it, and the items that it describes."""
+"""A text in JSON for the page: its problems, and the items that it describes."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -27,29 +27,29 @@ from mjsim.world import (
 )
 
 _PATIENCE = 3
-"""So often items are left out until the rest is a world."""
+"""Number of attempts at omitting invalid items until the rest is a valid world."""
 
 Read = tuple[Node | None, list[Problem]]
 
 
 @dataclass(frozen=True, slots=True)
 class Parsed:
-    """What a text comes to."""
+    """The result of parsing a text."""
 
     world: World | None
-    """None when something in it is wrong."""
+    """None if something in it is invalid."""
     told: Json
     """For the page: problems, items, bounds, name, run, world, and the files that the text names."""
 
 
 @gc_paused()
 def parsed(text: str, source: Source, *, read: Read | None = None) -> Parsed:
-    """Return what a text comes to; of one that is wrong in part, what is right.
+    """Return the result of parsing a text; for a partly invalid one, its valid part.
 
     Args:
-        text: Of a world.
-        source: Where it comes from.
-        read: What `read_text` says of it, when it was asked before.
+        text: Text of a world.
+        source: Origin of the text.
+        read: Result of `read_text`, if already known.
     """
     read = read or read_text(text, file=source.file)
     raw = read[0] if needs_expansion(text) else None
@@ -71,11 +71,11 @@ def _world_json(world: World, raw: Node | None) -> Json:
 
 
 def _files(*nodes: Node | None, world: World | None = None, included: Iterable[str] = ()) -> list[str]:
-    """Return the files that a text names, whether they are there or not, by their paths from its folder.
+    """Return the files that a text names, existing or not, by their paths relative to its folder.
 
     Args:
-        nodes: The text as it is written, and what it stands for.
-        world: That it describes.
+        nodes: The text as written, and its expansion.
+        world: The world that it describes.
         included: Files that it includes.
     """
     named = (name for node in nodes if node is not None for name in named_in(node.value))
@@ -86,7 +86,7 @@ _NOTHING: Json = {"items": None, "bounds": [-5.0, -5.0, 5.0, 5.0], "name": "", "
 
 
 def _json_of_part(text: str, source: Source, *, read: Read, problems: Sequence[Problem]) -> Json:
-    """Return what is wrong with a text, and the items of it that are right."""
+    """Return the problems of a text, and its valid items."""
     node, _ = read
     if node is None or not isinstance(node.value, dict):
         found = [_problem(problem, source, paths=None) for problem in problems]
@@ -110,14 +110,14 @@ def _json_of_part(text: str, source: Source, *, read: Read, problems: Sequence[P
 
 
 def _right_part(node: Node, source: Source, *, wrong: set[Path]) -> tuple[World, Mapping[str, list[int]]] | None:
-    """Return the world of what is right in a text, and which items of its lists that holds; None when there is none."""
+    """Return the world of the valid part of a text, and the indices of its items by list; None if there is none."""
     for _ in range(_PATIENCE):
         part, kept = _without(node, wrong)
         try:
             world = World.model_validate(part.value, context={"source": source})
         except ValidationError as error:
             more = {_original(details["loc"], kept) for details in error.errors(include_url=False) if details["loc"]}
-            # What does not fit together is told one at a time.
+            # Inconsistencies are reported one at a time.
             more |= {_original(path, kept) for _, path in islice(misfits(part.value), MOST)}
             if more <= wrong:
                 return None
@@ -135,7 +135,7 @@ def _original(path: tuple[int | str, ...], kept: Mapping[str, list[int]]) -> Pat
 
 
 def _without(node: Node, wrong: set[Path]) -> tuple[Node, dict[str, list[int]]]:
-    """Return a world's text without the items, or else the keys, that are wrong; and which items are left."""
+    """Return the text's node without the invalid items or keys, and the indices of the remaining items."""
     items: dict[str | int, Node] = {}
     kept: dict[str, list[int]] = {}
     for key, child in node.items.items():
@@ -151,7 +151,7 @@ def _without(node: Node, wrong: set[Path]) -> tuple[Node, dict[str, list[int]]]:
 
 
 class _Paths:
-    """Finds what stands at a place of a text."""
+    """Finds the path of a value from its position in a text."""
 
     def __init__(self, node: Node) -> None:
         self._paths: dict[tuple[int, int], list[Path]] = defaultdict(list)
@@ -159,7 +159,7 @@ class _Paths:
             self._paths[place].append(path)
 
     def at(self, problem: Problem) -> list[Path]:
-        """Return the paths of what a problem is about: several when an item is repeated."""
+        """Return the paths to which a problem refers: several if an item is repeated."""
         return self._paths.get((problem.line, problem.column), [])
 
 

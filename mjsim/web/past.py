@@ -13,15 +13,15 @@ from mjsim.report import metrics
 from mjsim.web.news import TrackHistory
 
 MOST = 2000
-"""Rows that are kept; when twice as many are there, every second one goes."""
+"""Number of rows kept; when there are twice as many, every second one is dropped."""
 NO_NEES = np.full(1, np.nan)
-"""Of dead reckoning, which stands in for an estimate: there is no estimator to judge."""
+"""NEES of dead reckoning used as the estimate: there is no estimator to evaluate."""
 WIDTH = 19
-"""Numbers of a row: time, truth, estimate and dead reckoning as (x, y, heading), covariance (3, 3)."""
+"""Numbers per row: time, truth, estimate and dead reckoning as (x, y, heading), covariance (3, 3)."""
 
 
 class Past:
-    """The way and the errors of one robot; a row per tick at first, then of every second, fourth and so on."""
+    """Path and errors of one robot; one row per tick at first, then per two ticks, four and so on."""
 
     def __init__(self) -> None:
         self._rows = array("d")
@@ -29,7 +29,7 @@ class Past:
         self._stride, self._count = 1, 0
 
     def take(self, tick: Tick, robot: str) -> None:
-        """Take note of a tick at which the robot was driven; this is quick."""
+        """Store a tick at which the robot was driven; this is fast."""
         self._count += 1
         if (self._count - 1) % self._stride:
             return
@@ -47,14 +47,14 @@ class Past:
             self._thin(rows)
 
     def copy(self) -> "Past":
-        """Return one of its own, which no other thread goes on writing."""
+        """Return a copy that no other thread modifies."""
         copied = Past()
         copied._rows = self._rows[:]
         copied._timing = {name: column[:] for name, column in self._timing.items()}
         return copied
 
     def told(self) -> TrackHistory:
-        """Return it as the page takes it: lists of at most MOST rows, None for what is not known."""
+        """Return it in JSON form: lists of at most MOST rows, None for unknown values."""
         rows = np.array(self._rows).reshape(-1, WIDTH)
         keep = slice(None, None, max(1, math.ceil(len(rows) / MOST)))
         timing = {name: [*column, *[math.nan] * (len(rows) - len(column))] for name, column in self._timing.items()}
@@ -86,14 +86,14 @@ def track_told(
     timing: Mapping[str, Array],
     estimated: bool,
 ) -> TrackHistory:
-    """Return a way as the page takes it.
+    """Return a path in JSON form.
 
     Args:
         time: Shape (n,) [s].
         truth: Shape (n, 3) [m, m, rad].
         estimate: Shape (n, 3).
         odometry: Dead reckoning, shape (n, 3).
-        covariance: Of the estimate, shape (n, 9).
+        covariance: Covariance of the estimate, shape (n, 9).
         timing: Wall-clock time of each module, shape (n,) [s].
         estimated: Whether an estimator gave the estimate; dead reckoning has no NEES.
     """
@@ -115,13 +115,13 @@ def track_told(
 
 
 def plain(values: Any, digits: int = 4) -> Any:
-    """Return an array as lists for JSON, rounded; None for what is not finite."""
+    """Return an array as rounded lists for JSON; None for non-finite values."""
     array = np.asarray(values, dtype=float)
     with np.errstate(over="ignore", invalid="ignore"):
         rounded = np.round(array, digits)
     if np.isfinite(rounded).all():
         return rounded.tolist()
-    # The largest numbers overflow when they are rounded; they have no decimals anyway.
+    # The largest numbers overflow when rounded; they have no decimals anyway.
     rounded = np.where(np.isfinite(rounded), rounded, array)
     return list(_plain(rounded.tolist())) if array.ndim else _number(float(rounded))
 

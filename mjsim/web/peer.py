@@ -11,11 +11,11 @@ _ESTABLISHED = "01"
 
 
 def peer_of(client: tuple[str, int], server: tuple[str, int]) -> str:
-    """Return what tells a peer from others: its address, or on loopback under Linux the number of its user.
+    """Return the identity of a peer: its address, or on loopback under Linux its user id.
 
     Args:
-        client: Address and port of the other end.
-        server: The same of this end.
+        client: Address and port of the remote end.
+        server: Address and port of the local end.
     """
     if not is_loopback(client[0]):
         return client[0]
@@ -24,9 +24,9 @@ def peer_of(client: tuple[str, int], server: tuple[str, int]) -> str:
 
 
 def _user_of(client: tuple[str, int], server: tuple[str, int]) -> int | None:
-    """Return the user whose program holds the other end of a loopback connection; None where nothing tells.
+    """Return the user whose program holds the other end of a loopback connection; None if unknown.
 
-    Only established connections count: the kernel shows closed ones as the root user's.
+    Only established connections count: the kernel lists closed ones under root.
     """
     for table in _TABLES:
         try:
@@ -37,13 +37,13 @@ def _user_of(client: tuple[str, int], server: tuple[str, int]) -> int | None:
             wanted = f" {_shown(client, mapped)} {_shown(server, mapped)} {_ESTABLISHED} "
             _, found, rest = rows.partition(wanted)
             if found:
-                # Queues, timer and retransmissions come before it.
+                # Queues, timer and retransmissions precede it.
                 return int(rest.split(maxsplit=4)[3])
     return None
 
 
 def _shown(end: tuple[str, int], mapped: bool) -> str:
-    """Return an address and a port as the kernel's table shows them; `mapped` is IPv4 within IPv6."""
+    """Return address and port in the format of the kernel's table; `mapped` means IPv4 within IPv6."""
     host, port = end
     if ":" in host:
         raw = socket.inet_pton(socket.AF_INET6, host.partition("%")[0])

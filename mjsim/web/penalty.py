@@ -1,4 +1,4 @@
-"""Wrong tokens are answered late, and later each time, per peer."""
+"""Delays the response to wrong tokens, longer each time, per peer."""
 
 import asyncio
 import time
@@ -6,29 +6,29 @@ from collections import Counter, OrderedDict
 from collections.abc import Callable
 
 FIRST, LONGEST = 0.25, 4.0
-"""Delay of the first wrong token and of later ones, each twice as long [s]."""
+"""Delay for the first wrong token, which doubles each time, and its maximum [s]."""
 FORGIVEN = 60.0
 """Time without a wrong token after which the count of a peer is reset [s]."""
 AT_ONCE = 4
-"""Tokens of one peer that may be waiting for their answers."""
+"""Maximum number of waiting tokens per peer."""
 MOST_PEERS = 1000
 
 
 class Penalty:
-    """Bounds how many tokens a peer can try; a right one is answered at once. For one event loop."""
+    """Limits the rate at which a peer can try tokens; a correct one is answered at once. For one event loop."""
 
     def __init__(self, *, clock: Callable[[], float] = time.monotonic) -> None:
-        """Begin with no peer at fault."""
+        """Start without any peer at fault."""
         self._clock = clock
         self._wrong: OrderedDict[str, tuple[int, float]] = OrderedDict()
         self._waiting: Counter[str] = Counter()
 
     def is_full(self, peer: str) -> bool:
-        """Return whether a peer has so many wrong tokens waiting that another one is not even looked at."""
+        """Return whether a peer has so many wrong tokens waiting that another one is not even checked."""
         return self._waiting[peer] >= AT_ONCE
 
     async def wait(self, peer: str) -> None:
-        """Hold up the answer to a wrong token."""
+        """Delay the response to a wrong token."""
         count, last = self._wrong.pop(peer, (0, 0.0))
         now = self._clock()
         count = 1 if now - last > FORGIVEN else count + 1
@@ -44,10 +44,10 @@ class Penalty:
                 del self._waiting[peer]
 
     def forgive(self, peer: str) -> None:
-        """Reset the count of a peer that gave the right token."""
+        """Reset the count of a peer that gave a correct token."""
         self._wrong.pop(peer, None)
 
 
 def delay(count: int) -> float:
-    """Return how long the answer to the n-th wrong token takes [s]."""
+    """Return the delay for the n-th wrong token [s]."""
     return min(FIRST * 2.0 ** min(count - 1, 10), LONGEST)

@@ -1,4 +1,4 @@
-"""People on the page: how they look, and how they would stand when a hand is led somewhere or a joint is turned."""
+"""People on the page: their outlines, and their posture after a hand is dragged or a joint is rotated."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -15,13 +15,13 @@ from mjsim.world import Person
 Json = dict[str, Any]
 SEATED = "who sits is posed by the seat and its targets; change those"
 TURNED = 0.05
-"""Joints that turn by less are not written [deg]."""
+"""Smaller changes of joints are not written [deg]."""
 AWAY = 0.002
-"""A hand that is nearer to where it was led is there [m]."""
+"""A hand within this distance of its target has reached it [m]."""
 
 
 def hands(person: Person) -> dict[str, Array]:
-    """Return where the grips of both hands are by side, world frame, shape (3,) each [m]."""
+    """Return the grip positions of both hands by side, world frame, shape (3,) each [m]."""
     from mjsim.posture import LED
 
     spots = person.figure.spots(person.poses())
@@ -29,17 +29,17 @@ def hands(person: Person) -> dict[str, Array]:
 
 
 def sliders(person: Person) -> Iterator[Json]:
-    """Yield each joint: name, value, low, high, unit, and whether it can be turned."""
+    """Yield each joint: name, value, low, high, unit, and whether it can be rotated."""
     for (name, joint), value in zip(person.figure.joints.items(), person.posture().tolist(), strict=True):
         low, high, shown = (round(math.degrees(each), 2) for each in (joint.low, joint.high, value))
         yield {"name": name, "value": shown, "low": low, "high": high, "unit": "°", "free": person.seat is None}
 
 
 def turned(person: Person, values: Mapping[str, float]) -> tuple[Person, list[KeyChange]]:
-    """Return a person with joints elsewhere [deg], each within its range, and the changes of its text, from it on.
+    """Return a person with other joint angles [deg], within range, and the changes of its text, as relative paths.
 
     Raises:
-        ValueError: The joint does not exist, or the person sits.
+        ValueError: The joint does not exist, or the person is seated.
     """
     if person.seat is not None:
         raise ValueError(SEATED)
@@ -58,14 +58,14 @@ def turned(person: Person, values: Mapping[str, float]) -> tuple[Person, list[Ke
 
 
 def led(person: Person, targets: Mapping[str, Array]) -> tuple[Person, list[KeyChange], str]:
-    """Return a person with hands where they are led, the changes of its text, and which hand is how far from there.
+    """Return a person with hands moved, the changes of its text, and which hand misses its target by how much.
 
     Args:
-        person: As the world has it.
-        targets: Where grips are to be by side, world frame, shape (3,) each [m].
+        person: The person in the world.
+        targets: Target positions of grips by side, world frame, shape (3,) each [m].
 
     Raises:
-        ValueError: The person sits.
+        ValueError: The person is seated.
     """
     if person.seat is not None:
         raise ValueError(SEATED)

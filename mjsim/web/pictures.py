@@ -1,4 +1,4 @@
-"""Uploaded pictures, checked by decoding and encoded again; and thumbnails to choose from."""
+"""Uploaded pictures, validated by decoding and re-encoding them; and thumbnails."""
 
 import re
 from pathlib import PurePosixPath
@@ -15,11 +15,11 @@ from mjsim.web.items import Json
 from mjsim.world import read_asset, write_new
 
 MOST_BYTES = 20_000_000
-"""Of a picture that is brought."""
+"""Maximum size of an uploaded picture [bytes]."""
 LARGEST = 2048
-"""Width or height that is kept [px]: no camera comes nearer to a poster."""
+"""Maximum width or height that is kept [px]: no camera gets closer to a poster."""
 QUALITY = 92
-"""Of JPEG, of 100."""
+"""JPEG quality, 0 to 100."""
 LARGEST_SMALL = 1024
 _ODD = re.compile(r"[^A-Za-z0-9_.-]+")
 
@@ -27,19 +27,19 @@ Pixels = NDArray[np.uint8]
 
 
 def bring_picture(folder: Folder, data: bytes, *, name: str, world: str | None) -> Json:
-    """Write a picture beside a world, under a name that is free.
+    """Write a picture beside a world, under an unused name.
 
     Args:
-        folder: Of the studio.
-        data: The picture as it was sent.
-        name: That it had.
-        world: Beside which it goes; by default into the folder of the studio.
+        folder: Folder of the studio.
+        data: The uploaded picture.
+        name: Its original name.
+        world: World beside which to write it; by default in the folder of the studio.
 
     Returns:
-        `path` as the world names it, and `file`, its path from the folder of the studio.
+        `path` relative to the world, and `file` relative to the folder of the studio.
 
     Raises:
-        RefusedError: It is no picture, or cannot be written.
+        RefusedError: It is not a picture, or cannot be written.
     """
     pixels = _within(decoded(data), LARGEST)
     kind = ".png" if data.startswith(b"\x89PNG") else ".jpg"
@@ -56,13 +56,13 @@ def bring_picture(folder: Folder, data: bytes, *, name: str, world: str | None) 
 
 
 def small_picture(folder: Folder, path: str, *, size: int, world: str | None) -> bytes:
-    """Return a picture of a world's folder, of the studio's, or of those that come with mjsim, made small; a JPEG.
+    """Return a thumbnail, as JPEG, of a picture in the folder of a world, in the studio's, or shipped with mjsim.
 
     Args:
-        folder: Of the studio.
-        path: As a world names it.
-        size: Of its longer side at most [px].
-        world: That names it.
+        folder: Folder of the studio.
+        path: Path as named by a world.
+        size: Maximum length of its longer side [px].
+        world: The world that names it.
 
     Raises:
         RefusedError: The picture does not exist.
@@ -75,13 +75,13 @@ def small_picture(folder: Folder, path: str, *, size: int, world: str | None) ->
 
 
 def decoded(data: bytes) -> Pixels:
-    """Return the pixels of a PNG or a JPEG, blue first, what is transparent white.
+    """Return the pixels of a PNG or JPEG, in BGR order, with transparent pixels white.
 
     Raises:
-        RefusedError: It is neither, it is broken, or it would be too large.
+        RefusedError: It is neither, is damaged, or would be too large.
     """
     try:
-        # Told from its head, before anything is unpacked.
+        # The size is read from the header, before anything is decompressed.
         picture_size(data)
         pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED | cv2.IMREAD_ANYCOLOR)
     except ValueError as error:
@@ -94,14 +94,14 @@ def decoded(data: bytes) -> Pixels:
 
 
 def encoded(pixels: Pixels, kind: str) -> bytes:
-    """Return pixels as a file, '.png' or '.jpg'."""
+    """Return pixels encoded as '.png' or '.jpg'."""
     done, data = cv2.imencode(kind, pixels, [cv2.IMWRITE_JPEG_QUALITY, QUALITY] if kind == ".jpg" else [])
     assert done, "eight bits and three colours can always be written"
     return data.tobytes()
 
 
 def _plain(pixels: NDArray[np.generic]) -> Pixels:
-    """Return a picture with eight bits and three colours."""
+    """Return a picture with 8 bits and three channels."""
     if pixels.dtype == np.uint16:
         pixels = (pixels >> 8).astype(np.uint8)  # type: ignore[operator]
     plain = np.asarray(pixels, dtype=np.uint8)
@@ -114,7 +114,7 @@ def _plain(pixels: NDArray[np.generic]) -> Pixels:
 
 
 def _within(pixels: Pixels, largest: int) -> Pixels:
-    """Return a picture whose sides are no longer than so many pixels."""
+    """Return a picture whose sides are at most `largest` pixels."""
     height, width = pixels.shape[:2]
     scale = largest / max(height, width)
     if scale >= 1.0:

@@ -1,4 +1,4 @@
-"""Pictures of models, robots and arms by themselves, to choose from."""
+"""Pictures of single models, robots and arms, for choosing one."""
 
 import json
 import threading
@@ -14,9 +14,9 @@ from mjsim.world import World
 
 Kind = Literal["model", "robot", "arm"]
 SIZE = 240, 180
-"""Width and height of a picture [px]; twice as many as are seen of it on most screens."""
+"""Width and height of a picture [px]; twice the displayed size on most screens."""
 KEPT = 200
-"""Pictures that are kept."""
+"""Maximum number of cached pictures."""
 _WORLDS = {
     "model": "obstacles: [{{model: {name}, at: [0, 0]}}]",
     "robot": "robots: [{{name: it, preset: {name}, at: [0, 0], heading_deg: 0}}]",
@@ -26,10 +26,10 @@ _TEXT = "mjsim: 1\nfloor: {{color: '#d8dce0'}}\n{things}\n"
 
 
 def text_of(kind: str, name: str) -> str:
-    """Return the text of a world with one thing.
+    """Return the text of a world with a single item.
 
     Raises:
-        RefusedError: There are no things of this kind.
+        RefusedError: There are no items of this kind.
     """
     if kind not in get_args(Kind):
         raise RefusedError(400, f"no pictures of kind '{kind:.20}'; there are {', '.join(get_args(Kind))}")
@@ -37,24 +37,24 @@ def text_of(kind: str, name: str) -> str:
 
 
 class Portraits:
-    """Draws one picture at a time, and keeps what it drew."""
+    """Renders one picture at a time, and caches the results."""
 
     def __init__(self) -> None:
-        """Have none."""
+        """Start with an empty cache."""
         self._lock = threading.Lock()
         self._kept: OrderedDict[tuple[object, ...], bytes] = OrderedDict()
 
     def picture(self, text: str, *, where: str, signs: Signs, world: Callable[[], World]) -> bytes:
-        """Return a JPEG of what stands in a world.
+        """Return a JPEG of the contents of a world.
 
         Args:
-            text: Of the world.
-            where: Place from which it names files.
-            signs: Of these files.
-            world: Gives it.
+            text: Text of the world.
+            where: Path relative to which it names files.
+            signs: Signs of these files.
+            world: Returns the world.
 
         Raises:
-            MjsimError: The world cannot be read, compiled or drawn.
+            MjsimError: The world cannot be read, compiled or rendered.
         """
         key = text, where, tuple(sorted(signs.items()))
         with self._lock:

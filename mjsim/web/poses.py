@@ -1,4 +1,4 @@
-"""What the page asks for while a mechanism or a person is posed: how it would look, and what its text would say."""
+"""Requests of the page while a mechanism or a person is posed: the new outlines, and the changes of its text."""
 
 from collections.abc import Sequence
 from typing import Annotated, Literal, NamedTuple
@@ -22,7 +22,7 @@ HANDS = ("left", "right")
 
 
 class PullAsk(Ask):
-    """What is dragged in a drawing, from where to where [m]."""
+    """What is dragged in a drawing, with start and end points [m]."""
 
     look: Look
     part: str
@@ -32,16 +32,16 @@ class PullAsk(Ask):
 
 
 class PoseAsk(Ask):
-    """A mechanism or a person, how it is seen from aside, and what is done to it: the first of these that is given."""
+    """A mechanism or a person, its side view, and the change: the first of these that is given."""
 
     path: str
     text: str
     item: tuple[Literal["mechanisms", "people"], int]
     look: Literal["side", "front"] = "side"
     values: dict[str, Value] = Field(default_factory=dict)
-    """Of joints by name [deg, m]."""
+    """Values of joints by name [deg, m]."""
     hands: dict[Literal["left", "right"], tuple[Metres, Metres, Metres]] = Field(default_factory=dict)
-    """Where hands are led, world frame [m]."""
+    """Target positions of hands, world frame [m]."""
     pull: PullAsk | None = None
 
 
@@ -52,16 +52,16 @@ class _Posed(NamedTuple):
 
 
 def pose_json(world: World, ask: PoseAsk) -> Json:
-    """Return how a mechanism or a person would be.
+    """Return a mechanism or a person after a change.
 
     Returns:
-        `items`: those of the plan that it consists of, each with path, polygons [m], at [m] and heading_deg;
-        `parts`: its outlines from aside [m], each with its name and the part to pull it by, if any;
-        `values`: of its joints, each with name, value, low, high, unit and free; `hands`: where they are by side [m];
-        `changes`: of the text; `note`: what does not come out as asked.
+        `items`: its items on the plan, each with path, polygons [m], at [m] and heading_deg; `parts`: its outlines in
+        the side view [m], each with its name and the part by which to drag it, if any; `values`: of its joints, each
+        with name, value, low, high, unit and free; `hands`: their positions by side [m]; `changes`: of the text;
+        `note`: what deviates from the request.
 
     Raises:
-        RefusedError: It does not exist, or cannot be as asked.
+        RefusedError: It does not exist, or the change is impossible.
     """
     kind, index = ask.item
     things: Sequence[Mechanism | Person] = getattr(world, kind)
@@ -100,7 +100,7 @@ def _person_posed(person: Person, ask: PoseAsk) -> _Posed:
     if ask.pull.part not in HANDS:
         raise ValueError(f"'{ask.pull.part}' is not a hand; pull 'left' or 'right'")
     look = _look(person, ask.pull.look)
-    # As far towards the viewer as it is.
+    # At its current depth towards the viewer.
     by = look[:2, :3].T @ (np.array(ask.pull.end) - ask.pull.start)
     return _Posed(*person_poses.led(person, {ask.pull.part: person_poses.hands(person)[ask.pull.part] + by}))
 

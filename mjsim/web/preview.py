@@ -1,4 +1,4 @@
-"""What an onboard camera would see from where its robot is being put, while a world is edited."""
+"""The picture of an onboard camera at the position to which its robot is being moved in the editor."""
 
 import math
 import threading
@@ -17,26 +17,26 @@ from mjsim.web.watch import Signs
 from mjsim.world import Camera, World
 
 NARROWEST, WIDEST = 64, 1280
-"""Of a picture [px]."""
+"""Minimum and maximum width of a picture [px]."""
 
 
 @dataclass(frozen=True, slots=True)
 class PreviewRequest:
-    """What is to be seen."""
+    """The requested picture."""
 
     world: World
     robot: str
     camera: str
     pose: Pose
-    """Of the robot, world frame."""
+    """Pose of the robot, world frame."""
     width: int
-    """Of the picture [px]."""
+    """Width of the picture [px]."""
     signs: Signs = field(default_factory=dict)
-    """Of the files that the world names."""
+    """Signs of the files that the world names."""
 
 
 class Preview:
-    """Draws one picture after the other in a thread of its own; of several that wait only the newest is drawn."""
+    """Renders one picture at a time in a separate thread; of several waiting requests only the newest is served."""
 
     def __init__(self) -> None:
         """Start lazily; threads, models and contexts are created with the first picture."""
@@ -46,11 +46,11 @@ class Preview:
         self._set: _Set | None = None
 
     def picture(self, request: PreviewRequest) -> tuple[bytes, float]:
-        """Return a JPEG, and how long it took [ms]; waits for it.
+        """Return a JPEG and its rendering time [ms]; blocks until it is ready.
 
         Raises:
-            RefusedError: A newer one was asked for meanwhile, or there is no such camera.
-            MjsimError: The world cannot be compiled or drawn.
+            RefusedError: A newer request arrived meanwhile, or there is no such camera.
+            MjsimError: The world cannot be compiled or rendered.
         """
         with self._lock:
             self._newest += 1
@@ -80,7 +80,7 @@ class Preview:
 
 
 class _Set:
-    """A compiled world whose robots are put wherever they are wanted; those with a fixed base are part of the scene."""
+    """A compiled world whose robots can be placed anywhere; those with a fixed base are part of the scene."""
 
     def __init__(self, world: World, signs: Signs) -> None:
         self.world, self._signs = world, signs
@@ -89,11 +89,11 @@ class _Set:
         self._cameras: dict[tuple[str, str, int], OnboardCamera] = {}
 
     def serves(self, request: PreviewRequest) -> bool:
-        """Return whether what is to be seen is this world, but for where its robots stand."""
+        """Return whether a request is for this world, except for the poses of its robots."""
         return self._signs == request.signs and _differ_in_poses_alone(self.world, request.world)
 
     def picture(self, request: PreviewRequest) -> bytes:
-        """Return what is seen as a JPEG."""
+        """Return the requested picture as JPEG."""
         camera = self._camera(request)
         for robot in request.world.robots:
             if robot.base == "fixed":
@@ -123,7 +123,7 @@ class _Set:
 
 
 def _calm(camera: Camera, width: int) -> Camera:
-    """Return a camera that gives pictures of a width without chance, and what the robot's speed would do to them."""
+    """Return a camera with a given picture width and without noise, and without effects of the robot's motion."""
     width = max(NARROWEST, min(width, WIDEST))
     height = max(16, round(width * camera.height / camera.width))
     still = {"noise": 0.0, "shutter": 0.0, "rolling_shutter": 0.0, "depth": False, "segmentation": False}
@@ -131,7 +131,7 @@ def _calm(camera: Camera, width: int) -> Camera:
 
 
 def _differ_in_poses_alone(one: World, other: World) -> bool:
-    """Return whether two worlds look the same but for where their robots stand."""
+    """Return whether two worlds look the same except for the poses of their robots."""
     return _unplaced(one) == _unplaced(other)
 
 

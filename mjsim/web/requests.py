@@ -1,4 +1,4 @@
-"""What a browser may ask of a run, over the WebSocket."""
+"""Requests of a browser to a run, over the WebSocket."""
 
 from typing import Annotated, Any, Literal
 
@@ -10,7 +10,7 @@ from mjsim.world import World, with_values
 Share = Annotated[float, Field(ge=-1.0, le=1.0)]
 """Fraction of a limit of the robot."""
 Drivers = dict[str, dict[Literal["observer", "estimator", "navigator", "avoidance", "push"], Any]]
-"""Robot -> what drives it in place of what its world says."""
+"""Robot -> modules that replace those of its world."""
 Number = Annotated[float, Field(allow_inf_nan=False)]
 
 
@@ -19,7 +19,7 @@ class _Request(BaseModel):
 
 
 class Start(_Request):
-    """Begin a run of a world's text."""
+    """Start a run of a world's text."""
 
     do: Literal["start"]
     path: str | None = None
@@ -38,14 +38,14 @@ class Simple(_Request):
 
 
 class SetSpeed(_Request):
-    """Go at a multiple of real time."""
+    """Run at a multiple of real time."""
 
     do: Literal["speed"]
     value: Annotated[float, Field(gt=0, le=1e6)] | None = None
 
 
 class DriveByHand(_Request):
-    """Drive a robot by hand, as fractions of its limits; null releases control."""
+    """Drive a robot manually, as fractions of its limits; null releases control."""
 
     do: Literal["drive"]
     robot: str
@@ -55,15 +55,15 @@ class DriveByHand(_Request):
 
 
 class Touch(_Request):
-    """Let an event of the world file happen at the next tick; a paused run takes that tick."""
+    """Trigger an event of the world file at the next tick; a paused run executes that tick."""
 
     do: Literal["touch"]
     event: dict[str, Any]
-    """Its keys as the world file has them, without `time`."""
+    """Its keys as in the world file, without `time`."""
 
 
 class SetNoise(_Request):
-    """Change the noise of something."""
+    """Change a noise parameter."""
 
     do: Literal["set"]
     key: str
@@ -71,7 +71,7 @@ class SetNoise(_Request):
 
 
 class Outside(_Request):
-    """From where the view from outside looks."""
+    """Viewpoint of the external view."""
 
     azimuth_deg: Number
     elevation_deg: Annotated[float, Field(ge=-90.0, le=90.0)]
@@ -80,7 +80,7 @@ class Outside(_Request):
 
 
 class Watch(_Request):
-    """Choose the views that are sent."""
+    """Choose the views to be sent."""
 
     do: Literal["watch"]
     cameras: Annotated[list[str], Field(max_length=100)] = []
@@ -88,11 +88,11 @@ class Watch(_Request):
     segmentation: bool = False
     outside: Outside | None = None
     bodies: bool = False
-    """Where the bodies of the scene in 3-D are; that scene is asked for before."""
+    """Whether to send the poses of bodies in the 3-D scene; that scene must have been requested before."""
 
 
 class FrameShown(_Request):
-    """A picture has been shown: another may come."""
+    """A picture has been displayed: another may be sent."""
 
     do: Literal["shown"]
     number: int
@@ -116,10 +116,10 @@ _REQUEST: TypeAdapter[RunRequest] = TypeAdapter(RunRequest)
 
 
 def read_request(text: str) -> RunRequest:
-    """Return what a browser asks.
+    """Return the request in a message.
 
     Raises:
-        UsageError: It is no request.
+        UsageError: It is not a valid request.
     """
     try:
         return _REQUEST.validate_json(text)
@@ -130,10 +130,10 @@ def read_request(text: str) -> RunRequest:
 
 
 def with_drivers(world: World, chosen: Drivers) -> World:
-    """Return the world with modules in place of those that it names.
+    """Return the world with some of its modules replaced.
 
     Raises:
-        UsageError: They are chosen for a robot that is not there, or cannot be.
+        UsageError: A robot does not exist, or a module is not valid for it.
     """
     if not chosen:
         return world

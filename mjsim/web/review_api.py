@@ -1,4 +1,4 @@
-"""Recordings as the page asks for them: the whole, single ticks, pictures, figures and films of a part."""
+"""Requests of the page for recordings: overview, single ticks, pictures, numbers, and films of a section."""
 
 import math
 import re
@@ -31,14 +31,14 @@ from mjsim.web.shelf import Opened, Shelf
 from mjsim.web.stage import Scene
 
 LARGEST = 4_000_000_000
-"""Of a recording that is brought [bytes]."""
+"""Maximum size of an uploaded recording [bytes]."""
 BROUGHT = "out/brought"
-"""Where recordings go that are brought."""
+"""Folder of uploaded recordings."""
 _ODD = re.compile(r"[^A-Za-z0-9_.-]+")
 
 
 class FilmAsk(Ask):
-    """Which part of a recording is to be filmed, and how."""
+    """The section of a recording to film, and the view."""
 
     path: str
     begin: Annotated[float, Field(alias="from")]
@@ -50,7 +50,7 @@ class ReviewApi:
     """Opens the recordings of a folder."""
 
     def __init__(self, folder: Folder, *, scene: Scene) -> None:
-        """Take the folder, and what gives the plan of a world."""
+        """Store the folder, and the function that returns the plan of a world."""
         self._folder, self._scene = folder, scene
         self._shelf, self._films = Shelf(), Films()
         self.routes: Sequence[BaseRoute] = [
@@ -70,7 +70,7 @@ class ReviewApi:
         ]
 
     def close(self) -> None:
-        """Give everything back."""
+        """Release everything."""
         self._films.close()
         self._shelf.close()
 
@@ -97,11 +97,11 @@ class ReviewApi:
         return Response(data, media_type="image/jpeg", headers=HEADERS)
 
     def _scene_in_3d(self, request: Request) -> Response:
-        """Return the answer that gives what the world of a recording looks like."""
+        """Return the response with the 3-D scene of a recording."""
         return self._opened(request)[1].solids().surfaces()
 
     def _poses(self, request: Request) -> Response:
-        """Return the answer that gives where the bodies of a recording are at a time."""
+        """Return the response with the poses of a recording's bodies at a time."""
         data = self._opened(request)[1].poses(_number(request, "time"))
         return Response(data, media_type="application/octet-stream", headers=HEADERS)
 
@@ -138,7 +138,7 @@ class ReviewApi:
         return asdict(self._films.progress(request.query_params.get("id", "")))
 
     def _file(self, request: Request) -> Response:
-        """Return a file that was made here, to be kept elsewhere."""
+        """Return a file that was made here, for download."""
         name = request.query_params.get("path", "")
         place = self._folder.path(name)
         if PurePosixPath(name).parts[:1] != ("out",) or not place.is_relative_to(self._folder.path("out")):
@@ -148,7 +148,7 @@ class ReviewApi:
         return FileResponse(place, filename=place.name, headers=HEADERS)
 
     async def _upload(self, request: Request) -> Response:
-        """Take a recording from elsewhere, as it comes, and keep it when it is one."""
+        """Receive an uploaded recording, and keep it if it is valid."""
         part = self._folder.root / BROUGHT / f".{secrets.token_hex(8)}.part"
         try:
             await self._receive(request, part)
@@ -174,7 +174,7 @@ class ReviewApi:
             raise RefusedError(409, f"the recording cannot be kept: {error.strerror}") from None
 
     def _keep(self, part: Path, name: str) -> dict[str, Any]:
-        """Give a recording that was brought its name."""
+        """Move an uploaded recording to its final name."""
         try:
             read_recording(part)
         except MjsimError as error:
@@ -189,7 +189,7 @@ class ReviewApi:
 
 
 def _number(request: Request, name: str) -> float:
-    """Return a number of a request's address."""
+    """Return a number in a request's address."""
     text = request.query_params.get(name, "")
     try:
         value = float(text)

@@ -1,4 +1,4 @@
-"""What the page is told of a recording: the whole of it thinned, and single ticks."""
+"""Recordings in JSON for the page: downsampled overview, and single ticks."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -19,17 +19,17 @@ from mjsim.web.telling import outlines_told, people_told, recognised_told, robot
 from mjsim.world import EVENT_KINDS, kind_of, said_of
 
 MOST = 5000
-"""Rows of a track that are told."""
+"""Maximum number of rows of a track."""
 People = Mapping[str, Sequence[tuple[Array, str]]]
 """Outlines from above of people by name, with their colours, world frame, shape (n, 2) each [m]."""
 PACED_OVER = 1.0
 """Time over which the pace of a recorded run is measured [s]."""
 WHOLE = "frame"
-"""The view of a film that shows plan, close-up, camera and error in one."""
+"""The film view that combines plan, close-up, camera and error."""
 
 
 def recording_told(recording: Recording, *, path: str, scene: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what the page shows of a recording before it asks for more; `scene` has the plan of its world."""
+    """Return the overview of a recording in JSON form; `scene` contains the plan of its world."""
     cameras = ["/".join(camera) for camera in recording.cameras()]
     return {
         "path": path,
@@ -53,7 +53,7 @@ def recording_told(recording: Recording, *, path: str, scene: Mapping[str, Any])
 
 
 def row_at(recording: Recording, time: float) -> int:
-    """Return the row of the newest tick at a time [s]; the first one before all."""
+    """Return the index of the last tick not after a time [s]; 0 if all are later."""
     return row_of(recording.time, time)
 
 
@@ -64,10 +64,10 @@ def row_told(
     """Return a recorded tick in the JSON form of a live one.
 
     Args:
-        recording: Where it is from.
-        row: Of the tick.
-        measured: What its sensors measured; by default left out.
-        people: Outlines from above of people whose hands were led, with their colours.
+        recording: The recording.
+        row: Index of the tick.
+        measured: Sensor readings; by default left out.
+        people: Outlines from above of people whose hands were moved, with their colours.
     """
     first = row_at(recording, float(recording.time[row]) - PACED_OVER)
     took = float(recording.clock[row] - recording.clock[first])
@@ -96,7 +96,7 @@ def row_told(
 def _joints(
     recording: Recording, row: int
 ) -> tuple[dict[str, dict[str, JointRow]], dict[str, list[list[tuple[float, float]]]]]:
-    """Return how joints move, and outlines of what they carry."""
+    """Return the motion of joints, and outlines of what they carry."""
     tracks = recording.joints
     rows = {
         name: joint_rows(track.names, track.positions[row], track.velocities[row], track.torques[row])
@@ -109,7 +109,7 @@ def _joints(
 
 
 def events_told(recording: Recording) -> list[EventNews]:
-    """Return all that has happened to robots and to the world, in order of time."""
+    """Return all events of robots and the world, in order of time."""
     told: list[EventNews] = [
         {"kind": "event", "time": event.time, "robot": name, "event": event.kind, "text": event.text}
         for name, track in recording.robots.items()
@@ -122,7 +122,7 @@ def events_told(recording: Recording) -> list[EventNews]:
 
 
 def default_film(path: str, *, view: str, begin: float, end: float) -> Path:
-    """Return where the film of a part goes, below the folder of the studio."""
+    """Return the default output file of a film, below the folder of the studio."""
     called = f"{Path(path).parent.name}-{Path(path).stem}" if Path(path).parent.name else Path(path).stem
     return Path("out") / "films" / f"{called}-{view.replace('/', '-')}-{begin:g}-{end:g}s.mp4"
 
@@ -147,7 +147,7 @@ def _track(recording: Recording, name: str) -> TrackHistory:
 
 
 def _timing(recording: Recording, robot: str) -> dict[str, Array]:
-    """Return how long each module of a robot and each part of the loop took, shape (N,) [s]."""
+    """Return the duration of each module of a robot and each part of the loop, shape (N,) [s]."""
     parts = ("loop/", f"{robot}/")
     return {
         name.partition("/")[2]: seconds for name, seconds in recording.module_seconds.items() if name.startswith(parts)

@@ -1,4 +1,4 @@
-"""The run, over a WebSocket: what browsers ask of it, and what they are told."""
+"""The run, over a WebSocket: requests of browsers, and messages to them."""
 
 import asyncio
 import contextlib
@@ -41,15 +41,15 @@ from mjsim.world import ReachEvent, World, check_world, parse_world
 
 
 class RunApi:
-    """One run at a time, seen and steered by all browsers; each may ask for a new one."""
+    """One run at a time, watched and controlled by all browsers; each may start a new one."""
 
     def __init__(self, folder: Folder | None, trust: Trust, *, scene: Scene) -> None:
         """Initialise.
 
         Args:
-            folder: Whose worlds may be run; None when the run comes from elsewhere and there is no other.
-            trust: Whose code may run.
-            scene: Gives the items of a world's plan and its bounds.
+            folder: Folder whose worlds may be run; None if the run is given and there can be no other.
+            trust: The code that may run.
+            scene: Returns the items of a world's plan and its bounds.
         """
         self._folder, self._trust = folder, trust
         self.stage = Stage(scene)
@@ -62,11 +62,11 @@ class RunApi:
         ]
 
     def close(self) -> None:
-        """End the run, tell who watches, and let them go; from another thread than the server's."""
+        """End the run, inform viewers, and disconnect them; not from the server's thread."""
         self.stage.close()
 
     def _scene(self, _: Request) -> Response:
-        """Return the answer that gives what the world of the run looks like in 3-D."""
+        """Return the response with the 3-D scene of the run's world."""
         if self.stage.world is None:
             raise RefusedError(409, "no run has begun; start one")
         return self._shelf.of(self.stage.world).surfaces()
@@ -85,12 +85,12 @@ class RunApi:
         finally:
             self.stage.leave(viewer)
             telling.cancel()
-            # It went while something was on its way to it, or because it was told that this is the end.
+            # It disconnected while something was being sent, or because it was told that this is the end.
             with contextlib.suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError):
                 await telling
 
     async def _take(self, viewer: Viewer, text: str) -> None:
-        """Do what a browser asks, or tell it why not."""
+        """Carry out a request, or answer why not."""
         do = "request"
         try:
             request = read_request(text)
@@ -132,7 +132,7 @@ class RunApi:
         return self.stage.session
 
     def _start(self, request: Start) -> None:
-        """Begin a run in place of the one that there is."""
+        """Start a run that replaces the current one."""
         if self._folder is None:
             raise UsageError("this page shows one run alone; start others with 'mjsim studio'")
         world = self._world(request, self._folder)
@@ -154,16 +154,16 @@ class RunApi:
         session.start()
 
     def _check_code(self) -> None:
-        """Raise UsageError when a run begun here is not of the code that its world has now."""
+        """Raise UsageError if a run started here does not have its world's current code."""
         if self._code is not None and self._trust.code_of(self._session().world) != self._code:
             raise UsageError("the code of this world has changed since the run began; start it with Start")
 
     def _world(self, request: Start, folder: Folder) -> World:
-        """Return the world of a text, with the modules that were chosen.
+        """Return the world of a text, with the chosen modules.
 
         Raises:
-            WorldError: It is wrong, or implausible.
-            UsageError: Modules were chosen for a robot that is not there, or cannot be.
+            WorldError: It is invalid or implausible.
+            UsageError: A robot does not exist, or a module is not valid for it.
             RefusedError: The path leaves the folder.
         """
         world = parse_world(request.text, source=self._trust.guarded(source_of(folder, request.path or "")))
@@ -173,7 +173,7 @@ class RunApi:
         return world
 
     def _touch(self, request: Touch) -> ShortNews | None:
-        """Touch the run; return what there is to say of a hand that does not reach its target."""
+        """Apply an event to the run; return a message if a hand does not reach its target, otherwise None."""
         session = self._session()
         event = session.touch(request.event)
         if session.state == "paused":
@@ -198,10 +198,10 @@ class RunApi:
 
 
 def _reserved(folder: Folder, name: str) -> NewFile:
-    """Return the file that a run is recorded to: the next free name where a recording exists already.
+    """Return the file for recording a run: the next unused name if a recording exists already.
 
     Raises:
-        UsageError: The name is none of a recording, or the file that exists is none.
+        UsageError: The name is not one of a recording, or the existing file is not a recording.
         RefusedError: The path leaves the folder.
         RecordingError: It cannot be written.
     """

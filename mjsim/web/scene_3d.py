@@ -1,4 +1,4 @@
-"""A compiled world for the page's view in 3-D: what it looks like, once, and where its bodies are at any state."""
+"""A compiled world for the 3-D view of the page: its appearance, once, and the poses of its bodies in any state."""
 
 import gzip
 import json
@@ -14,17 +14,17 @@ from mjsim.web.local import HEADERS
 from mjsim.world import Looks, World
 
 LEVEL = 5
-"""Of compression; the next ones take longer than they save on the way."""
+"""Compression level; higher ones take longer than they save in transfer."""
 
 
 class Scene3d:
-    """One world; from any thread."""
+    """The 3-D scene of one world; thread-safe."""
 
     def __init__(self, world: World) -> None:
-        """Compile the world; it stands as at the start.
+        """Compile the world in its initial state.
 
         Raises:
-            UsageError: It cannot be compiled, or is too large to be given away.
+            UsageError: It cannot be compiled, or is too large to be sent.
         """
         self.world = world
         self._scene, self._lock = StillScene(world), threading.Lock()
@@ -33,24 +33,24 @@ class Scene3d:
         self._packed = gzip.compress(glb_bytes(self._scene.model, self._scene.data, sparing=True), LEVEL, mtime=0)
 
     def surfaces(self) -> Response:
-        """Return the answer that gives the scene as it stands at the start, as glTF."""
+        """Return the response with the initial scene as glTF."""
         return Response(self._packed, media_type="model/gltf-binary", headers={**HEADERS, "Content-Encoding": "gzip"})
 
     def poses(self, time: float, qpos: Array, looks: Looks | None) -> bytes:
-        """Return where the bodies of the scene are.
+        """Return the poses of the bodies of the scene.
 
-        That is the time [s] in 8 bytes, then in 4 each how many bodies and contacts there are; then numbers of 4
-        bytes: for each body, in the order of its nodes in the glTF, x, y, z [m] and the quaternion x, y, z, w, world
-        frame, and for each contact x, y, z [m] and 1 for one with the floor; then the names of what is no longer
-        there, as JSON. All is little-endian.
+        Format, little-endian: the time [s] in 8 bytes; the numbers of bodies and of contacts in 4 bytes each; then
+        values of 4 bytes: for each body, in the order of its nodes in the glTF, x, y, z [m] and the quaternion x, y, z,
+        w, world frame, and for each contact x, y, z [m] and 1 for one with the floor; then the names of removed items
+        as JSON.
 
         Args:
-            time: Of the state [s].
-            qpos: MuJoCo's positions, shape (nq,).
-            looks: Light, and what is no longer there.
+            time: Time of the state [s].
+            qpos: Positions in MuJoCo's order, shape (nq,).
+            looks: Light and removed items.
 
         Raises:
-            UsageError: The state is not of this world.
+            UsageError: The state does not belong to this world.
         """
         with self._lock:
             self._scene.show(qpos, looks=looks)
@@ -63,18 +63,18 @@ class Scene3d:
 
 
 class Scene3dShelf:
-    """The scene that was asked for last, of one world at a time; who asks meanwhile waits."""
+    """The most recently requested scene, of one world at a time; concurrent requests wait."""
 
     def __init__(self) -> None:
-        """Be empty."""
+        """Start empty."""
         self._lock = threading.Lock()
         self._held: Scene3d | None = None
 
     def of(self, world: World) -> Scene3d:
-        """Return the scene of a world, compiled if it is another than the one before.
+        """Return the scene of a world, compiled unless it is the current one.
 
         Raises:
-            UsageError: It cannot be compiled, or is too large to be given away.
+            UsageError: It cannot be compiled, or is too large to be sent.
         """
         with self._lock:
             if self._held is None or self._held.world is not world:
@@ -82,6 +82,6 @@ class Scene3dShelf:
             return self._held
 
     def held(self, world: World | None) -> Scene3d | None:
-        """Return the scene of a world if it was asked for; None while it is compiled."""
+        """Return the scene of a world if it was requested before; None while it is compiled."""
         held = self._held
         return held if held is not None and held.world is world else None

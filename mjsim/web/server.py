@@ -1,4 +1,4 @@
-"""A server in a thread of its own, for pages that are opened from Python or from the command line."""
+"""A server in a separate thread, for pages opened from Python or the command line."""
 
 import asyncio
 import contextlib
@@ -25,19 +25,19 @@ from mjsim.web.keys import LIFETIME, Keys, Pass
 from mjsim.web.local import LOOPBACK, SameOrigin, is_loopback, listen
 
 LONGEST_MESSAGE = 8_000_000
-"""From a browser over a WebSocket [bytes]: the text of a world."""
+"""Maximum size of a WebSocket message from a browser [bytes]: the text of a world."""
 LONGEST_HEADERS = 65_536
-"""Of a request [bytes]; browsers send the cookies of all ports."""
+"""Maximum size of a request's headers [bytes]; browsers send the cookies of all ports."""
 START = 20.0
-"""The server must be there after this long [s]."""
+"""Time limit for the start of the server [s]."""
 QUEUE = 1024
-"""Connections that may wait to be accepted."""
+"""Maximum number of connections waiting to be accepted."""
 COMPLAINT = 60.0
-"""A lack of files is reported at most this often [s]."""
+"""Minimum interval between reports of a lack of file descriptors [s]."""
 
 
 class Server(Closes):
-    """Serves routes until it is closed, to the page's own origin and to browsers that were let in."""
+    """Serves routes until it is closed, to authenticated browsers and the page's own origin only."""
 
     def __init__(
         self,
@@ -50,19 +50,19 @@ class Server(Closes):
         closing: Sequence[Callable[[], None]] = (),
         limits: Limits | None = None,
     ) -> None:
-        """Begin to serve.
+        """Start serving.
 
         Args:
-            routes: Of HTTP and WebSocket.
-            host: Address to listen at.
-            port: A free one unless given.
-            token: Admits every client that knows it, besides the one-time addresses that `url` gives.
-            without_token: Let in every program and user of this machine; for the loopback address alone.
-            closing: Called when it ends, before browsers are let go.
-            limits: Of connections.
+            routes: Routes of HTTP and WebSocket.
+            host: Address on which to listen.
+            port: Port; by default a free one.
+            token: Admits every client that knows it, in addition to the one-time addresses from `url`.
+            without_token: Admit every program and user of this machine; for loopback addresses only.
+            closing: Called on closing, before browsers are disconnected.
+            limits: Limits of connections.
 
         Raises:
-            UsageError: The port is taken, the address is none of this machine, or the token does not do.
+            UsageError: The port is taken, the address does not belong to this machine, or the token is not acceptable.
         """
         if without_token and (token is not None or not is_loopback(host)):
             raise UsageError("serving without a token works at the loopback address alone, and takes no token")
@@ -88,21 +88,21 @@ class Server(Closes):
 
     @property
     def address(self) -> str:
-        """Where the page is; browsers that were not let in are asked for the token there."""
+        """Address of the page; unauthenticated browsers are asked for the token there."""
         host = self._host if self._host not in ("0.0.0.0", "::") else socket.gethostname()
         shown = f"[{host}]" if ":" in host else host
         return f"http://{shown}:{self.port}/"
 
     @property
     def url(self) -> str:
-        """A new address that lets in one browser, once, within five minutes; `address` when no token is asked for."""
+        """A new address that admits one browser, once, within five minutes; `address` if no token is required."""
         return self.address if self._keys is None else self._address_with(self._keys.new_pass())
 
     def open(self, *, failed: Callable[[], None]) -> None:
-        """Open the page in the browser of this machine, and let it in; what does so stands in no command line.
+        """Open the page in the browser of this machine, authenticated; the secret appears on no command line.
 
         Args:
-            failed: Called when there is no browser, from another thread.
+            failed: Called from another thread if there is no browser.
         """
         if self._keys is None:
             self._opening.open(self.address, failed=failed)
@@ -116,7 +116,7 @@ class Server(Closes):
             self._thread.join(1.0)
 
     def close(self) -> None:
-        """Stop serving; closing twice is no fault."""
+        """Stop serving; a second call does nothing."""
         if not self._closed:
             self._closed = True
             for call in self._closing:
@@ -130,7 +130,7 @@ class Server(Closes):
         return f"{self.address}?{PARAMETER}={given.word}"
 
     def _invite(self, _: Request) -> Mapping[str, Any]:
-        """Return an address for another browser, to one that is in."""
+        """Return an address for another browser, to an authenticated one."""
         return {"url": self.url, "minutes": None if self._keys is None else LIFETIME / 60.0}
 
     def _serve(self, listener: socket.socket) -> None:
@@ -149,17 +149,17 @@ def _settings(app: ASGIApp, limits: Limits) -> uvicorn.Config:
         app,
         http=HttpConnection,
         ws=WebSocketConnection,
-        # JPEG gains little from it, and it costs half as much as drawing, for each who watches.
+        # Compression gains little for JPEG, and costs half as much as rendering, for each viewer.
         ws_per_message_deflate=False,
         ws_max_size=LONGEST_MESSAGE,
         ws_ping_interval=limits.ping,
         ws_ping_timeout=limits.ping,
         h11_max_incomplete_event_size=LONGEST_HEADERS,
         backlog=limits.batch,
-        # Anybody could claim another address with its headers.
+        # Anybody could claim another address in headers.
         proxy_headers=False,
         log_config=None,
-        # Requests that are no HTTP are refused; unauthenticated clients must not fill the terminal with them.
+        # Invalid requests are rejected; unauthenticated clients must not fill the terminal with messages.
         log_level="error",
         access_log=False,
         server_header=False,
@@ -168,23 +168,23 @@ def _settings(app: ASGIApp, limits: Limits) -> uvicorn.Config:
 
 
 class _Uvicorn(uvicorn.Server):
-    """Takes connections in small batches from a long queue, and outlives a lack of files."""
+    """Accepts connections in small batches from a long queue, and survives a lack of file descriptors."""
 
     def __init__(self, config: uvicorn.Config, connections: Connections, *, started: threading.Event) -> None:
         super().__init__(config)
         self._connections, self._started, self._complained = connections, started, -COMPLAINT
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Begin to serve."""
+        """Start serving."""
         asyncio.get_running_loop().set_exception_handler(self._complain)
         await super().startup(sockets=sockets)
         for listener in sockets or ():
-            # The server's own setting, `backlog`, is that of a batch as well.
+            # The server's own setting, `backlog`, is also the size of a batch.
             listener.listen(QUEUE)
         self._started.set()
 
     def _complain(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-        """Report a lack of files in a line, and make room; the event loop tries again after a second."""
+        """Report a lack of file descriptors on one line, and make room; the event loop tries again after a second."""
         if "out of system resource" not in context.get("message", ""):
             loop.default_exception_handler(context)
             return

@@ -1,4 +1,4 @@
-"""Recordings that are looked at: read once, and drawn by a thread of their own."""
+"""Recordings under review: read once, and rendered by threads of their own."""
 
 import threading
 from collections import OrderedDict
@@ -14,16 +14,16 @@ from mjsim.web.scene_3d import Scene3d, Scene3dShelf
 from mjsim.web.shots import depth_shown, jpeg, segmentation_shown
 
 OPEN = 3
-"""So many recordings are kept in memory."""
+"""Number of recordings kept in memory."""
 SIZE = (960, 600)
-"""Of views from outside [px]."""
+"""Size of external views [px]."""
 
 
 class Opened:
-    """A recording, and what draws it."""
+    """A recording, and its renderer."""
 
     def __init__(self, recording: Recording) -> None:
-        """Get ready; nothing is compiled before the first picture."""
+        """Prepare; nothing is compiled before the first picture."""
         self.recording = recording
         self._onlooker, self._solids = Onlooker(recording.world), Scene3dShelf()
         self.measured = SensorPast(recording)
@@ -31,45 +31,45 @@ class Opened:
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="mjsim-review")
 
     def people(self, row: int) -> People:
-        """Return what people whose hands were led look like from above at a row."""
+        """Return the outlines from above, at a row, of people whose hands were moved."""
         with self._posing:
             return self._people.outlines(self.recording.looks(row))
 
     def picture(self, time: float, view: str, *, orbit: Orbit | None = None) -> bytes:
-        """Return what was to be seen at a time, drawn again from the recorded state, as JPEG; waits for it.
+        """Return a picture at a time, rendered again from the recorded state, as JPEG; blocks until it is ready.
 
         Args:
-            time: Of the newest tick that is shown [s].
+            time: The last tick not after this time is shown [s].
             view: 'ROBOT/CAMERA', the same with ':depth' or ':segmentation'; 'overview', 'ROBOT/chase', 'outside'.
-            orbit: From where 'outside' looks; by default as the overview does.
+            orbit: Viewpoint of 'outside'; by default that of the overview.
 
         Raises:
-            RefusedError: The recording has no states, as those of real robots.
+            RefusedError: The recording has no states, as for real robots.
             UsageError: The view does not exist.
         """
         self._require_states()
         return self._thread.submit(self._draw, time, view, orbit=orbit).result()
 
     def solids(self) -> Scene3d:
-        """Return what its world looks like in 3-D.
+        """Return the 3-D scene of its world.
 
         Raises:
-            RefusedError: The recording has no states, as those of real robots.
+            RefusedError: The recording has no states, as for real robots.
         """
         self._require_states()
         return self._solids.of(self.recording.world)
 
     def poses(self, time: float) -> bytes:
-        """Return where the bodies of its world are at the newest tick of a time [s], as `Scene3d` tells it.
+        """Return the poses of the bodies at the last tick not after a time [s], in the format of `Scene3d`.
 
         Raises:
-            RefusedError: The recording has no states, as those of real robots.
+            RefusedError: The recording has no states, as for real robots.
         """
         row = row_at(self.recording, time)
         return self.solids().poses(float(self.recording.time[row]), self.recording.qpos[row], self.recording.looks(row))
 
     def close(self) -> None:
-        """Give back what drew it, and stop reading."""
+        """Release the renderer, and stop reading."""
         self.measured.close()
         self._thread.submit(self._onlooker.close)
         self._thread.shutdown()
@@ -100,15 +100,15 @@ class Opened:
 
 
 class Shelf:
-    """The recordings that were looked at last; one that has changed on the disk is read again."""
+    """The most recently used recordings; one that has changed on disk is read again."""
 
     def __init__(self) -> None:
-        """Be empty."""
+        """Start empty."""
         self._lock = threading.Lock()
         self._opened: OrderedDict[Path, tuple[tuple[int, int], Opened]] = OrderedDict()
 
     def open(self, path: Path) -> Opened:
-        """Return a recording, read if need be.
+        """Return a recording, read if necessary.
 
         Raises:
             RefusedError: The file does not exist.
@@ -132,7 +132,7 @@ class Shelf:
             return held[1]
 
     def close(self) -> None:
-        """Give everything back."""
+        """Release everything."""
         with self._lock:
             while self._opened:
                 self._opened.popitem()[1][1].close()

@@ -1,4 +1,4 @@
-"""Pictures as the page shows them: colours for distances and for instances, and JPEG."""
+"""Pictures for the page: colours for depth and instances, and JPEG."""
 
 import math
 import zlib
@@ -12,15 +12,15 @@ from mjsim.interface import CameraFrame, Picture
 from mjsim.video import INK, PAPER, Letters
 
 QUALITY = 80
-"""Of JPEG, of 100."""
+"""JPEG quality, 0 to 100."""
 NEAR, FAR = 0.3, 12.0
-"""Distances at the ends of the colours; between them colours go by the logarithm [m]."""
+"""Distances at the ends of the colour scale, which is logarithmic [m]."""
 NOTHING = (40, 42, 48)
-"""Colour of what is met by nothing, or too near."""
+"""Colour of pixels that hit nothing, or something too close."""
 BUILDING = {"wall": (150, 155, 164), "floor": (112, 117, 126), "ceiling": (196, 200, 206)}
-"""Calm colours of what is nearly everywhere."""
+"""Muted colours of what is nearly everywhere."""
 NAMED = 0.004
-"""An instance that covers a smaller fraction of the picture gets no name."""
+"""An instance that covers a smaller fraction of the picture is not labelled."""
 
 
 def jpeg(picture: Picture) -> bytes:
@@ -41,7 +41,7 @@ def depth_shown(depth: Array) -> Picture:
 
 
 def segmentation_shown(frame: CameraFrame) -> Picture:
-    """Return what each pixel shows as colours, and the names of what is large enough, RGB."""
+    """Return the object at each pixel as colours, with the names of sufficiently large ones, RGB."""
     instances = frame.segmentation
     assert instances is not None, "the camera gives instances"
     palette = np.array([NOTHING, *(instance_colour(name) for name in frame.instances)], dtype=np.uint8)
@@ -56,7 +56,7 @@ def segmentation_shown(frame: CameraFrame) -> Picture:
 
 
 def instance_colour(name: str) -> tuple[int, int, int]:
-    """Return the colour of an instance, the same in every picture and every run."""
+    """Return the colour of an instance, the same in all pictures and runs."""
     if name in BUILDING:
         return BUILDING[name]
     hue = zlib.crc32(name.encode()) % 180
@@ -66,7 +66,7 @@ def instance_colour(name: str) -> tuple[int, int, int]:
 
 
 def _middle(mask: NDArray[np.bool_]) -> tuple[float, float]:
-    """Return the pixel of a mask that is farthest inside of it."""
+    """Return the pixel farthest inside a mask."""
     inside = cv2.distanceTransform(np.pad(mask.astype(np.uint8), 1), cv2.DIST_L2, 3)
     _, _, _, (x, y) = cv2.minMaxLoc(inside)
     return x - 1.0, y - 1.0
@@ -75,7 +75,7 @@ def _middle(mask: NDArray[np.bool_]) -> tuple[float, float]:
 def _write_name(
     picture: Picture, name: str, *, at: tuple[float, float], letters: Letters, plates: NDArray[np.bool_]
 ) -> None:
-    """Write a name on a plate about a pixel, unless it would cover another; `plates` says where they are."""
+    """Write a name on a plate around a pixel, unless it would cover another; `plates` says where they are."""
     width = letters.width(name, 13) + 8
     x = round(min(max(at[0] - width / 2, 0), max(picture.shape[1] - width, 0)))
     y = round(min(max(at[1] - 9, 0), max(picture.shape[0] - 18, 0)))

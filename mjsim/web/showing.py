@@ -1,4 +1,4 @@
-"""What estimators show, as the page draws it."""
+"""Items shown by estimators, in JSON form."""
 
 import base64
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from mjsim.web.news import ShownNews
 
 
 def shown_told(items: Sequence[Shown]) -> list[ShownNews]:
-    """Return what is shown; its numbers are in the frame that each names."""
+    """Return shown items in JSON form; their numbers are in the frame that each names."""
     return [_told(item) for item in items]
 
 

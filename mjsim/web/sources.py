@@ -1,4 +1,4 @@
-"""The text of modules that a world names, for people to read; nothing of it is run."""
+"""The source text of modules that a world names, for display; none of it is run."""
 
 import importlib.util
 import re
@@ -16,14 +16,14 @@ def source_of_use(world: World, use: str) -> Json:
     """Return the text of a module.
 
     Args:
-        world: Which names it.
+        world: World that names it.
         use: `FILE.py:CLASS` beside the world, or `mjsim.algorithms.MODULE:CLASS`.
 
     Returns:
-        name of the file, its text, and the line of the class, counted from 1.
+        Name of the file, its text, and the line of the class, counted from 1.
 
     Raises:
-        RefusedError: The world does not name such a file, or it is of an installed package.
+        RefusedError: The world does not name such a file, or it belongs to an installed package.
     """
     place, _, name = use.rpartition(":")
     text = _shipped(place) if place.startswith(SHIPPED) else _beside(world, place)
@@ -33,7 +33,7 @@ def source_of_use(world: World, use: str) -> Json:
 
 
 def _shipped(module: str) -> str:
-    # A name with further dots would import what stands before the last one.
+    # A name with more dots would import what precedes the last one.
     spec = importlib.util.find_spec(module) if re.fullmatch(re.escape(SHIPPED) + r"\w+", module) else None
     if spec is None or spec.origin is None:
         raise RefusedError(404, f"mjsim has no module '{module}'")

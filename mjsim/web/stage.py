@@ -1,4 +1,4 @@
-"""The run that all browsers see: what it is, what there is to tell of it, and who is told."""
+"""The run that all browsers watch: its state, its messages, and its viewers."""
 
 import asyncio
 import contextlib
@@ -17,42 +17,42 @@ from mjsim.web.telling import drivers_told, mechanisms_told, noise_told, robots_
 from mjsim.world import World, noise_figures
 
 Scene = Callable[[World], Mapping[str, Any]]
-"""World -> the items of its plan and its bounds, as the page draws them."""
+"""World -> the items of its plan and its bounds, in JSON form."""
 Seen = TypeVar("Seen")
 Encode = Callable[[str, Seen], Awaitable[tuple[float, bytes]]]
-"""Name of a view, what is seen in it -> its time [s], and what is sent of it."""
+"""Name of a view, what is seen in it -> its time [s], and the data to send."""
 REST = 0.005
-"""Browsers are looked after at most this often [s]."""
+"""Minimum interval between checks of the viewers [s]."""
 HURRIED, BUSY = 0.3, 0.12
-"""Share of the time for views from outside while a run goes as fast as it can, and while it is later than it should."""
+"""Fraction of time for external views while a run goes as fast as possible, and while it is late."""
 FAREWELL = 1.0
-"""A browser that has not taken the last news after this long misses them [s]."""
+"""A browser that has not received the last messages after this time misses them [s]."""
 LATE = 0.97
-"""A run that comes to less than this fraction of its speed is late."""
+"""A run slower than this fraction of its speed is late."""
 
 
 class Watching(Protocol):
-    """Who watches the run."""
+    """A viewer of the run."""
 
     news: asyncio.Event
-    """Set when there is something to tell."""
+    """Set when there is something to send."""
 
 
 class Stage:
-    """One run at a time, for as many browsers as there are. The server's thread tells; any thread brings news."""
+    """One run at a time, for any number of browsers. The server's thread sends; any thread may report changes."""
 
     def __init__(self, scene: Scene) -> None:
-        """Be empty."""
+        """Start without a run."""
         self._scene = scene
         self.feed = Feed(self.wake)
         self.viewers: set[Watching] = set()
         self.closing = False
-        """Whether browsers are to be told the last, and let go."""
+        """Whether browsers must be sent the last messages and disconnected."""
         self.world: World | None = None
         self.session: Session | None = None
         self.painter: Painter | None = None
         self.show = 0
-        """Which world is shown, counted from 1."""
+        """Number of the shown world, from 1."""
         self._path: str | None = None
         self._first: str | None = None
         self._initial: dict[str, float] = {}
@@ -60,7 +60,7 @@ class Stage:
         self._lock, self._counting, self._left = threading.Lock(), threading.Lock(), threading.Event()
         self._news, self._spread_news, self._woken = 0, 0, False
         self.version = 0
-        """Changes with what the run is and does."""
+        """Changes with the run and its state."""
         self._root: Path | None = None
         self._made: dict[str, tuple[object, asyncio.Future[tuple[float, bytes]]]] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -77,11 +77,11 @@ class Stage:
         """Show another run.
 
         Args:
-            world: Where it is.
-            session: That runs it; None when its ticks come from elsewhere.
-            path: Of the world file.
-            root: Folder from which the page names recordings; by default none are named.
-            first: Name of the robot that is shown first.
+            world: World of the run.
+            session: Session that runs it; None if its ticks come from elsewhere.
+            path: Path of the world file.
+            root: Folder relative to which the page names recordings; by default none are named.
+            first: Name of the robot shown first.
         """
         scene = {"kind": "scene", **self._scene(world)}
         with self._lock:
@@ -97,20 +97,20 @@ class Stage:
             painter.close()
 
     def take(self, tick: Tick) -> None:
-        """Take the next tick of the run; in its thread."""
+        """Take the next tick of the run; called in the thread of the run."""
         begins = self.session is None and self.feed.newest is None
         self.feed.take(tick)
         if begins:
             self.changed()
 
     def changed(self) -> None:
-        """Tell that the run is or does something else; from any thread."""
+        """Report that the run or its state has changed; from any thread."""
         with self._counting:
             self.version += 1
         self.wake()
 
     async def once(self, name: str, seen: Seen, *, make: Encode[Seen]) -> tuple[float, bytes]:
-        """Return what is sent of a view, made for the first browser that asks and kept for the others."""
+        """Return the data of a view, made for the first browser that asks and shared with the others."""
         held = self._made.get(name)
         if held is None or held[0] is not seen:
             held = self._made[name] = seen, asyncio.ensure_future(make(name, seen))
@@ -121,7 +121,7 @@ class Stage:
         return self._scene_text
 
     def run_told(self) -> dict[str, Any]:
-        """Return what the run is and does, without its time."""
+        """Return the run and its state, without its time."""
         with self._lock:
             world, session = self.world, self.session
         if world is None:
@@ -150,13 +150,13 @@ class Stage:
         }
 
     def _recording_of(self, session: Session | None) -> str | None:
-        """Return the path of the recording from the root; a restart writes another one."""
+        """Return the path of the recording relative to the root; a restart writes another one."""
         if session is None or session.record is None or self._root is None:
             return None
         return session.record.relative_to(self._root).as_posix()
 
     def _state_without_session(self) -> State:
-        """Return what a run does whose ticks come from elsewhere."""
+        """Return the state of a run whose ticks come from elsewhere."""
         if self.closing:
             return "ended"
         return "loading" if self.feed.newest is None else "running"
@@ -167,31 +167,31 @@ class Stage:
         return 0.0 if newest is None else newest.time
 
     def wake(self) -> None:
-        """Look after the browsers soon; from any thread."""
+        """Serve the browsers soon; from any thread."""
         with self._counting:
             self._news += 1
         loop = self._loop
         if loop is not None and self.viewers and not self._woken:
             self._woken = True
-            # The server may have ended meanwhile; then there is nobody to look after.
+            # The server may have ended meanwhile; then there are no browsers to serve.
             with contextlib.suppress(RuntimeError):
                 loop.call_soon_threadsafe(self._spread)
 
     def join(self, viewer: Watching) -> None:
-        """Let a browser watch."""
+        """Add a viewer."""
         self._loop = asyncio.get_running_loop()
         self.viewers.add(viewer)
         self._left.clear()
         viewer.news.set()
 
     def leave(self, viewer: Watching) -> None:
-        """Let a browser go."""
+        """Remove a viewer."""
         self.viewers.discard(viewer)
         if not self.viewers:
             self._left.set()
 
     def close(self) -> None:
-        """End the run, and tell who watches the last of it; from another thread than the server's."""
+        """End the run, and send viewers the last of it; not from the server's thread."""
         if self.session is not None:
             self.session.close()
         self.closing = True
@@ -214,7 +214,7 @@ class Stage:
             self.wake()
 
     def _share(self) -> float:
-        """Return how much of the time may be spent on drawing beside the run."""
+        """Return the fraction of time that may be spent on rendering beside the run."""
         session = self.session
         if session is None:
             return HURRIED

@@ -1,4 +1,4 @@
-"""The page itself, which is built from mjsim/web/page by scripts/make/page."""
+"""The static files of the page, built from mjsim/web/page by scripts/make/page."""
 
 import gzip
 from collections.abc import Mapping, Sequence
@@ -18,10 +18,10 @@ _UNBUILT = "<!doctype html><title>mjsim</title><p>The page is not built; run scr
 
 
 def page_routes(*, preload: Sequence[str] = ()) -> Sequence[BaseRoute]:
-    """Return the routes of the page, its program and its style.
+    """Return the routes of the page, its scripts and its style sheet.
 
     Args:
-        preload: Addresses that the browser fetches beside the program, which asks for them first.
+        preload: Addresses that the browser fetches while it loads the script that requests them first.
     """
     links = ", ".join(f"<{address}>; rel=preload; as=fetch; crossorigin" for address in preload)
     files = [Route(path, _file) for path in _FILES if path != "/"]
@@ -44,7 +44,7 @@ async def _file(request: Request, *, more: Mapping[str, str] = MappingProxyType(
 
 
 def _contents(name: str) -> tuple[bytes, bytes]:
-    """Return a file of the page as it is, and compressed."""
+    """Return a file of the page, uncompressed and compressed."""
     file = resources.files(__package__) / "static" / name
     data = file.read_bytes() if file.is_file() else (_UNBUILT if name == "index.html" else "").encode()
     return data, _packed(data)
@@ -52,5 +52,5 @@ def _contents(name: str) -> tuple[bytes, bytes]:
 
 @cache
 def _packed(data: bytes) -> bytes:
-    # Without a time, so that the same file has the same bytes.
+    # Without a time stamp, so that the same file gives the same bytes.
     return gzip.compress(data, mtime=0)

@@ -19,11 +19,11 @@ from mjsim.web.trust import Trust
 from mjsim.web.warm import warm_up
 
 PRELOAD = ("/api/folder", "/api/schema")
-"""What the page asks for first."""
+"""What the page requests first."""
 
 
 class Studio(Closes):
-    """Serves the studio for the files of one folder, in threads of its own, until it is closed."""
+    """Serves the studio for the files of one folder, in separate threads, until it is closed."""
 
     def __init__(
         self,
@@ -35,18 +35,19 @@ class Studio(Closes):
         token: str | None = None,
         without_token: bool = False,
     ) -> None:
-        """Begin to serve.
+        """Start serving.
 
         Args:
-            folder: Worlds, pictures and modules of this folder are seen; nothing outside of it is read or written.
-            world: What the page opens first: a file of the folder, or `shipped:NAME` for a shipped world.
-            host: Address to listen at.
-            port: Of the page; by default a free one.
-            token: Admits clients that know it, besides the one-time addresses that `url` gives; 16 characters or more.
-            without_token: Let in every user and program of this machine; for the loopback address alone.
+            folder: Folder with worlds, pictures and modules; nothing outside it is read or written.
+            world: World that the page opens first: a file of the folder, or `shipped:NAME` for a shipped world.
+            host: Address on which to listen.
+            port: Port of the page; by default a free one.
+            token: Admits clients that know it, in addition to the one-time addresses from `url`; at least 16
+                characters.
+            without_token: Admit every user and program of this machine; for loopback addresses only.
 
         Raises:
-            UsageError: There is no such folder or world, or the page cannot be served there.
+            UsageError: The folder or world does not exist, or the page cannot be served there.
         """
         warm_up()
         place, trust = Folder(Path(folder)), Trust()
@@ -62,19 +63,19 @@ class Studio(Closes):
 
     @property
     def address(self) -> str:
-        """Where the page is; browsers that were not let in are asked for the token there."""
+        """Address of the page; unauthenticated browsers are asked for the token there."""
         return self._server.address
 
     @property
     def url(self) -> str:
-        """A new address that lets in one browser, once, within five minutes; `address` when no token is asked for."""
+        """A new address that admits one browser, once, within five minutes; `address` if no token is required."""
         return self._server.url
 
     def open(self, *, failed: Callable[[], None]) -> None:
-        """Open the page in the browser of this machine, and let it in.
+        """Open the page in the browser of this machine, authenticated.
 
         Args:
-            failed: Called when there is no browser, from another thread.
+            failed: Called from another thread if there is no browser.
         """
         self._server.open(failed=failed)
 
@@ -83,5 +84,5 @@ class Studio(Closes):
         self._server.wait()
 
     def close(self) -> None:
-        """Stop serving; closing twice is no fault."""
+        """Stop serving; a second call does nothing."""
         self._server.close()

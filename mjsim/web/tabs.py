@@ -1,4 +1,4 @@
-"""The tabs of browsers that show the studio: their unsaved texts are kept, and they are told what others change."""
+"""Browser tabs that show the studio: keeps their unsaved texts, and informs them of changes by others."""
 
 import asyncio
 import contextlib
@@ -20,15 +20,15 @@ from mjsim.web.items import Json
 from mjsim.web.watch import MOST, DiskWatch
 
 PERIOD = 0.5
-"""The disk is looked at so often while a page is open [s]."""
+"""Interval between checks of the disk while a page is open [s]."""
 
 MOST_STEPS, MOST_LETTERS = 1000, 400_000
-"""Of the history that is kept beside a draft; the letters are those of all steps together."""
+"""Limits of the history kept beside a draft: steps, and characters of all steps together."""
 Name = Annotated[str, Field(max_length=LONGEST)]
 
 
 class StepAsk(Ask):
-    """One step of a text's history: where `old` stood, `fresh` stands now."""
+    """One step of a text's history: `fresh` replaced `old`."""
 
     begin: Annotated[int, Field(ge=0, alias="from")]
     old: Annotated[str, Field(max_length=MOST_LETTERS)]
@@ -38,7 +38,7 @@ class StepAsk(Ask):
 
 
 class PastAsk(Ask):
-    """The steps that lead to a text, `at` of them, and those that lead on."""
+    """The undo history of a text: `at` steps lead to it, the others can be redone."""
 
     steps: Annotated[tuple[StepAsk, ...], Field(max_length=MOST_STEPS)] = ()
     at: Annotated[int, Field(ge=0)] = 0
@@ -53,7 +53,7 @@ class PastAsk(Ask):
 
 
 class KeepAsk(Ask):
-    """The text of a tab, to be kept until it is saved."""
+    """Keeps the text of a tab until it is saved."""
 
     tab: str
     number: Annotated[int, Field(ge=0)]
@@ -73,7 +73,7 @@ class ForgetAsk(Ask):
 
 
 class DraftAsk(Ask):
-    """Which draft is meant."""
+    """Identifies a draft."""
 
     id: str
 
@@ -88,10 +88,10 @@ class ShowAsk(Ask):
 
 
 class Tabs:
-    """Keeps the drafts of all tabs, and tells each what is new: on disk, and of the drafts of others."""
+    """Keeps the drafts of all tabs, and informs each of news: on disk, and about the drafts of others."""
 
     def __init__(self, folder: Folder) -> None:
-        """Take the folder of the studio."""
+        """Use the folder of the studio."""
         self._folder, self._drafts = folder, Drafts(folder)
         self._pages: set[_Page] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -106,13 +106,13 @@ class Tabs:
         ]
 
     def wake(self) -> None:
-        """Look at the disk now; from any thread."""
+        """Check the disk now; from any thread."""
         if self._loop is not None:
             with contextlib.suppress(RuntimeError):  # the server has ended
                 self._loop.call_soon_threadsafe(self._wake)
 
     def close(self) -> None:
-        """Disconnect all pages; from another thread than the server's."""
+        """Disconnect all pages; not from the server's thread."""
         self._closing = True
         self.wake()
 
@@ -121,7 +121,7 @@ class Tabs:
             page.due.set()
 
     async def _serve(self, socket: WebSocket) -> None:
-        """Serve a tab for as long as its page is open."""
+        """Serve a tab while its page is open."""
         tab = socket.query_params.get("tab", "")
         if not TAB.fullmatch(tab):
             await socket.close(1008)
@@ -145,7 +145,7 @@ class Tabs:
                 await telling
 
     async def _take(self, page: "_Page", text: str) -> None:
-        """Note what a page shows."""
+        """Store what a page shows."""
         try:
             show = ShowAsk.model_validate_json(text)
             await asyncio.to_thread(page.show, show)
@@ -164,7 +164,7 @@ class Tabs:
         await page.socket.close(1000, "ended")
 
     def _list(self, _: Request) -> Json:
-        """Return the drafts of the folder, without those that are on disk as they are."""
+        """Return the drafts of the folder, without those equal to the files on disk."""
         drafts = self._drafts.listed()
         for draft in drafts:
             if not draft["open"] and not draft["fresh"] and self._is_on_disk(draft):
@@ -207,7 +207,7 @@ class Tabs:
 
 
 class _Page:
-    """A page that is open, and what it was told last."""
+    """An open page, and what it was told last."""
 
     def __init__(self, socket: WebSocket, tab: str, watch: DiskWatch) -> None:
         self.socket, self.tab = socket, tab
@@ -217,12 +217,12 @@ class _Page:
         self._told: list[tuple[str, bool]] | None = None
 
     def show(self, show: ShowAsk) -> None:
-        """Note what it shows now."""
+        """Store what it shows now."""
         with self._lock:
             self._watch.show(show.path, stamp=show.stamp, files=show.files)
 
     def news(self, drafts: Drafts) -> list[Json]:
-        """Return what it is to be told."""
+        """Return what it must be told."""
         with self._lock:
             news = list(self._watch.news())
         others = [draft for draft in drafts.listed() if draft["tab"] != self.tab]

@@ -1,4 +1,4 @@
-"""What the page is told of a run: values of the loop as JSON."""
+"""A run in JSON for the page."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -40,9 +40,9 @@ from mjsim.world import (
 )
 
 CORNERS = 16
-"""An outline of a part of a body that moves has so many at most."""
+"""Maximum number of corners of the outline of a moving body's part."""
 _RING = np.asarray(np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False), dtype=float)
-"""Directions of the rays of the ring, left positive [rad]."""
+"""Directions of the proximity rays, left positive [rad]."""
 
 
 def tick_told(
@@ -56,17 +56,17 @@ def tick_told(
     people: Mapping[str, Sequence[tuple[Array, str]]] | None = None,
     world: World | None = None,
 ) -> TickNews:
-    """Return a tick.
+    """Return a tick in JSON form.
 
     Args:
-        tick: One of a run.
-        number: Of the tick, over all runs.
+        tick: The tick.
+        number: Number of the tick, over all runs.
         pace: Simulated seconds per second.
-        scans: Robot -> lidar -> where its beams met something, world frame, shape (n, 3) [m].
-        led: Mechanism -> the joints of it that motions lead.
-        hands: Person -> side -> where the grip of that hand is, world frame, shape (3,) [m].
-        people: Person whose hands were led -> outlines from above with their colours, world frame, shape (n, 2) [m].
-        world: Whose arms and mechanisms are told; by default nothing of them.
+        scans: Robot -> lidar -> points hit by its beams, world frame, shape (n, 3) [m].
+        led: Mechanism -> its joints that motions lead.
+        hands: Person -> side -> grip position of that hand, world frame, shape (3,) [m].
+        people: Person whose hands were moved -> outlines from above with their colours, world frame, shape (n, 2) [m].
+        world: World whose arms and mechanisms are included; by default none.
     """
     found = scans or {}
     told: TickNews = {
@@ -97,7 +97,7 @@ def outlines_told(bodies: Mapping[str, Sequence[Array]]) -> dict[str, list[list[
 
 
 def people_told(people: Mapping[str, Sequence[tuple[Array, str]]]) -> dict[str, list[list[tuple[float, float]]]]:
-    """Return the outlines of people whose hands were led."""
+    """Return the outlines of people whose hands were moved."""
     return outlines_told({name: [outline for outline, _ in parts] for name, parts in people.items()})
 
 
@@ -112,7 +112,7 @@ def _place(at: Array) -> tuple[float, float, float]:
 
 
 def with_removed(told: TickNews, looks: Looks | None) -> TickNews:
-    """Return a tick with the names of the beacons and obstacles that are away then, if any."""
+    """Return a tick with the names of the beacons and obstacles removed at that time, if any."""
     return {**told, "removed": sorted(looks.removed)} if looks is not None and looks.removed else told
 
 
@@ -152,13 +152,13 @@ def _robot_told(tick: Tick, name: str, scans: Mapping[str, Array]) -> RobotTick:
 
 
 def _led_told(tick: Tick, name: str, joints: Sequence[str]) -> MechanismTick:
-    """Return where joints of a mechanism are."""
+    """Return the positions of a mechanism's joints."""
     motion = tick.joints[name]
     return {"positions": plain(motion.positions[[motion.names.index(joint) for joint in joints]], 6)}
 
 
 def _arms_told(tick: Tick, name: str) -> dict[str, ArmTick]:
-    """Return the arms of a robot by their names."""
+    """Return the arms of a robot by name."""
     found: dict[str, ArmTick] = {}
     for key, motion in tick.joints.items():
         robot, _, arm = key.partition("/")
@@ -174,7 +174,7 @@ def _arms_told(tick: Tick, name: str) -> dict[str, ArmTick]:
 
 
 def _twist(command: Command | WheelCommand, seen: Observation) -> tuple[float, float, float]:
-    """Return what the drive is told as (forward, left, turn); for speeds of wheels, what odometry says they did."""
+    """Return the command to the drive as (forward, left, turn); for wheel speeds, the twist measured by odometry."""
     if isinstance(command, Command):
         return command.forward, command.left, command.turn
     odometry = seen.odometry
@@ -187,7 +187,7 @@ def recognised_told(sightings: Sequence[Sighting]) -> list[Recognised]:
 
 
 def events_told(tick: Tick) -> Iterator[EventNews]:
-    """Yield what has happened at a tick, to the world and to its robots."""
+    """Yield the events at a tick, of the world and its robots."""
     for happened in tick.events:
         kind = str(kind_of(happened, EVENT_KINDS))
         yield {"kind": "event", "time": happened.time, "robot": None, "event": kind, "text": said_of(happened)}
@@ -197,23 +197,23 @@ def events_told(tick: Tick) -> Iterator[EventNews]:
 
 
 def robots_told(world: World, *, first: str | None = None) -> list[RobotFacts]:
-    """Return what the page shows of each robot; one that is named comes first."""
+    """Return the properties of each robot; the named one comes first."""
     return [_facts(robot) for robot in sorted(world.robots, key=lambda robot: robot.name != first)]
 
 
 def mechanisms_told(world: World) -> list[MechanismFacts]:
-    """Return the mechanisms of which a joint can be led by hand."""
+    """Return the mechanisms with a joint that can be dragged."""
     facts = ((mechanism.name, led_facts(mechanism)) for mechanism in world.mechanisms)
     return [{"name": name, "joints": joints} for name, joints in facts if joints]
 
 
 def drivers_told(world: World) -> dict[str, Chosen]:
-    """Return which modules drive each robot."""
+    """Return the modules that drive each robot."""
     return {robot.name: _modules_told(world.run.drivers.get(robot.name, Modules())) for robot in world.robots}
 
 
 def noise_told(world: World, initial: Mapping[str, float]) -> list[NoiseFigure]:
-    """Return the figures that may change while it runs; `initial` holds those of the start."""
+    """Return the noise parameters that may change during the run; `initial` contains their start values."""
     return [
         {
             "key": figure.key,

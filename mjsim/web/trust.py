@@ -13,14 +13,14 @@ from mjsim.web.answers import RefusedError
 from mjsim.world import Source, Use, World
 
 Code = tuple[str, str]
-"""A file and the SHA-256 of its content; or the name of an installed class, and nothing."""
+"""A file and the SHA-256 of its content; or the name of an installed class, and ''."""
 
 
 class Trust:
-    """Remembers what code somebody allowed while the studio is open; nothing else of a world runs.
+    """Stores which code the user allowed while the studio is open; no other code of a world runs.
 
-    A file is allowed with the content that it has, and a class of an installed package by its name. What counts in the
-    end is `admit`, which sees the bytes that run; all else is there so that people are asked in time.
+    A file is allowed with its current content, and a class of an installed package by its name. Decisive is `admit`,
+    which sees the bytes that run; everything else serves to ask the user in time.
     """
 
     def __init__(self) -> None:
@@ -29,22 +29,22 @@ class Trust:
         self._refused: set[Path] = set()
 
     def guarded(self, source: Source) -> Source:
-        """Return the source of a world of which only allowed code runs."""
+        """Return a world's source that runs only allowed code."""
         return replace(source, admit=self.admit)
 
     def admit(self, path: Path, data: bytes) -> None:
         """Raise UsageError unless a file beside a world may run with this content."""
         if (str(path), _digest(data)) not in self._allowed:
-            # Its name need not stand in the text that imports it; now it is known.
+            # Its name may not appear in the text that imports it; now it is known.
             self._refused.add(path)
             self._known = {}
             raise UsageError(f"'{path.name}' is code that you have not allowed as it is now; start again to be asked")
 
     def asks_for(self, world: World) -> dict[str, str]:
-        """Return what of a world's code nobody has allowed yet.
+        """Return the code of a world that nobody has allowed yet.
 
-        It is asked at each change of a text; files are read again only when their names are new, and when it
-        matters, by `check` and `allow`.
+        Called at each change of a text; files are read again only when their names are new, and by `check` and `allow`,
+        where it matters.
 
         Returns:
             Files beside the world with the SHA-256 of their content, installed classes with an empty text.
@@ -55,14 +55,14 @@ class Trust:
         return _told({name: code for name, code in self._known[key].items() if code not in self._allowed})
 
     def allow(self, world: World, shown: Mapping[str, str]) -> None:
-        """Let code of a world run, as it was when somebody was asked.
+        """Allow the code of a world in the version that the user was shown.
 
         Args:
-            world: Whose code it is.
-            shown: What `asks_for` said then.
+            world: The world.
+            shown: What `asks_for` returned then.
 
         Raises:
-            RefusedError: It is not what the world asks for now.
+            RefusedError: The world's code has changed since.
         """
         self._known = {}
         asked = {name: code for name, code in self.code_of(world).items() if code not in self._allowed}
@@ -72,7 +72,7 @@ class Trust:
         self._allowed |= set(asked.values())
 
     def check(self, world: World) -> Mapping[str, Code]:
-        """Return the code of a world as it is now.
+        """Return the current code of a world.
 
         Raises:
             RefusedError: It may not run.
@@ -85,7 +85,7 @@ class Trust:
         return code
 
     def code_of(self, world: World) -> dict[str, Code]:
-        """Return what a world runs that did not come with mjsim, by what people are shown."""
+        """Return the code of a world that is not shipped with mjsim, by the names shown to the user."""
         code, folder = foreign_code(world), (world.source.folder or Path.cwd()).resolve()
         files = {name: (str(folder / name), _digest(data)) for name, data in code.files.items()}
         for path in [path for path in self._refused.copy() if path.is_relative_to(folder)]:

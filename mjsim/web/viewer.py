@@ -1,4 +1,4 @@
-"""One browser that watches: what it wants to see, what is on its way to it, and what it is told next."""
+"""A browser that watches a run: its views, the pictures in transit, and its next messages."""
 
 import asyncio
 import json
@@ -20,38 +20,38 @@ from mjsim.web.stage import Stage
 from mjsim.web.telling import recognised_told
 
 Make = Callable[[], Awaitable[tuple[float, bytes]]]
-"""Makes a picture: its time [s], and itself as JPEG, or where bodies are."""
+"""Makes a picture: its time [s], and JPEG data or poses of bodies."""
 Source = tuple[dict[str, Any], Make]
-"""What stands in the header of a picture, and what makes it."""
+"""The header of a picture, and what makes it."""
 TICKS = 1 / 30
-"""Least time between two ticks [s]."""
+"""Minimum interval between two ticks [s]."""
 ON_THE_WAY = 2
-"""Pictures of a view that a browser has not shown yet, at most."""
+"""Maximum number of pictures per view that a browser has not displayed yet."""
 OUTSIDE, BODIES = "outside", "bodies"
 OUTSIDE_EVERY = 1 / 25
-"""Least time between two views from outside [s]."""
+"""Minimum interval between two external views [s]."""
 
 
 @dataclass(slots=True)
 class _View:
-    """What a browser has got of one view."""
+    """What a browser has received of one view."""
 
     on_the_way: set[int] = field(default_factory=set)
     drawing: bool = False
     last: Any = None
-    """What the last picture was of."""
+    """Subject of the last picture."""
     at: float = 0.0
     """When it was sent, on the clock [s]."""
 
 
 class Viewer:
-    """A browser. What it has no time for is left out, never kept for later, and holds nobody else up."""
+    """A browser. What it is too slow for is dropped, never queued, and blocks nobody else."""
 
     def __init__(self, socket: WebSocket, stage: Stage, *, solids: Scene3dShelf) -> None:
-        """Serve a browser that has been let in; `solids` holds the scene in 3-D that it asked for."""
+        """Serve an authenticated browser; `solids` contains the 3-D scene that it requested."""
         self._socket, self._stage, self._solids = socket, stage, solids
         self.news = asyncio.Event()
-        """Set when there is something to tell."""
+        """Set when there is something to send."""
         self._sending = asyncio.Lock()
         self._watch = Watch(do="watch")
         self._views: dict[str, _View] = {}
@@ -69,17 +69,17 @@ class Viewer:
         self.news.set()
 
     def shown(self, shown: FrameShown) -> None:
-        """Take note that a picture was shown; another may come."""
+        """Record that a picture was displayed; another may be sent."""
         for view in self._views.values():
             view.on_the_way.discard(shown.number)
         self.news.set()
 
     async def tell(self, news: Mapping[str, Any]) -> None:
-        """Send something to this browser alone."""
+        """Send a message to this browser only."""
         await self._send(json.dumps(news, allow_nan=False))
 
     async def serve(self) -> None:
-        """Tell what is new until the browser goes, or the end."""
+        """Send news until the browser disconnects, or the end."""
         try:
             while not self._stage.closing:
                 await self.news.wait()
@@ -95,7 +95,7 @@ class Viewer:
     async def _tell_news(self) -> None:
         stage, feed = self._stage, self._stage.feed
         version, show = stage.version, stage.show
-        # A world comes after the run that it is of: a page that knows of none passes it over.
+        # A world comes after its run: a page that does not know the run ignores it.
         if (self._version, self._show) != (version, show):
             self._version = version
             await self.tell({**stage.run_told(), "time": stage.time()})
@@ -112,7 +112,7 @@ class Viewer:
         await self._tell_tick()
 
     async def _tell_tick(self) -> None:
-        """Send the newest tick, unless one was sent just now: then a little later."""
+        """Send the newest tick, later if one was sent just now."""
         if self._stage.feed.number == self._tick:
             return
         rest = self._tick_at + TICKS - time.perf_counter()
@@ -124,7 +124,7 @@ class Viewer:
             await self._send(text)
 
     def _begin_pictures(self) -> None:
-        """Begin to send what is new of each view."""
+        """Start sending what is new in each view."""
         for name, view in self._views.items():
             if view.drawing or len(view.on_the_way) >= ON_THE_WAY:
                 continue
@@ -136,13 +136,13 @@ class Viewer:
                 task.add_done_callback(self._tasks.discard)
 
     def _source(self, name: str, view: _View) -> Source | None:
-        """Return what makes the next picture of a view, when there is anything new in it."""
+        """Return what makes the next picture of a view, if there is anything new in it."""
         if name == OUTSIDE:
             return self._outside(view)
         return self._bodies(view) if name == BODIES else self._onboard(name, view)
 
     def _bodies(self, view: _View) -> Source | None:
-        """Return what tells where bodies are, when that is another moment and the scene is there."""
+        """Return what sends the poses of bodies, if the time has changed and the scene is ready."""
         tick, solids = self._stage.feed.newest, self._solids.held(self._stage.feed.world)
         if tick is None or solids is None or view.last is tick:
             return None
@@ -154,7 +154,7 @@ class Viewer:
         return {"recognised": []}, partial(self._stage.once, BODIES, tick, make=where)
 
     def _outside(self, view: _View) -> Source | None:
-        """Return what draws the view from outside, when there is anything new in it."""
+        """Return what renders the external view, if there is anything new in it."""
         tick, painter, outside = self._stage.feed.newest, self._stage.painter, self._watch.outside
         if tick is None or painter is None or outside is None or view.last == (tick, outside):
             return None
@@ -172,7 +172,7 @@ class Viewer:
         return {"recognised": []}, partial(painter.outside, newest)
 
     def _onboard(self, name: str, view: _View) -> Source | None:
-        """Return what makes a picture of an onboard camera, when there is a new one."""
+        """Return what makes a picture of an onboard camera, if there is a new one."""
         camera, _, kind = name.partition(":")
         shot = self._stage.feed.shots.get(camera)
         if shot is None or view.last is shot:
@@ -186,7 +186,7 @@ class Viewer:
         return head, partial(self._stage.once, name, shot, make=self._encode)
 
     async def _encode(self, name: str, shot: Shot) -> tuple[float, bytes]:
-        """Return the time of a picture of an onboard camera, or of what it shows otherwise, and itself as JPEG."""
+        """Return time and JPEG of an onboard camera's picture, or of its depth or segmentation."""
         camera, _, kind = name.partition(":")
         frame, feed, painter, tick = shot.frame, self._stage.feed, self._stage.painter, self._stage.feed.newest
         if kind == "depth" and frame.depth is not None:
@@ -225,7 +225,7 @@ class Viewer:
 
 
 def _views_of(watch: Watch) -> list[str]:
-    """Return the names of the views that are watched."""
+    """Return the names of the watched views."""
     kinds = ["", *([":depth"] if watch.depth else []), *([":segmentation"] if watch.segmentation else [])]
     names = [f"{camera}{kind}" for camera in watch.cameras for kind in kinds]
     return [*names, *([OUTSIDE] if watch.outside is not None else []), *([BODIES] if watch.bodies else [])]

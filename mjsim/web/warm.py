@@ -1,4 +1,4 @@
-"""What the first page would wait for, done once in a thread while its browser starts."""
+"""Does once, in a thread while the browser starts, what the first page would wait for."""
 
 import threading
 from functools import cache
@@ -11,9 +11,9 @@ from mjsim.world import parse_world
 
 @cache
 def warm_up() -> threading.Thread:
-    """Begin to compress the page's files, to list what comes with mjsim, and to build the checks of worlds.
+    """Start compressing the page's files, listing what is shipped with mjsim, and building the validators of worlds.
 
-    The first request for each would do the same, and take longer.
+    The first requests would do the same, and take longer.
     """
     thread = threading.Thread(target=_warm_up, name="mjsim-warm-up", daemon=True)
     thread.start()

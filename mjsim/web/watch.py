@@ -1,4 +1,4 @@
-"""What changes on disk while a page shows a world: its own file, and the files that it names."""
+"""Changes on disk while a page shows a world: of its own file, and of the files that it names."""
 
 import os
 import re
@@ -15,19 +15,19 @@ from mjsim.web.items import Json
 from mjsim.world import MOST_BYTES
 
 MOST = 1000
-"""Files that a world names and that are watched."""
+"""Maximum number of watched files per world."""
 _FILE = re.compile(
     r"(.+\.(?:yaml|yml|jpg|jpeg|png|webp|xml|mjcf|urdf|obj|stl|py|m|csv))(?::\w+)?", re.IGNORECASE | re.DOTALL
 )
 _RECENT = 2.0
-"""A file that was changed within so long [s] may change again without a sign: clocks of file systems tick slowly."""
+"""A file changed less than this ago [s] may change again without a new sign, because file system clocks are coarse."""
 
 Signs = Mapping[str, str]
-"""Name of a file -> what tells one state of it from another without reading it; '' when there is none."""
+"""Name of a file -> a value that identifies its state without reading it; '' if the file does not exist."""
 
 
 def named_in(value: Any) -> Iterator[str]:
-    """Yield what looks like the name of a file in the plain value of a text, whether the file is there or not."""
+    """Yield what looks like a file name in the plain value of a text, whether the file exists or not."""
     waiting = [value]
     while waiting:
         item = waiting.pop()
@@ -40,12 +40,12 @@ def named_in(value: Any) -> Iterator[str]:
 
 
 def signs_of(folder: Folder, path: str, names: Iterable[str]) -> Signs:
-    """Return the signs of files that a world names; '' for those outside of the studio's folder.
+    """Return the signs of files that a world names; '' for those outside the studio's folder.
 
     Args:
-        folder: Of the studio.
-        path: Of the world.
-        names: Paths of the files from its folder.
+        folder: Folder of the studio.
+        path: Path of the world.
+        names: Paths of the files relative to its folder.
     """
     base = source_of(folder, path).folder or folder.root
     return {name: _sign(folder, os.path.normpath(base / name)) for name in islice(names, MOST)}
@@ -63,10 +63,10 @@ def _sign(folder: Folder, place: str) -> str:
 
 
 class DiskWatch:
-    """Tells one page what is new on disk of the world that it shows."""
+    """Informs one page of changes on disk to the world that it shows."""
 
     def __init__(self, folder: Folder) -> None:
-        """Watch nothing yet."""
+        """Start without a world."""
         self._folder = folder
         self._place: Path | None = None
         self._path, self._told, self._seen = "", "", ""
@@ -75,12 +75,12 @@ class DiskWatch:
         self._seen_signs: Signs = {}
 
     def show(self, path: str, *, stamp: str | None, files: Signs) -> None:
-        """Note what the page shows now.
+        """Store what the page shows now.
 
         Args:
-            path: Of its world, whether it has a file or not; '' for none.
-            stamp: Of the content that the page knows; None when the world has no file.
-            files: That the world names, with their signs when it was read.
+            path: Path of its world, whether it has a file or not; '' for none.
+            stamp: Stamp of the content known to the page; None if the world has no file.
+            files: Files that the world names, with their signs when it was read.
 
         Raises:
             RefusedError: The path leaves the folder.
@@ -91,9 +91,9 @@ class DiskWatch:
         self._place = None if stamp is None else self._folder.path(path)
 
     def news(self) -> Iterator[Json]:
-        """Yield what has changed since it was last told: `disk` of the world's own file, `files` of those it names.
+        """Yield changes since the last call: `disk` of the world's own file, `files` of those it names.
 
-        A change is told once it is found the same at two looks in a row: editors delete a file before they rewrite it,
+        A change is reported once it is the same at two checks in a row: editors delete a file before they rewrite it,
         or empty it before they fill it.
         """
         if self._place is not None:
@@ -110,12 +110,12 @@ class DiskWatch:
             yield {"kind": "files", "files": changed}
 
     def _stamp(self, place: Path) -> str:
-        """Return the stamp of a file's content, read again only when its sign is another; '' when it is gone."""
+        """Return the stamp of a file's content, read again only if its sign has changed; '' if the file is gone."""
         sign = _sign(self._folder, str(place))
         if not sign:
             return ""
         _, modified, _, size = map(int, sign.split("-"))
-        # A change that came right after the last reading may have left the same sign.
+        # A change directly after the last reading may have left the same sign.
         if self._read is None or self._read[0] != sign or self._read[1] < modified / 1e9 + _RECENT:
             began = time.time()
             try:

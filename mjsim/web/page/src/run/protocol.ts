@@ -8,9 +8,9 @@ export interface ArmFacts {
 
 /** An arm at one tick. */
 export interface ArmTick {
-  /** Of its joints [rad, m]. */
+  /** Joint positions [rad, m]. */
   positions: number[];
-  /** Where they are to be [rad, m]. */
+  /** Goal positions [rad, m]. */
   goal: number[];
   /** x, y, z [m], roll, pitch, yaw about fixed axes [rad], in the robot's frame. */
   tool: number[];
@@ -25,7 +25,7 @@ export interface CameraFacts {
   height: number;
 }
 
-/** Which modules drive a robot: what `use:` says, null for none. */
+/** Modules that drive a robot: their `use:`, null for none. */
 export interface Chosen {
   observer: string | null;
   estimator: string | null;
@@ -33,30 +33,30 @@ export interface Chosen {
   avoidance: boolean | string;
 }
 
-/** Something that happened to a robot or to the world. */
+/** An event that concerns a robot or the world. */
 export interface EventNews {
   kind: "event";
-  /** Simulated [s]. */
+  /** Simulated time [s]. */
   time: number;
-  /** null: to the world. */
+  /** null: the world. */
   robot: string | null;
   event: string;
   text: string;
 }
 
-/** What stands before a picture, or before where bodies are. */
+/** Header of a picture, or of the poses of bodies. */
 export interface FrameHead {
   number: number;
   /** `ROBOT/CAMERA`, the same with `:depth` or `:segmentation`, `outside`, or `bodies`. */
   view: string;
-  /** Simulated [s]. */
+  /** Simulated time [s]. */
   time: number;
   recognised: Recognised[];
-  /** Distances at the near and the far end of the colours of a picture of depth [m]. */
+  /** Distances at the near and the far end of the colour scale of a depth picture [m]. */
   scale?: [number, number];
 }
 
-/** An item of a world as the plan, the panel and the outline show it. */
+/** An item of a world for the plan, the panel and the outline. */
 export interface Item {
   path: (string | number)[];
   kind: string;
@@ -68,15 +68,15 @@ export interface Item {
   polygons: [number, number][][];
   values: Record<string, unknown>;
   written: string[];
-  /** As it stands in the text: before defaults, presets and arithmetic. */
+  /** Its keys as in the text, before defaults, presets and arithmetic. */
   raw?: Record<string, unknown>;
-  /** Keys whose values are arithmetic; those cannot be set from here. */
+  /** Keys with expressions as values; these cannot be set here. */
   computed?: string[];
   /** Name of its definition in the schema. */
   type: string;
   /** Why it cannot be changed here. */
   fixed: string | null;
-  /** Where it comes from when it is no item of the text itself. */
+  /** Where it comes from, if it is not an item of the text itself. */
   origin: "repeat" | "include" | null;
   line: number;
 }
@@ -85,22 +85,22 @@ export interface Item {
 export interface JointFacts {
   name: string;
   slides: boolean;
-  /** [rad], or [m] where it slides; null without a limit. */
+  /** [rad], or [m] for a sliding joint; null without a limit. */
   lower: number | null;
   upper: number | null;
 }
 
-/** By which point a hand moves a joint; all in the world frame [m]. */
+/** The point by which a joint is dragged; all in the world frame [m]. */
 export interface JointGrip {
   /** `ROBOT/ARM`, or the mechanism. */
   of: string;
   joint: string;
   slides: boolean;
-  /** A point of its axis. */
+  /** A point on its axis. */
   at: [number, number, number];
-  /** About which, or along which, its value grows. */
+  /** Unit vector of the axis about or along which its value increases. */
   axis: [number, number, number];
-  /** What the hand takes. */
+  /** The point to drag. */
   grip: [number, number, number];
 }
 
@@ -110,7 +110,7 @@ export type JointRow = [number | null, number | null, number | null];
 /** Mean x, y [m], then covariance xx, xy, yy [m^2]. */
 export type LandmarkRow = [number, number, number, number, number];
 
-/** A mechanism, and the joints of it that motions lead. */
+/** A mechanism, and those of its joints that motions lead. */
 export interface MechanismFacts {
   name: string;
   joints: JointFacts[];
@@ -118,27 +118,27 @@ export interface MechanismFacts {
 
 /** A mechanism at one tick. */
 export interface MechanismTick {
-  /** Of the joints that motions lead [rad, m]. */
+  /** Positions of the joints that motions lead [rad, m]. */
   positions: number[];
 }
 
 export type News = RunNews | SceneNews | PastNews | TickNews | EventNews | RefusedNews | ShortNews;
 
-/** A figure of the world that may be changed while it runs. */
+/** A parameter of the world that may be changed during a run. */
 export interface NoiseFigure {
   key: string;
   label: string;
-  /** null: nothing is said, and there is none. */
+  /** null: not set, so there is none. */
   value: number | null;
-  /** What the world says. */
+  /** Value in the world. */
   initial: number | null;
   unit: string | null;
   description: string | null;
-  /** Both ends of the useful part of its range; null: the unit is enough to choose one. */
+  /** Useful range for a slider; null: choose one from the unit. */
   slider: number[] | null;
 }
 
-/** All that was until now, for browsers that come late. */
+/** The history until now, for browsers that join late. */
 export interface PastNews {
   kind: "past";
   robots: Record<string, TrackHistory>;
@@ -158,18 +158,18 @@ export interface RefusedNews {
   kind: "refused";
   do: string;
   error: string;
-  /** Code that the person has not allowed yet: files with the SHA-256 of their content, installed classes with ''. */
+  /** Code that the user has not allowed yet: files with the SHA-256 of their content, installed classes with ''. */
   needs_trust?: Record<string, string>;
 }
 
-/** What is shown of a robot that does not change. */
+/** Constant properties of a robot. */
 export interface RobotFacts {
   name: string;
   /** [m] */
   radius: number;
-  /** Of its footprint, in its own frame [m]. */
+  /** Footprint, in its own frame [m]. */
   outline: [number, number][] | null;
-  /** From its origin to where the rays of the ring begin, the first one ahead, counter-clockwise [m]. */
+  /** Distances from its origin to the start of its proximity rays, the first one forward, counter-clockwise [m]. */
   rims: number[];
   color: string | null;
   cameras: CameraFacts[];
@@ -184,102 +184,102 @@ export interface RobotTick {
   truth: PlanarPose;
   estimate: PlanarPose;
   odometry: PlanarPose;
-  /** Of x, y, heading, row by row. */
+  /** Covariance of x, y, heading, row by row. */
   covariance: number[];
   landmarks: Record<string, LandmarkRow>;
   sightings: SightingRow[];
   /** Distance of the estimate from the truth [m]. */
   error: number;
-  /** [rad] */
+  /** Heading error [rad]. */
   heading_error: number;
-  /** Null where the covariance is singular, or no estimator there. */
+  /** Null if the covariance is singular, or if there is no estimator. */
   nees: number | null;
-  /** Whether an estimator gives the estimate; else it is dead reckoning. */
+  /** Whether an estimator gives the estimate; otherwise it is dead reckoning. */
   estimated: boolean;
   /** [ms] */
   timing: Record<string, number>;
   /** Forward, left [m/s], turn [rad/s]. */
   command: [number, number, number];
-  /** Ranges of the ring, the first one ahead, counter-clockwise [m]; null for nothing near. */
+  /** Ranges of the proximity rays, the first one forward, counter-clockwise [m]; null for no hit. */
   proximity?: (number | null)[];
-  /** What was recognised in its pictures; of recordings alone. */
+  /** What was recognised in its pictures; only for recordings. */
   recognised?: Recognised[];
   /** Bearings of contacts now [rad]. */
   bump?: number[];
-  /** By name. */
+  /** By name of the arm. */
   arms?: Record<string, ArmTick>;
-  /** Where the beams of each lidar met something: x, y, z of one after the other, world frame [m]. */
+  /** Points hit by the beams of each lidar: x, y, z of each in sequence, world frame [m]. */
   scans?: Record<string, number[]>;
-  /** What the estimator shows; left out for nothing. */
+  /** Items that the estimator shows; omitted if there are none. */
   show?: ShownNews[];
 }
 
-/** What the run is and does. */
+/** What the run is, and its state. */
 export interface RunNews {
   kind: "run";
   state: RunState;
   error?: string | null;
   path: string | null;
   name: string | null;
-  /** Simulated [s]. */
+  /** Simulated time [s]. */
   time: number;
-  /** How long it is to be [s]; null without end. */
+  /** Planned duration [s]; null without end. */
   seconds: number | null;
-  /** One tick [s]. */
+  /** Duration of a tick [s]. */
   dt: number;
   seed: number | null;
-  /** Simulated seconds per second that are wanted; null for as fast as it goes. */
+  /** Requested simulated seconds per second; null for as fast as possible. */
   speed: number | null;
   robots: RobotFacts[];
-  /** Those of which a joint can be led by hand. */
+  /** Mechanisms with a joint that can be dragged. */
   mechanisms?: MechanismFacts[];
-  /** All joints: of arms by `ROBOT/ARM`, of balancing bases by `ROBOT/drive`, of mechanisms by their names. */
+  /** All joints: of arms by `ROBOT/ARM`, of balancing bases by `ROBOT/drive`, of mechanisms by name. */
   joints?: Record<string, JointFacts[]>;
   controllable: boolean;
   recording?: string | null;
   drivers?: Record<string, Chosen>;
   noise?: NoiseFigure[];
-  /** What was done by hand since the start, as events of a world file. */
+  /** Manual interventions since the start, as events of a world file. */
   touched?: Record<string, unknown>[];
 }
 
 export type RunState = "idle" | "loading" | "running" | "paused" | "ended" | "failed";
 
-/** What a plan of the run's world shows. */
+/** The plan of the run's world. */
 export interface SceneNews {
   kind: "scene";
   items: Item[];
   bounds: [number, number, number, number];
 }
 
-/** A hand that was led by the page does not reach its target. */
+/** A hand that the page moved does not reach its target. */
 export interface ShortNews {
   kind: "short";
   person: string;
   /** left or right. */
   hand: string;
-  /** How far it stays away [m]. */
+  /** Distance to the target [m]. */
   metres: number;
 }
 
-/** Something that an estimator shows: points, lines, a grid or a text; which it is, its keys tell. */
+/** An item that an estimator shows: points, lines, a grid or a text; its keys tell which. */
 export interface ShownNews {
   name: string;
-  /** Of its numbers: the world, the robot as estimated, or as it truly is. */
+  /** Frame of its numbers: the world, the robot as estimated, or the true robot. */
   frame: "world" | "estimate" | "base";
   color: string;
-  /** x, y, z of one after the other; of a text where it stands [m]. */
+  /** x, y, z of each point in sequence; for a text, its position [m]. */
   points?: number[];
-  /** The same, of lines through them. */
+  /** The same for the points of lines. */
   lines?: number[];
-  /** Whether each point of lines is joined to the next; else every two are a line. */
+  /** Whether consecutive points are connected; otherwise each pair of points is a line. */
   joined?: boolean;
-  /** Across a point, a line or a cell [m]. */
+  /** Size of a point, a line or a cell [m]. */
   size?: number;
   text?: string;
   /** Cells of a grid as grey levels, the first row at the top: 0 occupied to 254 free, 255 unknown; base64. */
   png?: string;
-  /** Of the lower left corner of a grid. */
+  /** Pose of the lower left corner of a grid. */
   origin?: PlanarPose;
   /** Columns and rows of a grid. */
   cells?: [number, number];
@@ -292,30 +292,30 @@ export type SightingRow = [string | null, number, number];
 export interface TickNews {
   kind: "tick";
   number: number;
-  /** Simulated [s]. */
+  /** Simulated time [s]. */
   time: number;
   /** Simulated seconds per second. */
   pace: number;
   robots: Record<string, RobotTick>;
-  /** Where everything is that can move but robots, by its name in the scene. */
+  /** Poses of all movable objects except robots, by name in the scene. */
   things: Record<string, PlanarPose>;
-  /** Those that have a joint that a motion leads, by name. */
+  /** Mechanisms with a joint that a motion leads, by name. */
   mechanisms?: Record<string, MechanismTick>;
-  /** Where the grips of people are, by person and side [m]; left out where there is nobody. */
+  /** Grip positions of people, by person and side [m]; omitted without people. */
   hands?: Record<string, Record<string, [number, number, number]>>;
-  /** Outlines from above of people whose hands were led, the lowest part first [m]; left out for none. */
+  /** Outlines from above of people whose hands were moved, the lowest part first [m]; omitted if there are none. */
   people?: Record<string, [number, number][][]>;
-  /** How joints move, by arm, base or mechanism and by their names; left out where there are none. */
+  /** Motion of joints, by arm, base or mechanism and by name; omitted if there are none. */
   joints?: Record<string, Record<string, JointRow>>;
-  /** Outlines from above of arms, and of mechanisms that do not stand as at the start, the lowest part first [m]. */
+  /** Outlines from above of arms, and of mechanisms away from their start values, the lowest part first [m]. */
   bodies?: Record<string, [number, number][][]>;
-  /** By which points joints are moved by hand. */
+  /** The points by which joints are dragged. */
   grips?: JointGrip[];
-  /** Names of the beacons and obstacles that are away; left out for none. */
+  /** Names of removed beacons and obstacles; omitted if there are none. */
   removed?: string[];
 }
 
-/** Path and figures of one robot; all lists are equally long. */
+/** Path and errors of one robot; all lists have the same length. */
 export interface TrackHistory {
   time: number[];
   truth: PlanarPose[];
@@ -325,17 +325,17 @@ export interface TrackHistory {
   sigma: PlanarPose[];
   /** Distance of the estimate from the truth [m]. */
   error: (number | null)[];
-  /** [rad] */
+  /** Heading error [rad]. */
   heading_error: (number | null)[];
-  /** Null where the covariance is singular, or no estimator there. */
+  /** Null if the covariance is singular, or if there is no estimator. */
   nees: (number | null)[];
-  /** Whether an estimator gives the estimate; else it is dead reckoning. */
+  /** Whether an estimator gives the estimate; otherwise it is dead reckoning. */
   estimated: boolean;
   /** Wall-clock time of each module [ms]. */
   timing: Record<string, (number | null)[]>;
 }
 
-/** Drive a robot by hand, as fractions of its limits; null releases control. */
+/** Drive a robot manually, as fractions of its limits; null releases control. */
 export interface DriveByHand {
   do: "drive";
   robot: string;
@@ -344,13 +344,13 @@ export interface DriveByHand {
   turn?: number | null;
 }
 
-/** A picture has been shown: another may come. */
+/** A picture has been displayed: another may be sent. */
 export interface FrameShown {
   do: "shown";
   number: number;
 }
 
-/** From where the view from outside looks. */
+/** Viewpoint of the external view. */
 export interface Outside {
   azimuth_deg: number;
   elevation_deg: number;
@@ -358,14 +358,14 @@ export interface Outside {
   at: [number, number];
 }
 
-/** Change the noise of something. */
+/** Change a noise parameter. */
 export interface SetNoise {
   do: "set";
   key: string;
   value: number;
 }
 
-/** Go at a multiple of real time. */
+/** Run at a multiple of real time. */
 export interface SetSpeed {
   do: "speed";
   value?: number | null;
@@ -376,7 +376,7 @@ export interface Simple {
   do: "pause" | "go" | "tick" | "restart" | "stop";
 }
 
-/** Begin a run of a world's text. */
+/** Start a run of a world's text. */
 export interface Start {
   do: "start";
   path?: string | null;
@@ -388,13 +388,13 @@ export interface Start {
   record?: string | null;
 }
 
-/** Let an event of the world file happen at the next tick; a paused run takes that tick. */
+/** Trigger an event of the world file at the next tick; a paused run executes that tick. */
 export interface Touch {
   do: "touch";
   event: Record<string, unknown>;
 }
 
-/** Choose the views that are sent. */
+/** Choose the views to be sent. */
 export interface Watch {
   do: "watch";
   cameras?: string[];
