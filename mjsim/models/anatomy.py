@@ -11,100 +11,100 @@ from mjsim.models.rigid import SINGLE, AtRest, at_rest
 from mjsim.models.robot_files import RobotFiles
 
 FINE = 4000
-"""Corners of a shape that are looked at."""
+"""Maximum number of corners of a shape that are examined."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FileJoint:
-    """A joint of one degree of freedom, at rest, file frame."""
+    """A joint with one degree of freedom, at rest, in the file frame."""
 
     name: str
     part: int
-    """The part that it moves, by its number in `Anatomy.parts`."""
+    """Index of the part that it moves in `Anatomy.parts`."""
     slides: bool
     at: Array
     """A point on its axis, shape (3,) [m]."""
     axis: Array
     """Unit vector, shape (3,)."""
     range: tuple[float, float] | None
-    """None for one without limits."""
+    """Limits [rad] or [m]; None without limits."""
     driven: bool
     """Whether the file gives it a motor."""
     speed: float | None = None
-    """Largest speed by the file [rad/s] or [m/s]; None where that does not say it."""
+    """Maximum speed in the file [rad/s] or [m/s]; None if not stated."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shape:
-    """A geom at rest, file frame."""
+    """A geom at rest, in the file frame."""
 
     part: int
     names: tuple[str, ...]
-    """Of the geom, its mesh and its body."""
+    """Names of the geom, its mesh and its body."""
     points: Array
-    """Whose hull it is, or some of them, shape (n, 3) [m]."""
+    """Points whose convex hull is the geom, or a subset of them, shape (n, 3) [m]."""
     seen: bool
     touched: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FilePart:
-    """What moves as one."""
+    """A rigid part."""
 
     name: str
     parent: int
-    """-1 for the base, which comes first."""
+    """Index of the part that carries it; -1 for the base, which comes first."""
     names: tuple[str, ...]
-    """Of the bodies that it consists of."""
+    """Names of its bodies."""
     mass: float
     """[kg]"""
     center: Array
-    """Of mass, file frame, shape (3,) [m]."""
+    """Centre of mass, file frame, shape (3,) [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FileFrame:
-    """A body, a site or a camera at rest, file frame."""
+    """A body, a site or a camera at rest, in the file frame."""
 
     name: str
     kind: str
     """body, site or camera."""
     part: int
     at: Array
-    """Shape (3,) [m]."""
+    """Position, shape (3,) [m]."""
     axes: Array
-    """As columns, shape (3, 3); a camera's z axis looks backwards."""
+    """Axes as columns, shape (3, 3); a camera looks along -z."""
     fov: float = 0.0
-    """Vertical, of a camera [deg]."""
+    """Vertical field of view of a camera [deg]."""
     size: tuple[int, int] = (0, 0)
-    """Of a camera's pictures [px]."""
+    """Size of a camera's pictures, width and height [px]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Anatomy:
-    """A robot's file in plain numbers."""
+    """Contents of a robot's file as plain numbers."""
 
     parts: tuple[FilePart, ...]
     joints: tuple[FileJoint, ...]
     shapes: tuple[Shape, ...]
     places: tuple[FileFrame, ...]
     loose: tuple[str, ...]
-    """Ball joints, which are taken as rigid."""
+    """Names of ball joints, which are treated as rigid."""
 
     @property
     def mass(self) -> float:
-        """Of all of it [kg]."""
+        """Total mass [kg]."""
         return sum(part.mass for part in self.parts)
 
     @property
     def center(self) -> Array:
-        """Of all mass, file frame, shape (3,) [m]."""
+        """Total centre of mass, file frame, shape (3,) [m]."""
         total = max(self.mass, 1e-12)
         return np.asarray(sum(part.mass * part.center for part in self.parts) / total, dtype=float)
 
 
 def anatomy_of(robot: RobotFiles) -> Anatomy:
-    """Return what a robot's file has."""
+    """Return the contents of a robot's file."""
     rest = at_rest(robot.model)
     numbers = {body: index for index, part in enumerate(rest.parts) for body in part.bodies}
     roots = {part.root: index for index, part in enumerate(rest.parts)}
@@ -155,7 +155,7 @@ def _shapes(rest: AtRest, numbers: dict[int, int], *, urdf: bool) -> tuple[Shape
         if model.geom_type[number] == mujoco.mjtGeom.mjGEOM_MESH:
             names.append(model.mesh(int(model.geom_dataid[number])).name)
         fewer = points[:: max(1, len(points) // FINE)]
-        # The outermost corners tell the size.
+        # The outermost corners determine the size.
         ends = points[np.concatenate([points.argmin(axis=0), points.argmax(axis=0)])]
         whole = np.concatenate([fewer, ends])
         found.append(Shape(numbers[body], tuple(names), whole, bool(seen[number]), bool(touched[number])))

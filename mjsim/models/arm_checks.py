@@ -1,4 +1,4 @@
-"""Checks of arm files: unsupported joints, and impossible masses."""
+"""Checks of arm files: unsupported joints, and impossible masses and inertias."""
 
 import math
 import re
@@ -9,22 +9,22 @@ from mjsim.models.inertias import mend_inertias
 from mjsim.models.prefixes import with_prefixes
 
 UNFIT = ("breaks the triangle", "principal moment", "is no number")
-"""Sentences about inertias that no body has."""
+"""Messages of MuJoCo about impossible inertias."""
 NUMBERS = {"mass", "value", "diaginertia", "fullinertia", "pos", "quat", "ixx", "iyy", "izz", "ixy", "ixz", "iyz"}
-"""Attributes about masses."""
+"""Attributes of masses and inertias."""
 
 
 class ArmFileError(ValueError):
-    """Why a file is no arm, in a sentence."""
+    """The reason why a file is not a valid arm."""
 
     def __init__(self, message: str, element: str = "") -> None:
         self.element = element
-        """Name of the joint or body that it is about; '' for none."""
+        """Name of the joint or body concerned; '' for none."""
         super().__init__(message)
 
 
 def check_joints(root: Element, path: str) -> None:
-    """Raise ValueError for joints that no arm has."""
+    """Raise ValueError for joint types that an arm cannot have."""
     for item in root.iter():
         kind = item.get("type", "")
         name = item.get("name", "")
@@ -39,7 +39,7 @@ def check_joints(root: Element, path: str) -> None:
 
 
 def check_numbers(root: Element, path: str) -> None:
-    """Raise ValueError for masses that are no numbers or below 0, and for joints of one name in a URDF."""
+    """Raise ValueError for masses that are negative or not numbers, and for duplicate joint names in a URDF."""
     for owner in (*root.iter("link"), *root.iter("body")):
         for inertial in owner.findall("inertial"):
             name = owner.get("name", "")
@@ -65,19 +65,19 @@ def _number(text: str) -> float:
 
 
 def checked_inertias(root: Element, path: str) -> list[str]:
-    """Return what was assumed about masses; raise ValueError for an inertia that no body has."""
+    """Return notes on assumed masses; raise ArmFileError for an impossible inertia."""
     notes = mend_inertias(root, path)
     for note in notes:
         if any(words in note for words in UNFIT):
             name = note.partition("'")[2].partition("'")[0]
             said = note.partition("; made")[0].removeprefix(f"{path}: ")
             raise ArmFileError(f"'{path}' has an impossible body: {said}; correct it", name)
-    # The base weighs what its shapes do, and may well weigh nothing.
+    # The mass of the base follows from its shapes, and may be 0.
     return [note.removeprefix(f"{path}: ") for note in notes if "body 'base'" not in note]
 
 
 def text_place(data: bytes, element: str) -> tuple[int, int]:
-    """Return line and column, counted from 1, of the element of a name in a model, or where it stops being XML."""
+    """Return line and column, from 1, of a named element in a model, or of the end of valid XML."""
     try:
         ElementTree.fromstring(with_prefixes(data))
     except ElementTree.ParseError as error:

@@ -1,7 +1,7 @@
-"""Arms from files of MJCF and URDF: the chain of joints, masses, motors and shapes, in plain numbers.
+"""Reads arms from MJCF and URDF files: the chain of joints, masses, motors and shapes, as plain numbers.
 
-The arm's own actuators, springs and couplings of joints do not come along: each joint gets a motor of torque, with the
-limits that the file gives it. What stands beside the chain is rigid.
+The file's actuators, springs and joint couplings are ignored: each joint gets a torque motor with the limits in the
+file. Joints outside the chain are rigid.
 """
 
 import re
@@ -22,33 +22,33 @@ from mjsim.models.rigid import weighed
 from mjsim.models.robot_files import without_shapes
 
 WEIGHTLESS = 1e-9
-"""A link of less mass has none in its file [kg]."""
+"""A link with a smaller mass has no mass in its file [kg]."""
 UNCOUPLED = "left out: couplings of joints, each has a motor of its own"
 SAID_OF = re.compile(r"(?:Element name|mesh|joint) '([^']+)'")
-"""How MuJoCo names what it refuses."""
+"""How MuJoCo names the element that it rejects."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class FileLink:
-    """A joint of the file and what it moves; frames are (4, 4) [m]."""
+    """A joint of the file and the body that it moves; frames have shape (4, 4) [m]."""
 
     name: str
-    """Of the joint."""
+    """Name of the joint."""
     parent: int
-    """Number of the link that carries it, -1 for the base."""
+    """Index of the link that carries it, -1 for the base."""
     before: Array
-    """Frame of the joint in that of its carrier at value 0; it turns about z, or slides along it."""
+    """Frame of the joint at value 0 in that of the carrying link; it rotates about z, or slides along z."""
     after: Array
     """Frame of the link, which is that of its body, in that of the joint."""
     slide: bool
     bounds: tuple[float, float]
-    """[rad, m]; infinite without limits."""
+    """Limits [rad, m]; infinite if there are none."""
     mass: float | None
-    """[kg]; None where the file has none."""
+    """Mass [kg]; None if the file has none."""
     center: Array
-    """Of mass, frame of the link, shape (3,) [m]."""
+    """Centre of mass, frame of the link, shape (3,) [m]."""
     inertia: Array
-    """About the centre, shape (3, 3) [kg m^2]."""
+    """Inertia about the centre of mass, shape (3, 3) [kg m^2]."""
     armature: float
     damping: float
     friction: float
@@ -58,46 +58,46 @@ class FileLink:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FileShape:
-    """Where a geom of the file is."""
+    """The pose of a geom in the file."""
 
     number: int
     link: int
-    """Number of the link that carries it, -1 for the base."""
+    """Index of the link that carries it, -1 for the base."""
     pose: Array
     """Frame of the geom in that of the link, shape (4, 4) [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class FileArm:
-    """An arm as its file has it."""
+    """An arm as in its file."""
 
     files: ModelFiles
     model: mujoco.MjModel
-    """What MuJoCo makes of the files."""
+    """The model that MuJoCo compiles from the files."""
     links: tuple[FileLink, ...]
     end: int
-    """Number of the link that carries the flange."""
+    """Index of the link that carries the flange."""
     flange: Array
-    """Its frame in that of this link, shape (4, 4) [m]."""
+    """Frame of the flange in that of this link, shape (4, 4) [m]."""
     shapes: tuple[FileShape, ...]
     base: tuple[float, Array, Array]
     """Mass [kg], centre (3,) [m] and inertia about it (3, 3) [kg m^2] of what no joint moves."""
     apart: frozenset[tuple[int, int]]
-    """Pairs of links that the file lets pass through each other."""
+    """Pairs of links that may pass through each other."""
     notes: tuple[str, ...]
-    """What was left out or assumed, in sentences."""
+    """Notes on what was left out or assumed."""
 
 
 def read_arm(path: str, read: Read, end: str | None = None) -> FileArm:
     """Return the arm of a file.
 
     Args:
-        path: Of a file of MJCF or URDF, as `read` knows it.
-        read: Returns a file by its path from the folder of the world.
-        end: Body, site or joint at the end of the chain; by default found where there is only one way.
+        path: An MJCF or URDF file, as accepted by `read`.
+        read: Returns a file by its path relative to the folder of the world.
+        end: Body, site or joint at the end of the chain; may be omitted if unambiguous.
 
     Raises:
-        ValueError: It cannot be read, or is no arm; a sentence that names the file.
+        ValueError: The file cannot be read, or is not an arm; the message names it.
     """
     gatherer = _ArmGatherer(path, read)
     root = gatherer.parse(path)
@@ -113,7 +113,7 @@ def read_arm(path: str, read: Read, end: str | None = None) -> FileArm:
     if root.tag == "robot":
         without_shapes(root, gatherer.gone)
     for compiler in (*root.findall("compiler"), *root.findall("mujoco/compiler")):
-        # Links without mass are looked for afterwards; MuJoCo refuses them.
+        # Massless links are checked later; MuJoCo rejects them.
         compiler.set("boundmass", str(1e-3 * WEIGHTLESS))
         compiler.set("boundinertia", str(1e-3 * WEIGHTLESS))
     files = ModelFiles(root, gatherer.assets, tuple(gatherer.paths))
@@ -124,21 +124,21 @@ def read_arm(path: str, read: Read, end: str | None = None) -> FileArm:
 
 
 class _ArmGatherer(Gatherer):
-    """Reads the files of an arm; looks in a format that cannot be read are left out, as collision shapes stand in."""
+    """Reads the files of an arm; meshes in unreadable formats are left out, since collision shapes replace them."""
 
     def __init__(self, path: str, read: Read) -> None:
         super().__init__(path, read)
         self.gone: set[str] = set()
 
     def asset(self, name: str, kind: str, *, variant: str = "") -> str:
-        """Take a mesh or a texture."""
+        """Read a mesh or a texture, and return its name in the text."""
         if kind == "mesh" and name.lower().endswith(".dae") and self.urdf:
             self.gone.add(name)
             return name
         return super().asset(name, kind, variant=variant)
 
     def keep_urdf(self, root: Element) -> None:
-        """Keep what makes a robot."""
+        """Keep only the elements that make up a robot."""
         self.urdf = True
         super().keep_urdf(root)
 
@@ -150,18 +150,18 @@ class _ArmGatherer(Gatherer):
 
 
 def _compiled(files: ModelFiles) -> mujoco.MjModel:
-    """Return what MuJoCo makes of the files; its errors tell what they are about."""
+    """Return the compiled model; errors name the element concerned."""
     try:
         return compiled(files)
     except ValueError as error:
         said = str(error)
         found = SAID_OF.search(said)
-        # Lines are those of the text that it was given, not of the file.
+        # Line numbers refer to the text passed to MuJoCo, not to the file.
         raise ArmFileError(re.sub(r",? (Element '\w+', )?line \d+$", "", said), found[1] if found else "") from None
 
 
 def _end(model: mujoco.MjModel, tree: ArmTree, path: str, end: str | None) -> tuple[int, Array]:
-    """Return the body at the end of the chain, one that a joint moves, and the flange's frame on it."""
+    """Return the body at the end of the chain, which a joint moves, and the flange's frame in it, shape (4, 4)."""
     if not tree.moving:
         raise ArmFileError(f"'{path}' has no joint that turns or slides; an arm has at least one")
     if end is None:
@@ -183,7 +183,7 @@ def _end(model: mujoco.MjModel, tree: ArmTree, path: str, end: str | None) -> tu
 
 
 def _named(model: mujoco.MjModel, data: mujoco.MjData, kind: str, number: int) -> tuple[int, Array]:
-    """Return the body that something belongs to, and its frame, shape (4, 4)."""
+    """Return the body to which an element belongs, and the element's frame, shape (4, 4)."""
     if kind == "site":
         return int(model.site_bodyid[number]), _pose(data.site_xpos[number], data.site_xmat[number])
     body = number if kind == "body" else int(model.jnt_bodyid[number])
@@ -240,7 +240,7 @@ def _arm(
 def _links_of(
     model: mujoco.MjModel, tree: ArmTree, body: int, parent: int, count: int, said: Motors
 ) -> Iterator[FileLink]:
-    """Yield a link for each joint of a body; of several all but the last have no mass, as the body moves with all."""
+    """Yield a link for each joint of a body; if there are several, only the last has the body's mass."""
     ahead = _inverse(tree.frame(tree.parent_of(body))) @ tree.frame(body)
     mass, center, inertia = weighed(model, tree.data, tree.bodies_of(body))
     turn, place = tree.frame(body)[:3, :3], tree.frame(body)[:3, 3]
@@ -307,7 +307,7 @@ def _shapes(model: mujoco.MjModel, tree: ArmTree, number_of: dict[int, int]) -> 
 
 
 def _apart(model: mujoco.MjModel, tree: ArmTree, number_of: dict[int, int]) -> Iterator[tuple[int, int]]:
-    """Yield pairs of links, the lower number first, that the file excludes or whose shapes' bits never meet."""
+    """Yield pairs of links, lower index first, that the file excludes, or whose contact bit masks never match."""
     link_of = {body: number_of[root] for body, root in enumerate(tree.root_of)}
     for signature in model.exclude_signature.tolist():
         first, second = link_of[signature >> 16], link_of[signature & 0xFFFF]

@@ -12,15 +12,15 @@ from mjsim.models.files import Element
 
 @dataclass(frozen=True, slots=True)
 class Motors:
-    """Limits that the text of a URDF gives, by the names of joints."""
+    """Limits in the text of a URDF, by joint name."""
 
     efforts: Mapping[str, float]
-    """[N m, N]"""
+    """Maximum efforts [N m, N]."""
     velocities: Mapping[str, float]
-    """[rad/s, m/s]"""
+    """Maximum velocities [rad/s, m/s]."""
 
     def torque(self, model: mujoco.MjModel, joint: int) -> float:
-        """Return the largest torque of a joint [N m, N]: of its limits, or of its actuators together."""
+        """Return the maximum torque of a joint [N m, N]: from its limits, or the sum over its actuators."""
         found = self.efforts.get(model.joint(joint).name, math.inf)
         if model.jnt_actfrclimited[joint]:
             found = min(found, float(np.abs(model.jnt_actfrcrange[joint]).max()))
@@ -33,12 +33,12 @@ class Motors:
 
 
 def motors_of(root: Element) -> Motors:
-    """Return the limits in the text of a URDF; none of MJCF, which MuJoCo tells."""
+    """Return the limits in the text of a URDF; none for MJCF, for which MuJoCo provides them."""
     limits = [(joint.get("name", ""), joint.find("limit")) for joint in root.findall("joint")]
     found: dict[str, dict[str, float]] = {"effort": {}, "velocity": {}}
     for name, limit in limits:
         for key, values in found.items():
-            # 0 is what converters write who know nothing.
+            # Converters write 0 for unknown limits.
             if limit is not None and (value := _number(limit.get(key))) > 0.0:
                 values[name] = value
     return Motors(found["effort"], found["velocity"])
@@ -53,7 +53,7 @@ def _number(text: str | None) -> float:
 
 
 def _lever(model: mujoco.MjModel, number: int, joint: int) -> float:
-    """Return the torque at a joint for a unit of force of an actuator."""
+    """Return the torque at a joint per unit of an actuator's force."""
     kind, target = int(model.actuator_trntype[number]), int(model.actuator_trnid[number][0])
     gear = abs(float(model.actuator_gear[number][0]))
     if kind in (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT)):
@@ -67,7 +67,7 @@ def _lever(model: mujoco.MjModel, number: int, joint: int) -> float:
 
 
 def _most(model: mujoco.MjModel, number: int) -> float:
-    """Return the largest force of an actuator, infinite without a limit."""
+    """Return the maximum force of an actuator, infinite without a limit."""
     if model.actuator_forcelimited[number]:
         return float(np.abs(model.actuator_forcerange[number]).max())
     plain = not model.actuator_biasprm[number][:3].any()

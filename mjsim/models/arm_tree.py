@@ -1,4 +1,4 @@
-"""Which bodies of a model move as one, and the chain of joints that makes an arm."""
+"""The rigid parts of a model, and the chain of joints that forms an arm."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
@@ -12,16 +12,16 @@ from mjsim.models.rigid import SINGLE
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ArmTree:
-    """The moving bodies of a model, all joints at their reference."""
+    """The moving bodies of a model, with all joints at their reference positions."""
 
     model: mujoco.MjModel
     data: mujoco.MjData
     root_of: tuple[int, ...]
-    """Of each body the one that carries it rigidly and that joints move; 0 for what no joint moves."""
+    """For each body the moving body to which it is rigidly attached; 0 for what no joint moves."""
 
     @property
     def moving(self) -> tuple[int, ...]:
-        """Bodies that joints move, each after the one that carries it."""
+        """Bodies that joints move, parents first."""
         return tuple(sorted(set(self.root_of) - {0}))
 
     def parent_of(self, body: int) -> int:
@@ -38,28 +38,28 @@ class ArmTree:
         return [joint for joint in range(first, first + count) if int(self.model.jnt_type[joint]) in SINGLE]
 
     def bodies_of(self, body: int) -> list[int]:
-        """Return the bodies that move as one with a moving body."""
+        """Return the bodies rigidly attached to a moving body, including itself."""
         return [number for number, root in enumerate(self.root_of) if root == body]
 
     def frame(self, body: int) -> Array:
-        """Return the frame of a body in that of the file, shape (4, 4); the file's own for 0."""
+        """Return the frame of a body in the file frame, shape (4, 4) [m]; the identity for 0."""
         pose = np.eye(4)
         pose[:3, :3], pose[:3, 3] = self.data.xmat[body].reshape(3, 3), self.data.xpos[body]
         return pose
 
     def path_to(self, body: int) -> list[int]:
-        """Return the moving bodies from the base to one, both ends included but the base."""
+        """Return the moving bodies on the path from the base, exclusive, to a body, inclusive."""
         path = [body]
         while path[0] and self.parent_of(path[0]):
             path.insert(0, self.parent_of(path[0]))
         return path
 
     def depth(self, body: int) -> int:
-        """Return how many joints there are from a moving body on, those that move it included, on the longest way."""
+        """Return the number of joints on the longest path from a moving body on, including its own."""
         return len(self.joints_of(body)) + max(map(self.depth, self.children_of(body)), default=0)
 
     def with_rigid(self, bodies: Collection[int]) -> "ArmTree":
-        """Return it with the joints of some bodies taken as rigid, each at rest within its limits."""
+        """Return the tree with the joints of some bodies made rigid, each at rest within its limits."""
         model, data = self.model, mujoco.MjData(self.model)
         for joint in (joint for body in bodies for joint in self.joints_of(body)):
             if model.jnt_limited[joint]:
@@ -90,9 +90,9 @@ def _roots(model: mujoco.MjModel, moving: Collection[int]) -> tuple[int, ...]:
 
 
 def chain_to(tree: ArmTree) -> tuple[int, Sequence[int]]:
-    """Return the body at the end of the only chain there is, and the bodies to choose from where there is none.
+    """Return the body at the end of the only chain, and the candidates if there is no unique chain.
 
-    A chain that ends in branches that have no more joints than itself ends there: they are fingers.
+    A chain ends before branches that have no more joints than itself: these are fingers.
     """
     body, joints = 0, 0
     while True:
@@ -107,12 +107,12 @@ def chain_to(tree: ArmTree) -> tuple[int, Sequence[int]]:
 
 
 def _tip(tree: ArmTree, body: int) -> int:
-    """Return the moving body at the end of the longest way from one."""
+    """Return the moving body at the end of the longest path from a body."""
     while children := tree.children_of(body):
         body = max(children, key=tree.depth)
     return body
 
 
 def carried_by(tree: ArmTree, body: int) -> list[int]:
-    """Return all moving bodies that one carries, each after its own carrier."""
+    """Return all moving bodies carried by a body, parents first."""
     return [other for other in tree.moving if other != body and body in tree.path_to(other)]

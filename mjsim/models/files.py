@@ -1,8 +1,9 @@
-"""A file of MJCF or URDF, and all that it names, as one tree of XML and its files in memory.
+"""Reads an MJCF or URDF file and all files that it names into one XML tree and a set of files in memory.
 
-Only what makes a thing is kept: bodies, joints, geoms, inertias, meshes, textures and materials. Actuators, sensors,
-options and the like are left out, so that a thing from anywhere can do nothing to the world around it; what it could
-not be without, such as plugins, is refused. Nothing is read but through the function that is given.
+Only what makes up an object is kept: bodies, joints, geoms, inertias, meshes, textures and materials. Actuators,
+sensors, options and the like are dropped, so that an object from any source cannot affect the world around it;
+indispensable features that are not supported, such as plugins, are rejected. Files are read only through the given
+function.
 """
 
 import posixpath
@@ -15,39 +16,39 @@ from mjsim.models.pictures import picture_size
 from mjsim.models.prefixes import is_unbound, with_prefixes
 
 Read = Callable[[str], bytes]
-"""Returns a file by its path from the folder of the world, or raises ValueError."""
+"""Returns a file by its path relative to the folder of the world; raises ValueError."""
 Element = ElementTree.Element
 
 Sections = Mapping[str, Set[str]]
-"""Sections of MJCF, and which elements are kept in each."""
+"""Sections of MJCF, and the elements kept in each."""
 
 MOST_ELEMENTS, DEEPEST = 20_000, 64
 MOST_INCLUDES = 16
-"""Files within files, one below the other."""
+"""Maximum nesting of included files."""
 MOST_GEOMS = 2000
 MOST_BYTES = 100_000_000
-"""Of all files of a model together."""
+"""Maximum size of all files of a model together [bytes]."""
 MOST_XML = 8_000_000
-"""Bytes of XML of a model together."""
+"""Maximum size of all XML of a model together [bytes]."""
 MOST_PIXELS = 100_000_000
-"""Of all textures of a model together."""
+"""Maximum number of pixels of all textures of a model together."""
 CUBE_SIDES = 6
 FOREIGN = "foreign."
-"""Before the tags of elements that are for other programs; nothing looks for such."""
+"""Prefix for the tags of elements for other programs, so that they are ignored."""
 MESH_ENDINGS = (".obj", ".stl", ".msh")
 
 _COMPILER = {
     *("angle", "autolimits", "balanceinertia", "boundinertia", "boundmass", "eulerseq", "inertiafromgeom"),
     "inertiagrouprange",
 }
-"""Settings of MuJoCo's compiler that change what a file means."""
+"""Settings of MuJoCo's compiler that affect the meaning of a file."""
 THING: Sections = {
     "default": {"default", "geom", "joint", "mesh", "material"},
     "asset": {"mesh", "texture", "material"},
     "worldbody": {"body", "geom", "joint", "inertial", "frame", "replicate"},
     "contact": {"exclude"},
 }
-"""Parts of MJCF that make a thing, and what is kept in them."""
+"""Parts of MJCF that make up an object, and the elements kept in them."""
 _SERVOS = {"general", "motor", "position", "velocity", "intvelocity", "damper"}
 ROBOT: Sections = {
     **THING,
@@ -57,7 +58,7 @@ ROBOT: Sections = {
     "equality": {"connect", "weld", "joint"},
     "tendon": {"fixed", "spatial", "joint", "geom", "site", "pulley"},
 }
-"""Parts of MJCF that make a robot which moves by its own servos, and what is kept in them."""
+"""Parts of MJCF that make up a robot with its own servos, and the elements kept in them."""
 _REFUSED = {
     "extension": "plugins",
     "plugin": "plugins",
@@ -67,12 +68,12 @@ _REFUSED = {
     "flex": "soft parts",
     "hfield": "a height field",
 }
-"""What no thing may have, as errors call it."""
+"""Features that no object may have, with their names in messages."""
 _INSTEAD = {"attach": "write both as one file, mujoco.MjSpec.from_file(FILE).to_xml()"}
-"""What would be right in place of it."""
+"""What to use instead."""
 _URDF = {"link", "joint", "material"}
 _URDF_COMPILER = {"boundinertia", "boundmass"}
-"""Settings of a URDF's own element for MuJoCo that are kept: the least mass and inertia of what moves."""
+"""Settings of a URDF's MuJoCo element that are kept: minimum mass and inertia of moving bodies."""
 _URDF_PARTS = {
     "link": {"inertial", "visual", "collision"},
     "joint": {"parent", "child", "origin", "axis", "limit", "dynamics"},
@@ -82,18 +83,18 @@ _URDF_PARTS = {
 
 @dataclass(frozen=True, slots=True)
 class ModelFiles:
-    """A model as MuJoCo reads it, without a file system."""
+    """A model in memory, as MuJoCo reads it."""
 
     root: Element
-    """The tree of <mujoco> or <robot>, to be read only."""
+    """Tree of <mujoco> or <robot>; read-only."""
     assets: dict[str, bytes]
-    """Meshes and textures by the names that the tree uses."""
+    """Meshes and textures by their names in the tree."""
     paths: tuple[str, ...]
-    """All files, the model's own first, as paths from the folder of the world."""
+    """All files, the model's own first, as paths relative to the folder of the world."""
 
     @property
     def urdf(self) -> bool:
-        """Whether it is URDF, not MJCF."""
+        """Whether it is URDF; otherwise it is MJCF."""
         return self.root.tag == "robot"
 
 
@@ -101,12 +102,12 @@ def gather_model(path: str, read: Read, *, sections: Sections = THING) -> ModelF
     """Return a model with all files that it names.
 
     Args:
-        path: Of the file of MJCF or URDF.
-        read: Where files come from.
-        sections: Of MJCF, what is kept.
+        path: The MJCF or URDF file.
+        read: Returns files.
+        sections: Sections of MJCF that are kept.
 
     Raises:
-        ValueError: A file does not exist, is not what it should be, or is too large; in a sentence that names it.
+        ValueError: A file does not exist, is invalid, or is too large; the message names it.
     """
     gatherer = Gatherer(path, read)
     root = gatherer.parse(path)
@@ -115,18 +116,18 @@ def gather_model(path: str, read: Read, *, sections: Sections = THING) -> ModelF
 
 
 class Builder(ElementTree.TreeBuilder):
-    """Builds the tree of a file, and stops where it grows beyond all models."""
+    """Builds the tree of a file, and stops if it grows beyond the limits."""
 
     def __init__(self, path: str, count: int) -> None:
         super().__init__()
         self._path, self._depth, self.count = path, 0, count
 
     def doctype(self, name: str, pubid: str | None, system: str | None) -> None:
-        """Refuse: entities could stand for any amount of text."""
+        """Reject: entities could expand to any amount of text."""
         raise ValueError(f"'{self._path}' declares a document type; leave <!DOCTYPE ...> out")
 
     def start(self, tag: str, attrs: dict[str, str]) -> Element:
-        """Count, then begin an element."""
+        """Count an element, and start it."""
         self._depth += 1
         self.count += 1
         if self._depth > DEEPEST:
@@ -138,7 +139,7 @@ class Builder(ElementTree.TreeBuilder):
         return super().start(tag, {name: value for name, value in attrs.items() if not name.startswith("{")})
 
     def _foreign(self, space: str, word: str) -> str:
-        """Return a tag that nothing looks for; elements of xacro would change what the file means."""
+        """Return a tag that is ignored; raise ValueError for xacro, which would change the meaning of the file."""
         if space.endswith("xacro"):
             raise ValueError(f"'{self._path}' holds <{word}> of {space}; expand it")
         return f"{FOREIGN}{word}"
@@ -150,7 +151,7 @@ class Builder(ElementTree.TreeBuilder):
 
 
 def _tree(path: str, data: bytes, count: int) -> tuple[Element, int]:
-    """Return the root of a file, and the number of elements with those that were counted before it."""
+    """Return the root of a file, and the number of elements including those counted before."""
     builder = Builder(path, count)
     parser = ElementTree.XMLParser(target=builder)
     try:
@@ -164,7 +165,7 @@ def _tree(path: str, data: bytes, count: int) -> tuple[Element, int]:
 
 
 class Gatherer:
-    """Reads the files of one model and keeps count of them."""
+    """Reads the files of one model and enforces the limits."""
 
     def __init__(self, path: str, read: Read) -> None:
         self._path, self._folder, self._read = path, posixpath.dirname(path), read
@@ -187,7 +188,7 @@ class Gatherer:
         return root
 
     def file(self, path: str) -> bytes:
-        """Return a file of the model, and count it."""
+        """Return a file of the model, and count its size."""
         data = self._read(path)
         if path not in self.paths:
             self._bytes += len(data)
@@ -197,7 +198,7 @@ class Gatherer:
         return data
 
     def keep(self, root: Element, sections: Sections) -> None:
-        """Keep of a model what is asked for, and take the files that it names."""
+        """Keep only given sections of a model, and read the files that it names."""
         if root.tag == "mujoco":
             self.keep_mjcf(root, sections)
         elif root.tag == "robot":
@@ -207,7 +208,7 @@ class Gatherer:
             raise ValueError(f"'{path}' begins with <{tag}>; a model begins with <mujoco> (MJCF) or <robot> (URDF)")
 
     def keep_mjcf(self, root: Element, sections: Sections) -> None:
-        """Keep of MJCF what makes a thing, or whatever else is asked for."""
+        """Keep the given sections of MJCF."""
         self.put_includes_in(root, 0)
         for element in root.iter():
             if element.tag in _REFUSED:
@@ -224,7 +225,7 @@ class Gatherer:
         worlds = kept.findall("worldbody")
         for world in worlds:
             kept.remove(world)
-        # What stands in the file's world weighs something only as part of a body.
+        # A geom directly in the file's world has mass only as part of a body.
         body = ElementTree.SubElement(ElementTree.SubElement(kept, "worldbody"), "body")
         for world in worlds:
             world.tag, world.attrib = (
@@ -238,7 +239,7 @@ class Gatherer:
         root.extend(kept)
 
     def put_includes_in(self, element: Element, depth: int) -> None:
-        """Replace each <include file=.../> by what the file holds."""
+        """Replace each <include file=.../> by the contents of the file."""
         if depth > MOST_INCLUDES:
             raise ValueError(f"'{self._path}' includes files more than {MOST_INCLUDES} deep; is it a loop?")
         for index, child in reversed(list(enumerate(element))):
@@ -269,7 +270,7 @@ class Gatherer:
                 item.set(key, self.asset(posixpath.join(folders[item.tag], name), item.tag))
 
     def asset(self, name: str, kind: str, *, variant: str = "") -> str:
-        """Take a mesh or a texture; return the name that the text must use for it."""
+        """Read a mesh or a texture; return its name in the text."""
         path = self._resolved(name)
         if path + variant in self._flat:
             return self._flat[path + variant]
@@ -289,7 +290,7 @@ class Gatherer:
         return flat
 
     def _check_builtin(self, item: Element) -> None:
-        """Check what MuJoCo would make by itself."""
+        """Check the size of a texture generated by MuJoCo."""
         if "builtin" not in item.attrib:
             return
         if item.tag == "mesh":
@@ -297,7 +298,7 @@ class Gatherer:
         width, height = (item.get(key, "0") for key in ("width", "height"))
         if not all(size.isdecimal() and len(size) < 10 for size in (width, height)):
             raise ValueError(f"'{self._path}' has a texture of {width} x {height} pixels; give whole numbers")
-        # All sides of a cube are as large as its width says.
+        # All faces of a cube have the size given by its width.
         self._count_pixels(int(width) * max(int(height), int(width) * CUBE_SIDES))
 
     def _count_pixels(self, count: int) -> None:
@@ -307,7 +308,7 @@ class Gatherer:
             raise ValueError(f"the textures of '{self._path}' have more than {most} megapixels; make them smaller")
 
     def _resolved(self, name: str) -> str:
-        """Return the path of a file that the model names; it may not leave the folder of the world."""
+        """Return the path of a file that the model names; it must not leave the folder of the world."""
         if name.startswith("package://"):
             return self._packaged(name)
         path = posixpath.normpath(posixpath.join(self._folder, name.removeprefix("file://")))
@@ -316,7 +317,7 @@ class Gatherer:
         return path
 
     def _packaged(self, name: str) -> str:
-        """Return the path of 'package://NAME/REST': below a folder NAME around the model, or below any around it."""
+        """Return the path of 'package://NAME/REST': below a folder NAME around the model, or any folder around it."""
         package, _, rest = name.removeprefix("package://").partition("/")
         around = [self._folder]
         while around[-1]:
@@ -336,7 +337,7 @@ class Gatherer:
         return True
 
     def keep_urdf(self, root: Element) -> None:
-        """Keep of URDF what makes a thing."""
+        """Keep the parts of a URDF that make up an object."""
         own = root.find("mujoco/compiler")
         folder = "" if own is None else own.get("meshdir", "")
         for child in list(root):
@@ -350,13 +351,13 @@ class Gatherer:
             if item.tag == "joint" and item.get("type") in ("floating", "planar"):
                 item.set("type", "fixed")
             if item.tag == "joint" and item.get("type") == "continuous":
-                for limit in item.findall("limit"):  # URDF has no ends for such a joint; MuJoCo would take them.
+                for limit in item.findall("limit"):  # URDF defines no limits for such a joint; MuJoCo would apply them.
                     limit.attrib.pop("lower", None)
                     limit.attrib.pop("upper", None)
             if item.tag == "mesh" and item.get("filename"):
                 name = item.attrib["filename"]
                 name = name if "://" in name else posixpath.join(folder, name)
-                # MuJoCo takes one mesh a file; one that is used in two sizes must be two.
+                # MuJoCo reads a mesh per file; a mesh used in two sizes must become two files.
                 item.set("filename", self.asset(name, "mesh", variant=item.get("scale", "")))
         _check_count(self._path, sum(item.tag in ("link", "visual", "collision") for item in root.iter()))
         settings = {"discardvisual": "false", "strippath": "false", "fusestatic": "false", "balanceinertia": "true"}
@@ -366,9 +367,9 @@ class Gatherer:
 
 
 def _keep(element: Element, tags: Set[str]) -> None:
-    """Take away what is not of some kinds, all the way down."""
+    """Remove elements except of some kinds, recursively."""
     for child in list(element):
-        # Whether it can be pushed, the world file says.
+        # The world file states whether it can be pushed.
         if child.tag in tags and not (child.tag == "joint" and child.get("type") == "free"):
             _keep(child, tags)
             for key in ("mocap", "gravcomp", "sleep", "user", "plugin"):
@@ -378,7 +379,7 @@ def _keep(element: Element, tags: Set[str]) -> None:
 
 
 def _geoms_in(element: Element) -> int:
-    """Return how many geoms an element stands for, those of <replicate> counted as often as it says."""
+    """Return the number of geoms in an element, counting those in <replicate> as often as it repeats them."""
     count = sum(map(_geoms_in, element)) + (element.tag == "geom")
     if element.tag == "replicate":
         text = element.get("count", "0")

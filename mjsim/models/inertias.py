@@ -10,42 +10,42 @@ from mjsim.geometry import Array, nearest_moments
 from mjsim.models.files import Element
 
 LEAST_MASS = 1e-3
-"""Of a link whose own mass is none [kg]."""
+"""Mass of a link without mass [kg]."""
 BALL = 0.4
-"""Inertia of a ball, of its mass and the square of its radius."""
+"""Inertia of a ball divided by its mass and the square of its radius."""
 GUESSED_RADIUS = 0.05
-"""Of a ball that stands for a link [m]."""
+"""Radius of a ball that replaces a link [m]."""
 SPARE = 1.0001
-"""By how much the triangle inequality may be missed: files are rounded."""
+"""Tolerance factor of the triangle inequality, because files are rounded."""
 MOST_MISSED = 0.25
-"""Of the largest moment: inertias of real arms miss the triangle inequality by up to this; more is a mistake."""
+"""Maximum violation as a fraction of the largest moment: real arms reach this; larger violations are mistakes."""
 ROUNDED = 1e-8
-"""Of the largest moment."""
+"""Rounding tolerance as a fraction of the largest moment."""
 LEAST_MOMENT = 2e-14
-"""MuJoCo takes what is less for none [kg m^2]."""
+"""MuJoCo treats smaller moments as zero [kg m^2]."""
 DIGITS = ".9g"
 _URDF_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
 def mend_inertias(root: Element, path: str) -> list[str]:
-    """Mend masses and inertias of a model's text in place; return what was done, in sentences.
+    """Repair masses and inertias in a model's text in place; return notes on what was done.
 
     Args:
-        root: Of MJCF or URDF.
-        path: Its file, for the sentences.
+        root: Tree of MJCF or URDF.
+        path: Its file, for the notes.
     """
     return list(_mend_urdf(root, path) if root.tag == "robot" else _mend_mjcf(root, path))
 
 
 def mend_weightless(root: Element, path: str) -> Iterator[str]:
-    """Let a robot of URDF of which no link has a mass weigh what its shapes do, and yield what was done."""
+    """For a URDF robot without any mass, derive masses from its shapes; yield notes on what was done."""
     links = root.findall("link")
     masses = [number_of(mass.get("value")) for link in links for mass in link.findall("inertial/mass")]
     if root.tag != "robot" or any(mass is not None and mass > 0.0 for mass in masses):
         return
     for link in links:
         if link.find("collision") is None:
-            # What is only seen weighs nothing.
+            # Visual shapes have no mass.
             for picture in link.findall("visual"):
                 solid = copy.deepcopy(picture)
                 solid.tag = "collision"
@@ -54,7 +54,7 @@ def mend_weightless(root: Element, path: str) -> Iterator[str]:
 
 
 def mended(inertia: Array) -> tuple[Array, str] | None:
-    """Return an inertia that physics allows and what was wrong with the given one; None when it is right.
+    """Return a physically valid inertia, and what was wrong with the given one; None if it is valid.
 
     Args:
         inertia: Symmetric, shape (3, 3) [kg m^2].
@@ -63,7 +63,7 @@ def mended(inertia: Array) -> tuple[Array, str] | None:
         return np.eye(3) * BALL * LEAST_MASS * GUESSED_RADIUS**2, "is no number"
     values, vectors = np.linalg.eigh(inertia)
     if values[2] <= LEAST_MOMENT:
-        return None  # MuJoCo takes it from the shapes, or the least there is
+        return None  # MuJoCo derives it from the shapes, or uses the minimum
     low = values[0]
     if low <= LEAST_MOMENT:
         values = np.maximum(values, values[2] / 2)
@@ -72,7 +72,7 @@ def mended(inertia: Array) -> tuple[Array, str] | None:
         miss = values[2] - values[0] - values[1]
         verb = "breaks" if miss > MOST_MISSED * values[2] else "slightly misses"
         said = f"{verb} the triangle inequality ({values[0]:.3g} + {values[1]:.3g} < {values[2]:.3g} kg m^2)"
-        # A little more than valid: it is rounded when it is written.
+        # Slightly more than required: it is rounded when it is written.
         spare = ROUNDED * values[2] * np.array([1.0, 1.0, -1.0])
         return vectors @ np.diag(nearest_moments(values) + spare) @ vectors.T, said
     return None
@@ -108,7 +108,7 @@ def _mend_urdf(root: Element, path: str) -> Iterator[str]:
 
 
 def _ball(inertial: Element, weight: float, called: str, given: str = "") -> Iterator[str]:
-    """Give a link the inertia of a ball."""
+    """Give a link the inertia of a ball; yield notes on what was done."""
     value = BALL * weight * GUESSED_RADIUS**2
     keys = dict.fromkeys(("ixx", "iyy", "izz"), format(value, DIGITS)) | dict.fromkeys(("ixy", "ixz", "iyz"), "0")
     new = inertial.makeelement("inertia", keys)
@@ -145,7 +145,7 @@ def _mend_mjcf(root: Element, path: str) -> Iterator[str]:
 
 
 def _matrix(values: Array) -> Array:
-    """Return the matrix of three or of six numbers as MJCF has them."""
+    """Return the matrix of three or six numbers in the order of MJCF, shape (3, 3)."""
     if len(values) == 3:
         return np.diag(values)
     a, b, c, ab, ac, bc = values
@@ -157,7 +157,7 @@ def _moments(matrix: Array) -> str:
 
 
 def number_of(text: str | None) -> float | None:
-    """Return a finite number of a text; None where there is none."""
+    """Return a finite number from a text; None if it is not one."""
     try:
         value = float(text or "")
     except ValueError:

@@ -1,23 +1,23 @@
-"""How large a mesh is, told from its file before MuJoCo reads it."""
+"""Determines the size of a mesh from its file before MuJoCo reads it."""
 
 import re
 
 MOST_CORNERS = 200_000
-"""Of a mesh; an STL has three for each of its triangles."""
+"""Maximum number of corners of a mesh; an STL has three per triangle."""
 _VERTEX = re.compile(rb"^[ \t]*v[ \t]", re.MULTILINE)
 _STL_HEAD, _STL_TRIANGLE = 84, 50
 _MSH_HEAD = 16
 
 
 def check_mesh(path: str, data: bytes) -> None:
-    """Check that a file may be a mesh of a size that a thing has.
+    """Check that a file can be a mesh of acceptable size.
 
     Args:
-        path: Its name; the ending tells the format.
+        path: File name; the suffix determines the format.
         data: An OBJ, a binary STL, or MuJoCo's own MSH.
 
     Raises:
-        ValueError: It is none, or it has too many corners; a sentence that names the file.
+        ValueError: It is not a mesh, or has too many corners; the message names the file.
     """
     count = {"obj": _obj_corners, "stl": _stl_corners, "msh": _msh_corners}[path.rpartition(".")[2].lower()](data)
     if count is None:

@@ -1,11 +1,11 @@
-"""Scenes of MJCF: what stands around a robot is left out, and joints on which a simulator moves all of it are held."""
+"""MJCF scenes: removes the surroundings of a robot, and locks joints on which a simulator moves the whole robot."""
 
 from collections.abc import Iterator, Sequence
 
 from mjsim.models.files import Element
 
 FEWEST_HINGES = 2
-"""Of a robot: its wheels."""
+"""Minimum number of hinges of a robot: those of its wheels."""
 _FREE = "freejoint"
 _JOINTS = ("joint", _FREE)
 _KINDS = {
@@ -15,16 +15,16 @@ _KINDS = {
     "geom": "geom",
     "tendon": "tendon",
 }
-"""Attributes that name a part, and the kind of that part."""
+"""Attributes that refer to an element, and the kind of that element."""
 _LINKED = ("contact", "equality", "tendon", "actuator")
-"""Sections whose items name parts."""
+"""Sections whose items refer to elements."""
 
 
 def without_scenery(root: Element, path: str) -> Iterator[str]:
-    """Take away of MJCF what is beside its robot, and yield what was done.
+    """Remove everything in MJCF except its robot, and yield notes on what was done.
 
-    A robot is the one body of the world with hinges of its own. What is of several such bodies, or of none, as where
-    the wheels themselves hang on the world, stays as it is.
+    The robot is the only body in the world with hinges. With several such bodies, or none because the wheels are
+    attached to the world, nothing is removed.
     """
     worlds = root.findall("worldbody")
     robots = [body for world in worlds for body in world.findall("body") if _hinges(body) >= FEWEST_HINGES]
@@ -46,7 +46,7 @@ def without_scenery(root: Element, path: str) -> Iterator[str]:
 
 
 def without_mjcf_rails(root: Element, path: str) -> Iterator[str]:
-    """Take joints of MJCF away on which a simulator slides the whole robot, and yield what was done."""
+    """Remove MJCF joints on which a simulator moves the whole robot, and yield notes on what was done."""
     for body in [body for world in root.findall("worldbody") for body in world.findall("body")]:
         rails = list(_rails(body))
         joints = [joint for _, joint in rails]
@@ -60,7 +60,7 @@ def without_mjcf_rails(root: Element, path: str) -> Iterator[str]:
 
 
 def _rails(body: Element) -> Iterator[tuple[Element, Element]]:
-    """Yield the joints between the world and the first body that has a shape or several parts, each with its body."""
+    """Yield the joints between the world and the first body with a shape or several children, each with its body."""
     yield from ((body, joint) for joint in body.findall("joint"))
     inner = body.findall("body")
     if len(inner) == 1 and body.find("geom") is None:
@@ -68,12 +68,12 @@ def _rails(body: Element) -> Iterator[tuple[Element, Element]]:
 
 
 def _hinges(item: Element) -> int:
-    """Return how many hinges a body has, all the way down, as far as its own text tells."""
+    """Return the number of hinges in a body and its descendants, as far as its own text shows."""
     return sum(joint.get("type", "hinge") == "hinge" for joint in item.iter("joint"))
 
 
 def _forget(root: Element, gone: Sequence[Element]) -> None:
-    """Take away what names parts that are gone, and what names that."""
+    """Remove references to removed elements, and references to those."""
     names = {("joint" if part.tag in _JOINTS else part.tag, part.get("name")) for item in gone for part in item.iter()}
     while True:
         lost = [

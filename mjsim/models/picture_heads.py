@@ -1,4 +1,4 @@
-"""How large the picture in a file is, told from its head: what a log may hold besides PNG and JPEG."""
+"""Reads the size of a picture from its file header, for formats in logs besides PNG and JPEG."""
 
 import struct
 from collections.abc import Callable, Mapping
@@ -6,16 +6,16 @@ from collections.abc import Callable, Mapping
 from mjsim.models.pictures import bounded_size, picture_size
 
 WIDTH, HEIGHT = 256, 257
-"""Tags of TIFF."""
+"""TIFF tags."""
 NUMBERS = {3: "H", 4: "I"}
-"""Type of a tag's value -> how it is packed."""
+"""Type of a tag's value -> format character for `struct`."""
 
 
 def any_picture_size(data: bytes) -> tuple[int, int]:
     """Return width and height of a PNG, JPEG, BMP, TIFF or WebP file [px].
 
     Raises:
-        ValueError: It is none of them, it ends too early, or it has too many pixels.
+        ValueError: It is none of these formats, is truncated, or has too many pixels.
 
     References:
         BITMAPINFOHEADER as Microsoft documents it; TIFF 6.0, sections 2 and 3; RFC 9649 (WebP) and RFC 6386 (VP8).
@@ -31,12 +31,12 @@ def any_picture_size(data: bytes) -> tuple[int, int]:
 
 def _bmp_size(data: bytes) -> tuple[int, int]:
     width, height = struct.unpack_from("<ii", data, 18)
-    # A negative height means that the first row is the upper one.
+    # A negative height means that the first row is at the top.
     return width, abs(height)
 
 
 def _tiff_size(data: bytes) -> tuple[int, int]:
-    """Return the size of the first page."""
+    """Return the size of the first page [px]."""
     order = "<" if data.startswith(b"I") else ">"
     (place,) = struct.unpack_from(f"{order}I", data, 4)
     (count,) = struct.unpack_from(f"{order}H", data, place)
@@ -68,4 +68,4 @@ HEADS: Mapping[bytes, Callable[[bytes], tuple[int, int]]] = {
     b"MM\0*": _tiff_size,
     b"RIFF": _webp_size,
 }
-"""How files begin -> what reads their size."""
+"""First bytes of a file -> function that reads its size."""

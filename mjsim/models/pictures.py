@@ -1,4 +1,4 @@
-"""Whether a file is a picture, told from its head and its end without decoding it."""
+"""Recognises pictures from the header and the end of a file, without decoding them."""
 
 import struct
 
@@ -9,7 +9,7 @@ def picture_size(data: bytes) -> tuple[int, int]:
     """Return width and height of a PNG or JPEG file [px].
 
     Raises:
-        ValueError: It is neither, it ends too early, or it has too many pixels.
+        ValueError: It is neither, is truncated, or has too many pixels.
 
     References:
         PNG specification (W3C, 2003), sections 5.2 and 11.2.2; ITU-T T.81 (JPEG), annex B.
@@ -24,7 +24,7 @@ def picture_size(data: bytes) -> tuple[int, int]:
 
 
 def bounded_size(width: int, height: int) -> tuple[int, int]:
-    """Return a size as it is [px].
+    """Return a size unchanged after checking it [px].
 
     Raises:
         ValueError: It has no pixels, or too many.

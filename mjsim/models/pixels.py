@@ -10,22 +10,22 @@ WHITE = 255
 
 
 def read_picture(data: bytes) -> Picture:
-    """Return the RGB picture of a PNG or JPEG file, shape (height, width, 3); what is transparent becomes white.
+    """Return the RGB picture of a PNG or JPEG file, shape (height, width, 3); transparent pixels become white.
 
     Raises:
-        ValueError: It is not a picture that can be read.
+        ValueError: The file is not a readable picture.
     """
     raw = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED) if data else None
     if raw is None:
         raise ValueError("not a picture that can be read; use a PNG or JPEG file")
     if raw.ndim == 3 and raw.shape[2] == 4:
         return _on_white(raw)
-    # Once more, now turned as the camera held it (EXIF) and as 8-bit colours.
+    # Decode again, now with the camera's orientation (EXIF) and 8-bit colours.
     return np.asarray(cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_COLOR_RGB), dtype=np.uint8)
 
 
 def bounded(picture: Picture, longest: int) -> Picture:
-    """Return the picture with its longer side at most that many pixels, its shape kept."""
+    """Return the picture with its longer side at most `longest` pixels, preserving its aspect ratio."""
     height, width = picture.shape[:2]
     factor = longest / max(height, width)
     if factor >= 1.0:
@@ -42,7 +42,7 @@ def encode_png(picture: Picture) -> bytes:
 
 
 def _on_white(raw: np.ndarray) -> Picture:
-    """Return the RGB picture of a BGRA one over white."""
+    """Return the RGB picture of a BGRA picture on white."""
     full = 65535 if raw.dtype == np.uint16 else 255
     share = raw[..., 3:].astype(np.float32) / full
     colors = raw[..., 2::-1].astype(np.float32) * (255 / full)

@@ -1,4 +1,4 @@
-"""Where an element of XML begins in its file, for errors that MuJoCo gives by a line of the text that it was handed."""
+"""Positions of XML elements in their file, for MuJoCo errors that refer to lines of another text."""
 
 import re
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ _NAMED = re.compile(r"(?:Element name|name) '(?P<name>[^']+)'")
 
 
 class ElementStart(NamedTuple):
-    """Where an element begins."""
+    """The start of an element."""
 
     tag: str
     line: int
@@ -25,31 +25,31 @@ class ElementStart(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ElementOrigin:
-    """Where an element comes from."""
+    """The origin of an element."""
 
     path: str
-    """Of the file."""
+    """Path of the file."""
     number: int
-    """In the order in which the elements of the file begin."""
+    """Index of the element in its file, in document order."""
 
 
 class PlacedError(ValueError):
-    """What is wrong in a file, with its place."""
+    """An error in a file, with its position."""
 
     def __init__(self, path: str, start: ElementStart, what: str) -> None:
-        """Note a place.
+        """Store a position.
 
         Args:
-            path: Of the file.
-            start: Of the element.
-            what: Is wrong, in a sentence without the place.
+            path: Path of the file.
+            start: Start of the element.
+            what: The message, without the position.
         """
         super().__init__(f"'{path}':{start.line}:{start.column}: {what}")
         self.path, self.start, self.what = path, start, what
 
 
 def starts(data: bytes) -> list[ElementStart]:
-    """Return where the elements of an XML file begin, in their order; as many as can be read."""
+    """Return the starts of the elements of an XML file, in order, as far as the file is valid."""
     found: list[ElementStart] = []
     parser = expat.ParserCreate()
 
@@ -65,11 +65,11 @@ def starts(data: bytes) -> list[ElementStart]:
 
 
 def element_of(error: str, root: Element) -> Element | None:
-    """Return the element of a tree of which MuJoCo complains; None where it does not say.
+    """Return the element of a tree to which a MuJoCo error refers; None if it names none.
 
     Args:
-        error: Its sentence.
-        root: The tree, whose text it was handed.
+        error: The message.
+        root: The tree whose text MuJoCo was given.
     """
     elements = list(root.iter())
     said = _LINE.search(error)
@@ -83,7 +83,7 @@ def element_of(error: str, root: Element) -> Element | None:
 
 
 def plainly(error: str, element: Element) -> str:
-    """Return what MuJoCo says of an element without its own words about the place."""
+    """Return MuJoCo's message about an element without its own description of the position."""
     what = " ".join(error.split())
     what = re.sub(r"^(?:XML Error|Error):? *", "", what)
     what = re.sub(r",? *Element (?:name )?'[^']*'.*$", "", what).rstrip(" .,")
@@ -92,12 +92,12 @@ def plainly(error: str, element: Element) -> str:
 
 
 def numbered(root: Element, path: str) -> dict[Element, ElementOrigin]:
-    """Return where the elements of a file that was just read come from."""
+    """Return the origins of the elements of a newly read file."""
     return {element: ElementOrigin(path, number) for number, element in enumerate(root.iter())}
 
 
 def line_of(name: str, data: bytes) -> ElementStart | None:
-    """Return where an element of a name begins in a file; None where there is none, or more than one kind of thing."""
+    """Return the start of a named element in a file; None if there is none, or if the name is ambiguous."""
     match = re.search(rb"""<([\w.:-]+)(?=[^<>]*\sname\s*=\s*["']%s["'])""" % re.escape(name.encode()), data)
     if match is None:
         return None
@@ -105,10 +105,10 @@ def line_of(name: str, data: bytes) -> ElementStart | None:
 
 
 def line_and_column(offset: int, data: bytes) -> tuple[int, int]:
-    """Return where a byte of a file stands, both from 1."""
+    """Return line and column, from 1, of a byte in a file."""
     return data.count(b"\n", 0, offset) + 1, offset - data.rfind(b"\n", 0, offset)
 
 
 def names_in(text: str) -> Sequence[str]:
-    """Return what stands in quotes in a sentence."""
+    """Return the quoted names in a message."""
     return re.findall(r"'([^'\s]{1,200})'", text)

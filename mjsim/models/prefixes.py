@@ -1,4 +1,4 @@
-"""Prefixes in XML that nobody declares: parsers of URDF take them, as they know nothing of namespaces."""
+"""Undeclared XML prefixes: URDF parsers accept them because they ignore namespaces."""
 
 from contextlib import suppress
 from xml.etree.ElementTree import ParseError
@@ -7,16 +7,16 @@ from xml.parsers.expat.errors import XML_ERROR_UNBOUND_PREFIX, codes
 
 
 class _DeclaredError(Exception):
-    """A file declares a document type, which is refused elsewhere."""
+    """A file declares a document type, which is rejected elsewhere."""
 
 
 def is_unbound(error: ParseError) -> bool:
-    """Return whether an error is about a prefix that nobody declares."""
+    """Return whether an error is about an undeclared prefix."""
     return error.code == codes[XML_ERROR_UNBOUND_PREFIX]
 
 
 def with_prefixes(data: bytes) -> bytes:
-    """Return XML whose root declares all prefixes that it uses and does not declare; each stands for its own name."""
+    """Return XML whose root declares all undeclared prefixes that it uses; each maps to its own name."""
     parser = expat.ParserCreate()
     used: set[str] = set()
     places: list[int] = []
@@ -30,14 +30,14 @@ def with_prefixes(data: bytes) -> bytes:
     def refuse(*_: object) -> None:
         raise _DeclaredError
 
-    # What xacro would make of its elements is not known here: without a declaration they are an error.
+    # The expansion of xacro elements is unknown here: without a declaration they are an error.
     known = {"xml", "xmlns", "xacro"}
     parser.StartElementHandler, parser.StartDoctypeDeclHandler = begin, refuse
-    # Whatever else is wrong is told by whoever parses it afterwards.
+    # Other errors are reported by the parser that runs afterwards.
     with suppress(expat.ExpatError, _DeclaredError, ValueError, LookupError):
         parser.Parse(data, True)
     missing = sorted(used - known)
-    # Of other encodings, places are not those of the bytes.
+    # In other encodings, positions are not byte offsets.
     if not missing or not data[places[0] - 1 : places[0]].isascii() or b"\x00" in data[:4]:
         return data
     told = "".join(f' xmlns:{prefix}="undeclared:{prefix}"' for prefix in missing)

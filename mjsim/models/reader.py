@@ -1,4 +1,4 @@
-"""MuJoCo reads a model by itself, in memory: the one reader of MJCF and URDF."""
+"""Compiles a single model with MuJoCo, in memory: the only reader of MJCF and URDF."""
 
 import threading
 import warnings
@@ -15,36 +15,36 @@ from mjsim.models.files import ModelFiles
 from mjsim.models.pixels import bounded, encode_png, read_picture
 
 LAST_SEEN_GROUP = 2
-"""MuJoCo's viewers show the groups up to this one unless told otherwise."""
+"""MuJoCo's viewers show groups up to this one by default."""
 SHAPES = ("sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh")
-"""Kinds of parts that a thing may have; planes of a file are left out, as a room has its own floor."""
+"""Geom types allowed in an object; planes of a file are left out, because a room has its own floor."""
 UNSAID = [0.5, 0.5, 0.5, 1.0]
-"""What MuJoCo takes for a geom without a colour of its own."""
+"""MuJoCo's colour for a geom without one."""
 LONGEST_TEXTURE_SIDE = 1024
 """[px]"""
 LARGEST = 1e6
-"""No thing reaches so far [units of its file]."""
+"""Maximum extent of an object [units of its file]."""
 ROUND = 32
-"""Corners of a circle."""
+"""Number of corners of a circle."""
 MOST_CORNERS = 1_200_000
-"""Of all parts of a model together; a ball has 544."""
+"""Maximum number of corners of all parts of a model together; a ball has 544."""
 _TURNS = np.arange(ROUND) * (2.0 * np.pi / ROUND)
 _ONE_AT_A_TIME = threading.Lock()
-"""MuJoCo has one handler of warnings for all threads."""
+"""MuJoCo has one warning handler for all threads."""
 
 
 def compiled(files: ModelFiles) -> mujoco.MjModel:
-    """Return what MuJoCo makes of a model's files.
+    """Return the compiled model.
 
     Raises:
-        ValueError: MuJoCo cannot read them, or warns about them; a sentence that names the file.
+        ValueError: MuJoCo cannot read the files, or warns about them; the message names the file.
     """
     with no_warnings(files.paths[0]):
         return spec_of(files).compile()
 
 
 def spec_of(files: ModelFiles) -> mujoco.MjSpec:
-    """Return a model's files as MuJoCo reads them, not compiled.
+    """Return a model's files as an uncompiled `MjSpec`.
 
     Raises:
         ValueError: MuJoCo cannot read them.
@@ -54,7 +54,7 @@ def spec_of(files: ModelFiles) -> mujoco.MjSpec:
 
 
 _HARMLESS = "discarding texture coordinates"
-"""MuJoCo warns so of meshes that have them at some faces only; such meshes have the color of their material."""
+"""MuJoCo's warning about meshes with texture coordinates at only some faces; they get the colour of their material."""
 
 
 def _is_picture(name: str) -> bool:
@@ -62,20 +62,20 @@ def _is_picture(name: str) -> bool:
 
 
 def _as_png(data: bytes) -> bytes:
-    """Return a picture as MuJoCo reads it: PNG, and no larger than can be seen."""
+    """Return a picture in the form that MuJoCo reads: PNG, of limited size."""
     return encode_png(bounded(read_picture(data), LONGEST_TEXTURE_SIDE))
 
 
 @contextmanager
 def no_warnings(path: str) -> Iterator[None]:
-    """Raise ValueError, which names a file, for every error of MuJoCo, and for every warning that matters."""
+    """Raise ValueError, naming a file, for every MuJoCo error and every relevant warning."""
     said: list[str] = []
     with _ONE_AT_A_TIME:
         before = mujoco.get_mju_user_warning()
         mujoco.set_mju_user_warning(lambda line: None if _HARMLESS in line else said.append(line))
         try:
             with warnings.catch_warnings():
-                # A model that MuJoCo warns about when it is alone would go wrong in a room as well.
+                # A model that causes a warning on its own would fail in a room as well.
                 warnings.simplefilter("error")
                 warnings.filterwarnings("ignore", message=f".*{_HARMLESS}")
                 yield
@@ -88,28 +88,28 @@ def no_warnings(path: str) -> Iterator[None]:
 
 
 def seen_and_touched(model: mujoco.MjModel, *, urdf: bool) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return which geoms of a model are seen and which can be touched, two masks of shape (ngeom,)."""
+    """Return which geoms of a model are visible and which collide, two masks of shape (ngeom,)."""
     kinds = [int(getattr(mujoco.mjtGeom, f"mjGEOM_{shape.upper()}")) for shape in SHAPES]
     there = np.isin(model.geom_type, kinds)
     touched = there & ((model.geom_contype != 0) | (model.geom_conaffinity != 0))
     seen = there & (model.geom_group <= LAST_SEEN_GROUP) & _opaque(model)
     if urdf and (seen & ~touched).any():
-        # URDF has shapes to look at and shapes to bump into, one over the other.
+        # URDF has separate visual and collision shapes, on top of each other.
         seen &= ~touched
     if not touched.any():
         touched = seen
     return (seen if seen.any() else touched), touched
 
 
-@np.errstate(over="ignore", invalid="ignore")  # what is not finite is refused
+@np.errstate(over="ignore", invalid="ignore")  # non-finite values are rejected
 def solid_parts(model: mujoco.MjModel, *, urdf: bool) -> list[Array]:
-    """Return points whose hull is each part that can be touched, frame and units of the file, joints at rest.
+    """Return points whose convex hull is each collision part, file frame and units, joints at rest.
 
     Returns:
-        One array of shape (n, 3) a part; round ones are nearly their hull.
+        One array of shape (n, 3) per part; round parts are approximated.
 
     Raises:
-        ValueError: There are too many points, or one lies farther away than any thing reaches.
+        ValueError: There are too many points, or one lies beyond the maximum extent.
     """
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
@@ -120,7 +120,7 @@ def solid_parts(model: mujoco.MjModel, *, urdf: bool) -> list[Array]:
         if count > MOST_CORNERS:
             raise ValueError(f"its parts have more than {MOST_CORNERS} corners; simplify its meshes")
         part = corners @ data.geom_xmat[number].reshape(3, 3).T + data.geom_xpos[number]
-        # Asked so that NaN is refused too.
+        # Written so that NaN is rejected, too.
         if not (np.abs(part) < LARGEST).all():
             raise ValueError(f"it reaches {np.abs(part).max():g} units far, too large for an object; check its units")
         parts.append(part)
@@ -128,14 +128,14 @@ def solid_parts(model: mujoco.MjModel, *, urdf: bool) -> list[Array]:
 
 
 def _opaque(model: mujoco.MjModel) -> NDArray[np.bool_]:
-    """Return which geoms can be seen at all, shape (ngeom,)."""
+    """Return which geoms are not fully transparent, shape (ngeom,)."""
     own, materials = model.geom_rgba[:, 3] > 0.0, np.append(model.mat_rgba[:, 3], 1.0) > 0.0
     unsaid = (model.geom_rgba == np.array(UNSAID, dtype=model.geom_rgba.dtype)).all(axis=1)
     return np.asarray(np.where(unsaid & (model.geom_matid >= 0), materials[model.geom_matid], own), dtype=bool)
 
 
 def corners_of(model: mujoco.MjModel, number: int) -> Array:
-    """Return points whose hull is a geom, in its own frame, shape (n, 3)."""
+    """Return points whose convex hull is a geom, in its own frame, shape (n, 3)."""
     size = model.geom_size[number]
     ring = np.stack([np.cos(_TURNS), np.sin(_TURNS)], axis=-1)
     match model.geom_type[number]:
@@ -159,7 +159,7 @@ def corners_of(model: mujoco.MjModel, number: int) -> Array:
 
 
 def _ball() -> Array:
-    """Return points on the unit sphere, poles and equator among them, shape (n, 3)."""
+    """Return points on the unit sphere, including poles and equator, shape (n, 3)."""
     rises = np.linspace(-np.pi / 2, np.pi / 2, ROUND // 2 + 1)[:, None]
     parts = np.broadcast_arrays(np.cos(_TURNS) * np.cos(rises), np.sin(_TURNS) * np.cos(rises), np.sin(rises))
     return np.stack(parts, axis=-1).reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""Rigid parts of a model: bodies that no joint separates, their mass and inertia, and the joints between them."""
+"""Rigid parts of a model: bodies without joints between them, their masses and inertias, and the connecting joints."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,59 +10,59 @@ from mjsim.geometry import Array
 from mjsim.models.reader import corners_of
 
 SINGLE = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
-"""Joints of one degree of freedom; ball joints and free joints part nothing here."""
+"""Joints with one degree of freedom; ball joints and free joints are treated as rigid here."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rigid:
-    """Bodies of a model that move as one, in the frame of the file, joints at rest."""
+    """Bodies of a model that move as one, in the file frame, with joints at rest."""
 
     root: int
-    """Number of the body that carries the others; 0 for what no joint moves."""
+    """Id of the body that carries the others; 0 for what no joint moves."""
     parent: int
     """Root of the rigid part that carries this one; -1 for the base."""
     bodies: tuple[int, ...]
     joints: tuple[int, ...]
-    """Numbers of the joints between the parent and this one."""
+    """Ids of the joints between the parent and this one."""
     place: Array
-    """Origin of the root body, shape (3,)."""
+    """Origin of the root body, shape (3,) [m]."""
     turn: Array
-    """Its axes as columns, shape (3, 3)."""
+    """Axes of the root body as columns, shape (3, 3)."""
     mass: float
     """[kg]"""
     center: Array
-    """Of mass, shape (3,)."""
+    """Centre of mass, shape (3,) [m]."""
     inertia: Array
-    """About that centre, axes of the file, shape (3, 3) [kg m^2]."""
+    """Inertia about the centre of mass, axes of the file, shape (3, 3) [kg m^2]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AtRest:
-    """A model as it stands when all joints are at rest."""
+    """A model with all joints at rest."""
 
     model: mujoco.MjModel
     data: mujoco.MjData
     rest: Array
-    """Value of each joint at rest, within its limits, shape (njnt,) [m] or [rad]."""
+    """Rest position of each joint, within its limits, shape (njnt,) [m] or [rad]."""
     parts: tuple[Rigid, ...]
-    """The base first; a part stands after the one that carries it."""
+    """All parts, the base first, carriers before what they carry."""
 
     def axis(self, joint: int) -> tuple[Array, Array]:
-        """Return a point on the axis of a joint and its direction, file frame, shapes (3,)."""
+        """Return a point on the axis of a joint and the axis' unit vector, file frame, shape (3,) each."""
         return self.data.xanchor[joint].copy(), self.data.xaxis[joint].copy()
 
     def points(self, geom: int) -> Array:
-        """Return points whose hull is a geom, file frame, shape (n, 3)."""
+        """Return points whose convex hull is a geom, file frame, shape (n, 3) [m]."""
         corners = corners_of(self.model, geom)
         return np.asarray(corners @ self.data.geom_xmat[geom].reshape(3, 3).T + self.data.geom_xpos[geom])
 
     def geoms(self, part: Rigid) -> list[int]:
-        """Return the numbers of the geoms of a part."""
+        """Return the ids of the geoms of a part."""
         return np.flatnonzero(np.isin(self.model.geom_bodyid, part.bodies)).tolist()
 
 
 def at_rest(model: mujoco.MjModel) -> AtRest:
-    """Return a model at rest: every joint at its reference, or at the limit next to that."""
+    """Return a model at rest: every joint at its reference, or at the nearest limit."""
     data = mujoco.MjData(model)
     rest = np.zeros(model.njnt)
     for joint in range(model.njnt):
@@ -106,7 +106,7 @@ def _parts(model: mujoco.MjModel, data: mujoco.MjData) -> list[Rigid]:
 
 
 def weighed(model: mujoco.MjModel, data: mujoco.MjData, bodies: Sequence[int]) -> tuple[float, Array, Array]:
-    """Return mass, centre of mass and inertia about it of some bodies, by the theorem of Huygens and Steiner."""
+    """Return mass [kg], centre of mass [m] and inertia about it [kg m^2] of bodies, by the parallel axis theorem."""
     numbers = [body for body in bodies if body and model.body_mass[body] > 0.0]
     if not numbers:
         return 0.0, data.xpos[bodies[0]].copy(), np.zeros((3, 3))

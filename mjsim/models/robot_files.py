@@ -1,7 +1,7 @@
-"""Files of robots as their makers give them: what is missing is left out and counted, sensors are found in the text.
+"""Reads robot files as published by manufacturers: skips and reports missing files, and finds sensors in the text.
 
-Things of a room must be whole; a robot is taken as it comes. Meshes that are not there, or that cannot be read, are
-left out, so that shapes for collisions stand in; inertias that physics refuses are mended. All of it is reported.
+Objects in a room must be complete; a robot is accepted as it is. Meshes that are missing or unreadable are left out,
+and collision shapes replace them; invalid inertias are repaired. Everything is reported.
 """
 
 import copy
@@ -24,52 +24,52 @@ from mjsim.models.stl import tidy_stl
 from mjsim.models.urdf_joints import freed_wheels, said_speeds, without_rails
 
 MOST_RETRIES = 64
-"""Meshes of a robot that MuJoCo may refuse."""
+"""Maximum number of meshes of a robot that MuJoCo may reject."""
 GHOST = {"type": "sphere", "size": "0.005", "contype": "0", "conaffinity": "0", "rgba": "0 0 0 0"}
-"""What stands for a mesh that is left out, so that its mass stays."""
+"""Replaces a mesh that is left out, so that its mass stays."""
 
 
 @dataclass(frozen=True, slots=True)
 class SaidSensor:
-    """A sensor that a file describes for a simulator."""
+    """A sensor described in a file for a simulator."""
 
     link: str
-    """The body that carries it."""
+    """Name of the body that carries it."""
     kind: str
     """lidar, camera or imu."""
     name: str
     keys: Mapping[str, float] = field(default_factory=dict)
-    """What is said of it: beams, fov_deg, nearest, farthest, rate_hz, noise, width, height."""
+    """Its properties: beams, fov_deg, nearest, farthest, rate_hz, noise, width, height."""
     at: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """In the frame of the body [m]."""
+    """Position in the frame of the body [m]."""
     rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """[rad]"""
+    """Roll, pitch and yaw in the frame of the body [rad]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RobotFiles:
-    """A robot's file with all that it names, ready to be compiled."""
+    """A robot's file with all files that it names, ready to compile."""
 
     files: ModelFiles
     model: mujoco.MjModel
     sensors: tuple[SaidSensor, ...]
     driven: frozenset[str]
-    """Joints that have a motor."""
+    """Names of joints with a motor."""
     speeds: Mapping[str, float]
-    """Largest speed of joints, of those of which the file says it [rad/s] or [m/s]."""
+    """Maximum speeds of joints, where the file states them [rad/s] or [m/s]."""
     notes: tuple[str, ...]
-    """What was left out or mended, in sentences."""
+    """Notes on what was left out or repaired."""
 
 
 def gather_robot(path: str, read: Read) -> RobotFiles:
-    """Return a robot's file with all that it names.
+    """Return a robot's file with all files that it names.
 
     Args:
-        path: Of the file of MJCF or URDF.
-        read: Where files come from.
+        path: The MJCF or URDF file.
+        read: Returns files.
 
     Raises:
-        ValueError: It is not a robot that MuJoCo can take; a sentence that names the file.
+        ValueError: It is not a robot that MuJoCo can read; the message names the file.
     """
     gatherer = _RobotGatherer(path, read)
     root = gatherer.parse(path)
@@ -84,7 +84,7 @@ def gather_robot(path: str, read: Read) -> RobotFiles:
     gatherer.keep(root, ROBOT)
     _allow_light_links(root)
     gatherer.leave_out(root)
-    # Each element on a line of its own, so that lines in errors of MuJoCo tell which one is meant.
+    # One element per line, so that line numbers in MuJoCo's errors identify the element.
     ElementTree.indent(root)
     files = ModelFiles(root, gatherer.assets, tuple(gatherer.paths))
     model = _compiled(files, gatherer)
@@ -102,16 +102,16 @@ class _RobotGatherer(Gatherer):
         self._amiss: Counter[str] = Counter()
         self._coarser: set[str] = set()
         self.gone: set[str] = set()
-        """Names in the text that stand for what is left out."""
+        """Names in the text that stand for files that are left out."""
 
     def parse(self, path: str) -> Element:
-        """Return the root of an XML file, and note where its elements stand."""
+        """Return the root of an XML file, and store the positions of its elements."""
         root = super().parse(path)
         self._origins |= numbered(root, path)
         return root
 
     def placed(self, error: str, root: Element) -> PlacedError | None:
-        """Return what MuJoCo says with its place in the files; None where it tells none."""
+        """Return MuJoCo's error with its position in the files; None if it names none."""
         element = element_of(error, root)
         origin = self._origins.get(element) if element is not None else None
         if element is None or origin is None:
@@ -122,7 +122,7 @@ class _RobotGatherer(Gatherer):
         return PlacedError(origin.path, begun[origin.number], plainly(error.partition("': ")[2] or error, element))
 
     def file(self, path: str) -> bytes:
-        """Return a file; an STL one as MuJoCo reads it."""
+        """Return a file; STL files are converted for MuJoCo."""
         data = super().file(path)
         if not path.lower().endswith(".stl"):
             return data
@@ -132,7 +132,7 @@ class _RobotGatherer(Gatherer):
         return tidy
 
     def asset(self, name: str, kind: str, *, variant: str = "") -> str:
-        """Take a mesh or a texture; a name that is in `gone` for one that is amiss."""
+        """Read a mesh or a texture; for a faulty one return a name in `gone`."""
         try:
             return super().asset(name, kind, variant=variant)
         except ValueError as error:
@@ -144,20 +144,20 @@ class _RobotGatherer(Gatherer):
             return flat
 
     def drop(self, flat: str, reason: str) -> None:
-        """Leave out what MuJoCo refuses."""
+        """Leave out what MuJoCo rejects."""
         self._amiss[reason] += 1
         self.gone.add(flat)
         del self.assets[flat]
 
     def leave_out(self, root: Element) -> None:
-        """Take away what stands for files that are left out."""
+        """Remove the elements that refer to files that are left out."""
         if root.tag == "robot":
             without_shapes(root, self.gone)
         else:
             _without_assets(root, self.gone)
 
     def notes(self) -> Iterator[str]:
-        """Yield what was left out or made simpler."""
+        """Yield notes on what was left out or simplified."""
         if self._coarser:
             yield f"made coarser: meshes of too many corners, {len(self._coarser)} of them"
         for reason, count in sorted(self._amiss.items()):
@@ -166,7 +166,7 @@ class _RobotGatherer(Gatherer):
 
 
 def _reason(name: str, error: str, kind: str) -> str:
-    """Return why files are left out, to be said after their number."""
+    """Return why files are left out, as text that follows their number."""
     ending = name.rpartition(".")[2].lower() if "." in name else "?"
     what = "meshes" if kind == "mesh" else "pictures"
     if "convert it to OBJ" in error:
@@ -179,7 +179,7 @@ def _reason(name: str, error: str, kind: str) -> str:
 
 
 def without_shapes(root: Element, gone: set[str]) -> None:
-    """Take the shapes of URDF away whose mesh is left out; a link that loses its looks shows what collides."""
+    """Remove URDF shapes whose mesh is left out; a link without visual shapes shows its collision shapes."""
     for link in root.iter("link"):
         looks = link.findall("visual")
         for shape in [*looks, *link.findall("collision")]:
@@ -192,7 +192,7 @@ def without_shapes(root: Element, gone: set[str]) -> None:
 
 
 def _looks_like(shape: Element, material: Element | None) -> Element:
-    """Return what is seen of a shape that collides."""
+    """Return the visual shape for a collision shape."""
     seen = copy.deepcopy(shape)
     seen.tag = "visual"
     if material is not None:
@@ -201,7 +201,7 @@ def _looks_like(shape: Element, material: Element | None) -> Element:
 
 
 def _without_assets(root: Element, gone: set[str]) -> None:
-    """Take the assets of MJCF away that are left out, and let a small ghost keep the mass of their geoms."""
+    """Remove MJCF assets that are left out, and replace their geoms by small ones of the same mass."""
     names: set[str] = set()
     for section in root.findall("asset"):
         for item in list(section):
@@ -225,7 +225,7 @@ def _without_assets(root: Element, gone: set[str]) -> None:
 
 
 def _allow_light_links(root: Element) -> None:
-    """Let MuJoCo give frames without mass the least that it takes."""
+    """Make MuJoCo give massless frames the minimum mass."""
     for compiler in (*root.findall("compiler"), *root.findall("mujoco/compiler")):
         compiler.set("boundmass", "1e-6")
         compiler.set("boundinertia", "1e-10")
@@ -233,7 +233,7 @@ def _allow_light_links(root: Element) -> None:
 
 
 def _compiled(files: ModelFiles, gatherer: _RobotGatherer) -> mujoco.MjModel:
-    """Return what MuJoCo makes of a robot, without the meshes that it refuses."""
+    """Return the compiled robot, without the meshes that MuJoCo rejects."""
     for _ in range(MOST_RETRIES):
         try:
             return compiled(files)
@@ -249,7 +249,7 @@ def _compiled(files: ModelFiles, gatherer: _RobotGatherer) -> mujoco.MjModel:
 
 
 def _as_shell(root: Element, flat: str) -> bool:
-    """Let a mesh weigh as its surface does, which needs no closed one; return whether that is new."""
+    """Compute a mesh's mass from its surface, which need not be closed; return whether this is a change."""
     for mesh in root.iter("mesh"):
         if mesh.get("file") == flat and mesh.get("inertia") != "shell":
             mesh.set("inertia", "shell")
@@ -258,7 +258,7 @@ def _as_shell(root: Element, flat: str) -> bool:
 
 
 def _driven(root: Element) -> Iterator[str]:
-    """Yield the joints that have a motor: of MJCF by its actuators, of URDF by its transmissions."""
+    """Yield the joints with a motor: from actuators in MJCF, from transmissions in URDF."""
     for actuator in root.findall("actuator/*"):
         yield actuator.get("joint") or actuator.get("jointinparent") or ""
     for transmission in root.findall("transmission"):
@@ -271,21 +271,21 @@ def _driven(root: Element) -> Iterator[str]:
 
 
 def _check_finite(model: mujoco.MjModel, path: str) -> None:
-    """Raise ValueError when a part has a place that is no number."""
+    """Raise ValueError if a part has a position that is not finite."""
     bad = np.flatnonzero(~np.isfinite(model.body_pos).all(axis=1))
     if len(bad):
         raise ValueError(f"'{path}': the place of '{model.body(int(bad[0])).name}' is not finite; correct its origin")
 
 
 def _servo_speeds(model: mujoco.MjModel) -> Iterator[tuple[str, float]]:
-    """Yield the largest speeds of joints that servos of MJCF turn at the speed that they are told."""
+    """Yield the maximum speeds of joints with velocity servos in MJCF."""
     for number in range(model.nu):
         moves_joint = int(model.actuator_trntype[number]) == int(mujoco.mjtTrn.mjTRN_JOINT)
-        # A velocity servo gives gain * (told - gear * speed).
+        # The force of a velocity servo is gain * (command - gear * speed).
         gain, damping = float(model.actuator_gainprm[number, 0]), -float(model.actuator_biasprm[number, 2])
         gear, top = abs(float(model.actuator_gear[number, 0])), float(model.actuator_ctrlrange[number, 1])
         if model.actuator_biasprm[number, 1] != 0.0:
-            continue  # a servo of positions
+            continue  # a position servo
         if moves_joint and model.actuator_ctrllimited[number] and damping > 0.0 and gear > 0.0 and top > 0.0:
             yield model.joint(int(model.actuator_trnid[number, 0])).name, gain / damping * top / gear
 
@@ -313,7 +313,7 @@ def _pose(text: str) -> tuple[tuple[float, float, float], tuple[float, float, fl
 
 
 def _gazebo_keys(sensor: Element) -> dict[str, float]:
-    """Return what is said of a sensor, by our names."""
+    """Return the properties of a sensor by the keys of mjsim."""
     ray = next((item for name in ("ray", "lidar") for item in sensor.iter(name)), None)
     found: dict[str, float | None] = {"rate_hz": number_of(sensor.findtext("update_rate"))}
     if ray is not None:
@@ -338,14 +338,14 @@ def _gazebo_keys(sensor: Element) -> dict[str, float]:
 
 
 def _said_mjcf(root: Element) -> Iterator[SaidSensor]:
-    """Yield the inertial sensors that an MJCF has; the site that carries one stands for a link."""
+    """Yield the inertial sensors in an MJCF; the site that carries one serves as its link."""
     sites = {item.get("site", "") for kind in ("accelerometer", "gyro") for item in root.findall(f"sensor/{kind}")}
     for site in sorted(sites - {""}):
         yield SaidSensor(site, "imu", "imu")
 
 
 def robot_text(files: ModelFiles) -> str:
-    """Return the text of a gathered robot, indented, which reads back the same with its assets beside it."""
+    """Return the indented text of a robot, which reads back the same with its assets beside it."""
     root = ElementTree.fromstring(ElementTree.tostring(files.root))
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="unicode") + "\n"

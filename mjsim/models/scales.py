@@ -1,4 +1,4 @@
-"""Sizes of shapes and scales of meshes in URDF that MuJoCo does not take as people write them."""
+"""Sizes of shapes and scales of meshes in URDF that MuJoCo rejects in the form that people write."""
 
 from collections.abc import Iterator
 from xml.etree.ElementTree import Element
@@ -7,12 +7,12 @@ from mjsim.models.inertias import number_of
 
 AXES = 3
 THIN = 1e-3
-"""What becomes of a side of no length [m]."""
+"""Replacement for a side of length 0 [m]."""
 _SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "capsule": ("radius", "length"), "sphere": ("radius",)}
 
 
 def mend_scales(root: Element) -> Iterator[str]:
-    """Write three numbers for each scale of a mesh, one standing for all axes; yield a sentence of what was done."""
+    """Write each mesh scale as three numbers, repeating a single one; yield notes on what was done."""
     count = 0
     for mesh in root.iter("mesh"):
         numbers = mesh.get("scale", "").replace(",", " ").split()
@@ -24,7 +24,7 @@ def mend_scales(root: Element) -> Iterator[str]:
 
 
 def mend_sizes(root: Element, path: str) -> Iterator[str]:
-    """Leave out shapes of no size, and make thin those that have no length one way; yield what was done."""
+    """Remove shapes of size 0, and give sides of length 0 a small thickness; yield notes on what was done."""
     for link in root.findall("link"):
         for part in [*link.findall("visual"), *link.findall("collision")]:
             for shape in part.findall("geometry/*"):
@@ -38,15 +38,15 @@ _GONE = "has no size; left out"
 
 
 def _mended_size(shape: Element) -> str | None:
-    """Make a shape thin that is flat; return what is to be said of it."""
+    """Give a flat shape a small thickness; return a note, None if nothing was done."""
     sides = {key: [number_of(word) for word in shape.get(key, "").split()] for key in _SIZES.get(shape.tag, ())}
     numbers = [number for side in sides.values() for number in side]
     if not numbers or any(number is None or number < 0.0 for number in numbers) or all(numbers):
-        return None  # What is no number is told with its place by who reads the file.
+        return None  # Values that are not numbers are reported, with their position, by the reader of the file.
     if not any(numbers):
         return _GONE
     if shape.tag != "box" and not numbers[0]:
-        return None  # A rod of no radius is a mistake.
+        return None  # A rod of radius 0 is a mistake.
     for key, side in sides.items():
         shape.set(key, " ".join(format(number or THIN, ".9g") for number in side))
     return f"is flat; made {THIN:g} m thin"

@@ -1,4 +1,4 @@
-"""A model that stands in a world: its files, and what it fills."""
+"""A model as an object in a world: its files, and the space that it occupies."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class ModelShape:
-    """A model in units and in the frame of its file."""
+    """A model in the units and the frame of its file."""
 
     files: ModelFiles = field(repr=False)
     model: "mujoco.MjModel" = field(repr=False)
-    """What MuJoCo makes of the files."""
+    """The compiled model."""
     columns: tuple[tuple[Array, float, float], ...] = field(repr=False)
-    """Of each solid part the hull from above, counter-clockwise, shape (n, 2), and where it begins and ends in z."""
+    """For each solid part its hull from above, counter-clockwise, shape (n, 2), and its lower and upper z."""
 
     @property
     def low(self) -> float:
@@ -37,7 +37,7 @@ class ModelShape:
 
     @cached_property
     def hinges(self) -> tuple[str, ...]:
-        """Names of its joints that turn about an axis."""
+        """Names of its hinge joints."""
         import mujoco
 
         hinge = int(mujoco.mjtJoint.mjJNT_HINGE)
@@ -45,14 +45,14 @@ class ModelShape:
 
     @cached_property
     def whole(self) -> "WholeModel":
-        """It as one rigid body."""
+        """The model as one rigid body."""
         from mjsim.models.whole import whole_of
 
         return whole_of(self.model, urdf=self.files.urdf)
 
     @cached_property
     def outline(self) -> Array:
-        """All of it from above, counter-clockwise, shape (n, 2); the hull of a thing that hangs not together."""
+        """Outline from above, counter-clockwise, shape (n, 2); for disconnected parts, the hull."""
         import shapely
 
         whole: Any = shapely.union_all([shapely.Polygon(hull) for hull, _, _ in self.columns])
@@ -65,13 +65,13 @@ def read_model(path: str, read: Read) -> ModelShape:
     """Return the model of a file.
 
     Args:
-        path: Of a file of MJCF or URDF, as `read` knows it.
-        read: Returns a file by its path from the folder of the world.
+        path: An MJCF or URDF file, as accepted by `read`.
+        read: Returns a file by its path relative to the folder of the world.
 
     Raises:
-        ValueError: It cannot be read, or it is more than a thing may be; a sentence that names the file.
+        ValueError: It cannot be read, or exceeds the limits of an object; the message names the file.
     """
-    # MuJoCo is loaded for worlds with models only, so that all others are checked and reported on without it.
+    # MuJoCo is loaded only for worlds with models, so that others are checked and reported on without it.
     from mjsim.models.reader import compiled, solid_parts
 
     files = gather_model(path, read)
@@ -92,6 +92,6 @@ def _hull(points: Array) -> Array:
 
     hull: Any = shapely.MultiPoint(points).convex_hull
     if hull.geom_type != "Polygon":
-        # A sheet that stands upright is a line from above.
+        # A vertical sheet is a line from above.
         hull = hull.buffer(1e-3)
     return np.asarray(shapely.get_coordinates(shapely.orient_polygons(hull))[:-1], dtype=float)

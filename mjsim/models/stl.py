@@ -7,21 +7,21 @@ import numpy as np
 from mjsim.geometry import Array
 
 MOST_TRIANGLES = 60_000
-"""Of one mesh; it is made coarser until it has no more."""
+"""Maximum number of triangles of a mesh; it is simplified until it has no more."""
 HEAD = 80
 FINEST = 400
-"""Cells along the longest side of a mesh, when it is first made coarser."""
+"""Number of cells along the longest side of a mesh in the first simplification."""
 COARSER = 0.75
-"""By how much they become fewer each time."""
+"""Factor on the number of cells in each further one."""
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
 _NUMBER = rb"([-+0-9.eE]{1,32})"
 _VERTEX = re.compile(rb"vertex\s+" + _NUMBER + rb"\s+" + _NUMBER + rb"\s+" + _NUMBER)
 
 
 def tidy_stl(data: bytes) -> bytes:
-    """Return an STL file as a binary one of a bounded number of triangles; the same bytes where nothing is to be done.
+    """Return an STL file in binary form with a bounded number of triangles; unchanged if it already is one.
 
-    What is no STL file comes back as it is.
+    Data that is not an STL file is returned unchanged.
     """
     triangles = _triangles(data)
     if triangles is None or (len(triangles) <= MOST_TRIANGLES and _is_binary(data)):
@@ -55,7 +55,7 @@ def _triangles(data: bytes) -> Array | None:
 
 
 def _coarser(triangles: Array, cells: float) -> Array:
-    """Return triangles whose corners are merged cell by cell, those without an area left out, shape (m, 3, 3)."""
+    """Return triangles with corners merged per cell, without those of zero area, shape (m, 3, 3)."""
     corners = triangles.reshape(-1, 3)
     size = max(float(np.ptp(corners, axis=0).max()) / cells, 1e-12)
     keys = np.floor((corners - corners.min(axis=0)) / size).astype(np.int64)

@@ -1,4 +1,4 @@
-"""Joints of URDF: what they say of speeds, and those that simulators have in place of wheels that turn."""
+"""URDF joints: their speed limits, and joints that simulators use instead of rotating wheels."""
 
 from collections.abc import Iterator
 
@@ -6,11 +6,11 @@ from mjsim.models.files import Element
 from mjsim.models.inertias import number_of
 
 FEWEST_WHEELS = 2
-"""That a robot stands on."""
+"""Minimum number of wheels of a robot."""
 
 
 def without_rails(root: Element, path: str) -> Iterator[str]:
-    """Make joints of a URDF rigid on which a simulator moves the whole robot, and yield what was done."""
+    """Make URDF joints rigid on which a simulator moves the whole robot, and yield notes on what was done."""
     joints = root.findall("joint")
     below = {name: [j for j in joints if _end(j, "parent") == name] for name in {_end(j, "parent") for j in joints}}
     carried = {_end(joint, "child") for joint in joints}
@@ -26,13 +26,13 @@ def without_rails(root: Element, path: str) -> Iterator[str]:
 
 
 def _end(joint: Element, which: str) -> str:
-    """Return the link at an end of a joint."""
+    """Return the link at one end of a joint."""
     found = joint.find(which)
     return "" if found is None else found.get("link", "")
 
 
 def freed_wheels(root: Element, path: str) -> Iterator[str]:
-    """Let the wheels of a URDF turn that stand on fixed joints, where none turns, and yield what was done."""
+    """If all wheels of a URDF are on fixed joints, let them turn, and yield notes on what was done."""
     joints = root.findall("joint")
 
     def is_wheel(joint: Element) -> bool:
@@ -50,7 +50,7 @@ def freed_wheels(root: Element, path: str) -> Iterator[str]:
 
 
 def said_speeds(root: Element) -> Iterator[tuple[str, float]]:
-    """Yield the largest speeds of joints of URDF."""
+    """Yield the maximum speeds of joints of a URDF."""
     for joint in root.findall("joint"):
         limit = joint.find("limit")
         speed = number_of(limit.get("velocity")) if limit is not None else None

@@ -1,4 +1,4 @@
-"""A model as one rigid body: what it weighs and what it fills while all its joints are at rest."""
+"""A model as one rigid body: its mass and its shape with all joints at rest."""
 
 from dataclasses import dataclass
 
@@ -13,26 +13,26 @@ from mjsim.models.rigid import AtRest, at_rest, weighed
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WholeModel:
-    """A model that does not move in itself, in units and in the frame of its file."""
+    """A model without internal motion, in the units and the frame of its file."""
 
     rest: AtRest
-    """Its joints as they stay."""
+    """Its joints at rest."""
     mass: float
-    """[kg]; 0 where the file gives none."""
+    """[kg]; 0 if the file gives none."""
     center: Array
-    """Of mass, shape (3,)."""
+    """Centre of mass, shape (3,)."""
     inertia: Array
-    """About that centre, axes of the file, shape (3, 3)."""
+    """Inertia about the centre of mass, axes of the file, shape (3, 3)."""
     corners: Array
-    """Of the convex hull of all that can be touched, shape (n, 3)."""
+    """Corners of the convex hull of all collision shapes, shape (n, 3)."""
 
 
 def whole_of(model: mujoco.MjModel, *, urdf: bool) -> WholeModel:
-    """Return a model as one rigid body, each joint at its reference or at the limit next to that."""
+    """Return a model as one rigid body, each joint at its reference or at the nearest limit."""
     rest = at_rest(model)
     mass, center, inertia = weighed(model, rest.data, range(model.nbody))
     _, touched = seen_and_touched(model, urdf=urdf)
     points = np.concatenate([rest.points(number) for number in np.flatnonzero(touched).tolist()])
-    # Sheets have no hull in space unless their points are joggled.
+    # Flat point sets have no 3-D hull unless their points are jittered.
     corners = points[ConvexHull(points, qhull_options="QJ").vertices] if len(points) > 4 else points
     return WholeModel(rest=rest, mass=mass, center=center, inertia=inertia, corners=corners)

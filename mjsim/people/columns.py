@@ -1,4 +1,4 @@
-"""Figures from above and from any other side: outlines of their segments, and the upright prisms that hold them."""
+"""Outlines of figures' segments from above and from other directions, and vertical prisms that contain them."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -12,11 +12,11 @@ Column = tuple[Array, float, float]
 
 
 def columns(skins: Mapping[str, Sequence[Mesh]], poses: Mapping[str, Array]) -> dict[str, Column]:
-    """Return upright prisms that hold the segments of a figure by their names, the lowest first.
+    """Return vertical prisms that contain the segments of a figure, by name, lowest first.
 
     Args:
-        skins: Surfaces of the segments, as `surfaces` returns them.
-        poses: World from segment, as `Figure.poses` returns them.
+        skins: Surfaces of the segments, as returned by `surfaces`.
+        poses: world_from_segment, as returned by `Figure.poses`.
     """
     found: dict[str, Column] = {}
     for name, meshes in skins.items():
@@ -28,12 +28,12 @@ def columns(skins: Mapping[str, Sequence[Mesh]], poses: Mapping[str, Array]) -> 
 def silhouettes(
     skins: Mapping[str, Sequence[Mesh]], poses: Mapping[str, Array], look: Array
 ) -> Iterator[tuple[str, Array]]:
-    """Yield the outlines of a figure in a drawing, the farthest first: the segment, and the hull of a surface of it.
+    """Yield the outlines of a figure in a drawing, farthest first: the segment, and the hull of one of its surfaces.
 
     Args:
-        skins: Surfaces of the segments, as `surfaces` returns them.
-        poses: World from segment, as `Figure.poses` returns them.
-        look: drawing_from_world: to the right, up, towards the viewer, shape (3, 4) [m].
+        skins: Surfaces of the segments, as returned by `surfaces`.
+        poses: world_from_segment, as returned by `Figure.poses`.
+        look: drawing_from_world: right, up, towards the viewer, shape (3, 4) [m].
 
     Yields:
         Name, and a convex outline in the drawing, counter-clockwise, shape (n, 2) [m].
@@ -43,13 +43,13 @@ def silhouettes(
         for mesh in meshes:
             points = _moved(mesh, poses[name]) @ look[:, :3].T + look[:, 3]
             seen.append((float(points[:, 2].mean()), name, _hull(points)))
-    # Where depths are the same, as of head and neck from the side, the order of the segments stays.
+    # At equal depths, such as of head and neck from the side, the order of the segments is kept.
     for _, name, outline in sorted(seen, key=lambda each: round(each[0], 2)):
         yield name, outline
 
 
 def _moved(mesh: Mesh, pose: Array) -> Array:
-    """Return the vertices of a surface in the world, shape (n, 3) [m]."""
+    """Return the vertices of a surface in the world frame, shape (n, 3) [m]."""
     return np.asarray(mesh.vertices @ pose[:3, :3].T + pose[:3, 3])
 
 

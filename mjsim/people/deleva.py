@@ -16,18 +16,19 @@ from mjsim.people.survey import Sex
 
 @dataclass(frozen=True, slots=True)
 class Share:
-    """What a segment is of a body and of its own length."""
+    """Parameters of a segment relative to the body and to its own length."""
 
     mass: float
     """As a fraction of the body's mass."""
     center: float
-    """Distance of its centre of mass from its upper endpoint (of the foot, from the heel), as a share of its length."""
+    """Distance of its centre of mass from its upper endpoint (for the foot, from the heel), as a fraction of its
+    length."""
     sagittal: float
-    """Radius of gyration about the axis that points forward, as a fraction of its length."""
+    """Radius of gyration about the forward axis, as a fraction of its length."""
     transverse: float
-    """About the axis that points to the left."""
+    """Radius of gyration about the axis to the left, as a fraction of its length."""
     longitudinal: float
-    """About the axis from endpoint to endpoint."""
+    """Radius of gyration about the axis between the endpoints, as a fraction of its length."""
 
 
 SHARES: Mapping[Sex, Mapping[str, Share]] = {
@@ -57,17 +58,17 @@ SHARES: Mapping[Sex, Mapping[str, Share]] = {
     },
 }
 PAIRED = ("upper_arm", "forearm", "hand", "thigh", "shank", "foot")
-"""Segments that a body has two of."""
+"""Segments that exist on both sides."""
 
 TRUNK_LEVELS: Mapping[Sex, tuple[float, float]] = {
     "female": (181.5 / 614.8, (181.5 + 205.3) / 614.8),
     "male": (145.7 / 603.3, (145.7 + 215.5) / 603.3),
 }
-"""Heights of omphalion and xiphion above the hip joints, as shares of that of the cervicale."""
+"""Heights of omphalion and xiphion above the hip joints, as fractions of that of the cervicale."""
 
 
 def share_of(sex: Sex, segment: str) -> Share:
-    """Return the fraction of a segment, whose mass with all others makes up the whole: the table's are rounded."""
+    """Return the parameters of a segment, with masses scaled to add up to 1: those in the table are rounded."""
     table = SHARES[sex]
     whole = sum(each.mass * (2 if name in PAIRED else 1) for name, each in table.items())
     share = table[segment]

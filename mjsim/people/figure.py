@@ -1,4 +1,4 @@
-"""A figure: segments of a body that has given measures, held by joints."""
+"""A figure: segments of a body with given measures, connected by joints."""
 
 import math
 from collections.abc import Mapping
@@ -40,24 +40,24 @@ PARENTS: Mapping[str, str | None] = {
 
 
 HAND_BESIDE = 0.025
-"""Of the middle of a hanging hand from the side of the hips [m]; assumed."""
+"""Distance of the middle of a hanging hand from the side of the hips [m]; assumed."""
 LEAST_ASIDE, ELBOW_AT_EASE = math.radians(3.0), math.radians(12.0)
-"""How far hanging arms are from the trunk at least, and how far elbows bend of themselves [rad]; assumed."""
+"""Minimum angle of hanging arms from the trunk, and relaxed elbow flexion [rad]; assumed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """A rigid part of a figure; its frame has its origin at its upper joint, of the pelvis at the H-point."""
+    """A rigid part of a figure; the origin of its frame is its upper joint, for the pelvis the H-point."""
 
     name: str
     parent: str | None
     """None for the pelvis."""
     at: Vector3
-    """Its origin in the frame of its parent; of the pelvis, in the world when the figure stands upright [m]."""
+    """Its origin in the frame of its parent; for the pelvis, in the world frame of the upright figure [m]."""
     solid: Solid
-    """Mass, centre and inertia, in its frame."""
+    """Mass, centre of mass and inertia, in its frame."""
     joints: tuple[Joint, ...]
-    """Those that turn it against its parent, in their order."""
+    """Joints between its parent and itself, in order."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +66,7 @@ class Landmark:
 
     segment: str
     at: Vector3
-    """In the frame of the segment [m]."""
+    """Position in the frame of the segment [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,20 +75,20 @@ class Figure:
 
     measures: Measures
     segments: Mapping[str, Segment]
-    """By their names, parents first."""
+    """By name, parents first."""
     joints: Mapping[str, Joint]
-    """By their names, in the order of values of joints, n of them."""
+    """By name, in the order of joint values, n in total."""
     landmarks: Mapping[str, Landmark]
-    """By their names."""
+    """By name."""
     seat_to_hip: float
     """Height of the H-point above a hard seat, sitting erect [m]."""
 
     @classmethod
     def of(cls, measures: Measures) -> Self:
-        """Return the figure that has these measures.
+        """Return the figure with these measures.
 
         Raises:
-            MeasureError: No body has these measures together.
+            MeasureError: No body has this combination of measures.
         """
         frame = body_frame(measures)
         origins = _both_sides(frame.joints)
@@ -114,19 +114,19 @@ class Figure:
 
     @property
     def limits(self) -> Array:
-        """Least and largest values of all joints, shape (n, 2) [rad]."""
+        """Return minimum and maximum of all joints, shape (n, 2) [rad]."""
         return np.array([[joint.low, joint.high] for joint in self.joints.values()])
 
     @property
     def upright(self) -> Array:
-        """World from pelvis where the figure stands upright above the origin, shape (4, 4) [m]."""
+        """world_from_pelvis of the upright figure above the origin, shape (4, 4) [m]."""
         pose = np.eye(4)
         pose[:3, 3] = self.segments["pelvis"].at
         return pose
 
     @property
     def at_ease(self) -> Array:
-        """Values of the joints of a person standing at ease: arms hang beside the hips, shape (n,) [rad]."""
+        """Joint values of a relaxed standing person: arms hang beside the hips, shape (n,) [rad]."""
         shoulder, hip = self.segments["left_upper_arm"], self.landmarks["left_hip_side"]
         thorax = self.poses()["thorax"][:3, 3] + shoulder.at
         way = thorax[2] - self.segments["pelvis"].at[2]
@@ -135,7 +135,7 @@ class Figure:
         return self.values({f"{side}_{name}": angle for side in SIDES for name, angle in angles.items()})
 
     def values(self, angles: Mapping[str, float]) -> Array:
-        """Return values of all joints, shape (n,) [rad]: those given by name, 0 for all others.
+        """Return all joint values, shape (n,) [rad]: those given by name, 0 for the others.
 
         Raises:
             ValueError: The joint does not exist.
@@ -149,14 +149,14 @@ class Figure:
         return found
 
     def poses(self, values: ArrayLike | None = None, root: Array | None = None) -> dict[str, Array]:
-        """Return where all segments are.
+        """Return the poses of all segments.
 
         Args:
-            values: Of the joints in their order, shape (..., n) [rad]; by default zeros.
-            root: World from pelvis, shape (..., 4, 4) [m]; by default upright above the origin.
+            values: Joint values in order, shape (..., n) [rad]; by default zeros.
+            root: world_from_pelvis, shape (..., 4, 4) [m]; by default upright above the origin.
 
         Returns:
-            World from segment by the segment's name, shape (..., 4, 4) [m].
+            world_from_segment by the segment's name, shape (..., 4, 4) [m].
         """
         angles = np.zeros(len(self.joints)) if values is None else np.asarray(values, dtype=float)
         columns = {name: angles[..., place] for place, name in enumerate(self.joints)}
@@ -173,19 +173,19 @@ class Figure:
         return found
 
     def lowest(self, values: ArrayLike | None = None) -> float:
-        """Return the height of the lowest point of the soles [m], the pelvis being where it is upright.
+        """Return the height of the lowest point of the soles [m], with the pelvis in its upright pose.
 
         Args:
-            values: Of the joints in their order, shape (n,) [rad]; by default zeros.
+            values: Joint values in order, shape (n,) [rad]; by default zeros.
         """
         spots = self.spots(self.poses(values))
         return min(float(spots[f"{side}_{part}"][2]) for side in SIDES for part in ("heel", "ball", "toe"))
 
     def spots(self, poses: Mapping[str, Array]) -> dict[str, Array]:
-        """Return where all landmarks are in the world, by their names, shape (..., 3) [m].
+        """Return the positions of all landmarks, world frame, by name, shape (..., 3) [m].
 
         Args:
-            poses: World from segment, as `poses` returns them.
+            poses: world_from_segment, as returned by `poses`.
         """
         return {
             name: poses[mark.segment][..., :3, :3] @ mark.at + poses[mark.segment][..., :3, 3]
@@ -194,7 +194,7 @@ class Figure:
 
 
 def _turn(axis: Vector3, angle: Array) -> Array:
-    """Return rotations about an axis of the frame, which is one of its own or the opposite, shape (..., 4, 4)."""
+    """Return rotations by an angle [rad] about an axis of the frame or its opposite, shape (..., 4, 4)."""
     place = int(np.argmax(np.abs(axis)))
     c, s = np.cos(angle), np.sin(angle) * math.copysign(1.0, axis[place])
     i, j = (place + 1) % 3, (place + 2) % 3
@@ -206,7 +206,7 @@ def _turn(axis: Vector3, angle: Array) -> Array:
 
 
 def _both_sides(left: Mapping[str, Vector3]) -> dict[str, Vector3]:
-    """Return points by name with those of the right side, which mirror those of the left."""
+    """Return points by name, with those of the right side mirrored from the left."""
     paired = [name for name in left if name.startswith("left_")]
     right = {name.replace("left_", "right_"): (left[name][0], -left[name][1], left[name][2]) for name in paired}
     return {**left, **right}

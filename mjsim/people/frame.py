@@ -1,7 +1,7 @@
-"""Where joints and landmarks of a standing body lie, from its measures.
+"""Positions of the joints and landmarks of a standing body, from its measures.
 
-A body stands upright on the floor, below the origin; x forward, y left, z up. Each measure is the distance between
-landmarks in the posture in which it was taken, standing or sitting erect with thighs level and shanks upright.
+The body stands upright on the floor, above the origin; x forward, y left, z up. Each measure is the distance between
+landmarks in the posture of the survey, standing or sitting erect with horizontal thighs and vertical shanks.
 """
 
 from collections.abc import Mapping
@@ -14,49 +14,51 @@ from mjsim.people.survey import Sex
 Vector3 = tuple[float, float, float]
 
 SHOULDER_BELOW: Mapping[Sex, float] = {"female": 0.170, "male": 0.152}
-"""Of the shoulder joint below the acromion, as a share of the length from acromion to radiale: so long is the upper arm
-then that it is de Leva's (1996, table 2) for his sample's stature."""
+"""Distance of the shoulder joint below the acromion, as a fraction of the length from acromion to radiale: it makes the
+upper arm as long as de Leva's (1996, table 2) for the stature of his sample."""
 SHOULDER_INWARD = 0.025
-"""Of the shoulder joint from the tip of the acromion: about the radius of the humeral head [m]; assumed."""
+"""Distance of the shoulder joint from the tip of the acromion: about the radius of the humeral head [m]; assumed."""
 HIP_SPREAD = 0.31
-"""Half the distance between the hip joints, as a share of bicristal breadth: 0.36 of the distance between the anterior
-iliac spines (Bell et al., Human Movement Science 8, 1989), which is taken as 0.86 of that breadth (assumed)."""
+"""Half the distance between the hip joints, as a fraction of bicristal breadth: 0.36 of the distance between the
+anterior iliac spines (Bell et al., Human Movement Science 8, 1989), which is taken as 0.86 of that breadth (assumed).
+"""
 KNEE_FRONT = 0.6
-"""Of the depth of the bent knee, from its hollow to its front, before the joint; assumed."""
+"""Fraction of the depth of the bent knee, from its hollow to its front, that is in front of the joint; assumed."""
 ANKLE_FROM_HEEL = 0.26
 """As a fraction of foot length; assumed."""
 BALL_FROM_HEEL = 0.72
-"""Of the ball of the foot, as a fraction of foot length; assumed."""
+"""Distance of the ball of the foot from the heel, as a fraction of foot length; assumed."""
 THUMB_TIP = 0.62
-"""From the wrist to the tip of the thumb where that touches the index finger, as a fraction of hand length; assumed."""
+"""Distance from the wrist to the tip of the thumb when it touches the index finger, as a fraction of hand length;
+assumed."""
 GRIP = 0.80
-"""From the wrist to the middle of the fist, as a fraction of palm length; assumed."""
+"""Distance from the wrist to the centre of the fist, as a fraction of palm length; assumed."""
 SPINE = 0.30
-"""Of the joints of the spine before the back, as a fraction of the trunk's depth; assumed."""
+"""Distance of the joints of the spine from the back, as a fraction of the trunk's depth; assumed."""
 PUPIL_BEHIND = 0.015
-"""Of the pupils behind the glabella [m]; assumed."""
+"""Distance of the pupils behind the glabella [m]; assumed."""
 LEAST = 0.005
-"""No length between landmarks is less [m]."""
+"""Minimum length between landmarks [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Spot:
-    """A point of a standing body."""
+    """A point on a standing body."""
 
     segment: str
-    """The segment that it is on."""
+    """The segment that contains it."""
     at: Vector3
     """World frame [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class BodyFrame:
-    """Joints and landmarks of a standing body; of limbs those on the left."""
+    """Joints and landmarks of a standing body; for limbs those on the left."""
 
     joints: Mapping[str, Vector3]
-    """Where the joint above each segment lies, by segment, world frame [m]; of the pelvis, the H-point."""
+    """Position of the joint above each segment, by segment, world frame [m]; for the pelvis, the H-point."""
     landmarks: Mapping[str, Spot]
-    """By their names; those of limbs, acromion and eyes are on the left."""
+    """By name; those of limbs, acromion and eyes are on the left."""
     seat_to_hip: float
     """Height of the hip joints above a hard seat, sitting erect [m]."""
 
@@ -65,7 +67,7 @@ def body_frame(measures: Measures) -> BodyFrame:
     """Return joints and landmarks of a standing body.
 
     Raises:
-        MeasureError: No body has these measures together; the message names one that does not fit.
+        MeasureError: No body has this combination of measures; the message names one that does not fit.
     """
     derived = _derived(measures)
     joints = _joints(measures, derived)
@@ -73,13 +75,13 @@ def body_frame(measures: Measures) -> BodyFrame:
 
 
 def _derived(m: Measures) -> dict[str, float]:
-    """Return lengths that follow from several measures [m]; raises MeasureError when one is no length."""
+    """Return lengths derived from several measures [m]; raises MeasureError if one is not positive."""
     hip, knee = m["trochanterion_height"], m["lateral_epicondyle_height"]
     knee_depth = m["buttock_knee_length"] - m["buttock_popliteal_length"]
     upper_arm = (1.0 - SHOULDER_BELOW[m.sex]) * m["upper_arm_length"]
     sitting = m["sitting_height"] - m["stature"]
     found = {
-        # name: (length, the measure that does not fit where it is none)
+        # name: (length, the measure to name if it is not valid)
         "thigh": (hip - knee, "lateral_epicondyle_height"),
         "shank": (knee - m["lateral_malleolus_height"], "lateral_malleolus_height"),
         "tibia": (knee - m["tibial_height"], "tibial_height"),

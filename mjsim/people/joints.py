@@ -1,7 +1,7 @@
-"""Joints of a figure: axes, and how far each turns, with sources.
+"""Joints of a figure: axes and ranges, with sources.
 
-At zero a figure stands upright, arms hanging, thumbs forward; all segments are parallel to the world: x forward, y
-left, z up. A positive value is the movement that the name tells, alike on both sides.
+At zero the figure stands upright with arms hanging and thumbs forward; all segments are parallel to the world: x
+forward, y left, z up. A positive value is the movement in the joint's name, equally on both sides.
 """
 
 import math
@@ -25,15 +25,15 @@ class Joint:
 
     name: str
     segment: str
-    """The segment that it turns, against that segment's parent."""
+    """The segment that it moves relative to that segment's parent."""
     axis: Vector3
-    """Unit vector in the frame of the segment; positive right-handed about it."""
+    """Unit vector in the frame of the segment; right-handed about it is positive."""
     low: float
-    """Least value [rad]."""
+    """Minimum value [rad]."""
     high: float
-    """Largest value [rad]."""
+    """Maximum value [rad]."""
     source: str
-    """Of both ends of the range."""
+    """Source of both limits."""
 
 
 _TRUNK = (
@@ -52,7 +52,7 @@ _TRUNK = (
     ("head", "head_twist", (0.0, 0.0, 1.0), (-40, 40), CFR + SPLIT),
 )
 _LIMBS = (
-    # As on the left; on the right, axes that are not along y point the other way.
+    # As on the left; on the right, axes other than y are inverted.
     ("upper_arm", "shoulder_flexion", (0.0, -1.0, 0.0), (-60, 180), f"{CFR}; extension: {AAOS}"),
     ("upper_arm", "shoulder_abduction", (1.0, 0.0, 0.0), (-45, 180), f"{CFR}; adduction: {ASSUMED}"),
     ("upper_arm", "shoulder_rotation", (0.0, 0.0, -1.0), (-90, 90), CFR),
@@ -70,7 +70,7 @@ _LIMBS = (
 
 
 def joints() -> tuple[Joint, ...]:
-    """Return all joints of a figure, parents first; values of joints have this order."""
+    """Return all joints of a figure, parents first; this is the order of joint values."""
     return (*(_joint("", *row) for row in _TRUNK), *_limb_joints())
 
 

@@ -10,53 +10,53 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 
 AROUND = 24
-"""Points of a ring."""
+"""Number of points of a ring."""
 ALONG = 4
-"""Rings between two that are given."""
+"""Number of rings interpolated between two given ones."""
 DOME = 4
-"""Rings of a rounded end."""
+"""Number of rings of a rounded end."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ring:
-    """An oval across a limb or a trunk, in a plane across the axis of the surface."""
+    """An oval cross-section of a limb or trunk, perpendicular to the axis of the surface."""
 
     along: float
-    """Where its plane cuts the axis [m]."""
+    """Position of its plane along the axis [m]."""
     front: float
-    """How far it reaches to the front of the axis [m]."""
+    """Extent to the front of the axis [m]."""
     back: float
-    """How far it reaches to the back [m]."""
+    """Extent to the back [m]."""
     left: float
-    """How far it reaches to the left, and to the right unless told [m]."""
+    """Extent to the left, and to the right unless given [m]."""
     right: float | None = None
-    """[m]"""
+    """Extent to the right [m]."""
     square: float = 2.0
-    """Exponent of the superellipse: 2 is an ellipse, more is nearer to a rectangle."""
+    """Exponent of the superellipse: 2 is an ellipse, larger values approach a rectangle."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mesh:
-    """A closed surface of triangles."""
+    """A closed triangle mesh."""
 
     vertices: Array
     """Shape (n, 3) [m]."""
     faces: NDArray[np.int32]
-    """Corners counter-clockwise from outside, shape (m, 3)."""
+    """Vertex indices, counter-clockwise seen from outside, shape (m, 3)."""
 
     def volume(self) -> float:
-        """Return what it encloses [m^3]."""
+        """Return the enclosed volume [m^3]."""
         a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
         return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
 
 def loft(rings: Sequence[Ring], *, start: float, end: float) -> Mesh:
-    """Return a smooth surface through rings along z, closed by domes; x is to the front, y to the left.
+    """Return a smooth surface through rings along z, closed by domes; x is forward, y left.
 
     Args:
-        rings: From one end to the other, of rising or of falling `along`.
-        start: How far the dome before the first ring reaches [m].
-        end: How far the dome behind the last ring reaches [m].
+        rings: From one end to the other, with increasing or decreasing `along`.
+        start: Height of the dome before the first ring [m].
+        end: Height of the dome after the last ring [m].
     """
     from scipy.interpolate import PchipInterpolator
 
@@ -72,12 +72,12 @@ def loft(rings: Sequence[Ring], *, start: float, end: float) -> Mesh:
 
 
 def _dome(ring: Array, reach: float) -> Array:
-    """Return rings beyond an end, which round it off, shape (DOME, 6)."""
+    """Return rings that round off an end, shape (DOME, 6)."""
     angles = np.linspace(0.0, np.pi / 2, DOME + 1)[1:]
     found = np.tile(ring, (DOME, 1))
     found[:, 0] += reach * np.sin(angles)
     middle = (ring[1] - ring[2]) / 2, (ring[3] - ring[4]) / 2
-    # A ring at the tip has hardly any size, and lies in the middle of its oval.
+    # A ring at the tip has almost no size, and is centred in its oval.
     shrunk = np.maximum(np.cos(angles), 0.02)[:, None]
     for (one, other), center in zip(((1, 2), (3, 4)), middle, strict=True):
         half = (ring[one] + ring[other]) / 2

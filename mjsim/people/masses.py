@@ -1,4 +1,4 @@
-"""Masses, centres and inertias of the segments of a body, by the tables of de Leva."""
+"""Masses, centres of mass and inertias of the segments of a body, from de Leva's tables."""
 
 import math
 
@@ -11,13 +11,13 @@ from mjsim.people.frame import BodyFrame, Vector3
 from mjsim.people.measures import Measures
 
 NECK_RADIUS = 0.33
-"""Of the neck, as a fraction of head length; assumed."""
+"""Radius of the neck, as a fraction of head length; assumed."""
 SKULL_HEIGHT = 1.7
-"""Of the head, from chin to vertex, as a fraction of its height above the tragion; assumed."""
+"""Height of the head from chin to vertex, as a fraction of its height above the tragion; assumed."""
 
 
 def solids_of(measures: Measures, frame: BodyFrame) -> dict[str, Solid]:
-    """Return mass, centre and inertia of each segment, in the segment's frame; together they have the body's weight."""
+    """Return mass, centre of mass and inertia of each segment, in its frame; the masses add up to the body's weight."""
     found: dict[str, Solid] = {}
     for name, (upper, lower) in _ends(measures, frame).items():
         kind = name.removeprefix("left_")
@@ -31,7 +31,7 @@ def solids_of(measures: Measures, frame: BodyFrame) -> dict[str, Solid]:
 
 
 def _ends(m: Measures, frame: BodyFrame) -> dict[str, tuple[Vector3, Vector3]]:
-    """Return the endpoints of the segments in de Leva's sense, world frame [m]; of the foot from heel to toe."""
+    """Return the endpoints of the segments as defined by de Leva, world frame [m]; of the foot from heel to toe."""
     joints, marks = frame.joints, frame.landmarks
     omphalion, xiphion = joints["abdomen"][2], joints["thorax"][2]
     middle = 0.5 * (marks["chest_back"].at[0] + marks["chest_front"].at[0])
@@ -54,11 +54,11 @@ def _ends(m: Measures, frame: BodyFrame) -> dict[str, tuple[Vector3, Vector3]]:
 def _solid(m: Measures, kind: str, upper: Vector3, lower: Vector3, origin: Vector3) -> Solid:
     share = share_of(m.sex, kind)
     mass = share.mass * m["weight"]
-    # Along the segment; endpoints of the trunk and of the head lie a little before or behind each other.
+    # Along the segment; the endpoints of trunk and head are slightly offset forward or backward.
     length = abs(lower[0] - upper[0]) if kind == "foot" else abs(upper[2] - lower[2])
     x, y, z = (a + share.center * (b - a) - c for a, b, c in zip(upper, lower, origin, strict=True))
     about = (share.sagittal, share.transverse, share.longitudinal)
-    if kind == "foot":  # its length lies forward
+    if kind == "foot":  # its length points forward
         about = (share.longitudinal, share.transverse, share.sagittal)
     xx, yy, zz = (mass * (radius * length) ** 2 for radius in about)
     return Solid(mass, (x, y, z), (xx, yy, zz, 0.0, 0.0, 0.0))
@@ -70,16 +70,16 @@ def _mirrored(solid: Solid) -> Solid:
 
 
 def _divided(m: Measures, whole: Solid, frame: BodyFrame) -> tuple[Solid, Solid]:
-    """Return neck and head, which together are de Leva's head: a cylinder and an ellipsoid share its mass by volume."""
+    """Return neck and head, together de Leva's head: a cylinder and an ellipsoid share its mass by volume."""
     shift = np.subtract(frame.joints["head"], frame.joints["neck"])
     radius, length = NECK_RADIUS * m["head_length"], float(shift[2])
     tube = math.pi * radius**2 * length
     skull = math.pi / 6.0 * m["head_length"] * m["head_breadth"] * SKULL_HEIGHT * m["tragion_to_vertex"]
     mass = whole.mass * tube / (tube + skull)
     across, axial = mass * (radius**2 / 4.0 + length**2 / 12.0), 0.5 * mass * radius**2
-    # The whole is given in the frame of the head, parallel to that of the neck.
+    # The whole is given in the frame of the head, which is parallel to that of the neck.
     together = np.add(whole.center, shift)
-    # Right below the head, so that no product of inertia is left.
+    # Directly below the head, so that no product of inertia remains.
     neck = np.array([together[0], 0.0, 0.5 * length])
     rest = whole.mass - mass
     head = (whole.mass * together - mass * neck) / rest
@@ -92,7 +92,7 @@ def _divided(m: Measures, whole: Solid, frame: BodyFrame) -> tuple[Solid, Solid]
 
 
 def _moved(mass: float, offset: Array) -> Array:
-    """Return what an inertia gains when its mass is off the point that it is taken about, shape (3, 3) [kg m^2]."""
+    """Return the increase of an inertia for a mass offset from the reference point, shape (3, 3) [kg m^2]."""
     return np.asarray(mass * (offset @ offset * np.eye(3) - np.outer(offset, offset)))
 
 

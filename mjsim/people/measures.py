@@ -1,8 +1,8 @@
-"""The measures of one body: by percentile of stature, proportion and corpulence, or a person's own.
+"""Measures of one body: from percentiles of stature, proportion and corpulence, or a person's own measures.
 
-Percentiles of the parts of one body do not add up: a woman at percentile 5 of stature does not have arms, legs and
-trunk at percentile 5 each. So one measure is taken by its percentile, and all others are the means of the people who
-have it.
+Percentiles of the parts of a body do not add up: a woman at the 5th percentile of stature does not have arms, legs and
+trunk at the 5th percentile each. Therefore one measure is given by its percentile, and all others are the means of
+people with that value.
 """
 
 from collections.abc import Iterator, Mapping
@@ -17,29 +17,29 @@ OUTSIDE: Mapping[str, str] = {
     "functional_leg_length": "the trunk gives way when the leg is stretched, and a rigid one does not",
     "span": "the shoulder blades move inwards when arms are raised sideways, and a figure has no joint there",
 }
-"""Measures that a figure does not keep, each with the reason."""
+"""Measures that a figure does not reproduce, each with the reason."""
 FARTHEST = 5.0
-"""A measure may lie so many standard deviations from what the others let expect."""
+"""Maximum deviation of a measure from its expectation given the others, in standard deviations."""
 
 
 class MeasureError(ValueError):
-    """A measure that no body has, alone or beside the others."""
+    """An impossible measure, alone or in combination with others."""
 
     def __init__(self, measure: str, message: str) -> None:
         self.measure = measure
-        """Its name, or that of a percentile."""
+        """Name of the measure or of a percentile."""
         super().__init__(message)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Measures(Mapping[str, float]):
-    """36 measures of one body, by the names of `Survey` [m; weight in kg]."""
+    """36 measures of one body, by their names in `Survey` [m; weight in kg]."""
 
     sex: Sex
     values_by_name: Mapping[str, float]
     """All measures [m; weight in kg]."""
     own: tuple[str, ...] = ()
-    """Names of those that were given; all others follow from them."""
+    """Names of those that were given; the others are derived from them."""
 
     def __getitem__(self, name: str) -> float:
         """Return a measure [m; weight in kg]."""
@@ -50,7 +50,7 @@ class Measures(Mapping[str, float]):
         return iter(self.values_by_name)
 
     def __len__(self) -> int:
-        """Return how many measures there are."""
+        """Return the number of measures."""
         return len(self.values_by_name)
 
     @classmethod
@@ -61,12 +61,12 @@ class Measures(Mapping[str, float]):
 
         Args:
             sex: 'female' or 'male'.
-            percentile: Of stature, by the survey's table, 1 to 99.
-            proportion: Percentile of sitting height among people of this stature, 1 to 99; more is a longer trunk.
+            percentile: Percentile of stature in the survey's table, 1 to 99.
+            proportion: Percentile of sitting height among people of this stature, 1 to 99; higher means a longer trunk.
             corpulence: Percentile of weight among people of this stature and sitting height, 1 to 99.
 
         Raises:
-            MeasureError: The sex does not exist, or a percentile is outside of the table.
+            MeasureError: The sex does not exist, or a percentile is outside the table.
         """
         table = _table(sex)
         _check_percentile("percentile", percentile)
@@ -74,17 +74,17 @@ class Measures(Mapping[str, float]):
 
     @classmethod
     def of_own(cls, sex: Sex, own: Mapping[str, float], *, proportion: float = 50.0, corpulence: float = 50.0) -> Self:
-        """Return measures that a person has, and means of the others given these.
+        """Return a person's own measures, and the expected values of the others given these.
 
         Args:
             sex: 'female' or 'male'.
-            own: The person's measures by their names [m; weight in kg].
-            proportion: As for `at_percentile`, where sitting height is not given.
-            corpulence: As for `at_percentile`, where weight is not given.
+            own: The person's measures by name [m; weight in kg].
+            proportion: As for `at_percentile`, if sitting height is not given.
+            corpulence: As for `at_percentile`, if weight is not given.
 
         Raises:
-            MeasureError: There is no such sex or measure, a percentile is outside of the table, or nobody has a measure
-                together with the others.
+            MeasureError: There is no such sex or measure, a percentile is outside the table, or no body has this
+                combination of measures.
         """
         table = _table(sex)
         check_own(table, own)
@@ -112,7 +112,7 @@ class Measures(Mapping[str, float]):
 
 
 def check_own(table: Survey, own: Mapping[str, float]) -> None:
-    """Raise MeasureError when a measure is none of a person, or none beside the others that are given."""
+    """Raise MeasureError if a measure does not exist, or is impossible alone or together with the other given ones."""
     for name, value in own.items():
         if name not in table.names:
             raise MeasureError(name, f"no measure '{name}'{did_you_mean(name, table.names)}")

@@ -1,4 +1,4 @@
-"""Figures that stand on floors, slopes and steps: ankles follow the slope, and the leg that stands higher bends."""
+"""Figures standing on floors, slopes and steps: ankles follow the slope, and the leg on higher ground bends."""
 
 import math
 from collections.abc import Callable, Collection
@@ -10,33 +10,33 @@ from mjsim.people.figure import Figure
 from mjsim.people.joints import SIDES
 
 Ground = Callable[[Array], float]
-"""Height of what is below a place, world frame, shape (2,) [m]."""
+"""Height of the ground at a point, world frame, shape (2,) [m]."""
 STEEPEST = math.radians(20.0)
-"""What is steeper under a foot is the edge of something, not a slope [rad]; assumed."""
+"""Steeper ground under a foot is an edge, not a slope [rad]; assumed."""
 BESIDE = 0.03
-"""From the middle of a sole, where the slope across it is looked for [m]; assumed."""
+"""Distance from the centreline of a sole at which the lateral slope is measured [m]; assumed."""
 BEND = 0.2
-"""A leg is made shorter by so much at most [m]; assumed."""
+"""Maximum shortening of a leg [m]; assumed."""
 
 
 def stand(
     figure: Figure, values: Array, root: Array, ground: Ground, *, held: Collection[str] = ()
 ) -> tuple[Array, Array]:
-    """Return the joints and the place of a figure that stands with its feet on the ground.
+    """Return joint values and pelvis pose of a figure that stands with its feet on the ground.
 
-    The trunk keeps its lean and heading. Each ankle follows the slope under its foot, and the leg whose foot would
-    stand higher bends. No sole is below the ground, and one touches it.
+    The trunk keeps its lean and heading. Each ankle follows the slope under its foot, and the leg on higher ground
+    bends. No sole is below the ground, and one touches it.
 
     Args:
         figure: The body.
-        values: Of its joints on a level floor, shape (n,) [rad].
-        root: World from pelvis, above the place where it stands, at any height, shape (4, 4) [m].
-        ground: What it stands on.
-        held: Joints that stay as they are.
+        values: Joint values on a level floor, shape (n,) [rad].
+        root: world_from_pelvis above the standing position, at any height, shape (4, 4) [m].
+        ground: The ground.
+        held: Joints that must not change.
 
     Returns:
-        values: Of the joints, shape (n,) [rad].
-        root: World from pelvis, shape (4, 4) [m].
+        values: Joint values, shape (n,) [rad].
+        root: world_from_pelvis, shape (4, 4) [m].
     """
     values, root = values.copy(), root.copy()
     names = list(figure.joints)
@@ -53,7 +53,7 @@ def stand(
 
 
 def _slopes(figure: Figure, values: Array, root: Array, ground: Ground, side: str) -> dict[str, float]:
-    """Return how far an ankle turns to follow the ground under its foot, by joint [rad]; none at an edge."""
+    """Return the ankle angles that follow the ground under a foot, by joint [rad]; none at an edge."""
     spots = figure.spots(figure.poses(values, root))
     heel, ball = (spots[f"{side}_{part}"][:2] for part in ("heel", "ball"))
     ahead = (ball - heel) / np.linalg.norm(ball - heel)
@@ -66,22 +66,22 @@ def _slopes(figure: Figure, values: Array, root: Array, ground: Ground, side: st
 
 
 def _room(figure: Figure, values: Array, root: Array, ground: Ground, side: str) -> float:
-    """Return how far a foot is above what is below its heel and ball; negative where it is below that [m]."""
+    """Return the height of a foot above the ground below its heel and ball; negative if it is below the ground [m]."""
     spots = figure.spots(figure.poses(values, root))
     soles = (spots[f"{side}_{part}"] for part in ("heel", "ball"))
     return min(float(sole[2]) - ground(sole[:2]) for sole in soles)
 
 
 def _bend(figure: Figure, values: Array, side: str, by: float) -> dict[str, float]:
-    """Return how far hip, knee and ankle turn for a stretched leg to be shorter, its foot level [rad].
+    """Return the angles of hip, knee and ankle that shorten a stretched leg with a level foot [rad].
 
-    The foot is below the hip where the ankle bends so far, else ahead of it.
+    The foot is below the hip if the ankle can bend so far, otherwise in front of it.
 
     Args:
         figure: The body.
-        values: Of its joints, shape (n,) [rad].
-        side: Of the leg.
-        by: How much shorter [m].
+        values: Joint values, shape (n,) [rad].
+        side: Side of the leg.
+        by: Shortening [m].
     """
     thigh, shank = (float(np.linalg.norm(figure.segments[f"{side}_{name}"].at)) for name in ("shank", "foot"))
     ankle, length = f"{side}_ankle_flexion", thigh + shank - by
@@ -93,7 +93,7 @@ def _bend(figure: Figure, values: Array, side: str, by: float) -> dict[str, floa
 
 
 def _turn(figure: Figure, values: Array, names: list[str], turns: dict[str, float], held: Collection[str]) -> None:
-    """Turn joints further, within their ranges; none where one of them is held."""
+    """Change joint values within their ranges; not at all if one of the joints is held."""
     if any(name in held for name in turns):
         return
     for name, turn in turns.items():

@@ -1,7 +1,7 @@
-"""What a figure looks like: a smooth surface around each segment, as deep, broad and heavy as the body.
+"""Appearance of a figure: a smooth surface around each segment, with the depth, breadth and mass of the body.
 
-Depths and breadths of head and trunk are measures of the body. Limbs have the volume that their mass takes; how it is
-spread along them is drawn by eye, as are the forms of head, hands and feet (no data set).
+Depths and breadths of head and trunk are measures of the body. Limbs have the volume of their mass; its distribution
+along them is modelled by eye, as are the shapes of head, hands and feet (no data set).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -14,14 +14,14 @@ from mjsim.people.figure import Figure
 from mjsim.people.loft import Mesh, Ring, loft
 
 DENSITY = 1050.0
-"""Of limbs [kg/m^3]: between 1040 of the thigh and 1130 of forearm and lower leg; Winter, Biomechanics and Motor
-Control of Human Movement (2009), table 4.1."""
+"""Density of limbs [kg/m^3]: between 1040 for the thigh and 1130 for forearm and lower leg; Winter, Biomechanics and
+Motor Control of Human Movement (2009), table 4.1."""
 ROUNDS = 3
-"""In so many rounds the thickness of a limb comes to its volume."""
+"""Number of iterations in which the thickness of a limb is fitted to its volume."""
 
 
 def surfaces(figure: Figure) -> dict[str, tuple[Mesh, ...]]:
-    """Return the surfaces of all segments by their names, each in the frame of its segment; hands have a thumb."""
+    """Return the surfaces of all segments by name, each in the frame of its segment; hands have a thumb."""
     found: dict[str, tuple[Mesh, ...]] = {**_trunk(figure), **_head(figure)}
     for name, make in _LEFT.items():
         left = make(figure)
@@ -31,7 +31,7 @@ def surfaces(figure: Figure) -> dict[str, tuple[Mesh, ...]]:
 
 
 def hair(figure: Figure) -> Mesh:
-    """Return the surface of the hair, in the frame of the head; it covers the skull and is no part of the body."""
+    """Return the surface of the hair, in the frame of the head; it covers the skull and does not belong to the body."""
     high, long, broad = _head_sizes(figure)
     middle, thick = _mark(figure, "occiput")[0] + long / 2, 0.006
     rings = [
@@ -52,7 +52,7 @@ def _shifted(mesh: Mesh, by: Sequence[float]) -> Mesh:
 
 
 def _forward(mesh: Mesh) -> Mesh:
-    """Return a surface along z laid along x: its front goes up."""
+    """Return a surface along z rotated to x: its front points up."""
     return Mesh(np.stack([mesh.vertices[:, 2], -mesh.vertices[:, 1], mesh.vertices[:, 0]], axis=-1), mesh.faces)
 
 
@@ -62,17 +62,17 @@ def _mark(figure: Figure, name: str) -> Array:
 
 
 def _length(figure: Figure, segment: str) -> float:
-    """Return how far the next joint of a limb lies below its own [m]."""
+    """Return the distance of a limb's next joint below its own [m]."""
     return -figure.segments[segment].at[2]
 
 
 def _filled(figure: Figure, segment: str, make: Callable[[float], Mesh]) -> tuple[Mesh]:
-    """Return a limb as thick as its mass wants it.
+    """Return a limb with the thickness that its mass requires.
 
     Args:
-        figure: Whose limb it is.
-        segment: Its name.
-        make: Makes its surface from a thickness [m].
+        figure: The figure.
+        segment: Name of the limb.
+        make: Returns its surface for a thickness [m].
     """
     wanted, thickness = figure.segments[segment].solid.mass / DENSITY, 0.05
     for _ in range(ROUNDS):
@@ -89,9 +89,9 @@ _Table = Sequence[tuple[float, tuple[float, float, float, float]]]
 
 
 def _limb(figure: Figure, segment: str, length: float, table: _Table, *, ends: tuple[float, float]) -> tuple[Mesh]:
-    """Return a limb by a table: places as shares of its length; front, back, outside and inside in thicknesses.
+    """Return a limb from a table: positions as fractions of its length; front, back, outside and inside in thicknesses.
 
-    The thickness follows from the volume, and the ends are rounded by so many of it.
+    The thickness follows from the volume; the rounding of the ends is given in thicknesses.
     """
 
     def make(thickness: float) -> Mesh:
@@ -111,7 +111,7 @@ def _upper_arm(figure: Figure) -> tuple[Mesh, ...]:
         (1.00, (0.80, 0.84, 0.86, 0.86)),
     )
     length, deltoid = _length(figure, "left_forearm"), _mark(figure, "left_deltoid")[1]
-    # The muscle of the shoulder is as broad as measured.
+    # The shoulder muscle is as broad as measured.
     outside = {-0.04: 0.55 * deltoid, 0.10: 0.88 * deltoid, 0.25: deltoid, 0.55: 0.76 * deltoid}
 
     def make(thickness: float) -> Mesh:
@@ -187,7 +187,7 @@ def _hand(figure: Figure) -> tuple[Mesh, ...]:
 def _foot(figure: Figure) -> tuple[Mesh, ...]:
     heel, toe = (_mark(figure, f"left_{name}") for name in ("heel", "toe"))
     long, ankle, floor = toe[0] - heel[0], -heel[2], heel[2]
-    # Laid along x, front is up and left is the right side; rings stand on the floor.
+    # Along x, front is up and left is the right side; rings stand on the floor.
     rows = (
         (0.06, 0.55, 0.11, 0.11),
         (0.16, 0.80, 0.13, 0.13),
@@ -209,12 +209,12 @@ def _foot(figure: Figure) -> tuple[Mesh, ...]:
 def _standing(
     mesh: Mesh, floor: float, rows: Sequence[tuple[float, ...]], heel: float, long: float, ankle: float
 ) -> Mesh:
-    """Return a foot whose rings stand on the floor rather than lie about one axis."""
+    """Return a foot whose rings stand on the floor instead of being centred on one axis."""
     place = (mesh.vertices[:, 0] - heel) / long
     half = np.interp(place, [row[0] for row in rows], [row[1] * ankle / 2 for row in rows])
     lifted = mesh.vertices.copy()
     lifted[:, 2] += floor + half
-    # Ends are round, and none of them below the floor.
+    # Ends are round, and never below the floor.
     lifted[:, 2] = np.maximum(lifted[:, 2], floor)
     return Mesh(lifted, mesh.faces)
 
@@ -269,7 +269,7 @@ def _head(figure: Figure) -> dict[str, tuple[Mesh, ...]]:
 
 
 def _trunk(figure: Figure) -> dict[str, tuple[Mesh, ...]]:
-    """Return pelvis, abdomen and thorax: one outline, cut where the spine bends, each piece rounded into the next."""
+    """Return pelvis, abdomen and thorax: one outline, cut where the spine bends, with rounded transitions."""
     rows = np.array(_outline(figure))
     hip = figure.segments["pelvis"].at[2]
     omphalion = hip + figure.segments["abdomen"].at[2]
@@ -303,9 +303,9 @@ def _rings(rows: Array, places: Sequence[float]) -> list[Ring]:
 
 
 def _outline(figure: Figure) -> list[tuple[float, ...]]:
-    """Return rings of the trunk in the frame of one who stands on the origin.
+    """Return rings of the trunk of a figure standing at the origin.
 
-    Height, reach to the front, to the back and to a side [m], exponent of the superellipse.
+    Height, extent to the front, to the back and to a side [m], exponent of the superellipse.
     """
     m, hip = figure.measures, figure.segments["pelvis"].at[2]
     spots = figure.spots(figure.poses())

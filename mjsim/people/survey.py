@@ -21,7 +21,7 @@ from mjsim.geometry import Array
 Sex = Literal["female", "male"]
 SEXES: tuple[Sex, ...] = get_args(Sex)
 PERCENTILES = (1.0, 5.0, 50.0, 95.0, 99.0)
-"""Those that the survey's table holds."""
+"""Percentiles in the survey's table."""
 FILE = "people/ansur2.json"
 
 _MILLI, _TENTH = 1e-3, 0.1
@@ -63,14 +63,14 @@ SURVEY_NAMES = {
     "span": "span",
     "elbow_rest_height": "elbowrestheight",
 }
-"""Names of measures here -> names in the files of the survey."""
+"""Names of measures here -> names in the survey's files."""
 _SCALES = {"weight": _TENTH, "interpupillary_breadth": _TENTH * _MILLI}
-"""Of what is not in mm in the survey's files."""
+"""Scales of measures that are not in mm in the survey's files."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Survey:
-    """Measures of the men or of the women of a survey, taken as jointly normal."""
+    """Measures of the men or the women of a survey, assumed to be jointly normal."""
 
     sex: Sex
     names: tuple[str, ...]
@@ -78,20 +78,20 @@ class Survey:
     mean: Array
     """Shape (n,) [m; weight in kg]."""
     sd: Array
-    """Standard deviations, shape (n,)."""
+    """Standard deviations, shape (n,) [m; weight in kg]."""
     percentiles: Array
     """Values at `PERCENTILES`, shape (n, 5)."""
     correlation: Array
     """Shape (n, n)."""
 
     def index(self, name: str) -> int:
-        """Return the place of a measure; raises ValueError when there is none of this name."""
+        """Return the index of a measure; raises ValueError if there is none of this name."""
         if name not in self.names:
             raise ValueError(f"no measure '{name}'{did_you_mean(name, self.names)}")
         return self.names.index(name)
 
     def at_percentile(self, name: str, percentile: float) -> float:
-        """Return the value of a measure at a percentile of the table, between those by normal scores [m or kg]."""
+        """Return the value of a measure at a percentile, interpolated in the table by normal scores [m or kg]."""
         scores = [normal_score(each) for each in PERCENTILES]
         return float(np.interp(normal_score(percentile), scores, self.percentiles[self.index(name)]))
 
@@ -99,7 +99,7 @@ class Survey:
         """Return mean and standard deviation of all measures, given some.
 
         Args:
-            known: Values by their names [m; weight in kg].
+            known: Values by name [m; weight in kg].
 
         Returns:
             mean: Shape (n,); known measures keep their values.
@@ -122,13 +122,13 @@ class Survey:
 
 
 def normal_score(percentile: float) -> float:
-    """Return by how many standard deviations a percentile of a normal distribution lies above its mean."""
+    """Return the z-score of a percentile of a normal distribution: its distance above the mean over the deviation."""
     return NormalDist().inv_cdf(percentile / 100.0)
 
 
 @cache
 def survey(sex: Sex) -> Survey:
-    """Return the survey's table of men or of women."""
+    """Return the survey's table of men or women."""
     table = json.loads(resources.files("mjsim.assets").joinpath(FILE).read_text(encoding="utf-8"))
     names = tuple(SURVEY_NAMES)
     scales = np.array([_SCALES.get(name, _MILLI) for name in names])
@@ -146,5 +146,5 @@ def survey(sex: Sex) -> Survey:
 
 
 def is_percentile(value: float) -> bool:
-    """Return whether the table tells of a percentile."""
+    """Return whether a percentile is in the range of the table."""
     return math.isfinite(value) and PERCENTILES[0] <= value <= PERCENTILES[-1]

@@ -1,4 +1,4 @@
-"""Measures taken of a figure: it stands, sits erect and reaches as the people of the survey did.
+"""Measures a figure as in the survey: standing, sitting erect and reaching.
 
 References:
     Hotzman et al., Measurer's Handbook: US Army and Marine Corps Anthropometric Surveys, NATICK/TR-11/017 (2011).
@@ -16,16 +16,16 @@ _RIGHT_ANGLE = math.pi / 2
 SITTING: Mapping[str, float] = {
     f"{side}_{joint}": _RIGHT_ANGLE for side in ("left", "right") for joint in ("hip_flexion", "knee_flexion")
 }
-"""Thighs level and shanks upright [rad]."""
+"""Horizontal thighs and vertical shanks [rad]."""
 
 
 def measured(figure: Figure) -> dict[str, float]:
-    """Return all measures of a figure, taken between its landmarks in the survey's postures [m; weight in kg]."""
+    """Return all measures of a figure, between its landmarks in the survey's postures [m; weight in kg]."""
     return {**_standing(figure), **_sitting(figure), **_of_arms(figure), **_of_parts(figure)}
 
 
 def _standing(figure: Figure) -> dict[str, float]:
-    """Return heights above the floor, standing."""
+    """Return heights above the floor, standing [m]."""
     spots = figure.spots(figure.poses())
     floor = min(spots["left_heel"][2], spots["left_ball"][2])
     heights = {
@@ -43,7 +43,7 @@ def _standing(figure: Figure) -> dict[str, float]:
 
 
 def _sitting(figure: Figure) -> dict[str, float]:
-    """Return what is measured of a sitting person erect, elbows bent to right angles."""
+    """Return the measures of a person sitting erect, with elbows at right angles [m]."""
     bent = {**SITTING, "left_elbow_flexion": _RIGHT_ANGLE}
     spots = figure.spots(figure.poses(figure.values(bent)))
     seat, sole, buttock = spots["seat"][2], spots["left_sole"][2], spots["buttock"][0]
@@ -61,7 +61,7 @@ def _sitting(figure: Figure) -> dict[str, float]:
 
 
 def _of_arms(figure: Figure) -> dict[str, float]:
-    """Return lengths of hanging arms, reach forward from a wall at the back, and span."""
+    """Return lengths of hanging arms, forward reach from a wall behind the back, and span [m]."""
     hanging = figure.spots(figure.poses())
     forward = figure.spots(figure.poses(figure.values({"left_shoulder_flexion": _RIGHT_ANGLE})))
     aside = {f"{side}_shoulder_abduction": _RIGHT_ANGLE for side in ("left", "right")}

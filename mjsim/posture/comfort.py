@@ -1,7 +1,7 @@
-"""Published angles of comfortable sitting, and the joint values that follow from them.
+"""Published angles of comfortable sitting, and the joint values derived from them.
 
-Rebiffé's and the line of sight of MIL-STD-1472G are as the field commonly quotes them: neither text could be opened
-when this was written.
+Rebiffé's angles and the line of sight of MIL-STD-1472G are as commonly quoted in the field: neither source was
+available.
 """
 
 import math
@@ -16,15 +16,15 @@ from mjsim.people import SIDES, Figure
 REBIFFE = "Rebiffé (1969), as commonly quoted, not checked: driving"
 OSHA = "OSHA, Computer Workstations eTool, good working positions: desk"
 SIGHT_DOWN = math.radians(15.0)
-"""Of the normal line of sight below the horizontal of the head [rad]; MIL-STD-1472G, as commonly quoted."""
+"""Angle of the normal line of sight below the horizontal of the head [rad]; MIL-STD-1472G, as commonly quoted."""
 
 
 @dataclass(frozen=True, slots=True)
 class ComfortRange:
-    """A range of comfort that somebody published."""
+    """A published range of comfort."""
 
     angle: str
-    """As `posture_angles` names it, without the side."""
+    """Name of the angle in `posture_angles`, without the side."""
     low: float
     """[deg]"""
     high: float
@@ -33,7 +33,7 @@ class ComfortRange:
 
     @property
     def middle(self) -> float:
-        """Return the middle of the range [rad]."""
+        """Return the centre of the range [rad]."""
         return math.radians((self.low + self.high) / 2)
 
 
@@ -46,7 +46,7 @@ COMFORT = (
     ComfortRange("elbow", 80.0, 120.0, REBIFFE),
     ComfortRange("elbow", 90.0, 120.0, OSHA),
 )
-"""What is known of comfort; of all other joints nothing that can be cited is, and the middle position is preferred."""
+"""Known comfort ranges; for all other joints there is no citable source, and the centre of their range is preferred."""
 ANGLES: Mapping[str, str] = {
     "trunk": "trunk back from upright, from hips to shoulders",
     "trunk_thigh": "between trunk and thigh",
@@ -55,14 +55,14 @@ ANGLES: Mapping[str, str] = {
     "upper_arm": "upper arm from hanging straight down",
     "elbow": "between upper arm and forearm",
 }
-"""What each angle is."""
+"""Definitions of the angles."""
 
 
 def preferred_values(back: float) -> dict[str, float]:
-    """Return preferred values of joints [rad] by their names: middles of Rebiffé's ranges; others prefer 0.
+    """Return preferred joint values by name [rad]: centres of Rebiffé's ranges; others are 0.
 
     Args:
-        back: How far the trunk leans back from upright [rad].
+        back: Backward lean of the trunk from vertical [rad].
     """
     middle = {each.angle: each.middle for each in COMFORT if each.source == REBIFFE}
     found = {}
@@ -70,18 +70,18 @@ def preferred_values(back: float) -> dict[str, float]:
         found[f"{side}_hip_flexion"] = math.pi - middle["trunk_thigh"]
         found[f"{side}_knee_flexion"] = math.pi - middle["knee"]
         found[f"{side}_ankle_flexion"] = math.pi / 2 - middle["foot_calf"]
-        # An arm that hangs along a trunk that leans back points forward by that angle.
+        # An arm parallel to a trunk that leans back points forward by that angle.
         found[f"{side}_shoulder_flexion"] = middle["upper_arm"] - back
         found[f"{side}_elbow_flexion"] = math.pi - middle["elbow"]
     return found
 
 
 def posture_angles(figure: Figure, poses: Mapping[str, Array]) -> dict[str, float]:
-    """Return the angles by which postures are described, by name; those of limbs with their side [deg].
+    """Return the angles that describe a posture, by name; those of limbs with their side [deg].
 
     Args:
         figure: The body.
-        poses: World from segment, as `Figure.poses` returns them.
+        poses: world_from_segment, as returned by `Figure.poses`.
     """
     at = {name: pose[:3, 3] for name, pose in poses.items()}
     spots = figure.spots(poses)
@@ -104,11 +104,11 @@ def posture_angles(figure: Figure, poses: Mapping[str, Array]) -> dict[str, floa
 
 
 def comfort_of(angle: str) -> tuple[ComfortRange, ...]:
-    """Return the ranges that are published for an angle, named with or without its side."""
+    """Return the published ranges of an angle, named with or without its side."""
     bare = angle.removeprefix("left_").removeprefix("right_")
     return tuple(each for each in COMFORT if each.angle == bare)
 
 
 def _between(first: Array, second: Array) -> float:
-    """Return the angle between two vectors in [0, 180] [deg]."""
+    """Return the angle between two vectors, in [0, 180] [deg]."""
     return math.degrees(math.atan2(float(np.linalg.norm(np.cross(first, second))), float(first @ second)))

@@ -1,4 +1,4 @@
-"""Contacts of a posture: what must be zero, and how it changes with the joints; MuJoCo gives both."""
+"""Contacts of a posture: errors that must be zero, and their Jacobians; MuJoCo provides both."""
 
 from dataclasses import dataclass
 from typing import Literal, Protocol
@@ -10,45 +10,45 @@ from mjsim.geometry import Array
 
 Rank = Literal[0, 1, 2, 3]
 BACK, FEET, HANDS, GAZE = 0, 1, 2, 3
-"""Which contacts give way first where not all can be had: the gaze, then hands, then feet, then the back."""
+"""Order in which contacts are relaxed if not all can hold: the gaze first, then hands, then feet, then the back."""
 State = tuple[mujoco.MjModel, mujoco.MjData]
 
 
 class Contact(Protocol):
-    """What a posture must meet."""
+    """A condition that a posture must meet."""
 
     @property
     def name(self) -> str:
-        """How a posture calls it."""
+        """Name of the contact."""
 
     @property
     def rank(self) -> int:
-        """Contacts of higher ranks give way to this one."""
+        """Contacts of higher ranks are relaxed before this one."""
 
     @property
     def size(self) -> int:
-        """How many numbers it asks to be zero."""
+        """Number of error components."""
 
     def error(self, state: State) -> Array:
-        """Return what is to be zero, shape (size,) [m, or rad for a direction]."""
+        """Return the error, shape (size,) [m, or rad for a direction]."""
 
     def jacobian(self, state: State) -> Array:
-        """Return its derivative by the velocities of the model, shape (size, nv)."""
+        """Return the derivative of the error by the velocities of the model, shape (size, nv)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _SiteContact:
-    """What one site is to meet."""
+    """A condition on one site."""
 
     name: str
-    """How a posture calls it."""
+    """Name of the contact."""
     site: str
     """Name of the site in the model."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PointContact(_SiteContact):
-    """A site touches a point."""
+    """A site coincides with a point."""
 
     target: Array
     """World frame, shape (3,) [m]."""
@@ -56,24 +56,24 @@ class PointContact(_SiteContact):
     size: int = 3
 
     def error(self, state: State) -> Array:
-        """Return how far the site is from its target, world frame, shape (3,) [m]."""
+        """Return the vector from target to site, world frame, shape (3,) [m]."""
         return site_place(state, self.site) - self.target
 
     def jacobian(self, state: State) -> Array:
-        """Return the derivative of the site's place, shape (3, nv) [m/rad, m/m]."""
+        """Return the Jacobian of the site's position, shape (3, nv) [m/rad, m/m]."""
         return site_jacobians(state, self.site)[0]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PlaneContact(_SiteContact):
-    """A site lies in a plane: of the world, or one that hangs on another site, as a back leans on a backrest."""
+    """A site lies in a plane: fixed in the world, or attached to another site, as the back on a backrest."""
 
     normal: Array
-    """World frame, shape (3,)."""
+    """Normal of the plane, world frame, shape (3,)."""
     base: str | None = None
     """A site in the plane; by default the origin of the world."""
     offset: float = 0.0
-    """Of the plane from its base, along its normal [m]."""
+    """Distance of the plane from its base, along its normal [m]."""
     rank: int = BACK
     size: int = 1
 
@@ -83,7 +83,7 @@ class PlaneContact(_SiteContact):
         return np.array([self.normal @ (site_place(state, self.site) - base) - self.offset])
 
     def jacobian(self, state: State) -> Array:
-        """Return the derivative of the distance, shape (1, nv)."""
+        """Return the Jacobian of the distance, shape (1, nv)."""
         moved = site_jacobians(state, self.site)[0]
         if self.base is not None:
             moved = moved - site_jacobians(state, self.base)[0]
@@ -92,7 +92,7 @@ class PlaneContact(_SiteContact):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LineContact(_SiteContact):
-    """A site lies on a line through a point; how far out is left open."""
+    """A site lies on a line through a point, at any distance."""
 
     point: Array
     """World frame, shape (3,) [m]."""
@@ -102,11 +102,11 @@ class LineContact(_SiteContact):
     size: int = 3
 
     def error(self, state: State) -> Array:
-        """Return how far the site is from the line, world frame, shape (3,) [m]."""
+        """Return the vector from the line to the site, world frame, shape (3,) [m]."""
         return self._across() @ (site_place(state, self.site) - self.point)
 
     def jacobian(self, state: State) -> Array:
-        """Return the derivative of that, shape (3, nv)."""
+        """Return the Jacobian of this vector, shape (3, nv)."""
         return np.asarray(self._across() @ site_jacobians(state, self.site)[0])
 
     def _across(self) -> Array:
@@ -115,7 +115,7 @@ class LineContact(_SiteContact):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GazeContact(_SiteContact):
-    """The line of sight of a head meets a point; the site is between the eyes, its frame is that of the head."""
+    """The line of sight of a head passes through a point; the site is between the eyes, in the frame of the head."""
 
     target: Array
     """World frame, shape (3,) [m]."""
@@ -125,16 +125,16 @@ class GazeContact(_SiteContact):
     size: int = 3
 
     def error(self, state: State) -> Array:
-        """Return the line of sight less the direction of the target, world frame, shape (3,) [rad where small]."""
+        """Return the line of sight minus the direction of the target, world frame, shape (3,) [rad if small]."""
         ahead, _ = self._directions(state)
         return site_axes(state, self.site) @ self.sight - ahead
 
     def jacobian(self, state: State) -> Array:
-        """Return the derivative of that, shape (3, nv)."""
+        """Return the Jacobian of this difference, shape (3, nv)."""
         move, turn = site_jacobians(state, self.site)
         ahead, distance = self._directions(state)
         sight = site_axes(state, self.site) @ self.sight
-        # The sight turns with the head: d sight = omega x sight; the direction turns as the eye moves.
+        # The line of sight turns with the head: d sight = omega x sight; the direction changes as the eye moves.
         turned = -_cross_matrix(sight) @ turn
         return np.asarray(turned + (np.eye(3) - np.outer(ahead, ahead)) @ move / distance)
 
@@ -145,7 +145,7 @@ class GazeContact(_SiteContact):
 
 
 def site_place(state: State, site: str) -> Array:
-    """Return where a site is, world frame, shape (3,) [m]."""
+    """Return the position of a site, world frame, shape (3,) [m]."""
     model, data = state
     return np.array(data.site_xpos[model.site(site).id])
 
@@ -157,7 +157,7 @@ def site_axes(state: State, site: str) -> Array:
 
 
 def site_jacobians(state: State, site: str) -> tuple[Array, Array]:
-    """Return how a site moves and turns with the velocities of the model, world frame, shape (3, nv) each."""
+    """Return the translational and rotational Jacobians of a site, world frame, shape (3, nv) each."""
     model, data = state
     move, turn = np.zeros((3, model.nv)), np.zeros((3, model.nv))
     mujoco.mj_jacSite(model, data, move, turn, model.site(site).id)
@@ -165,6 +165,6 @@ def site_jacobians(state: State, site: str) -> tuple[Array, Array]:
 
 
 def _cross_matrix(vector: Array) -> Array:
-    """Return the matrix that takes a vector to its cross product with `vector` on the left, shape (3, 3)."""
+    """Return the matrix of the cross product with `vector` on the left, shape (3, 3)."""
     x, y, z = vector
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

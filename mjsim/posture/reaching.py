@@ -1,4 +1,4 @@
-"""A hand that is led somewhere: the other joints follow, and stay as near to where they were as they can."""
+"""Moves a hand to a target: the other joints follow, and stay as close to their previous values as possible."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,29 +15,29 @@ from mjsim.posture.sitting import ROOT, Sitter
 from mjsim.posture.solve import Preference, limits, solve_posture
 
 LED = "grip"
-"""The landmark of a hand by which it is led."""
+"""The landmark of a hand that is moved."""
 LIMB, TRUNK = 0.2, 1.0
-"""How much deviations by the whole range count: a hand is led by its arm, and the back helps where it must."""
+"""Weights of deviations by the whole range: a hand is moved mainly by its arm, and by the trunk if necessary."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LedPosture:
-    """A posture with hands led somewhere."""
+    """A posture with hands moved to targets."""
 
     values: Array
-    """Of the figure's joints, in their order, shape (n,) [rad]."""
+    """Joint values of the figure, in order, shape (n,) [rad]."""
     short: Mapping[str, float]
-    """By side of a hand that does not reach its target: how far it is away [m]."""
+    """For each hand that does not reach its target, by side, the remaining distance [m]."""
 
 
 def lead_hands(figure: Figure, values: Array, root: Array, hands: Mapping[str, Array]) -> LedPosture:
-    """Return the posture nearest to another one in which hands are where they are led; the pelvis stays.
+    """Return the posture closest to another one in which hands are at their targets; the pelvis stays fixed.
 
     Args:
-        figure: Whose hands.
-        values: Of its joints before, in their order, shape (n,) [rad].
-        root: World from pelvis, shape (4, 4) [m].
-        hands: Where the grip of a hand is to be, by its side, world frame, shape (3,) each [m].
+        figure: The figure.
+        values: Previous joint values, in order, shape (n,) [rad].
+        root: world_from_pelvis, shape (4, 4) [m].
+        hands: Target position of a hand's grip, by side, world frame, shape (3,) each [m].
     """
     model = _model(figure, np.asarray(root, dtype=float).tobytes())
     names = [model.joint(number).name for number in range(model.njnt)]
@@ -55,11 +55,11 @@ def lead_hands(figure: Figure, values: Array, root: Array, hands: Mapping[str, A
 
 @lru_cache(maxsize=16)
 def _model(figure: Figure, root: bytes) -> mujoco.MjModel:
-    """Return a figure whose pelvis stays where it is, compiled; kept, as the same person is led again and again.
+    """Return the compiled model of a figure with a fixed pelvis; cached, because a person is usually moved repeatedly.
 
     Args:
-        figure: Whose joints.
-        root: World from pelvis, the bytes of a matrix of shape (4, 4) [m].
+        figure: The figure.
+        root: world_from_pelvis, as bytes of a matrix of shape (4, 4) [m].
     """
     model = Sitter(figure, Seating(world_from_seat=np.frombuffer(root).reshape(4, 4))).model
     model.jnt_range[model.joint(ROOT[2]).id] = 0.0

@@ -1,4 +1,4 @@
-"""Figures that sit: hip point on the seat within its travel, back on the backrest, hands, feet and eyes on targets."""
+"""Seated figures: hip point on the seat within its travel, back on the backrest, hands, feet and eyes on targets."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,28 +17,28 @@ from mjsim.posture.solve import Preference, Solution, range_preference, solve_po
 EYES = "eyes"
 """The site between the pupils."""
 PELVIS_TILT = math.radians(40.0)
-"""How far a pelvis tilts from the backrest, either way; assumed, no source."""
+"""Maximum tilt of the pelvis from the backrest, in both directions; assumed, no source [rad]."""
 SIGHT = np.array([math.cos(SIGHT_DOWN), 0.0, -math.sin(SIGHT_DOWN)])
 """The normal line of sight, frame of the head, shape (3,)."""
 ROOT = ("seat_along", "seat_up", "pelvis_tilt")
-"""Joints of a sitting figure before its own."""
+"""Joints of a seated figure before its own."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Seated:
-    """A figure that sits."""
+    """A seated figure."""
 
     values: Array
-    """Of the figure's joints, in their order, shape (n,) [rad]."""
+    """Joint values of the figure, in order, shape (n,) [rad]."""
     world_from_pelvis: Array
-    """Shape (4, 4) [m]."""
+    """Pose of the pelvis, shape (4, 4) [m]."""
     set_by: tuple[float, float]
-    """How far the seat is set from the middle of its travel, along and up [m]."""
+    """Setting of the seat relative to the middle of its travel, along and up [m]."""
     solution: Solution
 
     @property
     def errors(self) -> Mapping[str, float]:
-        """By contact: how far it is from holding [m; the gaze in rad]."""
+        """Remaining error by contact [m; the gaze in rad]."""
         return self.solution.errors
 
     @property
@@ -48,7 +48,7 @@ class Seated:
 
 
 class Sitter:
-    """A figure on a seat, compiled once; it takes any posture that its joints and the seat allow."""
+    """A figure on a seat, compiled once for any posture that its joints and the seat allow."""
 
     def __init__(self, figure: Figure, seating: Seating) -> None:
         """Compile the figure as a tree of joints."""
@@ -59,32 +59,32 @@ class Sitter:
         self.preference: Preference = range_preference(self.model, preferred, free=ROOT[:2])
 
     def sit(self, goals: Goals, *, more: Sequence[Contact] = (), starts: Sequence[Array] = ()) -> Seated:
-        """Return the posture that meets goals and is nearest to the preferred one.
+        """Return the posture that meets goals and is closest to the preferred one.
 
         Args:
-            goals: What it is to meet.
-            more: Contacts beside those of the goals.
-            starts: Values of the model's joints to start from too, shape (nq,) each.
+            goals: The goals.
+            more: Additional contacts.
+            starts: Additional initial joint values of the model, shape (nq,) each.
         """
         contacts = [*self.contacts(goals), *more]
         found = solve_posture(self.model, contacts, self.preference, starts=starts)
         return self.seated(found)
 
     def stretch(self, goals: Goals, contacts: Sequence[Contact], aim: Contact, *, start: Array | None = None) -> Seated:
-        """Return the posture that comes as near to an aim as goals and contacts let it.
+        """Return the posture that comes as close to an aim as goals and contacts allow.
 
         Args:
-            goals: What must hold.
-            contacts: What must hold too.
-            aim: What is strived for, such as a point that is out of reach.
-            start: Values of the model's joints to start from, shape (nq,); by default the preferred ones.
+            goals: Goals that must hold.
+            contacts: Contacts that must hold.
+            aim: The aim, such as a point that is out of reach.
+            start: Initial joint values of the model, shape (nq,); by default the preferred ones.
         """
         firm = [*self.contacts(goals), *contacts]
         begin = self.preference.values if start is None else start
         return self.seated(stretch_posture(self.model, firm, aim, self.preference, start=begin))
 
     def seated(self, solution: Solution) -> Seated:
-        """Return a solution as a figure that sits."""
+        """Return a solution as a seated figure."""
         data = mujoco.MjData(self.model)
         data.qpos[:] = solution.values
         mujoco.mj_kinematics(self.model, data)
@@ -97,7 +97,7 @@ class Sitter:
         return Seated(values=own, world_from_pelvis=pose, set_by=(along, up), solution=solution)
 
     def contacts(self, goals: Goals) -> Iterator[Contact]:
-        """Yield what goals ask for, as contacts."""
+        """Yield the contacts for goals."""
         if self.seating.back is not None and goals.leans:
             slope = self.seating.back
             normal = self.seating.world_from_seat[:3, :3] @ (math.cos(slope), 0.0, math.sin(slope))
@@ -121,7 +121,7 @@ class Sitter:
 
 
 def _tree(figure: Figure, seating: Seating) -> mujoco.MjSpec:
-    """Return a figure on a seat as bodies, joints and landmarks alone."""
+    """Return a figure on a seat as bodies, joints and landmarks only."""
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     quaternion = np.zeros(4)
@@ -132,7 +132,7 @@ def _tree(figure: Figure, seating: Seating) -> mujoco.MjSpec:
     for name, segment in figure.segments.items():
         at = (0.0, 0.0, 0.0) if segment.parent is None else segment.at
         body = bodies[name] = bodies[segment.parent].add_body(name=name, pos=at)
-        # Masses play no part in kinematics, but what moves must have one.
+        # Masses do not affect kinematics, but moving bodies must have one.
         body.mass, body.inertia, body.explicitinertial = 1.0, [1.0, 1.0, 1.0], True
         if segment.parent is None:
             _add_root(body, seating)
@@ -146,7 +146,7 @@ def _tree(figure: Figure, seating: Seating) -> mujoco.MjSpec:
 
 
 def _add_root(body: mujoco.MjsBody, seating: Seating) -> None:
-    """Let the pelvis go where the seat can be set, and tilt."""
+    """Add the joints for seat adjustment and tilt of the pelvis."""
     for name, axis, length in zip(ROOT, np.eye(3)[[0, 2]], seating.travel, strict=False):
         if length > 0.0:
             slide = _add_joint(body, name, axis, (-length / 2, length / 2))

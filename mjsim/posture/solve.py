@@ -1,7 +1,7 @@
-"""The posture nearest to the preferred one that meets its contacts within joint limits, by mink.
+"""The posture closest to the preferred one that meets its contacts within joint limits, computed with mink.
 
-Levenberg-Marquardt steps, each a quadratic program of mink's. Contacts come to weigh so much more than preferences that
-they hold to a few micrometres. Where not all can be had, those of higher ranks give way, and come as near as they can.
+Levenberg-Marquardt steps, each a quadratic program of mink. The weights of contacts are increased until they hold to a
+few micrometres. If not all can hold, those of higher ranks are relaxed, and come as close as possible.
 """
 
 import math
@@ -17,49 +17,50 @@ from mjsim.geometry import Array
 from mjsim.posture.contacts import Contact
 
 TOUCH = 1e-4
-"""Contacts that are nearer hold [m, rad]."""
+"""Contacts with smaller errors hold [m, rad]."""
 LOOSE = 20.0
-"""Weight of a contact that cannot be had, where a joint's deviation by its whole range weighs 1."""
+"""Weight of a relaxed contact, relative to 1 for a joint's deviation by its whole range."""
 FIRM = (20.0, 200.0, 2e3)
-"""Weights of a contact that holds, in turn: a stiff one at once would let the posture creep along a curved valley."""
+"""Successive weights of a contact that holds: a stiff one from the start would make the posture creep along a curved
+valley."""
 FIRMEST = (20.0, 200.0, 2e3, 2e4)
-"""Of those that hold against others that cannot be had."""
+"""Successive weights of contacts that must hold against relaxed ones."""
 FREE = 0.01
-"""How much a free joint counts against others."""
+"""Weight of a free joint relative to others."""
 NEAR = 0.05
-"""Errors beyond this pull no harder than one of this size [m, rad]."""
+"""Larger errors pull no harder than one of this size [m, rad]."""
 STEPS = 80
-"""Most for each weight."""
+"""Maximum number of steps for each weight."""
 SMALL = 1e-6
-"""Relative gain at which no further step is taken."""
+"""Relative improvement below which the iteration stops."""
 LONGEST_STEP = 0.5
-"""Of a joint [rad] or a slide [m] at once: the contacts are far from linear beyond that."""
+"""Maximum step of a joint [rad] or a slide [m]: beyond it the contacts are far from linear."""
 DAMPING = 1e-6, 1e9
-"""The least, and the one at which a search gives up."""
+"""Minimum damping, and the damping at which the search stops."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Preference:
-    """Joint values that are preferred, and how much each counts."""
+    """Preferred joint values, and their weights."""
 
     values: Array
     """Shape (nq,) [rad, m]."""
     weights: Array
-    """Of a deviation of each, shape (nq,) [1/rad, 1/m]."""
+    """Weight of a deviation of each, shape (nq,) [1/rad, 1/m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Solution:
-    """A posture, and what became of its contacts."""
+    """A posture, and the errors of its contacts."""
 
     values: Array
-    """Of all joints, in the order of the model, shape (nq,) [rad, m]."""
+    """All joint values, in the order of the model, shape (nq,) [rad, m]."""
     errors: Mapping[str, float]
-    """By contact: how far it is from holding [m, rad]."""
+    """Error of each contact [m, rad]."""
     missed: tuple[str, ...] = field(default=())
-    """Contacts that cannot be had together with those before them."""
+    """Contacts that cannot hold together with those before them."""
     steps: int = 0
-    """How many quadratic programs were solved."""
+    """Number of quadratic programs solved."""
 
     @property
     def holds(self) -> bool:
@@ -68,10 +69,10 @@ class Solution:
 
 
 class _ContactTask(mink.Task):
-    """A contact as mink has it."""
+    """A contact as a task of mink."""
 
     def __init__(self, contact: Contact, weight: float) -> None:
-        """Give a contact its weight."""
+        """Store a contact with its weight."""
         super().__init__(cost=np.full(contact.size, weight))
         self._contact = contact
 
@@ -84,23 +85,23 @@ class _ContactTask(mink.Task):
         return self._contact.jacobian(state) * math.sqrt(self._share(self._contact.error(state)))
 
     def loss(self, configuration: mink.Configuration) -> float:
-        """Return the weighted squared error, which grows in proportion to the error beyond `NEAR` (Huber's loss)."""
+        """Return the weighted squared error, which grows linearly beyond an error of `NEAR` (Huber's loss)."""
         error = self._contact.error((configuration.model, configuration.data))
         near = float(np.linalg.norm(error)) * self._share(error)
         return float(self.cost[0] ** 2 * near * (2.0 * np.linalg.norm(error) - near))
 
     def _share(self, error: Array) -> float:
-        """Return by what the square of an error is lowered, so that no far target pulls joints about."""
+        """Return the factor on the squared error that keeps distant targets from distorting the posture."""
         return min(1.0, NEAR / max(float(np.linalg.norm(error)), NEAR))
 
 
 def range_preference(model: mujoco.MjModel, preferred: Mapping[str, float], *, free: Sequence[str] = ()) -> Preference:
-    """Return a preference in which each joint's deviation counts as a fraction of its own range.
+    """Return a preference in which each joint's deviation is weighted relative to its own range.
 
     Args:
-        model: All of its joints are hinges or slides.
-        preferred: Values by joint; others are preferred at the value of the range that is nearest to 0.
-        free: Joints that may take any value; they count by `FREE` of their range, so that there is one best posture.
+        model: A model with only hinges and slides as joints.
+        preferred: Values by joint; the others prefer the value in their range closest to 0.
+        free: Joints that may have any value; they have weight `FREE`, so that there is a unique optimum.
     """
     lower, upper = limits(model)
     values = np.array([preferred.get(model.joint(number).name, 0.0) for number in range(model.njnt)])
@@ -112,7 +113,7 @@ def range_preference(model: mujoco.MjModel, preferred: Mapping[str, float], *, f
 
 
 def limits(model: mujoco.MjModel) -> tuple[Array, Array]:
-    """Return the lowest and highest values of the joints, infinite where there is no limit, shape (nq,) each."""
+    """Return the minimum and maximum values of the joints, infinite without a limit, shape (nq,) each."""
     limited = model.jnt_limited.astype(bool)
     lower: Array = np.where(limited, model.jnt_range[:, 0], -np.inf)
     upper: Array = np.where(limited, model.jnt_range[:, 1], np.inf)
@@ -122,13 +123,13 @@ def limits(model: mujoco.MjModel) -> tuple[Array, Array]:
 def solve_posture(
     model: mujoco.MjModel, contacts: Sequence[Contact], preference: Preference, *, starts: Iterable[Array] = ()
 ) -> Solution:
-    """Return the posture nearest to the preferred one that meets the contacts within the limits of the joints.
+    """Return the posture closest to the preferred one that meets the contacts within the joint limits.
 
     Args:
-        model: A figure or any other tree of hinges and slides, alone.
-        contacts: What the posture must meet; where not all can be had, higher ranks give way.
-        preference: What is preferred where the contacts leave a choice; also the first start.
-        starts: Further values to start from where the first does not lead to all contacts, shape (nq,) each.
+        model: A figure or another tree of hinges and slides, with nothing else.
+        contacts: Contacts to meet; if not all can hold, higher ranks are relaxed.
+        preference: Determines the posture where the contacts leave a choice; also the first initial value.
+        starts: Additional initial values for when the first does not meet all contacts, shape (nq,) each.
     """
     configuration = mink.Configuration(model)
     found = _best(configuration, contacts, preference, [preference.values, *starts])
@@ -137,7 +138,7 @@ def solve_posture(
     kept: list[Contact] = []
     steps, values = found.steps, found.values
     for _, ranked in groupby(sorted(contacts, key=_rank), key=_rank):
-        # Of a rank, each is asked alone: a hand that cannot reach leaves the other in place.
+        # Within a rank, each is tried separately: a hand that cannot reach leaves the other in place.
         alone = [(each, _best(configuration, [*kept, each], preference, [preference.values])) for each in ranked]
         able = [contact for contact, tried in alone if tried.holds]
         together = _best(configuration, [*kept, *able], preference, [values, preference.values])
@@ -152,14 +153,14 @@ def solve_posture(
 def stretch_posture(
     model: mujoco.MjModel, contacts: Sequence[Contact], aim: Contact, preference: Preference, *, start: Array
 ) -> Solution:
-    """Return the posture that comes as near to an aim as contacts and limits let it.
+    """Return the posture that comes as close to an aim as contacts and limits allow.
 
     Args:
         model: As in `solve_posture`.
-        contacts: What must hold.
-        aim: What is strived for.
-        preference: What is preferred where these leave a choice.
-        start: Values to start from, shape (nq,).
+        contacts: Contacts that must hold.
+        aim: The aim.
+        preference: Determines the posture where these leave a choice.
+        start: Initial values, shape (nq,).
     """
     found = _descend(mink.Configuration(model), contacts, preference, start, firm=FIRMEST, loose=[aim])
     missed = tuple(name for name in found.missed if name != aim.name)
@@ -191,7 +192,7 @@ def _descend(
     firm: Sequence[float] = FIRM,
     loose: Sequence[Contact] = (),
 ) -> Solution:
-    """Return where Levenberg-Marquardt steps lead from a start, as contacts become firmer."""
+    """Return the result of Levenberg-Marquardt steps from a start, with increasing weights of the contacts."""
     model = configuration.model
     posture = mink.PostureTask(model, cost=preference.weights)
     posture.set_target(preference.values)
@@ -207,7 +208,7 @@ def _descend(
 
 
 def _minimise(configuration: mink.Configuration, posture: mink.PostureTask, contacts: Sequence[_ContactTask]) -> int:
-    """Bring a model to the nearest minimum of what posture and contacts cost; return how many steps it took."""
+    """Move a model to the nearest minimum of the cost of posture and contacts; return the number of steps."""
     lower, upper = limits(configuration.model)
     bounds = [mink.ConfigurationLimit(configuration.model, gain=1.0)]
     cost, damping = _cost(posture, contacts, configuration), DAMPING[0]
@@ -230,7 +231,7 @@ def _minimise(configuration: mink.Configuration, posture: mink.PostureTask, cont
 
 
 def _cost(posture: mink.PostureTask, contacts: Sequence[_ContactTask], configuration: mink.Configuration) -> float:
-    """Return what a step is to lower."""
+    """Return the cost that steps must reduce."""
     strained = np.sum((posture.cost * posture.compute_error(configuration)) ** 2)
     return float(strained + sum(contact.loss(configuration) for contact in contacts))
 

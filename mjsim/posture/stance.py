@@ -1,4 +1,4 @@
-"""Where people of a world are: those who stand as they say, those who sit as their seats and targets let them."""
+"""Postures of people in a world: standing ones as specified, seated ones from their seats and targets."""
 
 import math
 from collections.abc import Hashable, Iterator, Mapping, Sequence
@@ -24,28 +24,28 @@ from mjsim.world import (
     world_from_seat,
 )
 
-if TYPE_CHECKING:  # brings mink and scipy, which only those need who sit
+if TYPE_CHECKING:  # imports mink and scipy, which only seated people need
     from mjsim.people import Column, Figure
     from mjsim.posture.sitting import Seated
 
 FEET_AHEAD, LEAST_BELOW = 0.45, 0.25
-"""Of the feet of a sitting person, ahead of the hip point, and at least below it [m]; assumed."""
+"""Position of the feet of a seated person: forward of the hip point, and minimum height below it [m]; assumed."""
 KEPT = 64
-"""Postures that are remembered: a command compiles its world several times, a session at each change."""
+"""Number of cached postures: a command compiles its world several times, a session at each change."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Workstation:
-    """A person's seat, and what the world gives hands, feet and eyes to meet."""
+    """A person's seat, and the targets of hands, feet and eyes in the world."""
 
     seating: Seating
     goals: Goals
     targets: Mapping[str, PlacedTarget]
-    """All targets of the world by `THING.TARGET`."""
+    """All targets of the world by `OBJECT.TARGET`."""
 
     @classmethod
     def of(cls, world: World, person: Person) -> "Workstation":
-        """Return the workplace of a person who sits."""
+        """Return the workplace of a seated person."""
         things = dict(zip(item_names(world.obstacles), world.obstacles, strict=True))
         thing, targets = things[str(person.seat)], {each.name: each for each in placed_targets(world)}
         assert thing.seat is not None, "the world has been checked"
@@ -62,7 +62,7 @@ class Workstation:
 
 @dataclass(frozen=True, slots=True)
 class _Asked:
-    """Who sits where; equal where body, seat and goals are."""
+    """Who sits where; equal if body, seat and goals are equal."""
 
     key: Hashable
     figure: "Figure" = field(compare=False)
@@ -75,7 +75,7 @@ class _Asked:
 
 
 def _plain(value: object) -> Hashable:
-    """Return what makes up seatings and goals as plain values: arrays as their bytes, mappings as pairs."""
+    """Return the parts of seatings and goals as hashable values: arrays as bytes, mappings as pairs."""
     match value:
         case np.ndarray():
             return value.tobytes()
@@ -90,7 +90,7 @@ def _plain(value: object) -> Hashable:
 
 
 def seated(world: World, person: Person) -> "Seated":
-    """Return how a person sits; solved once as long as body, seat and goals stay the same."""
+    """Return the posture of a seated person; solved once while body, seat and goals stay the same."""
     return _solved(_Asked.of(person.figure, Workstation.of(world, person)))
 
 
@@ -102,7 +102,7 @@ def _solved(asked: _Asked) -> "Seated":
 
 
 def poses_of(world: World, person: Person) -> dict[str, Array]:
-    """Return world from segment of a person by the segment's name, shape (4, 4) each [m]."""
+    """Return world_from_segment of a person by the segment's name, shape (4, 4) each [m]."""
     if person.seat is None:
         return person.poses()
     found = seated(world, person)
@@ -110,7 +110,7 @@ def poses_of(world: World, person: Person) -> dict[str, Array]:
 
 
 def columns_of(world: World, person: Person) -> "Mapping[str, Column]":
-    """Return upright prisms that hold the segments of a person as he or she stands or sits; see `Person.prisms`."""
+    """Return vertical prisms that contain the segments of a person in its posture; see `Person.prisms`."""
     if person.seat is None:
         return person.prisms
     return _seated_columns(_Asked.of(person.figure, Workstation.of(world, person)))
@@ -125,7 +125,7 @@ def _seated_columns(asked: _Asked) -> "Mapping[str, Column]":
 
 
 def from_above(world: World, person: Person) -> Iterator[tuple[Array, str]]:
-    """Yield outlines of a person's segments, the lowest first, each with its colour.
+    """Yield outlines of a person's segments, lowest first, each with its colour.
 
     Outlines are convex, in the world frame, counter-clockwise, shape (n, 2) [m].
     """
@@ -134,11 +134,11 @@ def from_above(world: World, person: Person) -> Iterator[tuple[Array, str]]:
 
 
 def _floor_before(world_from_seat: Array, things: Sequence[Obstacle]) -> float:
-    """Return how high that stands on which the feet of a sitting person rest [m]: the floor, or a platform on it.
+    """Return the height on which the feet of a seated person rest [m]: of the floor, or of a platform on it.
 
     Args:
         world_from_seat: The hip point, x ahead, shape (4, 4) [m].
-        things: All but the seat.
+        things: All objects except the seat.
     """
     spot, most = world_from_seat[:2] @ (FEET_AHEAD, 0.0, 0.0, 1.0), world_from_seat[2, 3] - LEAST_BELOW
     level = [each for each in things if not isinstance(each, RampObstacle | StepsObstacle)]
@@ -146,7 +146,7 @@ def _floor_before(world_from_seat: Array, things: Sequence[Obstacle]) -> float:
 
 
 def _sides(pair: object) -> dict[str, str]:
-    """Return what the left and the right have, of those that have something."""
+    """Return the values of the left and the right side that are given."""
     named = {side: getattr(pair, side) for side in ("left", "right")}
     return {side: name for side, name in named.items() if name is not None}
 
