@@ -68,7 +68,7 @@ def seal(value: Any) -> None:
         for item in value.values():
             seal(item)
     elif kind not in _PLAIN:
-        # Pictures that are drawn when they are looked at have no fields, and stay as they are.
+        # Lazily rendered pictures have no fields, and stay as they are.
         for name in _sealable(kind):
             seal(getattr(value, name))
 

@@ -10,7 +10,7 @@ from mjsim.closing import Closes
 from mjsim.errors import UsageError
 from mjsim.world import Source, Use
 
-if TYPE_CHECKING:  # Slow to load for those who only look at files.
+if TYPE_CHECKING:  # Slow to load, and not needed to inspect files.
     from mjsim.interface import BeaconInfo, WorldMap
 
 Provenance = Literal["shipped", "installed", "beside"]
@@ -105,8 +105,8 @@ def read_code(path: Path, source: Source) -> bytes:
     """Return the content of a code file after checking that it may run; only run these bytes.
 
     Args:
-        path: Of the file, beside the world or below.
-        source: Of the world.
+        path: Path of the file, beside the world or below.
+        source: Source of the world.
 
     Raises:
         UsageError: It may not run with this content, or cannot be read.

@@ -146,10 +146,10 @@ def foreign_code(world: World) -> ForeignCode:
         files |= {host.place(use.use): b"" for use in foreign if host.origin(use.use) == "beside"}
         try:
             there = host.files(foreign, world.source).items()
-            # What is installed, if only for development, is trusted as what is installed is.
+            # Packages under development are trusted like installed ones.
             files |= {name: data for name, data in there if host.runs(name) and (folder / name).is_file()}
         except UsageError:
-            # Whoever runs it is told that a file cannot be read; nobody can have allowed this content.
+            # The error is reported when it is run; nobody can have allowed this content.
             files |= {host.place(use.use): os.urandom(16) for use in foreign if host.origin(use.use) == "beside"}
     return ForeignCode(tuple(installed), files)
 

@@ -10,7 +10,7 @@ from mjsim.record import JointTrack
 from mjsim.report.plots import GROUPS, sheet
 
 XYZ = ("#d55e00", "#009e73", "#0072b2")
-"""Colours of X, Y and Z that are safe for colour blindness."""
+"""Colours of X, Y and Z that the colour-blind can distinguish."""
 
 
 def arm_plots(time: Array, track: JointTrack, slides: Array) -> dict[str, Figure]:

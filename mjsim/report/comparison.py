@@ -47,7 +47,7 @@ class RunFigures:
     series: Mapping[str, Series] = field(default_factory=dict)
     """By robot; only plots need them."""
     failed: bool = False
-    """Whether it ended early; it counts as failed, and its statistics are left out."""
+    """Whether it ended early; it is counted as failed, and its statistics are left out."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -145,8 +145,8 @@ def compare_tables(runs: Iterable[RunFigures], *, confidence: float = CONFIDENCE
 
     Args:
         runs: Runs with the same label must differ only in their seed.
-        confidence: That all intervals of one statistic hold simultaneously: with more than two groups each interval is
-            wider (Bonferroni).
+        confidence: Confidence with which all intervals of one statistic hold simultaneously: with more than two groups
+            each interval is wider (Bonferroni).
 
     Raises:
         UsageError: There are no runs, or a label has a seed twice.

@@ -151,7 +151,7 @@ def _draw_over_time(axes: Axes, groups: Sequence[Group], values: Callable[[Serie
 
 
 def _draw_boxes(axes: Axes, figure: ReportFigure, groups: Sequence[Group]) -> None:
-    rng = np.random.default_rng(0)  # Points of one group are moved apart a little, always the same.
+    rng = np.random.default_rng(0)  # Points of one group are spread a little, always in the same way.
     for row, (color, _, group) in enumerate(_styled(groups)):
         values = np.array(list(group.values[figure.key].values()))
         if not len(values):

@@ -71,7 +71,7 @@ def comparison_latex(comparison: Comparison) -> str:
         heads = ("", *(group.label for group in groups))
         caption = f"{told_in_cells(groups).capitalize()}; {_counts(groups)}."
         tables.append(latex_float("l" + "r" * len(groups), heads, rows, caption=caption))
-    # For the text; a caption has no room for them.
+    # For the text; a caption has no space for them.
     tables += [f"% {latex_text(told)}.\n" for told in comparison.verdicts]
     return "\n".join(tables)
 

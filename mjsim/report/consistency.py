@@ -68,7 +68,7 @@ def nees_figures(nees: Array) -> dict[str, Any]:
     """Return statistics of the NEES of a run.
 
     Args:
-        nees: Of each tick, shape (N,); NaN where the covariance is singular.
+        nees: NEES of each tick, shape (N,); NaN where the covariance is singular.
 
     Returns:
         `mean`; `in_band`, the proportion of ticks between the bounds `band` of one tick; `singular`, the number of
@@ -87,8 +87,8 @@ def nis_figures(nis: Array, *, freedom: int = 2) -> dict[str, Any]:
     """Return statistics of the NIS of a run; values of a consistent estimator are independent.
 
     Args:
-        nis: Of each innovation, shape (M,); NaN where its covariance is singular.
-        freedom: Degrees of freedom of each, 2 for range and bearing.
+        nis: NIS of each innovation, shape (M,); NaN where its covariance is singular.
+        freedom: Degrees of freedom of each innovation, 2 for range and bearing.
 
     Returns:
         `mean`, `in_band`, `band`, `mean_band` and `singular` as for the NEES; `count` of innovations.
@@ -102,7 +102,7 @@ def nis_figures(nis: Array, *, freedom: int = 2) -> dict[str, Any]:
 
 
 def normalised_innovations(track: Track) -> tuple[Array, Array]:
-    """Return the row of its tick and the NIS of each innovation of a track, shape (M,); NaN where S is singular."""
+    """Return the row of the tick and the NIS of each innovation of a track, shape (M,); NaN where S is singular."""
     ticks = [row for row, items in enumerate(track.innovations) for _ in items]
     nu = _stack([nu for items in track.innovations for _, nu, _ in items], 2)
     S = _stack([S for items in track.innovations for _, _, S in items], 2, 2)

@@ -19,8 +19,8 @@ def coverage(world: World, positions: Array, *, radius: float) -> float | None:
 
     Args:
         world: Its world.
-        positions: Of the robot, shape (N, 2) [m]; the first is its start.
-        radius: Of its body [m].
+        positions: Positions of the robot, shape (N, 2) [m]; the first is its start.
+        radius: Radius of its body [m].
 
     Returns:
         In [0, 1]; None in a world without walls, where the reachable area is unbounded. A cell of 0.5 m is reachable if
@@ -56,7 +56,8 @@ def _touched(cells: Any, positions: Array, radius: float) -> NDArray[np.bool_]:
     pieces = shapely.points(positions[:1])
     if len(positions) > 1:
         way = np.asarray(shapely.LineString(positions).simplify(0.005).coords)
-        # A piece without length is near to nothing; where it was is the end of another, or the first point.
+        # A segment of length zero is near nothing in this query; its point is the end of another segment, or the first
+        # one.
         pieces = np.append(pieces, shapely.linestrings(np.stack([way[:-1], way[1:]], axis=1)))
     tree = shapely.STRtree(pieces)
     touched = np.zeros(len(cells), dtype=bool)

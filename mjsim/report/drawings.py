@@ -40,7 +40,7 @@ def drawing_as(figure: "Figure", form: str) -> bytes:
     from matplotlib import rc_context
 
     buffer = io.BytesIO()
-    # Publishers refuse fonts of Type 3, matplotlib's choice; without a salt the ids in SVG are drawn at random.
+    # Publishers reject Type 3 fonts, matplotlib's default; without a salt the ids in SVG are random.
     with rc_context({"pdf.fonttype": 42, "svg.hashsalt": "mjsim"}):
         figure.savefig(buffer, format=form, metadata=_NO_DATE[form])
     return buffer.getvalue()
@@ -57,8 +57,8 @@ def drawing_files(
     """Return the contents of files by name, such as 'path.pdf'.
 
     Args:
-        figures: By the names of the files without suffix.
-        formats: Formats of each.
+        figures: Drawings by the names of the files without suffix.
+        formats: Formats in which each is written.
         pictures: Those that are already PNG, by the same names.
     """
     there = {f"{name}.png": data for name, data in (pictures or {}).items()}

@@ -59,7 +59,7 @@ def html_table(
 
 
 def _row(cells: Sequence[str], tag: str) -> str:
-    # A head without words says nothing to who hears the page: it is a plain cell.
+    # A header cell without text tells users of screen readers nothing: it is a plain cell.
     marked = (("td" if not cell else tag, html.escape(cell)) for cell in cells)
     return f"<tr>{''.join(f'<{name}>{cell}</{name}>' for name, cell in marked)}</tr>"
 

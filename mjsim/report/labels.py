@@ -29,7 +29,7 @@ class Found:
     path: Path
     settings: Mapping[str, str]
     world: str
-    """Its name."""
+    """Name of the world."""
     folder: str = ""
     """The label given with it, or the folder of several runs that contains it."""
 
@@ -83,7 +83,7 @@ def _leaves(value: Any, path: str) -> Iterable[tuple[str, str]]:
             name = item.get("name") if isinstance(item, Mapping) else None
             yield from _leaves(item, f"{before}{name or number}")
     elif value is not None:
-        # Every digit: what differs in the last one differs.
+        # With all digits: values that differ only in the last one are different.
         yield path, value if isinstance(value, str) else json.dumps(value)
 
 
@@ -91,8 +91,8 @@ def setting_labels(settings: Sequence[Mapping[str, str]], names: Sequence[str]) 
     """Return a label for each run, made of the settings in which the runs differ.
 
     Args:
-        settings: Of each run, from `settings_of`.
-        names: Of their worlds, for runs in which nothing differs, or too much.
+        settings: Settings of each run, from `settings_of`.
+        names: Names of their worlds, for runs in which nothing differs, or too much.
 
     Returns:
         Labels such as 'EkfSlam, jacobians=invariant', equal for equal settings; None if too much differs for that, and

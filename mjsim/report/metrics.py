@@ -145,7 +145,8 @@ def normalised_squares(errors: Array, covariance: Array) -> Array:
     regular = np.isfinite(covariance).all(axis=(1, 2)) & np.isfinite(errors).all(axis=1) & (variances > 0.0).all(axis=1)
     scale = np.sqrt(variances[regular])
     correlation = covariance[regular] / (scale[:, :, None] * scale[:, None, :])
-    # Singular relative to its own scale: states that are told to be the same, or more alike than can be.
+    # Singular relative to its own scale: states that are reported as equal, or as more strongly correlated than
+    # possible.
     definite = np.isfinite(correlation).all(axis=(1, 2))
     definite[definite] = np.linalg.eigvalsh(correlation[definite])[:, 0] > 1e-12
     regular[regular] = definite

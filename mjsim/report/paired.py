@@ -26,12 +26,12 @@ class Difference:
 
     pairs: int
     mean: float | None
-    """None without a pair."""
+    """None if there is no pair."""
     low: float | None
     """Bounds of the mean; None for too few pairs."""
     high: float | None
     confidence: float
-    """Of the interval."""
+    """Confidence of the interval."""
     verdict: Literal["first", "second", ""]
     """Which is significantly better; empty if neither."""
     reason: str
@@ -51,7 +51,7 @@ def mean_interval(values: ArrayLike, *, confidence: float = CONFIDENCE) -> tuple
     """Return a confidence interval for the mean of the population of values.
 
     Args:
-        values: Independent, shape (n,).
+        values: Independent values, shape (n,).
         confidence: In (0, 1).
 
     Returns:
@@ -92,9 +92,9 @@ def paired_difference(
 
     Args:
         first: Value of each seed.
-        second: The same; seeds that only one of them has are left out.
+        second: Value of each seed; seeds that only one of them has are left out.
         better: Which direction is better; empty if neither is.
-        confidence: Of the interval.
+        confidence: Confidence of the interval.
     """
     seeds = sorted(first.keys() & second.keys())
     differences = np.array([second[seed] - first[seed] for seed in seeds], dtype=float)

@@ -16,9 +16,9 @@ from mjsim.report.statistics import landmark_figures
 from mjsim.world import World
 
 TRUTH, ESTIMATE, ODOMETRY, MAP, BUMP = "#333333", "#0072b2", "#e69f00", "#009e73", "#d55e00"
-"""Colours that are safe for colour blindness (Okabe and Ito, 2008)."""
+"""Colours that the colour-blind can distinguish (Okabe and Ito, 2008)."""
 FINAL = "#cc79a7"
-"""Colour of the final trajectory of an estimator, of the same palette."""
+"""Colour of the final trajectory of an estimator, from the same palette."""
 GROUPS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#8c6d1f", "#332288", "#882255")
 """Such colours for groups drawn together, without those of truth and odometry; more groups repeat them."""
 MOST_BARS = 30

@@ -35,7 +35,7 @@ def compare(
     Args:
         runs: Recordings, their files, or folders of them; a mapping gives labels. Runs without label are grouped by the
             settings in which they differ, or else by the names of their files; folders among others by folder.
-        confidence: That all intervals of one statistic hold simultaneously.
+        confidence: Confidence with which all intervals of one statistic hold simultaneously.
         progress: Called with the progress of reading, 0 to 1.
 
     Raises:

@@ -32,18 +32,18 @@ def statistics(recording: Recording, *, begin: float | None = None, end: float |
     The keys are those of `statistics.json`, which has the robots one level down, under 'robots'.
 
     Args:
-        recording: Of a run.
+        recording: The recording of a run.
         begin: Start of the section [s]; by default that of the run.
         end: End of the section [s]; by default that of the run.
 
     Raises:
-        UsageError: No tick is between these times.
+        UsageError: There is no tick between these times.
     """
     figures = statistics_file(recording.between(begin, end))
     return {**figures["robots"], "run": figures["run"]}
 
 
-@np.errstate(over="ignore", invalid="ignore")  # An estimate may be anywhere; what overflows is told as None.
+@np.errstate(over="ignore", invalid="ignore")  # An estimate may be anywhere; values that overflow are reported as None.
 def statistics_file(recording: Recording) -> dict[str, Any]:
     """Return the content of `statistics.json`: {"run": {...}, "robots": {name: {...}}}."""
     seconds = float(recording.time[-1] - recording.time[0]) + _period(recording)
@@ -73,7 +73,7 @@ def robot_statistics(world: World, name: str, track: Track, *, lifted: Sequence[
 
     Args:
         world: Its world.
-        name: Of the robot.
+        name: Name of the robot.
         track: Its recorded data.
         lifted: Times at which it was moved elsewhere [s]: these moves are not driven distance, but the error still
             counts.

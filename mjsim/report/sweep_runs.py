@@ -1,4 +1,4 @@
-"""The runs of a sweep, from the files in its folder, as they are compared."""
+"""Reads the runs of a sweep from the files in its folder, for comparison."""
 
 import json
 import math
@@ -17,22 +17,22 @@ from mjsim.world import World, load_world, with_settings
 
 Values = list[float | None]
 Setting = Annotated[list[Any], Field(min_length=2)]
-"""A key of the world, then its values."""
+"""A key of the world, followed by its values."""
 
 
 class _Plan(BaseModel):
-    """What is read of `sweep.json`."""
+    """The relevant part of `sweep.json`."""
 
     world: str
     set: list[Setting]
 
     @property
     def cases(self) -> int:
-        """How many combinations of settings there are."""
+        """Number of combinations of settings."""
         return math.prod(len(values) for _, *values in self.set)
 
     def case(self, number: int) -> dict[str, Any]:
-        """Return a combination of settings; the last key goes fastest."""
+        """Return a combination of settings; the last key varies fastest."""
         settings = {}
         for key, *values in reversed(self.set):
             number, choice = divmod(number, len(values))
@@ -41,13 +41,13 @@ class _Plan(BaseModel):
 
 
 class _Series(BaseModel):
-    """How one robot fared over time."""
+    """Errors of one robot over time."""
 
     time: list[float]
     position_error_m: Values
     nees: Values
     estimated: bool = True
-    # Sweeps of earlier versions kept no paths.
+    # Sweeps of earlier versions stored no paths.
     truth_x_m: Values = []
     truth_y_m: Values = []
     estimate_x_m: Values = []
@@ -55,7 +55,7 @@ class _Series(BaseModel):
 
 
 class _Outcome(BaseModel):
-    """What is read of the file of a run."""
+    """The relevant part of the file of a run."""
 
     case: Annotated[int, Field(ge=0)]
     seed: int
@@ -68,15 +68,16 @@ File = TypeVar("File", bound=BaseModel)
 
 
 def sweep_runs(folder: Path, *, alone: bool) -> list[Found]:
-    """Return the runs of a sweep that are done.
+    """Return the finished runs of a sweep.
 
     Args:
-        folder: Where it left its files.
-        alone: Whether nothing else is compared: then what was set tells its runs apart, and else all settings do.
+        folder: Folder of the sweep's files.
+        alone: Whether nothing else is compared: then the settings varied by the sweep distinguish its runs, otherwise
+            all settings.
 
     Raises:
-        UsageError: A file cannot be read, or no run is done.
-        WorldError: The world that was swept is no longer there.
+        UsageError: A file cannot be read, or no run is finished.
+        WorldError: The world of the sweep no longer exists.
     """
     plan = _read(folder, folder / "sweep.json", _Plan)
     files = {file: _read(folder, file, _Outcome) for file in sorted((folder / "runs").glob("*.json"))}
@@ -95,7 +96,7 @@ def _told(case: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _all(folder: Path, plan: _Plan, numbers: list[int]) -> dict[int, dict[str, str]]:
-    """Return all settings of each case, as a recording tells them."""
+    """Return all settings of each case, in the form of a recording's settings."""
     world = sweep_world(folder)
     cases = {number: [f"{key}={json.dumps(value)}" for key, value in plan.case(number).items()] for number in numbers}
     return {number: settings_of(with_settings(world, case), {}) for number, case in cases.items()}
@@ -120,16 +121,16 @@ def _found(file: Path, outcome: _Outcome, settings: Mapping[str, str], world: st
 
 
 def _path(x: Values, y: Values) -> Array | None:
-    """Return positions, shape (N, 2) [m]; None where none were kept."""
+    """Return positions, shape (N, 2) [m]; None if none were stored."""
     return np.array([x, y], dtype=float).T if x else None
 
 
 def sweep_world(folder: Path) -> World:
-    """Return the world that was swept, without what the cases set.
+    """Return the world of the sweep, without the settings of the cases.
 
     Raises:
         UsageError: The plan of the sweep cannot be read.
-        WorldError: The world is no longer there.
+        WorldError: The world no longer exists.
     """
     return load_world(folder / "world" / _read(folder, folder / "sweep.json", _Plan).world)
 

@@ -1,4 +1,4 @@
-"""The figures of a run as tables: lines for a terminal, CSV, LaTeX."""
+"""The statistics of a run as tables: lines for a terminal, CSV, LaTeX."""
 
 import csv
 import io
@@ -23,11 +23,11 @@ _LATEX = {
     "|": r"\textbar{}",
     '"': r"\textquotedbl{}",
 }
-"""What LaTeX would take for a command, or print as something else."""
+"""Characters that have a special meaning in LaTeX, with their replacements."""
 
 
 def key_figures(robot: dict[str, Any]) -> list[tuple[str, str, str]]:
-    """Return the rows of a robot that are not empty: what, of the estimate, of dead reckoning."""
+    """Return the non-empty rows of a robot: title, value of the estimate, value of dead reckoning."""
     rows = []
     for figure in FIGURES:
         value = figure_value(robot, figure.key)
@@ -38,7 +38,7 @@ def key_figures(robot: dict[str, Any]) -> list[tuple[str, str, str]]:
 
 
 def key_table(figures: dict[str, Any]) -> list[str]:
-    """Return the key figures of each robot as lines for a terminal, from what `statistics.json` holds."""
+    """Return the key figures of each robot as lines for a terminal, from the contents of `statistics.json`."""
     lines = []
     for name, robot in figures["robots"].items():
         lines.append(f"{name:<34}{'estimate':>10}{'odometry':>10}")
@@ -93,12 +93,12 @@ def csv_text(header: Sequence[str], rows: Iterable[Iterable[Any]]) -> str:
 
 
 def latex_text(text: str) -> str:
-    """Return a text so that LaTeX prints it as it stands."""
+    """Return a text with the special characters of LaTeX escaped."""
     return "".join(_LATEX.get(character, character) for character in text if character.isprintable())
 
 
 def latex_row(cells: Iterable[str]) -> str:
-    """Return a row of cells that are LaTeX already."""
+    """Return a row of cells, which are LaTeX already."""
     return f"{' & '.join(cells)} \\\\"
 
 
@@ -106,10 +106,10 @@ def latex_float(columns: str, heads: Sequence[str], rows: Iterable[str], *, capt
     """Return a table with its caption.
 
     Args:
-        columns: How each is set, such as 'lrr'.
-        heads: Of the columns, plain text.
-        rows: In LaTeX.
-        caption: Plain text.
+        columns: Alignment of the columns, such as 'lrr'.
+        heads: Headers of the columns, plain text.
+        rows: The rows, in LaTeX.
+        caption: The caption, plain text.
     """
     return "\n".join(
         (

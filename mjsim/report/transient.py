@@ -1,4 +1,4 @@
-"""How the error of localization goes over time: its transient, and how soon it comes back after a robot was lifted."""
+"""Localisation error over time: the transient, and the recovery after a robot was lifted (kidnapped)."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -8,21 +8,21 @@ import numpy as np
 from mjsim.geometry import Array
 
 PARTS = 10
-"""A run is cut in so many."""
+"""Number of parts of a run."""
 RECOVERED = 0.5
-"""A lifted robot has found itself again when its position error stays within this [m]."""
+"""A lifted robot is localised again when its position error stays below this [m]."""
 
 
 def transient_errors(time: Array, position: Array, heading: Array) -> dict[str, list[float]]:
-    """Return the mean errors in each tenth of a run; fewer parts of a run that has fewer ticks.
+    """Return the mean errors in each tenth of a run; a run with fewer ticks has fewer parts.
 
     Args:
-        time: Of each tick, shape (N,) [s].
+        time: Time of each tick, shape (N,) [s].
         position: Position errors, shape (N,) [m].
-        heading: Sizes of heading errors, shape (N,) [deg].
+        heading: Absolute heading errors, shape (N,) [deg].
 
     Returns:
-        `until_s`, when each part ends, `position_error_m` and `heading_error_deg`, its mean errors.
+        `until_s`, the end of each part, `position_error_m` and `heading_error_deg`, its mean errors.
     """
     parts = np.array_split(np.arange(len(time)), min(PARTS, len(time)))
     return {
@@ -33,16 +33,16 @@ def transient_errors(time: Array, position: Array, heading: Array) -> dict[str, 
 
 
 def recoveries(time: Array, position: Array, lifted: Sequence[float]) -> list[dict[str, Any]]:
-    """Return how long the estimate took to find the robot again, each time that it was put down elsewhere.
+    """Return the time that the estimate took to recover after each lift.
 
     Args:
-        time: Of each tick, shape (N,) [s].
+        time: Time of each tick, shape (N,) [s].
         position: Position errors, shape (N,) [m].
-        lifted: When it was put down [s].
+        lifted: Times of the lifts [s].
 
     Returns:
-        One for each: `time_s`, and `after_s`, from when on the error stayed within 0.5 m until the next lift or the
-        end, counted from the lift; None when it never did.
+        One for each lift: `time_s`, and `after_s`, the time from the lift after which the error stayed below 0.5 m
+        until the next lift or the end; None if it never did.
     """
     found = []
     for start, end in zip(lifted, [*lifted, np.inf][1:], strict=True):

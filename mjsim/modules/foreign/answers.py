@@ -34,7 +34,7 @@ def estimate_of(answer: Answer, numbers: Numbers, *, counts_last: bool) -> Estim
 
     Args:
         answer: Its fields.
-        numbers: Of the names of beacons.
+        numbers: Numbers of the beacons by name.
         counts_last: Whether the item index of stacks is the last, as in Octave.
     """
     take = _Taker(answer, "est", counts_last)

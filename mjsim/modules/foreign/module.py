@@ -109,7 +109,7 @@ class ForeignModule(Hosted):
         """Return the command changed by an avoidance."""
         answer = self._ask("adjust", cmd=command_tree(command), obs=self._seen(seen))
         safe = command_of(answer, self._arms, counts_last=self._engine.counts_last)
-        # Who avoids a wall need not think of the arms.
+        # An avoidance need not handle arms.
         return replace(safe, joints=command.joints) if isinstance(safe, Command) and not safe.joints else safe
 
     def torques(self, sensed: FastReading, wanted: Command) -> Sequence[float]:

@@ -57,7 +57,7 @@ class Process(Closes):
         theirs = (requests, answers, log, life)
         self._ours = [self._request, self._answer, self._log, self._life]
         words = ["sh", "-c", shell, "sh", str(folder), *command]
-        # Copies above all numbers that they get in the child.
+        # Duplicates with numbers above all that they get in the child.
         copies = [fcntl.fcntl(fd, fcntl.F_DUPFD_CLOEXEC, 10) for fd in theirs]
         places = [(os.POSIX_SPAWN_DUP2, fd, number) for number, fd in enumerate(copies)]
         try:
@@ -71,7 +71,7 @@ class Process(Closes):
         for fd in self._ours:
             os.set_blocking(fd, False)
         for fd in self._ours[:2]:
-            with suppress(OSError, AttributeError):  # Only Linux has it, and bounds the sum.
+            with suppress(OSError, AttributeError):  # Only Linux has it, and it limits the total.
                 fcntl.fcntl(fd, fcntl.F_SETPIPE_SZ, _PIPE)
         self._poll = select.poll()
         self._poll.register(self._answer, select.POLLIN)
@@ -107,7 +107,7 @@ class Process(Closes):
             except BlockingIOError:
                 break
             except BrokenPipeError:
-                return memoryview(b"")  # That it has ended is seen where its answer is awaited.
+                return memoryview(b"")  # The end of the process is noticed where its answer is awaited.
         return left
 
     def _wait(self, deadline: float, patience: float, *, writes: bool) -> None:
@@ -119,7 +119,7 @@ class Process(Closes):
             self._poll.unregister(self._request)
         if len(self._rest) > MOST_BYTES:
             self._stop(f"answered more than {MOST_BYTES >> 20} MB")
-        # What it wrote between our last look and its end is still in the pipe.
+        # What it wrote between the last check and its end is still in the pipe.
         if not came and self._is_gone() and not self._take(0.0):
             self._stop(self._end())
         if time.monotonic() >= deadline:

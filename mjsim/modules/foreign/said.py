@@ -21,7 +21,7 @@ class Said:
 
     def take(self, data: bytes) -> None:
         """Process output."""
-        # A line without an end is kept as far as it may be shown.
+        # An incomplete line is kept up to the length that may be shown.
         *lines, rest = (self._rest + data).split(b"\n") if data else (self._rest,)
         self._rest = rest[: 4 * LONGEST_LINE]
         left = max(0, MOST_LINES + 1 - self._lines)

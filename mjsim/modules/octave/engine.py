@@ -1,4 +1,4 @@
-"""Asks a function in Octave, in binary doubles over two pipes."""
+"""Calls a function in Octave, with binary doubles over two pipes."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -16,37 +16,37 @@ from mjsim.modules.octave.text import read_function
 DRIVER = Path(__file__).parent / "driver"
 FLAGS = ("--norc", "--no-history", "--no-line-editing", "--no-window-system", "--quiet")
 _QUIET = ("possible-matlab-short-circuit-operator", "function-name-clash")
-"""Warnings about what MATLAB takes as it is; the first would come at every call."""
+"""Warnings about valid MATLAB code; the first would be printed at every call."""
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
-"""Small matrices are faster so, and sums are the same on every machine."""
+"""Small matrices are faster with one thread, and sums are the same on every machine."""
 STARTING = 30.0
-"""How long Octave itself may take to start, at least: it reads its own files first, seconds on a busy machine [s]."""
+"""Minimum time limit for the start of Octave, which reads its own files first: seconds on a busy machine [s]."""
 LONGEST_TEXT = 240
-"""Characters of what an error says."""
+"""Maximum length of an error text [characters]."""
 _MOST_LAYOUTS = 250
-"""That Octave keeps."""
+"""Maximum number of layouts that Octave caches."""
 _SEEDS = 16
-"""Numbers from which each generator begins."""
+"""Number of values that seed each random generator."""
 _PARSE = re.compile(r"parse error(?: near line (\d+) of file ([^\n]*))?:?\s*([^\n]+)(?:\s+>>> *([^\n]*))?")
 _COLUMN = re.compile(r" near line \d+, column \d+$")
 
 
 class OctaveEngine(Engine):
-    """One Octave process for one function."""
+    """An Octave process for one function."""
 
     counts_last = True
 
     def __init__(
         self, octave: str, file: Path, place: Workplace, *, who: str, patience: float, paths: Sequence[Path]
     ) -> None:
-        """Keep how it is started.
+        """Store how to start it.
 
         Args:
             octave: The program.
-            file: With the function, from the folder of the world.
+            file: File of the function, relative to the folder of the world.
             place: That folder.
-            who: Robot and role, before what it prints.
-            patience: How long a call may take [s].
+            who: Robot and role, as a prefix of its output.
+            patience: Time limit of a call [s].
             paths: Folders with other functions.
         """
         self._octave, self._file, self._place, self._who = octave, file, place, who
@@ -56,7 +56,7 @@ class OctaveEngine(Engine):
         self._fields: Sequence[str] = ()
 
     def start(self, robot: Mapping[str, Tree], rng: Generator, fields: Sequence[str]) -> bool:
-        """Start Octave, let it read the file, and tell it of its robot."""
+        """Start Octave, let it read the file, and send it the data of its robot; return whether it wants pictures."""
         self.close()
         self._folder = self._place.enter().resolve()
         self._function = read_function(self._folder / self._file)
@@ -68,7 +68,7 @@ class OctaveEngine(Engine):
         return _names_pictures(self._folder, [self._file.parent, *self._paths])
 
     def ask(self, method: str, given: Mapping[str, Tree]) -> Answer:
-        """Return what the function answers."""
+        """Return the function's answer."""
         return answer_of(self._send(2, given), self._fields)
 
     def close(self) -> None:
@@ -79,7 +79,7 @@ class OctaveEngine(Engine):
         self._place.leave()
 
     def _begin(self) -> str:
-        """Return what Octave evaluates."""
+        """Return the code that Octave evaluates at its start."""
         folders = [DRIVER, *(self._folder / path for path in (*self._paths, self._file.parent))]
         adds = "".join(f"warning('off','Octave:{name}');" for name in _QUIET)
         adds += "".join(f"addpath({quoted(str(folder))});" for folder in folders)
@@ -87,7 +87,7 @@ class OctaveEngine(Engine):
         return f"{adds}mjsim_serve({quoted(self._file.stem)},{file},'/dev/fd/3','/dev/fd/4')"
 
     def _send(self, kind: int, tree: Tree) -> bytes:
-        """Send a request and return the answer's doubles."""
+        """Send a request and return the doubles of the answer."""
         if self._process is None:
             raise Failed("is asked after its run has ended; start another run")
         try:
@@ -117,7 +117,7 @@ class OctaveEngine(Engine):
         return b"".join((np.array(counts, dtype=float).tobytes(), code, ends.tobytes(), numbers.tobytes(), pictures))
 
     def _said(self, text: str) -> str:
-        """Return what an error says, with the place in the user's files."""
+        """Return the text of an error, with its location in the user's files."""
         message, _, frames = text.partition("\n\x01")
         if parse := _PARSE.match(message):
             line, file, what, near = parse.groups()
@@ -129,7 +129,7 @@ class OctaveEngine(Engine):
         return f"raised an error: {said}{self._where(frames.splitlines())}"
 
     def _where(self, frames: Sequence[str]) -> str:
-        """Return the innermost frame in a file of the user's; that of the function where there is none."""
+        """Return the innermost frame in a file of the user's; if there is none, that of the function."""
         for frame in frames:
             line, _, rest = frame.partition("\t")
             name, _, file = rest.partition("\t")
@@ -139,14 +139,14 @@ class OctaveEngine(Engine):
         return f" ({self._function.place} in {self._function.name})"
 
     def _blame(self, how: str) -> str:
-        """Return where the file ends Octave, if that is what happened; else the function."""
+        """Return where the file terminates Octave, if that is what happened; otherwise the location of the function."""
         leaves = self._function.exit_line if how.startswith("ended with exit code") else None
         place = f"{self._file.name}:{leaves}" if leaves else self._function.place
         return f" ({place} in {self._function.name})"
 
 
 def _whole(got: bytearray) -> int:
-    """Return the length of an answer once all of it is there."""
+    """Return the length of a complete answer, 0 while it is incomplete."""
     if len(got) < 8:
         return 0
     size = 8 * (1 + int(np.frombuffer(got[:8])[0]))
@@ -154,6 +154,6 @@ def _whole(got: bytearray) -> int:
 
 
 def _names_pictures(folder: Path, paths: Sequence[Path]) -> bool:
-    """Return whether a file that the function may call has the word `cameras`: drawing pictures takes time."""
+    """Return whether a file that the function may call contains the word `cameras`: rendering pictures takes time."""
     files = {file for path in paths for file in (folder / path).rglob("*.m")}
     return any(b"cameras" in file.read_bytes() for file in files)

@@ -1,4 +1,4 @@
-"""The host of functions in .m files: they run in Octave, one process a module."""
+"""The host of functions in .m files: they run in Octave, one process per module."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -27,7 +27,7 @@ HEADS: Mapping[str, tuple[str, Sequence[str]]] = {
     "avoidance": ("cmd", ("cmd", "obs", "robot", "state")),
     "controller": ("tau", ("fast", "wanted", "robot", "state")),
 }
-"""Role -> what its function returns beside the state, and takes."""
+"""Role -> what its function returns in addition to the state, and its arguments."""
 _CODE = (".m", ".oct", ".mex", ".mexa64", ".mexmaci64", ".mexmaca64", ".mexw64", ".p")
 _TEXT = re.compile(rb"['\"]([\w./ -]+\.\w+)['\"]")
 _MOST_OFFERED = 1_000_000
@@ -37,11 +37,11 @@ class OctaveHost(Host):
     """Runs 'file.m' beside a world file."""
 
     def speaks(self, use: str) -> bool:
-        """Return whether it names a file of MATLAB's kind."""
+        """Return whether it names a .m file."""
         return use.endswith(".m") and ":" not in use
 
     def origin(self, use: str) -> Provenance:
-        """Return that it lies beside the world."""
+        """Return 'beside': the file is beside the world."""
         return "beside"
 
     def place(self, use: str) -> str:
@@ -53,7 +53,7 @@ class OctaveHost(Host):
         return file.endswith(_CODE)
 
     def doubts(self, use: Use, role: str, source: Source) -> Iterator[Doubt]:
-        """Yield what is not there, and why the function does not fit its role."""
+        """Yield what does not exist, and why the function does not fit its role."""
         yield from key_doubts(use, role, source)
         try:
             path = beside(use.use, source)
@@ -72,20 +72,20 @@ class OctaveHost(Host):
             yield Doubt(what, missing=False)
 
     def files(self, uses: Sequence[Use], source: Source) -> Mapping[str, bytes]:
-        """Return the functions beside those named and in their `paths`, and the data that these name in their text."""
+        """Return the functions beside those named and in their `paths`, and the data files named in their text."""
         home = folder_of(source)
         found: dict[Path, None] = {}
         for use in uses:
             try:
                 folders = [beside(use.use, source).parent, *paths_of(use, source)]
             except ValueError:
-                continue  # Whoever runs it is told.
+                continue  # An error will be reported when it is run.
             for path in (path for folder in folders for path in _functions(folder)):
                 found |= dict.fromkeys([path, *_data(path, home)])
         return read_files([path for path in found if path.resolve().is_relative_to(home)], source)
 
     def offers(self, files: Sequence[tuple[Path, str]]) -> Iterator[Offer]:
-        """Yield the functions whose heads are those of a role, word for word."""
+        """Yield the functions whose signatures are exactly those of a role."""
         for path, place in files:
             if path.suffix == ".m" and (role := _role_of(path)) is not None:
                 found = read_function(path)
@@ -98,7 +98,7 @@ class OctaveHost(Host):
 
     def make(self, use: Use, source: Source, *, role: str, robot: str) -> Any:
         """Return the module; Octave starts with the run."""
-        # Loaded when one is made: a check of a world asks every host, and starts none.
+        # Loaded when a module is created: checking a world asks every host, and starts none.
         from mjsim.modules.foreign import ForeignModule, Workplace
         from mjsim.modules.octave.engine import OctaveEngine
 
@@ -121,11 +121,11 @@ def _place(path: Path) -> str:
     try:
         return read_function(path).place
     except ValueError:
-        return f"{path.name}:1"  # Octave will say what is wrong with it.
+        return f"{path.name}:1"  # Octave will report the error.
 
 
 def _misfit(found: FunctionFile, role: str) -> str | None:
-    """Return why a function cannot fill a role; more arguments than needed do not harm."""
+    """Return why a function cannot fill a role; more arguments than needed are allowed."""
     first, inputs = HEADS[role]
     head = f"{_a(role)} is: function [{first}, state] = {found.name}({', '.join(inputs)})"
     if len(found.inputs) < len(inputs) and "varargin" not in found.inputs:
@@ -158,7 +158,7 @@ def _role_of(path: Path) -> str | None:
 
 
 def _functions(folder: Path) -> Iterator[Path]:
-    """Yield the code in a folder, and in the folders in it that Octave looks through by itself."""
+    """Yield the code files in a folder, and in the subfolders that Octave searches by itself."""
     for path in sorted(folder.iterdir()):
         if path.is_dir() and (path.name == "private" or path.name[:1] in "+@"):
             yield from _functions(path)
@@ -167,7 +167,7 @@ def _functions(folder: Path) -> Iterator[Path]:
 
 
 def _data(path: Path, home: Path) -> Iterator[Path]:
-    """Yield the files that a function names in its text, from the folder of the world or its own."""
+    """Yield the files that a function names in its text, relative to the folder of the world or its own."""
     small = path.suffix == ".m" and path.stat().st_size <= MOST_BYTES
     for name in _TEXT.findall(path.read_bytes()) if small else ():
         for folder in (home, path.parent):

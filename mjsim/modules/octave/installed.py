@@ -8,7 +8,7 @@ from mjsim.errors import UsageError
 
 INSTALL = "sudo apt-get install --no-install-recommends octave"
 PATIENCE = 20.0
-"""How long Octave may take to say its version [s]."""
+"""Time limit for Octave to print its version [s]."""
 _VERSION = re.compile(r"^GNU Octave, version (\S{1,40})", re.MULTILINE)
 
 
@@ -25,7 +25,7 @@ def find_octave() -> str:
 
 
 def octave_found() -> str:
-    """Return the version of Octave and where it is, or what to type when it is not there or does not start."""
+    """Return version and location of Octave, or how to install it if it is missing or does not start."""
     program = _program()
     if program is None:
         return f"not found; modules in .m files need it; type: {INSTALL}"

@@ -1,4 +1,4 @@
-"""A file of MATLAB or Octave, looked at without running it: its function, arguments, and where it ends Octave."""
+"""Inspects a MATLAB or Octave file without running it: its function, arguments, and where it terminates Octave."""
 
 import re
 from collections.abc import Sequence
@@ -22,17 +22,17 @@ class FunctionFile:
     """The first function of a file."""
 
     file: str
-    """Its name."""
+    """Name of the file."""
     name: str
-    """By which it is called: that of the file."""
+    """Name by which the function is called: that of the file."""
     line: int
-    """Of the first function."""
+    """Line of the first function."""
     inputs: Sequence[str]
     outputs: Sequence[str]
     exit_line: int | None
-    """Where the file ends Octave; None where it does not."""
+    """Line at which the file terminates Octave; None if it does not."""
     about: str = ""
-    """First line of the help."""
+    """First line of the help text."""
 
     @property
     def place(self) -> str:
@@ -44,7 +44,7 @@ def read_function(path: Path) -> FunctionFile:
     """Return the function of a file.
 
     Raises:
-        ValueError: It holds none, or cannot be read; says what is wrong.
+        ValueError: It contains no function, or cannot be read; the message says why.
     """
     try:
         if path.stat().st_size > MOST_BYTES:
@@ -72,7 +72,7 @@ def read_function(path: Path) -> FunctionFile:
 
 
 def code_lines(text: str) -> list[str]:
-    """Return the lines of a file without comments and the insides of texts; a continued line keeps its `...`."""
+    """Return the lines of a file without comments and string contents; a continued line keeps its `...`."""
     lines, depth = [], 0
     for line in text.splitlines():
         bare = line.strip()
@@ -87,7 +87,7 @@ def code_lines(text: str) -> list[str]:
 
 
 def _without_comment(line: str) -> str:
-    """Return a line without its comment, and with empty texts; a `'` after a value transposes."""
+    """Return a line without its comment, and with empty strings; a `'` after a value transposes."""
     kept, quote, before = [], "", ""
     for at, sign in enumerate(line):
         if quote:
@@ -109,7 +109,7 @@ def _without_comment(line: str) -> str:
 
 
 def _continued(lines: Sequence[str], number: int) -> str:
-    """Return a line with those that continue it."""
+    """Return a line joined with its continuation lines."""
     whole = ""
     for line in lines[number - 1 : number + 99]:
         head, dots, _ = line.partition("...")
@@ -124,7 +124,7 @@ def _split(words: str | None) -> list[str]:
 
 
 def _help(lines: Sequence[str], number: int) -> str:
-    """Return the first line of the comment after a function's head."""
+    """Return the first line of the comment after a function's signature."""
     for line in lines[number : number + 5]:
         bare = line.strip()
         if bare[:1] in ("%", "#"):
@@ -133,5 +133,5 @@ def _help(lines: Sequence[str], number: int) -> str:
 
 
 def is_name(text: str) -> bool:
-    """Return whether a text can be the name of a function."""
+    """Return whether a text is a valid function name."""
     return bool(_NAME.fullmatch(text)) and text not in KEYWORDS and len(text) <= 63

@@ -1,4 +1,4 @@
-"""Asks a program in JSON, one line a question, one line an answer."""
+"""Communicates with a program in JSON: one line per request, one line per answer."""
 
 import json
 import os
@@ -14,31 +14,31 @@ from mjsim.modules.foreign import ON_STANDARD, Answer, Engine, Process, Said, Wo
 from mjsim.modules.hosts import Failed
 
 VERSION = 1
-"""Of the contract in docs/programs.md."""
+"""Version of the protocol in docs/programs.md."""
 
 
 class ProgramEngine(Engine):
-    """A program that reads questions from standard input and answers on standard output."""
+    """A program that reads requests from standard input and answers on standard output."""
 
     counts_last = False
 
     def __init__(
         self, command: Sequence[str], place: Workplace, *, who: str, patience: float, paths: Sequence[Path]
     ) -> None:
-        """Keep how it is started.
+        """Store how to start it.
 
         Args:
-            command: Program and arguments, from the folder of the world.
+            command: Program and arguments, relative to the folder of the world.
             place: That folder.
-            who: Robot and role, before what it prints.
-            patience: How long it may take to answer [s].
-            paths: Folders that go in front of PATH.
+            who: Robot and role, as a prefix of its output.
+            patience: Time limit of an answer [s].
+            paths: Folders placed at the front of PATH.
         """
         self._command, self._place, self._who, self._patience, self._paths = command, place, who, patience, paths
         self._process: Process | None = None
 
     def start(self, robot: Mapping[str, Tree], rng: Generator, fields: Sequence[str]) -> bool:
-        """Start the program and tell it of its robot; it may answer that it wants pictures."""
+        """Start the program and send it the data of its robot; return whether it asks for pictures."""
         self.close()
         folder = self._place.enter()
         more = {"PATH": os.pathsep.join([*(str(folder / path) for path in self._paths), os.environ.get("PATH", "")])}
@@ -51,7 +51,7 @@ class ProgramEngine(Engine):
         return pictures
 
     def ask(self, method: str, given: Mapping[str, Tree]) -> Answer:
-        """Return what the program answers; `torques`, which is no object, as the field ''."""
+        """Return the program's answer; `torques`, which is not an object, as the field ''."""
         answer = self._send({"call": method, **given})
         return {"": answer.get("tau")} if method == "torques" else answer
 
@@ -79,13 +79,13 @@ class ProgramEngine(Engine):
 
 
 class _LineEnd:
-    """Finds the end of a line that comes in pieces; each byte is looked at once."""
+    """Finds the end of a line that arrives in parts; each byte is examined once."""
 
     def __init__(self) -> None:
         self._looked_at = 0
 
     def find(self, got: bytearray) -> int:
-        """Return the length of the line, 0 as long as it has no end."""
+        """Return the length of the line, 0 while it has no end."""
         end = got.find(b"\n", self._looked_at) + 1
         self._looked_at = len(got)
         return end

@@ -25,26 +25,26 @@ _MARK = "exec:"
 
 
 class ProgramHost(Host):
-    """Runs a program beside a world file, or one that is installed, such as 'exec:julia slam.jl'."""
+    """Runs a program beside a world file, or an installed one, such as 'exec:julia slam.jl'."""
 
     def speaks(self, use: str) -> bool:
         """Return whether it names a program."""
         return use.startswith(_MARK)
 
     def origin(self, use: str) -> Provenance:
-        """Return where the program comes from: a bare word is installed, a path leads beside the world file."""
+        """Return the origin of the program: a bare word is installed, a path is beside the world file."""
         return "beside" if "/" in next(iter(_words(use)), "") else "installed"
 
     def place(self, use: str) -> str:
-        """Return the program, by its path from the world's folder."""
+        """Return the program, by its path relative to the world's folder."""
         return os.path.normpath(next(iter(_words(use)), ""))
 
     def runs(self, file: str) -> bool:
-        """Return True: whatever is named on the command line may be code."""
+        """Return True: any file on the command line may be code."""
         return True
 
     def doubts(self, use: Use, role: str, source: Source) -> Iterator[Doubt]:
-        """Yield what is not there or cannot be executed."""
+        """Yield what does not exist or is not executable."""
         yield from key_doubts(use, role, source)
         try:
             _require_program(use, source)
@@ -52,7 +52,7 @@ class ProgramHost(Host):
             yield Doubt(str(error))
 
     def files(self, uses: Sequence[Use], source: Source) -> Mapping[str, bytes]:
-        """Return the programs, what their command lines name beside the world, and what lies in `paths`."""
+        """Return the programs, the files beside the world on their command lines, and the files in `paths`."""
         home, found = folder_of(source), []
         for use in uses:
             for word in _words(use.use):
@@ -63,20 +63,20 @@ class ProgramHost(Host):
             try:
                 found += [path for folder in paths_of(use, source) for path in files_in(folder, home)]
             except ValueError:
-                continue  # Whoever runs it is told.
+                continue  # An error will be reported when it is run.
         return read_files(found, source)
 
     def offers(self, files: Sequence[tuple[Path, str]]) -> Iterator[Offer]:
-        """Yield nothing: what a program is for cannot be told by its file."""
+        """Yield nothing: the role of a program cannot be derived from its file."""
         yield from ()
 
     def at_hand(self, named: str) -> tuple[Path | None, str]:
-        """Return the working folder, from which the program's path leads."""
+        """Return the working directory, to which the program's path is relative."""
         return Path.cwd(), named
 
     def make(self, use: Use, source: Source, *, role: str, robot: str) -> Any:
         """Return the module; the program starts with the run."""
-        # Loaded when one is made: a check of a world asks every host, and starts none.
+        # Loaded when a module is created: checking a world asks every host, and starts none.
         from mjsim.modules.foreign import ForeignModule, Workplace
         from mjsim.modules.program.engine import ProgramEngine
 
@@ -88,7 +88,7 @@ class ProgramHost(Host):
 
 
 def _words(use: str) -> list[str]:
-    """Return a command line in words, as a shell would split it."""
+    """Return the words of a command line, split as by a shell."""
     try:
         return shlex.split(use.removeprefix(_MARK))
     except ValueError:
@@ -96,7 +96,7 @@ def _words(use: str) -> list[str]:
 
 
 def _require_program(use: Use, source: Source) -> None:
-    """Raise ValueError when a program is not there, or cannot be executed."""
+    """Raise ValueError if a program does not exist, or is not executable."""
     words = _words(use.use)
     if not words:
         raise ValueError(f"'{use.use}' names no program; write 'exec:./program --flag', with quotes in pairs")

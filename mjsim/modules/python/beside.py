@@ -1,4 +1,4 @@
-"""Files of Python beside a world: imported from source that was read and checked, for the modules of one run alone."""
+"""Python files beside a world: imported from checked source, separately for each run."""
 
 import builtins
 import importlib.util
@@ -24,16 +24,16 @@ _ODD = re.compile(r"\W")
 class Beside(MetaPathFinder, Loader):
     """Imports the files of one folder.
 
-    What it imports is known to nothing but the files of that folder: their `import` statements go to it first, and it
-    gives each module a name of its own. Only source is compiled; bytecode is neither read nor written.
+    Its modules are visible only to files of that folder: their `import` statements use it first, and it gives each
+    module a unique name. Only source is compiled; bytecode is neither read nor written.
     """
 
     def __init__(self, source: Source, folder: Path) -> None:
-        """Import nothing yet.
+        """Start without imports.
 
         Args:
-            source: Of the world; it may refuse files.
-            folder: Where the files are.
+            source: Source of the world; it may forbid files.
+            folder: Folder of the files.
         """
         self._source, self._folder = source, folder
         self._name = next(name for number in range(1, sys.maxsize) if (name := f"{BESIDE}{number}") not in sys.modules)
@@ -45,7 +45,7 @@ class Beside(MetaPathFinder, Loader):
         self._builtins = {**vars(builtins), "__import__": self._import}
 
     def run(self, path: Path) -> ModuleType:
-        """Return a new module of a file of the folder, whatever was made of the same file before.
+        """Return a new module from a file of the folder, even if the same file was imported before.
 
         Raises:
             UsageError: The file may not run, or cannot be read.
@@ -58,19 +58,19 @@ class Beside(MetaPathFinder, Loader):
             name = f"{stem}_{number}"
         spec = self._spec(name, path)
         module = importlib.util.module_from_spec(spec)
-        # Dataclasses and pickling look a class's module up by name; so do files that import this one.
+        # Dataclasses and pickling look up the module of a class by name; so do files that import this one.
         sys.modules[name] = module
         self.exec_module(module)
         return module
 
     @contextmanager
     def keeping(self) -> Iterator[Callable[[object], None]]:
-        """Keep the modules until the block ends, or the object is gone that is given to what this yields."""
+        """Keep the modules until the block ends, or until the object given to the yielded function no longer exists."""
         self._in_use += 1
         kept = [self._let_go]
 
         def keep(made: object) -> None:
-            # What cannot be watched, as it has slots, keeps them for good.
+            # An object that cannot be weakly referenced, because it has slots, keeps them forever.
             with suppress(TypeError):
                 weakref.finalize(made, self._let_go)
             kept.clear()
@@ -110,7 +110,7 @@ class Beside(MetaPathFinder, Loader):
         fromlist: Sequence[str] | None = (),
         level: int = 0,
     ) -> ModuleType:
-        """Do what an `import` statement in one of the files says: `__import__` of what they see as builtins."""
+        """Execute an `import` statement of one of the files: `__import__` among the builtins that they see."""
         top = name.partition(".")[0]
         if level == 0 and not self._is_here(top):
             return builtins.__import__(name, given, local, fromlist or (), level)
@@ -120,10 +120,10 @@ class Beside(MetaPathFinder, Loader):
         return module if level or fromlist else sys.modules[f"{self._name}.{top}"]
 
     def find_spec(self, name: str, path: Sequence[str] | None, target: ModuleType | None = None) -> ModuleSpec | None:
-        """Return where one of the files is; None for what is of others.
+        """Return the spec of one of the files; None for other modules.
 
         Raises:
-            ModuleNotFoundError: It is a module of the folder, and not there.
+            ModuleNotFoundError: The module would be in the folder, but does not exist.
         """
         parent, _, last = name.rpartition(".")
         if parent != self._name and not parent.startswith(f"{self._name}."):
@@ -164,11 +164,11 @@ class Beside(MetaPathFinder, Loader):
 
 
 def beside(source: Source, folder: Path) -> Beside:
-    """Return what imports the files of a folder for the run that a source is for.
+    """Return the importer of a folder's files for the run of a source.
 
     Args:
-        source: Of the world.
-        folder: That of the world or one below.
+        source: Source of the world.
+        folder: The folder of the world, or one below it.
     """
     known: dict[Path, Any] = source.live.setdefault("python", {})
     if folder not in known:

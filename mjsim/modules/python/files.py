@@ -1,4 +1,4 @@
-"""Which files of Python the modules of a user need, so that they can be taken to another machine."""
+"""Collects the Python files that user modules need, so that they can be copied to another machine."""
 
 import ast
 import importlib.util
@@ -15,14 +15,14 @@ from mjsim.syntax import parse_python
 from mjsim.world import Source, Use
 
 INSTALLED = "modules"
-"""Folder for what is not beside the world file but the user's own: a package that is being worked on."""
+"""Folder for the user's own files that are not beside the world file: packages under development."""
 
 
 def python_files(uses: Sequence[Use], source: Source) -> dict[str, bytes]:
-    """Return the files of classes that a world names with `use:`, by their paths from its folder.
+    """Return the files of classes that a world names with `use:`, by their paths relative to its folder.
 
-    With each module go those that it imports, when they stand beside it or are a package of the user's own that is
-    not installed among others, and the files beside it that are named in its text or in the keys beside `use`.
+    Each module is accompanied by its imports, if they are beside it or in a package under development, and by files
+    beside it that are named in its text or in the keys beside `use`.
 
     Raises:
         UsageError: A file cannot be read.
@@ -34,7 +34,7 @@ def python_files(uses: Sequence[Use], source: Source) -> dict[str, bytes]:
 
 
 class _Follower:
-    """Goes from file to file along their imports."""
+    """Follows imports from file to file."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -52,7 +52,7 @@ class _Follower:
             self._take_data(self._folder / text, self._folder)
 
     def _take_file(self, path: Path, base: Path) -> None:
-        """Take a file and what it imports; `base` is the folder from which it is imported."""
+        """Collect a file and its imports; `base` is the folder from which it is imported."""
         name = self._bases[base] + path.relative_to(base).as_posix()
         if name in self.files:
             return
@@ -65,7 +65,7 @@ class _Follower:
         try:
             tree = parse_python(data)
         except (SyntaxError, ValueError):
-            return  # Who runs it will say so.
+            return  # The error will be reported when it is run.
         for node in ast.walk(tree):
             for top in _imported(node):
                 self._take_import(top, path.parent, base)
@@ -73,7 +73,7 @@ class _Follower:
                 self._take_data(path.parent / node.value, base)
 
     def _take_import(self, top: str, beside: Path, base: Path) -> None:
-        """Take a module or package by the first part of its name."""
+        """Collect a module or package by the first part of its name."""
         place = place_of(beside, top)
         if place is None and top not in sys.stdlib_module_names and top != "mjsim":
             self._take_installed(top)
@@ -87,7 +87,7 @@ class _Follower:
             self._take_file(path, base)
 
     def _take_installed(self, top: str) -> None:
-        """Take a package of the user's own, such as one installed with `pip install -e`."""
+        """Collect a package under development, such as one installed with `pip install -e`."""
         with suppress(ValueError, ImportError):
             spec = importlib.util.find_spec(top)
             origin = Path(spec.origin) if spec is not None and spec.has_location and spec.origin else None
@@ -101,9 +101,9 @@ class _Follower:
                 self._take_file(origin, base)
 
     def _take_data(self, path: Path, base: Path) -> None:
-        """Take a file that is named in a text, when there is one."""
+        """Collect a file named in a text, if it exists."""
         name = path.name
-        # Nearly all texts are no names of files.
+        # Most texts are not file names.
         if not name or len(name) > 100 or not path.suffix or "\n" in name or "\0" in str(path) or ".." in path.parts:
             return
         with suppress(OSError):
@@ -112,7 +112,7 @@ class _Follower:
 
 
 def _imported(node: ast.AST) -> list[str]:
-    """Return the first parts of the names that a statement imports."""
+    """Return the first parts of the names imported by a statement."""
     if isinstance(node, ast.Import):
         return [alias.name.partition(".")[0] for alias in node.names]
     if isinstance(node, ast.ImportFrom) and node.level <= 1:
@@ -132,6 +132,6 @@ def _texts(value: Any) -> Iterator[str]:
 
 
 def _is_common(origin: Path) -> bool:
-    """Return whether a module comes with Python or is installed among all others."""
+    """Return whether a module belongs to Python or to a regularly installed package."""
     paths = sysconfig.get_paths()
     return any(origin.is_relative_to(paths[key]) for key in ("stdlib", "platstdlib", "purelib", "platlib"))

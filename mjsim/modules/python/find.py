@@ -1,4 +1,4 @@
-"""Where a Python module is and whether its class is there and fits, told without running any of its code."""
+"""Finds a Python module and checks that its class exists and fits, without running any of its code."""
 
 import ast
 import importlib.util
@@ -16,7 +16,7 @@ from mjsim.world import Source, Use
 
 
 def class_doubts(use: Use, role: str, source: Source) -> Iterator[Doubt]:
-    """Yield what is not there, which keys the class does not take or lacks, and why it cannot fill a role."""
+    """Yield what does not exist, which keys the class does not accept or lacks, and why it cannot fill a role."""
     place, _, name = use.use.rpartition(":")
     try:
         path = file_of(place, source)
@@ -41,10 +41,10 @@ def class_doubts(use: Use, role: str, source: Source) -> Iterator[Doubt]:
 
 
 def file_of(place: str, source: Source) -> Path | None:
-    """Return the file of a module; None when it is there but not as Python text.
+    """Return the file of a module; None if it exists, but not as Python source.
 
     Raises:
-        ValueError: There is none; says what is wrong.
+        ValueError: There is no such module; the message says why.
     """
     return _file_beside(place, source) if place.endswith(".py") else _installed_file(place)
 
@@ -58,7 +58,7 @@ def _misfit(methods: Methods, role: str) -> str | None:
 
 
 def _wrong_keys(item: ast.ClassDef, methods: Methods, use: Use) -> Iterator[Doubt]:
-    """Yield keys beside `use` that the constructor of a class does not take, and those that it lacks."""
+    """Yield keys beside `use` that the constructor of a class does not accept, and required ones that are missing."""
     made = methods.names.get("__init__")
     if not (methods.whole and isinstance(made, ast.FunctionDef)) or made.decorator_list or "__new__" in methods.names:
         return
@@ -102,11 +102,11 @@ def _installed_file(name: str) -> Path | None:
 
 
 def _spec(name: str, path: list[str] | None) -> ModuleSpec | None:
-    """Find a module as import would, but without importing the packages around it."""
+    """Find a module as `import` would, but without importing its parent packages."""
     if path is None:
         try:
             return importlib.util.find_spec(name)
-        except ValueError:  # a module that was made by hand, such as __main__
+        except ValueError:  # a module created by hand, such as __main__
             return None
     for finder in sys.meta_path:
         found = finder.find_spec(name, path)

@@ -1,4 +1,4 @@
-"""The host of modules in Python: they run in the simulator's own process."""
+"""The host of Python modules: they run in the simulator's process."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -20,13 +20,13 @@ class PythonHost(Host):
         return bool(place and colon) and name.isidentifier()
 
     def origin(self, use: str) -> Provenance:
-        """Return where the class comes from."""
+        """Return the origin of the class."""
         if self.place(use).endswith(".py"):
             return "beside"
         return "shipped" if use.startswith("mjsim.algorithms.") else "installed"
 
     def place(self, use: str) -> str:
-        """Return the file or the dotted module that the class is in."""
+        """Return the file or the dotted module that contains the class."""
         return use.rpartition(":")[0]
 
     def runs(self, file: str) -> bool:
@@ -34,15 +34,15 @@ class PythonHost(Host):
         return file.endswith(".py")
 
     def doubts(self, use: Use, role: str, source: Source) -> Iterator[Doubt]:
-        """Yield what is not there or not Python, which keys the class does not take, and which methods it lacks."""
+        """Yield what does not exist or is not Python, keys that the class does not accept, and missing methods."""
         return class_doubts(use, role, source)
 
     def files(self, uses: Sequence[Use], source: Source) -> Mapping[str, bytes]:
-        """Return the files of the classes, of what they import, and of what stands beside them and is named in them."""
+        """Return the files of the classes, of their imports, and of files beside them that they name."""
         return python_files(uses, source)
 
     def offers(self, files: Sequence[tuple[Path, str]]) -> Iterator[Offer]:
-        """Yield the classes of files that end in .py."""
+        """Yield the classes in files with the suffix .py."""
         return offers_in([(path, place) for path, place in files if path.suffix == ".py"])
 
     def at_hand(self, named: str) -> tuple[Path | None, str]:
@@ -53,6 +53,6 @@ class PythonHost(Host):
 
     def make(self, use: Use, source: Source, *, role: str, robot: str) -> Any:
         """Return an instance of the class."""
-        from mjsim.modules.python.load import make_class  # Slow to load for those who only look at files.
+        from mjsim.modules.python.load import make_class  # Slow to load, and not needed to inspect files.
 
         return make_class(use, source, role=role, robot=robot)

@@ -1,4 +1,4 @@
-"""Live modules in Python; the only place where code of the user's is imported."""
+"""Creates live Python modules; the only place where user code is imported."""
 
 import importlib
 import inspect
@@ -14,17 +14,17 @@ from mjsim.world import Source, Use
 
 
 def make_class(use: Use, source: Source, *, role: str, robot: str) -> Any:
-    """Return an instance of the class that `use` names, made with the keys beside it.
+    """Return an instance of the class that `use` names, created with the keys beside it.
 
     Args:
         use: 'dotted.module:Class' or 'file.py:Class', and keyword arguments.
-        source: Where the world was written.
-        role: What it is for.
-        robot: The robot that it drives.
+        source: Origin of the world.
+        role: Role of the module.
+        robot: Name of the robot.
 
     Raises:
-        UsageError: There is no such module or class, or it does not take these arguments.
-        ModuleFault: The file cannot be imported, the class does not fit its role, or raises when it is made.
+        UsageError: There is no such module or class, or it does not accept these arguments.
+        ModuleFault: The file cannot be imported, or the class does not fit its role, or its constructor raises.
     """
     place, _, name = use.use.rpartition(":")
     load = _Loader(role, name, robot)
@@ -39,7 +39,7 @@ def make_class(use: Use, source: Source, *, role: str, robot: str) -> Any:
 
 
 def _file(name: str, folder: Path) -> Path:
-    """Return the file beside a world that has a name."""
+    """Return the file with a given name beside a world."""
     path = folder / name
     if not path.resolve().is_relative_to(folder):
         raise UsageError(f"'{name}' leaves the folder of the world; keep it beside the world file")
@@ -49,7 +49,7 @@ def _file(name: str, folder: Path) -> Path:
 
 
 class _Loader:
-    """Runs the user's code; what it raises is a fault of the module that is made."""
+    """Runs the user's code; its exceptions become faults of the module."""
 
     def __init__(self, role: str, name: str, robot: str) -> None:
         self._who = role, name, robot
@@ -62,7 +62,7 @@ class _Loader:
             return function(**named or {})
         except (KeyboardInterrupt, UsageError, ModuleFault):
             raise
-        # This is the boundary to the user's code: whatever it raises is reported in one line.
+        # This is the boundary to user code: all its exceptions are reported on one line.
         except BaseException as error:
             raise self.fault(said_of(error)) from error
 
@@ -92,18 +92,18 @@ def _import(name: str) -> ModuleType:
         return importlib.import_module(name)
     except ModuleNotFoundError as error:
         if error.name is None or not f"{name}.".startswith(f"{error.name}."):
-            raise  # What is missing is something that it imports.
+            raise  # One of its imports is missing.
         raise UsageError(
             f"no module '{error.name}', which 'use: {name}' needs; install it or correct the name"
         ) from error
 
 
 def _require_keys(use: Use, made: type) -> None:
-    """Raise UsageError when a class does not take the keys beside `use`."""
+    """Raise UsageError if a class does not accept the keys beside `use`."""
     try:
         signature = inspect.signature(made)
     except (TypeError, ValueError):
-        return  # It is made in C, or so that its signature cannot be told.
+        return  # It is implemented in C, or its signature cannot be determined.
     try:
         signature.bind(**use.arguments())
     except TypeError as error:

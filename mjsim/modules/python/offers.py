@@ -1,4 +1,4 @@
-"""Modules that files of Python offer: classes with the methods of a role, found in their text."""
+"""Modules in Python files: classes with the methods of a role, found in the source text."""
 
 import ast
 import re
@@ -15,10 +15,10 @@ _ARGUMENT = re.compile(r"^ {4}(\w+): (.*(?:\n {6,}.*)*)", re.MULTILINE)
 
 
 def offers_in(files: Sequence[tuple[Path, str]]) -> Iterator[Offer]:
-    """Yield what files offer; a class may be made of one in another file.
+    """Yield the modules in files; a class may inherit from one in another file.
 
     Args:
-        files: Each with what a world file writes before the colon.
+        files: Each file with its text before the colon in a world file.
     """
     read = [(_classes(path), place) for path, place in files]
     known = {item.name: item for classes, _ in read for item in classes}
@@ -31,7 +31,7 @@ def offers_in(files: Sequence[tuple[Path, str]]) -> Iterator[Offer]:
 
 
 def keys_of(made: ast.FunctionDef) -> Iterator[Key]:
-    """Yield the arguments of a constructor but self, `*` and `**` arguments left out."""
+    """Yield the arguments of a constructor except self, `*` and `**` arguments."""
     said = {name: " ".join(about.split()) for name, about in _ARGUMENT.findall(ast.get_docstring(made) or "")}
     given = made.args
     in_order = [*given.posonlyargs, *given.args][1:]
@@ -48,7 +48,7 @@ def _classes(path: Path) -> list[ast.ClassDef]:
             return []
         return [item for item in tree_of(path).body if isinstance(item, ast.ClassDef)]
     except (OSError, UnreadableError):
-        return []  # Whoever names it in a world is told what is wrong with it.
+        return []  # The error will be reported to whoever names it in a world.
 
 
 def _is_protocol(item: ast.ClassDef) -> bool:
@@ -67,7 +67,7 @@ def _offer(item: ast.ClassDef, role: str, use: str, made: ast.stmt | None) -> Of
 
 
 def _value(node: ast.expr) -> Any:
-    """Return a default as JSON has it; None for what is computed."""
+    """Return a default as a JSON value; None for a computed one."""
     try:
         value = ast.literal_eval(node)
     except (ValueError, TypeError, SyntaxError, MemoryError, RecursionError):

@@ -1,4 +1,4 @@
-"""What a file of Python holds, found in its text: the names that it binds, and the methods of its classes."""
+"""Outline of a Python file from its text: the names that it binds, and the methods of its classes."""
 
 import ast
 from collections.abc import Iterable, Iterator, Mapping
@@ -9,7 +9,7 @@ from mjsim.syntax import parse_python
 
 MOST_BYTES = 5_000_000
 _MOST_BASES = 8
-"""How far up the bases of a class are followed."""
+"""Maximum depth to which the bases of a class are followed."""
 
 
 class UnreadableError(ValueError):
@@ -18,12 +18,12 @@ class UnreadableError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class BoundNames:
-    """The names that a file binds when it is imported."""
+    """The names bound by importing a file."""
 
     names: Mapping[str, ast.stmt]
-    """Each with the statement that binds it."""
+    """Each name with the statement that binds it."""
     open_ended: bool
-    """Whether it may bind others too."""
+    """Whether it may bind further names."""
 
     def classes(self) -> dict[str, ast.ClassDef]:
         """Return the classes by name."""
@@ -32,15 +32,15 @@ class BoundNames:
 
 @dataclass(frozen=True, slots=True)
 class Methods:
-    """What a class and its bases bind."""
+    """The names bound by a class and its bases."""
 
     names: Mapping[str, ast.stmt]
     whole: bool
-    """Whether there is no more: all bases are in the same file, and nothing adds methods."""
+    """Whether the list is complete: all bases are in the same file, and nothing adds methods."""
 
 
 def outline_of(path: Path) -> BoundNames:
-    """Return what a file binds, also inside `if`, `try`, `with` and loops.
+    """Return the names that a file binds, also inside `if`, `try`, `with` and loops.
 
     Raises:
         UnreadableError: It is not Python, or too large.
@@ -79,12 +79,12 @@ def tree_of(path: Path) -> ast.Module:
 
 
 def methods_of(item: ast.ClassDef, known: Mapping[str, ast.ClassDef], depth: int = _MOST_BASES) -> Methods:
-    """Return what a class binds, with what it inherits.
+    """Return the names that a class binds, including inherited ones.
 
     Args:
         item: The class.
-        known: Classes that its bases may be.
-        depth: How far up bases are followed.
+        known: Possible base classes.
+        depth: Depth to which bases are followed.
     """
     names: dict[str, ast.stmt] = {}
     whole = not item.keywords and all(_adds_nothing(each) for each in item.decorator_list)
@@ -104,7 +104,7 @@ def methods_of(item: ast.ClassDef, known: Mapping[str, ast.ClassDef], depth: int
 
 
 def statements(body: Iterable[ast.stmt]) -> Iterator[ast.stmt]:
-    """Yield the statements that run when a body does, those inside `if`, `try`, `with` and loops too."""
+    """Yield the statements executed with a body, including those inside `if`, `try`, `with` and loops."""
     waiting: list[ast.AST] = list(body)
     while waiting:
         node = waiting.pop(0)
@@ -128,7 +128,7 @@ def _bound(statement: ast.stmt) -> Iterator[str]:
 
 
 def _adds_nothing(decorator: ast.expr) -> bool:
-    """Return whether a decorator of a class adds none of the methods that are asked for, as `dataclass` does not."""
+    """Return whether a class decorator adds none of the methods of roles, such as `dataclass`."""
     called = decorator.func if isinstance(decorator, ast.Call) else decorator
     name = called.attr if isinstance(called, ast.Attribute) else getattr(called, "id", "")
     return name in ("dataclass", "final")

@@ -1,4 +1,4 @@
-"""What an import means to code beside a world."""
+"""Resolution of imports in code beside a world."""
 
 import importlib.util
 import sys
@@ -6,16 +6,16 @@ from pathlib import Path
 
 
 def place_of(folder: Path, name: str) -> Path | None:
-    """Return the file, or the folder of a package, that `import name` means to code in a folder.
+    """Return the file, or the folder of a package, to which `import name` refers in code of a folder.
 
-    What comes with Python and mjsim goes before; what is installed does not, but for a folder without `__init__.py`.
+    Modules of Python and mjsim take precedence; installed packages do not, except over a folder without `__init__.py`.
 
     Args:
-        folder: Where the code is.
-        name: First part of what is imported.
+        folder: Folder of the code.
+        name: First part of the imported name.
 
     Returns:
-        None when the name means nothing beside the code.
+        None if the name does not refer to anything beside the code.
     """
     if name in sys.stdlib_module_names or name == "mjsim":
         return None
