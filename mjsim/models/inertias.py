@@ -2,7 +2,7 @@
 
 import copy
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 import numpy as np
 
@@ -24,6 +24,8 @@ ROUNDED = 1e-8
 LEAST_MOMENT = 2e-14
 """MuJoCo treats smaller moments as zero [kg m^2]."""
 DIGITS = ".9g"
+FEATHER, FEATHER_MOMENT = 1e-6, 1e-10
+"""Mass [kg] and moments of inertia [kg m^2] of a link that weighs nothing: MuJoCo takes nothing for unknown."""
 _URDF_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
@@ -79,15 +81,22 @@ def mended(inertia: Array) -> tuple[Array, str] | None:
 
 
 def _mend_urdf(root: Element, path: str) -> Iterator[str]:
+    heavy = {link.get("name", "?") for link in root.findall("link") if _weight_of(link) > 0.0}
+    carried = _fixed_to(root, heavy)
     for link in root.findall("link"):
-        inertial = link.find("inertial")
-        if inertial is None:
+        inertial, name = link.find("inertial"), link.get("name", "?")
+        if name in carried:
+            _lighten(link)
             continue
-        name, mass, inertia = link.get("name", "?"), inertial.find("mass"), inertial.find("inertia")
+        has = link.find("collision") is not None
+        if inertial is None:
+            if heavy and has:
+                yield f"{path}: link '{name}' has no mass; its shapes weigh 1000 kg/m^3 instead"
+            continue
+        mass, inertia = inertial.find("mass"), inertial.find("inertia")
         weight = number_of(mass.get("value") if mass is not None else None)
         if weight is None or weight <= 0.0:
             link.remove(inertial)
-            has = link.find("collision") is not None
             instead = "its shapes weigh 1000 kg/m^3 instead" if has else "it weighs next to nothing instead"
             yield f"{path}: link '{name}' has a mass of {_shown(weight)} kg; {instead}"
             continue
@@ -105,6 +114,36 @@ def _mend_urdf(root: Element, path: str) -> Iterator[str]:
             for key, value in zip(_URDF_KEYS, matrix[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]], strict=True):
                 inertia.set(key, format(value, DIGITS))
             yield f"{path}: the inertia of link '{name}' {wrong}; made {_moments(matrix)}"
+
+
+def _weight_of(link: Element) -> float:
+    """Return the mass of a link of URDF, 0 if the file gives none [kg]."""
+    mass = link.find("inertial/mass")
+    return number_of(mass.get("value") if mass is not None else None) or 0.0
+
+
+def _fixed_to(root: Element, heavy: Collection[str]) -> frozenset[str]:
+    """Return the links of URDF that fixed joints hold to one of some links, without these."""
+    ends = [
+        {end.get("link", "") for end in (*joint.findall("parent"), *joint.findall("child"))}
+        for joint in root.findall("joint")
+        if joint.get("type") == "fixed"
+    ]
+    found = set(heavy)
+    while more := {name for pair in ends if pair & found for name in pair} - found:
+        found |= more
+    return frozenset(found.difference(heavy))
+
+
+def _lighten(link: Element) -> None:
+    """Let a link weigh nothing, as URDF means it without a mass; by its shapes MuJoCo would give it one."""
+    for inertial in link.findall("inertial"):
+        link.remove(inertial)
+    new = link.makeelement("inertial", {})
+    new.append(new.makeelement("mass", {"value": format(FEATHER, DIGITS)}))
+    moments = dict.fromkeys(("ixx", "iyy", "izz"), format(FEATHER_MOMENT, DIGITS))
+    new.append(new.makeelement("inertia", moments | dict.fromkeys(("ixy", "ixz", "iyz"), "0")))
+    link.append(new)
 
 
 def _ball(inertial: Element, weight: float, called: str, given: str = "") -> Iterator[str]:

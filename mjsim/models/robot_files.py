@@ -80,7 +80,7 @@ def gather_robot(path: str, read: Read) -> RobotFiles:
     driven = frozenset(_driven(root))
     speeds = dict(said_speeds(root))
     mended = [*mend_scales(root), *mend_sizes(root, path), *mend_weightless(root, path)]
-    mended += [*mend_inertias(root, path), *without_rails(root, path), *freed_wheels(root, path)]
+    mended += [*without_rails(root, path), *freed_wheels(root, path), *mend_inertias(root, path)]
     gatherer.keep(root, ROBOT)
     _allow_light_links(root)
     gatherer.leave_out(root)

@@ -48,11 +48,11 @@ def presets(tmp_path_factory):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    # Sizes as they stand in the files: joints, cylinders.
+    # Sizes and sums of masses as they stand in the files.
     ("name", "drive", "radius", "track", "mass"),
     [
         ("turtlebot3_burger", "differential", 0.033, 0.160, 1.0017),
-        ("turtlebot3_waffle", "differential", 0.033, 0.288, 1.587),
+        ("turtlebot3_waffle", "differential", 0.033, 0.288, 1.5539),
         ("car", "differential", 0.05, 0.26, 0.0304),
         ("racecar", "ackermann", 0.05, 0.245, None),
     ],

@@ -14,7 +14,7 @@ from mjsim.models import Anatomy, FileFrame, SaidSensor
 WORDS = {
     "lidar": re.compile(r"lidar|laser|(^|_)scan|lds|hokuyo|rplidar|(^|_)sick|velodyne|vlp_?16|ouster|ust10|tim\d{3}"),
     "camera": re.compile(r"camera|realsense|kinect|astra|(^|_)zed|(^|_)oak|webcam|d4[135]5|r200|t265"),
-    "imu": re.compile(r"(^|_)imu|inertial|gyro"),
+    "imu": re.compile(r"(^|_)imu|inertial_?(sensor|unit|meas|nav)|gyro"),
 }
 """Names of links that carry a sensor."""
 NO_SENSOR = re.compile(r"mount|bracket|holder|support|tower|screw|plate|(^|_)cap($|_)")
