@@ -183,6 +183,35 @@ def test_a_program_ends_with_who_started_it_even_when_that_is_killed(tmp_path):
     assert gone(str(tmp_path))
 
 
+DAEMON = """
+import os, sys
+for _ in range(3):
+    if os.fork() == 0:
+        os.setsid()
+        if os.fork() == 0:
+            os.execv("/bin/sh", ["sh", "-c", "sleep 60079 </dev/null >/dev/null 2>&1; : " + sys.argv[1]])
+        os._exit(0)
+for line in sys.stdin:
+    print('{"pictures": false}' if '"start"' in line else ANSWER, flush=True)
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/environ").exists(), reason="daemons are found where /proc has environments")
+@pytest.mark.parametrize("answer", ["'{\"forward\": 1}'", "'no JSON'", "__import__('time').sleep(60078)"])
+def test_daemons_of_a_program_end_with_it(tmp_path, answer):
+    script(tmp_path, "bad", DAEMON.replace("ANSWER", answer))
+    room(tmp_path, f"navigator: {{use: 'exec:./bad {tmp_path}', patience: 60}}")
+    words = [sys.executable, "-m", "mjsim.cli", "run", str(tmp_path / "room.yaml"), "-o", str(tmp_path / "run.mcap")]
+    with subprocess.Popen(words, stderr=subprocess.DEVNULL) as parent:
+        until = time.monotonic() + 30
+        while "sleep" in answer and len(left_running("sleep 60079")) < 3 and time.monotonic() < until:
+            time.sleep(0.05)
+        if "sleep" in answer:
+            parent.kill()
+    assert gone(f": {tmp_path}")
+    assert gone(f"bad {tmp_path}")
+
+
 @pytest.mark.parametrize(
     ("module", "line"),
     [

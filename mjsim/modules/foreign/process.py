@@ -2,10 +2,11 @@
 
 import fcntl
 import os
+import secrets
 import select
 import signal
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -20,8 +21,17 @@ _PIPE = 1 << 20
 """Capacity of a pipe, if the system allows it [bytes]; enough for a picture."""
 _LOOK = 0.05
 """Interval for checking a process that does not answer [s]."""
-_KEEP = '{ exec 0<&3 3<&- 1>/dev/null 2>&1; read -r _; kill -9 0; } & exec 3<&-; cd -- "$1" || exit 126; shift; '
-"""Kills the group when its parent is gone for any reason: then the parent's end of descriptor 3 is closed."""
+_MARK = "MJSIM_MODULE"
+"""Environment variable by which children are found that left the process group."""
+_ROUNDS = 20
+"""How often these are looked for at most: while they are killed they may start others."""
+_KEEP = (
+    "{ exec 0<&3 3<&- 1>/dev/null 2>&1; read -r _; read -r me _ </proc/self/stat; "
+    f'for e in $(grep -lsF "{_MARK}=${_MARK}" /proc/[0-9]*/environ); do '
+    'p=${e#/proc/}; p=${p%/*}; [ "$p" = "$me" ] || kill -9 "$p"; done; kill -9 0; } & '
+    'exec 3<&-; cd -- "$1" || exit 126; shift; '
+)
+"""Kills the group and who left it when its parent is gone for any reason: then that end of descriptor 3 is closed."""
 ON_STANDARD = _KEEP + 'exec "$@"'
 """Requests on standard input, answers on standard output."""
 ON_3_AND_4 = _KEEP + 'exec "$@" 3<&0 4>&1 0</dev/null 1>&2'
@@ -60,10 +70,10 @@ class Process(Closes):
         # Duplicates with numbers above all that they get in the child.
         copies = [fcntl.fcntl(fd, fcntl.F_DUPFD_CLOEXEC, 10) for fd in theirs]
         places = [(os.POSIX_SPAWN_DUP2, fd, number) for number, fd in enumerate(copies)]
+        self._mark = f"{_MARK}={secrets.token_hex(16)}"
+        environment = {**os.environ, **(more or {}), _MARK: self._mark.partition("=")[2]}
         try:
-            self._pid = os.posix_spawn(
-                "/bin/sh", words, {**os.environ, **(more or {})}, file_actions=places, setsid=True
-            )
+            self._pid = os.posix_spawn("/bin/sh", words, environment, file_actions=places, setsid=True)
         finally:
             for fd in (*theirs, *copies):
                 os.close(fd)
@@ -178,13 +188,34 @@ class Process(Closes):
             self._kill()
 
     def _kill(self) -> None:
-        """Kill the whole group; its leader is reaped last, so that its id is not reused."""
+        """Kill the whole group and who left it; its leader is reaped last, so that its id is not reused."""
         if self._open:
             self._open = False
             with suppress(ProcessLookupError, PermissionError):
                 os.killpg(self._pid, signal.SIGKILL)
             os.waitpid(self._pid, 0)
+            _kill_marked(self._mark)
             self._said.take(self._read(self._log))
             self._said.close()
             for fd in self._ours:
                 os.close(fd)
+
+
+def _kill_marked(mark: str) -> None:
+    """Kill the processes with a variable in their environment, as Linux shows it: daemons have a group of their own."""
+    for _ in range(_ROUNDS):
+        found = list(_marked(mark.encode()))
+        for pid in found:
+            with suppress(ProcessLookupError, PermissionError):
+                os.kill(pid, signal.SIGKILL)
+        if not found:
+            return
+
+
+def _marked(mark: bytes) -> Iterator[int]:
+    """Yield the processes of this user that were started with a variable; those that have ended show none."""
+    for place in Path("/proc").glob("[0-9]*/environ"):
+        # It may have ended meanwhile, or belong to somebody else.
+        with suppress(OSError):
+            if mark in place.read_bytes().split(b"\0"):
+                yield int(place.parent.name)
