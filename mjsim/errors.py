@@ -65,6 +65,15 @@ class UsageError(MjsimError):
     exit_code = 2
 
 
+class OutOfReachError(UsageError):
+    """A tool of an arm cannot be brought to a place."""
+
+    def __init__(self, message: str, *, short: float) -> None:
+        self.short = short
+        """Distance that remains [m]."""
+        super().__init__(message)
+
+
 class RecordingError(MjsimError):
     """A file is not a recording, or does not contain the requested data."""
 

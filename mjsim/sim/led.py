@@ -120,6 +120,10 @@ class Mechanisms:
         """Return those that something moves."""
         return [each for each in self._all if each.moved]
 
+    def held(self) -> list[MechanismAtWork]:
+        """Return those that nothing but a hand moves now."""
+        return [each for each in self._all if each.held and not each.moved]
+
     def controls(self) -> list[ControlActuation]:
         """Return the controllers of all, made and started with the first call."""
         if self._controls is None:
@@ -137,7 +141,7 @@ class Mechanisms:
             each.settle(tick * self._per_tick)
 
     def lead(self, name: str, joint: str, goal: float | None, tick: int) -> None:
-        """From a tick on bring a joint of a mechanism, which follows a motion, to a value [rad, m]; None: back."""
+        """From a tick on bring a joint of a mechanism to a value [rad, m]; None: back, or let go."""
         self._named(name).lead(joint, goal, tick * self._per_tick)
 
     def barred(self, name: str, joint: str, goal: float | None, tick: int) -> str:

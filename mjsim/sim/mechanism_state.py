@@ -1,10 +1,13 @@
-"""Indices of the values of a mechanism in MuJoCo's state, and the forces of its constraints."""
+"""Indices of the values of a mechanism in MuJoCo's state, and the forces of its constraints and actuators."""
+
+from collections.abc import Sequence
 
 import mujoco
 import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.mechanics import inverted, rotation_vector
+from mjsim.sim.followers import Follower
 from mjsim.world import Assembly, Mechanism
 
 
@@ -50,6 +53,11 @@ class Places:
         numbered = list(enumerate(assembly.bodies))
         self._bodies = [model.body(f"{name}/{body}").id if body and place else 0 for place, body in numbered]
 
+    def of(self, column: int) -> tuple[int, int]:
+        """Return the indices of a single value in qpos, and of its speed in qvel."""
+        (index,) = np.flatnonzero(self.columns == column).tolist()
+        return int(self._qpos[index]), int(self.dofs_by_column[index])
+
     def set_speeds(self, data: mujoco.MjData, assembly: Assembly) -> None:
         """Write the initial velocities."""
         self.write(data, assembly, assembly.start, assembly.speeds)
@@ -90,3 +98,13 @@ class Places:
             data.qpos[place : place + 4] = quaternion
             part = slice(column, column + 3)
             data.qvel[dof : dof + 3] = now.poses[number, :3, :3].T @ now.axes[part].T @ speeds[part]
+
+
+def actuator_forces(data: mujoco.MjData, places: Places, followers: Sequence[Follower], size: int) -> Array:
+    """Return torques and forces of the actuators and motions of a mechanism at its joints, shape (size,) [N m, N]."""
+    found = np.zeros(size)
+    found[places.columns] = data.qfrc_actuator[places.dofs_by_column]
+    for follower in followers:
+        if follower.drive.column >= 0:
+            found[follower.drive.column] += equality_forces(data, follower.equality).sum()
+    return found

@@ -18,9 +18,10 @@ from mjsim.mechanics import (
 from mjsim.sim.closures import Closures
 from mjsim.sim.energy import EnergyCount
 from mjsim.sim.followers import Follower, yields
+from mjsim.sim.holds import Holds
 from mjsim.sim.locks import Locks
 from mjsim.sim.mechanism_sensors import MechanismState, Probe, probes_of
-from mjsim.sim.mechanism_state import Places, copy_state, equality_forces
+from mjsim.sim.mechanism_state import Places, actuator_forces, copy_state, equality_forces
 from mjsim.sim.pushes import Push, around, effort_signal
 from mjsim.sim.streams import stream
 from mjsim.sim.tracks import Tracks
@@ -69,7 +70,7 @@ class MechanismAtWork:
         self._h = float(model.opt.timestep)
         self._places = Places(model, mechanism)
         self._followers = self._make_followers()
-        self._locks = Locks(mechanism, self._followers)
+        self._locks, self._holds = Locks(mechanism, self._followers), Holds(model, mechanism, self._places)
         self._pushes: list[Push] = []
         ties = [each.name for each in self._assembly.couplings] + [each.name for each in self._assembly.rods]
         self._ties = [model.equality(self._full(name)).id for name in ties]
@@ -120,8 +121,13 @@ class MechanismAtWork:
         return f"{self.mechanism.name}/{name}"
 
     @property
+    def held(self) -> bool:
+        """Whether a hand holds a joint of it, so that `act` must be called at every step."""
+        return bool(self._holds)
+
+    @property
     def moved(self) -> bool:
-        """Whether it has inputs, so that `act` must be called at every step."""
+        """Whether it has inputs of its own, so that `act` must be called at every step."""
         losses = any(joint.damping or joint.friction for joint in self.mechanism.joints)
         losses = losses or any(spring.damping for spring in self._assembly.springs)
         controlled = any(getattr(each, "controller", None) is not None for each in self.mechanism.actuators)
@@ -139,6 +145,7 @@ class MechanismAtWork:
             copy_state(self._data, self._scratch, self._data.qpos, self._data.qvel)
             self._tracks.aim(self._gave, self._scratch)
         self._lag = self._lagging()
+        self._holds.aim(self._data, self._scratch, step)
         self._exert(lambda signal: around(signal, step, self._h))
 
     def _exert(self, value: Callable[[TimeSignal], float]) -> None:
@@ -149,7 +156,7 @@ class MechanismAtWork:
         """
         for motor, signal in self._efforts:
             self._data.ctrl[motor] = value(signal)
-        self._data.qfrc_applied[self._places.dofs] = self._lag
+        self._data.qfrc_applied[self._places.dofs] = self._lag + self._holds.pull
         if self._pushes:
             mujoco.mj_kinematics(self._model, self._data)
             mujoco.mj_comPos(self._model, self._data)
@@ -176,7 +183,7 @@ class MechanismAtWork:
     def settle(self, step: int) -> None:
         """Bring it to its state at the end of a tick, before a given step."""
         self.fault = self._found_fault()
-        if self.moved:
+        if self.moved or self.held:
             self._go_to(step)
 
     def _go_to(self, step: int) -> None:
@@ -195,11 +202,15 @@ class MechanismAtWork:
         self._step = step
 
     def lead(self, joint: str, goal: float | None, step: int) -> None:
-        """From a step on, move a joint that follows a motion to a value, and hold it there [rad, m].
+        """From a step on, move a joint to a value and hold it there, in place of its motion or by a hand [rad, m].
 
-        None makes it follow its signal again.
+        None makes it follow its signal again, or lets it go.
         """
-        if goal is None:
+        if joint in self.mechanism.held:
+            self._holds.lead(joint, goal, step, self._data)
+            # No step follows that writes it where only the hand moved it.
+            self._data.qfrc_applied[self._places.dofs] = self._lag + self._holds.pull
+        elif goal is None:
             self._locks.follower(joint).release(step, whole=self._whole(joint))
         else:
             self._locks.follower(joint).lead(goal, step)
@@ -211,6 +222,8 @@ class MechanismAtWork:
 
     def barred(self, joint: str, goal: float | None, step: int) -> str:
         """Return why its loops do not allow the motion of `lead`, as text; '' if they do."""
+        if joint in self.mechanism.held:
+            return ""  # A hand of bounded force does not force a loop.
         if goal is None:
             goal = self._locks.follower(joint).end(step, whole=self._whole(joint))
         if goal is None:
@@ -274,7 +287,7 @@ class MechanismAtWork:
             values=values,
             speeds=rates,
             accelerations=accelerations,
-            efforts=self._forces(),
+            efforts=actuator_forces(self._scratch, self._places, self._followers, self._assembly.linkage.size),
             pulls={each.drive.name: self._pull(each, step) for each in self._followers if each.drive.column < 0},
             work=work,
             lost=lost,
@@ -287,6 +300,8 @@ class MechanismAtWork:
         for follower in self._followers:
             if follower.drive.column >= 0:
                 goal[follower.drive.column] = follower.goal(step)
+        for column, value in self._holds.goals(step).items():
+            goal[column] = value
         motion = JointMotion(
             names=self._assembly.names,
             positions=now.values,
@@ -379,13 +394,3 @@ class MechanismAtWork:
         """Return the force between two points at a followed distance, and the rate of the distance [N, m/s]."""
         force = float(equality_forces(self._scratch, follower.equality).sum())
         return force, follower.middle_speed(step)
-
-    def _forces(self) -> Array:
-        """Return torques and forces of the actuators at the joints, shape (values,) [N m, N]."""
-        scratch, found = self._scratch, np.zeros(self._assembly.linkage.size)
-        own = self._places
-        found[own.columns] = scratch.qfrc_actuator[own.dofs_by_column]
-        for follower in self._followers:
-            if follower.drive.column >= 0:
-                found[follower.drive.column] += equality_forces(scratch, follower.equality).sum()
-        return found

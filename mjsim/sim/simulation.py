@@ -287,11 +287,11 @@ class Simulation(Closes):
         self._happen(**{**keys, "reach": robot})
 
     def release(self, name: str, arm: str = "arm", *, hand: str | None = None, joint: str | None = None) -> None:
-        """Release an arm to its commands, a hand to its posture, or a joint to its signal."""
+        """Release an arm to its commands, a hand to its posture, or a joint to what moves it."""
         self._happen(release=name, arm=arm, hand=hand, joint=joint)
 
     def lead(self, mechanism: str, joint: str, to_deg: float) -> None:
-        """Move a joint that follows a motion to a value [deg, m]; raises UsageError if impossible."""
+        """Move a joint to a value [deg, m] and hold it, by its motion or a hand's force; UsageError if impossible."""
         self._happen(lead=mechanism, joint=joint, to_deg=to_deg)
 
     def schedule(self, event: WorldEvent, *, instead_of: WorldEvent | None = None) -> WorldEvent:
@@ -387,7 +387,8 @@ class Simulation(Closes):
             found = [robot.acting() for robot in self._robots.values()]
             self._actuations = [*self._mechanisms.acting(), *self._mechanisms.controls(), *chain(*found)]
         with warnings_kept() as said:
-            self._script.run(steps, self.tick * steps, actuations=self._actuations, after_each=self._after_each)
+            acting = [*self._mechanisms.held(), *self._actuations]
+            self._script.run(steps, self.tick * steps, actuations=acting, after_each=self._after_each)
         return said
 
     def _check(self, said: list[str]) -> None:

@@ -293,9 +293,9 @@ class WorldScript:
         except ValueError as error:
             raise UsageError(str(error)) from None
         if isinstance(event, ReachEvent) and (wrong := self._reached(event)[1]) is not None:
-            raise UsageError(wrong)
+            raise wrong
 
-    def _reached(self, event: ReachEvent) -> tuple[Array, str | None]:
+    def _reached(self, event: ReachEvent) -> tuple[Array, UsageError | None]:
         """Return the joint values that an event asks for, from where they shall be now, and what is wrong with them."""
         item, now = arm_of_event(self._world, event), self._arm(event.reach, event.arm).goal()
         return reached_joints(item, event, now)

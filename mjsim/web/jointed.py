@@ -32,9 +32,9 @@ def joints_told(world: World) -> dict[str, list[JointFacts]]:
             wheels = robot.drive.driven_wheels
             told[f"{robot.name}/drive"] = [_facts(name, False, -math.inf, math.inf) for name in wheels]
     for mechanism in world.mechanisms:
-        found, led = mechanism.assembly, led_joints(mechanism)
+        found, led = mechanism.assembly, {each["name"]: each for each in led_facts(mechanism)}
         told[mechanism.name] = [
-            _facts(name, *led.get(name, (bool(slides), -math.inf, math.inf)))
+            led.get(name) or _facts(name, bool(slides), -math.inf, math.inf)
             for name, slides in zip(found.names, found.slides, strict=True)
         ]
     return told
@@ -47,8 +47,11 @@ def arm_facts(item: RobotArm) -> list[JointFacts]:
 
 
 def led_facts(mechanism: Mechanism) -> list[JointFacts]:
-    """Return the joints of a mechanism that are led by motions."""
-    return [_facts(name, slides, lower, upper) for name, (slides, lower, upper) in led_joints(mechanism).items()]
+    """Return the joints of a mechanism that can be led."""
+    told = {name: _facts(name, *each) for name, each in led_joints(mechanism).items()}
+    for name in mechanism.held & told.keys():
+        told[name]["held"] = True
+    return list(told.values())
 
 
 def _facts(name: str, slides: bool, lower: float, upper: float) -> JointFacts:
@@ -94,7 +97,7 @@ def bodies_told(world: World, values: Values, places: Mapping[str, Pose]) -> dic
 
 
 def grips_told(world: World, values: Values, poses: Mapping[str, Pose3]) -> list[JointGrip]:
-    """Return the points by which to drag joints of arms, and joints of mechanisms led by motions."""
+    """Return the points by which to drag joints of arms, and joints of mechanisms that can be led."""
     told = [
         grip
         for mechanism in world.mechanisms

@@ -48,6 +48,8 @@ class JointFacts(TypedDict):
     lower: float | None
     """[rad], or [m] for a sliding joint; null without a limit."""
     upper: float | None
+    held: NotRequired[bool]
+    """Of a mechanism: whether a hand holds it against what moves it; else it is led in place of its motion."""
 
 
 @_TOLD
@@ -97,7 +99,7 @@ class JointGrip(TypedDict):
 
 @_TOLD
 class MechanismFacts(TypedDict):
-    """A mechanism, and those of its joints that motions lead."""
+    """A mechanism, and the joints of it that can be led."""
 
     name: str
     joints: list[JointFacts]
@@ -108,7 +110,7 @@ class MechanismTick(TypedDict):
     """A mechanism at one tick."""
 
     positions: list[float]
-    """Positions of the joints that motions lead [rad, m]."""
+    """Of the joints that can be led [rad, m]."""
 
 
 @_TOLD
@@ -371,12 +373,12 @@ class RefusedNews(TypedDict):
 
 @_TOLD
 class ShortNews(TypedDict):
-    """A hand that the page moved does not reach its target."""
+    """A hand or tool that the page moved does not reach its target; a tool then stays where it was."""
 
     kind: Literal["short"]
-    person: str
-    hand: str
-    """left or right."""
+    of: str
+    part: str
+    """left or right for a person's hand, else the arm of a robot."""
     metres: float
     """Distance to the target [m]."""
 

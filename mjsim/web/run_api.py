@@ -10,7 +10,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from mjsim.errors import MjsimError, UsageError, WorldError, did_you_mean
+from mjsim.errors import MjsimError, OutOfReachError, UsageError, WorldError, did_you_mean
 from mjsim.interface import Command
 from mjsim.modules import missing_modules
 from mjsim.output import NewFile
@@ -173,14 +173,20 @@ class RunApi:
         return world
 
     def _touch(self, request: Touch) -> ShortNews | None:
-        """Apply an event to the run; return a message if a hand does not reach its target, otherwise None."""
+        """Apply an event to the run; return a message if a hand or tool does not reach its target, otherwise None."""
         session = self._session()
-        event = session.touch(request.event)
+        try:
+            event = session.touch(request.event)
+        except OutOfReachError as miss:
+            if not round(miss.short, 3):  # It is turned otherwise.
+                raise
+            arm = str(request.event.get("arm", "arm"))
+            return {"kind": "short", "of": str(request.event["reach"]), "part": arm, "metres": round(miss.short, 3)}
         if session.state == "paused":
             session.tick()
         if not isinstance(event, ReachEvent) or event.hand is None or not event.short:
             return None
-        return {"kind": "short", "person": event.reach, "hand": event.hand, "metres": round(event.short, 3)}
+        return {"kind": "short", "of": event.reach, "part": event.hand, "metres": round(event.short, 3)}
 
     def _drive(self, request: DriveByHand) -> None:
         session = self._session()

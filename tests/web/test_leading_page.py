@@ -1,14 +1,19 @@
-"""What cannot be led in a run says so, and what is led out of reach says by how much it misses, in a real browser."""
+"""Joints that controllers move are held by hand, and what cannot be led or reached says so, in a real browser."""
 
 import json
+import math
 import re
 
 import pytest
 from playwright.sync_api import expect
 
-from tests.web.test_joints_page import running
+import mjsim
+from mjsim.record import same_run
+from mjsim.world import EVENT_KINDS, kind_of
+from tests.browser import browser as listener
+from tests.web.test_joints_page import joint_place, keep, running
 from tests.web.test_lead_solids_page import ROOM, lead, opened
-from tests.web.test_studio_touch_page import screen
+from tests.web.test_studio_touch_page import CELL, drag, until
 from tests.windows import PATIENCE
 
 pytestmark = pytest.mark.slow
@@ -25,20 +30,89 @@ mechanisms:
       - {revolute: swing, of: [ground, bar], axis: [0, 0, 1]}
       - {revolute: hinge, of: [{ground: [1, 1, 0]}, flap]}
     actuators:
-      - {torque: swing, signal: {constant: {value: 0}}}
+      - controller: {use: "mjsim.algorithms.linear_control:MechanismLoop", gain: {swing: [2, 1]}}
+        torque: swing
       - {angle: hinge, signal: {constant: {value_deg: 0}}}
 run: {seconds: 1000}
 """
 
 
-def test_a_joint_that_torques_move_says_why_it_cannot_be_led_and_what_to_do(browser, tmp_path):
-    with running(browser, tmp_path, PENDULUM) as (_, page):
+LINKAGE = """\
+mjsim: 1
+name: hall
+walls: [{points: [[0, 0], [8, 0], [8, 4], [0, 4]], closed: true}]
+mechanisms:
+  - name: bars
+    at: [2, 2]
+    elevation: 4
+    bodies: [{name: crank, rod: [1.0, 0.05]}, {name: coupler, rod: [3.5, 0.05]}, {name: rocker, rod: [3.0, 0.05]}]
+    joints:
+      - {revolute: q2, of: [ground, crank], axis: [0, 1, 0], start_deg: 28.6}
+      - {revolute: q3, of: [crank.end, coupler]}
+      - {revolute: q4, of: [{ground: [4, 0, 0]}, rocker]}
+      - {revolute: q5, of: [coupler.end, rocker.end]}
+    actuators: [{angle: q2, signal: {constant: {value_deg: 28.6}}}]
+run: {seconds: 1000}
+"""
+
+
+def swing(tick) -> float:
+    """Return where the bar swings [deg]."""
+    return math.degrees(tick["joints"]["gate"]["swing"][0])
+
+
+def test_a_joint_that_a_controller_moves_is_held_by_a_hand_let_go_and_repeats_to_the_byte(browser, tmp_path):
+    with running(browser, tmp_path, PENDULUM) as (studio, page):
+        until(studio, page, lambda tick: abs(swing(tick)) < 1)
         page.get_by_role("tab", name="Joints").locator("visible=true").click()
-        said = page.locator("#view-run .run-side").get_by_text("swing cannot be led by hand")
-        expect(said).to_contain_text("give it an actuator such as angle: swing")
+        page.get_by_label("swing, °").fill("60")
+        page.get_by_label("swing, °").press("Enter")
+        until(studio, page, lambda tick: abs(swing(tick) - 60) < 0.5)
+        torque = page.locator("[data-joint='gate.swing'] td").locator("visible=true").nth(2)
+        expect(torque).to_have_text(re.compile(r"^-2\.\d\d N m$"))  # 2 N m/rad, against the hand
         page.get_by_role("button", name="Touch: drag").click()
-        page.mouse.click(*screen(page, 2, 2))
-        expect(page.locator(".toasts")).to_contain_text("swing cannot be led by hand")
+        with listener(studio.url) as watcher:
+            x, y = joint_place(watcher.until("tick"), "swing")
+        drag(page, (x, y), (4 - x, 4 - y))  # to the other side of its axis at (2, 2)
+        until(studio, page, lambda tick: abs(abs(swing(tick) - 60) - 180) < 5)
+        page.get_by_role("button", name="Let go of swing").click()
+        until(studio, page, lambda tick: abs(swing(tick)) < 5)
+        page.get_by_role("button", name="Stop the run").click()
+        expect(page.locator(".run-state")).to_have_text("Ended", timeout=PATIENCE)
+        keep(page, 3)
+    (hand,) = tmp_path.glob("out/**/*.mcap")
+    world = mjsim.load_world(tmp_path / "room.yaml")
+    assert [kind_of(event, EVENT_KINDS) for event in world.run.events] == ["lead", "lead", "release"]
+    ticks = len(mjsim.read_recording(hand).time)
+    with mjsim.Simulation(world) as sim:
+        mjsim.run(sim, seconds=ticks / world.run.rate_hz, record=tmp_path / "again.mcap")
+    assert same_run(hand, tmp_path / "again.mcap")
+
+
+def test_a_joint_that_others_move_says_so_and_names_the_one_to_lead(browser, tmp_path):
+    with running(browser, tmp_path, LINKAGE) as (_, page):
+        page.get_by_role("tab", name="Joints").locator("visible=true").click()
+        said = page.locator("#view-run .run-side").get_by_text("q3, q4, q5 cannot be led by hand")
+        expect(said).to_contain_text("other joints move them; lead q2")
+
+
+def test_a_tool_that_is_led_out_of_reach_says_by_how_much_as_a_hand_does(browser, tmp_path):
+    with running(browser, tmp_path, CELL) as (studio, page):
+        canvas = opened(page)
+        with listener(studio.url) as watcher:
+            before = watcher.until("tick")["robots"]["r"]["arms"]["arm"]["tool"]
+        note = page.locator("#view-run .scene-notes span")
+        expect(note).to_have_count(0)
+        lead(canvas, "arm", "z", (0, -150))
+        expect(note).to_have_text(SHORT, timeout=PATIENCE)
+        away = float(note.inner_text().split()[0])
+        said = f"The tool of arm of r cannot reach that point: {away:.2f} m remain"
+        expect(page.locator(".toasts")).to_contain_text(said)
+        with listener(studio.url) as watcher:
+            now = watcher.until("tick")["robots"]["r"]["arms"]["arm"]["tool"]
+        assert now[:3] == pytest.approx(before[:3], abs=5e-3)  # at the start it still sags
+        lead(canvas, "arm", "z", (0, 10))
+        expect(note).to_have_count(0, timeout=PATIENCE)
 
 
 def test_a_hand_that_is_led_out_of_reach_says_by_how_much_it_misses_beside_its_handle(browser, tmp_path):

@@ -22,7 +22,7 @@ def beyond_reach(world: World) -> Iterator[Doubt]:
                 yield str(error), (*path, "arm" if "arm" in event.model_fields_set else event_key(event))
                 continue
             if isinstance(event, ReachEvent) and (wrong := reached_joints(item, event, item.start())[1]) is not None:
-                yield wrong, (*path, "tool" if event.joints_deg is None else "joints_deg")
+                yield str(wrong), (*path, "tool" if event.joints_deg is None else "joints_deg")
 
 
 def unknown_person(world: World, name: str) -> str | None:

@@ -182,7 +182,7 @@ class ReachEvent(_Event):
 
 
 class ReleaseEvent(_Event):
-    """Returns an arm to its navigator, a hand of a person to its initial position, or a joint to its signal."""
+    """Returns an arm to its navigator, a hand of a person to its initial position, or a joint to what moves it."""
 
     release: Name
     """The robot, person or mechanism."""
@@ -212,12 +212,12 @@ def _refuse_of_arms(event: ReachEvent | ReleaseEvent, *keys: str) -> None:
 
 
 class LeadEvent(_Event):
-    """Moves a joint of a mechanism driven by a motion to a value, at about 1 rad/s or 1 m/s, and holds it."""
+    """Moves a joint of a mechanism to a value, at about 1 rad/s or 1 m/s, and holds it there."""
 
     lead: Name
     """The mechanism."""
     joint: Annotated[str, Field(min_length=1, max_length=200)]
-    """Joint of an `angle`, `position` or `velocity` actuator, or `JOINT.VALUE`."""
+    """Joint that no other joint moves, or `JOINT.VALUE`."""
     to_deg: Annotated[float, Field(ge=-36000, le=36000)]
     """Value [deg], or [m] for a translational joint."""
 
@@ -318,7 +318,7 @@ def said_of(event: WorldEvent) -> str:
         case ReleaseEvent(hand=str(hand)):
             return f"the {hand} hand of {event.release} goes back to where it was at the start"
         case ReleaseEvent(joint=str(joint)):
-            return f"joint {joint} of {event.release} follows its signal again"
+            return f"joint {joint} of {event.release} is let go"
         case ReleaseEvent():
             return f"{event.arm} of {event.release} is its navigator's again"
         case LeadEvent():

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mjsim.errors import OutOfReachError, UsageError
 from mjsim.geometry import Array
 from mjsim.world.items.arms import RobotArm
 from mjsim.world.items.events import ReachEvent
@@ -18,8 +19,8 @@ ROUNDED = 1e-5
 """Joint values may exceed their limits by this much, because a world file rounds them [rad, m]."""
 
 
-def reached_joints(item: RobotArm, event: ReachEvent, start: ArrayLike) -> tuple[Array, str | None]:
-    """Return the joint values requested by an event, and what is wrong with them, or None.
+def reached_joints(item: RobotArm, event: ReachEvent, start: ArrayLike) -> tuple[Array, UsageError | None]:
+    """Return the joint values requested by an event, and the error that says what is wrong with them, or None.
 
     Args:
         item: The arm.
@@ -27,17 +28,18 @@ def reached_joints(item: RobotArm, event: ReachEvent, start: ArrayLike) -> tuple
         start: Initial guess for inverse kinematics, shape (n,) [rad, m].
 
     Returns:
-        Values within the limits, or those of `start` if they do not suit the arm, shape (n,) [rad, m]; and a sentence.
+        Values within the limits, or those of `start` if they do not suit the arm, shape (n,) [rad, m]; and an error,
+        an `OutOfReachError` if the tool does not reach.
     """
     if event.joints_deg is not None:
         return _joints(item, event.joints_deg, np.asarray(start, dtype=float))
     return _inverse(item, event, np.asarray(start, dtype=float))
 
 
-def _joints(item: RobotArm, given: Sequence[float], start: Array) -> tuple[Array, str | None]:
+def _joints(item: RobotArm, given: Sequence[float], start: Array) -> tuple[Array, UsageError | None]:
     arm = item.arm
     if len(given) != arm.n:
-        return start, f"joints_deg holds {len(given)} values; arm '{item.name}' has {arm.n} joints"
+        return start, UsageError(f"joints_deg holds {len(given)} values; arm '{item.name}' has {arm.n} joints")
     scales = np.array([1.0 if link.slide else math.pi / 180.0 for link in arm.links])
     values, (lower, upper) = np.array(given) * scales, arm.limits
     within = np.clip(values, lower, upper)
@@ -46,10 +48,11 @@ def _joints(item: RobotArm, given: Sequence[float], start: Array) -> tuple[Array
         return within, None
     k = int(beyond[0])
     low, high = (float(bound[k] / scales[k]) for bound in (lower, upper))
-    return start, f"joint {k + 1} of arm '{item.name}' cannot go to {given[k]:g}; its range is {low:g} to {high:g}"
+    said = f"joint {k + 1} of arm '{item.name}' cannot go to {given[k]:g}; its range is {low:g} to {high:g}"
+    return start, UsageError(said)
 
 
-def _inverse(item: RobotArm, event: ReachEvent, start: Array) -> tuple[Array, str | None]:
+def _inverse(item: RobotArm, event: ReachEvent, start: Array) -> tuple[Array, UsageError | None]:
     from mjsim.mechanics import placed, rpy_of
 
     assert event.tool is not None, "an event has joints or a tool"
@@ -63,4 +66,5 @@ def _inverse(item: RobotArm, event: ReachEvent, start: Array) -> tuple[Array, st
     x, y, z = (f"{value:g}" for value in event.tool)
     missed = f"the tool of '{item.name}' does not reach {x}, {y}, {z} m{' turned so' if turned else ''}; it misses by"
     angle = f" and {float(np.degrees(reached.angle)):.3g} degrees" if turned else ""
-    return values, f"{missed} {float(reached.distance):.3g} m{angle}"
+    short = float(reached.distance)
+    return values, OutOfReachError(f"{missed} {short:.3g} m{angle}", short=short)

@@ -1,18 +1,20 @@
 """Assembly of a mechanism: its bodies by number, its values, and where its loops are cut."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from mjsim.errors import did_you_mean
 from mjsim.geometry import Array
-from mjsim.mechanics import BodyPoint, Coincide, Linkage, Meet, Rows, TimeSignal, followed, jacobian
+from mjsim.mechanics import Apart, BodyPoint, Coincide, Linear, Linkage, Meet, Rows, TimeSignal, followed, jacobian
 from mjsim.world.items.mechanisms.points import Place
 
 TURNED = 0.05
 """Smaller angles are not reported for a loop that does not close [deg]."""
+NO_RANK = 1e-8
+"""Singular values, and components of a motion, below this fraction count as zero."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -120,6 +122,18 @@ class Assembly:
         """Closed loops, and points that lie on their curves."""
         loops = (Coincide(*pair) for pair in self.cuts.values())
         return (*loops, *(Meet(each.ghost, each.spot) for each in self.tracks))
+
+    def free(self, rows: Sequence[Rows]) -> frozenset[int]:
+        """Return the columns of values that can move at the start while equations hold."""
+        matrix = jacobian(self.linkage, rows, self.start)
+        *_, singular, ways = np.linalg.svd(np.concatenate([matrix, np.zeros((1, self.linkage.size))]))
+        rank = int((singular > NO_RANK * singular.max(initial=1.0)).sum())
+        return frozenset(np.flatnonzero(np.abs(ways[rank:]).max(axis=0, initial=0.0) > NO_RANK).tolist())
+
+    def undriven(self) -> frozenset[int]:
+        """Return the columns of values that forces can move: no motion prescribes them, directly or through loops."""
+        driven = [Linear({each.column: 1.0}) if each.ends is None else Apart(each.ends, 0.0) for each in self.drives]
+        return self.free([*self.rows, *driven])
 
     def number(self, body: str) -> int:
         """Return the number of a body."""

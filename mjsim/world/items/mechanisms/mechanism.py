@@ -72,6 +72,18 @@ class Mechanism(MechanismParts):
         return assemble(self, lambda name: read_asset(name, self._source))
 
     @cached_property
+    def held(self) -> frozenset[str]:
+        """Names of the single values that a hand can hold by force: no motion prescribes them, no loop is cut there."""
+        found, undriven = self.assembly, self.assembly.undriven()
+        return frozenset(
+            found.names[column]
+            for tree in found.linkage.joints
+            for primitive, column in zip(tree.primitives, tree.columns(), strict=True)
+            if tree.name in found.columns and tree.name not in found.cuts
+            if primitive.kind in ("slide", "turn") and column in undriven
+        )
+
+    @cached_property
     def world_from_ground(self) -> "Array":
         """Pose of its frame, world_from_mechanism, shape (4, 4) [m]."""
         from mjsim.mechanics import placed

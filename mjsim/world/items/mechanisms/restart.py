@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from mjsim.geometry import Array
-from mjsim.mechanics import BodyPoint, followed, jacobian
+from mjsim.mechanics import BodyPoint, followed
 from mjsim.world.items.mechanisms.assembly import Assembly
 from mjsim.world.items.mechanisms.beginning import first_rows
 from mjsim.world.items.mechanisms.joints import MechanismJoint
@@ -16,8 +16,6 @@ from mjsim.world.items.mechanisms.mechanism import Mechanism
 
 PLACES, EXACT = (4, 2), (9, 7)
 """Decimals written for metres and for degrees; and for values that close a loop together."""
-NO_RANK = 1e-8
-"""Singular values, and components of a motion, below this fraction count as zero."""
 MOVED = 1e-7
 """Values that differ by less did not move [rad, m]."""
 ASTRAY = 0.02
@@ -43,10 +41,7 @@ class Restart:
 def free_columns(mechanism: Mechanism) -> set[int]:
     """Return the columns of values with a free start: not prescribed by actuators, directly or through loops."""
     found = mechanism.assembly
-    matrix = jacobian(found.linkage, first_rows(found), found.start)
-    *_, singular, ways = np.linalg.svd(np.concatenate([matrix, np.zeros((1, found.linkage.size))]))
-    rank = int((singular > NO_RANK * singular.max(initial=1.0)).sum())
-    return set(np.flatnonzero(np.abs(ways[rank:]).max(axis=0, initial=0.0) > NO_RANK).tolist())
+    return set(found.free(first_rows(found)))
 
 
 def restarted(mechanism: Mechanism, wanted: Mapping[int, float]) -> Restart:

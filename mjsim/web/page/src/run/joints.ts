@@ -57,7 +57,8 @@ export function explainJoints(names: string[], run: RunNews | null, toasts: Toas
 function notLed(run: RunNews | null, name: string): string | null {
   if (name.includes("/")) return null;
   const led = new Set(run?.mechanisms?.find((each) => each.name === name)?.joints.map((joint) => joint.name));
-  const others = (run?.joints?.[name] ?? []).map((joint) => joint.name).filter((joint) => !led.has(joint));
-  const [joint] = others;
-  return joint === undefined ? null : word("run.jointsFollowNoSignal", { name, joint, joints: others.join(", ") });
+  const fixed = (run?.joints?.[name] ?? []).map((joint) => joint.name).filter((joint) => !led.has(joint));
+  if (fixed.length === 0) return null;
+  const values = { name, joints: fixed.join(", "), others: [...led].join(", ") };
+  return word(led.size ? "run.jointsMovedByOthers" : "run.jointsMovedByOthersAlone", values);
 }

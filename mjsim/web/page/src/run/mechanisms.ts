@@ -1,4 +1,4 @@
-/** Sliders for the joints of mechanisms that motions lead. */
+/** Sliders for the joints of mechanisms that can be led. */
 
 import type { Values } from "../api";
 import { el } from "../dom";
@@ -62,16 +62,17 @@ export class MechanismPanel {
       );
       row.field.addEventListener("change", () => lead(Number(row.field.value)));
     });
-    const title = word("run.ledThereAtRadS");
-    return [
-      el("h2", { title }, facts.name),
-      ...rows.map((row) => line(row.facts.name, row.slider, row.field, unit(row.facts), this.release(facts.name, row))),
-    ];
+    const lines = rows.map((row) => {
+      const made = line(row.facts.name, row.slider, row.field, unit(row.facts), this.release(facts.name, row));
+      made.title = word(row.facts.held ? "run.heldThereByAHand" : "run.ledThereAtRadS");
+      return made;
+    });
+    return [el("h2", {}, facts.name), ...lines];
   }
 
   /** A button that gives a joint back. */
   private release(release: string, { facts }: Row): HTMLButtonElement {
-    const title = word("run.letItFollowItsSignal", { joint: facts.name });
+    const title = word(facts.held ? "run.letGoOf" : "run.letItFollowItsSignal", { joint: facts.name });
     const made = button({ class: "quiet square", title }, () => this.send({ release, joint: facts.name }), sign("restart"));
     this.releases.push(made);
     return made;

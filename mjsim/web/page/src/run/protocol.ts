@@ -88,6 +88,8 @@ export interface JointFacts {
   /** [rad], or [m] for a sliding joint; null without a limit. */
   lower: number | null;
   upper: number | null;
+  /** Of a mechanism: whether a hand holds it against what moves it; else it is led in place of its motion. */
+  held?: boolean;
 }
 
 /** The point by which a joint is dragged; all in the world frame [m]. */
@@ -110,7 +112,7 @@ export type JointRow = [number | null, number | null, number | null];
 /** Mean x, y [m], then covariance xx, xy, yy [m^2]. */
 export type LandmarkRow = [number, number, number, number, number];
 
-/** A mechanism, and those of its joints that motions lead. */
+/** A mechanism, and the joints of it that can be led. */
 export interface MechanismFacts {
   name: string;
   joints: JointFacts[];
@@ -118,7 +120,7 @@ export interface MechanismFacts {
 
 /** A mechanism at one tick. */
 export interface MechanismTick {
-  /** Positions of the joints that motions lead [rad, m]. */
+  /** Of the joints that can be led [rad, m]. */
   positions: number[];
 }
 
@@ -252,12 +254,12 @@ export interface SceneNews {
   bounds: [number, number, number, number];
 }
 
-/** A hand that the page moved does not reach its target. */
+/** A hand or tool that the page moved does not reach its target; a tool then stays where it was. */
 export interface ShortNews {
   kind: "short";
-  person: string;
-  /** left or right. */
-  hand: string;
+  of: string;
+  /** left or right for a person's hand, else the arm of a robot. */
+  part: string;
   /** Distance to the target [m]. */
   metres: number;
 }

@@ -7,7 +7,7 @@ import type { Plan } from "../plan/plan";
 import type { Door } from "../scene/door";
 import { toggle, isPressed, setPressed, sign } from "./controls";
 import { changeTo, gripAfter, type HeldJoint, heldJoints, jointEvent, type Joints, jointSaid } from "./joint_grips";
-import type { PlanarPose, RobotFacts, RobotTick } from "./protocol";
+import type { PlanarPose, RobotFacts, RobotTick, ShortNews } from "./protocol";
 import { openTouchMenu } from "./touch_menu";
 import { drawJoint, drawTools, handLeads, type Hands, type Held, jointLeads, ledEvent, reachEvent, toolLeads, toolsOf } from "./touch_tools";
 import { Signal } from "../signal";
@@ -68,7 +68,7 @@ export class Touch implements Tool {
   /** A press met none of what can be led or dragged, but things of these names. */
   readonly missed = new Signal<string[]>();
   private solids: Door | null = null;
-  /** How far hands stay away from where they were led [m], by person and side. */
+  /** How far hands and tools stay away from where they were led [m], by person and side or robot and arm. */
   private readonly short = new Map<string, number>();
   private enabled = false;
   private grab: Grab | null = null;
@@ -90,20 +90,20 @@ export class Touch implements Tool {
     if (!on) this.hold(false);
   }
 
-  /** A hand stays so far away from where it was led [m]. */
-  staysAway(person: string, side: string, metres: number): void {
-    this.short.set(`${person}/${side}`, metres);
+  /** A hand or a tool stays away from where it was led. */
+  staysAway({ of, part, metres }: ShortNews): void {
+    this.short.set(`${of}/${part}`, metres);
     this.floor.plan.drawOver();
     this.showLeads();
   }
 
-  private readonly noteOf = (hand: string): string | undefined => {
-    const metres = this.short.get(hand);
+  private readonly noteOf = (key: string): string | undefined => {
+    const metres = this.short.get(key);
     return metres === undefined ? undefined : word("run.metresShort", { metres: metres.toFixed(2) });
   };
 
   private readonly send = (event: Values): void => {
-    if (event["hand"] !== undefined) this.short.delete(`${String(event["reach"] ?? event["release"])}/${String(event["hand"])}`);
+    this.short.delete(`${String(event["reach"] ?? event["release"])}/${String(event["hand"] ?? event["arm"])}`);
     this.tell(event);
   };
 
@@ -117,7 +117,7 @@ export class Touch implements Tool {
   /** Put those handles where tools are now. */
   showLeads(): void {
     const { floor } = this;
-    const leads = isPressed(this.button) ? [...toolLeads(floor.robots()), ...handLeads(floor.hands(), this.noteOf), ...jointLeads(this.joints())] : [];
+    const leads = isPressed(this.button) ? [...toolLeads(floor.robots(), this.noteOf), ...handLeads(floor.hands(), this.noteOf), ...jointLeads(this.joints())] : [];
     this.solids?.lead(leads);
   }
 

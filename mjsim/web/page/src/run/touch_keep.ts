@@ -5,6 +5,7 @@ import { el, fill } from "../dom";
 import type { Studio } from "../shell/view";
 import { button } from "./controls";
 import type { RunNews, ShortNews } from "./protocol";
+import type { Hands } from "./touch_tools";
 import { word } from "../words/words";
 
 /** A button above the list of events. */
@@ -48,8 +49,9 @@ export class Keep {
   }
 }
 
-/** How far a hand stays away from where it was led. */
-export function shortSaid({ person, hand, metres }: ShortNews): string {
-  const said = { person, metres: metres.toFixed(2) };
-  return hand === "left" ? word("run.leftHandStaysAway", said) : word("run.rightHandStaysAway", said);
+/** How far a hand of one of the people, or the tool of an arm, stays away from where it was led. */
+export function shortSaid({ of, part, metres }: ShortNews, people: Hands): string {
+  const said = { of, part, metres: metres.toFixed(2) };
+  if (!(of in people)) return word("run.toolStaysAway", said);
+  return part === "left" ? word("run.leftHandStaysAway", said) : word("run.rightHandStaysAway", said);
 }

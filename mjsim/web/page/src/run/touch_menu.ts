@@ -5,7 +5,7 @@ import { direction, times } from "../plan/geometry";
 import { type Entry, openMenu } from "../shell/menu";
 import { releaseEvent } from "./joint_grips";
 import type { Touchable } from "./touch";
-import { word } from "../words/words";
+import { type Key, word } from "../words/words";
 
 /** A push of the menu [N s]. */
 const PUSH = 5;
@@ -39,20 +39,21 @@ function ofThing(thing: Touchable, send: (event: Values) => void): Entry[][] {
     return [[{ text: word("run.giveBack"), act: () => send({ release: person, hand: side }) }]];
   }
   if (held && "grip" in held) {
-    const text = word(held.grip.of.includes("/") ? "run.giveBackToItsNavigator" : "run.giveBackToItsSignal");
+    const moved = held.facts.held ? "run.letGo" : "run.giveBackToItsSignal";
+    const text = word(held.grip.of.includes("/") ? "run.giveBackToItsNavigator" : moved);
     return [[{ text, act: () => send(releaseEvent(held.grip)) }]];
   }
   if (held) return [[{ text: word("run.giveBackToItsNavigator"), act: () => send({ release: held.robot.name, arm: held.arm }) }]];
-  const push = (text: string, turn: number): Entry => {
+  const push = (key: Key, turn: number): Entry => {
     const way = times(direction(thing.heading_deg + turn), PUSH).map((value) => Math.round(value * 1000) / 1000);
-    return { text: word("run.pushNS", { text, push: PUSH }), act: () => send({ shove: thing.name, impulse: [...way, 0] }) };
+    return { text: word(key, { push: PUSH }), act: () => send({ shove: thing.name, impulse: [...way, 0] }) };
   };
   const turn = (text: string, by: number): Entry => ({
     text,
     act: () => send({ move: thing.name, to: thing.at, heading_deg: Math.round(thing.heading_deg + by) }),
   });
   return [
-    [push("ahead", 0), push("back", 180), push("left", 90), push("right", -90)],
+    [push("run.pushAhead", 0), push("run.pushBack", 180), push("run.pushLeft", 90), push("run.pushRight", -90)],
     [turn(word("run.turnLeft"), 90), turn(word("run.turnRight"), -90)],
   ];
 }

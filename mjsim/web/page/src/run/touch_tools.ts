@@ -80,11 +80,11 @@ function armTools(robots: Standing[]): Touchable[] {
 }
 
 /** The same, for the view in 3-D: in the frames of their robots. */
-export function toolLeads(robots: Standing[]): Lead[] {
+export function toolLeads(robots: Standing[], noteOf: (tool: string) => string | undefined): Lead[] {
   return robots.flatMap(({ name, pose, tick }) =>
     Object.entries(tick.arms ?? {}).map(([arm, { tool }]): Lead => {
       const [x = 0, y = 0, z = 0] = tool;
-      return { key: JSON.stringify([name, arm]), body: `${name}/base`, stands: pose, at: [x, y, z] };
+      return { key: JSON.stringify([name, arm]), body: `${name}/base`, stands: pose, at: [x, y, z], note: noteOf(`${name}/${arm}`) };
     }),
   );
 }

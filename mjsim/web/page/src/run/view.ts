@@ -202,10 +202,9 @@ export class RunView implements View {
     if (news.kind === "run") this.takeRun(this.ownRun(news));
     else if (news.kind === "refused") void this.refused(news);
     else if (news.kind === "short") {
-      this.floor.touch.staysAway(news.person, news.hand, news.metres);
-      this.studio.toasts.done(shortSaid(news));
-    }
-    else if (this.live || this.run?.state !== "idle") this.takeMoment(news);
+      this.floor.touch.staysAway(news);
+      this.studio.toasts.done(shortSaid(news, this.newest?.hands ?? {}));
+    } else if (this.live || this.run?.state !== "idle") this.takeMoment(news);
   }
 
   private takeMoment(news: Exclude<News, RunNews | RefusedNews | ShortNews>): void {
