@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import reduce
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,12 @@ MOST_TRANSFORMS = 5000
 """Maximum number of transforms per topic from which poses of sensors are taken."""
 LATEST, SLACK = 10.0, 3600.0
 """Times farther from the median than this many lengths of the bag plus this many seconds are wrong [1, s]."""
+UNSTAMPED = ("geometry_msgs/msg/Twist", *TRANSFORMS)
+"""Types without a header at their beginning."""
+LONGEST_SIMULATED = 1e8
+"""Stamps below are of a simulation, or count from the start of a robot; those since 1970 are far above [s]."""
+MOST_UNSET = 1000
+"""Messages in which a stamp above 0 is looked for."""
 BEAMS_SPREAD = 0.2
 """By what fraction the beams of a scan may differ from the usual number; cheap lidars vary, as their motors do."""
 
@@ -101,11 +108,18 @@ class Contents:
         self._bag, self._clocks = bag, Clocks()
         self._takes = self._roles(robots)
         self._wants_odometry = any(robot.odometry is None for robot in robots)
+        self._simulated = self._is_simulated()
         self._read()
         self.notes = self._clocks.settle()
         """Notes about clocks for the metadata."""
         if self.notes:
             self._read()
+
+    def _is_simulated(self) -> bool:
+        """Return whether the clock of the headers begins at 0, so that a stamp of 0 is a time, not a missing one."""
+        stamped = {topic for topic in self._takes if self._bag.types[topic] not in UNSTAMPED}
+        stamps = map(self._bag.stamp, islice(self._bag.messages(stamped), MOST_UNSET))
+        return 0.0 < next(filter(None, stamps), 0.0) < LONGEST_SIMULATED
 
     def _read(self) -> None:
         """Read the bag."""
@@ -162,8 +176,12 @@ class Contents:
         return roles
 
     def _stamp(self, message: RosMessage) -> float:
+        return self._told(message, message.topic, self._bag.stamp(message))
+
+    def _told(self, message: RosMessage, clock: str, stamp: float) -> float:
+        """Return the time of a reading: its stamp, or when it was recorded if it has none [s]."""
         recorded = message.time * 1e-9
-        return self._clocks.time(message.topic, recorded, self._bag.stamp(message) or recorded)
+        return self._clocks.time(clock, recorded, stamp if stamp or self._simulated else recorded)
 
     def _take_transforms(self, message: RosMessage) -> None:
         self._transforms[message.topic] += 1
@@ -171,15 +189,14 @@ class Contents:
             return
         transforms = self._bag.decode(message).transforms
         robot = told_by(message.topic)
-        self._frames.setdefault(robot, FrameTree()).add(transforms)
+        self._frames.setdefault(robot, FrameTree()).add(transforms, fixed=message.topic.endswith("tf_static"))
         if not self._wants_odometry:
             return
         for each in transforms:
             outer, inner = frame_name(each.header.frame_id), frame_name(each.child_frame_id)
             if outer.rpartition("/")[2].startswith("odom") and inner.rpartition("/")[2] in BASES:
-                stamp, recorded = each.header.stamp, message.time * 1e-9
-                told = (stamp.sec + 1e-9 * stamp.nanosec) or recorded
-                time = self._clocks.time(f"{inner} in {message.topic}", recorded, told)
+                stamp = each.header.stamp
+                time = self._told(message, f"{inner} in {message.topic}", stamp.sec + 1e-9 * stamp.nanosec)
                 moves = self.carried.setdefault((robot, inner), Moves(child=inner))
                 pose = matrix_of(each.transform.translation, each.transform.rotation)
                 moves.rows.append((time, *Pose3.from_matrix(pose).as_array().tolist()))

@@ -36,17 +36,22 @@ def matrix_of(position: Any, orientation: Any) -> Array:
 
 
 class FrameTree:
-    """Relative poses of frames; for moving frames, the first pose."""
+    """Relative poses of frames; for moving frames the first pose, for fixed ones the last, as in ROS."""
 
     def __init__(self) -> None:
         """Start without frames."""
         self._inner: dict[str, dict[str, Array]] = {}
 
-    def add(self, transforms: Iterable[Any]) -> None:
-        """Add a `geometry_msgs/TransformStamped`; the first one of a frame counts."""
+    def add(self, transforms: Iterable[Any], *, fixed: bool) -> None:
+        """Add each `geometry_msgs/TransformStamped` of a message.
+
+        Args:
+            transforms: Of the message.
+            fixed: Whether frames do not move, so that a later pose is a correction.
+        """
         for each in transforms:
             outer, inner = frame_name(each.header.frame_id), frame_name(each.child_frame_id)
-            if inner in self._inner.get(outer, {}):
+            if inner in self._inner.get(outer, {}) and not fixed:
                 continue
             try:
                 matrix = matrix_of(each.transform.translation, each.transform.rotation)

@@ -25,10 +25,12 @@ from rosbags.rosbag1.reader import (
     read_uint32,
 )
 from rosbags.rosbag2 import Reader as Reader2
+from rosbags.rosbag2.reader import DirectoryReader
 from rosbags.rosbag2.storage_mcap import McapReader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from mjsim.logs.bag_parsing import BrokenBagError, parsing
+from mjsim.logs.bag_sqlite import SqliteFile
 from mjsim.logs.bag_topics import TRANSFORMS
 
 if sys.version_info >= (3, 14):
@@ -62,7 +64,7 @@ def open_reader(files: Mapping[Path, str], *, described: Path | None) -> tuple[A
     reason = ""
     if described is not None:
         try:
-            return _opened(lambda: Reader2(described)), ""
+            return _opened(lambda: _Bag2(described)), ""
         except BrokenBagError as error:
             if not files:
                 raise
@@ -122,7 +124,19 @@ class _Schemas(dict[int, Any]):
         super().__setitem__(number, schema if schema.encoding in SCHEMAS else schema._replace(encoding=""))
 
 
-class _NamedReader2(Reader2):
+class _Folder2(DirectoryReader):
+    """The folder of a bag of ROS 2 with its metadata."""
+
+    STORAGE_PLUGINS: Mapping[str, Any] = {**DirectoryReader.STORAGE_PLUGINS, "sqlite3": SqliteFile}
+
+
+class _Bag2(Reader2):
+    """A bag of ROS 2."""
+
+    STORAGE_PLUGINS: Mapping[str, Any] = {**Reader2.STORAGE_PLUGINS, "dir": _Folder2, ".db3": SqliteFile}
+
+
+class _NamedReader2(_Bag2):
     """A file of ROS 2 of a known type, whatever its name."""
 
     def __init__(self, path: Path, kind: str) -> None:

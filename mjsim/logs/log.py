@@ -359,10 +359,10 @@ def require_motion(log: Log, source: Path) -> None:
     if (
         robot.track is None
         and not len(robot.twists)
-        and not any((robot.scans, robot.cameras, robot.clouds, robot.sightings))
+        and not any((robot.scans, robot.cameras, robot.clouds, robot.sightings, robot.imu))
     ):
         unread = ", ".join(f"{fact}: {told}" for fact, told in log.notes.items() if "left out" in fact and told != "0")
         raise UsageError(
-            f"'{source}' holds no odometry, scans, clouds, pictures or sightings; there is nothing to record"
+            f"'{source}' holds no odometry, scans, clouds, pictures, IMU or sightings; there is nothing to record"
             f"{f' ({unread})' if unread else ''}"[:LONGEST_MESSAGE]
         )

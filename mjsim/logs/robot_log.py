@@ -6,13 +6,13 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose3
-from mjsim.interface import CameraFrame, Command, ImuReading, Observation, Odometry, PointCloud, Scan, Sighting
+from mjsim.interface import Command, ImuReading, Observation, Odometry, PointCloud, Scan, Sighting
 from mjsim.logs.merge import MotionNoise, motions, places_at, poses_at, track_motions
 from mjsim.logs.noise_file import UNBIASED, Bias, bias_note
 from mjsim.logs.readings import Readings
@@ -25,6 +25,7 @@ SAME_TIME = 2e-6
 LONGEST_WAIT = 2.0
 """Maximum time that a scan waits for its own tick; later scans are left out [s]."""
 Timed = TypeVar("Timed", Sighting, ImuReading)
+Taken = TypeVar("Taken", Scan, LoggedFrame, PointCloud)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -165,17 +166,9 @@ class _Ticked:
             sightings=tuple(
                 self._bias.off_sighting(self._shifted(self._log.sightings[k])) for k in range(*self._sightings[row])
             ),
-            cameras={name: self._picture(name, row) for name, rows in self._pictures.items() if row in rows},
-            scans={
-                name: self._scan(name, rows[row], told=row * self._dt)
-                for name, rows in self._scans.items()
-                if row in rows
-            },
-            clouds={
-                name: replace(self._log.clouds[name].take(rows[row]), stamp=row * self._dt)
-                for name, rows in self._clouds.items()
-                if row in rows
-            },
+            cameras=self._told(self._log.cameras, self._pictures, row),
+            scans=self._told(self._log.scans, self._scans, row),
+            clouds=self._told(self._log.clouds, self._clouds, row),
             imu=tuple(
                 self._shifted(reading)
                 for reading in sorted(
@@ -230,13 +223,13 @@ class _Ticked:
         end = self._ends[row]
         return replace(self._motions[row], stamp=None if math.isnan(end) else end)
 
-    def _scan(self, name: str, number: int, *, told: float) -> Scan:
-        """Return a scan with the time at which it was taken, which is not after it was told [s]."""
-        scan = self._log.scans[name].take(number)
-        return replace(scan, stamp=min(max(scan.stamp - self._start, 0.0), told))
-
-    def _picture(self, name: str, row: int) -> CameraFrame:
-        return replace(self._log.cameras[name].take(self._pictures[name][row]), stamp=row * self._dt)
+    def _told(self, sensors: Mapping[str, Readings[Taken]], ticks: Mapping[str, dict[int, int]], row: int) -> Any:
+        """Return the readings of a tick by sensor, with the times when they were taken, not after the tick [s]."""
+        found = {name: sensors[name].take(rows[row]) for name, rows in ticks.items() if row in rows}
+        told = row * self._dt
+        return {
+            name: replace(each, stamp=min(max(each.stamp - self._start, 0.0), told)) for name, each in found.items()
+        }
 
     def _shifted(self, reading: Timed) -> Timed:
         return replace(reading, stamp=reading.stamp - self._start)

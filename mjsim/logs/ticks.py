@@ -130,7 +130,7 @@ def cut(first: float, last: float, *, begin: float, seconds: float | None, rate_
 
 def name_from(path: Path) -> str:
     """Return a name for the world of a log, from that of its folder or file."""
-    return re.sub(r"[^A-Za-z0-9_.-]", "-", path.resolve().name)[:64] or "log"
+    return re.sub(r"[^A-Za-z0-9_.-]", "-", path.resolve().name).lstrip(".-")[:64] or "log"
 
 
 def _ticks(sim: Simulation, robots: Mapping[str, "_Robot"], count: int) -> Iterator[Tick]:

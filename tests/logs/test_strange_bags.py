@@ -1,0 +1,128 @@
+"""Bags with clocks from 0, corrected frames, unmerged databases, odd paths, or an IMU alone."""
+
+import shutil
+import sqlite3
+from contextlib import closing
+
+import cv2
+import numpy as np
+import pytest
+
+import mjsim
+from mjsim.geometry import Pose3
+from tests.bags import START, new_bag, write_scans
+
+pytestmark = pytest.mark.slow  # Each writes a bag.
+
+
+def test_a_stamp_of_zero_is_a_time_where_the_clock_begins_at_zero(tmp_path):
+    with new_bag(tmp_path / "run") as bag:
+        for k in range(20):
+            header, recorded = bag.header(0.1 * k, "laser"), START + 0.13 * k
+            bag.put(
+                "/odom", recorded, bag.odometry(bag.header(0.1 * k, "odom"), "base_link", Pose3(0.1 * k, *[0] * 5, 1))
+            )
+            bag.put("/scan", recorded, bag.scan(header, np.full(9, 1.0 + k), -0.4, 0.1, (0.1, 50.0)))
+    run = mjsim.import_log(tmp_path / "run")
+    scans = [seen.scans["scan"] for seen in run.observations("robot") if seen.scans]
+    assert [scan.ranges[0] for scan in scans] == [1.0 + k for k in range(20)]
+    assert run.metadata["log start"] == "0.0"
+    assert sum(seen.odometry.forward for seen in run.observations("robot")) == pytest.approx(1.9)
+    assert run.metadata["/scan messages left out"] == "0"
+
+
+def test_headers_that_nobody_filled_in_have_the_time_of_the_recorder(tmp_path):
+    with new_bag(tmp_path / "run") as bag:
+        for k in range(20):
+            at = START + 0.1 * k
+            bag.put("/odom", at, bag.odometry(bag.header(at, "odom"), "base_link", Pose3(0.1 * k, *[0] * 5, 1)))
+            bag.put("/scan", at, bag.scan(bag.header(0.0, "laser"), np.full(9, 1.0 + k), -0.4, 0.1, (0.1, 50.0)))
+    run = mjsim.import_log(tmp_path / "run")
+    assert len([seen for seen in run.observations("robot") if seen.scans]) == 20
+
+
+def test_the_last_fixed_frame_counts_and_the_first_of_a_moving_one(tmp_path):
+    with new_bag(tmp_path / "run") as bag:
+        for k in range(20):
+            at, place = START + 0.1 * k, np.eye(4)
+            place[0, 3] = 0.5 if k < 9 else 0.2
+            bag.transforms("/tf_static", at, [("base_link", "laser", place)])
+            bag.transforms("/tf", at, [("base_link", "head", place)])
+            for name in ("laser", "head"):
+                bag.put(f"/{name}", at, bag.scan(bag.header(at, name), np.full(9, 1.0), -0.4, 0.1, (0.1, 50.0)))
+    (robot,) = mjsim.import_log(tmp_path / "run").world.robots
+    assert {sensor.lidar: sensor.at[0] for sensor in robot.sensors} == {"laser": 0.2, "head": 0.5}
+
+
+def test_pictures_beside_scans_keep_the_times_at_which_they_were_taken(tmp_path):
+    taken = START + 0.017 + 0.1 * np.arange(20)
+    with new_bag(tmp_path / "run") as bag:
+        for k, at in enumerate(taken.tolist()):
+            picture = cv2.imencode(".png", np.full((32, 32, 3), k, dtype=np.uint8))[1].tobytes()
+            bag.put("/scan", at - 0.017, bag.scan(bag.header(at - 0.017, "laser"), np.ones(9), -0.4, 0.1, (0.1, 50.0)))
+            bag.put("/cam/image/compressed", at, bag.compressed(bag.header(at, "cam"), "png", picture))
+    run = mjsim.import_log(tmp_path / "run")
+    stamps = np.array([stamp for stamp, _ in run.images("robot", "cam")]) + float(run.metadata["log start"])
+    np.testing.assert_allclose(stamps, taken, atol=1e-6)  # Doubles of times since 1970 have 2.4e-7 s.
+    again = mjsim.replay(run, robot="robot", estimator=Counting())
+    assert [stamp for stamp, _ in again.images("robot", "cam")] == [stamp for stamp, _ in run.images("robot", "cam")]
+
+
+class Counting:
+    """An estimator that looks at each picture."""
+
+    def start(self, robot, catalogue, rng):
+        self.seen = 0
+
+    def update(self, seen):
+        for frame in seen.cameras.values():
+            assert (frame.image == self.seen).all()
+            assert frame.stamp <= seen.time
+            self.seen += 1
+        return mjsim.Estimate(mjsim.Pose(0.0, 0.0, 0.0), np.eye(3))
+
+
+@pytest.mark.parametrize("merged", [0, 11])
+def test_a_database_of_a_killed_recorder_is_read_with_its_log_which_stays_as_it_is(merged, tmp_path):
+    write_scans(tmp_path / "whole", "sqlite")
+    (file,) = (tmp_path / "whole").glob("*.db3")
+    killed = tmp_path / "killed"
+    killed.mkdir()
+    with closing(sqlite3.connect(file)) as whole, closing(sqlite3.connect(tmp_path / "live.db3")) as live:
+        live.execute("PRAGMA journal_mode=WAL")
+        live.execute("PRAGMA wal_autocheckpoint=0")
+        for number, line in enumerate(line for line in whole.iterdump() if line.startswith(("CREATE", "INSERT"))):
+            live.execute(line)
+            if number == merged:
+                live.commit()
+                live.execute("PRAGMA wal_checkpoint")
+        live.commit()
+        for part in ("live.db3", "live.db3-wal"):
+            shutil.copy(tmp_path / part, killed / part)
+    before = {each.name: each.read_bytes() for each in killed.iterdir()}
+    run = mjsim.import_log(killed)
+    assert len([seen for seen in run.observations("robot") if seen.scans]) == 10
+    assert {each.name: each.read_bytes() for each in killed.iterdir()} == before
+
+
+@pytest.mark.parametrize("name", ["run #1", "was?", "50%41", "ünï cödé", "-x-"])
+@pytest.mark.parametrize("form", ["sqlite", "mcap"])
+def test_a_bag_may_have_any_name(name, form, tmp_path):
+    write_scans(tmp_path / "plain", form)
+    (tmp_path / "plain").rename(tmp_path / name)
+    run = mjsim.import_log(tmp_path / name)
+    assert len([seen for seen in run.observations("robot") if seen.scans]) == 10
+    assert "bag breaks off" not in run.metadata
+
+
+def test_a_bag_with_an_imu_alone_comes_in(tmp_path):
+    with new_bag(tmp_path / "run") as bag:
+        for k in range(100):
+            at = START + 0.01 * k
+            bag.put(
+                "/imu/data", at, bag.imu(bag.header(at, "imu"), np.array([0.0, 0.0, 9.81]), np.array([0, 0, 0.01 * k]))
+            )
+    run = mjsim.import_log(tmp_path / "run")
+    readings = [reading for seen in run.observations("robot") for reading in seen.imu]
+    np.testing.assert_allclose([reading.turn[2] for reading in readings], 0.01 * np.arange(100))
+    assert run.metadata["odometry"] == "none; the robot stands still"
