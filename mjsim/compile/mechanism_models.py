@@ -48,7 +48,7 @@ def _placed(data: mujoco.MjData, number: int, scale: float) -> Array:
 
 
 def check_mechanism_files(world: World) -> None:
-    """Raise WorldError when MuJoCo cannot take the files of bodies of mechanisms, each as the only thing in a world."""
+    """Raise WorldError when MuJoCo cannot read the files of bodies of mechanisms, each as the only thing in a world."""
     faults: list[Fault] = []
     for index, mechanism in enumerate(world.mechanisms):
         for number, item in enumerate(mechanism.bodies):

@@ -133,7 +133,7 @@ def bring_landmarks(path: Path, *, robot: Newcomer | None, scale: float | None) 
         UsageError: The file is not such a map, or the robot's preset does not exist.
     """
     if robot is not None and robot.lidar is not None:
-        raise UsageError("a map of landmarks has no walls for a lidar to see; leave out --lidar")
+        raise UsageError("a landmark map has no walls that a lidar could detect; leave out --lidar")
     map = read_landmarks(path, scale=1.0 if scale is None else scale)
     preset, estimator, folder = (None,) * 3 if robot is None else (robot.preset, robot.estimator, robot.folder)
     world = world_from_landmarks(map, name=name_of(path), preset=preset, estimator=estimator, folder=folder)

@@ -153,12 +153,12 @@ def corner_and_scale(drawing: Drawing, lines: Sequence[Line], scale: float | Non
     scale = drawing.unit if scale is None else scale
     if scale is None:
         raise UsageError(
-            f"'{drawing.name}' does not say how large its unit is, and is {size[0]:.7g} x {size[1]:.7g} of them;"
-            f" give --scale METRES, those to one unit{_guessed(max(size))}"
+            f"'{drawing.name}' does not state its unit, and measures {size[0]:.7g} x {size[1]:.7g} units;"
+            f" give --scale METRES, the metres per unit{_guessed(max(size))}"
         )
     if not SMALLEST <= max(size) * scale <= LARGEST:
         raise UsageError(
-            f"'{drawing.name}' is {size[0] * scale:.7g} x {size[1] * scale:.7g} m at {scale:g} m to the unit;"
+            f"'{drawing.name}' is {size[0] * scale:.7g} x {size[1] * scale:.7g} m at {scale:g}m per unit;"
             f" a floor has {SMALLEST:g} to {LARGEST:g} m, give another --scale{_guessed(max(size))}"
         )
     return low, scale

@@ -48,7 +48,7 @@ def read_grid(path: str | Path, *, resolution: float | None = None) -> Grid:
     if is_picture(path):
         return _grid_of(MapHeader(path.name, _given(resolution, path)), path)
     if resolution is not None:
-        raise UsageError(f"{path}: the file of a map says its resolution; leave out --scale")
+        raise UsageError(f"{path}: the YAML file of a map states its resolution; leave out --scale")
     header = read_header(path)
     return _grid_of(header, picture_beside(path, header.image))
 
@@ -67,7 +67,7 @@ def _given(resolution: float | None, path: Path) -> float:
     if resolution is None:
         beside = [file for kind in (".yaml", ".yml") if (file := path.with_suffix(kind)).is_file()]
         hint = f"name '{beside[0]}' beside it" if beside else "name the YAML file beside it, or give"
-        raise UsageError(f"'{path}' is the picture of a map; {hint}" + ("" if beside else " --scale METRES to a pixel"))
+        raise UsageError(f"'{path}' is a map image; {hint}" + ("" if beside else " --scale METRES to a pixel"))
     return checked_resolution(resolution, str(path))
 
 

@@ -64,7 +64,7 @@ def maze_world(
     if not all(FEWEST <= side <= MOST for side in size):
         raise UsageError(f"the maze has {size[0]} x {size[1]} cells; a side has {FEWEST} to {MOST}")
     if not NARROWEST <= cell <= WIDEST:
-        raise UsageError(f"a cell of {cell:g} m is no room for a robot; give {NARROWEST:g} to {WIDEST:g} m")
+        raise UsageError(f"a cell is {cell:g} m wide; it must be {NARROWEST:g} to {WIDEST:g} m")
     if not 0 <= beacons <= MOST_BEACONS:
         raise UsageError(f"{beacons} markers are too many; a maze has 0 to {MOST_BEACONS}")
     rock = _dug(size, seed)

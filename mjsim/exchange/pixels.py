@@ -64,7 +64,7 @@ def _of_pnm(data: bytes) -> NDArray[np.float32]:
     depth = 3 if kind in (3, 6) else 1
     values = _plain(data[end:], kind) if kind < 4 else _raw(data[end + 1 :], kind, columns, largest)
     if len(values) < rows * columns * depth:
-        raise ValueError(f"is cut short; {columns} x {rows} pixels are {rows * columns * depth} numbers")
+        raise ValueError(f"is truncated; {columns} x {rows} pixels are {rows * columns * depth} numbers")
     share = values[: rows * columns * depth].astype(np.float32).reshape(rows, columns, depth) / np.float32(largest)
     return np.asarray(1.0 - share if kind in (1, 4) else np.minimum(share, 1.0), dtype=np.float32)
 

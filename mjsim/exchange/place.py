@@ -108,7 +108,7 @@ def with_robot(
     need, widest = robot.body.radius + ELBOW_ROOM, float(away.max())
     if widest < need:
         raise UsageError(
-            f"the widest free place of this world is {widest * 2:.2f} m across;"
+            f"the widest free space of this world is {widest * 2:.2f} m across;"
             f" the {preset} needs {need * 2:.2f} m, leave it out with --no-robot"
         )
     if estimator is not None and not any(sensor.kind == "lidar" for sensor in robot.sensors):
@@ -130,7 +130,7 @@ def with_robot(
     run = Run(drivers={ROBOT: driver}, map="known" if known else "unknown")
     whole = inhabited(world, robot, run, folder)
     if problems := check_world(whole):
-        raise UsageError(f"there is no place for a robot: {problems[0].message}")
+        raise UsageError(f"there is no space for a robot: {problems[0].message}")
     return whole
 
 

@@ -119,14 +119,14 @@ def read_plan(
     lines = [replace(line, points=line.points * metres, width=line.width * metres) for line in lines]
     found = sorted_lines(with_symbols(with_large_rooms(with_parts(lines))))
     if not found.walls:
-        raise UsageError(f"'{drawing.name}' has no lines to make walls of but white ones; draw walls in another colour")
+        raise UsageError(f"'{drawing.name}' has no lines for walls except white ones; draw walls in another colour")
     if not found.named:
         found = cleared(found, counts)
     corner = np.concatenate([line.points for line in found.walls]).min(axis=0)
     moved = found.moved(corner)
     made, holes = _walls(moved, thickness, counts)
     if not made:
-        raise UsageError(f"'{drawing.name}' has no line that is longer than a centimetre at {metres:g} m to the unit")
+        raise UsageError(f"'{drawing.name}' has no line longer than a centimetre at {metres:g}m per unit")
     named = [wall.model_copy(update={"name": f"wall-{index}"}) for index, wall in enumerate(made, start=1)]
     named = with_openings(named, holes)
     things = _things(moved, named, furniture, counts)

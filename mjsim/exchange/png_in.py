@@ -13,7 +13,7 @@ PASSES = ((0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), 
 """First column and row, and column and row steps, of each pass of an interlaced image."""
 STEP = 1 << 20
 """Bytes decompressed at a time."""
-DAMAGED = "is a damaged PNG picture; export it again"
+DAMAGED = "is a damaged PNG picture; save it again"
 
 
 def plain_png(data: bytes) -> bytes:

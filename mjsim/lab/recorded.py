@@ -112,7 +112,7 @@ def _check_rate(recording: Recording, robot: str, part: str) -> None:
     if rate > run.rate_hz:
         raise UsageError(
             f"the recording has the torque of {robot}/{part} at {run.rate_hz:g} Hz, but its controller"
-            f"runs at {rate:g} Hz; record with --set run.rate_hz={rate:g}"
+            f" runs at {rate:g} Hz; record with --set run.rate_hz={rate:g}"
         )
 
 

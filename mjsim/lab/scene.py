@@ -292,7 +292,8 @@ class ScenePlant:
         keep = kept_states(A, B, C)
         if not len(keep) and not D.any():
             raise UsageError(
-                f"plant '{self.plant.name}': {self.plant.input} moves none of {', '.join(outputs)}; name another input"
+                f"plant '{self.plant.name}': {self.plant.input} affects none of {', '.join(outputs)};"
+                " name another input"
             )
         A, B, C = (_clean(part) for part in (A[np.ix_(keep, keep)], B[keep], C[:, keep]))
         T, states = np.eye(len(keep)), [names[k] for k in keep]

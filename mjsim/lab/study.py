@@ -59,7 +59,7 @@ def formula_plant(plant: Plant) -> LinearPlant:
         rows, column = [plant.ss.outputs.index(each) for each in outputs], [plant.ss.inputs.index(name)]
         B, C, D = B[:, column], C[rows], D[np.ix_(rows, column)]
     if not kept_states(A, B, C, coupled=0.0) and not D.any():
-        raise UsageError(f"plant '{plant.name}': {name} moves none of {', '.join(outputs)}; name another input")
+        raise UsageError(f"plant '{plant.name}': {name} affects none of {', '.join(outputs)}; name another input")
     states = tuple(f"x{k + 1}" for k in range(len(A)))
     units = ("",) * (1 + len(outputs))
     return LinearPlant(A=A, B=B, C=C, D=D, states=states, input=name, outputs=tuple(outputs), units=units)

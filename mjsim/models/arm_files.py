@@ -146,7 +146,7 @@ class _ArmGatherer(Gatherer):
 
     def notes(self) -> Iterator[str]:
         if self.gone:
-            yield f"left out: {len(self.gone)} meshes of Collada (.dae); shapes for collisions stand in"
+            yield f"left out: {len(self.gone)} meshes of Collada (.dae); collision shapes are used instead"
 
 
 def _compiled(files: ModelFiles) -> mujoco.MjModel:
@@ -209,7 +209,7 @@ def _arm(
     active = [*chain, *fingers]
     held = [body for body in tree.moving if body not in active]
     if held:
-        notes.append(f"rigid: {len(held)} joints beside the chain")
+        notes.append(f"rigid: {len(held)} joints outside the chain")
     if model.neq or model.ntendon:
         notes.append(UNCOUPLED)
     if (model.jnt_stiffness > 0.0).any():

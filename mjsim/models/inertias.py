@@ -52,7 +52,7 @@ def mend_weightless(root: Element, path: str) -> Iterator[str]:
                 solid = copy.deepcopy(picture)
                 solid.tag = "collision"
                 link.append(solid)
-    yield f"{path}: no link has a mass; its shapes weigh 1000 kg/m^3 instead"
+    yield f"{path}: no link has a mass; its shapes get a density of 1000 kg/m^3 instead"
 
 
 def mended(inertia: Array) -> tuple[Array, str] | None:
@@ -97,7 +97,7 @@ def _mend_urdf(root: Element, path: str) -> Iterator[str]:
         weight = number_of(mass.get("value") if mass is not None else None)
         if weight is None or weight <= 0.0:
             link.remove(inertial)
-            instead = "its shapes weigh 1000 kg/m^3 instead" if has else "it weighs next to nothing instead"
+            instead = "its shapes get a density of 1000 kg/m^3 instead" if has else "it gets a negligible mass instead"
             yield f"{path}: link '{name}' has a mass of {_shown(weight)} kg; {instead}"
             continue
         if inertia is None:
@@ -164,7 +164,7 @@ def _mend_mjcf(root: Element, path: str) -> Iterator[str]:
         weight = number_of(inertial.get("mass"))
         if weight is None or weight <= 0.0:
             body.remove(inertial)
-            yield f"{path}: {called} has a mass of {_shown(weight)} kg; its shapes say what it weighs instead"
+            yield f"{path}: {called} has a mass of {_shown(weight)} kg; its mass is computed from its shapes instead"
             continue
         for key, count in (("diaginertia", 3), ("fullinertia", 6)):
             numbers = [number_of(word) for word in inertial.get(key, "").split()]

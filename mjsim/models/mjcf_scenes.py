@@ -55,7 +55,7 @@ def without_mjcf_rails(root: Element, path: str) -> Iterator[str]:
             continue
         for carrier, joint in rails:
             carrier.remove(joint)
-            yield f"{path}: joint '{joint.get('name', '?')}' moves the whole robot; held, as wheels move it"
+            yield f"{path}: joint '{joint.get('name', '?')}' moves the whole robot; locked, because wheels move it"
         _forget(root, joints)
 
 

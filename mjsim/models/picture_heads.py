@@ -26,7 +26,7 @@ def any_picture_size(data: bytes) -> tuple[int, int]:
     try:
         return bounded_size(*size_of(data))
     except struct.error:
-        raise ValueError("is a picture cut short; make it again") from None
+        raise ValueError("is a truncated picture; save it again") from None
 
 
 def _bmp_size(data: bytes) -> tuple[int, int]:
@@ -59,7 +59,7 @@ def _webp_size(data: bytes) -> tuple[int, int]:
     if kind == b"WEBPVP8X":
         low_width, high_width, low_height, high_height = struct.unpack_from("<HBHB", data, 24)
         return (low_width | high_width << 16) + 1, (low_height | high_height << 16) + 1
-    raise ValueError("is a broken WebP picture; make it again")
+    raise ValueError("is a damaged WebP picture; save it again")
 
 
 HEADS: Mapping[bytes, Callable[[bytes], tuple[int, int]]] = {

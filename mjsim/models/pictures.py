@@ -30,7 +30,7 @@ def bounded_size(width: int, height: int) -> tuple[int, int]:
         ValueError: It has no pixels, or too many.
     """
     if width <= 0 or height <= 0:
-        raise ValueError(f"is a picture of {width} x {height} pixels; it must have some")
+        raise ValueError(f"is a picture of {width} x {height} pixels; both must be above 0")
     if width * height > MOST_PIXELS:
         raise ValueError(
             f"is a picture of {width * height / 1e6:.0f} megapixels; it must have at most {MOST_PIXELS / 1e6:.0f}"
@@ -40,7 +40,7 @@ def bounded_size(width: int, height: int) -> tuple[int, int]:
 
 def _png_size(data: bytes) -> tuple[int, int]:
     if len(data) < 33 or data[12:16] != b"IHDR":
-        raise ValueError("is a broken PNG picture; make it again")
+        raise ValueError("is a damaged PNG picture; save it again")
     place = 8
     while place + 12 <= len(data):
         length, kind = struct.unpack(">I4s", data[place : place + 8])
@@ -48,7 +48,7 @@ def _png_size(data: bytes) -> tuple[int, int]:
         if kind == b"IEND":
             width, height = struct.unpack(">II", data[16:24])
             return width, height
-    raise ValueError("is a PNG picture cut short; make it again")
+    raise ValueError("is a truncated PNG picture; save it again")
 
 
 def _jpeg_size(data: bytes) -> tuple[int, int]:
@@ -60,8 +60,8 @@ def _jpeg_size(data: bytes) -> tuple[int, int]:
         elif 0xC0 <= kind <= 0xCF and kind not in (0xC4, 0xC8, 0xCC):  # a frame header
             height, width = struct.unpack(">HH", data[place + 5 : place + 9])
             if b"\xff\xd9" not in data[-4096:]:
-                raise ValueError("is a JPEG picture cut short; make it again")
+                raise ValueError("is a truncated JPEG picture; save it again")
             return width, height
         else:
             place += 2 + struct.unpack(">H", data[place + 2 : place + 4])[0]
-    raise ValueError("is a broken JPEG picture; make it again")
+    raise ValueError("is a damaged JPEG picture; save it again")

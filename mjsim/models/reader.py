@@ -84,7 +84,7 @@ def no_warnings(path: str) -> Iterator[None]:
         finally:
             mujoco.set_mju_user_warning(before)
     if said:
-        raise ValueError(f"MuJoCo cannot take '{path}': {' '.join(said[-1].split())[:200]}")
+        raise ValueError(f"MuJoCo cannot read '{path}': {' '.join(said[-1].split())[:200]}")
 
 
 def seen_and_touched(model: mujoco.MjModel, *, urdf: bool) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
@@ -122,7 +122,7 @@ def solid_parts(model: mujoco.MjModel, *, urdf: bool) -> list[Array]:
         part = corners @ data.geom_xmat[number].reshape(3, 3).T + data.geom_xpos[number]
         # Written so that NaN is rejected, too.
         if not (np.abs(part) < LARGEST).all():
-            raise ValueError(f"it reaches {np.abs(part).max():g} units far, too large for an object; check its units")
+            raise ValueError(f"it extends to {np.abs(part).max():g} units, too large for an object; check its units")
         parts.append(part)
     return parts
 

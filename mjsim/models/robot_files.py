@@ -161,7 +161,7 @@ class _RobotGatherer(Gatherer):
         if self._coarser:
             yield f"made coarser: meshes of too many corners, {len(self._coarser)} of them"
         for reason, count in sorted(self._amiss.items()):
-            instead = "plain colours stand in" if "pictures" in reason else "shapes for collisions stand in"
+            instead = "plain colours are used instead" if "pictures" in reason else "collision shapes are used instead"
             yield f"left out: {reason}, {count} of them; {instead}"
 
 
@@ -173,7 +173,7 @@ def _reason(name: str, error: str, kind: str) -> str:
         return f"{what} of a format that cannot be read (.{ending})"
     if "corners" in error and "simplify" in error:
         return f"{what} of too many corners"
-    if any(word in error for word in ("cannot be read", "is a broken", "cut short", "is not a PNG", "megapixels")):
+    if any(word in error for word in ("cannot be read", "a damaged", "a truncated", "is not a PNG", "megapixels")):
         return f"broken {what}"
     return f"missing {what}"
 
@@ -241,7 +241,7 @@ def _compiled(files: ModelFiles, gatherer: _RobotGatherer) -> mujoco.MjModel:
             flat = next((name for name in files.assets if name.rpartition(".")[0] in str(error)), None)
             if flat is None:
                 raise gatherer.placed(str(error), files.root) or error from None
-            reason = "meshes that MuJoCo cannot take"
+            reason = "meshes that MuJoCo cannot read"
             if files.urdf or not _as_shell(files.root, flat):
                 gatherer.drop(flat, reason)
             gatherer.leave_out(files.root)

@@ -79,7 +79,7 @@ def read_model(path: str, read: Read) -> ModelShape:
     try:
         parts = solid_parts(model, urdf=files.urdf)
     except ValueError as error:
-        raise ValueError(f"'{path}' cannot stand in a room: {error}") from None
+        raise ValueError(f"'{path}' cannot be placed in a room: {error}") from None
     if not parts:
         raise ValueError(f"'{path}' has no shape for a room; give it geoms")
     columns = [(_hull(part[:, :2]), float(np.min(part[:, 2])), float(np.max(part[:, 2]))) for part in parts]

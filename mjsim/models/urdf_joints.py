@@ -21,7 +21,7 @@ def without_rails(root: Element, path: str) -> Iterator[str]:
         joint = below[at][0]
         if joint.get("type") != "fixed":
             joint.set("type", "fixed")
-            yield f"{path}: joint '{joint.get('name', '?')}' moves the whole robot; held, as wheels move it"
+            yield f"{path}: joint '{joint.get('name', '?')}' moves the whole robot; locked, because wheels move it"
         at = _end(joint, "child")
 
 

@@ -321,7 +321,7 @@ class WorldScript:
         message = misplaced(self._world, event)
         if message is None and (found := self._met(event)) is not None:
             where = f"[{event.to[0]:g}, {event.to[1]:g}]"
-            message = f"'{event.move}' is put down at {where} inside {found}; move it to a free place"
+            message = f"'{event.move}' is placed at {where} inside {found}; move it to a free place"
         if message is not None:
             raise UsageError(message)
 

@@ -87,7 +87,7 @@ async def body_of(request: Request, *, most: int) -> bytes:
                 raise RefusedError(413, f"this is larger than {most / 1e6:.0f} MB; send less")
             parts.append(part)
     except ClientDisconnect:
-        raise RefusedError(400, "the request was cut short; send it again") from None
+        raise RefusedError(400, "the request arrived incomplete; send it again") from None
     return b"".join(parts)
 
 

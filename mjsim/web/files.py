@@ -170,7 +170,7 @@ def _written(place: Path, path: str, *, data: bytes, stamp: str | None, overwrit
 
 def _taken(path: str, place: Path, stamp: str | None) -> RefusedError:
     """Return the error that the file's content differs from the version known to a page."""
-    said = "is there already" if stamp is None else "changed on disk since it was opened"
+    said = "exists already" if stamp is None else "changed on disk since it was opened"
     message = f"'{path}' {said}; overwrite it, or save under another name"
     return RefusedError(409, message, stamp=stamp_of(place))
 
@@ -196,7 +196,7 @@ def _world_path(folder: Folder, path: str) -> Path:
     if place.suffix.lower() not in (".yaml", ".yml"):
         raise RefusedError(400, f"'{path:.80}' is not the name of a world; write one that ends in .yaml")
     if any(part.startswith(".") for part in place.relative_to(folder.root).parts):
-        raise RefusedError(403, f"'{path:.80}' is hidden; worlds are kept where people see them")
+        raise RefusedError(403, f"'{path:.80}' is hidden; choose a name without a leading dot")
     return place
 
 

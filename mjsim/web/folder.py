@@ -39,13 +39,13 @@ class Folder:
         if any(len(part.encode("utf-8", "replace")) > LONGEST_NAME for part in given.parts):
             raise RefusedError(400, f"path '{name:.60}...' has a name of more than {LONGEST_NAME} bytes; shorten it")
         if given.is_absolute() or ".." in given.parts or name[1:2] == ":":
-            raise RefusedError(403, f"path '{name:.60}' leaves the folder of the studio; keep to what is in it")
+            raise RefusedError(403, f"path '{name:.60}' leaves the folder of the studio; name a file in it")
         try:
             path = (self.root / given).resolve()
         except (OSError, RuntimeError):
             raise RefusedError(400, f"path '{name:.60}' leads nowhere; name another") from None
         if path == self.root or not path.is_relative_to(self.root):
-            raise RefusedError(403, f"path '{name:.60}' leads out of the folder of the studio; keep to what is in it")
+            raise RefusedError(403, f"path '{name:.60}' leads out of the folder of the studio; name a file in it")
         return path
 
     def name(self, path: Path) -> str:

@@ -100,7 +100,7 @@ def pulled(mechanism: Mechanism, name: str, look: Array, start: Array, end: Arra
     """
     joint, found = mechanism.joint(name), mechanism.assembly
     if found.bodies[carried_body(found, joint)] not in [body.name for body in mechanism.bodies]:
-        raise ValueError(f"joint '{name}' closes a loop; pull one of the others in it")
+        raise ValueError(f"joint '{name}' closes a loop; drag another joint in it")
     free = free_columns(mechanism)
     values = pulled_values(mechanism, joint, look=look, start=start, end=end)
     return _restarted(mechanism, {column: value for column, value in values.items() if column in free})

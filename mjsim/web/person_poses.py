@@ -13,7 +13,7 @@ from mjsim.web.looks import KeyChange
 from mjsim.world import Person
 
 Json = dict[str, Any]
-SEATED = "who sits is posed by the seat and its targets; change those"
+SEATED = "the seat and its targets define the posture of a seated person; change those"
 TURNED = 0.05
 """Smaller changes of joints are not written [deg]."""
 AWAY = 0.002

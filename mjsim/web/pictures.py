@@ -89,7 +89,7 @@ def decoded(data: bytes) -> Pixels:
     except cv2.error:
         pixels = None
     if pixels is None:
-        raise RefusedError(415, "this is a broken picture; make it again")
+        raise RefusedError(415, "this is a damaged picture; save it again")
     return _plain(np.asarray(pixels))
 
 

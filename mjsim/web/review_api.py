@@ -169,7 +169,7 @@ class ReviewApi:
                         raise RefusedError(413, f"this is larger than {LARGEST / 1e9:.0f} GB; copy it into the folder")
                     await run_in_threadpool(file.write, chunk)
         except ClientDisconnect:
-            raise RefusedError(400, "the recording was cut short; send it again") from None
+            raise RefusedError(400, "the recording arrived incomplete; send it again") from None
         except OSError as error:
             raise RefusedError(409, f"the recording cannot be kept: {error.strerror}") from None
 

@@ -134,7 +134,7 @@ class RunApi:
     def _start(self, request: Start) -> None:
         """Start a run that replaces the current one."""
         if self._folder is None:
-            raise UsageError("this page shows one run alone; start others with 'mjsim studio'")
+            raise UsageError("this page shows only one run; start others with 'mjsim studio'")
         world = self._world(request, self._folder)
         code = self._trust.check(world)
         record = None if request.record is None else _reserved(self._folder, request.record)

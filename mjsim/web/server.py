@@ -191,4 +191,4 @@ class _Uvicorn(uvicorn.Server):
         self._connections.make_room()
         if time.monotonic() - self._complained >= COMPLAINT:
             self._complained = time.monotonic()
-            say("this process has no more files for connections; others are closed, and the page goes on")
+            say("this process has no file descriptors left for connections; some were closed, and the page continues")

@@ -76,7 +76,7 @@ class Opened:
 
     def _require_states(self) -> None:
         if not self.recording.qpos.shape[1]:
-            raise RefusedError(409, "this recording holds no states to draw; it is of a real robot")
+            raise RefusedError(409, "this recording contains no states to render; it is of a real robot")
 
     def _draw(self, time: float, view: str, *, orbit: Orbit | None) -> bytes:
         recording, row = self.recording, row_at(self.recording, time)

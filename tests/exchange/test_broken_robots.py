@@ -64,18 +64,18 @@ MACRO = (
         ("not xml at all", (), r"robot\.urdf:1:1: this is not XML"),
         ("<sdf/>", (), r"begins with <sdf>; a model begins with <mujoco> \(MJCF\) or <robot> \(URDF\)"),
         ('<!DOCTYPE a [<!ENTITY x "y">]><robot name="a">&x;</robot>', (), "declares a document type"),
-        ('<robot name="a"/>', (), "MuJoCo cannot take|no wheels"),
+        ('<robot name="a"/>', (), "MuJoCo cannot read|no wheels"),
         (robot({"base": box("1 1 1")}, []), (), "no wheels can be found: it has no level hinge at all"),
         (
             TWO.replace('link="r0"', 'link="gone"'),
             (),
-            r"urdf:5:63: joint 'r0_hinge' names link 'gone', which is not there",
+            r"urdf:5:63: joint 'r0_hinge' names link 'gone', which does not exist",
         ),
         (TWO.replace("continuous", "fixed"), (), "no wheels can be found: it has no level hinge at all"),
         (
             TWO.replace('xyz="0.0 0.2 -0.05"', 'xyz="zero 0.2"'),
             (),
-            r"urdf:5:7: MuJoCo cannot take <origin>: bad format in attribute 'xyz'$",
+            r"urdf:5:7: MuJoCo cannot read <origin>: bad format in attribute 'xyz'$",
         ),
         (
             TWO.replace("r0_hinge", "l0_hinge"),
@@ -148,11 +148,11 @@ MACRO = (
             (),
             r"'(/.*)/robot\.urdf' includes 'gone\.xml': no file '\1/gone\.xml': No such file",
         ),
-        (TWO.replace("0.6 0.3 0.15", "-0.6 0.3 0.15"), (), "MuJoCo cannot take|size"),
+        (TWO.replace("0.6 0.3 0.15", "-0.6 0.3 0.15"), (), "MuJoCo cannot read|size"),
         (
             TWO.replace("0.6 0.3 0.15", "0.6"),
             (),
-            r"urdf:2:49: MuJoCo cannot take <box>: attribute 'size' does not have",
+            r"urdf:2:49: MuJoCo cannot read <box>: attribute 'size' does not have",
         ),
         (TWO.replace("0.6 0.3 0.15", "1e400 1 1"), (), "size|no wheels|large|number"),
         (
@@ -216,7 +216,10 @@ def report_of(tmp_path: Path, text: str) -> str:
 @pytest.mark.parametrize(
     ("has", "what"),
     [
-        (box("0.4 0.3 0.1", mass=0.0), "link 'base' has a mass of 0 kg; its shapes weigh 1000 kg/m^3 instead"),
+        (
+            box("0.4 0.3 0.1", mass=0.0),
+            "link 'base' has a mass of 0 kg; its shapes get a density of 1000 kg/m^3 instead",
+        ),
         (box("0.4 0.3 0.1", mass=-2.0), "link 'base' has a mass of -2 kg"),
         (box("0.4 0.3 0.1", mass=float("nan")), "link 'base' has a mass of nothing kg"),
         (
@@ -267,4 +270,4 @@ def test_files_outside_of_the_robots_folders_are_not_opened(tmp_path):
     (deep / "robot.urdf").write_text(robot(links, wheels))
     brought = bring_robot(deep / "robot.urdf", name="r", options=RobotOptions(), packages={}, arguments={})
     assert list(brought.files) == ["r/robot.urdf"]
-    assert "left out: missing meshes, 4 of them; shapes for collisions stand in" in brought.report
+    assert "left out: missing meshes, 4 of them; collision shapes are used instead" in brought.report

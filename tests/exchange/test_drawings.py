@@ -82,7 +82,7 @@ def test_only_the_named_layer_of_an_svg_is_walls_and_nothing_hidden(tmp_path):
         ),
         (
             f'{HEAD}<path d="M0 0H400"/></svg>',
-            "unit is, and is 400 x 0 of them; give --scale",
+            "its unit, and measures 400 x 0 units; give --scale",
         ),
         (f'{HEAD}<path d="M0 0 L nonsense"/></svg>', "plan.svg"),
         (f'<!DOCTYPE svg [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]>{HEAD}&b;</svg>', "declares the XML entity 'a'"),
@@ -148,9 +148,9 @@ def test_what_is_no_dxf_of_walls_is_refused_in_one_line(tmp_path):
         world_from_dxf(path)
     with pytest.raises(UsageError, match="has no layer 'b'; layers are 0, Defpoints"):
         world_from_dxf(path, layers=["b"])
-    with pytest.raises(UsageError, match="does not say how large its unit is, and is 6000 x 4000 of them"):
+    with pytest.raises(UsageError, match="does not state its unit, and measures 6000 x 4000 units"):
         world_from_dxf(drawn(tmp_path, units=0))
-    with pytest.raises(UsageError, match=r"is 6000 x 4000 m at 1 m to the unit; a floor has 0\.5 to 2000 m"):
+    with pytest.raises(UsageError, match=r"is 6000 x 4000 m at 1m per unit; a floor has 0\.5 to 2000 m"):
         world_from_dxf(drawn(tmp_path), scale=1.0)
     for data in (b"", b"\x00\xff" * 100, b"0\nSECTION\n2\nENTITIES\n0\nLINE\n", b"hello\n" * 9):
         path.write_bytes(data)

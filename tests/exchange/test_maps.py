@@ -138,9 +138,9 @@ def test_a_picture_alone_is_a_map_when_the_side_of_a_pixel_is_given(tmp_path):
     alone = read_grid(tmp_path / "map.pgm", resolution=0.1)
     assert (alone.occupied == grid.occupied).all()
     assert alone.resolution == 0.1
-    with pytest.raises(UsageError, match=r"is the picture of a map; name '.*map.yaml' beside it"):
+    with pytest.raises(UsageError, match=r"is a map image; name '.*map.yaml' beside it"):
         read_grid(tmp_path / "map.pgm")
-    with pytest.raises(UsageError, match=r"the file of a map says its resolution; leave out --scale"):
+    with pytest.raises(UsageError, match=r"the YAML file of a map states its resolution; leave out --scale"):
         read_grid(tmp_path / "map.yaml", resolution=0.1)
     (tmp_path / "map.yaml").unlink()
     with pytest.raises(UsageError, match=r"name the YAML file beside it, or give --scale METRES to a pixel"):
@@ -271,7 +271,7 @@ def test_what_is_not_a_map_is_refused_in_one_line(tmp_path):
         ("image: map.pgm\nresolution: 0.05\norigin: [0, a, 0]\n", None, "write [x, y, yaw] in metres"),
         ("image: map.pgm\nresolution: 0.05\nmode: gray\n", None, "mode is 'gray'; it must be trinary, scale or raw"),
         ("image: map.pgm\nresolution: 0.05\n", large, "is a picture of 50 megapixels; it must have at most 40"),
-        ("image: map.pgm\nresolution: 0.05\n", b"P5\n3 2\n255\n", "is cut short; 3 x 2 pixels are 6 numbers"),
+        ("image: map.pgm\nresolution: 0.05\n", b"P5\n3 2\n255\n", "is truncated; 3 x 2 pixels are 6 numbers"),
         ("image: map.pgm\nresolution: 0.05\n", b"P6\n100000 100000\n255\n", "is a picture of 10000 megapixels;"),
         ("image: map.pgm\nresolution: 0.05\n", HUGE_PNG, "is a picture of 10000 megapixels; it must have at most 40"),
         ("image: map.pgm\nresolution: 0.05\n", b"P2\n2 1\n255\n0 black\n", "holds a value that is not a number"),
@@ -281,7 +281,7 @@ def test_what_is_not_a_map_is_refused_in_one_line(tmp_path):
         ("image: [1, 2]\nresolution: 0.05\n", None, "name the picture of a map"),
         ("a: [\n", None, "map.yaml:2"),
         ("image: map.pgm\nresolution: 0.05\n", b"BM" + bytes(16) + b"\0\0\1\0" * 2, "is a picture of 4295 megapixels;"),
-        ("image: map.pgm\nresolution: 0.05\n", b"BM", "is a picture cut short; make it again"),
+        ("image: map.pgm\nresolution: 0.05\n", b"BM", "is a truncated picture; save it again"),
         ("image: map.pgm\nresolution: 0.05\n", b"GIF89a", "is not a PNG or JPEG picture; convert it"),
     ]:
         path.write_text(text)

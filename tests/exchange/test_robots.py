@@ -113,7 +113,7 @@ def test_a_lidar_does_not_see_the_robot_that_carries_it(presets, tmp_path):
 @pytest.mark.slow
 def test_what_is_missing_is_counted(presets):
     _, said = presets["turtlebot3_waffle"]
-    assert "left out: missing meshes, 2 of them; shapes for collisions stand in" in said
+    assert "left out: missing meshes, 2 of them; collision shapes are used instead" in said
     assert "left out: meshes of a format that cannot be read (.dae), 1 of them" in said
     _, said = presets["racecar"]
     assert "left out: missing meshes, 8 of them" in said
@@ -188,7 +188,7 @@ def test_ros_packages_are_found_by_path_and_by_option(tmp_path, monkeypatch):
     moved.write_bytes(BURGER.read_bytes())
     package = BURGER.parents[1]
     plain = bring_robot(moved, name="b", options=RobotOptions(), packages={}, arguments={})
-    assert any("package 'turtlebot3_description' is not here" in line for line in plain.report)
+    assert any("package 'turtlebot3_description' was not found" in line for line in plain.report)
     assert len(plain.files) == 1
     named = bring_robot(moved, name="b", options=RobotOptions(), packages={package.name: package}, arguments={})
     assert len(named.files) == 3

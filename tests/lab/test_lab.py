@@ -253,7 +253,7 @@ def test_simc_tunes_a_plant_that_integrates():
 @pytest.mark.parametrize(
     ("ask", "message"),
     [
-        (lambda: formula("deaf"), "plant 'deaf': u moves none of y; name another input"),
+        (lambda: formula("deaf"), "plant 'deaf': u affects none of y; name another input"),
         (lambda: pid_design(formula("washout").plant, "simc"), "returns to 0 after a step"),
         (lambda: lqr_design(formula("gain").plant, [], 1.0), "has no states to feed back"),
         (lambda: lead_design(formula("tuned").plant, margin_deg=45.0, crossover=2.0), "has a pole at 2 rad/s"),

@@ -136,7 +136,7 @@ def test_a_drive_is_identified_from_a_run_whatever_its_profile_makes_of_commands
             "of: puma/amr, input: joint1, outputs: joint1",
             "no robot, arm or mechanism 'puma/amr'; did you mean 'puma/arm'",
         ),
-        ("of: scout, input: forward, outputs: heading", "forward moves none of heading; name another input"),
+        ("of: scout, input: forward, outputs: heading", "forward affects none of heading; name another input"),
         (
             "of: puma/arm, input: joint1, outputs: joint1, around: {joint3_deg: 20}",
             "has no equilibrium at its operating",

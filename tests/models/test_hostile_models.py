@@ -46,11 +46,11 @@ HOSTILE = {
     "nothing solid": ("<mujoco/>", "has no shape for a room"),
     "no number": (
         '<mujoco><worldbody><geom size="a"/></worldbody></mujoco>',
-        "MuJoCo cannot take 'bad.xml': XML Error: bad format in attribute 'size'",
+        "MuJoCo cannot read 'bad.xml': XML Error: bad format in attribute 'size'",
     ),
     "no size of a thing": (
         '<mujoco><worldbody><geom size="1e9"/></worldbody></mujoco>',
-        "it reaches 1e+09 units far, too large for an object; check its units",
+        "it extends to 1e+09 units, too large for an object; check its units",
     ),
     "no end": (
         '<mujoco><worldbody><geom size="1"/><geom size="inf"/><geom size="1"/></worldbody></mujoco>',
@@ -58,7 +58,7 @@ HOSTILE = {
     ),
     "too far": (
         '<mujoco><worldbody><body pos="9e5 0 0"><geom size="1" pos="9e5 0 0"/></body></worldbody></mujoco>',
-        "reaches 1.8e+06 units far",
+        "extends to 1.8e+06 units",
     ),
     "no class": (
         '<mujoco><worldbody><geom class="x"/></worldbody></mujoco>',

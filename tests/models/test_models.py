@@ -341,7 +341,7 @@ def test_what_only_mujoco_finds_wrong_is_told_at_the_line_too(tmp_path):
         world_of(tmp_path, "name: odd, at: [1, 1], model: odd.xml", "  - {at: [5, 1], model: odd.xml}\n")
     assert [(problem.line, problem.column) for problem in caught.value.problems] == [(3, 36), (4, 25)]
     for problem in caught.value.problems:
-        assert problem.message.startswith("MuJoCo cannot take 'odd.xml': Error: material 'none' not found")
+        assert problem.message.startswith("MuJoCo cannot read 'odd.xml': Error: material 'none' not found")
 
 
 def test_a_thing_without_mass_is_not_movable(tmp_path):

@@ -82,7 +82,10 @@ def test_proportion_and_corpulence_are_percentiles_among_people_of_the_same_stat
         ({"stature": math.nan}, "stature is nan m; of men it lies between 1.41 and 2.1 m"),
         ({"statur": 1.8}, "no measure 'statur'; did you mean 'stature'?"),
         ({"stature": 1.6, "cervicale_height": 1.5}, "stature is 1.6 m; beside the other measures it lies between"),
-        ({"span": 1.8}, "a figure does not keep span: the shoulder blades move inwards when arms are raised sideways"),
+        (
+            {"span": 1.8},
+            "a figure does not reproduce span: the shoulder blades move inwards when arms are raised sideways",
+        ),
     ],
 )
 def test_impossible_body_measures_are_refused(own, said):

@@ -57,8 +57,8 @@ def test_a_kidnapped_robot_stands_elsewhere_at_the_next_tick_and_its_odometry_do
 @pytest.mark.parametrize(
     ("keys", "said"),
     [
-        ({"move": "r", "to": [4, 3]}, "'r' is put down at [4, 3] inside walls[1]; move it to a free place"),
-        ({"move": "r", "to": [1, 1.2]}, "'r' is put down at [1, 1.2] inside 'q'; move it to a free place"),
+        ({"move": "r", "to": [4, 3]}, "'r' is placed at [4, 3] inside walls[1]; move it to a free place"),
+        ({"move": "r", "to": [1, 1.2]}, "'r' is placed at [1, 1.2] inside 'q'; move it to a free place"),
         ({"move": "r", "to": [2, 5.1]}, "inside obstacle 'bin'"),
         ({"move": "bin", "to": [6, 3]}, "inside obstacle 'rack'"),
         ({"move": "r", "to": [99, 1]}, "outside the world"),
@@ -86,7 +86,7 @@ def test_a_touch_that_cannot_be_is_answered_in_a_line_and_changes_nothing(touche
 
 def test_two_touches_of_one_tick_do_not_put_two_things_on_one_spot(touched):
     touched.touch({"move": "q", "to": [3, 4]})
-    with pytest.raises(UsageError, match=r"'r' is put down at \[3.1, 4\] inside 'q'; move it to a free place"):
+    with pytest.raises(UsageError, match=r"'r' is placed at \[3.1, 4\] inside 'q'; move it to a free place"):
         touched.touch({"move": "r", "to": [3.1, 4]})
     touched.touch({"move": "r", "to": [1, 1]})  # from where the other goes in the same tick
     ticked(touched)

@@ -165,7 +165,7 @@ def touched():
         ),
         ({"release": "bars", "joint": "q4"}, "joint 'q4' of mechanism 'bars' cannot be led, as other joints move it"),
         ({"release": "lift"}, "'lift' is a mechanism; say which joint"),
-        ({"release": "lift", "joint": "up", "hand": "left"}, "'joint' is of a mechanism, 'hand' of a person"),
+        ({"release": "lift", "joint": "up", "hand": "left"}, "'joint' is for mechanisms, 'hand' for people"),
         ({"lead": "rockers", "joint": "p2", "to_deg": 180}, "mechanism 'rockers' locks: with 'p2' at"),
     ],
 )

@@ -255,11 +255,11 @@ def test_events_and_things_are_told_in_tables_and_in_the_report(recorded, tmp_pa
     recording = read_recording(recorded[0])
     export_csv(recording, tmp_path)
     events = (tmp_path / "events.csv").read_text().splitlines()
-    assert events[:3] == ["time,text", "0.32,the general light becomes 0.4", '0.32,"r is put down at [3, 3]"']
+    assert events[:3] == ["time,text", "0.32,the ambient light becomes 0.4", '0.32,"r is placed at [3, 3]"']
     things = (tmp_path / "things.csv").read_text().splitlines()
     assert len(things) == 1 + 3 * 25
     assert "0.04,obstacle/ball,6.02,1.0,0.0" in things
-    assert "<td>rack is taken away</td><td>0.52 s</td>" in _page(recording, statistics_file(recording)["run"], [])
+    assert "<td>rack is removed</td><td>0.52 s</td>" in _page(recording, statistics_file(recording)["run"], [])
 
 
 class Ahead:

@@ -181,8 +181,8 @@ def test_a_still_scene_shows_hands_as_events_left_them_forwards_and_backwards():
     ("event", "said"),
     [
         ("{time: 0, reach: anna, hand: left}", "a person reaches with a hand; give hand: left or right, and to:"),
-        ("{time: 0, reach: anna, hand: left, to: [1, 1, 1], tool: [1, 1, 1]}", "'tool' is of a robot's arm"),
-        ("{time: 0, release: anna, hand: left, arm: boom}", "'arm' is of a robot's arm, 'hand' of a person"),
+        ("{time: 0, reach: anna, hand: left, to: [1, 1, 1], tool: [1, 1, 1]}", "'tool' is for a robot's arm"),
+        ("{time: 0, release: anna, hand: left, arm: boom}", "'arm' is for a robot's arm, 'hand' for people"),
         ("{time: 0, release: anna, hand: up}", "hand is 'up'"),
     ],
 )

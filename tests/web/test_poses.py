@@ -114,4 +114,4 @@ def test_who_sits_is_posed_by_the_seat(client):
     shown = told(client, "pose", path="room.yaml", text=SEATED, item=EVE)
     assert (shown["hands"], {each["free"] for each in shown["values"]}) == ({}, {False})
     refused = told(client, "pose", status=409, path="room.yaml", text=SEATED, item=EVE, values={"neck_twist": 3})
-    assert refused["error"] == "who sits is posed by the seat and its targets; change those"
+    assert refused["error"] == "the seat and its targets define the posture of a seated person; change those"

@@ -92,7 +92,7 @@ def test_the_page_receives_all_data_of_a_recording(page, recording):
     assert (told["name"], told["seconds"], told["dt"], told["seed"], told["whole"]) == ("room", 2.96, 0.04, 1, True)
     assert told["cameras"] == ["scout/front"]
     assert told["scene"]["bounds"] == [-2.0, -2.0, 2.0, 2.0]
-    assert [event["text"] for event in told["events"]] == ["the general light becomes 0.3"]
+    assert [event["text"] for event in told["events"]] == ["the ambient light becomes 0.3"]
     track = told["tracks"]["scout"]
     np.testing.assert_allclose(track["truth"], recording.robots["scout"].truth, atol=1e-4)
     np.testing.assert_allclose(track["time"], recording.time, atol=1e-9)

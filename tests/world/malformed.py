@@ -189,7 +189,7 @@ TEXTS = {
     "a picture that is text": ("floor: {texture: world.yaml}", "1:18: 'world.yaml' is not a PNG or JPEG picture"),
     "a picture cut short": (
         "floor: {texture: short.png}",
-        "1:18: 'short.png' is a PNG picture cut short; make it again",
+        "1:18: 'short.png' is a truncated PNG picture; save it again",
     ),
     "a picture too large": (
         "floor: {texture: huge.png}",

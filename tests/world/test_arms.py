@@ -143,7 +143,7 @@ def test_two_arms_of_one_name_are_refused():
 
 FIXED = {
     "w.yaml:5:12: a fixed base has no drive; leave out the drive, or 'base: fixed'": "drive: {type: omni3}",
-    "w.yaml:5:21: a fixed base has nothing that imu would tell; leave it out": "sensors: [{imu: imu}]",
+    "w.yaml:5:21: a fixed base has nothing that imu could measure; leave it out": "sensors: [{imu: imu}]",
     "w.yaml:5:11: base is 'fixd'; it must be 'fixed'; did you mean 'fixed'?": "base: fixd",
     "w.yaml:5:12: a fixed robot has no drive; write base: fixed instead": "drive: {type: fixed}",
 }

@@ -50,8 +50,8 @@ def test_a_mover_may_go_through_doorways_and_push_what_is_movable():
 @pytest.mark.parametrize(
     ("event", "doubt"),
     [
-        ("move: r, to: [4, 3]", "'r' is put down at [4, 3] inside wall 'middle'; move it to a free place"),
-        ("move: bin, to: [1, 2.6], heading_deg: 45", "'bin' is put down at [1, 2.6] inside obstacle 'rack'"),
+        ("move: r, to: [4, 3]", "'r' is placed at [4, 3] inside wall 'middle'; move it to a free place"),
+        ("move: bin, to: [1, 2.6], heading_deg: 45", "'bin' is placed at [1, 2.6] inside obstacle 'rack'"),
     ],
 )
 def test_what_is_put_down_inside_something_is_told(event, doubt):

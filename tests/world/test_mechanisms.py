@@ -210,7 +210,7 @@ MISTAKES = [
     (
         "{angle: q2, signal: {ramp: {from_deg: 28.6, slope_deg: 114.6}}}",
         "{position: c, signal: {ramp: {slope: 1}}}]\n    constraints: [{name: c, curve: crank.end, circle: 1}",
-        "11:28: 'c' is how far a point is along a curve; name a joint, or push the point with force: BODY.POINT",
+        "11:28: 'c' is the position of a point along a curve; name a joint, or push the point with force: BODY.POINT",
     ),
     ("sensors: [", "sensors: [{joint: q4}, ", "12:36: 'q4' has this sensor already, sensors[0]; leave one out"),
     (

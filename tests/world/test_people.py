@@ -48,7 +48,7 @@ MALFORMED = {
     ),
     "a measure that a figure does not keep": (
         f"{HIS}, measures: {{span: 1.8}}",
-        "60: a figure does not keep span: the shoulder blades move inwards",
+        "60: a figure does not reproduce span: the shoulder blades move inwards",
     ),
     "corpulence beside a weight": (
         f"{HIS}, measures: {{weight: 80}}, corpulence: 70",

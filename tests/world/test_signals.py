@@ -19,9 +19,9 @@ WRONG = {
     "no frequency": ("{sine: {amplitude: 1}}", "key 'frequency_hz' is missing; add it: frequency [Hz]"),
     "an angle as a force": (
         "{sine: {amplitude_deg: 1, frequency_hz: 1}}",
-        "this is no angle; write amplitude for ampl",
+        "this is not an angle; write amplitude for ampl",
     ),
-    "two units": ("{step: {from_deg: 1, to: 2}}", "to is no angle and from_deg is one; give all values with _deg, or"),
+    "two units": ("{step: {from_deg: 1, to: 2}}", "to is not an angle, but from_deg is; give all values with _deg, or"),
     "a number": ("3", "signal is 3 N; it must be keys with values"),
     "not a number": ("{constant: {value: .nan}}", "value is nan; it must be a finite number"),
     "a text": ("{constant: {value: much}}", "value is 'much'; it must be a number"),

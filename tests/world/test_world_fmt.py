@@ -242,7 +242,7 @@ def test_what_is_no_yaml_or_cannot_be_laid_out_is_refused_in_one_line():
     for text, message in (
         ("mjsim: [", "room.yaml:1:9: this is not YAML"),
         ("a: 1\na: 2\n", "room.yaml:2:1: key 'a' is written twice"),
-        ("- 1\n", "room.yaml:1:1: this text cannot be laid out without loss; lay it out by hand"),
+        ("- 1\n", "room.yaml:1:1: this text cannot be formatted without loss; format it by hand"),
     ):
         with pytest.raises(WorldError) as caught:
             format_text(text, file="room.yaml")

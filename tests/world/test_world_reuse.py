@@ -68,10 +68,10 @@ def test_a_whole_result_is_a_whole_number_and_a_doubled_dollar_sign_is_no_expres
         ("w + 1", "no variable 'w' before this; there are none"),
         ("sine(3)", "no function 'sine'; did you mean 'sin'?"),
         ("sin(3, 4)", "sin() got 2 values; it takes 1"),
-        ("1 +", "'1 +' is not an expression: it ends where it cannot; write such as 'w / 2 + 1'"),
-        ("2 w", "'2 w' is not an expression: 'w' stands where it cannot; write such as 'w / 2 + 1'"),
+        ("1 +", "'1 +' is not an expression: it ends too early; write for example 'w / 2 + 1'"),
+        ("2 w", "'2 w' is not an expression: 'w' is not possible there; write for example 'w / 2 + 1'"),
         ("__import__('os')", "'__import__('os')' is not an expression: ''' means nothing; use numbers, names, + - * /"),
-        ("", "'${}' holds no expression; write a number, a name or arithmetic between the braces"),
+        ("", "'${}' contains no expression; write a number, a name or arithmetic between the braces"),
         ("i", "'i' has no meaning here; it counts the repetitions of an item with 'repeat'"),
         ("(" * 40 + "1" + ")" * 40, "the expression is nested more than 30 deep; use a variable for a part of it"),
         ("1" + "+1" * 300, "an expression of 601 characters; write at most 400"),
@@ -86,7 +86,7 @@ def test_faults_of_variables_and_of_values_that_came_out_of_expressions_have_the
         "variables: {w: -3, sin: 1, t: [1], 2x: 3}\nlamps:\n"
         '  - {at: [0, 0], height: "${w * 2}"}\n  - {at: [0, 0], color: "x${w}"}\n'
     ) == [
-        "room.yaml:2:20: 'sin' has a meaning of its own in expressions; call the variable otherwise",
+        "room.yaml:2:20: 'sin' has a meaning of its own in expressions; give the variable another name",
         "room.yaml:2:31: variable 't' is not a single value; give a number, a text, true or false",
         "room.yaml:2:36: '2x' is not a variable name; write letters, digits and '_', a letter first",
         "room.yaml:4:26: height is -6 m; it must be above 0",
@@ -96,7 +96,7 @@ def test_faults_of_variables_and_of_values_that_came_out_of_expressions_have_the
         'room.yaml:2:16: this is not YAML: an expression inside brackets has no quotes; write "${...}"'
     ]
     assert faults('light: "${w"\n') == [
-        "room.yaml:2:8: '${w' has a '${' without its '}'; close it, or write '$${' for the signs alone"
+        "room.yaml:2:8: '${w' has a '${' without its '}'; close it, or write '$${' for the characters themselves"
     ]
 
 
@@ -104,7 +104,7 @@ def test_texts_that_double_are_refused():
     doubling = "variables:\n  a0: '" + "x" * 500 + "'\n"
     doubling += "".join(f"  a{k + 1}: '${{a{k}}}${{a{k}}}'\n" for k in range(60))
     line = faults(doubling)[0]
-    assert line == "room.yaml:6:7: a text of 4000 characters comes out of this; it must have at most 2000"
+    assert line == "room.yaml:6:7: the result has 4000 characters; it must have at most 2000"
 
 
 @pytest.mark.slow
@@ -196,9 +196,9 @@ def test_keys_of_a_users_module_are_its_own():
         ("7", "26: repeat is 7; it must be keys with values"),
         ("[]", "26: repeat is a list of 0; it must be one repeat or 2 to 3"),
         ("{times: '${n}'}", "34: no variable 'n' before this; there are none"),
-        ("{offset: [1, 0]}", "26: key 'times' is missing; add it: how many there are, the first one counted"),
+        ("{offset: [1, 0]}", "26: key 'times' is missing; add it: number of copies, including the first"),
         ("{times: 100001}", "34: times is 100001; it must be at most 100000"),
-        ("[{times: 100000}, {times: 2}]", "5: repeating comes to more than 100000 items; repeat less"),
+        ("[{times: 100000}, {times: 2}]", "5: repeating produces more than 100000 items; repeat less"),
     ],
 )
 def test_an_impossible_repeat_is_an_error_at_its_place(item, fault):

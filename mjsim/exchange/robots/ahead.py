@@ -52,7 +52,7 @@ def forward_of(
         return ahead, (f"it looks along {shown(ahead)} of its file, by names of its parts and by its cameras",)
     if abs(ahead[0]) > PARALLEL:
         ahead = ahead * np.sign(ahead[0])
-        return ahead, ("it looks along x of its file, as usual",)
+        return ahead, ("its front is along x of its file, as usual",)
     signs = [key for key, direction in ALONG.items() if abs(float(np.array(direction) @ ahead)) > 0.7]
     raise UsageError(f"{file} does not define its front; give --forward {signs[0]} or --forward {signs[1]}")
 

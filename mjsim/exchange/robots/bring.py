@@ -247,11 +247,11 @@ def _amiss(path: Path, source: RobotSource, robot: RobotFiles, anatomy: Anatomy,
     said = ("left out", "made coarser")
     lines = [source.shown(note if note.startswith(said) else f"mended: {note}") for note in robot.notes]
     lines += [
-        f"package '{name}' is not here; give --package {name}=DIR, or set ROS_PACKAGE_PATH"
+        f"package '{name}' was not found; give --package {name}=DIR, or set ROS_PACKAGE_PATH"
         for name in sorted(source.missing)
     ]
     if anatomy.loose:
-        lines.append(f"taken as rigid: ball joints, {len(anatomy.loose)} of them")
+        lines.append(f"treated as rigid: ball joints, {len(anatomy.loose)} of them")
     return [*lines, *(f"added: {note}" for note in stand.notes)]
 
 

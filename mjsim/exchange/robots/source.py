@@ -97,7 +97,7 @@ class RobotSource:
                 str(error).replace(f"'{self.name}': ", f"{self._given}: ").replace(f"'{self.name}'", f"'{self._given}'")
             )
             return self.placed(text.replace(f"'{folder}/", f"'{self._given.parent}/") if folder else text)
-        what = f"MuJoCo cannot take {error.what}"
+        what = f"MuJoCo cannot read {error.what}"
         if error.path != self.name:
             return f"{self._root / error.path}:{error.start.line}:{error.start.column}: {what}"
         if self.expanded:
@@ -185,7 +185,7 @@ def _check_links(root: Element, data: bytes, path: Path) -> None:
             link = None if found is None else found.get("link")
             if link not in links:
                 where = _where(name, data, path)
-                which = f"names link '{link}', which is not there" if link else f"has no {end}"
+                which = f"names link '{link}', which does not exist" if link else f"has no {end}"
                 near = did_you_mean(link, links) if link else "; name one of its links"
                 raise UsageError(f"{where}: joint '{name}' {which}{near}")
 
@@ -207,7 +207,7 @@ def _check_loops(root: Element, data: bytes, path: Path) -> None:
         ends = [end.get("link", "") if (end := joint.find(which)) is not None else "" for which in ("parent", "child")]
         parent, child, name = ends[0], ends[1], joint.get("name", "")
         if child and child in above:
-            said = f"joints '{above[child][1]}' and '{name}' both carry link '{child}'; a link hangs on one"
+            said = f"joints '{above[child][1]}' and '{name}' both carry link '{child}'; a link has one parent joint"
             raise UsageError(f"{_where(name, data, path)}: {said}")
         above[child] = parent, name
         at, seen = child, set[str]()

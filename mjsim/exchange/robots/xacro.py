@@ -247,7 +247,7 @@ def _by_library(path: Path, what: str, arguments: Mapping[str, str], find: Calla
     def package_folder(name: str) -> str:
         folder = find(name)
         if folder is None:
-            raise UsageError(f"{path} names the package '{name}', which is not here; give --package {name}=DIR")
+            raise UsageError(f"{path} names the package '{name}', which was not found; give --package {name}=DIR")
         return str(folder)
 
     before = substitution_args._eval_find

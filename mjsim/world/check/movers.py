@@ -47,7 +47,7 @@ def misplaced(world: World, event: MoveEvent) -> str | None:
     places = [point for wall in world.walls for point in wall.points]
     places += [item.at[:2] for item in (*world.robots, *world.obstacles)]
     if world.walls and not _within(event.to, np.asarray(places)):
-        return f"'{event.move}' is put down at {pair(event.to)} outside the world; move it to a free place"
+        return f"'{event.move}' is placed at {pair(event.to)} outside the world; move it to a free place"
     numbered = enumerate(world.obstacles)
     loose = {called(item, number) for number, item in numbered if not stays(item)}
     return _inside(world, event, Solids(world), loose)
@@ -71,7 +71,7 @@ def _inside(world: World, event: MoveEvent, solids: Solids, loose: Collection[st
     for shape, low, high in _put_down(world, event):
         found = solids.reached(shape, depth=SPARE, low=low, high=high, but=loose)
         if found:
-            return f"'{event.move}' is put down at {pair(event.to)} inside {found}; move it to a free place"
+            return f"'{event.move}' is placed at {pair(event.to)} inside {found}; move it to a free place"
     return None
 
 

@@ -201,7 +201,7 @@ class _Editor:
     def _rename(self, path: Path, name: Any) -> None:
         place = self.draft.place(path)
         if place.rest or isinstance(path[-1], int) or not isinstance(name, str) or not name:
-            raise UnwritableError(path, "is no key of this text, or the new name is no text")
+            raise UnwritableError(path, "is not a key of this text, or the new name is not a text")
         if name != path[-1]:
             self.draft.rename(place, name)
 

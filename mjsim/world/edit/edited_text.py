@@ -149,7 +149,7 @@ class EditedText:
             self._lay(place, list(values))
             return
         if span.kind != "list":
-            raise UnwritableError(place.path, "is no list; items are added to lists")
+            raise UnwritableError(place.path, "is not a list; items can be added only to lists")
         self._at(place.own)[index:index] = copy.deepcopy(list(values))
         if not span.entries:
             self._lay(place, list(values))
@@ -213,7 +213,7 @@ class EditedText:
             self.settle_at(place)
             parent = place.chain[-2]
             if len(place.entries) == 1 and len(parent.entries) == 1:
-                raise UnwritableError(place.path, "is all that the text says; it cannot be left out")
+                raise UnwritableError(place.path, "is the only content of the text; it cannot be removed")
             del self._at(place.own[:-1])[place.own[-1]]
             holder = place.entries[-2] if len(place.entries) > 1 else None
             cuts += taken_out(self._text, parent, _index(parent.entries, place.entries[-1]), holder)
@@ -224,7 +224,9 @@ class EditedText:
         self.settle_at(place)
         key = place.entries[-1].key
         if key is None or place.chain[-2].entry(name) is not None:
-            raise UnwritableError(place.path, f"cannot be called '{name:.40}'; it is no key, or there is one already")
+            raise UnwritableError(
+                place.path, f"cannot be renamed '{name:.40}'; that is not a valid key, or it exists already"
+            )
         holding = self._at(place.own[:-1])
         renamed = {name if old == place.own[-1] else old: value for old, value in holding.items()}
         holding.clear()
@@ -264,7 +266,7 @@ class EditedText:
         except UnknownTextError as unknown:
             raise UnwritableError((), f"the text is not changed from here: {unknown}; correct it first") from None
         if self._root.kind != "map":
-            raise UnwritableError((), "the text is no world; a world begins with 'mjsim: 1'")
+            raise UnwritableError((), "the text is not a world; a world begins with 'mjsim: 1'")
         if expands and raw is not None:
             self._raw, self._written = raw, expand(raw, self.fresh_source).node
 

@@ -50,7 +50,7 @@ def format_text(text: str, *, file: str) -> str:
     node, problems = read_text(text, file=file)
     if node is None or problems:
         raise WorldError(problems)
-    refused = WorldError([Problem(file, 1, 1, "this text cannot be laid out without loss; lay it out by hand")])
+    refused = WorldError([Problem(file, 1, 1, "this text cannot be formatted without loss; format it by hand")])
     laid, before, found = text, "", []
     try:
         # Repeat if a comment has left brackets, which may then fit on one line.

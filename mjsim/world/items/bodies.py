@@ -156,7 +156,7 @@ class PolygonBody(_Body):
         from shapely import Polygon
 
         if not Polygon(self.polygon).is_valid or abs(_area(np.array(self.polygon))) < 1e-6:
-            raise fault("the polygon's sides cross, or it has no area; give its corners in turn", "polygon")
+            raise fault("the polygon's sides cross, or it has no area; give its corners in order", "polygon")
         _check_origin(self, "polygon")
         return self
 

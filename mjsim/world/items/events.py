@@ -198,9 +198,9 @@ class ReleaseEvent(_Event):
         if self.hand is not None:
             _refuse_of_arms(self, "arm")
             if self.joint is not None:
-                raise fault("'joint' is of a mechanism, 'hand' of a person; leave out one of them", "joint")
+                raise fault("'joint' is for mechanisms, 'hand' for people; leave out one of them", "joint")
         if self.joint is not None and self.arm != "arm":
-            raise fault("'joint' is of a mechanism, 'arm' of a robot; leave out one of them", "joint")
+            raise fault("'joint' is for mechanisms, 'arm' for robots; leave out one of them", "joint")
         return self
 
 
@@ -208,7 +208,7 @@ def _refuse_of_arms(event: ReachEvent | ReleaseEvent, *keys: str) -> None:
     """Raise if an event of a hand also has keys of an arm."""
     for key in keys:
         if getattr(event, key) != type(event).model_fields[key].default:
-            raise fault(f"'{key}' is of a robot's arm, 'hand' of a person; leave out one of them", key)
+            raise fault(f"'{key}' is for a robot's arm, 'hand' for people; leave out one of them", key)
 
 
 class LeadEvent(_Event):
@@ -290,21 +290,21 @@ def said_of(event: WorldEvent) -> str:
     match event:
         case MoveEvent():
             heading = "" if event.heading_deg is None else f", heading {event.heading_deg:g} deg"
-            return f"{event.move} is put down at [{event.to[0]:g}, {event.to[1]:g}]{heading}"
+            return f"{event.move} is placed at [{event.to[0]:g}, {event.to[1]:g}]{heading}"
         case OpenEvent():
             return f"door {event.open} swings open to {event.angle_deg:g} deg"
         case CloseEvent():
             return f"door {event.close} swings shut"
         case LightEvent():
-            return f"the general light becomes {event.light:g}"
+            return f"the ambient light becomes {event.light:g}"
         case LampEvent():
             return f"lamp {event.lamp} becomes {event.brightness:g}"
         case NoiseEvent():
             return f"{event.noise} becomes {event.value:g}"
         case RemoveEvent():
-            return f"{event.remove} is taken away"
+            return f"{event.remove} is removed"
         case RestoreEvent():
-            return f"{event.restore} is there again"
+            return f"{event.restore} is restored"
         case ShoveEvent():
             return f"{event.shove} is shoved by {math.hypot(*event.impulse):g} N s"
         case PushEvent():
@@ -316,11 +316,11 @@ def said_of(event: WorldEvent) -> str:
         case ReachEvent():
             return f"{event.arm} of {event.reach} goes to {_goal_said(event)}"
         case ReleaseEvent(hand=str(hand)):
-            return f"the {hand} hand of {event.release} goes back to where it was at the start"
+            return f"the {hand} hand of {event.release} returns to its initial position"
         case ReleaseEvent(joint=str(joint)):
             return f"joint {joint} of {event.release} is let go"
         case ReleaseEvent():
-            return f"{event.arm} of {event.release} is its navigator's again"
+            return f"{event.arm} of {event.release} returns to its navigator"
         case LeadEvent():
             return f"joint {event.joint} of {event.lead} goes to {event.to_deg:g}"
 

@@ -78,7 +78,7 @@ class Robot(Model):
         elif self.lean_deg:
             raise fault("only a balancing base leans at the start; leave it out", "lean_deg")
         elif isinstance(self.body, BoxBody) and self.body.center is not None:
-            raise fault("center counts from the axle of a balancing base; leave it out", "body", "center")
+            raise fault("center is measured from the axle of a balancing base; leave it out", "body", "center")
         return self
 
     @model_validator(mode="after")
@@ -101,7 +101,7 @@ class Robot(Model):
     def _fixed_base_feels_nothing(self) -> Self:
         for index, sensor in enumerate(self.sensors if self.base == "fixed" else ()):
             if sensor.kind in ("imu", "encoders") and getattr(sensor, "on", None) is None:
-                message = f"a fixed base has nothing that {sensor.kind} would tell; leave it out"
+                message = f"a fixed base has nothing that {sensor.kind} could measure; leave it out"
                 raise fault(message, "sensors", index, sensor.kind)
         return self
 

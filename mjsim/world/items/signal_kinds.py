@@ -55,7 +55,7 @@ class AnySignal(Model):
         plain = next((key for key in given if not key.endswith("_deg")), None)
         degrees = next((key for key in given if key.endswith("_deg")), None)
         if plain is not None and degrees is not None:
-            raise fault(f"{plain} is no angle and {degrees} is one; give all values with _deg, or none", plain)
+            raise fault(f"{plain} is not an angle, but {degrees} is; give all values with _deg, or none", plain)
         for name in self.needs:
             if name not in given and f"{name}_deg" not in given:
                 raise fault(f"{name} is missing; add {name}, or {name}_deg for an angle")

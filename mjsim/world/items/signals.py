@@ -81,7 +81,7 @@ class Signal(Model):
             return None
         key = next(key for key in self.shape.given() if key.endswith("_deg") == given)
         right = f"{key}_deg" if angle else key.removesuffix("_deg")
-        what = "this is an angle, in degrees" if angle else "this is no angle"
+        what = "this is an angle, in degrees" if angle else "this is not an angle"
         return f"{what}; write {right} for {key}", (self.kind, key)
 
     def made(self, read: Read, rng: "Generator | None" = None, *, angle: bool = False) -> "TimeSignal":

@@ -106,7 +106,7 @@ class _Parser:
 
     def whole(self) -> _Compute:
         if not self._tokens:
-            raise ValueError("'${}' holds no expression; write a number, a name or arithmetic between the braces")
+            raise ValueError("'${}' contains no expression; write a number, a name or arithmetic between the braces")
         compute = self._sum()
         if self._at < len(self._tokens):
             raise self._unexpected()
@@ -120,10 +120,10 @@ class _Parser:
         return None
 
     def _unexpected(self) -> ValueError:
-        found = f"'{self._tokens[self._at]}' stands" if self._at < len(self._tokens) else "it ends"
-        return ValueError(
-            f"'{self._text.strip()}' is not an expression: {found} where it cannot; write such as 'w / 2 + 1'"
+        found = (
+            f"'{self._tokens[self._at]}' is not possible there" if self._at < len(self._tokens) else "it ends too early"
         )
+        return ValueError(f"'{self._text.strip()}' is not an expression: {found}; write for example 'w / 2 + 1'")
 
     def _sum(self) -> _Compute:
         self._depth += 1

@@ -207,5 +207,5 @@ def _not_a_name(name: str) -> str | None:
     if not NAME.fullmatch(name):
         return f"'{name}' is not a variable name; write letters, digits and '_', a letter first"
     if name in FUNCTIONS or name in CONSTANTS or name in INDICES:
-        return f"'{name}' has a meaning of its own in expressions; call the variable otherwise"
+        return f"'{name}' has a meaning of its own in expressions; give the variable another name"
     return None

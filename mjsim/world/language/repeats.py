@@ -91,7 +91,7 @@ def indices(steps: Sequence[Repeat]) -> Iterator[tuple[int, ...]]:
 def _check_place(keys: Mapping[str, Any], step: Repeat) -> None:
     at = keys.get("at", keys.get("to"))
     if at is None and "points" not in keys:
-        raise ValueError("this item has no 'at' or 'points' that could be shifted; leave out 'offset', or use ${i}")
+        raise ValueError("this item has no 'at' or 'points' that can be shifted; leave out 'offset', or use ${i}")
     single = _is_number(at)
     if single and step.turn_deg:
         raise ValueError("this item has one number as 'at'; it cannot be turned about a point")

@@ -62,14 +62,14 @@ class Budget:
     def check_items(self, node: Node, copies: int) -> None:
         """Raise TooMuchError if this many more items exceed the limit."""
         if self._items + copies > MOST_ITEMS:
-            raise TooMuchError(f"repeating comes to more than {MOST_ITEMS} items; repeat less", node)
+            raise TooMuchError(f"repeating produces more than {MOST_ITEMS} items; repeat less", node)
 
     def take(self, node: Node, size: int) -> None:
         """Count one more item, with a number of values."""
         self._items += 1
         self._values += size
         if self._values > MOST_VALUES:
-            raise TooMuchError(f"repeating comes to more than {MOST_VALUES} values; repeat less", node)
+            raise TooMuchError(f"repeating produces more than {MOST_VALUES} values; repeat less", node)
         if self._items % 256 == 0:
             self.check_time(node)
 
@@ -213,7 +213,7 @@ class Template:
         def make(names: Names) -> Node:
             steps = self._steps(spec, spec.value if count is None else count(names))
             if len(steps) > len(letters):
-                self._report(spec, f"repeats are more than {len(INDICES)} within each other; repeat fewer")
+                self._report(spec, f"repeats are nested more than {len(INDICES)} deep; nest fewer")
             if not letters or len(steps) != len(letters):
                 return Node([item.value], node.line, node.column, {0: item})
             copies, faults = math.prod(step.times for step in steps), len(self._budget.problems)
@@ -331,7 +331,7 @@ def _pieces(text: str) -> list[str | Expression]:
             found.append("${")
         elif match.group() == "${":
             raise ValueError(
-                f"{text!r:.60} has a '${{' without its '}}'; close it, or write '$${{' for the signs alone"
+                f"{text!r:.60} has a '${{' without its '}}'; close it, or write '$${{' for the characters themselves"
             )
         else:
             found.append(Expression(match.group(1)))
@@ -351,7 +351,7 @@ def names_in(text: str) -> frozenset[str]:
 def _joined(texts: Sequence[str]) -> str:
     length = sum(map(len, texts))
     if length > LONGEST_TEXT:
-        raise ValueError(f"a text of {length} characters comes out of this; it must have at most {LONGEST_TEXT}")
+        raise ValueError(f"the result has {length} characters; it must have at most {LONGEST_TEXT}")
     return "".join(texts)
 
 

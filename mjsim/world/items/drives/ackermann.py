@@ -35,8 +35,8 @@ class AckermannDrive(AnyDrive):
         radius = self.wheelbase / math.tan(math.radians(self.max_steer_deg))
         if radius <= 0.55 * self.track:
             raise fault(
-                f"max_steer_deg is {self.max_steer_deg:g} deg; the centre of the turn would come {radius:.3g} m near"
-                f" with half a track of {self.track / 2:g} m, make it less",
+                f"max_steer_deg is {self.max_steer_deg:g} deg; the turning radius would be only {radius:.3g} m"
+                f" with half a track of {self.track / 2:g} m; reduce it",
                 "max_steer_deg",
             )
         return self

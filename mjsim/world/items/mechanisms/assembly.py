@@ -233,7 +233,8 @@ class Assembly:
         column = self.column(name)
         if column in [track.column for track in self.tracks]:
             raise ValueError(
-                f"'{name}' is how far a point is along a curve; name a joint, or push the point with force: BODY.POINT"
+                f"'{name}' is the position of a point along a curve;"
+                " name a joint, or push the point with force: BODY.POINT"
             )
         return column
 
