@@ -79,6 +79,8 @@ class Group:
     """Seeds of runs that ended early."""
     series: Mapping[int, Series]
     """Seed -> errors over time."""
+    no_nees: str = ""
+    """Why no run has a NEES; empty if some have one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -222,7 +224,14 @@ def _group(label: str, robot: str, runs: Sequence[RunFigures]) -> Group:
         spreads={key: _spread(list(found.values())) for key, found in values.items() if found},
         failed=tuple(run.seed for run in runs if run.failed),
         series={run.seed: run.series[robot] for run in sound if robot in run.series},
+        no_nees="" if values["nees.mean"] else _no_nees([run.robots[robot] for run in sound]),
     )
+
+
+def _no_nees(robots: Sequence[Mapping[str, Any]]) -> str:
+    """Return the reason for which robots have no NEES; '' if there are none, or several reasons."""
+    reasons = {(robot.get("nees") or {}).get("reason") or "" for robot in robots}
+    return str(reasons.pop()) if len(reasons) == 1 else ""
 
 
 def _spread(values: Sequence[float]) -> Spread:
@@ -247,8 +256,10 @@ def _difference(a: Group, b: Group, figure: ReportFigure, confidence: float) -> 
 
 
 def _consistency(group: Group) -> str:
-    """Describe the consistency shown by the mean NEES of independent runs; '' for too few runs."""
+    """Describe the consistency shown by the mean NEES of independent runs, or why there is none; '' for too few."""
     spread = group.spreads.get("nees.mean")
+    if group.no_nees:
+        return f"{group.label} has no NEES: {group.no_nees}"
     if spread is None or spread.low is None or spread.high is None:
         return ""
     told = f"NEES {spread.mean:.2f} [{spread.low:.2f}, {spread.high:.2f}], {STATES} expected"

@@ -35,7 +35,7 @@ def error_plot(comparison: Comparison) -> Drawing | None:
 def nees_plot(comparison: Comparison) -> Drawing | None:
     """Draw the NEES of all groups over time, averaged over runs, with the band of a consistent estimator."""
     figure, (axes,) = sheet(1, height=4.2)
-    drawn = [group for group in comparison.groups if group.series]
+    drawn = [group for group in comparison.groups if group.series and not group.no_nees]
     if not drawn:
         return None
     most = max(len(group.series) for group in drawn)
@@ -44,7 +44,7 @@ def nees_plot(comparison: Comparison) -> Drawing | None:
     axes.axhline(STATES, color=TRUTH, lw=0.8)
     for color, width, group in _styled(comparison.groups):
         time, values = mean_of(list(group.series.values()), lambda series: series.nees)
-        if len(time):
+        if len(time) and not group.no_nees:
             axes.plot(time, values, color=color, lw=width, label=group.label)
     averaged = "one run each" if most == 1 else f"averaged over up to {most} runs"
     axes.set(xlabel="time [s]", ylabel="NEES", title=f"Consistency, {averaged}")

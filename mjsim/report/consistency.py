@@ -17,6 +17,8 @@ STATES = 3
 """Number of states of a pose: x, y, heading."""
 PROBABILITY = 0.95
 """Probability that a value of a consistent estimator is between two-sided bounds."""
+NO_ESTIMATOR = "no estimator"
+"""Reason why a robot with dead reckoning alone has no NEES."""
 
 
 def chi_square_bounds(freedom: float, *, count: float = 1.0) -> tuple[float, float]:
@@ -64,22 +66,27 @@ def independent_count(values: Array) -> float:
     return float(np.clip(count / max(time, 1.0), 1.0, count))
 
 
-def nees_figures(nees: Array) -> dict[str, Any]:
+def nees_figures(nees: Array | None) -> dict[str, Any]:
     """Return statistics of the NEES of a run.
 
     Args:
-        nees: NEES of each tick, shape (N,); NaN where the covariance is singular.
+        nees: NEES of each tick, shape (N,); NaN where the covariance is singular. None without an estimator: dead
+            reckoning has a NEES too, but nobody claimed its covariance.
 
     Returns:
         `mean`; `in_band`, the proportion of ticks between the bounds `band` of one tick; `singular`, the number of
-        ticks without NEES; `mean_band`, the bounds of the mean for the effective number of `independent` values.
+        ticks without NEES; `mean_band`, the bounds of the mean for the effective number of `independent` values;
+        `reason`, why there is no mean, or None.
     """
-    regular = nees[np.isfinite(nees)]
+    given = np.zeros(0) if nees is None else nees
+    regular = given[np.isfinite(given)]
     independent = independent_count(regular)
+    without = NO_ESTIMATOR if nees is None else "no covariance is regular"
     return {
         **_figures(regular, STATES, independent),
-        "singular": int(len(nees) - len(regular)),
+        "singular": int(len(given) - len(regular)),
         "independent": independent if len(regular) else None,
+        "reason": None if len(regular) else without,
     }
 
 

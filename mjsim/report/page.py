@@ -56,7 +56,7 @@ def _files(recording: Recording, figures: dict[str, Any], formats: Sequence[str]
     sections = []
     for robot, track in recording.robots.items():
         part = None if stands(recording.world, robot) else known_part(track)
-        drawn = {} if part is None else _draw(recording.world, part)
+        drawn = {} if part is None else _draw(recording.world, part, estimated=recording.has_estimator(robot))
         with np.errstate(over="ignore", invalid="ignore"):
             pictures = {name: png_of(figure) for name, figure in drawn.items()}
             plots = drawing_files(drawn, formats, pictures=pictures)
@@ -78,11 +78,12 @@ def _files(recording: Recording, figures: dict[str, Any], formats: Sequence[str]
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def _draw(world: World, track: Track) -> dict[str, "Figure"]:
-    """Return the plots of a track by name."""
+def _draw(world: World, track: Track, *, estimated: bool) -> dict[str, "Figure"]:
+    """Return the plots of a track by name; dead reckoning alone has no NEES."""
     from mjsim.report.plots import PLOTS
 
-    return {name: figure for name, draw in PLOTS if (figure := draw(world, track)) is not None}
+    wanted = [(name, draw) for name, draw in PLOTS if estimated or name != "nees"]
+    return {name: figure for name, draw in wanted if (figure := draw(world, track)) is not None}
 
 
 def _drawn_arms(recording: Recording, robot: str) -> Iterator[tuple[str, dict[str, "Figure"]]]:

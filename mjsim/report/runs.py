@@ -124,7 +124,9 @@ def _series(track: Track, *, estimated: bool) -> Series:
     return Series(
         time=track.time[rows],
         position_error_m=metrics.position_errors(truth, estimate),
-        nees=metrics.normalised_errors(truth, estimate, track.covariance[rows]),
+        nees=metrics.normalised_errors(truth, estimate, track.covariance[rows])
+        if estimated
+        else np.full(len(truth), np.nan),
         truth=truth[:, :2],
         estimate=estimate[:, :2],
         estimated=estimated,

@@ -60,7 +60,14 @@ def statistics_file(recording: Recording) -> dict[str, Any]:
             "milliseconds": _module_times(recording),
         },
         "robots": {
-            name: robot_statistics(recording.world, name, track, lifted=lifts(recording, name)) | _arms(recording, name)
+            name: robot_statistics(
+                recording.world,
+                name,
+                track,
+                lifted=lifts(recording, name),
+                estimated=recording.has_estimator(name),
+            )
+            | _arms(recording, name)
             for name, track in recording.robots.items()
         },
     }
@@ -68,7 +75,9 @@ def statistics_file(recording: Recording) -> dict[str, Any]:
     return plain
 
 
-def robot_statistics(world: World, name: str, track: Track, *, lifted: Sequence[float] = ()) -> dict[str, Any]:
+def robot_statistics(
+    world: World, name: str, track: Track, *, lifted: Sequence[float] = (), estimated: bool = True
+) -> dict[str, Any]:
     """Return the statistics of one robot; those of an estimate are None for a robot without a driver.
 
     Args:
@@ -77,6 +86,7 @@ def robot_statistics(world: World, name: str, track: Track, *, lifted: Sequence[
         track: Its recorded data.
         lifted: Times at which it was moved elsewhere [s]: these moves are not driven distance, but the error still
             counts.
+        estimated: Whether an estimator gave the estimate; dead reckoning has no NEES.
     """
     placed = np.isfinite(track.truth).all(axis=1)
     positions, times = track.truth[placed, :2], track.time[placed]
@@ -88,7 +98,7 @@ def robot_statistics(world: World, name: str, track: Track, *, lifted: Sequence[
         **(
             dict.fromkeys(ESTIMATE_FIGURES)
             if believed is None
-            else _estimate_figures(world, track, believed, lifted=lifted)
+            else _estimate_figures(world, track, believed, lifted=lifted, estimated=estimated)
         ),
         **_pose_figures(track.truth_pose[placed]),
         "distance_m": float(steps.sum()),
@@ -144,7 +154,9 @@ def lifts(recording: Recording, name: str) -> list[float]:
     return [event.time for event in moves if event.time >= recording.time[0]]
 
 
-def _estimate_figures(world: World, track: Track, part: Track, *, lifted: Sequence[float]) -> dict[str, Any]:
+def _estimate_figures(
+    world: World, track: Track, part: Track, *, lifted: Sequence[float], estimated: bool
+) -> dict[str, Any]:
     """Return the statistics under the keys of ESTIMATE_FIGURES, for the part of a track with truth and estimate."""
     errors = metrics.position_errors(part.truth, part.estimate)
     turned = np.abs(np.degrees(metrics.heading_errors(part.truth, part.estimate)))
@@ -155,7 +167,9 @@ def _estimate_figures(world: World, track: Track, part: Track, *, lifted: Sequen
         **({} if wheels is None else _path_figures(part.truth, wheels, ODOMETRY_FIGURES)),
         **_final_figures(part),
         "rpe_deg": metrics.spread(np.degrees(metrics.relative_turn_errors(part.truth, part.estimate))),
-        "nees": nees_figures(metrics.normalised_errors(part.truth, part.estimate, part.covariance)),
+        "nees": nees_figures(
+            metrics.normalised_errors(part.truth, part.estimate, part.covariance) if estimated else None
+        ),
         "nis": nis_figures(normalised_innovations(track)[1]),
         "landmark_error_m": landmark_figures(world, track),
         "transient": transient_errors(part.time, errors, turned),

@@ -34,6 +34,8 @@ def key_figures(robot: dict[str, Any]) -> list[tuple[str, str, str]]:
         if value is not None:
             wheels = figure_value(robot, figure.odometry) if figure.odometry else None
             rows.append((figure.heading, figure.text(value), "" if wheels is None else figure.text(wheels)))
+        elif figure.key == "nees.mean" and (reason := (robot.get("nees") or {}).get("reason")):
+            rows.append((figure.heading, reason, ""))
     return rows
 
 

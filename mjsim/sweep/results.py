@@ -10,7 +10,7 @@ from typing import Any
 from mjsim.sweep.plan import SweepPlan
 from mjsim.sweep.store import Store
 from mjsim.sweep.summary import INTERVAL, summary_of, summary_rows
-from mjsim.sweep.table import csv_text, parquet, rows_of
+from mjsim.sweep.table import csv_text, no_nees, parquet, rows_of
 from mjsim.sweep.worker import Outcome
 
 KEY_FIGURES = {
@@ -54,7 +54,7 @@ def write_results(
     from mjsim.sweep.plots import plots
 
     rows = rows_of(plan, outcomes, robots)
-    summary = summary_of(plan, rows)
+    summary = summary_of(plan, rows, no_nees=no_nees(outcomes))
     store.write("table.csv", csv_text(rows))
     if importlib.util.find_spec("pyarrow"):
         store.write("table.parquet", parquet(rows))
@@ -82,6 +82,8 @@ def key_lines(summary: Mapping[str, Any]) -> list[str]:
             lines += [
                 f"  {head:<22}{_interval(figures[name])}" for name, head in KEY_FIGURES.items() if name in figures
             ]
+            if robot in case["no_nees"]:
+                lines.append(f"  {KEY_FIGURES['nees.mean']:<22}{case['no_nees'][robot]}")
     return [*lines, f"[{INTERVAL}]"]
 
 

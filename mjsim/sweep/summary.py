@@ -1,6 +1,7 @@
 """Means over seeds, with confidence intervals."""
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -58,8 +59,16 @@ def spread(values: Array, *, most: float = np.inf) -> dict[str, float | int | No
     }
 
 
-def summary_of(plan: SweepPlan, rows: Sequence[Row]) -> dict[str, Any]:
-    """Return the content of summary.json: for each case and robot the spread of each statistic over the seeds."""
+def summary_of(
+    plan: SweepPlan, rows: Sequence[Row], *, no_nees: Mapping[tuple[int, str], str] = MappingProxyType({})
+) -> dict[str, Any]:
+    """Return the content of summary.json: for each case and robot the spread of each statistic over the seeds.
+
+    Args:
+        plan: Of the sweep.
+        rows: Its table.
+        no_nees: By case and robot: the reason why no run has a NEES.
+    """
     names = figure_names(plan, rows)
     robots = list(dict.fromkeys(row["robot"] for row in rows))
     cases = []
@@ -72,6 +81,7 @@ def summary_of(plan: SweepPlan, rows: Sequence[Row]) -> dict[str, Any]:
                 "runs": len(plan.seeds),
                 "failed": sum(row["error"] is not None for row in own if row["robot"] == robots[0]),
                 "robots": {robot: _figures([row for row in own if row["robot"] == robot], names) for robot in robots},
+                "no_nees": {robot: no_nees[number, robot] for robot in robots if (number, robot) in no_nees},
             }
         )
     return {"confidence": CONFIDENCE, "interval": INTERVAL, "cases": cases}

@@ -3,7 +3,7 @@
 import csv
 import io
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from mjsim.sweep.plan import SweepPlan
@@ -41,6 +41,17 @@ def rows_of(plan: SweepPlan, outcomes: Sequence[Outcome], robots: Sequence[str])
         for outcome, each in zip(outcomes, found, strict=True)
         for robot in robots
     ]
+
+
+def no_nees(outcomes: Iterable[Outcome]) -> dict[tuple[int, str], str]:
+    """Return the reason why no run has a NEES, by case and robot, for those of which none has one."""
+    reasons: dict[tuple[int, str], set[str | None]] = {}
+    for outcome in outcomes:
+        for robot, figures in outcome["robots"].items():
+            nees = figures.get("nees")
+            if nees is not None:
+                reasons.setdefault((outcome["case"], robot), set()).add(nees.get("reason"))
+    return {key: next(iter(each)) or "" for key, each in reasons.items() if len(each) == 1 and None not in each}
 
 
 def figure_names(plan: SweepPlan, rows: Sequence[Row]) -> list[str]:

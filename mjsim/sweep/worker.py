@@ -62,20 +62,22 @@ def _figures(recording: Recording) -> Outcome:
     figures = statistics_file(recording)
     clock = {key: figures["run"].pop(key) for key in ("wall_seconds", "real_time_factor", "milliseconds")}
     series = {
-        name: {**_series(track), "estimated": recording.has_estimator(name)}
+        name: _series(track, estimated=recording.has_estimator(name))
         for name, track in recording.robots.items()
         if np.isfinite(track.estimate).all()
     }
     return {**figures, "series": series, "clock": clock}
 
 
-def _series(track: Track) -> dict[str, list[float | None]]:
-    """Return NEES, errors and paths over time, at MOST_POINTS ticks at most."""
+def _series(track: Track, *, estimated: bool) -> dict[str, Any]:
+    """Return NEES, errors and paths over time, at MOST_POINTS ticks at most; dead reckoning has no NEES."""
     rows = slice(None, None, -(-len(track.time) // MOST_POINTS))
     truth, estimate = track.truth[rows], track.estimate[rows]
     columns = {
         "time": track.time[rows],
-        "nees": metrics.normalised_errors(truth, estimate, track.covariance[rows]),
+        "nees": metrics.normalised_errors(truth, estimate, track.covariance[rows])
+        if estimated
+        else np.full(len(truth), np.nan),
         "position_error_m": metrics.position_errors(truth, estimate),
         "odometry_error_m": metrics.position_errors(truth, track.odometry[rows]),
         **_path("truth", truth),

@@ -295,4 +295,5 @@ def test_an_estimate_beyond_all_numbers_gives_null_where_a_figure_overflows():
     assert figures["scout"]["position_error_m"]["rmse"] is None
     assert figures["scout"]["nees"] | {"band": None} == {
         "mean": None, "in_band": None, "band": None, "mean_band": None, "singular": 5, "independent": None,
+        "reason": "no covariance is regular",
     }  # fmt: skip

@@ -71,7 +71,7 @@ def test_the_page_is_told_what_the_command_says(page, folder):
 def test_other_worlds_are_a_one_line_error(page, folder):
     told = ask(page, "noisy-1.mcap", "hall-1.mcap").json()
     assert [group["label"] for group in told["groups"]] == ["room", "hall"]
-    assert "the worlds of these runs differ in walls" in told["know"][0]
+    assert any("the worlds of these runs differ in walls" in line for line in told["know"])
     assert not [line for line in ask(page, "noisy-1.mcap", "clean-1.mcap").json()["know"] if "worlds" in line]
 
 

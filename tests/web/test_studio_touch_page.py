@@ -159,7 +159,7 @@ def test_a_tool_is_dragged_on_the_plan_and_its_arm_given_back_and_both_are_kept(
         drag(page, start, goal)
         until(studio, page, lambda tick: near(tool_at(tick), *goal))
         drag(page, goal, (3.8, 3.8))
-        expect(page.locator(".toast.error")).to_contain_text("does not reach")
+        expect(page.locator(".toasts")).to_contain_text("The tool of arm of r cannot reach that point")
         pick(page, goal, "Return control to its navigator")
         page.get_by_role("tab", name="Events").click()
         page.get_by_role("button", name="Keep 2 as events").click()
