@@ -91,7 +91,7 @@ def _mend_urdf(root: Element, path: str) -> Iterator[str]:
         has = link.find("collision") is not None
         if inertial is None:
             if heavy and has:
-                yield f"{path}: link '{name}' has no mass; its shapes weigh 1000 kg/m^3 instead"
+                yield f"{path}: link '{name}' has no mass; its shapes get a density of 1000 kg/m^3 instead"
             continue
         mass, inertia = inertial.find("mass"), inertial.find("inertia")
         weight = number_of(mass.get("value") if mass is not None else None)

@@ -44,4 +44,4 @@ def test_a_part_without_any_mass_weighs_what_its_shapes_do_and_is_named(tmp_path
     links = {"base": BARE.format(size="0.4 0.3 0.1"), "l": tyre(0.08, 0.03), "r": tyre(0.08, 0.03)}
     (tmp_path / "robot.urdf").write_text(robot(links, WHEELS))
     made = bring_robot(tmp_path / "robot.urdf", name="r", options=RobotOptions(), packages={}, arguments={})
-    assert any("link 'base' has no mass; its shapes weigh 1000 kg/m^3 instead" in line for line in made.report)
+    assert any("'base' has no mass; its shapes get a density of 1000 kg/m^3 instead" in line for line in made.report)

@@ -1,8 +1,8 @@
 function [force, state] = hold_pole(fast, wanted, robot, state)
-% HOLD_POLE  Force on the cart [N] that holds its pole upright and brings the cart to its goal.
+% HOLD_POLE  Force on the cart [N] that balances its pole and moves the cart to its goal.
 %
-% State feedback u = -K x, by Ackermann's formula at the first call; x holds way and angle from where they shall be, and
-% their rates [m, rad, m/s, rad/s].
+% State feedback u = -K x, by Ackermann's formula at the first call; x contains the deviations of position and angle
+% from their goals, and their rates [m, rad, m/s, rad/s].
 %
 % K. Ogata, Modern Control Engineering, 5th edition (2010), section 10.2.
 if isempty(state)
@@ -27,7 +27,7 @@ B(3:4) = M \ [1; 0];
 end
 
 function K = placed(A, B, poles)
-% Return the feedback that puts the poles of A - B K there.
+% Return the feedback gain that places the poles of A - B K.
 n = size(A, 1);
 reach = zeros(n);
 for k = 1:n

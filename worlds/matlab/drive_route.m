@@ -1,9 +1,9 @@
 function [cmd, state] = drive_route(obs, est, robot, state)
-% DRIVE_ROUTE  Drive from point to point, again and again: turn towards the next one, faster the better it is ahead.
+% DRIVE_ROUTE  Drive from point to point repeatedly: turn towards the next one, drive faster when it is ahead.
 %
 % robot.options.points  n x 2, in the frame of the estimate [m]
-% robot.options.speed   on straight lines [m/s]; 0.5 unless given
-% robot.options.near    how near counts as reached [m]; 0.4 unless given
+% robot.options.speed   speed on straight lines [m/s]; default 0.5
+% robot.options.near    distance at which a point counts as reached [m]; default 0.4
 if isempty(state)
     state.next = 1;
     state.speed = 0.5;

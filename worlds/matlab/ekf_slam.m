@@ -1,8 +1,8 @@
 function [est, state] = ekf_slam(obs, robot, state)
-% EKF_SLAM  Pose and map of named beacons in one Gaussian, from odometry and range and bearing.
+% EKF_SLAM  Joint Gaussian estimate of the pose and a map of named beacons, from odometry, range and bearing.
 %
-% robot.options.gate    largest squared Mahalanobis distance of a sighting that counts; all count unless given
-% robot.options.joint   true to return the joint covariance, for the report's figures of the map
+% robot.options.gate    maximum squared Mahalanobis distance of a sighting; default: no gate
+% robot.options.joint   true to return the joint covariance, for the map statistics of the report
 %
 % S. Thrun, W. Burgard, D. Fox, Probabilistic Robotics, 2005, table 10.1, with the covariances of this robot.
 if isempty(state)
@@ -35,7 +35,7 @@ end
 end
 
 function state = predict(state, u)
-% Move the pose by odometry, told in the robot's frame.
+% Predict the pose by odometry, which is in the robot's frame.
 c = cos(state.x(3));
 s = sin(state.x(3));
 d = [c -s; s c] * [u.forward; u.left];
@@ -49,7 +49,7 @@ state.P(4:end, 1:3) = state.P(1:3, 4:end)';
 end
 
 function [state, nu, S, counts] = correct(state, places, z, R)
-% Correct by sightings of landmarks in the map, all of one moment together.
+% Correct by the sightings of mapped landmarks, all simultaneous ones together.
 k = numel(places);
 n = numel(state.x);
 nu = zeros(2, k);
@@ -89,7 +89,7 @@ state.P = state.P - W' * W;
 end
 
 function state = add(state, id, z, R)
-% Write a new landmark behind the others.
+% Append a new landmark to the state.
 c = cos(state.x(3) + z(2));
 s = sin(state.x(3) + z(2));
 d = z(1) * [c; s];
@@ -112,13 +112,13 @@ covariances = reshape(state.P([first; first + 1; first + size_of; first + size_o
 end
 
 function value = option(robot, name, value)
-% Return an option, or what is given where it is not there.
+% Return an option, or its default.
 if isfield(robot.options, name)
     value = robot.options.(name);
 end
 end
 
 function angle = wrap(angle)
-% Return the same direction in [-pi, pi).
+% Return an angle wrapped to [-pi, pi) [rad].
 angle = mod(angle + pi, 2 * pi) - pi;
 end

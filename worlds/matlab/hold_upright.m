@@ -1,8 +1,8 @@
 function [tau, state] = hold_upright(fast, wanted, robot, state)
 % HOLD_UPRIGHT  Torques of the left and the right wheel [N m] that hold a balancing base upright and follow commands.
 %
-% State feedback by a linear quadratic regulator, designed at the first call from the robot's own numbers. The pitch is
-% the gyroscope's rate summed, corrected slowly by the accelerometer.
+% State feedback by a linear quadratic regulator, designed at the first call from the robot's parameters. The pitch is
+% integrated from the gyroscope, with slow correction by the accelerometer.
 %
 % F. Grasser et al., JOE: A Mobile, Inverted Pendulum, IEEE Transactions on Industrial Electronics 49(1), 2002.
 base = robot.balancing;
@@ -47,7 +47,7 @@ tau = [push - twist; push + twist] / 2;
 end
 
 function [A, B] = upright_model(base, radius)
-% Return x' = A x + B u for way, pitch and their rates; u is the torque of both motors together.
+% Return x' = A x + B u for distance, pitch and their rates; u is the sum of both motor torques.
 m = base.body_mass;
 h = base.center;
 whole = m + 2 * base.wheel_mass + 2 * base.wheel_inertia / radius^2;
@@ -59,7 +59,7 @@ B(3:4) = M \ [1 / radius; -1];
 end
 
 function K = regulator(A, B, Q, R, dt)
-% Return the feedback of the sampled model, by iterating the Riccati equation until it stands.
+% Return the feedback gain of the sampled model, by iterating the Riccati equation until it converges.
 n = size(A, 1);
 both = expm([A, B; zeros(1, n + 1)] * dt);
 A = both(1:n, 1:n);
@@ -76,6 +76,6 @@ end
 end
 
 function value = near(value, middle, most)
-% Return the value nearest to one that is wanted, at most so far from a middle.
+% Return the value closest to a wanted one within a maximum distance from a centre.
 value = max(middle - most, min(middle + most, value));
 end

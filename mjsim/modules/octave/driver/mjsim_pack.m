@@ -1,8 +1,8 @@
 function packed = mjsim_pack(value, fields)
 % MJSIM_PACK  Return fields of a struct as a column of doubles; the field '' is the value itself.
 %
-% Each is: kind (0 is not there, 1 numbers, 2 a text that tells what it is, 3 JSON), count of dimensions, dimensions,
-% entries.
+% Each field consists of its kind (0 missing, 1 numbers, 2 a text that describes its type, 3 JSON), the number of
+% dimensions, the dimensions, and the entries.
 parts = cell(numel(fields), 1);
 for k = 1:numel(fields)
     name = fields{k};

@@ -1,9 +1,9 @@
 function mjsim_serve(name, file, requests, answers)
-% MJSIM_SERVE  Answer what mjsim asks the function NAME, in FILE, until nothing more is asked.
+% MJSIM_SERVE  Call the function NAME, in FILE, for each request of mjsim, until there are no more.
 %
-% A request is six numbers (kind, layout, length of its code, count of ends, of numbers, of bytes), then the code of the
-% layout where it is new, then ends and numbers as doubles, then bytes. An answer is a count, and as many doubles: the
-% first is 0 for an answer, 1 for an error.
+% A request is six numbers (kind, layout, length of its code, number of ends, of numbers, of bytes), then the code of
+% the layout if it is new, then ends and numbers as doubles, then bytes. An answer is a count, and that many doubles:
+% the first is 0 for a result, 1 for an error.
 in = fopen(requests, 'r');
 out = fopen(answers, 'w');
 layouts = {};
@@ -41,14 +41,14 @@ while true
     catch err
         answer = [1; mjsim_fault(err)];
     end
-    % All of it is ready before a byte is written.
+    % The whole answer is ready before the first byte is written.
     fwrite(out, [numel(answer); answer], 'double');
     fflush(out);
 end
 end
 
 function call = mjsim_find(name, file, seeds)
-% Return the function, once it has been read, with chance that begins anew.
+% Return the function after reading its file, with newly seeded random generators.
 found = which(name);
 if ~strcmp(found, file)
     error('mjsim:name', 'the name %s stands for %s; rename one of them', name, found);
@@ -63,7 +63,7 @@ randp('twister', seeds(:, 5));
 end
 
 function text = mjsim_fault(err)
-% Return message and stack as bytes, a line for each frame, the innermost first.
+% Return message and stack as bytes, one line per frame, innermost first.
 text = [err.message char(10) char(1)];
 for k = 1:numel(err.stack)
     frame = err.stack(k);
