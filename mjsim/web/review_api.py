@@ -88,10 +88,10 @@ class ReviewApi:
         orbit = None
         if "distance" in request.query_params:
             orbit = Orbit(
-                azimuth=math.radians(_number(request, "azimuth_deg")),
-                elevation=math.radians(_number(request, "elevation_deg")),
-                distance=max(_number(request, "distance"), 0.1),
-                at=(_number(request, "x"), _number(request, "y")),
+                azimuth=math.radians(_number(request, "azimuth_deg", most=1e6)),
+                elevation=math.radians(_number(request, "elevation_deg", most=90.0)),
+                distance=max(_number(request, "distance", most=1000.0), 0.1),
+                at=(_number(request, "x", most=1e6), _number(request, "y", most=1e6)),
             )
         data = opened.picture(_number(request, "time"), request.query_params.get("view", "overview"), orbit=orbit)
         return Response(data, media_type="image/jpeg", headers=HEADERS)
@@ -188,7 +188,7 @@ class ReviewApi:
         return path, self._shelf.open(self._folder.path(path))
 
 
-def _number(request: Request, name: str) -> float:
+def _number(request: Request, name: str, *, most: float = math.inf) -> float:
     """Return a number in a request's address."""
     text = request.query_params.get(name, "")
     try:
@@ -197,4 +197,6 @@ def _number(request: Request, name: str) -> float:
         value = math.nan
     if not math.isfinite(value):
         raise RefusedError(400, f"{name} is {text!r:.40}; it must be a number")
+    if abs(value) > most:
+        raise RefusedError(400, f"{name} is {value:g}; it must be from {-most:g} to {most:g}")
     return value

@@ -226,6 +226,11 @@ def test_a_dropped_file_is_kept_only_if_it_is_a_recording(page, folder):
         ("/api/recording/tick", {"path": RUN, "time": "nan"}, 400, "time is 'nan'; it must be a number"),
         ("/api/recording/picture", {"path": RUN, "time": 1, "view": "scout/bakc"}, 400, "no camera 'scout/bakc'"),
         ("/api/recording/picture", {"path": RUN, "time": 1, "view": "nobody/chase"}, 400, "no camera 'nobody/chase'"),
+        (
+            "/api/recording/picture",
+            {"path": RUN, "time": 1, "view": "outside", "azimuth_deg": 0, "elevation_deg": 0, "distance": 1e308},
+            *(400, "distance is 1e+308; it must be from -1000 to 1000"),
+        ),
         ("/api/recording/statistics", {"path": RUN, "from": 1.01, "to": 1.02}, 400, "no tick is between"),
         ("/api/job", {"id": "none"}, 404, "no film of that name"),
         ("/api/file", {"path": "secret.txt"}, 403, "is not in 'out'"),

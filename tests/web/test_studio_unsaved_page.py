@@ -154,6 +154,9 @@ def test_a_server_that_is_killed_while_somebody_types_loses_nothing_that_it_kept
             found.get_by_role("button", name="Download").click()
         assert download.value.suggested_filename == "room.yaml"
         assert download.value.path().read_text().endswith(f"{count},late")
+        # Every view says so; nothing of it is left to the browser's console.
+        page.get_by_role("tab", name="Review", exact=True).click()
+        expect(page.locator(".toast", has_text="The studio does not answer")).to_be_visible()
     with command(tmp_path) as (url, _), page_at(browser, url) as page:
         page.get_by_role("button", name="Restore").click()
         opened(page, "# 1,2,3")

@@ -121,14 +121,18 @@ export class ReviewView implements View {
   }
 
   shown(): void {
-    void this.studio.refresh().then(() => {
-      this.library.show(this.recording?.path ?? null);
-      if (!this.recording) this.showEmpty();
-    });
+    void this.list();
     this.library.show(this.recording?.path ?? null);
     const wanted = this.studio.recording;
     this.studio.recording = null;
     if (wanted) void this.open(wanted);
+  }
+
+  /** Show what is in the folder now. */
+  private async list(): Promise<void> {
+    await this.studio.refresh().catch((error) => this.studio.toasts.error(error));
+    this.library.show(this.recording?.path ?? null);
+    if (!this.recording) this.showEmpty();
   }
 
   hidden(): void {
