@@ -131,7 +131,7 @@ class Bridge(Closes):
         for each in self._ros.messages(tick.time, ticks):
             self._bus.send(each)
 
-    # Services, in the bus's thread.
+    # Services run in the bus's thread.
 
     def _pause(self, request: Any) -> tuple[bool, str]:
         if request.data:

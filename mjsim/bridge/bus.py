@@ -69,7 +69,7 @@ class Bus(Closes):
             _keep_to_loopback(domain)
         self._writers: dict[RosTopic, Any] = {}
         self._sample_types: dict[RosTopic, Any] = {}
-        # A service may wait for what it has begun; commands do not wait for it.
+        # A service may wait for what it has started; commands do not wait for it.
         self._topics = Listener(self._participant, name="mjsim-bridge")
         self._services = Listener(self._participant, name="mjsim-services")
 
@@ -148,7 +148,7 @@ def _keep_to_loopback(domain: int) -> None:
     another machine could send commands to their ports.
     """
     if not hasattr(socket, "SO_BINDTODEVICE"):
-        return  # of Linux alone
+        return  # Linux only
     first = FIRST_PORT + PORTS * domain
     for descriptor in map(int, os.listdir("/proc/self/fd")):
         # It may have been closed meanwhile; before Linux 5.7 only root may bind.

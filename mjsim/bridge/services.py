@@ -42,7 +42,7 @@ def offer(bus: Bus, service: str, kind: str, answer: Answer) -> None:
 
     def take(request: Any) -> None:
         done, sentence = answer(request)
-        # The client knows its own by its id and the number of its request.
+        # The client recognises its own by its id and the number of its request.
         bus.send(Outgoing(response_topic, make(request.guid, request.number, done, sentence)), space="rr")
 
     bus.receive(request_topic, take, space="rq")

@@ -21,7 +21,7 @@ def complete_world(incomplete: str) -> list[str]:
     return sorted(word for word in words if word.startswith(incomplete))
 
 
-# Text, since a Path forgets the "./" by which a folder is told from a shipped world.
+# Text, because a Path drops the "./" that distinguishes a folder from a shipped world.
 WorldFile = Annotated[
     str,
     typer.Argument(

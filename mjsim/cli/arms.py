@@ -89,7 +89,7 @@ def _drive(name: str, end: str | None, *, no_browser: bool) -> None:
         else:
             say(f"opening {page.address} in your browser; Ctrl-C stops")
             page.open(failed=print_address)
-        # This is how it is meant to end.
+        # This is the intended way to end it.
         with suppress(KeyboardInterrupt), session:
             session.result()
 

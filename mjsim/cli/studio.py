@@ -57,7 +57,7 @@ def studio(
         else:
             say(f"the studio is at {page.address} and opens in your browser; Ctrl-C stops it")
             page.open(failed=lambda: _print_address(page))
-        # This is how it is meant to end.
+        # This is the intended way to end it.
         with suppress(KeyboardInterrupt):
             page.wait()
 

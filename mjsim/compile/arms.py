@@ -90,7 +90,7 @@ def _add_model(
         originals[key] = original_of(spec, item.file_arm, key=f"arm:model{len(originals) + 1}")
     stand = add_stand(base, item.file_arm, name=name, placed=_placed(item.arm.base))
     add_shapes(spec, stand, bodies, item, originals[key], name=name)
-    # What an arm stands on may reach into its first links, as the base of a table's arm does.
+    # The carrier of an arm may overlap its first links, as the base of a table's arm does.
     pairs = {("world", bodies[0].name), (base.name, bodies[0].name)}
     for first, second in passing(item):
         pairs.add((stand.name if first < 0 else bodies[first].name, bodies[second].name))
@@ -135,12 +135,12 @@ def _add_joint(body: mujoco.MjsBody, link: Link, name: str, start: float) -> Non
         ref=_spec_value(link, start),
         limited=limited,
         armature=link.armature,
-        # A motor's dry friction differs both ways; the scene has the mean.
+        # A motor's dry friction depends on direction; the scene has the mean.
         frictionloss=abs(link.gear) * (link.coulomb[0] - link.coulomb[1]) / 2.0,
     )
     joint.damping[0] = link.viscous * link.gear**2
     if limited:
-        # A bound that is not there is far away.
+        # A missing bound is far away.
         joint.range = [_spec_value(link, max(link.lower, -1e3)), _spec_value(link, min(link.upper, 1e3))]
 
 
@@ -228,11 +228,12 @@ def set_exact_masses(model: mujoco.MjModel, world: World) -> None:
         return
     for name, solid in solids:
         body, axes = model.body(name), np.zeros(9)
-        # The principal axes are the compiled ones: the boxes around geoms, by which contacts are found, lie along them.
+        # The principal axes are the compiled ones: the bounding boxes of geoms, used for finding contacts, are aligned
+        # with them.
         mujoco.mju_quat2Mat(axes, body.iquat)
         principal = axes.reshape(3, 3).T @ tensor(solid.inertia) @ axes.reshape(3, 3)
         body.mass[0], body.inertia[:] = solid.mass, np.diagonal(principal)
-    # It works out statistics anew as well, of which cameras have their own.
+    # It also recomputes statistics, of which cameras have their own.
     extent, center = model.stat.extent, model.stat.center.copy()
     mujoco.mj_setConst(model, mujoco.MjData(model))
     model.stat.extent, model.stat.center[:] = extent, center

@@ -45,7 +45,7 @@ def add_body(
             group=TOUCHED if body.look else SEEN,
             priority=1,
             friction=[BUMPER_FRICTION, 0.005, 0.0001],
-            # Twice as stiff as MuJoCo's default: at 2 m/s it gives way by a centimetre.
+            # Twice as stiff as MuJoCo's default: at 2 m/s it yields by a centimetre.
             solref=[0.01, 1.0],
             margin=BUMPER_TRAVEL,
             gap=BUMPER_TRAVEL,
@@ -94,11 +94,11 @@ def _set_mass(base: mujoco.MjsBody, body: PlainBody, *, low: float, mass: float,
     """Set the mass of the base, even over the outline; it lies low, like batteries, unless the body sets it."""
     half = (body.height - low) / 2
     (x, y), (xx, yy, xy) = _spread(body)
-    # A quarter of the way across, as high up as that, and never above the middle.
+    # The centre of mass is as high as a quarter of the body's width, and never above its middle.
     middle = min(low + half, max(low, math.sqrt(xx + yy) / math.sqrt(2.0)))
     upright = min(half, middle) ** 2 / 3
     if isinstance(body, BoxBody) and body.middle is not None:
-        # What balances says where its mass is.
+        # A balancing body states the position of its mass.
         middle, upright = body.middle, half**2 / 3
     base.explicitinertial = True
     base.mass, base.ipos = mass, [0.0 if balanced else x, 0.0 if balanced else y, middle]

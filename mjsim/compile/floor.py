@@ -26,7 +26,7 @@ def add_floor(spec: mujoco.MjSpec, world: World, lower: Array, upper: Array) -> 
     around = AROUND_WALLS if world.walls else AROUND_NOTHING
     center = (lower[:2] + upper[:2]) / 2
     if floor.texture is not None:
-        # MuJoCo counts tiles from the middle of a tile at the plane's centre.
+        # MuJoCo counts tiles from the centre of a tile at the plane's centre.
         center = (np.floor(center / floor.tile) + 0.5) * floor.tile
         _add_tiles(spec, world, "floor", floor.texture, floor.tile)
     half = np.maximum(upper[:2] - center, center - lower[:2]) + around

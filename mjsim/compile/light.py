@@ -45,7 +45,7 @@ def add_general_light(spec: mujoco.MjSpec, level: float, lower: Array, upper: Ar
     headlight.ambient = [level * value for value in EVEN]
     headlight.diffuse = [level * TOWARDS_VIEWER] * 3
     headlight.specular = [0.0, 0.0, 0.0]
-    # MuJoCo lets what no light shines on glow; one that is there and dark does not.
+    # MuJoCo makes unlit surfaces glow; a light that exists but is dark prevents this.
     headlight.active = 1
     middle, height = (lower + upper) / 2, float(np.linalg.norm(upper - lower)) / 2
     for name, towards, strength in DIRECTED:
@@ -91,7 +91,7 @@ def add_lamps(spec: mujoco.MjSpec, world: World) -> None:
         direct, indirect = lamp_light(lamp, lamp.brightness)
         spec.worldbody.add_light(
             name=name,
-            # MuJoCo's renderer of OpenGL has no light to all sides but a spot without a cone.
+            # MuJoCo's OpenGL renderer has no omnidirectional light other than a spot without a cone.
             type=mujoco.mjtLightType.mjLIGHT_SPOT,
             cutoff=180.0,
             exponent=0.0,
@@ -166,7 +166,7 @@ def divide_faces(spec: mujoco.MjSpec) -> None:
     spec.visual.quality.numquads = QUADS
     meshes = [mesh for mesh in spec.meshes if len(mesh.uservert)]
     area = sum(_area(np.reshape(mesh.uservert, (-1, 3))[np.reshape(mesh.userface, (-1, 3))]) for mesh in meshes)
-    # A triangle whose edges are just short enough has about a third of their square.
+    # The area of a triangle whose edges are just short enough is about a third of their square.
     longest = max(FINE, (3.0 * area / MOST_TRIANGLES) ** 0.5)
     for mesh in meshes:
         _divide_mesh(mesh, longest)
@@ -216,7 +216,7 @@ def divided(corners: Array, triangles: NDArray[np.int32], longest: float) -> tup
 
 def _split(triangles: NDArray[np.int32], middles: NDArray[np.int32]) -> NDArray[np.int32]:
     """Return the parts of triangles given the midpoints of their edges, -1 for undivided edges, shape (m, 3) both."""
-    # Turned so that a sole long edge comes first, and of two the whole one last.
+    # Rotated so that a single long edge comes first, and of two the undivided one last.
     has = middles >= 0
     count = has.sum(axis=1)
     turn = np.where(count == 1, has.argmax(axis=1), np.where(count == 2, (~has).argmax(axis=1) + 1, 0))

@@ -176,13 +176,13 @@ class _Builder:
         """Weld the far side of a cut joint to its body."""
         sites = []
         for side, number in (("a", ghost), ("b", body)):
-            # Both frames are one at the start.
+            # Both frames coincide at the start.
             sites.append(self._add_site(f"{name}.{side}", number, np.zeros(3)))
         added = self._spec.add_equality(
             name=self._full(f"{name}.0"), type=mujoco.mjtEq.mjEQ_WELD, name1=sites[0], name2=sites[1]
         )
         added.objtype = mujoco.mjtObj.mjOBJ_SITE
-        added.data[10] = 1.0  # as much for a torque as for a force
+        added.data[10] = 1.0  # the same for a torque and a force
         stiff(added, self._step)
 
     def _add_couplings(self) -> None:
@@ -212,7 +212,7 @@ class _Builder:
         for side, end in zip("ab", spring.ends, strict=True):
             tendon.wrap_site(self._add_site(f"{spring.name}.{side}", end.body, end.at))
         tendon.stiffness, tendon.damping = [spring.stiffness, 0.0, 0.0], [spring.damping, 0.0, 0.0]
-        # MuJoCo takes -1 for the length at the start.
+        # For MuJoCo, -1 means the initial length.
         tendon.springlength = [-1.0 if spring.rest is None else spring.rest] * 2
 
     def _tie(self, name: str, sites: tuple[str, str], *, rgba: list[float]) -> None:

@@ -334,7 +334,7 @@ def _weigh(build: _Build, part: Rigid, *, balanced: bool) -> None:
     inertia = turn @ part.inertia @ turn.T * build.heavier
     least = LIGHTEST * load
     if mass < least:
-        # Too light to be moved by what is as heavy as a robot.
+        # Too light to be moved by objects as heavy as a robot.
         mass, inertia = least, np.eye(3) * least * (0.1 * build.body.radius) ** 2
     values, vectors = np.linalg.eigh(inertia + np.eye(3) * 1e-6 * mass * build.body.radius**2)
     if np.linalg.det(vectors) < 0:
@@ -371,7 +371,7 @@ def _ways(*, seen: bool, touches: bool, base: bool, housing: bool) -> list[dict[
         return [{**solid, "group": SEEN if seen else TOUCHED}]
     if base and touches:
         return [{**solid, "group": TOUCHED}, decor]
-    # What moves on joints is hit by no rays, as wheels are.
+    # Moving parts on joints are not hit by rays, like wheels.
     return [*([{**solid, "group": RUNNING_GEAR}] if touches else []), *([decor] if seen else [])]
 
 

@@ -134,7 +134,7 @@ def _add_bodies(body: mujoco.MjsBody, model: mujoco.MjModel, *, scale: float, na
         place, turn = model.body_pos[number] * scale, model.body_quat[number]
         still = not model.body_jntnum[number] and not place.any() and turn[0] == 1.0
         if model.body_parentid[number] == 0 and still and len(bodies) == 1:
-            # The piece that everything else hangs on is the thing itself.
+            # The part to which everything else is attached is the object itself.
             bodies.append(body)
             continue
         own = model.body(number).name or str(number)
@@ -147,7 +147,7 @@ def _heavier(obstacle: ModelObstacle, model: mujoco.MjModel) -> float:
     total = float(model.body_mass.sum())
     if not total < HEAVIEST:
         raise ValueError(f"'{obstacle.model}' weighs {total:g} kg, too much for an object; check its units")
-    # What moves as a whole is what no joint of the file holds.
+    # The part that moves as a whole consists of the bodies that no joint of the file moves.
     base = float(model.body_mass[model.body_weldid == 0].sum())
     if base <= 0.0 and (obstacle.movable or obstacle.path is not None):
         raise ValueError(f"'{obstacle.model}' is movable but has no mass; give its geoms a mass or a density")
@@ -175,7 +175,7 @@ def _add_joint(body: mujoco.MjsBody, model: mujoco.MjModel, number: int, *, scal
         frictionloss=model.dof_frictionloss[axis],
     )
     joint.stiffness[0], joint.damping[0] = model.jnt_stiffness[number], model.dof_damping[axis]
-    # A scene says angles in degrees.
+    # Angles in a scene are in degrees.
     unit = scale if kind == mujoco.mjtJoint.mjJNT_SLIDE else 180.0 / np.pi
     if kind != mujoco.mjtJoint.mjJNT_BALL:
         joint.ref, joint.springref = model.qpos0[address] * unit, model.qpos_spring[address] * unit
@@ -214,7 +214,7 @@ def _mesh_corners(model: mujoco.MjModel, number: int) -> tuple[Array, NDArray[np
     ]
     if textured:
         kinds.append((model.mesh_texcoord, model.mesh_texcoordadr[number], model.mesh_facetexcoord[faces]))
-    # One number for what a corner of a triangle has, as numbers are quickly sorted.
+    # One number for the data of a triangle's corner, because numbers are sorted fast.
     keys = np.zeros(3 * model.mesh_facenum[number], dtype=np.int64)
     for _, _, indices in kinds:
         keys = keys * (int(indices.max()) + 1) + indices.ravel()

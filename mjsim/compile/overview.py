@@ -34,7 +34,7 @@ def scene_bounds(world: World, boxes: Sequence[WallBox]) -> tuple[Array, Array]:
     found = np.concatenate([*points, np.zeros((0 if points else 1, 3))])
     lower, upper = found.min(axis=0), found.max(axis=0)
     lower[2] = 0.0
-    # Even a bare floor has a size to look at.
+    # Even a bare floor has an extent.
     return np.minimum(lower, upper - [1.0, 1.0, 0.0]), np.maximum(upper, lower + 1.0)
 
 
@@ -51,7 +51,8 @@ def overview_place(lower: Array, upper: Array) -> tuple[Array, Array, Array]:
     offsets = corners - (lower + upper) / 2
     rise = math.tan(math.radians(OVERVIEW_FOV / 2)) * OVERVIEW_FILL
     depth, height = offsets @ ahead, offsets @ up
-    # Each corner asks for a distance; those at the upper and at the lower edge alike when the view is raised so far.
+    # Each corner requires a distance; those at the upper and lower edge require the same when the view is raised by
+    # this.
     above, below = np.max(height / rise - depth), np.max(-height / rise - depth)
     beside = np.max(np.abs(offsets @ right) / (rise * OVERVIEW_ASPECT) - depth)
     distance, raised = max((above + below) / 2, beside), rise * (above - below) / 2

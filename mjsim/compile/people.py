@@ -16,7 +16,7 @@ from mjsim.geometry import Array
 from mjsim.mechanics import inverted
 from mjsim.world import Person, World
 
-if TYPE_CHECKING:  # worlds without people do without it
+if TYPE_CHECKING:  # not needed for worlds without people
     from mjsim.people import Mesh, Segment
 
 EYE_FOV = 60.0
@@ -65,7 +65,7 @@ def _add_person(spec: mujoco.MjSpec, person: Person, poses: Mapping[str, Array])
 def _set_mass(body: mujoco.MjsBody, segment: "Segment") -> None:
     solid = segment.solid
     body.explicitinertial, body.mass, body.ipos = True, solid.mass, solid.center
-    # Along the axes of the segment: rays are cast at once only past bodies whose principal axes are not turned.
+    # Along the axes of the segment: batched ray casting excludes only bodies whose principal axes are not rotated.
     body.inertia = solid.inertia[:3]
 
 

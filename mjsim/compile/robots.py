@@ -113,7 +113,7 @@ def _add_base(spec: mujoco.MjSpec, robot: Robot) -> mujoco.MjsBody:
     if robot.base != "fixed":
         base.add_freejoint(name=f"{robot.name}/free")
     elif isinstance(robot.body, NoBody):
-        # Of a body without mass MuJoCo keeps the box around its geoms, by which rays find them, in the wrong place.
+        # For a massless body, MuJoCo misplaces the bounding box of its geoms, which rays use.
         base.explicitinertial, base.mass, base.inertia = True, robot.body.mass, [robot.body.mass] * 3
         base.ipos, base.iquat = [0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]
     return base
@@ -125,7 +125,7 @@ def leaning_start(robot: Robot) -> list[float]:
     back, up = -robot.drive.driven_radius * math.sin(lean), robot.drive.driven_radius * (1.0 - math.cos(lean))
     (cy, sy), (cp, sp) = ((math.cos(angle / 2), math.sin(angle / 2)) for angle in (heading, lean))
     x, y = robot.at[0] + back * math.cos(heading), robot.at[1] + back * math.sin(heading)
-    return [x, y, up, cy * cp, 0.0 - sy * sp, cy * sp, sy * cp]  # no -0.0 of one that stands upright
+    return [x, y, up, cy * cp, 0.0 - sy * sp, cy * sp, sy * cp]  # no -0.0 for an upright one
 
 
 def _add_own(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, body: PlainBody) -> None:
@@ -139,5 +139,6 @@ def _add_own(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, body: Plai
     add_body(spec, base, body, name=f"{robot.name}/body", low=low, mass=mass, balanced=robot.drive.on_casters)
     add_running_gear(spec, base, robot)
     if isinstance(robot.drive, BalancingDrive):
-        # Its axle stands lower by what its wheels are let into the floor, and its centre of mass is above the axle.
+        # Its axle is lower by the depth to which its wheels penetrate the floor, and its centre of mass is above the
+        # axle.
         base.ipos = [*base.ipos[:2], base.ipos[2] - SAGS["light"] / 2]

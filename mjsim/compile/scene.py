@@ -52,7 +52,7 @@ def compile_world(world: World) -> mujoco.MjSpec:
     add_general_light(spec, world.light, lower, upper)
     add_lamps(spec, world)
     add_matte(spec, "matte")
-    # Cameras draw geoms in this order; what is likely in front comes first, so that less is painted over.
+    # Cameras draw geoms in this order; likely foreground comes first, so that less is painted over.
     look_of = beacon_looks(spec, world)
     add_hung_beacons(spec, world, boxes, look_of)
     add_obstacles(spec, world)

@@ -117,7 +117,7 @@ def visible_faces(prisms: Prisms, *, floor: float = 0.0) -> Faces:
 def _cells(prisms: Prisms) -> tuple[NDArray[np.object_], list[Column], Whole]:
     """Return the solid cells between the outlines, the distinct columns, and the column of each cell."""
     corners = np.round(prisms.outlines / GRID).astype(np.int64)
-    # A window leaves two prisms on one outline.
+    # A window leaves two prisms with one outline.
     _, once, outline_of = _unique_rows(corners.reshape(len(corners), -1))
     corners = corners[once]
     outlines = shapely.polygons(corners * GRID)
@@ -130,7 +130,7 @@ def _cells(prisms: Prisms) -> tuple[NDArray[np.object_], list[Column], Whole]:
     outline = np.concatenate([np.flatnonzero(cut)[owner], np.flatnonzero(~cut)])
     spans = np.column_stack([prisms.low.round(6), prisms.high.round(6), prisms.look])
     kinds, kind_of = np.unique(spans, axis=0, return_inverse=True)
-    # Each outline with the prisms that stand on it.
+    # Each outline with the prisms on it.
     order = np.argsort(outline_of, kind="stable")
     some, prism = _expanded(np.bincount(outline_of), outline)
     pairs = np.unique(np.column_stack([cell[some], kind_of.ravel()[order[prism]]]), axis=0)
@@ -152,7 +152,7 @@ def _touched(corners: Whole, outlines: NDArray[np.object_]) -> NDArray[np.bool_]
     one, other = shapely.STRtree(outlines).query(outlines, predicate="dwithin", distance=2 * GRID)
     one, other = one[one < other], other[one < other]
     ahead, back = corners, np.roll(corners, -1, axis=1)
-    # Both go counter-clockwise, so an edge that they share goes the other way round in the other.
+    # Both are counter-clockwise, so a shared edge has opposite directions.
     shared = np.zeros(len(one), dtype=bool)
     for a in range(corners.shape[1]):
         for b in range(corners.shape[1]):
@@ -228,7 +228,7 @@ def _upright(places: Array, start: Whole, end: Whole, low: Array, high: Array, l
     """Return side faces with a corner wherever a neighbour has one, so that no cracks are visible."""
     heights, level = np.unique(np.concatenate([low, high]), return_inverse=True)
     bottom, top = level.ravel().reshape(2, -1)
-    # Every place and height where a face has a corner, in order.
+    # All positions and heights at which a face has a corner, in order.
     known = np.unique(np.concatenate([node * len(heights) + z for node in (start, end) for z in (bottom, top)]))
     ends = np.stack([start, end], axis=1) * len(heights)
     first = np.searchsorted(known, ends + bottom[:, None])
@@ -241,7 +241,7 @@ def _upright(places: Array, start: Whole, end: Whole, low: Array, high: Array, l
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     normals = np.column_stack([along[:, 1], -along[:, 0], np.zeros(len(along))])
     near, far = (np.cumsum(counts) - counts.ravel()).reshape(-1, 2).T
-    # Fans: from the foot of the last edge to all of the first, then from the top of the first to all of the last.
+    # Fans: from the bottom of the last edge to all of the first, then from the top of the first to all of the last.
     left, i = _fan(counts[:, 0] - 1)
     right, j = _fan(counts[:, 1] - 1)
     triangles = np.concatenate(

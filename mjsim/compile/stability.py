@@ -35,7 +35,7 @@ def drives(model: mujoco.MjModel, *, speed: float) -> bool:
     mujoco.mj_forward(model, data)
     orders = [_orders(model, data, left * speed, right * speed) for left, right in WAYS]
     before = mujoco.get_mju_user_warning()
-    # MuJoCo prints warnings otherwise; their numbers tell all that matters.
+    # Otherwise MuJoCo prints warnings; their counts are sufficient.
     mujoco.set_mju_user_warning(lambda _: None)
     try:
         for order in orders:

@@ -96,7 +96,7 @@ def add_walls(spec: mujoco.MjSpec, world: World, boxes: Sequence[WallBox]) -> No
     materials = [_material(spec, world, look, index) for index, look in enumerate(looks)]
     for index, faces in enumerate(_chunks(visible_faces(_prisms(boxes, looks))), start=1):
         kind = int(faces.look[0])
-        # A colon cannot be part of an item's name, so this never meets the name of a box.
+        # An item's name cannot contain a colon, so this never equals the name of a box.
         geom = _add_mesh(spec, f"wall/seen:{index}", faces, tile=looks[kind][2])
         geom.material, geom.rgba = materials[kind], color_of(looks[kind][1])
 
@@ -134,9 +134,9 @@ def _add_boxes(spec: mujoco.MjSpec, boxes: Sequence[WallBox]) -> None:
             spec.attach(part, prefix=f"wall:{first}/", frame=spec.worldbody.add_frame())
         for geom, index in zip(geoms, batch, strict=True):
             heading = boxes[index].heading
-            # One by one and as lists, which takes half as long as arrays and keywords do.
+            # One by one and as lists, which takes half the time of arrays and keywords.
             geom.name, geom.type, geom.group = boxes[index].name, mujoco.mjtGeom.mjGEOM_BOX, COLLISION
-            # Nobody sees a box, but a lidar tells how bright it is (tests/sim/test_lidar.py).
+            # Boxes are invisible, but a lidar reports their brightness (tests/sim/test_lidar.py).
             geom.pos, geom.size, geom.rgba = centers[index], sizes[index], colors[boxes[index].look]
             geom.quat = [math.cos(heading / 2), 0.0, 0.0, math.sin(heading / 2)]
 

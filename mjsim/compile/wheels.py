@@ -88,11 +88,11 @@ def add_tread(body: mujoco.MjsBody, wheel: WheelSpec) -> None:
     body.add_joint(name=wheel.name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 1.0, 0.0], armature=wheel.gear)
     body.add_geom(
         type=mujoco.mjtGeom.mjGEOM_ELLIPSOID,
-        # An ellipsoid touches at one point right under the axle: it spins on the spot without scrubbing.
+        # An ellipsoid touches at one point directly below the axle: it spins on the spot without scrubbing.
         size=[wheel.radius + wheel.sag / 2, wheel.half_width, wheel.radius + wheel.sag / 2],
         group=RUNNING_GEAR,
         mass=wheel.mass,
-        # Less than any floor, whose friction therefore counts.
+        # Less than any floor, so that the floor's friction counts.
         friction=[0.001, 0.0, 0.0],
         rgba=DARK,
     )
@@ -109,7 +109,7 @@ def add_tyre(body: mujoco.MjsBody, radius: float, half_width: float, *, hub: boo
         return
     rim = body.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[HUB * radius, half_width * 1.02, 0.0], quat=ACROSS)
     make_decor(rim, HUB_COLOR)
-    for angle in (0.0, math.pi / 2):  # so that one sees it turn
+    for angle in (0.0, math.pi / 2):  # so that its rotation is visible
         spoke = body.add_geom(
             type=mujoco.mjtGeom.mjGEOM_BOX,
             size=[HUB * radius, half_width * 1.03, 0.07 * radius],
@@ -185,7 +185,7 @@ def _add_roller(
         sizes: Distance of its center from the axle, radius and half length [m].
     """
     distance, radius, length = sizes
-    # Of the lowest roller: the axle is y, the axis lies level at the roller's angle from it.
+    # For the lowest roller: the axle is y, its axis is horizontal at the roller's angle from the axle.
     axis, down = np.array([-math.sin(angle), math.cos(angle), 0.0]), np.array([0.0, 0.0, -1.0])
     c, s = math.cos(place), math.sin(place)
     turn = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
@@ -203,11 +203,11 @@ def _add_roller(
         type=mujoco.mjtGeom.mjGEOM_ELLIPSOID,
         size=[radius, radius, length],
         group=RUNNING_GEAR,
-        # It touches what is touched by all; two rollers of one wheel overlap and must not push each other.
+        # It collides with everything that others do; two rollers of one wheel overlap and must not push each other.
         contype=0,
         conaffinity=1,
         friction=[0.001, 0.0, 0.0],
-        # As stiff as can be, whatever the floor: they do not sag.
+        # As stiff as possible on any floor: they do not sag.
         solmix=1e6,
         solref=[2.0 * LONGEST_STEP, 1.0],
         solimp=[0.99, 0.99, 0.001, 0.5, 2.0],
@@ -218,7 +218,7 @@ def _add_roller(
 
 def add_caster(base: mujoco.MjsBody, *, x: float, radius: float) -> None:
     """Add a sliding caster, soft so that most weight stays on the wheels."""
-    # As on springs: at the foot of a ramp both casters bear the robot, and its wheels must not hang in the air.
+    # As on springs: at the foot of a ramp both casters carry the robot, and its wheels must not lose contact.
     _add_sliding_ball(base, at=(x, 0.0, radius - SAG), radius=radius, contact=SPRUNG)
 
 
@@ -299,7 +299,7 @@ def add_kingpin(spec: mujoco.MjSpec, knuckle: mujoco.MjsBody, name: str, *, iner
 def _weigh(body: mujoco.MjsBody, mass: float, inertia: Sequence[float]) -> None:
     """Set the mass of a body [kg], at its origin, and its inertia about its axes [kg m^2]."""
     body.explicitinertial, body.mass, body.inertia = True, mass, inertia
-    body.ipos = [0.0, 0.0, 0.0]  # else it is where the body is in its carrier
+    body.ipos = [0.0, 0.0, 0.0]  # otherwise it is the position of the body in its carrier
 
 
 def _actuator(spec: mujoco.MjSpec, name: str, torque: float | None) -> mujoco.MjsActuator:

@@ -31,15 +31,15 @@ def new_folders(places: Sequence[Path], *, files: str, overwrite: bool) -> Itera
         home.mkdir(parents=True, exist_ok=True)
         beside = Path(tempfile.mkdtemp(prefix=".mjsim-export-", dir=home))
         try:
-            parts = [beside / Path(os.path.abspath(place)).name for place in places]  # '.' has no name of its own
+            parts = [beside / Path(os.path.abspath(place)).name for place in places]  # '.' has no name
             yield parts
-            _require_free(places, files=files, overwrite=overwrite)  # others may have come meanwhile
+            _require_free(places, files=files, overwrite=overwrite)  # others may have been created in the meantime
             for part, place in zip(parts, places, strict=True):
                 _move(part, place, files=files)
         finally:
             shutil.rmtree(beside, ignore_errors=True)
             for folder in made:
-                with suppress(OSError):  # there is something in it now
+                with suppress(OSError):  # it is no longer empty
                     folder.rmdir()
     except OSError as error:
         raise UsageError(f"cannot write '{home}': {error.strerror or error}") from error

@@ -52,7 +52,7 @@ def export_rosbag2(
     """
     if storage not in ("mcap", "sqlite3"):
         raise UsageError(f"storage is '{storage}'; it is mcap or sqlite3")
-    typestore()  # before the world is compiled, so that a missing package is told at once
+    typestore()  # before the world is compiled, so that a missing package is reported immediately
     with (
         new_folders([Path(folder)], files=_files_of(Path(folder), recording), overwrite=overwrite) as (part,),
         RecordedRobots(recording, redraw=redraw) as recorded,

@@ -81,7 +81,7 @@ def _write(recorded: RecordedRobots, robot: str, camera: str, folder: Path) -> N
     _list(folder / "rgb.txt", "color images\n# timestamp filename", pictures)
     if depth:
         _list(folder / "depth.txt", f"depth maps, {DEPTH_SCALE:g} a metre\n# timestamp filename", depths)
-    # Of a log that has none there is no file, as programs that read it expect.
+    # A log without any has no such file, as programs that read the format expect.
     if truth:
         _list(folder / "groundtruth.txt", "ground truth trajectory\n# timestamp tx ty tz qx qy qz qw", truth)
     if felt:

@@ -239,14 +239,14 @@ class Episodes:
             return function(step)
         except KeyboardInterrupt:
             raise
-        # This is the boundary to the user's code: whatever it raises is reported in one line.
+        # This is the boundary to user code: all its exceptions are reported in one line.
         except BaseException as error:
             raise self._fault(part, function, said_of(error)) from error
 
     def _wrong(self, part: str, function: object, value: object, right: str) -> ModuleFault:
         try:
             shown = one_line(repr(value)[:_LONGEST])
-        # Its `__repr__` is the user's, too.
+        # Its `__repr__` is user code, too.
         except Exception:
             shown = kind_of(value)
         return self._fault(part, function, f"returned {shown}; it must be {right}")

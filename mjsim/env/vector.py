@@ -65,7 +65,7 @@ class VectorEnvironment(VectorEnv[Any, Any, Any]):
         self.action_space = batch_space(self.single_action_space, count)
         self.observation_space = batch_space(self.single_observation_space, count)
         context = multiprocessing.get_context("spawn")
-        # Kept, since its locks are gone with it. Of the module it uses what a context has too.
+        # Kept, because its locks would be deleted with it. The parts of the module used here also exist in a context.
         memory = create_shared_memory(self.single_observation_space, count, context)  # type: ignore[arg-type]
         self._memory = memory
         self._seen = read_from_shared_memory(self.single_observation_space, memory, count)
@@ -171,7 +171,7 @@ class _Share:
 def _work(make: Make, space: Space[Any], memory: Any, numbers: Sequence[int], pipe: Connection) -> None:
     """Execute requests from the pipe until it closes."""
     share = None
-    # One BLAS thread: what is parallel are the processes.
+    # One BLAS thread: the processes provide the parallelism.
     with threadpool_limits(1, user_api="blas"):
         while True:
             try:
@@ -183,7 +183,7 @@ def _work(make: Make, space: Space[Any], memory: Any, numbers: Sequence[int], pi
                 pipe.send(share.do(what, values))
             except MjsimError as error:
                 pipe.send(error)
-            # Whatever the functions of a task raise is reported in one line; this is the boundary to that code.
+            # Exceptions of a task's functions are reported in one line; this is the boundary to that code.
             except Exception as error:
                 frame = traceback.extract_tb(error.__traceback__)[-1]
                 where = f"{frame.filename.rpartition('/')[2]}:{frame.lineno}"

@@ -11,19 +11,19 @@ from numpy.typing import ArrayLike
 from mjsim.geometry import Array, Pose
 
 MOST_ITEMS = 64
-"""Largest number of items of one estimate."""
+"""Maximum number of items in one estimate."""
 MOST_POINTS = 20_000
-"""Of all items of an estimate together."""
+"""Maximum number of points in all items of an estimate together."""
 MOST_CELLS = 1 << 20
-"""The same for the cells of grids."""
+"""Maximum number of grid cells in all items of an estimate together."""
 LONGEST_TEXT = 200
-"""Characters of a text or of a name."""
+"""Maximum length of a text or a name [characters]."""
 _ORIGIN: Final = Pose(0.0, 0.0, 0.0)
 _COLOR = re.compile(r"#[0-9a-fA-F]{6}")
 
 ShownFrame = Literal["world", "estimate", "base"]
-"""world: the frame of the estimate's own pose; estimate: that of the robot where the estimate has it; base: that of the
-robot where it truly is, as for what a sensor has just measured."""
+"""world: the frame of the estimate's own pose; estimate: the frame of the robot at its estimated pose; base: the frame
+of the robot at its true pose, such as for what a sensor has just measured."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -38,7 +38,7 @@ class Shown:
     """'#rrggbb'"""
 
     def __post_init__(self) -> None:
-        """Check it; ValueError says what is wrong."""
+        """Check the values; raises ValueError."""
         _require_text("name", self.name)
         if self.frame not in get_args(ShownFrame):
             raise ValueError(f"frame is {self.frame!r:.40}; it must be one of {', '.join(get_args(ShownFrame))}")
@@ -47,12 +47,12 @@ class Shown:
 
     @property
     def points_count(self) -> int:
-        """How many points it has."""
+        """Number of its points."""
         return 0
 
     @property
     def cells_count(self) -> int:
-        """How many cells it has."""
+        """Number of its cells."""
         return 0
 
 
@@ -66,14 +66,14 @@ class ShownPoints(Shown):
     """Diameter of each point [m]."""
 
     def __post_init__(self) -> None:
-        """Check it; ValueError says what is wrong."""
+        """Check the values; raises ValueError."""
         Shown.__post_init__(self)
         object.__setattr__(self, "points", _places("points", self.points))
         object.__setattr__(self, "size", _length("size", self.size))
 
     @property
     def points_count(self) -> int:
-        """How many points it has."""
+        """Number of its points."""
         return len(self.points)
 
 
@@ -89,7 +89,7 @@ class ShownLines(Shown):
     """[m]"""
 
     def __post_init__(self) -> None:
-        """Check it; ValueError says what is wrong."""
+        """Check the values; raises ValueError."""
         Shown.__post_init__(self)
         object.__setattr__(self, "points", _places("points", self.points))
         object.__setattr__(self, "width", _length("width", self.width))
@@ -98,7 +98,7 @@ class ShownLines(Shown):
 
     @property
     def points_count(self) -> int:
-        """How many points it has."""
+        """Number of its points."""
         return len(self.points)
 
 
@@ -115,7 +115,7 @@ class ShownGrid(Shown):
     """Pose of the outer corner of cell (0, 0), x along its row."""
 
     def __post_init__(self) -> None:
-        """Check it; ValueError says what is wrong."""
+        """Check the values; raises ValueError."""
         Shown.__post_init__(self)
         cells = _numbers("cells", self.cells)
         if cells.ndim != 2 or not cells.size:
@@ -130,20 +130,20 @@ class ShownGrid(Shown):
 
     @property
     def cells_count(self) -> int:
-        """How many cells it has."""
+        """Number of its cells."""
         return int(self.cells.size)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ShownText(Shown):
-    """A text at a place."""
+    """A text at a position."""
 
     text: str
     at: Array
     """Start of the text, shape (2,) on the floor, or (3,) [m]; kept as (3,)."""
 
     def __post_init__(self) -> None:
-        """Check it; ValueError says what is wrong."""
+        """Check the values; raises ValueError."""
         Shown.__post_init__(self)
         _require_text("text", self.text)
         object.__setattr__(self, "at", _places("at", np.reshape(_numbers("at", self.at), (1, -1)))[0])
@@ -158,7 +158,7 @@ def require_bounds(items: Sequence[Shown]) -> None:
     """Check that the items displayed together are within limits.
 
     Raises:
-        ValueError: It is; says by how much.
+        ValueError: They exceed a limit; the message says by how much.
     """
     counts = (
         ("items", len(items), MOST_ITEMS),
@@ -185,7 +185,7 @@ def _numbers(what: str, values: ArrayLike) -> Array:
 
 
 def _places(what: str, values: ArrayLike) -> Array:
-    """Return points as they are kept, shape (n, 3) [m]; those on the floor have z = 0."""
+    """Return points in stored form, shape (n, 3) [m]; points on the floor have z = 0."""
     array = _numbers(what, values)
     if not array.size:
         return _sealed(np.zeros((0, 3)))

@@ -1,7 +1,7 @@
 """Values as trees of named numbers, strings and arrays, for modules in other languages.
 
-A tree holds dicts, lists, texts, numbers, None and arrays. An array of one dimension is a vector. `Stack` and `Named`
-mark what languages write differently: many things of one shape, and names that the user chose.
+A tree contains dicts, lists, texts, numbers, None and arrays. A one-dimensional array is a vector. `Stack` and `Named`
+mark what languages represent differently: several items of one shape, and names chosen by the user.
 """
 
 from collections.abc import Hashable, Mapping, Sequence
@@ -39,14 +39,14 @@ Tree = Any
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stack:
-    """Many numbers, vectors or matrices of one shape; JSON counts them first, Octave last."""
+    """Several numbers, vectors or matrices of one shape; the item index is the first in JSON, the last in Octave."""
 
     items: Array
     """Shape (n, ...)."""
 
 
 class Named(dict[str, Tree]):
-    """A dict whose keys are names of the user's; languages with stricter rules change them."""
+    """A dict whose keys are names chosen by the user; languages with stricter rules change them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,7 +71,7 @@ class Numbers:
     names: list[str] = field(default_factory=list)
 
     def of(self, name: Hashable) -> int:
-        """Return the number of a name; a whole number above those of all names stays, what else is no text is 0."""
+        """Return the number of a name; an integer above those of all names is kept, any other non-text gives 0."""
         if isinstance(name, int) and not isinstance(name, bool):
             return name if name > len(self.names) else 0
         if not isinstance(name, str):
@@ -123,7 +123,7 @@ def observation_tree(seen: Observation, numbers: Numbers, *, pictures: bool) -> 
 
 
 def _readings(readings: Mapping[str, Any]) -> Named:
-    """Return readings by their sensors: the fields of each, tuples and arrays counted first."""
+    """Return readings by sensor: the fields of each, with the item index of tuples and arrays first."""
     return Named(
         {
             name: {part.name: _number_or_stack(getattr(reading, part.name)) for part in fields(reading)}

@@ -211,7 +211,7 @@ class Contents:
         if hasattr(told, "twist"):
             with suppress(ValueError):
                 moves.twists.append((time, *twist_of(told)))
-        # Of a message whose pose is none the twist still counts.
+        # If the pose of a message is invalid, its twist still counts.
         moves.rows.append((time, *Pose3.from_matrix(pose_of(told)).as_array().tolist()))
 
     def _take_twist(self, message: RosMessage) -> None:

@@ -174,7 +174,7 @@ class BagMessages:
         key = message.topic, self._next[message.topic]
         self._next[message.topic] += 1
         if key != wanted and self._held + len(message.data) > MOST_WAITING:
-            # Whoever wants it reads it again.
+            # It is read again when needed.
             return
         self._waiting[key] = message
         self._held += len(message.data)

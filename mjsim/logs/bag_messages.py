@@ -150,7 +150,7 @@ def intrinsics_of(message: Any, *, width: int, height: int, rectified: bool) -> 
     if not fisheye and len(distortion) == 8 and not any(distortion[5:]):
         distortion = distortion[:5]
     lens = "pinhole" if not distortion else "fisheye" if fisheye else "brown"
-    # Pixel centres are whole numbers: a picture of half the size begins a quarter of its pixel earlier.
+    # Pixel centres are at integers: a picture of half the size starts a quarter of its pixel earlier.
     return Intrinsics(
         width,
         height,

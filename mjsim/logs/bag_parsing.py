@@ -17,7 +17,7 @@ def parsing() -> Iterator[None]:
         yield
     except BrokenBagError:
         raise
-    # rosbags and what it decompresses with meet broken files by any kind of exception.
+    # rosbags and its decompressors may raise any exception for damaged files.
     except Exception as error:
         reason = " ".join(f"{error}".split()) or type(error).__name__
         raise BrokenBagError(reason[:LONGEST_MESSAGE]) from error

@@ -85,7 +85,7 @@ def _open_file(path: Path, kind: str) -> tuple[Any, str]:
     try:
         return _opened(lambda: Reader1(path) if kind == ".bag" else _NamedReader2(path, kind)), ""
     except BrokenBagError as error:
-        # What is cut is tried without its index; the first error tells more of what is no bag at all.
+        # A truncated file is tried without its index; for what is not a bag at all, the first error says more.
         if kind not in (".bag", ".mcap"):
             raise
         with suppress(BrokenBagError):
@@ -167,7 +167,7 @@ class _Joined:
         """Yield messages in order of time, if each file is in order."""
         topics = {each.topic for each in connections}
         chosen = ((part, [each for each in part.connections if each.topic in topics]) for part in self.parts)
-        # Readers take no connections to mean all of them.
+        # For readers, no connections means all of them.
         streams = [part.messages(each, start=start) for part, each in chosen if each]
         return merge(*streams, key=lambda found: found[1])
 
@@ -189,7 +189,7 @@ class _CutReader1(Reader1):
         read_bytes(self.bio, read_uint32(self.bio))
         found: dict[int, Connection] = {}
         indexes: dict[int, list[IndexData]] = defaultdict(list)
-        # It ends where the file was cut.
+        # It ends where the file was truncated.
         with suppress(ReaderError1, EOFError, OSError, ValueError, RuntimeError):
             while True:
                 self._look_through(found, indexes)
@@ -212,7 +212,7 @@ class _CutReader1(Reader1):
         chunk = self._rest_of(self.read_chunk())
         self.bio.seek(chunk.datapos)
         content = chunk.decompressor(read_bytes(self.bio, chunk.datasize))
-        # Where the disk was not written the chunk is zeros.
+        # A chunk that was not written to disk is all zeros.
         with suppress(ReaderError1):
             self._list(content, position, found, indexes)
         self.chunks[position] = chunk
@@ -238,7 +238,7 @@ class _CutReader1(Reader1):
             header = Header.read(records)
             if header.get_uint8("op") == RecordType.CONNECTION:
                 records.seek(offset)
-                # The parent reads it from its file.
+                # The parent class reads it from its file.
                 self.bio = records
                 try:
                     connection = self.read_connection()
@@ -269,7 +269,7 @@ class _CutMcap(McapReader):
         while end + 9 <= size:
             self.bio.seek(end)
             kind, length = self.bio.read(1), int.from_bytes(self.bio.read(8), "little")
-            # From the end of data on nothing is left to read.
+            # Beyond the end of data there is nothing left to read.
             if kind == b"\x0f" or end + 9 + length > size:
                 break
             end += 9 + length

@@ -23,7 +23,7 @@ class SqliteFile(Sqlite3Reader):
         with ExitStack() as undo:
             log = given.with_name(given.name + LOG)
             path = _merged(given, log, undo) if log.is_file() and log.stat().st_size else given
-            # The parent puts it in a URI, where ? and # have a meaning.
+            # The parent class puts it in a URI, where ? and # have a meaning.
             self.path = Path(quote(str(path)))
             try:
                 super().open()

@@ -142,7 +142,7 @@ def _robot(
 
     truths = [topic for topic in asked.get("truth", ()) if topic in topics] or list(filter(_is_truth, of("truth")))
     moved = [topic for topic in of("odometry") if topic not in truths and not _is_truth(topic)]
-    # A topic of pictures and one that carries the same packed are one camera.
+    # A picture topic and one with the same pictures compressed are one camera.
     pictures = [topic for topic in of("camera") if plain_topic(topic) == topic or plain_topic(topic) not in types]
     taken: set[str] = set()
     named = {

@@ -137,7 +137,7 @@ def _recording(path: Path) -> Recording:
         try:
             return read_recording(path)
         except RecordingError:
-            return import_log(path)  # a bag of ROS 2
+            return import_log(path)  # a ROS 2 bag
     return import_log(path)
 
 
@@ -145,7 +145,7 @@ def _motion(track: Track) -> MotionCalibration | None:
     """Compare odometry with the truth, window by window."""
     rows = max(1, round(WINDOW / float(np.median(np.diff(track.time))))) if len(track.time) > 1 else 1
     ends = np.arange(0, len(track.time) - rows, rows)
-    # In parts of a window: at each tick noise may be larger than the motion, and would make it seem longer.
+    # In parts of a window: the noise of a single tick may exceed the motion, and would make it seem longer.
     parts = np.linspace(0, rows, min(rows, PARTS) + 1).round().astype(int)
     steps = np.diff(track.odometry[ends[:, None] + parts], axis=1)
     way, turned = np.hypot(steps[..., 0], steps[..., 1]).sum(axis=1), np.abs(wrap_angles(steps[..., 2])).sum(axis=1)
@@ -154,7 +154,8 @@ def _motion(track: Track) -> MotionCalibration | None:
     if counts.sum() < LEAST:
         return None
     told, true, way, turned = told[counts], true[counts], way[counts], turned[counts]
-    # Chords of the same arc: while a window turns little they are as far apart as the ways.
+    # The distances are chords of arcs: for the small turns in a window they are proportional to the lengths of the
+    # arcs.
     driven = true[:, 0] > MOVED
     scale = float(told[driven, 0].sum() / true[driven, 0].sum()) if driven.any() else 1.0
     off = wrap_angles(told[:, 1] - true[:, 1])

@@ -116,7 +116,7 @@ def _imu(folder: Path) -> tuple[Mount, list[ImuReading]]:
     times, values = table.column(1), table.block(2, but=1)
     if values.shape[1] < 6:
         raise UsageError(f"'{table.path}' has {values.shape[1]} columns beside time; it needs 3 rates, 3 accelerations")
-    # What an accelerometer alone does not know is no number.
+    # Quantities that only a gyroscope could measure are NaN.
     turns, forces = values[:, :3], values[:, 3:6]
     rows = zip((times * NANOSECOND).tolist(), forces @ place[:3, :3].T, turns @ place[:3, :3].T, strict=True)
     x, y, z = place[:3, 3].tolist()
@@ -156,11 +156,11 @@ def _yaml(file: Path) -> Mapping[str, Any]:
     """Return the keys of a YAML file."""
     text = ""
     for line in lines_of(file):
-        # OpenCV begins such files with %YAML:1.0, which is no directive of YAML.
+        # OpenCV starts such files with %YAML:1.0, which is not a YAML directive.
         text += "\n" if line.startswith("%") else line
         if len(text) > MOST_LETTERS:
             raise UsageError(f"'{file}' has more than {MOST_LETTERS:,} letters; a calibration has fewer")
-    # Aliases of aliases would be written out to any number of values.
+    # Nested aliases could expand to any number of values.
     node, problems = read_text(text, file=str(file))
     if problems:
         raise UsageError(f"{problems[0]} (of a calibration in YAML)"[:LONGEST_MESSAGE])

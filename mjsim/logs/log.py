@@ -163,7 +163,7 @@ def record_logs(
         require_free(Path(record), overwrite=overwrite)
     firsts, lasts = zip(*(log.times() for log in logs), strict=True)
     rate = wishes.rate_hz or max(_rate_of(log) for log in logs)
-    # What came last is told at the tick after it.
+    # Data after the last tick is given at the next tick.
     last = max(lasts) if wishes.seconds is not None else max(lasts) + 1.0 / rate - 1e-6
     if max(lasts) <= min(firsts):
         raise UsageError(f"all readings in '{source}' have the same time; a recording needs at least two ticks")
@@ -249,7 +249,7 @@ def world_of(
     try:
         return parse_world("\n".join(lines) + "\n")
     except WorldError as error:
-        # Places in a text that nobody wrote tell nothing.
+        # Positions in a generated text mean nothing to the user.
         raise UsageError(f"{source} make no recording: {error.problems[0].message}"[:LONGEST_MESSAGE]) from None
 
 
@@ -308,7 +308,7 @@ def _camera_text(name: str, camera: LoggedCamera, rate_hz: float) -> str:
 def _lidar_text(name: str, scan: Scan, mount: Mount, rate_hz: float) -> str:
     beams = len(scan.ranges)
     fov = min(math.degrees(abs(scan.angle_increment)) * (beams - 1), 360.0)
-    # Each scan has its own angles; a fan that is not even to both sides is told by them alone.
+    # Each scan has its own angles; an asymmetric fan is described only by them.
     return (
         f"{{lidar: {name}, at: {[float(value) for value in mount.at]}, yaw_deg: {math.degrees(mount.yaw)!r},"
         f" beams: {beams}, fov_deg: {max(fov, 1e-3)!r}, range: [{scan.range_min!r}, {scan.range_max!r}],"

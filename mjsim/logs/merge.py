@@ -104,7 +104,7 @@ def _motion(twists: Array, begin: float, end: float, noise: MotionNoise) -> Odom
     for (since, forward, turn, *left), until in zip(rows, [row[0] for row in rows[1:]] + [end], strict=False):
         seconds, aside = max(until - max(since, begin), 0.0), sum(left)
         x, y = arc_end(forward * seconds, turn * seconds)
-        # The same arc, begun to the left.
+        # The same arc, starting to the left.
         ahead, back = arc_end(aside * seconds, turn * seconds)
         place = place @ Pose(x - back, y + ahead, turn * seconds)
         heading += turn * seconds
@@ -183,7 +183,7 @@ def _between(times: Array, since: Array, gap: float) -> tuple[NDArray[np.intp], 
         since: Times of the rows, shape (N,), N at least 2 [s].
         gap: Maximum time between two rows to interpolate [s].
     """
-    # Of rows with one time the last counts.
+    # Of rows with equal times the last counts.
     after = np.searchsorted(since, times, side="right").clip(1, len(since) - 1)
     before = after - 1
     length = since[after] - since[before]

@@ -251,7 +251,7 @@ def _rate_of(observations: Sequence[Observation]) -> float:
             " give one observation a tick at an even rate"
         )
     milliseconds = round(1e3 * step)
-    # Times that were stored with few digits still mean whole milliseconds, or a whole rate.
+    # Times stored with few digits still mean whole milliseconds, or an integer rate.
     rate = 1e3 / milliseconds if abs(1e3 * step - milliseconds) < WHOLE else round(1.0 / step, 3)
     if rate > FASTEST:
         raise UsageError(f"{rate:g} observations a second; at most {FASTEST:g} can be recorded")

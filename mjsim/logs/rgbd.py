@@ -95,7 +95,7 @@ def _lists(path: Path, notes: dict[str, str]) -> tuple[tuple[Array, list[Path]],
 def _depth(file: Path, intrinsics: Intrinsics) -> Array:
     """Return the depth in a file, shape (height, width) [m]; +inf for none."""
     data = file.read_bytes()
-    # What is too large is not decoded.
+    # Pictures that are too large are not decoded.
     fits = size_in(file, data) == (intrinsics.width, intrinsics.height)
     values = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED) if fits else None
     if values is None or values.dtype != np.uint16 or values.ndim != 2:

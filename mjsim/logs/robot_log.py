@@ -207,7 +207,7 @@ class _Ticked:
         leading += [(self._log.clouds[name].stamps, rows) for name, rows in self._clouds.items()]
         for stamps, rows in leading[:1]:
             edges[list(rows)] = stamps[list(rows.values())]
-        # What comes after a scan that had to wait is not before it: a tick without a scan keeps to those that follow.
+        # Data after a delayed scan must not precede it: a tick without a scan keeps to the following ones.
         return np.minimum.accumulate(edges[::-1])[::-1]
 
     def _truth(self, edges: Array) -> Array:
@@ -241,7 +241,7 @@ class _Ticked:
 
 def _rows_since(stamps: Array, edges: Array) -> list[tuple[int, int]]:
     """Return the first row and the end of the rows of each tick: all since the previous tick."""
-    # A stamp that is the tick's own is told at once.
+    # A stamp equal to the tick's time is given immediately.
     ends = np.searchsorted(stamps, edges + SAME_TIME, side="right").tolist()
     return list(pairwise([int(np.searchsorted(stamps, edges[0] - SAME_TIME)), *ends]))
 

@@ -38,10 +38,10 @@ def lines_of(path: Path) -> Iterator[str]:
         with _opened(path) as packed:
             wide = packed.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
             packed.seek(0)
-            # What spreadsheets call Unicode text.
+            # The encoding that spreadsheets call Unicode text.
             file = codecs.EncodedFile(packed, "utf-8", "utf-16", errors="replace") if wide else _ended(packed)
             while line := file.readline(LONGEST_LINE):
-                # What editors of Windows put before a text.
+                # The byte order mark that editors on Windows write.
                 line = line if taken else line.removeprefix(codecs.BOM_UTF8)
                 taken += len(line)
                 if taken > MOST_BYTES:
@@ -59,7 +59,7 @@ def lies_in(path: Path, folder: Path) -> bool:
 
 
 def _opened(path: Path) -> IO[bytes]:
-    # A pipe that nobody writes would be waited for without end.
+    # A pipe without a writer would block forever.
     if path.exists() and not path.is_file():
         raise UsageError(f"cannot read '{path}': it is not a file; copy what it gives into one")
     with path.open("rb") as file:

@@ -97,7 +97,7 @@ def _link(row: Mapping[str, Any], before: Array, after: Array, end: Array, radiu
     """Return the link of a row; `end` is the place of the next joint in its frame, shape (3,) [m]."""
     lower, upper = _numbers("range", row.get("range", (-math.inf, math.inf)), 2, finite=False)
     slides = bool(row.get("slide", False))
-    # What slides has a rod behind it, as long as it can come out.
+    # A sliding joint has a rod behind it, as long as its travel.
     behind = max(upper, 0.0) if slides and math.isfinite(upper) else 0.0
     start = (inverted(after) @ [0.0, 0.0, -behind, 1.0])[:3]
     radius = float(row.get("radius", radius))

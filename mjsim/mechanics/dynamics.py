@@ -80,7 +80,7 @@ def motion_of(chain: Chain, posture: Posture, qd: Array, qdd: Array, gravity: Ar
     if chain.slides.any():
         slide = axes * (chain.slides * qd)[..., None]
         steps += axes * (chain.slides * qdd)[..., None] + 2.0 * cross(before, slide)
-    # The base neither turns nor accelerates, so the stretches from there give nothing.
+    # The base neither rotates nor accelerates, so the offsets from it contribute nothing.
     here, before_here = chain.jointed, chain.carriers
     stretch, swing = points.take(here, -2) - points.take(before_here, -2), _swing(spin, spin_rate)
     steps[..., here, :] += (swing.take(before_here, -3) @ stretch[..., None])[..., 0]

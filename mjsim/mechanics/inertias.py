@@ -88,7 +88,7 @@ def nearest_valid(solid: Solid) -> Solid:
     """
     moments, axes = np.linalg.eigh(tensor(solid.inertia))
     moments = np.maximum(nearest_moments(moments), LEAST_MOMENT)
-    if moments[2] > moments[0] + moments[1]:  # where the others were lifted from below 0
+    if moments[2] > moments[0] + moments[1]:  # where the others were raised from below 0
         moments[2] = moments[0] + moments[1]
     return Solid(max(solid.mass, LEAST_MASS), solid.center, six_of(axes @ np.diag(moments) @ axes.T))
 

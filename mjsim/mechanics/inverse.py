@@ -67,7 +67,7 @@ def solve(task: PoseGoals, q0: Array) -> Reached:
     best = _inside(task, q0)
     distance, angle = _misses(task, best)
     left = np.arange(len(best))
-    rng = np.random.default_rng(0)  # the same answer each time
+    rng = np.random.default_rng(0)  # the same result at each call
     for number in range(TRIES):
         part = task.part(left)
         start = best[left] if number == 0 else _anywhere(task, rng, q0[left])
@@ -137,7 +137,7 @@ def _anywhere(task: PoseGoals, rng: np.random.Generator, q0: Array) -> Array:
     """
     reach = np.where(task.chain.slides == 0.0, np.pi, 1.0)
     lower, upper = np.maximum(task.lower, -reach), np.minimum(task.upper, reach)
-    # Limits may lie beyond a turn altogether.
+    # Limits may be entirely beyond one revolution.
     lower, upper = np.where(lower < upper, lower, task.lower), np.where(lower < upper, upper, task.upper)
     found = rng.uniform(lower, upper, q0.shape)
     return np.where(task.chain.carried[task.chain.end] > 0.0, found, q0)

@@ -93,13 +93,13 @@ class _Passed:
     """Its columns."""
     sign: float
     axis: Array
-    """As it is passed, shape (3,)."""
+    """As traversed, shape (3,)."""
     skew: Array
-    """Of the axis, shape (3, 3)."""
+    """Skew-symmetric matrix of the axis, shape (3, 3)."""
     square: Array
-    """Of that, shape (3, 3)."""
+    """Square of that matrix, shape (3, 3)."""
     curve: "SpaceCurve | None"
-    """Never passed backwards."""
+    """Never traversed backwards."""
 
 
 def _passed(joint: TreeJoint) -> list[_Passed]:
@@ -147,10 +147,10 @@ class Linkage:
         self._last: tuple[bytes, Placement] | None = None
 
     def place(self, values: Array) -> Placement:
-        """Return the poses of all bodies; keeps the last one, as residuals and Jacobians ask for the same.
+        """Return the poses of all bodies; caches the last result, because residuals and Jacobians use the same one.
 
         Args:
-            values: Of the joints, shape (values,) [rad, m].
+            values: Joint values, shape (values,) [rad, m].
         """
         last, asked = self._last, values.tobytes()
         if last is None or last[0] != asked:
@@ -191,7 +191,7 @@ class Linkage:
 
         Args:
             placed: Poses of all bodies.
-            body: Its number.
+            body: Number of the body.
             point: In the frame of the ground, shape (3,) [m].
         """
         turning = cross(placed.axes, point - placed.anchors)

@@ -72,7 +72,7 @@ def records(path: Path) -> Iterator[McapRecord]:
             if data.read(len(MAGIC)) != MAGIC:
                 raise RecordingError(f"'{path}' is not an MCAP file, so it is not a recording")
             yield from _records(data, bounded, budget)
-        # What a cut or broken file makes the reader stumble on; what came before is good.
+        # Exceptions of the reader for a truncated or damaged file; everything before is valid.
         except (McapError, struct.error, ValueError, zstandard.ZstdError, _BrokenError):
             if data.count < len(MAGIC):
                 raise RecordingError(f"'{path}' is not an MCAP file, so it is not a recording") from None
@@ -167,7 +167,7 @@ def _records(data: ReadDataStream, bounded: _Bounded, budget: _Budget) -> Iterat
     while True:
         before = data.checksum()
         opcode, length = data.read1(), data.read8()
-        # The last record of a file that was cut; of one that is not begun to be written the length is not known yet.
+        # The last record of a truncated file; the length of one that is still being written is not known yet.
         if length > bounded.left:
             raise _BrokenError
         record: McapRecord | None = None
@@ -258,7 +258,7 @@ def _without_lz4(data: bytes, most: int) -> bytes:
     """Return at most this many decompressed bytes of LZ4 data."""
     try:
         content: bytes = LZ4FrameDecompressor().decompress(data, max_length=most)
-    # All that it raises for what it cannot read.
+    # All exceptions for data that it cannot read.
     except RuntimeError:
         raise _BrokenError from None
     return content

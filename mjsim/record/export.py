@@ -253,7 +253,7 @@ def _field_name(name: str, taken: Iterable[str]) -> str:
     """Return a valid MATLAB name that is not taken."""
     plain = _plain_name(name)[: _LONGEST_FIELD - 8]
     if not plain[0].isalpha():
-        plain = f"x{plain}"  # as makeValidName of MATLAB has it
+        plain = f"x{plain}"  # as by makeValidName of MATLAB
     number, field = 1, plain
     while field in taken:
         number += 1
@@ -335,7 +335,7 @@ def export_images(recording: Recording, folder: str | Path, *, overwrite: bool =
     """
     folder, count = Path(folder), 0
     for robot, camera in recording.cameras():
-        # Else pictures of two runs, taken at different times, would lie in one folder.
+        # Otherwise pictures of two runs, taken at different times, would be in one folder.
         if not overwrite and any((folder / robot / camera).glob("*.*")):
             raise UsageError(
                 f"'{folder / robot / camera}' holds pictures; name another folder, or add --overwrite (in Python:"

@@ -28,7 +28,7 @@ def grid_message(world: World) -> Grid | None:
         grid = grid_of(world, most_cells=MOST_CELLS)
     except UsageError:
         return None
-    # A row of bytes for what is unknown, free and occupied; the last one is signed.
+    # A row of bytes for unknown, free and occupied; the last one is signed.
     rows = np.array([(*COLORS[each], each & 0xFF) for each in (UNKNOWN, FREE, OCCUPIED)], dtype=np.uint8)
     cells = rows.take(np.where(grid.occupied, 2, grid.free.view(np.uint8)), axis=0)
     _, columns, stride = cells.shape

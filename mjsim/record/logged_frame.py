@@ -51,7 +51,7 @@ def filed_frame(data: bytes, stamp: float, intrinsics: Intrinsics) -> LoggedFram
     Raises:
         ValueError: It is broken, or has another size.
     """
-    # A small file may say that it holds gigabytes: it is not decoded.
+    # A small file may claim gigabytes: it is not decoded.
     try:
         told = any_picture_size(data)
     except ValueError as error:

@@ -27,7 +27,7 @@ _WORLD_EVENT: TypeAdapter[WorldEvent] = TypeAdapter(WorldEvent)
 
 _FIELDS = tuple((codec.field, codec.encode, codec.sparse) for codec in CODECS)
 _ENCODER = json.JSONEncoder(separators=(",", ":"), allow_nan=False, check_circular=False)
-# What `_ENCODER.iterencode` makes anew for each text; other Pythons than CPython have none.
+# `_ENCODER.iterencode` creates this anew for each text; Pythons other than CPython have none.
 _MAKE_PIECES = getattr(json.encoder, "c_make_encoder", None)
 _PIECES: Callable[[Message, int], Iterable[str]] = (
     _MAKE_PIECES(None, _ENCODER.default, json.encoder.encode_basestring_ascii, None, ":", ",", False, False, False)

@@ -22,7 +22,7 @@ def checked_metadata(metadata: Mapping[str, str]) -> tuple[int, dict[str, str]]:
         raise ValueError(f"its seed is {seed:.3g}; it must be between 0 and {LARGEST_SEED}")
     if not math.isfinite(float(others.get("seconds", "0"))):
         raise ValueError("its seconds are not finite")
-    # What it raises is a ValueError as well.
+    # Its exceptions are ValueErrors as well.
     _MODULES.validate_json(others.get("modules", "{}"))
     _USES.validate_json(others.get("replayed modules", "{}"))
     if any(key.startswith("replayed ") for key in others) and "replayed robot" not in others:

@@ -200,7 +200,7 @@ class _Run:
     def _end_tick(self, state: Message) -> None:
         for item in self._timing["parts"]:
             self._seconds.setdefault(item["part"], []).append((len(self.time), item["seconds"]))
-        # They are those of one tick; the clock goes on.
+        # They belong to one tick; the clock continues.
         self._timing = {**self._timing, "parts": []}
         self.clock.append(self._timing["clock"])
         self.time.append(state["time"])
@@ -318,7 +318,7 @@ class _Robot:
         self._sightings.append(tick.get("sightings", ()))
         self._identities.append(tick.get("identities", ()))
         self._innovations.append(tick.get("innovations", ()))
-        # It stays until something else is shown.
+        # It is shown until something else is.
         self._shown.append(tick["show"] if "show" in tick else self._shown[-1] if self._shown else ())
         self._count += 1
 

@@ -187,7 +187,7 @@ class Recorder:
         if error is None:
             self.close()
         else:
-            # The error on its way tells more than a second one from here would.
+            # The error being raised is more useful than a second one from here.
             self._finish()
 
     def _order_messages(

@@ -157,7 +157,7 @@ def _primitive(item: Shown) -> Message:
     if isinstance(item, ShownLines):
         points, thickness, kind = item.points, item.width, 0 if item.joined else 2
     else:
-        # Foxglove has no primitive of points: lines as long as thick are its squares.
+        # Foxglove has no point primitive: lines as long as thick replace its squares.
         half = np.array([0.5 * item.size, 0.0, 0.0])
         points, thickness, kind = np.hstack([item.points - half, item.points + half]).reshape(-1, 3), item.size, 2
     line = {"type": kind, "pose": _HERE, "thickness": thickness, "scale_invariant": False}
@@ -196,7 +196,7 @@ def _item(value: Message) -> Shown:
 
 
 def _cells(png: bytes) -> Array:
-    picture_size(png)  # A small file may say that it holds gigabytes: it is not decoded.
+    picture_size(png)  # A small file may claim gigabytes: it is not decoded.
     levels = cv2.imdecode(np.frombuffer(png, dtype=np.uint8), cv2.IMREAD_GRAYSCALE)
     if levels is None:
         raise ValueError("a grid whose picture is broken")

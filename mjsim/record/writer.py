@@ -109,10 +109,10 @@ class Writer:
         """Open the MCAP file; write its metadata and the world with its files."""
         included = self._world.source.included
         self._files = {name: included.get(name) or self._world.read_asset(name) for name in named_files(self._world)}
-        # Its channels close when it goes.
+        # Its channels are closed when it is deleted.
         self._context = Context()
-        # Chunks end where `flush` ends them, so that each holds whole ticks. Level 1 of zstd makes digits smaller than
-        # its default, 3, does, in less time.
+        # `flush` ends chunks, so that each contains whole ticks. Level 1 of zstd compresses digits better than its
+        # default, 3, and faster.
         options = MCAPWriteOptions(chunk_size=None, compression_threads=0, compression_level=1)
         self._mcap = open_mcap(self._file, context=self._context, writer_options=options)
         self._mcap.write_metadata(METADATA_NAME, _versions() | dict(metadata) | {"seed": str(seed)})
@@ -126,7 +126,7 @@ class Writer:
         schemas = {f"/{robot}/{topic}": schema for robot, info in robots.items() for topic, schema in _topics_of(info)}
         for mechanism in self._world.mechanisms:
             schemas |= {f"/{mechanism.name}/{kind}": schema for kind, schema in MECHANISM_TOPICS.items()}
-        # A channel's base takes bytes as they are.
+        # The base class of a channel accepts bytes unchanged.
         self._json = {
             topic: Channel(topic, schema=schema, context=context).base
             for topic, schema in (schemas | WORLD_TOPICS).items()
@@ -215,7 +215,7 @@ class _File(Closes):
     """The file below the MCAP writer; it keeps the cause of a failure, which the MCAP writer does not report."""
 
     def __init__(self, place: NewFile) -> None:
-        # A descriptor of its own: what the writer above may still write when it goes must not reach another file.
+        # A separate descriptor: what the writer above may still write when it is deleted must not reach another file.
         self._raw = os.fdopen(os.dup(place.fileno()), "wb", buffering=0)
         self.failure: OSError | None = None
 
@@ -302,7 +302,7 @@ def text_of(world: World, files: Mapping[str, bytes]) -> str:
     """Return a text that parses to the world: the original text with its comments, if it does."""
     text, written = world.source.text, world.source.written
     if text is not None:
-        # What was written without variables and includes was read already; only its values are checked anew.
+        # Text without variables and includes was already read; only its values are checked again.
         read: tuple[Any, list[Problem]] | None = None
         if written is not None and not needs_expansion(text):
             read = written, []

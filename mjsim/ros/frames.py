@@ -24,15 +24,15 @@ class RobotFrames:
     """The frames of one robot."""
 
     def __init__(self, robot: Robot, info: RobotInfo, *, prefix: str) -> None:
-        """Name them.
+        """Assign the names of the frames.
 
         Args:
-            robot: As the world has it.
+            robot: The robot, as in the world.
             info: As known to its modules.
             prefix: '' or 'NAME/'.
 
         Raises:
-            UsageError: Two of them would have the same name.
+            UsageError: Two frames would have the same name.
         """
         self._info = info
         self.odom, self.base = f"{prefix}odom", f"{prefix}base_link"
@@ -44,7 +44,7 @@ class RobotFrames:
         }
         """Sensor -> its frame."""
         self.rays = [f"{prefix}proximity_{number}" for number in range(RAYS)]
-        """Of the proximity rays, first ahead, then counter-clockwise."""
+        """Frames of the proximity rays, the first one forward, then counter-clockwise."""
         taken = {MAP_FRAME, self.odom, self.base, *self.rays} & set(self.sensors.values())
         if taken:
             raise UsageError(f"robot '{robot.name}' has a sensor whose frame in ROS is '{min(taken)}'; rename it")
@@ -73,7 +73,7 @@ class RobotFrames:
 
         Args:
             odometry: Dead reckoning.
-            estimate: Of the robot in the map; None without an estimator.
+            estimate: Pose of the robot in the map; None without an estimator.
             joints: Joint states of its arms.
         """
         poses = {(self.odom, self.base): Pose3.from_planar(odometry)}
@@ -90,9 +90,9 @@ def robot_from_sensor(robot: Robot, sheet: SensorInfo, sensor: AnySensor, joints
     """Return the current robot_from_sensor, shape (4, 4) [m]; the sensor may be on an arm.
 
     Args:
-        robot: As the world has it.
-        sheet: Of the sensor.
-        sensor: As the world has it.
+        robot: The robot, as in the world.
+        sheet: Data sheet of the sensor.
+        sensor: The sensor, as in the world.
         joints: Joint states of the robot's arms; joints without a state are at their start.
     """
     on = getattr(sensor, "on", None)

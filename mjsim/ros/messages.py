@@ -96,7 +96,7 @@ def _pose(pose: Pose3) -> Any:
 def in_space(covariance: Array) -> Array:
     """Return a covariance of (x, y, heading), shape (3, 3), as one of (x, y, z, roll, pitch, yaw), shape (36,).
 
-    It has an inverse, also where the robot is certain; see `FLAT`.
+    The result is invertible even if the robot's pose is certain; see `FLAT`.
     """
     whole = FLAT.copy()
     whole[PLANAR] += covariance
@@ -142,11 +142,11 @@ def odometry(
 
     Args:
         time: [s]
-        frames: Of the pose, and of the robot, in which the twist is given.
-        pose: Of the robot.
-        covariance: Of it, shape (3, 3).
+        frames: Frame of the pose, and frame of the robot, in which the twist is given.
+        pose: Pose of the robot.
+        covariance: Covariance of the pose, shape (3, 3) [m, m, rad].
         twist: (forward, left, turn), shape (3,) [m/s, m/s, rad/s].
-        twist_covariance: Of it, shape (3, 3).
+        twist_covariance: Covariance of the twist, shape (3, 3).
     """
     forward, left, turn = twist.tolist()
     moving = _of("geometry_msgs/msg/Twist")(_vector((forward, left, 0.0)), _vector((0.0, 0.0, turn)))
@@ -225,8 +225,8 @@ def depth_picture(stamp: float, frame: str, depth: NDArray[Any]) -> Any:
     """Return the depth of each pixel along the optical axis, according to REP 118.
 
     Args:
-        stamp: When it was taken [s].
-        frame: Of the camera, optical.
+        stamp: Time of the picture [s].
+        frame: Optical frame of the camera.
         depth: Shape (height, width): uint16 [mm], 0 for none; or floats [m], sent in single precision.
     """
     whole = depth.dtype == np.uint16
@@ -286,7 +286,7 @@ def grid_map(
         free: The same; cells that are neither are unknown.
         resolution: Side of a cell [m].
         map_from_grid: Corner of the first cell.
-        frame: Of the map.
+        frame: Frame of the map.
     """
     cells = np.where(occupied, OCCUPIED, np.where(free, FREE, UNKNOWN)).astype(np.int8)
     rows, columns = cells.shape

@@ -45,19 +45,19 @@ class RosRobot:
     """The topics of one robot."""
 
     def __init__(self, robot: Robot, info: RobotInfo, *, name: str, prefix: str) -> None:
-        """Name everything.
+        """Assign the names of topics and frames.
 
         Args:
-            robot: As the world has it.
+            robot: The robot, as in the world.
             info: As known to its modules.
-            name: In topics.
-            prefix: Of its frames: '' or 'NAME/'.
+            name: Name in topics.
+            prefix: Prefix of its frames: '' or 'NAME/'.
 
         Raises:
             UsageError: Two of its frames would have the same name.
         """
         self.name = name
-        """In topics."""
+        """Name in topics."""
         self._info, self._farthest = info, robot.proximity_range
         self._frames = RobotFrames(robot, info, prefix=prefix)
         kinds: dict[str, str] = {}
@@ -106,8 +106,8 @@ class RosRobot:
         """Yield a picture as recorded, its depth if there is any, and the calibration.
 
         Args:
-            camera: Its name in the world.
-            stamp: When it was taken [s].
+            camera: Name of the camera in the world.
+            stamp: Time of the picture [s].
             data: Contents of the picture's file.
             form: 'jpeg' or 'png'.
             depth: Shape (height, width); whole millimetres as uint16, 0 for none, or metres as floats.

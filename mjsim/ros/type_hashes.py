@@ -49,7 +49,7 @@ def service_hash(name: str, *, request: Any, response: Any) -> str:
     def number(kind: str) -> Any:
         return Nodetype.BASE, (kind, 0)
 
-    store = get_typestore(Stores.ROS2_JAZZY)  # apart from ours: a type of this name would be no message
+    store = get_typestore(Stores.ROS2_JAZZY)  # separate from ours: a type of this name would not be a message
     fields = {
         EVENT: [
             ("event_type", number("uint8")),

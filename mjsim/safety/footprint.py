@@ -111,10 +111,10 @@ class Footprint:
         """Return free times and clearances of paths through places x, y, shape (k, 12)."""
         dx, dy = points[:, 0] - x[..., None], points[:, 1] - y[..., None]
         if self._box is None:
-            # Room is compared by squares.
+            # Distances are compared by their squares.
             room = dx * dx + dy * dy
             now = np.einsum("ij,ij->i", points, points)
-            # A point that is too near already only counts while the robot comes nearer to it.
+            # A point that is already too close counts only while the robot approaches it.
             limit = np.minimum((self.radius + self._nearest) ** 2, now * 0.998)
             gap = np.sqrt(room[:, : LOOKS // 2].min(axis=(1, 2))) - self.radius
         else:
@@ -122,7 +122,7 @@ class Footprint:
             c, s = np.cos(headings)[..., None], np.sin(headings)[..., None]
             room = np.maximum(np.abs(c * dx + s * dy - middle_x) - half_x, np.abs(c * dy - s * dx - middle_y) - half_y)
             now = np.maximum(np.abs(points[:, 0] - middle_x) - half_x, np.abs(points[:, 1] - middle_y) - half_y)
-            # What is nearer already, beside a long body, may come to half of that while the body swings clear.
+            # The distance of points that are already closer, beside a long body, may halve while the body swings clear.
             near = np.where(now > TOUCHING, np.maximum(0.5 * now, TOUCHING), now - 0.002)
             limit = np.where(now > 0.0, np.minimum(self._nearest, near), -np.inf)
             gap = room[:, : LOOKS // 2].min(axis=(1, 2))

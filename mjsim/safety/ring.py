@@ -82,9 +82,9 @@ class RingAvoidance:
         self._robot_from_lidar = None if self._lidar is None else _mounting(robot, self._lidar)
         self._body = Footprint(robot, clearance=self._clearance)
         self._spins = math.isinf(robot.max_curvature) and self._body.slender < self.SLENDER
-        # What steers sharply, far from its middle, is slow to steer back.
+        # A steering angle far from straight takes time to return.
         self._bend = robot.max_curvature if self._spins else min(robot.max_curvature, 1.0 / robot.radius)
-        # Who avoids keeps room to turn on the spot, unless it cannot turn so or would need a hall for it.
+        # The robot keeps space to turn on the spot, unless it cannot turn so or would need a hall for it.
         self._swing = Footprint(robot, clearance=self._clearance, swing=True) if self._spins else self._body
         self._deceleration = 0.5 * robot.max_acceleration
         rims = np.full(RAYS, robot.radius)
@@ -95,7 +95,7 @@ class RingAvoidance:
         self._cosines: Array = np.cos(np.arange(RAYS) * (2.0 * math.pi / RAYS))
         self._fan: Array = np.linspace(-1.0, 1.0, 13)
         if not self._swing.round:
-            # Beside a wall a long body can only leave it gently, as its tail swings to the wall.
+            # A long body can leave a wall only gradually, because its tail swings towards the wall.
             self._fan = self._fan * np.abs(self._fan)
         self._bearings: Array = np.arange(-11.0, 13.0) * (math.pi / 12)
         self._speed = 0.0
@@ -157,7 +157,7 @@ class RingAvoidance:
         seconds = max(self.HORIZON, 0.5 * speed / self._deceleration + 0.2, self.NEAREST / speed)
         points = self._points(speed, seconds)
         if self._swing.round and self._heading is None:
-            # No arc of less than half a turn leads to what is behind.
+            # No arc of less than half a turn leads backwards.
             points = points[points[:, 0] * direction > -self._body.radius]
         if not len(points):
             return self._free(command, min(speed, wary), now, told)
@@ -173,7 +173,7 @@ class RingAvoidance:
         turns = np.clip(wanted + self._fan * sharpest, -most, most)
         paths = self._swing.arcs(points, speed=direction * speed, turns=turns, seconds=seconds)
         speeds = np.minimum(speed * paths.ease, np.sqrt(2.0 * self._deceleration * speed * paths.times))
-        # A turn rate off by 1 rad/s is as bad as 0.15 of 0.7 m/s lost.
+        # A turn rate error of 1 rad/s costs as much as 0.15 times 0.7 m/s of lost speed.
         off = 0.15 * (speed / 0.7) * (seconds / self.HORIZON) * np.abs(turns - wanted)
         best = int(np.argmax(speeds - off - self._second_thoughts(turns, wanted, speed)))
         if speeds[best] < 0.1 * speed:
@@ -254,7 +254,7 @@ class RingAvoidance:
             return replace(command, forward=0.0, turn=turn)
         if (arc := self._turn_in_strokes(command, points, off)) is not None:
             return arc
-        # No room at either end.
+        # No space at either end.
         self._heading, self._side = None, math.copysign(1.0, off)
         if not self._spins or not self._body.can_spin(points, -turn):
             return None
@@ -264,14 +264,14 @@ class RingAvoidance:
         """Return an arc backward, then forward, that turns the front to the escape; None without room."""
         for stroke in (1.0,) if self._stroke > 0.0 else (-1.0, 1.0):
             if self._stroke != stroke:
-                # It must stop first, and gather speed again.
+                # It must stop first, and accelerate again.
                 changing = abs(command.forward) / self._robot.max_acceleration
                 self._stroke, self._left = stroke, round((self.STROKE + changing) / self._robot.dt)
             self._left -= 1
             direction = stroke * math.copysign(1.0, command.forward)
             arc = self._squeeze(command, points, off, share=0.6, direction=direction) if self._left > 0 else None
             if arc is not None:
-                # Steered while it still rolls the other way, it would swing its nose where it comes from.
+                # If it steered while still rolling the other way, its front would swing back to where it came from.
                 return replace(arc, turn=0.0) if self._pace * direction < -self.ROLLS else arc
         self._stroke = 0.0
         return None

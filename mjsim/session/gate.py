@@ -97,7 +97,7 @@ class Gate:
                 if self.leaving is not None:
                     return False
                 wait = self._until_due(number * sim.dt, first=number == 0)
-                # Until the first tick is there, modules are getting ready.
+                # Until the first tick, modules are being prepared.
                 state: State = "loading" if number == 0 else "paused" if wait is None else "running"
                 changed, self.state = state != self.state, state
                 if changed:
@@ -158,7 +158,7 @@ class Gate:
                 continue
             try:
                 work(sim)
-            # Whatever it is, it is raised again in the thread that asked.
+            # Any exception is raised again in the calling thread.
             except BaseException as error:
                 done.set_exception(error)
             else:

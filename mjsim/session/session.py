@@ -221,8 +221,8 @@ class Session(Closes):
             The event with its time; numbers are rounded as in a world file.
 
         Raises:
-            UsageError: The keys are wrong, they name something that does not exist or put it where there is no room, or
-                the run is over; then nothing changes.
+            UsageError: The keys are invalid, they name something that does not exist, they place it where there is no
+                space, or the run is over; then nothing changes.
         """
         event = touch_of(keys)
         self._do(lambda sim: self._take_touch(sim, event))
@@ -286,7 +286,7 @@ class Session(Closes):
         if self._on_change is not None:
             self._on_change()
 
-    # What follows runs in the session's thread.
+    # The following methods run in the session's thread.
 
     def _work(self) -> None:
         sim: Simulation | None = None
@@ -297,7 +297,7 @@ class Session(Closes):
                 try:
                     sim = self._at_start(sim)
                     self._run(sim)
-                # Whatever it is, it is raised again in the thread that waits for the run.
+                # Any exception is raised again in the thread that waits for the run.
                 except BaseException as error:
                     gate.become("failed", error)
                 else:

@@ -62,15 +62,16 @@ def schedule_touch(sim: "Simulation", event: WorldEvent, touched: Sequence[World
 
     Args:
         sim: The run.
-        event: What is done.
-        touched: What was done before.
+        event: The event.
+        touched: Earlier touches.
 
     Returns:
-        What was done until now; each with the time that stands for its tick in a world file. Of noise that is changed
-        more than once before a tick, the last value counts alone.
+        All touches until now, each with the time of its tick as in a world file. If noise is changed more than once
+        before a tick, only the last value counts.
 
     Raises:
-        UsageError: What it names is not there, or there is no room where it puts something, or it lies outside.
+        UsageError: The event names something that does not exist, or places something where there is no space, or
+            outside the world.
     """
     touch = event.model_copy(update={"time": _written_time((sim.tick + 1) * sim.dt)})
     same = next((each for each in touched if _is_overruled(each, touch)), None)
@@ -90,16 +91,16 @@ def keep_events(text: str, events: Sequence[WorldEvent], *, source: Source | Non
     """Return the text of a world with events added, so that a run of it repeats them.
 
     Args:
-        text: Of the world whose run was touched.
-        events: As `Session.touched` gives them.
-        source: Where the text comes from, for the files that it includes.
+        text: Text of the world whose run was touched.
+        events: Touches, from `Session.touched`.
+        source: Origin of the text, for the files that it includes.
     """
     changes = [Change("add", ("run", "events"), event_keys(event)) for event in events]
     return edit_text(text, changes) if source is None else edit_text(text, changes, source=source)
 
 
 def event_keys(event: WorldEvent) -> dict[str, Any]:
-    """Return the keys of an event as a world file has them, without those at their defaults."""
+    """Return the keys of an event as in a world file, without default values."""
     return event.model_dump(mode="json", exclude_defaults=True)
 
 

@@ -46,7 +46,7 @@ class ArmAtWork:
         self._goal, self._since = JointGoal(positions=item.start()), 0.0
         self._led: Array | None = None
         self._rates = np.minimum([link.max_velocity for link in item.arm.links], HAND_SPEED)
-        # Dry friction that differs both ways is its mean, which the scene has, and a constant torque.
+        # Dry friction that depends on direction is represented by its mean, in the scene, and a constant torque.
         data.qfrc_applied[self._dofs] = [-abs(link.gear) * sum(link.coulomb) / 2.0 for link in item.arm.links]
         self.info = _info(item, self._names)
 

@@ -43,7 +43,7 @@ class BatchRays:
         moves = model.body_weldid[model.geom_bodyid] != 0
         self._fixed: NDArray[np.int64] = np.flatnonzero(~moves & ~own & ~is_clear(model))
         self._movers: NDArray[np.int64] = np.flatnonzero(moves & ~own & ~is_clear(model))
-        # Bodies that stand still and hang on others: segments of people, and little else.
+        # Static bodies attached to others: segments of people, and little else.
         self._turning = np.flatnonzero((model.body_weldid == 0) & (model.body_parentid != 0))
         count = len(self._batches), len(self._movers)
         self._places, self._axes = np.empty((*count, 3)), np.empty((*count, 9))

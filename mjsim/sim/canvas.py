@@ -41,7 +41,7 @@ class Canvas:
             if not self._width:
                 self._fill(context)
             if (width, height) != (self._width, self._height):
-                # A buffer of just this size is cleared fastest.
+                # A buffer of exactly this size is cleared fastest.
                 mujoco.mjr_resizeOffscreen(width, height, self.mjr)
                 mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self.mjr)
                 self._width, self._height = width, height

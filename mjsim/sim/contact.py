@@ -17,7 +17,7 @@ class Bumper:
         """Keep the state, read at each measurement, and find the geoms of the robot and the floor."""
         self._data = data
         self._base = model.body(f"{robot.name}/base").id
-        # All of the base that touches, but casters, which have a group of their own.
+        # All touching parts of the base except casters, which have a group of their own.
         self._body = (model.geom_bodyid == self._base) & (model.geom_contype != 0) & (model.geom_group != RUNNING_GEAR)
         self._own = model.body_rootid[model.geom_bodyid] == self._base
         self._floor = model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
@@ -30,7 +30,7 @@ class Bumper:
         touched = (own[:, 0] != own[:, 1]) & ~self._floor[pairs].any(axis=1)
         if not touched.any():
             return ()
-        # A wheel or a caster also stands on things; the body bumps whatever the angle.
+        # A wheel or a caster also rolls on objects; for the body every contact is a bump, whatever the angle.
         touched &= self._body[pairs].any(axis=1) | (np.abs(contact.frame[:, 2]) < UPRIGHT)
         offsets = contact.pos[touched] - self._data.xpos[self._base]
         x, y, _ = (offsets @ self._data.xmat[self._base].reshape(3, 3)).T

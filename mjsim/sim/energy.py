@@ -50,7 +50,7 @@ class EnergyCount:
         dofs, middle = self._dofs, (before + data.qvel) / 2.0
         work, lost = self._powers(data, middle, step)
         self.work += self._h * (work - float(lag @ middle[dofs]))
-        # MuJoCo tells the damping at the speeds before the step; it is that at its middle.
+        # MuJoCo reports the damping for the speeds before the step; the actual one is that at its middle.
         slow = self._model.dof_damping[dofs] * (middle - before)[dofs]
         self.lost += self._h * (lost + float(slow @ middle[dofs]))
 

@@ -37,16 +37,16 @@ class Blend:
     @classmethod
     def to(cls, goal: float, *, begin: float, value: float, speed: float, change: float) -> "Blend":
         """Return the motion to a goal from a value with a speed and an acceleration, at a time [s]."""
-        # The greatest speed of such a way from rest is 15/8 of its mean.
+        # The maximum speed of such a motion from rest is 15/8 of its mean.
         seconds = max(QUICKEST, 15.0 / 8.0 * abs(goal - value) / FASTEST)
-        # One that turns round first has farther to go than from rest.
+        # A motion that first reverses has farther to go than from rest.
         stretches = STRETCHES if speed * (goal - value) < 0.0 else STRETCHES[:1]
         blends = [
             cls._within(seconds * stretch, goal, begin=begin, value=value, speed=speed, change=change)
             for stretch in stretches
         ]
         limit = ROUNDED * max(FASTEST, abs(speed))
-        # Where it gains speed at first, none may keep to the limit.
+        # If it accelerates at first, no duration may satisfy the limit.
         return next((each for each in blends if each.fastest() <= limit), min(blends, key=cls.fastest))
 
     @classmethod
@@ -204,7 +204,7 @@ class Follower(Course):
 
     def aim(self, n: int, *, gave: float) -> None:
         """Set the target of the constraint in step n, given its yield in the step before [rad, m]."""
-        # So much further the joint shall be after the step.
+        # The joint must be this much farther after the step.
         lead = self._h * self.speed(n) + self._h**2 * self.acceleration(n)
         self._model.eq_data[self.equality, 0] = self.goal(n) + lead + gave - self._rest
 

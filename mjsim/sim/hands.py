@@ -169,7 +169,7 @@ class LedPeople:
 
         (side, to), before, start = aims[-1], postures[-1], postures[0]
         if to is None:
-            # The trunk is given back as well, as far as the other hand leaves it.
+            # The trunk is released as well, as far as the other hand permits.
             side, to = next(((other, place) for other, place in reversed(aims) if other != side), (side, None))
             before = start
         if to is None:
@@ -268,7 +268,7 @@ def is_segment(model: mujoco.MjModel, body: int) -> bool:
     """Return whether a body is a segment of a person."""
     person, _, _ = model.body(body).name.rpartition("/")
     pelvis = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, f"{person}/pelvis")
-    # Nothing else has a body of that name with a neck on it.
+    # Nothing else has a body of that name with a neck attached.
     return bool(pelvis > 0 and mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, f"{person}/neck") > 0)
 
 

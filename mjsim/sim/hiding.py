@@ -1,12 +1,12 @@
 """Occlusion by walls: in a world of many rooms a camera sees few of them.
 
-Seen from below the top of a wall that stands on the floor, nothing behind it shows that is not higher than it. So a
-plan suffices: a depth for each column of the picture, that of the nearest wall, and whatever is farther in all its
+From below the top of a wall that stands on the floor, nothing behind it is visible unless it is higher. A plan is
+therefore sufficient: one depth per column of the picture, that of the nearest wall; whatever is farther in all its
 columns is hidden. A level camera sees along each column in one direction of the plan, so no pixel changes.
 
 References:
-    Teller, Sequin, Visibility preprocessing for interactive walkthroughs, SIGGRAPH 1991: walls of buildings as what
-    hides; here they are drawn into a buffer of one row, as Greene, Kass, Miller, Hierarchical Z-buffer visibility,
+    Teller, Sequin, Visibility preprocessing for interactive walkthroughs, SIGGRAPH 1991: walls of buildings as
+    occluders; here they are drawn into a buffer of one row, as Greene, Kass, Miller, Hierarchical Z-buffer visibility,
     SIGGRAPH 1993, draw into one of many.
 """
 
@@ -18,26 +18,27 @@ from mjsim.compile import wall_lines
 from mjsim.geometry import Array
 
 WORTH = 16
-"""With fewer geoms before a camera it is quicker to draw them than to ask."""
+"""With fewer geoms in front of a camera, drawing them is faster than this test."""
 MOST = 100
-"""Walls that are asked, the nearest ones all around."""
+"""Maximum number of walls tested, the nearest ones in all directions."""
 LEVEL = 0.02
 """A camera whose axes rise by more than this sees several directions along one column."""
 NEAREST = 0.01
-"""What is nearer in front of the eye is not told apart from what is behind it [m]."""
+"""Points closer in front of the eye than this count as behind it [m]."""
 ROUNDED = 1e-4
-"""By which what is as high as a wall may seem higher, as meshes are kept in single precision [m]."""
+"""Tolerance on heights, because meshes are stored in single precision [m]."""
 SHARED = 1e-9
-"""By which a wall reaches beyond its ends in the picture, so that no column slips between two that meet [m at 1 m]."""
+"""Extension of a wall beyond its ends in the picture, so that no column falls between two adjoining walls [m at 1 m].
+"""
 CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
-"""Of a cube about the origin."""
+"""Corners of a cube centred on the origin."""
 
 
 class Hiding:
-    """Tells which of the geoms that never move are behind walls."""
+    """Determines which static geoms are hidden by walls."""
 
     def __init__(self, model: mujoco.MjModel, drawn: NDArray[np.intp]) -> None:
-        """Find the walls that hide, all as high as most are, and the geoms that may be hidden.
+        """Find the occluding walls, all as high as most walls are, and the geoms that may be hidden.
 
         Args:
             model: The compiled world.
@@ -59,15 +60,15 @@ class Hiding:
     def add_to(
         self, unseen: NDArray[np.bool_], eye: Array, ahead: Array, right: Array, half_width: float, columns: int
     ) -> None:
-        """Note what is hidden.
+        """Mark hidden geoms.
 
         Args:
-            unseen: Of each drawn geom whether it is known to be out of sight; changed.
-            eye: Of the camera, world frame, shape (3,) [m].
-            ahead: Its optical axis, shape (3,).
-            right: Shape (3,).
+            unseen: For each drawn geom whether it is known to be invisible; modified.
+            eye: Position of the camera, world frame, shape (3,) [m].
+            ahead: Its optical axis, unit vector, world frame, shape (3,).
+            right: Its right axis, unit vector, world frame, shape (3,).
             half_width: Tangent of half its horizontal field of view.
-            columns: Of the picture.
+            columns: Number of columns of the picture.
         """
         if eye[2] >= self._top or abs(ahead[2]) > LEVEL or abs(right[2]) > LEVEL:
             return
@@ -81,7 +82,7 @@ class Hiding:
         before = nearest > NEAREST
         asked, nearest = asked[before], nearest[before]
         ways = (aside[before] / far[before]) / half_width
-        # One column more to each side, against rounding.
+        # One more column on each side, against rounding.
         first = np.clip(np.floor((ways.min(axis=1) + 1.0) * (columns / 2) - 0.5).astype(int), 0, columns - 1)
         last = np.clip(np.ceil((ways.max(axis=1) + 1.0) * (columns / 2) - 0.5).astype(int), 0, columns - 1)
         walls = np.append(self._nearness(view, eye[:2], half_width, columns), 0.0)
@@ -89,7 +90,7 @@ class Hiding:
         unseen[self._places[asked[least > 1.0 / nearest]]] = True
 
     def _nearness(self, view: Array, eye: Array, half_width: float, columns: int) -> Array:
-        """Return 1 / depth of the nearest wall that hides in each column, 0 without one, shape (columns,) [1/m]."""
+        """Return 1 / depth of the nearest occluding wall in each column, 0 without one, shape (columns,) [1/m]."""
         x, z, x_end, z_end = self._nearest(view, eye)
         x, z = _clipped(x, z, x_end, z_end)
         x_end, z_end = _clipped(x_end, z_end, x, z)
@@ -98,7 +99,7 @@ class Hiding:
         kept &= np.abs(way - way_end) > SHARED
         way, way_end, near, near_end = way[kept], way_end[kept], 1.0 / z[kept], 1.0 / z_end[kept]
         at = ((np.arange(columns) + 0.5) * (2.0 / columns) - 1.0) * half_width
-        # A straight wall's nearness goes linearly over a picture.
+        # The inverse depth of a straight wall is linear across a picture.
         slope = (near_end - near) / (way_end - way)
         nearness = np.outer(slope, at)
         nearness += (near - slope * way)[:, None]
@@ -107,7 +108,7 @@ class Hiding:
         return np.asarray(nearness.max(axis=0, initial=0.0), dtype=float)
 
     def _nearest(self, view: Array, eye: Array) -> tuple[Array, Array, Array, Array]:
-        """Return the walls nearest to the eye that are not behind it: to the right and ahead [m], of both ends."""
+        """Return the nearest walls that are not behind the eye: right and ahead coordinates of both ends [m]."""
         x, y, x_end, y_end = self._x, self._y, self._x_end, self._y_end
         if len(x) > MOST:
             far = (self._middle[0] - eye[0]) ** 2 + (self._middle[1] - eye[1]) ** 2 - self._reach
@@ -120,13 +121,13 @@ class Hiding:
 
 
 def _clipped(x: Array, z: Array, x_end: Array, z_end: Array) -> tuple[Array, Array]:
-    """Return the starts of lines, those behind the eye moved along the line to just before it."""
+    """Return the starts of lines; those behind the eye are moved along the line to just in front of it."""
     share = np.where(z < NEAREST, (NEAREST - z) / np.where(z_end == z, 1.0, z_end - z), 0.0)
     return x + share * (x_end - x), np.maximum(z, NEAREST)
 
 
 def _box(model: mujoco.MjModel, geom: int) -> Array:
-    """Return the lowest and the highest corner of a box around a geom of the world itself, shape (2, 3) [m]."""
+    """Return the minimum and maximum corner of a box around a static geom, world frame, shape (2, 3) [m]."""
     turned = np.empty(9)
     mujoco.mju_quat2Mat(turned, model.geom_quat[geom])
     rotation = turned.reshape(3, 3)
@@ -147,7 +148,7 @@ def _box(model: mujoco.MjModel, geom: int) -> Array:
 
 
 def _usual_top(lines: Array) -> float:
-    """Return how high most of the walls are, by length [m]; below the floor when there are none."""
+    """Return the height of most walls, weighted by length [m]; below the floor if there are none."""
     if not len(lines):
         return -1.0
     tops, which = np.unique(lines[:, 4], return_inverse=True)

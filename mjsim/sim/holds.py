@@ -1,7 +1,7 @@
-"""Joints of mechanisms that a hand holds: a spring with a damper of bounded force, beside all that moves them.
+"""Joints of mechanisms held by a hand: a spring-damper of bounded force, in addition to everything that drives them.
 
-The force of step n is that of the spring and the damper at its end, from positions and velocities at its start and the
-inertia of what the hand moves. This is stable for any stiffness.
+The force in step n is that of the spring and the damper at its end, predicted from positions and velocities at its
+start and the inertia that the hand moves. This is stable for any stiffness.
 
 References:
     Tan, Liu, Turk, Stable proportional-derivative controllers (2011), equations 8 to 10.
@@ -18,41 +18,42 @@ from mjsim.sim.mechanism_state import Places
 from mjsim.world import Mechanism
 
 STRONGEST = 300.0
-"""Largest force of a hand at the lever [N]."""
+"""Maximum force of a hand at the lever [N]."""
 STIFFNESS = 6000.0
-"""Of a hand at the lever [N/m]."""
+"""Stiffness of a hand at the lever [N/m]."""
 SHORTEST = 0.1
-"""Shortest lever [m]; else it is the distance of the body's farthest point from the axis."""
+"""Minimum lever [m]; otherwise it is the distance of the body's farthest point from the axis."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Hold:
-    """One joint in a hand."""
+    """One held joint."""
 
     place: int
     """Index of its value in qpos."""
     dof: int
     lever: float
-    """[m]; 1 for a joint that slides."""
+    """[m]; 1 for a sliding joint."""
     course: Blend
-    """Where the hand moves it."""
+    """Course of the hand."""
 
 
 class Holds:
-    """The joints of one mechanism that a hand holds."""
+    """The joints of one mechanism that are held by a hand."""
 
     def __init__(self, model: mujoco.MjModel, mechanism: Mechanism, places: Places) -> None:
-        """Hold none."""
+        """Start without held joints."""
         self._model, self._mechanism, self._places = model, mechanism, places
         self._h = float(model.opt.timestep)
         self._held: dict[int, _Hold] = {}
         """By column."""
         self._pull = self._before = np.zeros(model.nv)
-        """On each degree of freedom of the world in the step of this number, and in the one before it [N m, N]."""
+        """Step number, and the forces on each degree of freedom of the world in it and in the previous step [N m, N].
+        """
         self._step = -1
 
     def __bool__(self) -> bool:
-        """Return whether there are any."""
+        """Return whether any joint is held."""
         return bool(self._held)
 
     @property
@@ -61,9 +62,9 @@ class Holds:
         return np.asarray(self._pull[self._places.dofs])
 
     def lead(self, joint: str, goal: float | None, step: int, data: mujoco.MjData) -> None:
-        """Stop a joint where it is, and move it to a value from a step on [rad, m]; None lets it go.
+        """Stop a joint, and move it to a value from a step on [rad, m]; None releases it.
 
-        One that is held already moves on from where the hand would have it by then.
+        A joint that is already held continues from the position of the hand at that time.
         """
         column = self._mechanism.assembly.names.index(joint)
         if goal is None:
@@ -81,15 +82,15 @@ class Holds:
         self._held[column] = _Hold(place=place, dof=dof, lever=lever, course=course)
 
     def goals(self, step: int) -> dict[int, float]:
-        """Return where the hand moves each joint at a step, by column [rad, m]."""
+        """Return the goal of each held joint at a step, by column [rad, m]."""
         return {column: hold.course.at(step * self._h)[0] for column, hold in self._held.items()}
 
     def aim(self, data: mujoco.MjData, scratch: mujoco.MjData, step: int) -> None:
-        """Set the forces of a step; a second call for the same step sets the same.
+        """Set the forces of a step; a second call for the same step sets the same forces.
 
         Args:
             data: State before the step.
-            scratch: A state to work in.
+            scratch: A state for temporary use.
             step: Number of the step.
         """
         held = list(self._held.values())
@@ -106,7 +107,7 @@ class Holds:
         speeds = data.qvel[dofs]
         ahead = data.qpos[[hold.place for hold in held]] + self._h * speeds
         pull = stiffness * (wanted[:, 0] - ahead) + damping * (wanted[:, 1] - speeds)
-        # What else acts is what did in the step before, as far as the hand does not account for the acceleration.
+        # The other forces are estimated from the previous step: the acceleration that the hand does not account for.
         others = data.qacc[dofs] - yielding @ self._before[dofs]
         by_change = self._h * damping + self._h**2 * stiffness
         pull = np.linalg.solve(np.eye(len(held)) + by_change[:, None] * yielding, pull - by_change * others)
@@ -114,7 +115,7 @@ class Holds:
         self._pull[dofs] = np.clip(pull, -STRONGEST * levers, STRONGEST * levers)
 
     def _yielding(self, data: mujoco.MjData, scratch: mujoco.MjData, dofs: list[int]) -> Array:
-        """Return the accelerations of held joints by unit forces on them, shape (held, held)."""
+        """Return the accelerations of held joints per unit force on them, shape (held, held)."""
         model = self._model
         scratch.qpos[:] = data.qpos
         mujoco.mj_kinematics(model, scratch)

@@ -17,37 +17,37 @@ from mjsim.world import World
 
 LED_MODES = ("inverse", "kinematics")
 MISSED = 1e-6
-"""By which loops that are led exactly miss at most [rad, m]."""
+"""Maximum error of prescribed loops [rad, m]."""
 
 
 class LedMechanism(MechanismAtWork):
-    """A mechanism each freedom of which follows a motion: it is where that has it, at every step.
+    """A mechanism in which motions prescribe each degree of freedom exactly, at every step.
 
-    Forces do not move it; those that the motion takes are worked out. What it touches feels its speed.
+    Forces do not move it; the forces that the motion requires are computed. Objects in contact with it feel its speed.
     """
 
     _power: tuple[float, float]
     """Time of the last tick, and the power of all motions then [s, W]."""
     _work: float
-    """Of the motions up to then, by the trapezoidal rule over ticks [J]."""
+    """Work of the motions up to that time, by the trapezoidal rule over ticks [J]."""
 
     @property
     def moved(self) -> bool:
-        """Whether something moves it: always."""
+        """Whether something drives it: always true."""
         return True
 
     def act(self, step: int) -> None:
-        """Put it where it is at a step."""
+        """Set its pose at a step."""
         super().act(step)
         self._put(step)
 
     def settle(self, step: int) -> None:
-        """Put it where it is at the end of a tick, before the step of that number."""
+        """Set its pose at the end of a tick, before the step of that number."""
         super().settle(step)
         self._put(step)
 
     def state(self, step: int) -> MechanismState:
-        """Return how it moves now, before the step of that number."""
+        """Return its motion before the step of that number."""
         self._put(step)
         self._exact(step, self._data.qvel.copy())
         mujoco.mj_rnePostConstraint(self._model, self._scratch)
@@ -58,14 +58,14 @@ class LedMechanism(MechanismAtWork):
         return replace(now, work=self._work)
 
     def _go_to(self, step: int) -> None:
-        """Note nothing: the forces of the physics are not those that lead it."""
+        """Do nothing: the forces of the physics do not drive it."""
 
     def _found_fault(self) -> str:
-        """Return nothing: it is where its motions have it."""
+        """Return '': its motions determine its pose."""
         return ""
 
     def _lagging(self) -> Array:
-        """Return no forces: its speeds are those of now."""
+        """Return zero forces: its speeds are current."""
         return np.zeros(len(self._places.dofs))
 
     def _begin(self) -> None:
@@ -86,7 +86,7 @@ class LedMechanism(MechanismAtWork):
 
     @cached_property
     def _held(self) -> int:
-        """How many rows hold it beside the motions."""
+        """Return the number of constraint rows besides the motions."""
         return len(residual(self._assembly.linkage, self._assembly.rows, self._now))
 
     def _accelerations(self, step: int) -> dict[int, float]:
@@ -94,16 +94,16 @@ class LedMechanism(MechanismAtWork):
 
 
 class Mechanisms:
-    """All mechanisms of a world at work."""
+    """All mechanisms of a world during a run."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, world: World, *, seed: int) -> None:
-        """Set them to their starts.
+        """Set them to their initial values.
 
         Args:
             model: The compiled world.
             data: Its state, at the start.
-            world: As it was written.
-            seed: Of the run.
+            world: The world.
+            seed: Seed of the run.
         """
         self._all = [
             (LedMechanism if each.mode in LED_MODES else MechanismAtWork)(
@@ -117,46 +117,46 @@ class Mechanisms:
         self._now: tuple[int, dict[str, tuple[JointMotion, SensorReadings]]] = -1, {}
 
     def acting(self) -> list[MechanismAtWork]:
-        """Return those that something moves."""
+        """Return the mechanisms that something drives."""
         return [each for each in self._all if each.moved]
 
     def held(self) -> list[MechanismAtWork]:
-        """Return those that nothing but a hand moves now."""
+        """Return the mechanisms that are currently moved only by a hand."""
         return [each for each in self._all if each.held and not each.moved]
 
     def controls(self) -> list[ControlActuation]:
-        """Return the controllers of all, made and started with the first call."""
+        """Return all their controllers, created and started at the first call."""
         if self._controls is None:
             self._controls = [self._make_control(each.mechanism) for each in self._all]
         return [actuation for each in self._controls for actuation in each.actuations]
 
     def close(self) -> None:
-        """Close the modules of controllers that hold more than memory."""
+        """Close controller modules with resources other than memory."""
         for each in self._controls or ():
             each.close()
 
     def settle(self, tick: int) -> None:
-        """Bring all to where they are at a tick."""
+        """Set all mechanisms to their poses at a tick."""
         for each in self._all:
             each.settle(tick * self._per_tick)
 
     def lead(self, name: str, joint: str, goal: float | None, tick: int) -> None:
-        """From a tick on bring a joint of a mechanism to a value [rad, m]; None: back, or let go."""
+        """Move a joint of a mechanism to a value from a tick on [rad, m]; None returns or releases it."""
         self._named(name).lead(joint, goal, tick * self._per_tick)
 
     def barred(self, name: str, joint: str, goal: float | None, tick: int) -> str:
-        """Return how loops do not allow what `lead` does, in words; '' where they do."""
+        """Return why loops do not permit a `lead`, as text; '' if they do."""
         return self._named(name).barred(joint, goal, tick * self._per_tick)
 
     def _named(self, name: str) -> MechanismAtWork:
         return next(each for each in self._all if each.mechanism.name == name)
 
     def failing(self, tick: int, *, known: bool) -> str:
-        """Return why physics fails at a tick, in words: motions that a loop does not allow, or a loop that gives way.
+        """Return why the physics fails at a tick, as text: motions that a loop does not permit, or a loop that opens.
 
         Args:
-            tick: Which.
-            known: Whether it is known to fail.
+            tick: Number of the tick.
+            known: Whether the failure is already known.
         """
         for each in self._all:
             if known or each.fault:
@@ -166,15 +166,15 @@ class Mechanisms:
         return ""
 
     def motions(self, tick: int) -> dict[str, JointMotion]:
-        """Return how the joints of each mechanism move at a tick, by its name."""
+        """Return the motion of each mechanism's joints at a tick, by name."""
         return {name: motion for name, (motion, _) in self._at(tick).items()}
 
     def readings(self, tick: int) -> dict[str, SensorReadings]:
-        """Return what the sensors of each mechanism read at a tick, by its name."""
+        """Return the readings of each mechanism's sensors at a tick, by name."""
         return {name: readings for name, (_, readings) in self._at(tick).items()}
 
     def _at(self, tick: int) -> dict[str, tuple[JointMotion, SensorReadings]]:
-        """Return all of a tick; worked out once."""
+        """Return motions and readings at a tick, computed once."""
         if self._now[0] != tick:
             self._now = tick, {each.mechanism.name: each.motion(tick * self._per_tick) for each in self._all}
         return self._now[1]

@@ -1,4 +1,4 @@
-"""Motions that loops of a mechanism do not allow, and where they stop."""
+"""Motions that loops of a mechanism do not permit, and where they stop."""
 
 import math
 from collections.abc import Sequence
@@ -11,31 +11,31 @@ from mjsim.sim.followers import Follower
 from mjsim.world import Mechanism
 
 TRIED = 9
-"""So many places on the way of a joint that is led are tried, whether loops close there."""
+"""Number of positions along the path of a led joint at which closing of the loops is tested."""
 
 
 class Locks:
-    """What the motions of a mechanism ask of its loops."""
+    """Tests whether prescribed motions are compatible with the loops of a mechanism."""
 
     def __init__(self, mechanism: Mechanism, followers: Sequence[Follower]) -> None:
-        """Take a mechanism, and what its joints follow."""
+        """Store a mechanism, and the motions that its joints follow."""
         self._mechanism, self._assembly, self._followers = mechanism, mechanism.assembly, followers
 
     def follower(self, joint: str) -> Follower:
-        """Return the motion that leads a joint, named as it or as `JOINT.VALUE`."""
+        """Return the motion of a joint, named by the joint or as `JOINT.VALUE`."""
         column = self._assembly.names.index(joint)
         return next(each for each in self._followers if each.drive.column == column)
 
     def led(self, step: int) -> list[Rows]:
-        """Return what motions ask of the values at a step."""
+        """Return the constraints of the motions at a step."""
         return [_asked_of(each, each.goal(step)) for each in self._followers]
 
     def locked(self, step: int, values: Array) -> str:
-        """Return how motions ask for what loops do not allow at a step, in words; '' where they do not.
+        """Return how motions contradict the loops at a step, as text; '' if they do not.
 
         Args:
-            step: Whose motions are tried.
-            values: Where the search begins, shape (values,) [rad, m].
+            step: Step at which motions are tested.
+            values: Initial values of the search, shape (values,) [rad, m].
         """
         if not self._followers:
             return ""
@@ -46,13 +46,13 @@ class Locks:
         return f"{self._missed(asked, closed.values)}; change the lengths, or the signal"
 
     def barred(self, joint: str, goal: float, step: int, values: Array) -> str:
-        """Return how loops do not allow that a joint is led to a value from where it is, in words; '' where they do.
+        """Return how loops prevent a joint from reaching a value from its current one, as text; '' if they do not.
 
         Args:
-            joint: One that follows a motion; all others stay meanwhile.
-            goal: Where to [rad, m].
-            step: Now.
-            values: Of all joints now, shape (values,) [rad, m].
+            joint: A joint that follows a motion; all other motions stay constant.
+            goal: The value [rad, m].
+            step: Current step.
+            values: Current joint values, shape (values,) [rad, m].
         """
         own = self.follower(joint)
         others = [_asked_of(each, each.goal(step)) for each in self._followers if each is not own]

@@ -129,7 +129,7 @@ def _cut_reaction(model: mujoco.MjModel, mechanism: Mechanism, joint: str) -> Ca
         force, torque = np.zeros(3), np.zeros(3)
         for equality, site in zip(found, sites, strict=True):
             own = (data.efc_id[:count] == equality) & (data.efc_type[:count] == mujoco.mjtConstraint.mjCNSTR_EQUALITY)
-            # It pushes the first point along, the second one back.
+            # It pushes the first point along the direction, the second one against it.
             pushed = -data.efc_force[:count][own]
             force += pushed
             torque += np.cross(data.site_xpos[site] - data.site_xpos[sites[0]], pushed)
@@ -192,7 +192,7 @@ def _point(now: MechanismState, body: int, place: Place) -> Array:
     mujoco.mj_objectAcceleration(model, data, kind, body, change, 0)
     arm = data.xmat[body].reshape(3, 3) @ place.at
     velocity = speed[3:] + np.cross(speed[:3], arm)
-    # What MuJoCo gives is what an accelerometer would feel.
+    # MuJoCo gives what an accelerometer would measure.
     felt = change[3:] + np.cross(change[:3], arm) + np.cross(speed[:3], np.cross(speed[:3], arm))
     acceleration = felt + model.opt.gravity
     return np.concatenate([data.xpos[body] + arm, velocity, acceleration, speed[:3], change[:3], data.xquat[body]])

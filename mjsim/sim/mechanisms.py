@@ -195,7 +195,7 @@ class MechanismAtWork:
         self._gained = (self._before - before)[self._places.dofs]
         self._closures.aim(self._data)
         self._gave = yields(self._model, self._data)
-        # Where motions lead it, they have the say, and not its energy.
+        # Prescribed motions determine its motion, regardless of its energy.
         if len(self._loops) and not self._followers:
             turned = self._h * float(np.abs(self._before[self._turning]).max(initial=0.0))
             self._widest = max(self._widest, turned)
@@ -208,7 +208,7 @@ class MechanismAtWork:
         """
         if joint in self.mechanism.held:
             self._holds.lead(joint, goal, step, self._data)
-            # No step follows that writes it where only the hand moved it.
+            # If only the hand moved it, no later step clears this force.
             self._data.qfrc_applied[self._places.dofs] = self._lag + self._holds.pull
         elif goal is None:
             self._locks.follower(joint).release(step, whole=self._whole(joint))
@@ -223,7 +223,7 @@ class MechanismAtWork:
     def barred(self, joint: str, goal: float | None, step: int) -> str:
         """Return why its loops do not allow the motion of `lead`, as text; '' if they do."""
         if joint in self.mechanism.held:
-            return ""  # A hand of bounded force does not force a loop.
+            return ""  # A hand of bounded force cannot force a loop open.
         if goal is None:
             goal = self._locks.follower(joint).end(step, whole=self._whole(joint))
         if goal is None:
@@ -331,17 +331,17 @@ class MechanismAtWork:
         bends = self._tracks.place(scratch) if self._tracks else {}
         copy_state(data, scratch, data.qpos, speeds)
         flags, tolerance = int(model.opt.disableflags), float(model.opt.tolerance)
-        # Islands would be solved with copies of what is changed below.
+        # With islands, the solver would use copies of what is changed below.
         model.opt.disableflags, model.opt.tolerance = flags | int(mujoco.mjtDisableBit.mjDSBL_ISLAND), 0.0
         mujoco.mj_fwdPosition(model, scratch)
         mujoco.mj_fwdVelocity(model, scratch)
-        # Here the speeds are those of now.
+        # Here the speeds are the current ones.
         scratch.qfrc_applied[self._places.dofs] -= self._lag
         wanted = self._accelerations(step)
         for row in self._rows(scratch):
             equality = int(scratch.efc_id[row])
             scratch.efc_aref[row] = wanted.get(equality, 0.0) - bends.get(equality, changes[row])
-            # What yields in the physics, so that it stays stable, does not yield here.
+            # Constraints that are soft in the physics, for stability, are rigid here.
             scratch.efc_R[row] *= UNYIELDING
             scratch.efc_D[row] = 1.0 / scratch.efc_R[row]
         mujoco.mj_fwdActuation(model, scratch)

@@ -183,7 +183,7 @@ class WheelOdometer:
         across = 0.0
         creep = self._creep * turn * turn
         if self._sideways:
-            # The part driven sideways is the same arc, a quarter turned to the left.
+            # The part driven sideways is the same arc, rotated by 90 degrees to the left.
             (_, s_t), (_, b_t) = arc_end_slopes(aside, turn)
             f_t, l_t, across = f_t - b_t, l_t + s_t, self._variance[0] * abs(aside)
             way = math.hypot(distance, aside)

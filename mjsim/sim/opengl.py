@@ -85,7 +85,7 @@ def try_backend(name: str) -> str:
     return _try(maker)
 
 
-@functools.cache  # A fact of the process: MuJoCo binds to one OpenGL library and never looks again.
+@functools.cache  # Constant in a process: MuJoCo binds to one OpenGL library and never searches again.
 def _choice() -> tuple[str, ContextMaker]:
     reasons = []
     for name in _candidates(requested_backend()):
@@ -119,7 +119,7 @@ def _remedy() -> str:
     setup = CHECKOUT / "scripts" / "setup"
     if setup.is_file():
         return str(setup)
-    # Its wheels end with Python 3.13.
+    # Its last wheels are for Python 3.13.
     return how_to_install("--no-deps", f"{PACKAGE}=={VERSION}") if sys.version_info < (3, 14) else APT_LINE
 
 
@@ -127,7 +127,7 @@ def _open_egl() -> ContextMaker:
     egl = Egl()
     for display in egl.displays():
         maker = functools.partial(_egl_context, egl, display)
-        with suppress(OpenGLError):  # A GPU that this user may not open stands before the one that draws in software.
+        with suppress(OpenGLError):  # A GPU that this user may not open is listed before the software renderer.
             _try(maker)
             native.publish(egl.library)
             return maker
@@ -135,7 +135,7 @@ def _open_egl() -> ContextMaker:
 
 
 def _egl_context(egl: Egl, display: int, width: int, height: int) -> GLContext:
-    del width, height  # It has no framebuffer of its own.
+    del width, height  # It has no framebuffer.
     return EglContext(egl, display)
 
 

@@ -48,7 +48,7 @@ class ProximityRing:
         """
         world_from_base = self._data.xmat[self._base].reshape(3, 3)
         np.matmul(self._rays, world_from_base.T, out=self._directions)
-        # From the middle, leaving out the base: a ray that began at the rim would begin inside what is touched.
+        # From the centre, excluding the base: a ray that started at the rim would start inside a touched object.
         start = self._data.xpos[self._base] + world_from_base @ self._start
         self._fan.cast(start, self._directions, exclude=self._base, limit=self._farthest)
         distances = self._fan.distances

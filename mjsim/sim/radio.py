@@ -39,7 +39,7 @@ class RadioNet:
         if not any(said.values()):
             return
         places, due = truths(), tick + 1 + self._radio.delay
-        # In the order of the world, whoever decided first.
+        # In the order of the world, regardless of which robot decided first.
         for sender in self._coming:
             for text in said.get(sender, ()):
                 message = Message(sender, time, text)
@@ -55,7 +55,7 @@ class RadioNet:
         return tuple(found)
 
     def _reaches(self, sender: str, receiver: str, places: Mapping[str, Pose]) -> bool:
-        # Near or far, each message draws one number for each receiver.
+        # At any distance, each message draws one random number per receiver.
         lost = bool(self._radio.loss) and self._luck[sender, receiver].random() < self._radio.loss
         one, other = places[sender], places[receiver]
         reach = math.inf if self._radio.range is None else self._radio.range

@@ -124,7 +124,7 @@ class Rays:
         self._base = base = model.body(f"{robot}/base").id
         self._carrier = model.body(f"{robot}/{carrier}").id
         bodies = model.geom_bodyid
-        # MuJoCo leaves out one body by itself; whatever else of the robot could be hit is hidden.
+        # MuJoCo can exclude one body; other parts of the robot that could be hit are hidden.
         own = (model.body_rootid[bodies] == base) & (bodies != base) & SOLID[model.geom_group].astype(bool)
         self._own: NDArray[np.int64] = np.flatnonzero(own)
         self._groups = model.geom_group[self._own].copy()

@@ -64,7 +64,7 @@ class Scenery:
         bodies = model.geom_bodyid[solid]
         falls = model.body_dofnum[model.body_rootid[bodies]] == FREE
         model.geom_contype[solid[falls]] = GHOST
-        # MuJoCo also asks whole bodies whether they may touch.
+        # MuJoCo also tests whole bodies for possible contact.
         model.body_contype[bodies[falls]] |= GHOST
         model.geom_conaffinity[model.geom("floor").id] |= GHOST
         model.body_conaffinity[0] |= GHOST

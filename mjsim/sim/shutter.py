@@ -83,8 +83,8 @@ class Shutter:
     def _weights(self, instants: Array) -> Array:
         """Return the weight of each instant in each row, shape (rows, instants)."""
         step = float(instants[1] - instants[0])
-        # An instant stands for the time about it, and a row takes at least that long: one picture goes over into the
-        # next without a seam.
+        # An instant represents the time around it, and a row takes at least that long: the pictures blend without a
+        # seam.
         half_row, half = max(self._camera.shutter, step) / 2, step / 2
         rows = self._rows[:, None]
         shared = np.minimum(rows + half_row, instants + half) - np.maximum(rows - half_row, instants - half)

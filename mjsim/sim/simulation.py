@@ -69,7 +69,7 @@ class Simulation(Closes):
         self._compiled = Snapshot(self.model)
         self._canvases: dict[Quality, Canvas] = {}
         self._health = Health(self.model, world)
-        # Found at a step, so that no controller is made that is replaced before.
+        # Created at a step, so that no controller is made that is replaced before.
         self._actuations: list[Actuation] | None = None
         self._set_up()
         self.catalogue: Mapping[str, BeaconInfo] = MappingProxyType(catalogue_of(world))

@@ -149,7 +149,7 @@ def _color(model: mujoco.MjModel, geom: int) -> Array:
     if material < 0 or not np.allclose(own, PLAIN):
         return np.asarray(own, dtype=float)
     color = np.array(model.mat_rgba[material], dtype=float)
-    # What glows is dimmed so that it is not too bright together with the light on it.
+    # Glowing surfaces are dimmed so that they are not too bright together with the light on them.
     color[:3] = np.clip(color[:3] * (1.0 + model.mat_emission[material]), 0.0, 1.0)
     return color
 

@@ -45,7 +45,7 @@ class Standing:
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
         heights = np.einsum("ij,ij->i", normals, corners[:, 0])
-        # Of each triangle, and last of none, which a ray that meets nothing has by the index -1.
+        # One per triangle, and at the end one for no hit, which has the index -1.
         self._geoms = np.append(of_triangles, -1).astype(np.int32)
         self._is_round = np.append(~np.isin(model.geom_type[of_triangles], FLAT), False)
         self._normals, self._heights = np.append(normals, np.zeros((1, 3)), axis=0), np.append(heights, 0.0)
@@ -62,7 +62,7 @@ class Standing:
         if self._meet is None:
             return RayHits.nothing(len(starts))
         met = self._meet(starts, directions)
-        # Embree finds the triangle in single precision; where the ray meets its plane is found again in double.
+        # Embree finds the triangle in single precision; the intersection with its plane is computed again in double.
         normals = self._normals[met]
         along = np.einsum("ij,ij->i", normals, directions)
         ahead = self._heights[met] - np.einsum("ij,ij->i", normals, starts)

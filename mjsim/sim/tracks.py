@@ -87,7 +87,7 @@ class TrackAtWork:
         for site, equality, way in zip(self._sites, self._equalities, self._ways, strict=True):
             across = normals[way]
             model.site_pos[site] = pose[:3, :3] @ (on + self._lever * across) + pose[:3, 3]
-            # The length grows as the point goes away from the site.
+            # The length increases as the point moves away from the site.
             found[equality] = -float(turned @ across @ gap)
         return found
 

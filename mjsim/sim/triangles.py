@@ -60,7 +60,7 @@ def _plane(model: mujoco.MjModel, geom: int) -> Triangles:
     repeat = np.ones(2) if material < 0 else model.mat_texrepeat[material]
     if material >= 0 and model.mat_texuniform[material]:
         repeat = repeat * half
-    # MuJoCo lays pictures on planes so, its first row at +y.
+    # MuJoCo puts pictures on planes like this, with the first row at +y.
     places = 0.5 * unit * repeat * [1.0, -1.0] + 0.5
     points = np.column_stack([unit * half, np.zeros(4)])
     corners = np.array([[0, 1, 2], [0, 2, 3]], dtype=np.uint32)
@@ -190,7 +190,7 @@ def coarser(shape: Triangles, cell: float) -> Triangles:
     corners = into[shape.corners]
     first, second, third = corners.T
     corners = corners[(first != second) & (second != third) & (third != first)]
-    # Of triangles that fell together one is enough.
+    # Of triangles that coincide, one is enough.
     _, kept = np.unique(np.sort(corners, axis=1), axis=0, return_index=True)
     return Triangles(
         points / counts[:, None],

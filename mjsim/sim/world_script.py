@@ -49,9 +49,9 @@ if TYPE_CHECKING:
     from mjsim.mechanics import TimeSignal
 
 EARLY = 1e-9
-"""A tick that is this much before an event is the event's [s]."""
+"""Tolerance by which a tick may precede the time of its event [s]."""
 DEEP = 1e-3
-"""What is put down may reach this far into something that moves [m], as into what stays."""
+"""Allowed overlap of a placed object with moving objects [m], as with static ones."""
 
 
 ArmOf = Callable[[str, str], ArmAtWork]
@@ -62,7 +62,7 @@ Barred = Callable[[str, str, float | None], str]
 
 
 class WorldScript:
-    """Lets events happen, and movers and joints move, in a compiled world."""
+    """Executes events, and moves scripted objects and motorised joints, in a compiled world."""
 
     def __init__(
         self,
@@ -76,17 +76,17 @@ class WorldScript:
         lead: Lead,
         barred: Barred,
     ) -> None:
-        """Put all movers where they start; events at time 0 are still to happen.
+        """Set all moving objects to their initial poses; events at time 0 are still pending.
 
         Args:
             model: The compiled world.
             data: Its state.
-            world: As it was written.
-            seed: Of the run.
-            arm: Returns an arm by the names of its robot and its own.
-            tune: Changes a figure of noise by its key; raises UsageError where it cannot.
-            lead: Leads a joint of a mechanism, by the names of both, to a value [rad, m]; None gives it back.
-            barred: Returns why a loop does not allow that, in words; '' where it does.
+            world: The world.
+            seed: Seed of the run.
+            arm: Returns an arm by the name of its robot and its own name.
+            tune: Changes a noise parameter by its key; raises UsageError if it cannot.
+            lead: Moves a joint of a mechanism, both given by name, to a value [rad, m]; None releases it.
+            barred: Returns why a loop does not permit that, as text; '' if it does.
         """
         self._arm, self._tune, self._lead, self._barred = arm, tune, lead, barred
         self._seed, self._pushes = seed, 0
@@ -96,28 +96,29 @@ class WorldScript:
         self._doors = {leaf.name: leaf for leaf in leaves(world)}
         self._joints = Joints(model, data, [leaf.joint() for leaf in self._doors.values()])
         self._shoves = Shoves(model, data)
-        # The next one is the last; of events at one time the first in the file comes first.
+        # The last one is next; of simultaneous events, the first in the file comes first.
         self._due = sorted(world.run.events, key=lambda event: event.time)[::-1]
         self._happened: list[WorldEvent] = []
         obstacles = list(zip(world.obstacles, item_names(world.obstacles), strict=True))
         self._moving = [name for obstacle, name in obstacles if obstacle.movable or obstacle.path is not None]
         self._movable = [obstacle.name for obstacle in world.obstacles if obstacle.movable and obstacle.name]
-        # What leans at the start is put down upright.
+        # A robot that leans at the start is placed upright.
         self._heights = {robot.name: 0.0 for robot in world.robots}
         self._movers.put(0.0)
 
     def schedule(self, event: WorldEvent, *, instead_of: WorldEvent | None = None) -> WorldEvent:
-        """Have an event happen when its time comes, after those of the same time.
+        """Schedule an event, after those of the same time.
 
         Args:
-            event: What is to happen.
-            instead_of: One that was scheduled before and is still to happen.
+            event: The event.
+            instead_of: A pending event to replace.
 
         Returns:
-            The event; that of a hand tells how far it will stay away.
+            The event; for a hand, with the distance that will remain to its target.
 
         Raises:
-            UsageError: What it names is not there, or there is no room where it puts something; nothing changes then.
+            UsageError: It names something that does not exist, or places something where there is no space; then
+                nothing changes.
         """
         self._check(event)
         if isinstance(event, MoveEvent):
@@ -135,22 +136,22 @@ class WorldScript:
             until = [each for each in reversed(self._due) if each.time <= event.time]
             event = self._scenery.tried(event, until)
         self._due = [event, *(each for each in self._due if each is not instead_of)]
-        # The sort is stable, and of those at one time the newest stands first: it happens last.
+        # The sort is stable, and of simultaneous ones the newest comes first: it is executed last.
         self._due.sort(key=lambda each: -each.time)
         return event
 
     def let_happen(self, time: float) -> None:
-        """Let all scripted events happen whose time has come [s]."""
+        """Execute all scripted events that are due at a time [s]."""
         while self._due and self._due[-1].time <= time + EARLY:
             self.happen(self._due.pop(), time)
         if self._scenery.looks.reached:
             self._scenery.show(replace(self._scenery.looks, time=time))
 
     def happen(self, event: WorldEvent, time: float) -> None:
-        """Let an event happen now.
+        """Execute an event now.
 
         Raises:
-            UsageError: What it names is not there.
+            UsageError: It names something that does not exist.
         """
         self._check(event)
         match event:
@@ -178,7 +179,7 @@ class WorldScript:
                 self._arm(event.release, event.arm).lead(None)
             case LeadEvent():
                 self._lead(event.lead, event.joint, led_value(self._world, event))
-        # Hands set out at the tick, not at the time that the file has.
+        # Hands start at the tick, not at the time in the file.
         happened: WorldEvent = event.model_copy(update={"time": time})
         if isinstance(happened, ReachEvent) and happened.hand is not None:
             happened = self._scenery.tried(happened)
@@ -187,11 +188,11 @@ class WorldScript:
 
     @property
     def looks(self) -> Looks:
-        """Light, and what was taken away."""
+        """Light and removed items."""
         return self._scenery.looks
 
     def happened(self) -> tuple[WorldEvent, ...]:
-        """Return what has happened since the last call, each at the time when it did."""
+        """Return the events executed since the last call, each with its actual time."""
         happened, self._happened = tuple(self._happened), []
         return happened
 
@@ -206,14 +207,14 @@ class WorldScript:
         """Take physics steps.
 
         Args:
-            count: How many.
-            first: Number of the first one, counted from 0 at the start of the run.
-            actuations: What tells motors what to do; each acts before the steps that it is due at.
-            after_each: Called after each step.
+            count: Number of steps.
+            first: Number of the first step, from 0 at the start of the run.
+            actuations: What commands motors; each acts before the steps at which it is due.
+            after_each: Functions called after each step.
         """
         model, data = self._model, self._data
         alone = not after_each and not self._movers and not self._joints.moving and not self._shoves
-        # One call for many steps is quicker than one each.
+        # One call for many steps is faster than one call each.
         stride = math.gcd(count, *(actuation.every for actuation in actuations)) if alone else 1
         for number in range(first, first + count, stride):
             for actuation in actuations:
@@ -233,9 +234,9 @@ class WorldScript:
             self._movers.put((first + count) * model.opt.timestep)
 
     def things(self) -> dict[str, Pose]:
-        """Return where everything is that can move but robots, world frame: `obstacle/NAME`, and `door/NAME`.
+        """Return the poses of all movable objects except robots, world frame: `obstacle/NAME`, and `door/NAME`.
 
-        A door's place is its hinge, its heading that of its leaf. What was taken away is left out.
+        A door's position is its hinge, its heading that of its leaf. Removed objects are omitted.
         """
         gone = self._scenery.looks.removed
         places = {f"obstacle/{name}": self._pose(f"obstacle/{name}") for name in self._moving if name not in gone}
@@ -243,12 +244,12 @@ class WorldScript:
         return places | doors
 
     def door(self, name: str) -> float:
-        """Return how far a door stands open, positive to the left side of its wall [rad]."""
+        """Return the opening angle of a door, positive to the left side of its wall [rad]."""
         _require(name, "door", self._doors)
         return self._joints.value(f"door/{name}")
 
     def _check(self, event: WorldEvent) -> None:
-        """Raise UsageError when what an event names is not there, or cannot be so."""
+        """Raise UsageError if an event names something that does not exist, or is impossible."""
         robots = [robot.name for robot in self._world.robots]
         match event:
             case MoveEvent():
@@ -296,12 +297,12 @@ class WorldScript:
             raise wrong
 
     def _reached(self, event: ReachEvent) -> tuple[Array, UsageError | None]:
-        """Return the joint values that an event asks for, from where they shall be now, and what is wrong with them."""
+        """Return the joint values requested by an event, from the current goals, and what is wrong with them."""
         item, now = arm_of_event(self._world, event), self._arm(event.reach, event.arm).goal()
         return reached_joints(item, event, now)
 
     def _force(self, event: PushEvent, rng: "Generator | None" = None) -> "TimeSignal":
-        """Return the force of a push over time [N]; raise UsageError when its signal cannot be made."""
+        """Return the force of a push over time [N]; raises UsageError if its signal is invalid."""
         try:
             return event.signal.made(self._world.read_asset, rng)
         except ValueError as error:
@@ -317,7 +318,7 @@ class WorldScript:
             )
 
     def _check_room(self, event: MoveEvent) -> None:
-        """Raise UsageError when something would be put down in what stays, or in what is there now."""
+        """Raise UsageError if something would be placed inside a static object, or inside something currently there."""
         message = misplaced(self._world, event)
         if message is None and (found := self._met(event)) is not None:
             where = f"[{event.to[0]:g}, {event.to[1]:g}]"
@@ -326,7 +327,7 @@ class WorldScript:
             raise UsageError(message)
 
     def _met(self, event: MoveEvent) -> str | None:
-        """Return what that moves, or stands on its own by then, something would be put down in; None for nothing."""
+        """Return the moving or movable object inside which something would be placed; None if there is none."""
         model = self._model
         trial = mujoco.MjData(model)
         mujoco.mj_copyData(trial, model, self._data)
@@ -344,14 +345,14 @@ class WorldScript:
         return None
 
     def _body(self, name: str) -> str:
-        """Return the body of a robot or an obstacle that is pushed."""
+        """Return the body of a robot or an obstacle to push."""
         return f"{name}/base" if name in self._heights else f"obstacle/{name}"
 
     def _put_down(self, event: MoveEvent, data: mujoco.MjData) -> int:
-        """Put what has a free joint down elsewhere, at rest in all its parts; its wheels stay as they are turned.
+        """Move a free body elsewhere, with all its parts at rest; its wheels keep their angles.
 
         Returns:
-            The body that is the root of what was put down.
+            The root body of what was moved.
         """
         model = self._model
         joint = model.joint(f"{event.move}/free" if event.move in self._heights else f"obstacle/{event.move}")
@@ -384,5 +385,5 @@ def _matrix(quaternion: Array) -> Array:
 
 
 def _heading(matrix: Array) -> float:
-    """Return where the x axis of a body points, seen from above [rad]; its rotation has shape (9,)."""
+    """Return the heading of a body's x axis from above [rad]; its rotation matrix has shape (9,)."""
     return math.atan2(float(matrix[3]), float(matrix[0]))

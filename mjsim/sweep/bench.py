@@ -55,18 +55,18 @@ class KeptSimulation:
             sim.close()
 
 
-@functools.cache  # A fact of the process, as its one OpenGL library is.
+@functools.cache  # Constant in a process, like its single OpenGL library.
 def bench() -> KeptSimulation:
     """Return the kept state of this process."""
     return KeptSimulation()
 
 
-@functools.cache  # A fact of the process.
+@functools.cache  # Constant in a process.
 def settle() -> None:
     """Limit this process to one core, since other workers use the others."""
     os.environ |= THREADS
     cv2.setNumThreads(1)
-    # The folder of a bundle holds what the sweep was made of and nothing else.
+    # The folder of a bundle contains only the files of the sweep.
     sys.dont_write_bytecode = True
 
 
@@ -87,8 +87,8 @@ def own_modules(folder: Path) -> Iterator[None]:
         yield
     finally:
         sys.path[:] = path
-        # A cluster's other thread may be at the end of a run too, and take modules away meanwhile.
-        for name, module in sys.modules.copy().items():  # A list of the items is not made in one go.
+        # Another thread of a cluster may also be at the end of a run, and remove modules in the meantime.
+        for name, module in sys.modules.copy().items():  # Listing the items is not atomic.
             file = None if name in known else getattr(module, "__file__", None)
             if file is not None and Path(file).is_relative_to(folder):
                 sys.modules.pop(name, None)

@@ -44,7 +44,7 @@ def run_on_cluster(
 
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", message="Sending large graph")
-            # A task like any other: should all workers that have the files die, the next ones get them again.
+            # A task like any other: if all workers with the files die, the next ones receive them again.
             files = client.submit(_hand_on, bundle, pure=False)
         futures = {client.submit(_work, files, job, store.keep, versions(), pure=False): job for job in jobs}
         for future in as_completed(futures, loop=client.loop):
@@ -72,7 +72,7 @@ def _client(address: str) -> Iterator["Client"]:
     except ModuleNotFoundError as error:
         raise UsageError(f"Dask is not installed here; type: {how_to_install('distributed')}") from error
     try:
-        parse_host_port(parse_address(address)[1])  # A client would leave threads behind before it finds out.
+        parse_host_port(parse_address(address)[1])  # A client would leave threads behind before it notices.
     except ValueError as error:
         raise UsageError(
             f"'{address}' is not the address of a Dask scheduler; write it as tcp://10.0.0.5:8786"
@@ -112,7 +112,7 @@ def _work(bundle: Bundle, job: Job, keep: bool, expected: dict[str, str]) -> tup
         return outcome, record.read_bytes() if keep and record.is_file() else None
 
 
-@lru_cache(maxsize=1)  # A worker holds the bundle of a sweep once, and runs of another sweep seldom come between.
+@lru_cache(maxsize=1)  # A worker keeps the bundle of one sweep, and runs of another sweep rarely come in between.
 def _unpacked(bundle: Bundle, folder: str) -> "tempfile.TemporaryDirectory[str]":
     place = tempfile.TemporaryDirectory(dir=folder, prefix="mjsim-world-")
     bundle.unpack(Path(place.name))

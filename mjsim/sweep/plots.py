@@ -132,7 +132,7 @@ def nees_plot(plan: SweepPlan, series: Sequence[Sequence[Series]]) -> Figure:
 def _draw_lane(axes: Axes, places: Array, found: Sequence[Array], color: str, label: str) -> None:
     """Draw one series of groups of values, each at its position: dots, mean and interval."""
     for place, values in zip(places, found, strict=True):
-        # Side by side in their order, so that runs with the same error are all seen.
+        # Side by side in order, so that runs with equal errors are all visible.
         spread = np.linspace(-0.05, 0.05, len(values)) if len(values) > 1 else np.zeros(len(values))
         axes.plot(place + spread, values, "o", color=color, ms=3.5, mew=0, alpha=0.35)
     there = [n for n, values in enumerate(found) if len(values)]

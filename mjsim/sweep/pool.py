@@ -66,7 +66,7 @@ class _Worker:
     """A process that runs one job at a time. It ends when this object is closed, or when its parent ends."""
 
     def __init__(self) -> None:
-        # Nothing is ever sent: the other side wakes when this side is gone, for whatever reason.
+        # Nothing is ever sent: the other side wakes when this side closes for any reason.
         self._listening, self._lifeline = Pipe(duplex=False)
         self._executor = ProcessPoolExecutor(
             1, mp_context=get_context("spawn"), initializer=_begin, initargs=(self._listening,)
@@ -93,7 +93,7 @@ class _Worker:
 
 def _begin(listening: Connection) -> None:
     """Turn a new process into a worker."""
-    # Ctrl-C goes to all processes of a terminal; the one that started this one tells it when to end.
+    # Ctrl-C goes to all processes of a terminal; the parent process tells this one when to end.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with, args=(listening,), daemon=True).start()
 

@@ -104,7 +104,7 @@ class Store:
             with part.open("wb") as file:
                 file.write(data)
                 file.flush()
-                # Else a machine that goes down may keep the name without the contents.
+                # Otherwise a machine that crashes may keep the name without the contents.
                 os.fsync(file.fileno())
             part.replace(path)
         except OSError as error:
@@ -129,7 +129,7 @@ def _lock(place: int, folder: Path) -> None:
     except BlockingIOError:
         raise UsageError(f"a sweep is at work in '{folder}'; let it end, or name another folder") from None
     except OSError:
-        return  # Some network file systems have no locks; there nobody is kept out.
+        return  # Some network file systems have no locks; there, concurrent use is not prevented.
 
 
 def _identity(plan: SweepPlan, bundle: Bundle) -> dict[str, Any]:

@@ -66,7 +66,7 @@ def parquet(rows: Sequence[Row]) -> bytes:
 
     columns = {name: pyarrow.array(values, type=kind) for name, kind, values in _typed(rows)}
     file = io.BytesIO()
-    # All that could differ between two writings is fixed; a file of Parquet holds no time.
+    # Everything that could differ between two writes is fixed; a Parquet file contains no time stamp.
     pq.write_table(
         pyarrow.table(columns), file, version="2.6", compression="zstd", compression_level=3, row_group_size=100_000
     )

@@ -92,7 +92,7 @@ def _tables(given: Sequence[tuple[float, Sequence[ImuReading]]]) -> Iterator[Sen
 
 
 def _boxes(imu: Imu, info: RobotInfo, world: World) -> Mapping[str, Box]:
-    # Readings that do not divide a tick come now one more, now one less.
+    # If the rate is not a multiple of the tick rate, the number of readings per tick varies by one.
     count = math.ceil(imu.rate_hz * info.dt - 1e-9)
     most = np.repeat([imu.range.acceleration, imu.range.turn], 3)
 

@@ -75,7 +75,7 @@ class TricycleProfile(SteeredProfile):
         if rim == 0.0:
             self._target = 0.0, self._target[1]
         elif abs(steer) > self._most:
-            # It cannot turn as sharply: it keeps its speed ahead and turns as it can.
+            # It cannot turn as sharply: it keeps its forward speed and turns as sharply as possible.
             steer = math.copysign(self._most, steer)
             self._target = forward / math.cos(steer), steer
         else:

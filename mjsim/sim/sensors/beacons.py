@@ -46,7 +46,7 @@ class BeaconDevice:
         self._names = [beacon.name for beacon in beacons]
         self._geoms = np.array([model.geom(f"beacon/{name}").id for name in self._names], dtype=int)
         self._all_round = np.array([beacon.reflects for beacon in beacons], dtype=bool)
-        # Where its own beacon is, a robot knows without looking; a bare anchor gives nothing to see.
+        # A robot knows where its own beacon is; a bare anchor is invisible.
         self._seen = np.array(
             [beacon.on != robot and (beacon.has_face or beacon.reflects) for beacon in beacons], dtype=bool
         )
@@ -118,7 +118,7 @@ class BeaconDevice:
         normals = self._data.geom_xmat[self._geoms, 2::3]
         facing = self._all_round | (np.einsum("ij,ij->i", normals, offsets) < 0.0)
         inside = (polar[:, 0] >= self._nearest) & (polar[:, 0] <= self._farthest)
-        # What was taken away keeps its place, but is in no group that is seen.
+        # A removed beacon stays in place, but in an invisible group.
         there = self._seen & (self._model.geom_group[self._geoms] != HIDDEN)
         in_sight = there & facing & inside & (np.abs(polar[:, 1]) <= self._half_fov)
         looked_at = np.flatnonzero(in_sight)
@@ -176,7 +176,7 @@ class _FalseSightings:
     def __init__(self, sensor: sensors.BeaconSensor, stream: Generator) -> None:
         self._sensor, self._stream = sensor, stream
         mean = sensor.false_rate / sensor.rate_hz
-        # More than this many come once in 10^12 looks; a bound keeps the count of draws the same.
+        # More than this many occur once in 10^12 measurements; a bound keeps the number of draws constant.
         self._most = math.ceil(mean + 8.0 * math.sqrt(mean) + 8.0)
         terms = np.cumprod([math.exp(-mean), *(mean / k for k in range(1, self._most + 1))])
         self._chances = np.cumsum(terms)[:-1]

@@ -138,7 +138,7 @@ class ImuDevice:
         count = len(self._felt) // self._steps
         means = self._felt[: count * self._steps].reshape(count, self._steps, 6).mean(axis=1)
         self._felt = self._felt[count * self._steps :]
-        # The error of a reading is that at its end; the walk is in units a root of a second.
+        # The error of a reading is that at its end; the walk is in units per square root of a second.
         biases = self._bias + np.cumsum(
             self._walk * np.sqrt(self._period) * self._wander.standard_normal((count, 6)), axis=0
         )
@@ -169,10 +169,10 @@ class ImuDevice:
         arm, base_from_sensor = self._carrier_from_sensor[:3, 3], self._carrier_from_sensor[:3, :3]
         there = velocities + np.einsum("nij,nj->ni", world_from_base, np.cross(turns, arm))
         forces = np.diff(there, axis=0) / self._step - self._gravity
-        # Halfway between two steps, to second order in the turn of a step.
+        # Halfway between two steps, to second order in the rotation per step.
         between = (world_from_base[:-1] + world_from_base[1:]) / 2
         felt = np.einsum("nji,nj->ni", between, forces)
-        # The physics moves a step on with the velocity of its end.
+        # The physics advances a step with the velocity at its end.
         return np.concatenate([felt @ base_from_sensor, turns[1:] @ base_from_sensor], axis=1)
 
 
@@ -189,7 +189,7 @@ def _of_link(mounting: Mounting, name: str) -> Callable[[], list[float]]:
     velocity = np.zeros(6)
 
     def row() -> list[float]:
-        # A step leaves bodies where they were before it.
+        # A step leaves body poses as they were before it.
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
         mujoco.mj_comVel(model, data)

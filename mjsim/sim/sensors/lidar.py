@@ -122,7 +122,7 @@ class LidarDevice:
 def beam_angles(lidar: sensors.Lidar) -> tuple[float, float]:
     """Return the angle of the first beam and the step to the next, left positive [rad]."""
     fov = math.radians(lidar.fov_deg)
-    # All around, the last beam does not lie upon the first.
+    # Over a full circle, the last beam does not coincide with the first.
     step = fov / (lidar.beams if lidar.fov_deg == 360.0 else lidar.beams - 1)
     return -fov / 2, step
 

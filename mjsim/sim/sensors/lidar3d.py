@@ -132,7 +132,7 @@ def _pattern(lidar: sensors.Lidar3d) -> Pattern:
 def _stack(lidar: sensors.Lidar3d, up: Array) -> Array:
     """Return the beams of a stack at these elevations [rad], column after column, shape (columns * rings, 3)."""
     fov, columns = math.radians(lidar.fov_deg), lidar.columns
-    # All around, the last column does not lie upon the first.
+    # Over a full circle, the last column does not coincide with the first.
     step = fov / (columns if lidar.fov_deg == 360.0 else columns - 1)
     left = (-fov / 2 + step * np.arange(columns))[:, None]
     level = np.cos(up) * np.ones_like(left)

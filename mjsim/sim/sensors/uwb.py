@@ -38,7 +38,7 @@ class UwbDevice:
         """
         model, robot = mounting.model, mounting.robot.name
         self._model, self._data, self._streams = model, mounting.data, mounting.streams
-        # How far its own anchor is, a robot knows without measuring.
+        # A robot knows the distance of its own anchor.
         self._names = [beacon.name for beacon in mounting.beacons if beacon.anchor and beacon.on != robot]
         self._geoms = np.array([model.geom(f"beacon/{name}").id for name in self._names], dtype=int)
         self._rays = Rays(model, mounting.data, robot, most=len(self._names))
@@ -93,7 +93,7 @@ class UwbDevice:
         ways = self._data.geom_xpos[self._geoms] - start
         distances = np.sqrt(np.einsum("ij,ij->i", ways, ways))
         inside = (distances >= self._nearest) & (distances <= self._farthest)
-        # What was taken away keeps its place, but is in no group that is seen.
+        # A removed anchor stays in place, but in an invisible group.
         in_reach = inside & (self._model.geom_group[self._geoms] != HIDDEN)
         blocked = np.zeros(len(distances), dtype=bool)
         asked = np.flatnonzero(in_reach & (distances > DEPTH))
