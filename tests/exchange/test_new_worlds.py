@@ -70,7 +70,11 @@ def test_markers_of_a_maze_hang_before_walls_and_face_the_way():
 
 
 def test_an_invalid_maze_is_refused():
-    for size, cell, message in [((2, 9), 1.5, "3 to 50"), ((9, 60), 1.5, "3 to 50"), ((9, 9), 0.5, "no room")]:
+    for size, cell, message in [
+        ((2, 9), 1.5, "3 to 50"),
+        ((9, 60), 1.5, "3 to 50"),
+        ((9, 9), 0.5, "must be 0.9 to 10"),
+    ]:
         with pytest.raises(UsageError, match=message):
             maze_world(size, seed=1, cell=cell)
 
