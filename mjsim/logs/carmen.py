@@ -31,7 +31,7 @@ from mjsim.logs.log import MOTION, Log, Mount
 from mjsim.logs.merge import MotionNoise
 from mjsim.logs.readings import kept
 from mjsim.logs.robot_log import RobotLog
-from mjsim.logs.text import lines_of
+from mjsim.logs.text import left_out_cut, lines_of
 
 MESSAGES = ("ODOM", "FLASER", "RLASER", "TRUEPOS", "PARAM", "SYNC")
 """First words of lines of such a log, beside those of `LASERS`."""
@@ -73,7 +73,7 @@ def is_carmen(path: Path) -> bool:
     if not path.is_file():
         return False
     known = 0
-    for number, line in enumerate(lines_of(path)):
+    for number, line in enumerate(lines_of(path, {})):
         word = line.split(maxsplit=1)[0] if line.strip() else "#"
         if word in MESSAGES or word in LASERS:
             known += 1
@@ -91,22 +91,21 @@ def read_carmen(path: Path) -> Log:
     Raises:
         UsageError: It cannot be read, contains neither odometry nor scans, or a line is invalid.
     """
-    found = _Found()
-    for number, line in enumerate(lines_of(path), start=1):
+    found, notes = _Found(), dict[str, str]()
+    for number, line in enumerate(lines_of(path, notes), start=1):
         words = line.split()
         if not words or words[0].startswith("#"):
             continue
         try:
             _take(found, words)
         except (ValueError, IndexError) as error:
-            if not line.endswith("\n") and (found.odometry or found.scans):
-                found.left_out["last line, cut short,"] += 1
+            if (found.odometry or found.scans) and left_out_cut(path, line, notes):
                 break
             why = str(error) if isinstance(error, ValueError) else f"{words[0]} has too few values"
             raise UsageError(f"{path}:{number}: {why}"[:LONGEST_MESSAGE]) from None
     if not found.odometry and not found.scans:
         raise UsageError(f"'{path}' holds neither odometry nor scans of CARMEN")
-    notes = {f"{kind} left out": str(count) for kind, count in sorted(found.left_out.items())}
+    notes |= {f"{kind} left out": str(count) for kind, count in sorted(found.left_out.items())}
     lasers = {}
     for name, scans in found.scans.items():
         ordered = _in_order(scans)

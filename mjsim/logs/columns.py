@@ -25,6 +25,7 @@ from mjsim.logs.csv_table import CsvTable, read_csv
 from mjsim.logs.log import BEARING, MOTION, RANGE, Log, Mount, Wishes
 from mjsim.logs.readings import kept
 from mjsim.logs.robot_log import RobotLog
+from mjsim.logs.table import UNIT
 from mjsim.logs.text import lies_in, lines_of
 from mjsim.world import Model, read_described
 
@@ -43,6 +44,10 @@ Column = Annotated[str | int, AfterValidator(_column)]
 """The name of a column, or its number from 1."""
 Axes = Annotated[tuple[Column, ...], Field(strict=False, min_length=3, max_length=3)]
 """Columns of x, y and z."""
+Quaternion = Annotated[tuple[Column, ...], Field(strict=False, min_length=4, max_length=4)]
+"""Columns of x, y, z and w."""
+Skip = Annotated[int, Field(ge=0, le=10_000)]
+"""Lines before the names of columns."""
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
@@ -59,7 +64,9 @@ class _Table(Model):
     file: Annotated[str, Field(min_length=1, max_length=400)]
     """Path from the description."""
     time: Column
-    """Column of time; rows are sorted by it."""
+    """Column of time, numbers or dates with times (ISO 8601, UTC unless they say otherwise); rows are sorted by it."""
+    skip: Skip = 0
+    """Number of lines before the names of columns."""
 
 
 class _Angled(_Table):
@@ -67,11 +74,13 @@ class _Angled(_Table):
 
     @model_validator(mode="after")
     def _has_one_angle(self) -> Self:
-        for name in ("heading", "turn", "bearing"):
-            if name in type(self).model_fields and (getattr(self, name) is None) == (
-                getattr(self, f"{name}_deg") is None
-            ):
-                raise ValueError(f"name one column: {name} [rad] or {name}_deg")
+        ways = {
+            "heading": ("heading", "heading_deg", "quaternion"),
+            **{name: (name, f"{name}_deg") for name in ("turn", "bearing")},
+        }
+        for name, keys in ways.items():
+            if name in type(self).model_fields and sum(getattr(self, key) is not None for key in keys) != 1:
+                raise ValueError(f"name one of {name} [rad], {' and '.join(keys[1:])}")
         return self
 
 
@@ -86,12 +95,16 @@ class Poses(_Angled):
     """Counter-clockwise from x [rad]."""
     heading_deg: Column | None = None
     """The same in degrees."""
+    quaternion: Quaternion | None = None
+    """In place of these, the orientation in space."""
 
 
 class Twists(_Angled):
     """Velocities, each of which holds until the next."""
 
     forward: Column
+    """[m/s]"""
+    left: Column | None = None
     """[m/s]"""
     turn: Column | None = None
     """Left positive [rad/s]."""
@@ -146,13 +159,15 @@ class Scans(_Table):
         return Mount(at=(x, y, z), yaw=math.radians(self.yaw_deg))
 
 
-class Inertial(_Table):
+class Inertial(_Angled):
     """Readings of an inertial sensor in its own frame, z up."""
 
     acceleration: Axes
     """Specific force along x, y and z [m/s^2]."""
-    turn: Axes
+    turn: Axes | None = None
     """Angular velocity about x, y and z [rad/s]."""
+    turn_deg: Axes | None = None
+    """The same in degrees per second."""
 
 
 class Marks(Model):
@@ -160,6 +175,8 @@ class Marks(Model):
 
     file: Annotated[str, Field(min_length=1, max_length=400)]
     """Path from the description."""
+    skip: Skip = 0
+    """Number of lines before the names of columns."""
     name: Column
     x: Column
     """[m]"""
@@ -221,7 +238,8 @@ def read_columns(path: Path, wishes: Wishes) -> Log:
         UsageError: A table does not exist or differs from its description (the message has file and line).
     """
     told = read_described(path, Description)
-    tables = _Tables(path.parent, UNITS[told.time_unit], LENGTHS[told.length_unit])
+    notes: dict[str, str] = {}
+    tables = _Tables(path.parent, UNITS[told.time_unit], LENGTHS[told.length_unit], notes)
     noise = told.noise
     motion = type(MOTION)(distance=noise.distance, turn=noise.turn, veer=noise.veer)
     deviations = wishes.sighting_over(noise.range, math.radians(noise.bearing_deg))
@@ -246,29 +264,32 @@ def read_columns(path: Path, wishes: Wishes) -> Log:
         landmarks=tables.landmarks(told.landmarks),
         motion=motion,
         sighting=(noise.range, math.radians(noise.bearing_deg)),
+        notes=notes,
     )
 
 
 class _Tables:
     """The tables beside a description."""
 
-    def __init__(self, folder: Path, second: float, metre: float) -> None:
-        self._folder, self._second, self._metre = folder, second, metre
-        self._read: dict[str, CsvTable] = {}
+    def __init__(self, folder: Path, second: float, metre: float, notes: dict[str, str]) -> None:
+        self._folder, self._second, self._metre, self._notes = folder, second, metre, notes
+        self._read: dict[tuple[str, int], CsvTable] = {}
 
     def poses(self, asked: Poses | None) -> Array | None:
         """Return rows of time, x, y and heading, shape (N, 4)."""
         if asked is None:
             return None
-        table = self._table(asked.file)
-        return self._rows(asked, table, *self._lengths(table, asked.x, asked.y), _angle(table, asked, "heading"))
+        table = self._table(asked)
+        turned = _angle(table, asked, "heading") if asked.quaternion is None else _headings(table, asked.quaternion)
+        return self._rows(asked, table, *self._lengths(table, asked.x, asked.y), turned)
 
     def twists(self, asked: Twists | None) -> Array:
-        """Return rows of time, forward and turn, shape (N, 3)."""
+        """Return rows of time, forward, turn and, if it is given, left, shape (N, 3 or 4)."""
         if asked is None:
             return np.zeros((0, 3))
-        table = self._table(asked.file)
-        return self._rows(asked, table, *self._lengths(table, asked.forward), _angle(table, asked, "turn"))
+        table = self._table(asked)
+        aside = [] if asked.left is None else self._lengths(table, asked.left)
+        return self._rows(asked, table, *self._lengths(table, asked.forward), _angle(table, asked, "turn"), *aside)
 
     def sightings(
         self, asked: Sightings | None, deviations: tuple[float, float]
@@ -276,7 +297,7 @@ class _Tables:
         """Return sightings in order of time, and the landmark of each; None for an empty name."""
         if asked is None:
             return [], None
-        table = self._table(asked.file)
+        table = self._table(asked)
         names = None if asked.name is None else [(word and _plain(word)) or None for word in table.words(asked.name)]
         columns = self._times(asked, table), *self._lengths(table, asked.range), _angle(table, asked, "bearing")
         if len(bad := np.flatnonzero(columns[1] <= 0.0)):
@@ -292,7 +313,7 @@ class _Tables:
 
     def scans(self, asked: Scans) -> list[Scan]:
         """Return scans in order of time, without duplicate times."""
-        table = self._table(asked.file)
+        table = self._table(asked)
         nearest, farthest = asked.range
         ranges = table.block(asked.ranges, but=asked.time) * self._metre
         ranges[~(ranges >= nearest)] = -np.inf
@@ -308,8 +329,9 @@ class _Tables:
         """Return inertial readings in order of time."""
         if asked is None:
             return []
-        table = self._table(asked.file)
-        columns = [table.column(name) for name in (*asked.acceleration, *asked.turn)]
+        table = self._table(asked)
+        turn, unit = (asked.turn, 1.0) if asked.turn is not None else (asked.turn_deg or (), math.pi / 180.0)
+        columns = [table.column(name) for name in asked.acceleration] + [unit * table.column(name) for name in turn]
         rows = self._rows(asked, table, *columns)
         return [ImuReading(float(row[0]), row[1:4].copy(), row[4:7].copy()) for row in rows]
 
@@ -317,7 +339,7 @@ class _Tables:
         """Return landmark name -> position [m]."""
         if asked is None:
             return {}
-        table = self._table(asked.file)
+        table = self._table(asked)
         told, (x, y) = table.words(asked.name), self._lengths(table, asked.x, asked.y)
         places: dict[str, tuple[float, float]] = {}
         for k, (line, word) in enumerate(zip(table.lines, told, strict=True)):
@@ -329,20 +351,21 @@ class _Tables:
             places[name] = float(x[k]), float(y[k])
         return places
 
-    def _table(self, file: str) -> CsvTable:
-        if file not in self._read:
-            path = self._folder / file
+    def _table(self, asked: _Table | Marks) -> CsvTable:
+        key = asked.file, asked.skip
+        if key not in self._read:
+            path = self._folder / asked.file
             if not lies_in(path, self._folder):
-                raise UsageError(f"'{file}' leaves the folder of the description; put the table beside it")
-            self._read[file] = read_csv(path)
-        return self._read[file]
+                raise UsageError(f"'{asked.file}' leaves the folder of the description; put the table beside it")
+            self._read[key] = read_csv(path, skip=asked.skip, notes=self._notes)
+        return self._read[key]
 
     def _lengths(self, table: CsvTable, *names: str | int) -> list[Array]:
         """Return columns of lengths [m] or velocities [m/s]."""
         return [table.column(name) * self._metre for name in names]
 
     def _times(self, asked: _Table, table: CsvTable) -> Array:
-        return table.column(asked.time) * self._second
+        return table.times(asked.time, unit=self._second)
 
     def _rows(self, asked: _Table, table: CsvTable, *columns: Array) -> Array:
         rows = np.column_stack([self._times(asked, table), *columns])
@@ -353,6 +376,16 @@ def _angle(table: CsvTable, asked: _Angled, name: str) -> Array:
     """Return a column of angles [rad]."""
     radians = getattr(asked, name)
     return table.column(radians) if radians is not None else np.radians(table.column(getattr(asked, f"{name}_deg")))
+
+
+def _headings(table: CsvTable, names: Sequence[str | int]) -> Array:
+    """Return the headings of quaternions, seen from above [rad]."""
+    x, y, z, w = (table.column(name) for name in names)
+    length = np.sqrt(x * x + y * y + z * z + w * w)
+    if len(odd := np.flatnonzero(np.abs(length - 1.0) > UNIT)):
+        line = table.lines[odd[0]]
+        raise UsageError(f"{table.path}:{line}: the quaternion has length {length[odd[0]]:.3g}, not 1")
+    return np.asarray(np.arctan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z))
 
 
 def _plain(name: str) -> str:

@@ -5,16 +5,18 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
 
 from mjsim.errors import LONGEST_MESSAGE, UsageError, did_you_mean
 from mjsim.geometry import Array
-from mjsim.logs.text import lines_of
+from mjsim.logs.text import left_out_cut, lines_of
 
 DECIMAL = re.compile(r"[-+]?\d*,\d+(e[-+]?\d+)?", re.IGNORECASE)
 """A number with a decimal comma."""
+SEPARATOR_LINE = re.compile(r"sep=([;,\t|])", re.IGNORECASE)
 SEPARATORS = (";", "\t", ",")
 """Column separators, tried in this order before white space. Unless it is a comma, numbers may have decimal commas."""
 
@@ -36,6 +38,29 @@ class CsvTable:
             UsageError: The column does not exist, or a value is not a finite number (the message has file and line).
         """
         return self._numbers([self._index(name)])[:, 0]
+
+    def times(self, name: str | int, *, unit: float) -> Array:
+        """Return the times of a column, shape (N,) [s].
+
+        Args:
+            name: Of the column.
+            unit: Of numbers; dates with times, as ISO 8601 writes them, count from 1970 [s].
+
+        Raises:
+            UsageError: A value is neither (the message has file and line).
+        """
+        words = self.words(name)
+        if not words or _is_number(words[0]):
+            return self.column(name) * unit
+        found = []
+        for line, word in zip(self.lines, words, strict=True):
+            try:
+                when = datetime.fromisoformat(word)
+            except ValueError:
+                told = f"{self.names[self._index(name)]} is {word[:40]!r}; write a number, or 2026-01-31T12:00:00.5"
+                raise UsageError(f"{self.path}:{line}: {told}"[:LONGEST_MESSAGE]) from None
+            found.append((when if when.tzinfo else when.replace(tzinfo=UTC)).timestamp())
+        return np.array(found)
 
     def words(self, name: str | int) -> list[str]:
         """Return the words of a column."""
@@ -85,21 +110,29 @@ class CsvTable:
         return np.array([[float(row[index]) for index in indices] for row in self.rows])
 
 
-def read_csv(path: Path) -> CsvTable:
+def read_csv(path: Path, *, skip: int = 0, notes: dict[str, str] | None = None) -> CsvTable:
     """Read a table from a text file, compressed or not; empty lines and those that begin with '#' are skipped.
 
     The first line has the names of the columns, unless it only has numbers; a first comment with as many words as there
-    are columns also gives their names.
+    are columns also gives their names. A first line `sep=;`, which spreadsheets write, says what separates columns.
+
+    Args:
+        path: The file.
+        skip: Number of lines to skip at the beginning.
+        notes: Metadata of the log. With it, a file that was cut is read up to there, which is noted.
 
     Raises:
         UsageError: It cannot be read, has no rows, or rows of different lengths (the message has file and line).
     """
-    comment = ""
+    comment = last = told = ""
     kept: list[str] = []
     lines: list[int] = []
-    for number, line in enumerate(lines_of(path), start=1):
-        text = line.strip().lstrip("\ufeff")
-        if not text:
+    for number, line in enumerate(lines_of(path, notes), start=1):
+        text, last = line.strip().lstrip("\ufeff"), line
+        if not text or number <= skip:
+            continue
+        if not kept and (found := SEPARATOR_LINE.fullmatch(text)):
+            told = found[1]
             continue
         if text.startswith("#"):
             comment = comment if kept else text.lstrip("# ")
@@ -108,20 +141,26 @@ def read_csv(path: Path) -> CsvTable:
         lines.append(number)
     if not kept:
         raise UsageError(f"'{path}' holds no rows")
-    separator = next((mark for mark in SEPARATORS if mark in kept[0]), None)
+    separator = told or next((mark for mark in SEPARATORS if mark in kept[0]), None)
     try:
         rows = _words(kept, separator)
     except csv.Error as error:
         raise UsageError(f"'{path}' is not a table with the separator '{separator}': {error}") from None
     names = rows[0]
     if all(map(_is_number, names)):
-        told = _words([comment], separator)[0] if comment else []
-        names = told if len(told) == len(rows[0]) else [str(k + 1) for k in range(len(rows[0]))]
+        given = _words([comment], separator)[0] if comment else []
+        names = given if len(given) == len(rows[0]) else [str(k + 1) for k in range(len(rows[0]))]
     else:
         rows, lines = rows[1:], lines[1:]
+    if len(rows) > 1 and len(rows[-1]) < len(names) and left_out_cut(path, last, notes):
+        rows, lines = rows[:-1], lines[:-1]
     for number, row in zip(lines, rows, strict=True):
         if len(row) != len(names):
-            raise UsageError(f"{path}:{number}: {len(row)} values; the table has {len(names)} columns")
+            hint = "; if its names are in a later line, say how many lines are before them (skip)"
+            raise UsageError(
+                f"{path}:{number}: {len(row)} values; the table has {len(names)} columns"
+                f"{hint if number == lines[0] else ''}"
+            )
     if not rows:
         raise UsageError(f"'{path}' holds no rows, only names of columns")
     return CsvTable(path, names, rows, lines)

@@ -64,11 +64,11 @@ def read_euroc(path: Path) -> Log:
     frames: dict[str, Readings[LoggedFrame]] = {}
     for folder in _sensors(path, "cam"):
         cameras[folder.name], frames[folder.name] = _camera(folder, _sheet(folder) or _chained(folder), notes)
-    inertial = {folder.name: _imu(folder) for folder in _sensors(path, "imu")}
+    inertial = {folder.name: _imu(folder, notes) for folder in _sensors(path, "imu")}
     readings = sorted((each for _, told in inertial.values() for each in told), key=lambda each: each.stamp)
     truth = next((folder for name in TRUTHS for folder in _sensors(path, name)), None)
     notes["truth"] = "not in the folder" if truth is None else truth.name
-    poses = None if truth is None else _poses(truth)
+    poses = None if truth is None else _poses(truth, notes)
     robot = RobotLog(cameras=frames, imu=readings, poses=poses, gap=longest_gap(poses))
     mounts = {name: mount for name, (mount, _) in inertial.items()}
     return Log(kind="EuRoC", robot=robot, cameras=cameras, mounts=mounts, notes=notes)
@@ -107,12 +107,12 @@ def _camera(
     return LoggedCamera(intrinsics, place), Readings(stamps, take)
 
 
-def _imu(folder: Path) -> tuple[Mount, list[ImuReading]]:
+def _imu(folder: Path, notes: dict[str, str]) -> tuple[Mount, list[ImuReading]]:
     """Return the mount of an inertial sensor, and its readings rotated to the axes of the body."""
     # Without a sheet the body is that of the inertial sensor, as in TUM VI.
     told = _sheet(folder)
     place = np.eye(4) if told is None else _body_from_sensor(*told)
-    table = read_csv(folder / "data.csv")
+    table = read_csv(folder / "data.csv", notes=notes)
     times, values = table.column(1), table.block(2, but=1)
     if values.shape[1] < 6:
         raise UsageError(f"'{table.path}' has {values.shape[1]} columns beside time; it needs 3 rates, 3 accelerations")
@@ -123,9 +123,9 @@ def _imu(folder: Path) -> tuple[Mount, list[ImuReading]]:
     return Mount(at=(x, y, z)), [ImuReading(stamp, force, turn, folder.name) for stamp, force, turn in rows]
 
 
-def _poses(folder: Path) -> Array:
+def _poses(folder: Path, notes: dict[str, str]) -> Array:
     """Return rows of time and pose of the body, shape (N, 8)."""
-    table = read_csv(folder / "data.csv")
+    table = read_csv(folder / "data.csv", notes=notes)
     rows = np.column_stack([table.column(k) for k in (1, 2, 3, 4, 6, 7, 8, 5)])
     rows = rows[np.argsort(rows[:, 0], kind="stable")]
     rows[:, 0] *= NANOSECOND

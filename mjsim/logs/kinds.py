@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 from mjsim.errors import LONGEST_MESSAGE, UsageError
@@ -12,6 +13,7 @@ from mjsim.logs.carmen import is_carmen, read_carmen
 from mjsim.logs.euroc import is_euroc, read_euroc
 from mjsim.logs.log import Log, Wishes, record_logs, require_motion
 from mjsim.logs.rgbd import is_rgbd, read_rgbd
+from mjsim.logs.text import lines_of
 from mjsim.record import Recording, is_mcap
 from mjsim.world import Run, step_misfit
 
@@ -50,6 +52,8 @@ READ = (
     "a folder of MRCLAM (Barcodes.dat), Victoria Park (inputs.dat), TUM RGB-D (rgb.txt) or EuRoC (mav0),"
     " a bag of ROS 1 or ROS 2, a CARMEN log, a YAML file that describes tables (log: tables)"
 )
+MOST_LINES = 1000
+"""Of a file that is not a supported log, to tell whether it was cut."""
 MOST_LOOKED_AT = 100
 """Maximum number of files to examine in a folder that is not a log itself."""
 TABLES = (".csv", ".tsv", ".dat")
@@ -123,11 +127,22 @@ def _unknown(path: Path, inside: Sequence[str]) -> str:
         return f"'{path}' is a folder of logs; name one of them: {', '.join(inside)}"[:LONGEST_MESSAGE]
     if path.is_file() and not path.stat().st_size:
         return f"'{path}' is empty"
+    if path.is_file() and (cut := _cut(path)):
+        return f"'{path}' is no log as far as it could be unpacked ({cut})"
     if path.is_file() and is_mcap(path):
         return f"'{path}' is an MCAP file but not of ROS 2; a recording of mjsim is replayed as it is"
     if path.is_file() and path.suffix.lower() in TABLES:
         return f"'{path}' is a table of numbers; describe its columns in a YAML file (log: tables) and name that"
     return f"'{path}' is not a supported log; give {READ}"[:LONGEST_MESSAGE]
+
+
+def _cut(path: Path) -> str:
+    """Return what is wrong with a compressed file that was cut, else ''."""
+    notes: dict[str, str] = {}
+    with suppress(UsageError):
+        for _ in islice(lines_of(path, notes), MOST_LINES):
+            pass
+    return next(iter(notes.values()), "")
 
 
 def _logs_in(folder: Path) -> list[str]:

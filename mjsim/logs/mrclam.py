@@ -112,7 +112,8 @@ def import_mrclam(
         require_free(Path(record), overwrite=overwrite)
     subjects = _subjects(folder)
     landmarks = _landmarks(folder)
-    files = {f"robot{n}": _read_robot(folder, n, subjects, landmarks, sighting) for n in _numbers(folder, robots)}
+    cuts: dict[str, str] = {}
+    files = {f"robot{n}": _read_robot(folder, n, subjects, landmarks, sighting, cuts) for n in _numbers(folder, robots)}
     if known_map and landmarks is None:
         raise UsageError(f"no 'Landmark_Groundtruth.dat' in '{folder}'; its map is unknown, leave out --known-map")
     tables = [table for each in files.values() for table in (each.truth, each.twists) if table is not None]
@@ -131,7 +132,7 @@ def import_mrclam(
     world = _world(folder, files, landmarks or {}, span, rate_hz=rate_hz, known_map=known_map, sighting=sighting)
     left_out = {f"{name} measurements of no landmark": str(each.unknown) for name, each in files.items()}
     unknown = {f"{name} truth": "not in the log" for name, each in files.items() if each.truth is None}
-    metadata = {"log": "mrclam", "log folder": str(folder), **left_out, **unknown}
+    metadata = {"log": "mrclam", "log folder": str(folder), **left_out, **unknown, **cuts}
     return write_robot_logs(
         world,
         logs,
@@ -186,9 +187,11 @@ def _read_robot(
     subjects: Mapping[int, int],
     landmarks: Mapping[int, tuple[float, float]] | None,
     deviations: tuple[float, float],
+    cuts: dict[str, str],
 ) -> _Files:
+    """Return the files of a robot; the ends of files that were cut are noted."""
     path = folder / f"Robot{number}_Measurement.dat"
-    seen = read_table(path, (TIME, "barcode", "range", "bearing"), positive={"range"})
+    seen = read_table(path, (TIME, "barcode", "range", "bearing"), positive={"range"}, notes=cuts)
     codes = whole_numbers(path, seen[:, 1], "barcode")
     if len(behind := np.flatnonzero(np.cos(seen[:, 3]) < 1e-3)):
         raise UsageError(f"'{path}': a bearing is {seen[behind[0], 3]:g} rad; the camera looks ahead")
@@ -201,8 +204,8 @@ def _read_robot(
     ]
     truth = folder / f"Robot{number}_Groundtruth.dat"
     return _Files(
-        truth=read_table(truth, (TIME, "x", "y", "heading")) if truth.exists() else None,
-        twists=read_table(folder / f"Robot{number}_Odometry.dat", (TIME, "forward velocity", "turn")),
+        truth=read_table(truth, (TIME, "x", "y", "heading"), notes=cuts) if truth.exists() else None,
+        twists=read_table(folder / f"Robot{number}_Odometry.dat", (TIME, "forward velocity", "turn"), notes=cuts),
         sightings=tuple(sightings),
         unknown=len(codes) - len(sightings),
     )

@@ -9,7 +9,7 @@ from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Intrinsics
 from mjsim.logs.readings import rising
-from mjsim.logs.text import lies_in, lines_of
+from mjsim.logs.text import left_out_cut, lies_in, lines_of
 from mjsim.models import any_picture_size
 from mjsim.record import LoggedFrame, filed_frame
 
@@ -29,7 +29,7 @@ def listed_pictures(
     Raises:
         UsageError: A line is invalid, or there are no pictures (the message has file and line).
     """
-    return _listed(path, lines_of(path), notes, folder=folder, separator=separator, second=second)
+    return _listed(path, lines_of(path, notes), notes, folder=folder, separator=separator, second=second)
 
 
 def paired_pictures(path: Path, notes: dict[str, str]) -> tuple[tuple[Array, list[Path]], tuple[Array, list[Path]]]:
@@ -44,9 +44,11 @@ def paired_pictures(path: Path, notes: dict[str, str]) -> tuple[tuple[Array, lis
         UsageError: As in `listed_pictures`.
     """
     halves: tuple[list[str], list[str]] = [], []
-    for number, line in enumerate(lines_of(path), start=1):
+    for number, line in enumerate(lines_of(path, notes), start=1):
         words = line.partition("#")[0].split()
         if words and (len(words) != 4 or ("depth" in words[1]) == ("depth" in words[3])):
+            if halves[0] and left_out_cut(path, line, notes):
+                break
             raise UsageError(f"{path}:{number}: {line.strip()[:60]!r}; a line has time, path, time, path of depth")
         pair = sorted((" ".join(words[:2]), " ".join(words[2:])), key=lambda half: "depth" in half)
         for lines, half in zip(halves, pair, strict=True):
@@ -65,7 +67,9 @@ def _listed(
     second: float = 1.0,
 ) -> tuple[Array, list[Path]]:
     """Return the entries of a list, as `listed_pictures` does."""
-    stamps, files, missing = [], [], []
+    stamps: list[float] = []
+    files: list[Path] = []
+    missing: list[str] = []
     for number, line in enumerate(lines, start=1):
         words = line.partition("#")[0].strip().split(separator, maxsplit=1)
         if not any(words):
@@ -73,6 +77,8 @@ def _listed(
         try:
             stamp, name = float(words[0]) * second, words[1].strip()
         except (ValueError, IndexError):
+            if files and left_out_cut(path, line, notes):
+                break
             raise UsageError(f"{path}:{number}: {line.strip()[:60]!r}; a line has a time and a path") from None
         file = path.parent / folder / name
         if not np.isfinite(stamp) or not lies_in(file, path.parent):

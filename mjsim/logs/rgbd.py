@@ -76,7 +76,7 @@ def read_rgbd(path: Path) -> Log:
 
     poses = _truth(path, notes)
     robot = RobotLog(
-        cameras={CAMERA: Readings(stamps, take)}, imu=_accelerations(path), poses=poses, gap=longest_gap(poses)
+        cameras={CAMERA: Readings(stamps, take)}, imu=_accelerations(path, notes), poses=poses, gap=longest_gap(poses)
     )
     place = AHEAD.copy()
     place[:3, 3] = 0.0
@@ -150,7 +150,7 @@ def _truth(path: Path, notes: dict[str, str]) -> Array | None:
     file = path / "groundtruth.txt"
     if not file.is_file():
         return None
-    rows = read_table(file, (TIME, "x", "y", "z", "qx", "qy", "qz", "qw"))
+    rows = read_table(file, (TIME, "x", "y", "z", "qx", "qy", "qz", "qw"), notes=notes)
     rows = with_unit_quaternions(file, rows)
     optical_from_body = np.linalg.inv(np.vstack([np.column_stack([AHEAD[:3, :3], np.zeros(3)]), [0.0, 0.0, 0.0, 1.0]]))
     for row in rows:
@@ -159,10 +159,10 @@ def _truth(path: Path, notes: dict[str, str]) -> Array | None:
     return rows
 
 
-def _accelerations(path: Path) -> list[ImuReading]:
+def _accelerations(path: Path, notes: dict[str, str]) -> list[ImuReading]:
     """Return the readings of the accelerometer; turn rates are NaN, because there are no gyroscopes."""
     file = path / "accelerometer.txt"
     if not file.is_file():
         return []
-    rows = read_table(file, (TIME, "x", "y", "z"))
+    rows = read_table(file, (TIME, "x", "y", "z"), notes=notes)
     return [ImuReading(float(row[0]), row[1:].copy(), np.full(3, np.nan), "accelerometer") for row in rows]

@@ -8,7 +8,7 @@ import numpy as np
 
 from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.geometry import Array
-from mjsim.logs.text import lines_of
+from mjsim.logs.text import left_out_cut, lines_of
 
 TIME = "time"
 """Name of the column whose values must not decrease."""
@@ -16,7 +16,9 @@ UNIT = 0.01
 """Tolerance of the norm of a quaternion in a file."""
 
 
-def read_table(path: Path, columns: Sequence[str], *, positive: Collection[str] = ()) -> Array:
+def read_table(
+    path: Path, columns: Sequence[str], *, positive: Collection[str] = (), notes: dict[str, str] | None = None
+) -> Array:
     """Return the numbers of a file, one row per line, shape (N, columns), N at least 1.
 
     Numbers are separated by white space. Empty lines and comments after '#' are skipped.
@@ -25,13 +27,14 @@ def read_table(path: Path, columns: Sequence[str], *, positive: Collection[str] 
         path: A text file, compressed or not.
         columns: Name of each column, such as 'range'.
         positive: Columns whose values must be above 0.
+        notes: Metadata of the log. With it, a file that was cut is read up to there, which is noted.
 
     Raises:
         UsageError: The file cannot be read, is empty, or a line is invalid (the message has file and line).
     """
     rows: list[list[float]] = []
     latest = -math.inf
-    for number, line in enumerate(lines_of(path), start=1):
+    for number, line in enumerate(lines_of(path, notes), start=1):
         words = line.partition("#")[0].split()
         if not words:
             continue
@@ -42,6 +45,8 @@ def read_table(path: Path, columns: Sequence[str], *, positive: Collection[str] 
                     raise ValueError(f"time is {row[0]:.15g} after {latest:.15g}; lines must be in order of time")
                 latest = row[0]
         except ValueError as error:
+            if rows and left_out_cut(path, line, notes):
+                break
             raise UsageError(f"{path}:{number}: {error}"[:LONGEST_MESSAGE]) from None
         rows.append(row)
     if not rows:

@@ -9,7 +9,7 @@ import os
 import zlib
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, cast
 
 from mjsim.errors import UsageError
 
@@ -27,15 +27,20 @@ UNPACKERS: Mapping[str, tuple[bytes, Callable[[Path], Any]]] = {
 """Suffixes of compressed files, their first bytes, and the decompressors."""
 
 
-def lines_of(path: Path) -> Iterator[str]:
+def lines_of(path: Path, notes: dict[str, str] | None = None) -> Iterator[str]:
     """Yield the lines of a text file; gzip, xz and bzip2 files are decompressed, whatever their names.
 
+    Args:
+        path: The file.
+        notes: Metadata of the log. With it, a compressed file that was cut is read up to its last whole line, which
+            is noted.
+
     Raises:
-        UsageError: It cannot be read, is not compressed as its name says, or is too large.
+        UsageError: It cannot be read, is not compressed as its name says, was cut, or is too large.
     """
     taken = 0
     try:
-        with _opened(path) as packed:
+        with _opened(path, notes) as packed:
             wide = packed.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
             packed.seek(0)
             # The encoding that spreadsheets call Unicode text.
@@ -43,6 +48,8 @@ def lines_of(path: Path) -> Iterator[str]:
             while line := file.readline(LONGEST_LINE):
                 # The byte order mark that editors on Windows write.
                 line = line if taken else line.removeprefix(codecs.BOM_UTF8)
+                if notes and _broken(path) in notes and not line.endswith(b"\n"):
+                    return
                 taken += len(line)
                 if taken > MOST_BYTES:
                     raise UsageError(f"'{path}' holds more than {MOST_BYTES >> 30} GB of text; take a part of it")
@@ -58,7 +65,25 @@ def lies_in(path: Path, folder: Path) -> bool:
     return Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
 
 
-def _opened(path: Path) -> IO[bytes]:
+def left_out_cut(path: Path, line: str, notes: dict[str, str] | None) -> bool:
+    """Return whether an invalid line was cut, as its end is missing, and note that it is left out."""
+    if notes is None or line.endswith("\n"):
+        return False
+    notes[f"last line of {_called(path)}, cut short, left out"] = "1"
+    return True
+
+
+def _called(path: Path) -> str:
+    """Return the name of a file in notes; all tables of EuRoC have the same."""
+    return f"{path.parent.name}/{path.name}" if path.name == "data.csv" else path.name
+
+
+def _broken(path: Path) -> str:
+    """Return the key of the note about a compressed file that was cut."""
+    return f"{_called(path)} breaks off"
+
+
+def _opened(path: Path, notes: dict[str, str] | None) -> IO[bytes]:
     # A pipe without a writer would block forever.
     if path.exists() and not path.is_file():
         raise UsageError(f"cannot read '{path}': it is not a file; copy what it gives into one")
@@ -66,8 +91,8 @@ def _opened(path: Path) -> IO[bytes]:
         head = file.read(_HEAD)
     for suffix, (magic, unpacker) in UNPACKERS.items():
         if head.startswith(magic) or path.suffix.lower() == suffix:
-            unpacked: IO[bytes] = unpacker(path)
-            return unpacked
+            unpacked = unpacker(path)
+            return unpacked if notes is None else cast(IO[bytes], io.BufferedReader(_Whole(unpacked, path, notes)))
     return path.open("rb")
 
 
@@ -78,6 +103,42 @@ def _ended(file: Any) -> Any:
     if b"\r" not in head or b"\n" in head:
         return file
     return io.BufferedReader(_Returns(file))
+
+
+class _Whole(io.RawIOBase):
+    """What can be unpacked of a compressed text that may have been cut."""
+
+    def __init__(self, unpacked: Any, path: Path, notes: dict[str, str]) -> None:
+        """Take what unpacks it."""
+        self._unpacked, self._path, self._notes = unpacked, path, notes
+
+    def readable(self) -> bool:
+        """Return True."""
+        return True
+
+    def seekable(self) -> bool:
+        """Return True."""
+        return True
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET, /) -> int:
+        """Go to a place; return it."""
+        place: int = self._unpacked.seek(offset, whence)
+        return place
+
+    def readinto(self, into: Any) -> int:
+        """Put what comes next into a buffer; return the number of its bytes."""
+        try:
+            data = self._unpacked.read1(len(into))
+        except EOFError:
+            self._notes[_broken(self._path)] = "the compressed file was cut; it is read up to there"
+            return 0
+        into[: len(data)] = data
+        return len(data)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._unpacked.close()
+        super().close()
 
 
 class _Returns(io.RawIOBase):

@@ -95,11 +95,13 @@ def import_victoria_park(
     folder = Path(folder)
     if record is not None:
         require_free(Path(record), overwrite=overwrite)
-    inputs = read_table(folder / "inputs.dat", (TIME, "velocity", "steering"))
-    seen = read_table(folder / "measurements.dat", (TIME, "range", "bearing", "diameter"), positive={"range"})
+    cuts: dict[str, str] = {}
+    inputs = read_table(folder / "inputs.dat", (TIME, "velocity", "steering"), notes=cuts)
+    columns = (TIME, "range", "bearing", "diameter")
+    seen = read_table(folder / "measurements.dat", columns, positive={"range"}, notes=cuts)
     gps = folder / "gps.dat"
     twists = twists_of(inputs)
-    found = _fixed(read_table(gps, (TIME, "x", "y")), twists) if gps.exists() else None
+    found = _fixed(read_table(gps, (TIME, "x", "y"), notes=cuts), twists) if gps.exists() else None
     truth = None if found is None else found.rows
     span = cut(float(inputs[0, 0]), float(inputs[-1, 0]), begin=begin, seconds=seconds, rate_hz=rate_hz)
     log = RobotLog(
@@ -109,7 +111,7 @@ def import_victoria_park(
         gap=GAP,
     )
     world = _world(folder, _first(truth, span[0]), span, rate_hz=rate_hz, sighting=sighting)
-    metadata = {"log": "victoria park", "log folder": str(folder), "truth is of": "the middle of the rear axle"}
+    metadata = {"log": "victoria park", "log folder": str(folder), "truth is of": "the middle of the rear axle", **cuts}
     if found is not None:
         metadata["gps fixes left out that had jumped"] = str(found.jumped)
     return write_robot_logs(

@@ -39,7 +39,7 @@ def export_tum(recording: Recording, folder: str | Path, *, overwrite: bool = Fa
         The files written.
 
     Raises:
-        UsageError: A file exists, or cannot be written.
+        UsageError: A file exists, or cannot be written, or there are no poses.
     """
     files = {}
     for name, track in recording.robots.items():
@@ -53,6 +53,8 @@ def export_tum(recording: Recording, folder: str | Path, *, overwrite: bool = Fa
             if len(rows):
                 text = "".join(f"{' '.join(map(repr, row))}\n" for row in rows.tolist())
                 files[f"{name}_{kind}.tum"] = text.encode()
+    if not files:
+        raise UsageError(f"'{recording.path}' has no poses of robots; nothing is written")
     write_files(folder, files, overwrite=overwrite)
     return [Path(folder) / name for name in files]
 
@@ -331,7 +333,7 @@ def export_images(recording: Recording, folder: str | Path, *, overwrite: bool =
         The number of pictures written.
 
     Raises:
-        UsageError: A file exists, or cannot be written.
+        UsageError: A file exists, or cannot be written, or there are no pictures.
     """
     folder, count = Path(folder), 0
     for robot, camera in recording.cameras():
@@ -347,4 +349,8 @@ def export_images(recording: Recording, folder: str | Path, *, overwrite: bool =
             name = f"{robot}/{camera}/{stamp:015.6f}.{_SUFFIXES.get(form, form)}"
             write_files(folder, {name: data}, overwrite=overwrite)
             count += 1
+    if not count:
+        raise UsageError(
+            f"'{recording.path}' has no {'pictures' if recording.cameras() else 'camera'}; nothing is written"
+        )
     return count

@@ -109,7 +109,7 @@ def test_a_log_with_a_byte_order_mark_that_was_cut_in_its_last_line_is_read_up_t
     data = (tmp_path / "room.clf").read_bytes()
     (tmp_path / "cut.clf").write_bytes(b"\xef\xbb\xbf" + data + b"FLASER 180 1.0 2.0")
     cut = mjsim.import_log(tmp_path / "cut.clf")
-    assert cut.metadata["last line, cut short, left out"] == "1"
+    assert cut.metadata["last line of cut.clf, cut short, left out"] == "1"
     np.testing.assert_array_equal(cut.robots["robot"].odometry, whole.robots["robot"].odometry)
 
 

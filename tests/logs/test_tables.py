@@ -93,7 +93,7 @@ def test_tables_are_read_by_their_description(tmp_path):
     [
         ("odometry: {file", "odometri: {file", "log.yaml:3:1: unknown key 'odometri'; did you mean 'odometry'?"),
         ("heading_deg: yaw", "heading_deg: jaw", "no column 'jaw' in"),
-        (", heading_deg: yaw", "", "name one column: heading [rad] or heading_deg"),
+        (", heading_deg: yaw", "", "name one of heading [rad], heading_deg and quaternion"),
         ("file: marks.csv", "file: mark.csv", "cannot read"),
         ("file: marks.csv", "file: ../marks.csv", "leaves the folder of the description"),
         ("time: 1, x: 2", "time: 1, x: 9", "has 4 columns; there is no column 9"),

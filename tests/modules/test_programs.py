@@ -136,6 +136,14 @@ MISTAKES = [
         "print(json.dumps({**GOOD, 'pose': [10**400, 2, 3]}), flush=True)",
         "returned est.pose that holds a number beyond",
     ),
+    (
+        "print(json.dumps({**GOOD, 'pose': [1, True, 0]}), flush=True)",
+        "answered with pose that holds true or false; write numbers",
+    ),
+    (
+        "print(json.dumps({**GOOD, 'show': [{'lines': [[0, False], [1, 1]], 'joined': True}]}), flush=True)",
+        "answered with lines that holds true or false; write numbers",
+    ),
     ("while True: pass", "did not answer within 3 s and was ended"),
     ("subprocess.run(['sleep', '77077'])", "did not answer within 3 s and was ended"),
 ]

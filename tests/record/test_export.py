@@ -8,6 +8,7 @@ from evo.core import metrics
 from evo.tools import file_interface
 from scipy.io import loadmat
 
+import mjsim
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose, wrap_angles
 from mjsim.record import Recording, export_csv, export_images, export_mat, export_npz, export_tum, read_recording
@@ -157,3 +158,17 @@ def test_a_written_file_replaces_the_one_before_when_told(recording: Recording, 
     assert Pose(first[1], first[2], 2 * np.arctan2(first[6], first[7])).as_array() == pytest.approx(
         recording.robots["scout"].truth[0], abs=1e-12
     )
+
+
+def test_an_export_of_nothing_is_an_error_that_writes_nothing(tmp_path):
+    bare = mjsim.parse_world("mjsim: 1\nname: bare\nrobots:\n  - {name: r, preset: create3, at: [0, 0]}\n")
+    with mjsim.Simulation(bare) as sim:
+        driven = mjsim.run(sim, seconds=0.2, record=tmp_path / "run.mcap")
+    with pytest.raises(UsageError, match=r"run\.mcap' has no camera; nothing is written"):
+        export_images(driven, tmp_path / "pictures")
+    crank = mjsim.load_world("worlds/mechanisms/fourbar.yaml")
+    with mjsim.Simulation(crank) as sim:
+        turned = mjsim.run(sim, seconds=0.2, record=tmp_path / "crank.mcap")
+    with pytest.raises(UsageError, match=r"crank\.mcap' has no poses of robots; nothing is written"):
+        export_tum(turned, tmp_path / "poses")
+    assert {each.name for each in tmp_path.iterdir()} == {"run.mcap", "crank.mcap"}

@@ -16,6 +16,9 @@ from mjsim.modules.hosts import Failed
 VERSION = 1
 """Version of the protocol in docs/programs.md."""
 
+MAY_BE_TRUE = ("pictures", "joined")
+"""Keys of answers whose values are true or false."""
+
 
 class ProgramEngine(Engine):
     """A program that reads requests from standard input and answers on standard output."""
@@ -75,7 +78,20 @@ class ProgramEngine(Engine):
             raise Failed("answered JSON that is not an object; write {...}")
         if "error" in answer:
             raise Failed(f"raised {one_line(str(answer['error']))[:240]}")
+        if (b"true" in line or b"false" in line) and (key := _truth_value_in(answer)):
+            raise Failed(f"answered with {key} that holds true or false; write numbers")
         return answer
+
+
+def _truth_value_in(answer: Any, key: str = "") -> str:
+    """Return the key of a true or false where numbers belong, '' for none; NumPy would take these for 1 and 0."""
+    if isinstance(answer, bool):
+        return "" if key in MAY_BE_TRUE else key
+    if isinstance(answer, dict):
+        parts = [(part, name) for name, part in answer.items() if name != "messages"]
+    else:
+        parts = [(part, key) for part in answer] if isinstance(answer, list) else []
+    return next((found for part, name in parts if (found := _truth_value_in(part, name))), "")
 
 
 class _LineEnd:
