@@ -137,7 +137,7 @@ def test_a_browser_that_waits_gets_the_tick_when_it_comes(live):
         seen.say("pause")
         assert seen.until("refused")["error"] == "this run is controlled by another program; steer it from there"
         seen.say("start", text="mjsim: 1")
-        assert "one run alone" in seen.until("refused", do="start")["error"]
+        assert "only one run" in seen.until("refused", do="start")["error"]
 
 
 def test_a_world_is_told_after_the_run_that_it_is_of(live):
