@@ -11,6 +11,7 @@ from .light import general_light as general_light
 from .light import lamp_lights as lamp_lights
 from .light import lamp_names as lamp_names
 from .light import lamps_drawn as lamps_drawn
+from .mujoco_model import compiled as compiled
 from .overview import overview_of as overview_of
 from .parts import RUNNING_GEAR as RUNNING_GEAR
 from .pictures import LONGEST_BEACON_SIDE as LONGEST_BEACON_SIDE

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import mujoco
 
+from mjsim.compile.mujoco_model import compiled
 from mjsim.compile.scene import compile_world
 from mjsim.output import free_paths, write_files
 from mjsim.world import World
@@ -26,7 +27,7 @@ def export_scene(world: World, folder: str | Path, *, overwrite: bool = False) -
     """
     free_paths(folder, ("scene.xml",), overwrite=overwrite)
     spec = compile_world(world)
-    spec.compile()
+    compiled(spec)
     spec.meshdir = spec.texturedir = "assets"
     with _written_with(DIGITS):
         text = spec.to_xml()

@@ -10,6 +10,7 @@ from typing import Any
 
 import mujoco
 
+from mjsim.compile.mujoco_model import compiled
 from mjsim.compile.scene import compile_world
 from mjsim.errors import UsageError, how_to_install
 from mjsim.output import require_free, write_files
@@ -45,7 +46,7 @@ def write_usd(world: World, path: str | Path, *, overwrite: bool = False) -> Pat
         raise UsageError(
             f"USD is written by usd-core, which is not installed; type: {how_to_install('usd-core')}"
         ) from None
-    model = _plainly_named(compile_world(world)).compile()
+    model = compiled(_plainly_named(compile_world(world)))
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     pictures = f"{path.stem}_pictures"

@@ -8,7 +8,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from mjsim.compile import compile_world
+from mjsim.compile import compile_world, compiled
 from mjsim.ergonomics.clearance import Clearance, clearances, collisions
 from mjsim.ergonomics.reach import Envelope, TargetReach, reach_envelope, settled, target_reach
 from mjsim.ergonomics.sight import DisplayView, Eye, eyes_of, view_of
@@ -71,7 +71,7 @@ def studies(world: World) -> list[PersonStudy]:
     sitting = [person for person in world.people if person.seat is not None]
     if not sitting:
         raise UsageError("nobody sits in this world; give a person seat: THING, and the thing a seat")
-    model = compile_world(world).compile()
+    model = compiled(compile_world(world))
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     return [_study(world, person, model, data) for person in sitting]

@@ -9,7 +9,7 @@ from types import MappingProxyType
 import mujoco
 
 from mjsim.closing import Closes
-from mjsim.compile import compile_world, set_exact_masses
+from mjsim.compile import compile_world, compiled, set_exact_masses
 from mjsim.errors import PhysicsFault, UsageError, did_you_mean
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import (
@@ -54,12 +54,12 @@ class Simulation(Closes):
             seed: Seed of all random numbers in the run; by default that of the world.
 
         Raises:
-            UsageError: The seed is negative, a camera's rate does not divide the loop's, or the world is too large for
-                MuJoCo.
+            UsageError: The seed is negative, a camera's rate does not divide the loop's, or MuJoCo cannot compile the
+                world.
         """
         self.world = world
         self.seed = checked_seed(world.run.seed if seed is None else seed)
-        self.model: mujoco.MjModel = compile_world(world).compile()
+        self.model: mujoco.MjModel = compiled(compile_world(world))
         set_exact_masses(self.model, world)
         self.data = mujoco.MjData(self.model)
         self.dt: float = world.run.steps_per_tick * self.model.opt.timestep

@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 
-from mjsim.compile import compile_world
+from mjsim.compile import compile_world, compiled
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.sim.renderer import UNSEEN
@@ -26,7 +26,7 @@ class StillScene:
 
     def __init__(self, world: World) -> None:
         """Compile the world, in its initial state."""
-        self.model: mujoco.MjModel = compile_world(world).compile()
+        self.model: mujoco.MjModel = compiled(compile_world(world))
         self.data = mujoco.MjData(self.model)
         self._scenery = Scenery(self.model, world)
         self._first_looks = self._scenery.looks

@@ -1,0 +1,25 @@
+"""MjSpec -> MjModel; what MuJoCo refuses is said in one line."""
+
+import re
+
+import mujoco
+
+from mjsim.errors import UsageError, one_line
+
+_NAMED = re.compile(r"\s+Element name '([^']*)'.*", re.DOTALL)
+
+
+def compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
+    """Return the model of the scene of a world.
+
+    Raises:
+        UsageError: MuJoCo refuses it, such as parts too small to have an inertia or an area.
+    """
+    try:
+        return spec.compile()
+    except ValueError as error:
+        text = str(error).removeprefix("Error: ")
+        named = _NAMED.search(text)
+        what = f"'{named[1]}'" if named else "this world"
+        said = one_line(_NAMED.sub("", text))
+        raise UsageError(f"MuJoCo cannot compile {what}: {said}; make sizes and masses larger") from error
