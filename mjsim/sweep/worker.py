@@ -62,7 +62,7 @@ def _figures(recording: Recording) -> Outcome:
     figures = statistics_file(recording)
     clock = {key: figures["run"].pop(key) for key in ("wall_seconds", "real_time_factor", "milliseconds")}
     series = {
-        name: _series(track, estimated=recording.has_estimator(name))
+        name: {**_series(track, estimated=recording.has_estimator(name)), "estimated": recording.has_estimator(name)}
         for name, track in recording.robots.items()
         if np.isfinite(track.estimate).all()
     }

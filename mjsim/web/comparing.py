@@ -74,7 +74,10 @@ def comparison_told(comparison: Comparison, *, scene: Mapping[str, Any] | None) 
         "means": mean_rows(comparison),
         "certain": verdict_rows(comparison),
         "know": [*comparison.consistency, *comparison.remarks],
-        "differences": told["differences"],
+        "differences": [
+            {**each, "title": item.figure.title}
+            for each, item in zip(told["differences"], comparison.differences, strict=True)
+        ],
         "csv": comparison_csv(comparison),
     }
 

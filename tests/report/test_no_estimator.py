@@ -93,3 +93,5 @@ def test_a_sweep_says_so_in_its_summary_and_short_table(tmp_path):
     assert "nees.mean" not in case["robots"]["scout"]
     assert any(line.split() == ["NEES", "no", "estimator"] for line in key_lines(found.summary))
     assert all(row.get("nees.mean") is None for row in found.rows)
+    (group,) = mjsim.compare(tmp_path / "out").groups
+    assert [series.estimated for series in group.series.values()] == [False, False]

@@ -68,6 +68,13 @@ def test_the_page_is_told_what_the_command_says(page, folder):
     assert errors["values"] == pytest.approx(metrics.position_errors(track.truth, track.estimate), abs=1e-4)
 
 
+def test_differences_are_called_as_the_means_are(page):
+    told = ask(page, "noisy-1.mcap", "clean-1.mcap").json()
+    titles = {each["figure"]: each["title"] for each in told["differences"]}
+    assert titles["position_error_m.mean"] == "position error, mean"
+    assert all(any(row[0].startswith(title) for row in told["means"]) for title in titles.values())
+
+
 def test_other_worlds_are_a_one_line_error(page, folder):
     told = ask(page, "noisy-1.mcap", "hall-1.mcap").json()
     assert [group["label"] for group in told["groups"]] == ["room", "hall"]

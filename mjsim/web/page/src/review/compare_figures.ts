@@ -49,11 +49,11 @@ function differenceTables(differences: Difference[]): HTMLElement[] {
   });
 }
 
-function differenceRow({ figure, unit, mean, low, high, pairs, reason }: Difference): string[] {
+function differenceRow({ title, unit, mean, low, high, pairs, reason }: Difference): string[] {
   const short = (value: number): string => String(Number(value.toPrecision(3)));
   const interval = low === null || high === null ? "" : ` [${short(low)}, ${short(high)}]`;
   const text = mean === null ? reason : `${short(mean)}${interval} ${unit}`.trim();
-  return [figure, text, String(pairs)];
+  return [title, text, String(pairs)];
 }
 
 function table(heads: string[], rows: string[][], attributes: { class: string }): HTMLElement {

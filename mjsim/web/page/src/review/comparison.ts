@@ -35,6 +35,8 @@ export interface Group {
 
 export interface Difference {
   figure: string;
+  /** What the figure is called. */
+  title: string;
   unit: string;
   first: string;
   second: string;

@@ -1,4 +1,4 @@
-/** The choice of the language of the page; there is none while English is the only one. */
+/** The choice of the language of the page. */
 
 import { el, icon } from "../dom";
 import { choose, language, offered, word } from "../words/words";

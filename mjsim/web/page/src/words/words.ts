@@ -1,29 +1,35 @@
 /** The visible words of the page in the language that was chosen; each language is one table, looked up by key. */
 
+import { DE } from "./de";
 import { EN } from "./en";
 import { EN_FIELDS } from "./en_fields";
 
 const ENGLISH_WORDS = { ...EN, ...EN_FIELDS };
 export type Key = keyof typeof ENGLISH_WORDS;
-type Words = Record<Key, string>;
+export type Words = Record<Key, string>;
 
 const KEY = "mjsim-language";
+/** Of the address of the page: ?lang=de chooses a language. */
+const PARAMETER = "lang";
 interface Language {
   /** As its speakers call it. */
   name: string;
-  /** Its table, made when it is chosen. */
-  table(): Words;
+  /** Its table, made when it is chosen; a word that is missing there is shown in English. */
+  table(): Partial<Words>;
 }
 
-const ENGLISH: Language = { name: "English", table: () => ENGLISH_WORDS };
 /** By their BCP 47 tags. */
-const LANGUAGES: Record<string, Language> = { en: ENGLISH, "en-XA": { name: "Énglísh", table: accented } };
+const LANGUAGES: Record<string, Language> = {
+  en: { name: "English", table: () => ENGLISH_WORDS },
+  de: { name: "Deutsch", table: () => DE },
+  "en-XA": { name: "Énglísh", table: accented },
+};
 /** Shows what is in no table: for those who write the page, offered only where it was switched on by hand. */
 const FOR_DEVELOPERS = "en-XA";
 
 /** The tag of the language of the page. */
 export const language = chosen();
-const words = (LANGUAGES[language] ?? ENGLISH).table();
+const words: Words = { ...ENGLISH_WORDS, ...LANGUAGES[language]?.table() };
 document.documentElement.lang = language;
 
 /** Look up words; what stands in braces there, as {path}, is replaced by the value of that name. */
@@ -42,10 +48,14 @@ export function wordFor(kind: "field" | "form" | "item" | "part", key: string, v
   return plain.charAt(0).toUpperCase() + plain.slice(1);
 }
 
-/** The languages that a person can choose: tag and name. */
+/** The languages that a person can choose: tag and name, with the share that is translated where that is not all. */
 export function offered(): [tag: string, name: string][] {
-  const tags = Object.keys(LANGUAGES).filter((tag) => tag !== FOR_DEVELOPERS || tag === language);
-  return tags.map((tag) => [tag, LANGUAGES[tag]?.name ?? tag]);
+  return Object.entries(LANGUAGES)
+    .filter(([tag]) => tag !== FOR_DEVELOPERS || tag === language)
+    .map(([tag, { name, table }]) => {
+      const share = Object.keys(table()).length / Object.keys(ENGLISH_WORDS).length;
+      return [tag, share < 1 ? `${name} (${Math.max(Math.floor(100 * share), 1)} %)` : name];
+    });
 }
 
 /** Use another language from the next load of the page on. */
@@ -53,15 +63,49 @@ export function choose(tag: string): void {
   window.localStorage.setItem(KEY, tag);
 }
 
-/** What the browser remembers, where there is such a language; English else. */
+/** What the address asks for, what the browser remembers, or what its user reads; English where there is none of them. */
 function chosen(): string {
+  const asked = askedFor();
+  if (asked !== null) return asked;
+  const kept = remembered();
+  if (kept !== null && Object.hasOwn(LANGUAGES, kept)) return kept;
+  return navigator.languages.map(known).find((tag) => tag !== null && isComplete(tag)) ?? "en";
+}
+
+/** The language in the address, which is remembered in its place: so another one can be chosen afterwards. */
+function askedFor(): string | null {
+  const address = new URL(window.location.href);
+  const given = address.searchParams.get(PARAMETER);
+  if (given === null) return null;
+  address.searchParams.delete(PARAMETER);
+  window.history.replaceState(window.history.state, "", address);
+  const tag = known(given);
   try {
-    const kept = window.localStorage.getItem(KEY) ?? "en";
-    return kept in LANGUAGES ? kept : "en";
+    if (tag !== null) choose(tag);
+  } catch {
+    // A browser that keeps nothing has it until the page is loaded again.
+  }
+  return tag;
+}
+
+function remembered(): string | null {
+  try {
+    return window.localStorage.getItem(KEY);
   } catch {
     // A browser that keeps nothing is one that has not chosen.
-    return "en";
+    return null;
   }
+}
+
+/** The language of a tag such as de-AT, or that which it is a form of; null where there is no table. */
+function known(tag: string): string | null {
+  const [base = ""] = tag.split("-");
+  return [tag, base].find((each) => Object.hasOwn(LANGUAGES, each)) ?? null;
+}
+
+/** Nobody is given half a translation who did not ask for it. */
+function isComplete(tag: string): boolean {
+  return Object.keys(LANGUAGES[tag]?.table() ?? {}).length === Object.keys(ENGLISH_WORDS).length;
 }
 
 /** English with accents, in brackets and longer: what stays plain is in no table, what is cut off has no room. */
