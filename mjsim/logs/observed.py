@@ -216,7 +216,7 @@ def _require_sensors(world: World, robot: str, observations: Sequence[Observatio
 
 
 def _require_numbers(observations: Sequence[Observation]) -> None:
-    """Check the shapes and values of odometry and scans.
+    """Check the shapes and values of odometry, scans, sightings and inertial readings.
 
     Raises:
         UsageError: They are invalid.
@@ -228,11 +228,37 @@ def _require_numbers(observations: Sequence[Observation]) -> None:
             raise UsageError(f"observation {row}: the covariance of its odometry has shape {shape}; it must be (3, 3)")
         if not np.isfinite([moved.forward, moved.left, moved.turn, *np.ravel(moved.covariance)]).all():
             raise UsageError(f"observation {row}: its odometry holds a number that is not finite")
+        if (np.diag(moved.covariance) < 0.0).any():
+            raise UsageError(f"observation {row}: the covariance of its odometry has a variance below 0")
+        if fault := _fault_of_readings(seen):
+            raise UsageError(f"observation {row}: {fault}")
         for name, scan in seen.scans.items():
             if not isinstance(scan.ranges, np.ndarray):
                 raise UsageError(f"observation {row}: the ranges of scan '{name:.40}' are no array")
+            if scan.ranges.ndim != 1:
+                shape = scan.ranges.shape
+                raise UsageError(
+                    f"observation {row}: the ranges of scan '{name:.40}' have shape {shape}; it must be (n,)"
+                )
             if not np.isfinite([scan.range_min, scan.range_max]).all():
                 raise UsageError(f"observation {row}: the limits of scan '{name:.40}' are not finite")
+
+
+def _fault_of_readings(seen: Observation) -> str:
+    """Return what is wrong with the sightings or inertial readings of an observation, '' for nothing."""
+    for sighting in seen.sightings:
+        if not (sighting.name is None or isinstance(sighting.name, str)):
+            return f"a sighting has the name {sighting.name!r:.40}; it is a text, or None"
+        if not (0.0 < sighting.range < np.inf and np.isfinite(sighting.bearing)):
+            seen_at = f"range {sighting.range:g} m and bearing {sighting.bearing:g} rad"
+            return f"a sighting has {seen_at}; both are finite, the range above 0"
+        if np.shape(sighting.covariance) != (2, 2) or not np.isfinite(sighting.covariance).all():
+            return "the covariance of a sighting is not (2, 2) finite numbers"
+    for reading in seen.imu:
+        for name, values in (("acceleration", reading.acceleration), ("turn", reading.turn)):
+            if not isinstance(values, np.ndarray) or values.shape != (3,):
+                return f"the {name} of an inertial reading is no array of shape (3,)"
+    return ""
 
 
 def _rate_of(observations: Sequence[Observation]) -> float:

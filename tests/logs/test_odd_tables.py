@@ -146,7 +146,28 @@ def test_observations_come_at_any_rate_of_whole_milliseconds(rate, tmp_path):
             "limits of scan 'scan' are not finite",
         ),
         (drive(scans={"scan": mjsim.Scan(1.9, [1.0, 2.0], 0.0, 0.1, 0.1, 8.0)}), "ranges of scan 'scan' are no array"),
-        (drive(sightings=(mjsim.Sighting(1.9, "a", np.nan, 0.0, np.eye(2)),)), "holds NaN"),
+        (
+            drive(sightings=(mjsim.Sighting(1.9, "a", np.nan, 0.0, np.eye(2)),)),
+            "19: a sighting has range nan m",
+        ),
+        (
+            drive(sightings=(mjsim.Sighting(1.9, "a", -1.0, 0.0, np.eye(2)),)),
+            "19: a sighting has range -1 m",
+        ),
+        (drive(sightings=(mjsim.Sighting(1.9, 7, 1.0, 0.0, np.eye(2)),)), "a sighting has the name 7; it is a text"),
+        (
+            drive(sightings=(mjsim.Sighting(1.9, "a", 1.0, 0.0, np.eye(3)),)),
+            "covariance of a sighting is not (2, 2)",
+        ),
+        (drive(odometry=mjsim.Odometry(0.0, 0.0, 0.0, -np.eye(3))), "its odometry has a variance below 0"),
+        (
+            drive(imu=(mjsim.ImuReading(1.9, [0, 0, 9.8], np.zeros(3)),)),
+            "19: the acceleration of an inertial reading",
+        ),
+        (
+            drive(scans={"scan": mjsim.Scan(1.9, np.ones((2, 2)), 0.0, 0.1, 0.1, 8.0)}),
+            "the ranges of scan 'scan' have shape (2, 2); it must be (n,)",
+        ),
     ],
 )
 def test_an_observation_that_cannot_be_recorded_is_named_and_leaves_no_file(observations, said, tmp_path):

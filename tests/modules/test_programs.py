@@ -144,6 +144,10 @@ MISTAKES = [
         "print(json.dumps({**GOOD, 'show': [{'lines': [[0, False], [1, 1]], 'joined': True}]}), flush=True)",
         "answered with lines that holds true or false; write numbers",
     ),
+    (
+        "print(json.dumps({'pose': [0, 0, 0], 'covarience': [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}), flush=True)",
+        "answered with the key 'covarience'; did you mean 'covariance'?",
+    ),
     ("while True: pass", "did not answer within 3 s and was ended"),
     ("subprocess.run(['sleep', '77077'])", "did not answer within 3 s and was ended"),
 ]

@@ -1,5 +1,6 @@
 """Communicates with a program in JSON: one line per request, one line per answer."""
 
+import difflib
 import json
 import os
 from collections.abc import Mapping, Sequence
@@ -16,7 +17,9 @@ from mjsim.modules.hosts import Failed
 VERSION = 1
 """Version of the protocol in docs/programs.md."""
 
-MAY_BE_TRUE = ("pictures", "joined")
+ALIKE = 0.75
+"""Minimum similarity of two keys for one to be taken for a misspelling [1]."""
+MAY_BE_TRUE = ("joined",)
 """Keys of answers whose values are true or false."""
 
 
@@ -39,10 +42,13 @@ class ProgramEngine(Engine):
         """
         self._command, self._place, self._who, self._patience, self._paths = command, place, who, patience, paths
         self._process: Process | None = None
+        self._fields: Sequence[str] = ()
+        self._says_truth = False
 
     def start(self, robot: Mapping[str, Tree], rng: Generator, fields: Sequence[str]) -> bool:
         """Start the program and send it the data of its robot; return whether it asks for pictures."""
         self.close()
+        self._fields = fields
         folder = self._place.enter()
         more = {"PATH": os.pathsep.join([*(str(folder / path) for path in self._paths), os.environ.get("PATH", "")])}
         self._process = Process(self._command, folder, shell=ON_STANDARD, said=Said(self._who), more=more)
@@ -56,6 +62,15 @@ class ProgramEngine(Engine):
     def ask(self, method: str, given: Mapping[str, Tree]) -> Answer:
         """Return the program's answer; `torques`, which is not an object, as the field ''."""
         answer = self._send({"call": method, **given})
+        known = ("tau",) if method == "torques" else self._fields
+        for key in answer:
+            # Other keys are the program's own; one that is nearly right is a mistake, and would change nothing.
+            meant = [] if key in known else difflib.get_close_matches(key, known, n=1, cutoff=ALIKE)
+            if meant and meant[0] not in answer:
+                raise Failed(f"answered with the key '{key[:40]}'; did you mean '{meant[0]}'?")
+        told = {key: value for key, value in answer.items() if key in known}
+        if self._says_truth and (key := _truth_value_in(told)):
+            raise Failed(f"answered with {key} that holds true or false; write numbers")
         return {"": answer.get("tau")} if method == "torques" else answer
 
     def close(self) -> None:
@@ -78,8 +93,7 @@ class ProgramEngine(Engine):
             raise Failed("answered JSON that is not an object; write {...}")
         if "error" in answer:
             raise Failed(f"raised {one_line(str(answer['error']))[:240]}")
-        if (b"true" in line or b"false" in line) and (key := _truth_value_in(answer)):
-            raise Failed(f"answered with {key} that holds true or false; write numbers")
+        self._says_truth = b"true" in line or b"false" in line
         return answer
 
 
