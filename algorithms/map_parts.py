@@ -1,6 +1,7 @@
 """A map of scans in submaps (parts): scans are fixed within a part, and a graph of the parts closes loops."""
 
 from collections import deque
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,6 +9,7 @@ import numpy as np
 from mjsim.geometry import Array
 
 from .ekf_models import odometry_motion
+from .free_space import seen_through
 from .level_scan import LevelScan
 from .loop_closing import WIDEST, Loop, agree, find_loop
 from .odometry_bias import OdometryBias
@@ -32,6 +34,8 @@ UNSOLVED = 16
 NOTABLE, SLIGHT = 0.1, np.diag([1e-4, 1e-4, 1e-6])
 """The graph is solved again when corrections of odometry move the newest part by this normalised squared error, or
 relative to this covariance."""
+MOST = 300
+"""Number of wall elements of a part that are compared with the free space of another one."""
 SETTLED = 0.005
 """The graph is iterated while poses move by more than this [m, rad]."""
 
@@ -270,9 +274,24 @@ class PartsMap:
         steps = step_between(self.graph.poses[old], self.graph.poses[around.start : around.stop])
         walls = joined([self._walls[k].moved(step) for k, step in zip(around, steps, strict=True)])
         guess = step_between(self.graph.poses[old], self.graph.poses[new])
-        loop = find_loop(old, new, walls, self._walls[new], guess, covariance, share=self._loop_share)
+
+        def through(step: Array) -> float:
+            """Return the larger share of walls of either side that scans of the other saw through."""
+            by_old = seen_through(
+                self._walls[new].thinned(MOST).moved(step), self._looks(around, self.graph.poses[old])
+            )
+            by_new = [(compose(step, pose), look) for pose, look in self._looks([new], self.graph.poses[new])]
+            return max(by_old, seen_through(walls.thinned(MOST), by_new))
+
+        loop = find_loop(old, new, walls, self._walls[new], guess, covariance, share=self._loop_share, through=through)
         if loop is not None:
             self._consider(loop)
+
+    def _looks(self, parts: Iterable[int], frame: Array) -> list[tuple[Array, LevelScan]]:
+        """Return every other scan of some parts, with the robot's pose in a frame, given in the world, shape (3,)."""
+        members = [each for part in parts for each in self.keyframes[self._begins[part] :][:PART:2]]
+        poses = np.array([self._pose(each) for each in members])
+        return [(pose, each.looked) for pose, each in zip(step_between(frame, poses), members, strict=True)]
 
     def _consider(self, loop: Loop) -> None:
         """Close a loop if it is certain, or agrees with another; otherwise remember it."""

@@ -27,7 +27,7 @@ LOST = np.array([1.2, 1.2, 0.6])
 GATE = 16.3
 """99.9 % quantile of chi-square with three degrees of freedom."""
 BEHIND = 0.1
-"""A hypothesis with a score this much below the best one is ruled out without an alignment."""
+"""By default, a hypothesis with a score this much below the best one is ruled out without an alignment."""
 DOUBT = 6.3
 """90 % quantile of chi-square with three degrees of freedom."""
 FEWEST = 20
@@ -92,7 +92,14 @@ def _pulled(field: WallField, scan: Surface, best: Match, step: Array, covarianc
 
 
 def hypotheses(
-    field: WallField, scan: Surface, guess: Array, information: Array, window: Array, *, most: int = 3
+    field: WallField,
+    scan: Surface,
+    guess: Array,
+    information: Array,
+    window: Array,
+    *,
+    most: int = 3,
+    behind: float = BEHIND,
 ) -> list[Match]:
     """Return the best alignments of a scan within a window around a guess, distinct ones, the best first.
 
@@ -103,10 +110,11 @@ def hypotheses(
         information: Inverse of the guess's covariance, shape (3, 3).
         window: Half extents of the search in x, y and heading, shape (3,) [m, m, rad].
         most: Maximum number of alignments to try.
+        behind: A hypothesis with a score this much below the best one is ruled out without an alignment.
     """
     found: list[Match] = []
     poses, scores = search(field, scan.thinned(SCORED), guess, window)
-    for start in distinct(poses[scores > scores[0] - BEHIND], most):
+    for start in distinct(poses[scores > scores[0] - behind], most):
         match = align(field, scan, guess, information, start=start)
         if not any(alike(match.pose, other.pose) for other in found):
             found.append(match)

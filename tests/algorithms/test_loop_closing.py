@@ -1,0 +1,93 @@
+"""Places that look alike: what a loop may be closed by, and what free space rules out."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from mjsim.algorithms.free_space import seen_through
+from mjsim.algorithms.level_scan import LevelScan
+from mjsim.algorithms.loop_closing import find_loop
+from mjsim.algorithms.scan_matching import joined, surface_of
+from mjsim.geometry import Pose
+from mjsim.interface import Scan
+
+STEP = 0.05
+"""Distance between two points of a wall [m]."""
+
+
+def wall(*corners):
+    """Return the elements of a wall through corners, seen from its left."""
+    ends = np.array(corners, dtype=float)
+    points = [
+        a + share * (b - a)
+        for a, b in itertools.pairwise(ends)
+        for share in np.arange(0.0, 1.0, STEP / np.hypot(*(b - a)))
+    ]
+    middle = ends.mean(axis=0) + 2.0 * np.array([-(ends[-1] - ends[0])[1], (ends[-1] - ends[0])[0]])
+    return surface_of(np.array(points), origin=tuple(middle))
+
+
+def look(pose, walls, reach=20.0):
+    """Return a scan of 181 beams over 180 degrees from a pose, to the first element within half a beam."""
+    away = walls.points - (pose.x, pose.y)
+    bearings = (np.arctan2(away[:, 1], away[:, 0]) - pose.heading + np.pi) % (2 * np.pi) - np.pi
+    beams = np.linspace(-np.pi / 2, np.pi / 2, 181)
+    ranges = np.full(181, np.inf)
+    for number, beam in enumerate(beams):
+        met = np.abs(bearings - beam) < np.radians(0.6)
+        if met.any() and np.hypot(*away[met].T).min() < reach:
+            ranges[number] = np.hypot(*away[met].T).min()
+    return pose.as_array(), LevelScan(Scan(0.0, ranges, -np.pi / 2, np.radians(1.0), 0.05, reach), Pose(0, 0, 0))
+
+
+ROOM = joined([wall((0, 0), (8, 0)), wall((8, 0), (8, 6)), wall((8, 6), (0, 6)), wall((0, 6), (0, 0))])
+
+
+def test_walls_that_are_there_are_not_seen_through():
+    looks = [look(Pose(2.0, 3.0, 0.0), ROOM), look(Pose(5.0, 2.0, 2.0), ROOM)]
+    assert seen_through(ROOM, looks) == 0.0
+
+
+@pytest.mark.parametrize("side", [0.0, np.pi])
+def test_a_wall_across_free_space_is_seen_through_from_either_side(side):
+    # It stands one metre before the wall at x = 8, or, from the other side, before that at x = 0.
+    across = wall((7, 1), (7, 5)) if side == 0.0 else wall((1, 1), (1, 5))
+    looks = [look(Pose(4.0, 3.0, side), ROOM)]
+    # Beams at its ends meet the corners of the room.
+    assert seen_through(across, looks) > 0.7
+    # Behind the walls of the room, nothing is known.
+    assert seen_through(across.moved(np.array([4.0 * np.cos(side), 0.0, 0.0])), looks) == 0.0
+
+
+def test_beams_without_a_return_see_through_nothing():
+    pose, seen = look(Pose(4.0, 3.0, 0.0), ROOM, reach=0.5)
+    assert not np.isfinite(seen.scan.ranges).any()
+    assert seen_through(wall((7, 1), (7, 5)), [(pose, seen)]) == 0.0
+
+
+def corridor(first, last, niches):
+    """Return the wall of a corridor with niches of 0.3 m for doors, 1 m wide."""
+    points = [(first, -1.0)]
+    for at in niches:
+        points += [(at, -1.0), (at, -1.3), (at + 1.0, -1.3), (at + 1.0, -1.0)]
+    return wall(*points, (last, -1.0))
+
+
+def test_a_place_that_overlaps_more_of_the_old_part_does_not_win_by_that_alone():
+    old = joined([corridor(0.0, 12.0, [0.3, 2.0, 7.0]), wall((12, 1), (0, 1))])
+    # The robot came around a corner six metres before where the old part begins. Its doors at -3 and 2 look like those
+    # at 2 and 7, but there is none at 5.3.
+    new = joined([wall((-6, 4), (-6, -1)), corridor(-6.0, 6.0, [-3.0, 0.3, 2.0]), wall((6, 1), (-4, 1))])
+    arguments = {"share": 0.75, "through": lambda step: 0.0}
+    loop = find_loop(0, 20, old, new, np.zeros(3), np.diag([9.0, 1.0, 0.01]), **arguments)
+    assert loop is None or np.abs(loop.step).max() < 0.1
+
+
+def test_a_loop_through_free_space_is_refused():
+    covariance = np.diag([0.04, 0.04, 0.001])
+    arguments = {"share": 0.75}
+    loop = find_loop(0, 20, ROOM, ROOM, np.array([0.1, 0.05, 0.02]), covariance, **arguments, through=lambda step: 0.0)
+    assert loop is not None
+    np.testing.assert_allclose(loop.step, 0.0, atol=0.02)
+    assert find_loop(0, 20, ROOM, ROOM, np.zeros(3), covariance, **arguments, through=lambda step: 0.3) is None
