@@ -34,7 +34,7 @@ UNSOLVED = 16
 NOTABLE, SLIGHT = 0.1, np.diag([1e-4, 1e-4, 1e-6])
 """The graph is solved again when corrections of odometry move the newest part by this normalised squared error, or
 relative to this covariance."""
-MOST = 300
+MOST = 200
 """Number of wall elements of a part that are compared with the free space of another one."""
 SETTLED = 0.005
 """The graph is iterated while poses move by more than this [m, rad]."""
@@ -278,18 +278,18 @@ class PartsMap:
         def through(step: Array) -> float:
             """Return the larger share of walls of either side that scans of the other saw through."""
             by_old = seen_through(
-                self._walls[new].thinned(MOST).moved(step), self._looks(around, self.graph.poses[old])
+                self._walls[new].thinned(MOST).moved(step), self._looks(around, self.graph.poses[old], every=4)
             )
-            by_new = [(compose(step, pose), look) for pose, look in self._looks([new], self.graph.poses[new])]
+            by_new = [(compose(step, pose), look) for pose, look in self._looks([new], self.graph.poses[new], every=2)]
             return max(by_old, seen_through(walls.thinned(MOST), by_new))
 
         loop = find_loop(old, new, walls, self._walls[new], guess, covariance, share=self._loop_share, through=through)
         if loop is not None:
             self._consider(loop)
 
-    def _looks(self, parts: Iterable[int], frame: Array) -> list[tuple[Array, LevelScan]]:
-        """Return every other scan of some parts, with the robot's pose in a frame, given in the world, shape (3,)."""
-        members = [each for part in parts for each in self.keyframes[self._begins[part] :][:PART:2]]
+    def _looks(self, parts: Iterable[int], frame: Array, *, every: int) -> list[tuple[Array, LevelScan]]:
+        """Return some scans of some parts, with the robot's pose in a frame, given in the world, shape (3,)."""
+        members = [each for part in parts for each in self.keyframes[self._begins[part] :][:PART:every]]
         poses = np.array([self._pose(each) for each in members])
         return [(pose, each.looked) for pose, each in zip(step_between(frame, poses), members, strict=True)]
 
