@@ -12,6 +12,8 @@ Share = Annotated[float, Field(ge=-1.0, le=1.0)]
 Drivers = dict[str, dict[Literal["observer", "estimator", "navigator", "avoidance", "push"], Any]]
 """Robot -> modules that replace those of its world."""
 Number = Annotated[float, Field(allow_inf_nan=False)]
+Moderate = Annotated[float, Field(ge=-1e6, le=1e6)]
+"""Beyond it, what is drawn from there overflows."""
 
 
 class _Request(BaseModel):
@@ -73,10 +75,10 @@ class SetNoise(_Request):
 class Outside(_Request):
     """Viewpoint of the external view."""
 
-    azimuth_deg: Number
+    azimuth_deg: Moderate
     elevation_deg: Annotated[float, Field(ge=-90.0, le=90.0)]
     distance: Annotated[float, Field(gt=0.0, le=1000.0)]
-    at: tuple[Number, Number]
+    at: tuple[Moderate, Moderate]
 
 
 class Watch(_Request):

@@ -111,6 +111,14 @@ def test_deep_json_over_the_websocket_is_refused_in_a_line_and_the_page_stays(cl
         assert seen.until("refused", do="pause")["error"] == "no run has begun; start one"
 
 
+@pytest.mark.parametrize(("key", "value"), [("at", [1e308, 0]), ("azimuth_deg", 1e308), ("distance", 1e308)])
+def test_a_view_from_outside_that_would_overflow_is_refused_in_a_line(client, key, value):
+    outside = {"azimuth_deg": 0, "elevation_deg": -30, "distance": 5, "at": [0, 0], key: value}
+    with browser(client.studio.url) as seen:
+        seen.say("watch", outside=outside)
+        assert seen.until("refused")["error"].startswith(f"watch.outside.{key}")
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("text", "said"), BOMBS.values(), ids=BOMBS)
 def test_a_text_that_grows_when_it_is_read_is_refused_at_once(client, tmp_path, capsys, text, said):
