@@ -10,7 +10,21 @@ from numpy.typing import ArrayLike, NDArray
 from mjsim.geometry import Array, wrap_angle
 
 from .ekf_group import shear, turned_left
-from .ekf_models import MotionModel, Places, apart, couple, gain, landmark_from, projected, range_bearing, together
+from .ekf_models import (
+    MotionModel,
+    Places,
+    Slopes,
+    apart,
+    corrected,
+    couple,
+    gain,
+    landmark_from,
+    measured,
+    projected,
+    range_bearing,
+    together,
+)
+from .ekf_state import SlamState
 
 Jacobians = Literal["standard", "first-estimates"]
 YOUNG, STRAYED = 3, 0.2
@@ -20,7 +34,7 @@ ITERATIONS, STILL = 10, 1e-3
 """Maximum number of iterations, and change of the pose at convergence [m, rad]."""
 
 
-class EkfSlamFilter:
+class EkfSlamFilter(SlamState):
     """The pose and all landmarks in one Gaussian: mean (x, y, heading, x_1, y_1, ...), joint covariance P.
 
     A robot that only sees landmarks relative to itself cannot observe the origin and orientation of the world. The
@@ -43,6 +57,7 @@ class EkfSlamFilter:
         pose: ArrayLike = (0.0, 0.0, 0.0),
         covariance: ArrayLike | None = None,
         parameters: int = 0,
+        sensor: int = 0,
         renew: float = math.inf,
         far: float = math.inf,
     ) -> None:
@@ -53,6 +68,7 @@ class EkfSlamFilter:
             pose: Mean of (x, y, heading), shape (3,) [m, m, rad].
             covariance: Of the pose, shape (3, 3); None for zeros, which makes the start the origin of the map.
             parameters: Number p of systematic errors of the motion, estimated too; initially 0 and certain.
+            sensor: Number s of systematic errors of the ranges, 2 or 0, as in `range_errors`; also initially 0.
             renew: A first estimate is replaced if the newest one differs by more than this ratio to the distance of
                 the landmark: its Jacobians no longer describe the measurement.
             far: A correction is iterated if it turns the robot by more than this [rad], or moves the robot or a visible
@@ -61,58 +77,9 @@ class EkfSlamFilter:
         """
         if jacobians not in ("standard", "first-estimates"):
             raise ValueError(f"jacobians is {jacobians!r}; it must be 'standard' or 'first-estimates'")
+        super().__init__(pose, covariance, parameters=parameters, sensor=sensor)
         self._first = jacobians == "first-estimates"
         self._renewed_at, self._far = renew, far
-        self._base = 3 + parameters  # landmarks stand behind the pose and these
-        self._order: dict[Hashable, int] = {}  # name -> where its x stands in the mean
-        self._mean, self._P = np.zeros(35), np.zeros((35, 35))
-        self._anchor = np.zeros(35)  # where derivatives are taken
-        self._looks = np.zeros(35, dtype=np.intp)  # at each landmark, beside its x
-        self._spare = np.empty(35 * 35)
-        self._mean[:3] = self._anchor[:3] = pose
-        if covariance is not None:
-            self._P[:3, :3] = covariance
-
-    @property
-    def pose(self) -> Array:
-        """Mean of (x, y, heading), shape (3,) [m, m, rad]."""
-        return self._mean[:3].copy()
-
-    @property
-    def covariance(self) -> Array:
-        """Covariance of the pose, shape (3, 3)."""
-        return self._P[:3, :3].copy()
-
-    @property
-    def parameters(self) -> Array:
-        """Mean of the motion's constant errors, shape (p,)."""
-        return self._mean[3 : self._base].copy()
-
-    @property
-    def joint_covariance(self) -> Array:
-        """Covariance of the pose, then each landmark in the order of `landmarks`, shape (3 + 2 n, 3 + 2 n)."""
-        return self.joint_covariance_of(self.names())
-
-    def joint_covariance_of(self, names: Sequence[Hashable]) -> Array:
-        """Return the covariance of the pose and k landmarks together, shape (3 + 2 k, 3 + 2 k)."""
-        rows = np.concatenate([np.arange(3), (self._places(names)[:, None] + (0, 1)).ravel()])
-        return np.asarray(self._P[np.ix_(rows, rows)])
-
-    def __contains__(self, name: Hashable) -> bool:
-        """Return whether this landmark is in the map."""
-        return name in self._order
-
-    def landmarks(self, names: Sequence[Hashable] | None = None) -> dict[Hashable, tuple[Array, Array]]:
-        """Return mean (2,) [m] and covariance (2, 2) [m^2] of landmarks by name; by default of all, oldest first."""
-        return {
-            name: (self._mean[at : at + 2].copy(), self._P[at : at + 2, at : at + 2].copy())
-            for name in (self._order if names is None else names)
-            for at in (self._order[name],)
-        }
-
-    def names(self) -> tuple[Hashable, ...]:
-        """Return the names of all landmarks, oldest first."""
-        return tuple(self._order)
 
     def predict(
         self,
@@ -138,7 +105,7 @@ class EkfSlamFilter:
             displacement alone, so F from the first estimate differs by what the last update has moved
             (Huang et al. 2010, equation 42).
         """
-        old, P, size, base = self._mean[:3], self._P, self._size, self._base
+        old, P, size, base = self._mean[:3], self._P, self._size, self._sensor.start
         control = np.asarray(control, dtype=float)
         if slopes is not None:
             control = control + np.asarray(slopes) @ self._mean[3:base]
@@ -167,17 +134,17 @@ class EkfSlamFilter:
             C: Its covariance from the belief, H P H^T without that of a measurement, shape (k, 2, 2).
         """
         places = self._places(names)
-        z, H_pose, H_landmark = self._expect(places)
-        columns = np.concatenate([np.tile(np.arange(3), (len(places), 1)), places[:, None] + (0, 1)], axis=1)
+        z, slopes = self._expect(places)
+        columns = np.concatenate([np.tile(self._common, (len(places), 1)), places[:, None] + (0, 1)], axis=1)
         P = self._P[columns[:, :, None], columns[:, None, :]]
-        H = np.concatenate([H_pose, H_landmark], axis=2)
+        H = np.concatenate([slopes.pose, slopes.sensor, slopes.landmark], axis=2)
         return z, H @ P @ H.transpose(0, 2, 1)
 
     def expect_together(self, names: Sequence[Hashable]) -> Array:
         """Return the joint covariance of the expected measurements of k landmarks, H P H^T, shape (2 k, 2 k)."""
         places = self._places(names)
-        _, H_pose, H_landmark = self._expect(places)
-        return projected(self._P[: self._size, : self._size], places, H_pose, H_landmark)[1]
+        _, H = self._expect(places)
+        return projected(self._P[: self._size, : self._size], places, H, self._sensor)[1]
 
     def innovations(
         self, names: Sequence[Hashable], measurements: ArrayLike, measurement_covariance: ArrayLike
@@ -220,10 +187,6 @@ class EkfSlamFilter:
         if again:
             self._correct(self._places([names[i] for i in again]), Z[again], R[again][:, :, again])
 
-    def positions(self, names: Sequence[Hashable]) -> Array:
-        """Return the positions of k landmarks of the map, shape (k, 2) [m]."""
-        return np.asarray(self._mean[self._places(names)[:, None] + (0, 1)])
-
     def unite(self, kept: Hashable, gone: Hashable, variance: float) -> None:
         """Merge two landmarks: correct by the constraint that they are at one place, and remove the second.
 
@@ -234,18 +197,11 @@ class EkfSlamFilter:
         self._apply(*gain(HP, HP[:, at] - HP[:, other] + variance * np.eye(2), self._mean[other] - self._mean[at]))
         self.remove(gone)
 
-    def remove(self, name: Hashable) -> None:
-        """Remove a landmark from the map; its effect on the pose and on other landmarks is kept."""
-        rest = np.delete(np.arange(self._size), self._order[name] + np.arange(2))
-        at, size = self._order.pop(name), len(rest)
-        self._order = {other: row - 2 * (row > at) for other, row in self._order.items()}
-        for array in (self._mean, self._anchor, self._looks):
-            array[:size] = array[rest]
-        self._P[:size, :size] = self._P[np.ix_(rest, rest)]
-
     def mark(self, name: Hashable) -> None:
         """Add the robot's position as a point that is never seen: later corrections of the past move it."""
-        self._append(name, self._mean[:2].copy(), self._anchor[:2].copy(), np.zeros((2, 2)))
+        self._append(
+            name, self._mean[:2].copy(), self._anchor[:2].copy(), np.zeros((2, 2)), np.zeros((2, len(self._common) - 3))
+        )
 
     def relocate(self, pose: ArrayLike, covariance: ArrayLike) -> None:
         """Move the robot elsewhere on its map: its pose information is discarded, and first estimates are reset.
@@ -262,20 +218,24 @@ class EkfSlamFilter:
         self._P[:3, :size], self._P[:size, :3] = 0.0, 0.0
         self._P[:3, :3] = covariance
 
-    @property
-    def _size(self) -> int:
-        return self._base + 2 * len(self._order)
+    def assume(self, variances: ArrayLike) -> None:
+        """Add variances (s,) to those of the sensor's errors, before the first landmark."""
+        rows = range(self._sensor.start, self._sensor.stop)
+        self._P[rows, rows] += np.asarray(variances, dtype=float)
 
-    def _places(self, names: Sequence[Hashable]) -> Places:
-        return np.array([self._order[name] for name in names], dtype=np.intp)
+    def constrain(self, variances: ArrayLike) -> None:
+        """Correct by a measurement that the sensor's errors are zero, with variances (s,)."""
+        HP = self._P[self._sensor, : self._size]
+        S = HP[:, self._sensor] + np.diag(np.asarray(variances, dtype=float))
+        self._apply(*gain(HP, S, -self._mean[self._sensor]))
 
-    def _expect(self, places: Places) -> tuple[Array, Array, Array]:
-        """Return expected measurements (k, 2) and their derivatives (k, 2, 3) and (k, 2, 2)."""
+    def _expect(self, places: Places) -> tuple[Array, Slopes]:
+        """Return expected measurements (k, 2) and their derivatives."""
         columns = places[:, None] + (0, 1)
         expected, H_pose, H_landmark = range_bearing(self._mean[:3], self._mean[columns])
         if self._first:
             _, H_pose, H_landmark = range_bearing(self._anchor[:3], self._anchor[columns])
-        return expected, H_pose, H_landmark
+        return measured(expected, H_pose, H_landmark, self._mean[self._sensor])
 
     def _correct(self, places: Places, Z: Array, R: Array) -> None:
         """Update mean and covariance: P - K S K^T as P - W^T W with S = L L^T and W = L^-1 H P.
@@ -283,17 +243,17 @@ class EkfSlamFilter:
         Each row of H has five nonzero columns, so H P costs O(n k) and the whole O(n^2 k). W^T W is symmetric
         to the last bit, and so stays P.
         """
-        expected, H_pose, H_landmark = self._expect(places)
-        step, W = self._gained(places, H_pose, H_landmark, apart(Z, expected), R)
+        expected, H = self._expect(places)
+        step, W = self._gained(places, H, apart(Z, expected), R)
         if self._is_far(step, places):
             step, W = self._iterated(places, Z, R, step, W)
         self._apply(step, W)
         if self._first:
             self._renew(places)
 
-    def _gained(self, places: Places, H_pose: Array, H_landmark: Array, nu: Array, R: Array) -> tuple[Array, Array]:
-        """Return the step K nu, shape (3 + p + 2 n,), and W, shape (2 k, 3 + p + 2 n)."""
-        HP, C = projected(self._P[: self._size, : self._size], places, H_pose, H_landmark)
+    def _gained(self, places: Places, H: Slopes, nu: Array, R: Array) -> tuple[Array, Array]:
+        """Return the step K nu, shape (m,), and W, shape (2 k, m)."""
+        HP, C = projected(self._P[: self._size, : self._size], places, H, self._sensor)
         return gain(HP, C + R.reshape(C.shape), nu.ravel())
 
     def _is_far(self, step: Array, places: Places) -> bool:
@@ -313,21 +273,18 @@ class EkfSlamFilter:
         columns, plain = places[:, None] + (0, 1), (step, W)
         for _ in range(ITERATIONS):
             mean = self._moved(step)
-            expected, H_pose, H_landmark = range_bearing(mean[:3], mean[columns])
-            H_pose, H_landmark = self._by_step(H_pose, H_landmark, step, columns)
-            nu = apart(Z, expected) + H_pose @ step[:3] + np.einsum("kij,kj->ki", H_landmark, step[columns])
+            expected, H = measured(*range_bearing(mean[:3], mean[columns]), mean[self._sensor])
+            by_pose, by_landmark = self._by_step(H.pose, H.landmark, step, columns)
+            nu = apart(Z, expected) + by_pose @ step[:3] + np.einsum("kij,kj->ki", by_landmark, step[columns])
+            nu += H.sensor @ step[self._sensor]
             before = step[:3]
-            step, W = self._gained(places, H_pose, H_landmark, nu, R)
+            step, W = self._gained(places, Slopes(by_pose, by_landmark, H.sensor), nu, R)
             if np.abs(step[:3] - before).max() < STILL:
                 return step, W
         return plain
 
-    def _point_rows(self) -> NDArray[np.intp]:
-        """Return the indices of x and y of the position and the landmarks in the state, shape (1 + n, 2)."""
-        return np.concatenate([np.arange(2), np.arange(self._base, self._size)]).reshape(-1, 2)
-
     def _moved(self, step: Array) -> Array:
-        """Return the mean after a step, shape (3 + p + 2 n,)."""
+        """Return the mean after a step, shape (m,)."""
         return np.asarray(self._mean[: self._size] + step)
 
     def _by_step(self, H_pose: Array, H_landmark: Array, step: Array, columns: NDArray[np.intp]) -> tuple[Array, Array]:
@@ -356,7 +313,7 @@ class EkfSlamFilter:
         self._anchor[rows] = self._mean[rows]
 
     def _apply(self, step: Array, W: Array) -> None:
-        """Correct the mean by a step, shape (3 + 2 n,), and subtract W^T W from P, W of shape (m, 3 + 2 n)."""
+        """Correct the mean by a step, shape (m,), and subtract W^T W from P, W of shape (k, m)."""
         size = self._size
         self._mean[:size] += step
         self._mean[2] = wrap_angle(self._mean[2])
@@ -367,34 +324,28 @@ class EkfSlamFilter:
         """Add a landmark at its first sighting.
 
         With landmark = position + turned(range, bearing), its error is J_pose times the error of the pose plus J
-        times that of the measurement (Probabilistic Robotics, section 10.2.2, without its infinite variance).
+        times that of the measurement (Probabilistic Robotics, section 10.2.2, without its infinite variance), and those
+        of the sensor's errors.
         """
-        landmark, J = landmark_from(self._mean[:3], z)
-        self._append(name, landmark, landmark, J @ R @ J.T)
+        true, J_look, J_sensor = corrected(z, self._mean[self._sensor])
+        landmark, J = landmark_from(self._mean[:3], true)
+        J_look = J @ J_look
+        self._append(name, landmark, landmark, J_look @ R @ J_look.T, J @ J_sensor)
 
-    def _append(self, name: Hashable, mean: Array, anchor: Array, noise: Array) -> None:
-        """Write mean and covariance of a new point, fixed to the robot but for its noise, behind the others."""
+    def _append(self, name: Hashable, mean: Array, anchor: Array, noise: Array, J_sensor: Array) -> None:
+        """Write mean and covariance of a new point behind the others.
+
+        It is fixed to the robot but for its noise and for errors of the sensor, times J_sensor (2, s).
+        """
         at, size = self._size, self._size + 2
         if size > len(self._mean):
             self._grow()
         P = self._P
         from_x, from_y = anchor - self._anchor[:2] if self._first else mean - self._mean[:2]
-        J_pose = np.array([[1.0, 0.0, -from_y], [0.0, 1.0, from_x]])
-        P[at:size, :at] = J_pose @ P[:3, :at]
+        J = np.hstack([np.array([[1.0, 0.0, -from_y], [0.0, 1.0, from_x]]), J_sensor])
+        P[at:size, :at] = J @ P[self._common, :at]
         P[:at, at:size] = P[at:size, :at].T
-        own = J_pose @ P[:3, :3] @ J_pose.T + noise
+        own = J @ P[self._common[:, None], self._common] @ J.T + noise
         P[at:size, at:size] = 0.5 * (own + own.T)
         self._mean[at:size], self._anchor[at:size] = mean, anchor
         self._looks[at], self._order[name] = 1, at
-
-    def _grow(self) -> None:
-        """Double the capacity for landmarks, so that n landmarks cost O(n^2) copying in total."""
-        size, room = len(self._mean), 2 * len(self._mean) + 1
-        self._mean, self._anchor, self._looks = (
-            np.concatenate([array, np.zeros(room - size, dtype=array.dtype)])
-            for array in (self._mean, self._anchor, self._looks)
-        )
-        P = np.zeros((room, room))
-        P[:size, :size] = self._P
-        self._P = P
-        self._spare = np.empty(room * room)

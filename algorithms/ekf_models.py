@@ -6,6 +6,7 @@ pose and the derivative G (3, m) by the control. World frame, metres and radians
 
 import math
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
@@ -17,6 +18,20 @@ Places = np.ndarray[tuple[int], np.dtype[np.intp]]
 
 MotionModel = Callable[[Array, Array], tuple[Array, Array, Array]]
 """motion(pose, control) -> new pose (3,), F (3, 3), G (3, m)."""
+
+SHORTEST = 1e-3
+"""Least range of a landmark after correction [m]."""
+
+
+class Slopes(NamedTuple):
+    """Derivatives of k measurements of range and bearing."""
+
+    pose: Array
+    """Shape (k, 2, 3)."""
+    landmark: Array
+    """Each by its landmark, shape (k, 2, 2)."""
+    sensor: Array
+    """By the errors of the sensor, shape (k, 2, s)."""
 
 
 def bicycle_motion(wheelbase: float, period: float) -> MotionModel:
@@ -118,6 +133,41 @@ def landmark_from(pose: Array, measurement: Array) -> tuple[Array, Array]:
     return landmark, np.array([[c, -distance * s], [s, distance * c]])
 
 
+def measured(z: Array, H_pose: Array, H_landmark: Array, errors: Array) -> tuple[Array, Slopes]:
+    """Return what a sensor with errors (s,) measures, shape (k, 2), and derivatives; exact without errors (s = 0).
+
+    Args:
+        z: True range [m] and bearing [rad], shape (k, 2).
+        H_pose: Derivative of it by the pose, shape (k, 2, 3).
+        H_landmark: By the landmark, shape (k, 2, 2).
+        errors: Offset [m] and relative error of the range, shape (2,), or shape (0,).
+    """
+    H_sensor = np.zeros((len(z), 2, len(errors)))
+    if not len(errors):
+        return z, Slopes(H_pose, H_landmark, H_sensor)
+    offset, scale = errors.tolist()
+    H_sensor[:, 0, 0], H_sensor[:, 0, 1] = 1.0, z[:, 0]
+    stretch = np.array([1.0 + scale, 1.0])
+    H = Slopes(stretch[:, None] * H_pose, stretch[:, None] * H_landmark, H_sensor)
+    return np.asarray(z * stretch + (offset, 0.0)), H
+
+
+def corrected(z: Array, errors: Array) -> tuple[Array, Array, Array]:
+    """Return the true range and bearing of a measurement by a sensor with errors (s,).
+
+    Returns:
+        z: True range [m] and bearing [rad], shape (2,).
+        J: Derivative by the measurement, shape (2, 2).
+        J_errors: Derivative by the errors, shape (2, s).
+    """
+    if not len(errors):
+        return z, np.eye(2), np.zeros((2, 0))
+    offset, scale = errors.tolist()
+    true = max((float(z[0]) - offset) / (1.0 + scale), SHORTEST)
+    by_errors = np.array([[-1.0, -true], [0.0, 0.0]]) / (1.0 + scale)
+    return np.array([true, float(z[1])]), np.diag([1.0 / (1.0 + scale), 1.0]), by_errors
+
+
 def apart(Z: Array, expected: Array) -> Array:
     """Return measured minus expected range and bearing, shape (k, 2) [m, rad]."""
     nu = Z - expected
@@ -154,17 +204,21 @@ def couple(P: Array, B: Array) -> None:
     P[:3, 3:] += B @ P[3:base, 3:]
 
 
-def projected(P: Array, places: Places, H_pose: Array, H_landmark: Array) -> tuple[Array, Array]:
+def projected(P: Array, places: Places, H: Slopes, sensor: slice) -> tuple[Array, Array]:
     """Return H P, shape (2 k, m), and H P H^T, shape (2 k, 2 k).
 
     Args:
         P: Of pose, parameters and landmarks, shape (m, m).
         places: Indices of x of k landmarks in it, shape (k,).
-        H_pose: Derivative of each measurement by the pose, shape (k, 2, 3).
-        H_landmark: By its landmark, shape (k, 2, 2).
+        H: Derivatives of each measurement.
+        sensor: Where the errors of the sensor are in P.
     """
     count, columns = 2 * len(places), places[:, None] + (0, 1)
-    HP = (H_pose @ P[:3] + H_landmark @ P[columns]).reshape(count, len(P))
-    C = (HP[:, :3] @ H_pose.reshape(count, 3).T).reshape(count, len(places), 2)
-    C += np.einsum("akj,kij->aki", HP[:, columns], H_landmark)
+    HP = (H.pose @ P[:3] + H.landmark @ P[columns]).reshape(count, len(P))
+    if H.sensor.size:
+        HP += (H.sensor @ P[sensor]).reshape(count, len(P))
+    C = (HP[:, :3] @ H.pose.reshape(count, 3).T).reshape(count, len(places), 2)
+    C += np.einsum("akj,kij->aki", HP[:, columns], H.landmark)
+    if H.sensor.size:
+        C += (HP[:, sensor] @ H.sensor.reshape(count, -1).T).reshape(C.shape)
     return HP, C.reshape(count, count)

@@ -30,6 +30,7 @@ from .map_management import Probation
 from .odometry_errors import COUNT, DELAY, OdometryErrors
 from .past_positions import Mark, PastPositions
 from .picture_errors import PictureErrors, each_of
+from .range_errors import RANGE_ERRORS, RangeErrors
 from .recent_motion import RecentMotion
 from .relocation import Relocation, pose_from_looks
 
@@ -66,7 +67,7 @@ class EkfSlam:
     def __init__(
         self,
         *,
-        jacobians: Jacobians | Literal["invariant"] = "first-estimates",
+        jacobians: Jacobians | Literal["invariant"] = "invariant",
         gate: float = 13.8,
         confirmations: int = 3,
         patience: float = 5.0,
@@ -83,7 +84,8 @@ class EkfSlam:
         """Set the rules.
 
         Args:
-            jacobians: 'first-estimates' and 'invariant' stay consistent when loops close; 'standard' is the textbook's.
+            jacobians: 'invariant' and 'first-estimates' stay consistent when loops close, 'invariant' also after the
+                large corrections of real logs; 'standard' is the textbook's.
             gate: Largest squared Mahalanobis distance of a sighting that counts; 13.8 keeps 99.9 % of good ones
                 (chi-square, two degrees of freedom).
             confirmations: Number of consistent sightings, the first included, before a beacon enters the map.
@@ -95,7 +97,8 @@ class EkfSlam:
             repeat: Correlated part of the variance of a camera's sightings from image to image (0 to 1), times the
                 distance over which it is correlated [m]; a Kalman filter assumes independent sightings.
             systematic: Distance after which the systematic errors of odometry (distance, turn and veer) are assumed to
-                equal its stated noise [m]; they are part of the state. Infinite: none. By default 1 m for named
+                equal its stated noise [m]; they are part of the state. So are an offset and a relative error of ranges,
+                if ranges scatter by less than their stated noise. Infinite: none of these. By default 1 m for named
                 sightings, and none for unnamed ones: with a more uncertain pose, wrong associations would be accepted.
             delay: Standard deviation of the delay, positive or negative, between odometry and the motion; also part of
                 the state, unless `systematic` is infinite [s].
@@ -124,7 +127,7 @@ class EkfSlam:
         self._delay = delay
         self._odometry_errors = OdometryErrors(self._systematic, delay=self._delay)
         self._motion = odometry_motion()
-        self._filter = _new_filter(jacobians, pose=np.zeros(3), covariance=np.zeros((3, 3)))
+        self._filter = _new_filter(jacobians, pose=np.zeros(3), covariance=np.zeros((3, 3)), sensor=0)
         self._usual = np.zeros(3)
         self._merged: set[Hashable] = set()
         self._past: PastPositions | None = None
@@ -135,7 +138,13 @@ class EkfSlam:
         self._twins = Twins(gate=self._gate, scale=self._sighting_scale)
         self._odometry_errors = OdometryErrors(self._systematic, delay=self._delay)
         self._errors = PictureErrors(robot, nod=self._nod, repeat=self._repeat)
-        self._filter = _new_filter(self._jacobians, pose=robot.prior.as_array(), covariance=robot.prior_covariance)
+        self._filter = _new_filter(
+            self._jacobians,
+            pose=robot.prior.as_array(),
+            covariance=robot.prior_covariance,
+            sensor=0 if math.isinf(self._systematic) else RANGE_ERRORS,
+        )
+        self._range_errors = RangeErrors(scale=self._sighting_scale)
         self._usual, self._merged = np.zeros(3), set()
         self._past = PastPositions(self._filter) if self._held else None
         confirmations, patience = self._rules
@@ -151,6 +160,7 @@ class EkfSlam:
         self._forget(seen.time)
         sightings = [self._recent.to_now(sighting) for sighting in seen.sightings]
         named = [sighting for sighting in sightings if sighting.name is not None]
+        self._limit_range_errors([sighting for sighting in seen.sightings if sighting.name is not None])
         innovations = self._take([sighting.name for sighting in named], named, seen.time)
         self._relocate(seen.time)
         nameless = [sighting for sighting in sightings if sighting.name is None]
@@ -185,11 +195,25 @@ class EkfSlam:
         """
         return self._filter.parameters
 
+    @property
+    def range_errors(self) -> tuple[Array, Array]:
+        """Estimated offset [m] and relative error of ranges, (2,), and their covariance; (0,) without such errors."""
+        return self._filter.sensor_errors
+
     def _move(self, moved: Odometry, covariance: Array, seconds: float) -> None:
         """Predict with odometry; systematic errors add up to the odometry noise over `systematic`."""
         delay = float(self._filter.parameters[3])
         control, slopes, gained = self._odometry_errors.step(moved, covariance, seconds, delay=delay)
         self._filter.predict(self._motion, control, covariance, slopes=slopes, wander=gained)
+
+    def _limit_range_errors(self, sightings: Sequence[Sighting]) -> None:
+        """Assume systematic errors of the ranges as large as the scatter of named sightings leaves room for."""
+        if math.isinf(self._systematic):
+            return
+        self._filter.assume(self._range_errors.begin(sightings))
+        variances = self._range_errors.constraint(sightings, self._recent)
+        if variances is not None:
+            self._filter.constrain(variances)
 
     def _relocate(self, time: float) -> None:
         """Relocate the robot to where the recent sightings fit the map, if nearly all of them fail."""
@@ -308,10 +332,13 @@ class EkfSlam:
         return Z, each_of(self._errors.covariance(sightings, scale=self._sighting_scale))
 
 
-def _new_filter(jacobians: Jacobians | Literal["invariant"], *, pose: Array, covariance: Array) -> EkfSlamFilter:
+def _new_filter(
+    jacobians: Jacobians | Literal["invariant"], *, pose: Array, covariance: Array, sensor: int
+) -> EkfSlamFilter:
+    start = {"pose": pose, "covariance": covariance}
     if jacobians == "invariant":
-        return InvariantEkfSlamFilter(pose=pose, covariance=covariance, parameters=COUNT, far=FAR)
-    return EkfSlamFilter(jacobians=jacobians, pose=pose, covariance=covariance, parameters=COUNT, renew=RENEW, far=FAR)
+        return InvariantEkfSlamFilter(**start, parameters=COUNT, sensor=sensor, far=FAR)
+    return EkfSlamFilter(jacobians=jacobians, **start, parameters=COUNT, sensor=sensor, renew=RENEW, far=FAR)
 
 
 def _squared_distances(nu: Array, S: Array) -> Array:

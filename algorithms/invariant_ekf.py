@@ -39,6 +39,7 @@ class InvariantEkfSlamFilter(EkfSlamFilter):
         pose: ArrayLike = (0.0, 0.0, 0.0),
         covariance: ArrayLike | None = None,
         parameters: int = 0,
+        sensor: int = 0,
         far: float = math.inf,
     ) -> None:
         """Start without landmarks.
@@ -47,9 +48,12 @@ class InvariantEkfSlamFilter(EkfSlamFilter):
             pose: Mean of (x, y, heading), shape (3,) [m, m, rad].
             covariance: Of the pose, shape (3, 3); None for zeros, which makes the start the origin of the map.
             parameters: Number of the motion's constant errors; their errors are differences, as in the textbook.
+            sensor: Number of errors of the ranges, 2 or 0.
             far: Limit above which a correction is iterated, as in `EkfSlamFilter` [rad].
         """
-        super().__init__(jacobians="standard", pose=pose, covariance=covariance, parameters=parameters, far=far)
+        super().__init__(
+            jacobians="standard", pose=pose, covariance=covariance, parameters=parameters, sensor=sensor, far=far
+        )
 
     def _apply(self, step: Array, W: Array) -> None:
         """Move the mean along the exponential of the correction, and P to the errors about the new mean."""
