@@ -2,7 +2,7 @@
 
     x.bag                      ROS 1, version 2.0; chunks plain, bz2 or lz4
     folder with metadata.yaml  ROS 2; files below
-    x.db3, x.mcap              ROS 2: SQLite, or MCAP with chunks plain, lz4 or zstd
+    x.db3, x.mcap              ROS 2: SQLite, or MCAP with chunks plain, lz4 or zstd; ROS 1 in MCAP
 
 A folder whose metadata is missing or wrong is read file by file; files of one bag have the same name with a number at
 the end. A file that was truncated or not closed is read up to its end. Messages of standard types are decoded.
@@ -12,11 +12,14 @@ import re
 import struct
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from mcap.exceptions import McapError
+from mcap.reader import make_reader
 from numpy.typing import NDArray
 
 from mjsim.closing import Closes
@@ -226,4 +229,14 @@ def _kind_of(file: Path) -> str | None:
     with file.open("rb") as stream:
         head = stream.read(PROFILE.stop)
     kind = next((kind for magic, kind in MAGICS.items() if head.startswith(magic)), None)
-    return None if kind == ".mcap" and head[PROFILE] != ROS2 else kind
+    return None if kind == ".mcap" and head[PROFILE] != ROS2 and not _holds_ros(file) else kind
+
+
+def _holds_ros(file: Path) -> bool:
+    """Return whether an MCAP file without the profile of ROS 2 has messages of ROS, as converters write them."""
+    # Of a broken file nothing is known.
+    with suppress(McapError, UnicodeDecodeError, ValueError, OSError), file.open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+        known = () if summary is None else summary.schemas.values()
+        return any(schema.encoding in ("ros1msg", "ros2msg", "ros2idl") for schema in known)
+    return False

@@ -1,5 +1,6 @@
 """Readers of bags: those of rosbags, and two that need no index, for truncated files."""
 
+import re
 import sys
 from bz2 import BZ2Decompressor
 from collections import defaultdict
@@ -43,6 +44,8 @@ SCHEMAS = ("ros2msg", "ros2idl", "omgidl", "")
 """Languages of message definitions in MCAP files of ROS 2."""
 ZSTD = b"\x28\xb5\x2f\xfd"
 """First bytes of zstd data; CDR messages start with a zero."""
+MIDDLE = re.compile(r"^(\w+)/(\w+)$")
+"""Name of a type in ROS 1: package and type."""
 BEGUN: Mapping[str, Callable[[bytes], bytes]] = {
     "none": lambda data: data,
     "bz2": lambda data: BZ2Decompressor().decompress(data),
@@ -91,7 +94,7 @@ def _open_file(path: Path, kind: str) -> tuple[Any, str]:
         with suppress(BrokenBagError):
             part = _opened(lambda: _CutReader1(path) if kind == ".bag" else _CutMcap(path))
             if part.connections:
-                return part, f"{error}"
+                return part, "" if getattr(part, "is_whole", False) else f"{error}"
             part.close()
         raise
 
@@ -108,7 +111,8 @@ def _opened(make: Callable[[], Any]) -> Any:
 
 def decoder_of(reader: Any) -> tuple[bool, Callable[[bytes, str], Any]]:
     """Return whether a bag is of ROS 2, and the decoder of messages by type name."""
-    is_ros1 = isinstance(reader.parts[0] if isinstance(reader, _Joined) else reader, Reader1)
+    first = reader.parts[0] if isinstance(reader, _Joined) else reader
+    is_ros1 = isinstance(first, Reader1) or getattr(first, "is_ros1", False)
     store = get_typestore(Stores.ROS1_NOETIC if is_ros1 else Stores.LATEST)
     for name in TRANSFORMS:
         if name not in store.types:
@@ -252,7 +256,10 @@ class _CutReader1(Reader1):
 
 
 class _CutMcap(McapReader):
-    """An MCAP file without its summary, read from the first to the last complete record."""
+    """An MCAP file of any profile, without its summary, read from the first to the last complete record."""
+
+    is_whole, is_ros1 = False, False
+    """Whether all its data is there, and whether its messages are of ROS 1."""
 
     def _open(self) -> None:
         assert self.bio is not None
@@ -260,6 +267,13 @@ class _CutMcap(McapReader):
         self.data_start = 8
         self.data_end = self._end_of_records()
         self.meta_scan()
+        self.is_ros1 = any(channel.message_encoding == "ros1" for channel in self.channels.values())
+        encoding, counts = "ros1" if self.is_ros1 else "cdr", getattr(self.statistics, "channel_message_counts", {})
+        self.connections = [
+            each._replace(msgtype=MIDDLE.sub(r"\1/msg/\2", each.msgtype), msgcount=counts.get(each.id, 0))
+            for each in self.connections
+            if self.channels[each.id].message_encoding == encoding
+        ]
 
     def _end_of_records(self) -> int:
         """Return the end of the last complete record with data."""
@@ -270,7 +284,8 @@ class _CutMcap(McapReader):
             self.bio.seek(end)
             kind, length = self.bio.read(1), int.from_bytes(self.bio.read(8), "little")
             # Beyond the end of data there is nothing left to read.
-            if kind == b"\x0f" or end + 9 + length > size:
+            self.is_whole = kind == b"\x0f"
+            if self.is_whole or end + 9 + length > size:
                 break
             end += 9 + length
         return end

@@ -130,7 +130,7 @@ def _unknown(path: Path, inside: Sequence[str]) -> str:
     if path.is_file() and (cut := _cut(path)):
         return f"'{path}' is no log as far as it could be unpacked ({cut})"
     if path.is_file() and is_mcap(path):
-        return f"'{path}' is an MCAP file but not of ROS 2; a recording of mjsim is replayed as it is"
+        return f"'{path}' is an MCAP file but not of ROS; a recording of mjsim is replayed as it is"
     if path.is_file() and path.suffix.lower() in TABLES:
         return f"'{path}' is a table of numbers; describe its columns in a YAML file (log: tables) and name that"
     return f"'{path}' is not a supported log; give {READ}"[:LONGEST_MESSAGE]

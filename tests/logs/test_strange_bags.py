@@ -7,8 +7,11 @@ from contextlib import closing
 import cv2
 import numpy as np
 import pytest
+from mcap.writer import Writer
+from rosbags.highlevel import AnyReader
 
 import mjsim
+from mjsim.errors import UsageError
 from mjsim.geometry import Pose3
 from tests.bags import START, new_bag, write_scans
 
@@ -113,6 +116,36 @@ def test_a_bag_may_have_any_name(name, form, tmp_path):
     run = mjsim.import_log(tmp_path / name)
     assert len([seen for seen in run.observations("robot") if seen.scans]) == 10
     assert "bag breaks off" not in run.metadata
+
+
+@pytest.mark.parametrize(("form", "profile"), [("mcap", ""), ("mcap", "merged"), ("bag", "ros1"), ("bag", "")])
+def test_mcap_files_that_were_converted_or_merged_come_in_like_the_bags(form, profile, tmp_path):
+    whole = tmp_path / f"whole.{form}"
+    write_scans(whole, form)
+    with (tmp_path / "run.mcap").open("wb") as stream:
+        writer = Writer(stream, chunk_size=1000)
+        writer.start(profile=profile)
+        channels: dict[str, int] = {}
+        with AnyReader([whole]) as reader:
+            for connection, time, data in reader.messages():
+                name = connection.msgtype if form == "mcap" else connection.msgtype.replace("/msg/", "/")
+                if connection.topic not in channels:
+                    old = ("ros1msg", "ros1") if form == "bag" else ("ros2msg", "cdr")
+                    schema = writer.register_schema(name, old[0], b"")
+                    channels[connection.topic] = writer.register_channel(connection.topic, old[1], schema)
+                writer.add_message(channels[connection.topic], time, bytes(data), time)
+        writer.finish()
+    run, expected = mjsim.import_log(tmp_path / "run.mcap"), mjsim.import_log(whole)
+    assert "bag breaks off" not in run.metadata
+    pairs = zip(run.observations("robot"), expected.observations("robot"), strict=True)
+    scans = [(seen.scans["scan"], other.scans["scan"]) for seen, other in pairs if other.scans]
+    assert len(scans) == 10
+    for scan, other in scans:
+        np.testing.assert_array_equal(scan.ranges, other.ranges)
+        assert scan.stamp == other.stamp
+    # A recording of mjsim is an MCAP file too, but not of ROS.
+    with pytest.raises(UsageError, match="is an MCAP file but not of ROS"):
+        mjsim.import_log(run.path)
 
 
 def test_a_bag_with_an_imu_alone_comes_in(tmp_path):
