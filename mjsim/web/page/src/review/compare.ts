@@ -28,6 +28,8 @@ export function styleOf(k: number, count: number): Pick<Line, "color" | "dash"> 
 export class Compare {
   readonly element = el("section", { class: "compare", "aria-label": word("review.comparison") });
   private readonly player = new Player();
+  /** How many comparisons have been asked for, or left. */
+  private turn = 0;
   private readonly scrub = new Scrub((time) => this.player.seek(time));
   private readonly plan = new ComparePlan();
   private readonly figures = el("div", { class: "compare-figures", tabindex: 0, role: "region", "aria-label": word("review.figures") });
@@ -67,14 +69,17 @@ export class Compare {
 
   /** Compare recordings and sweeps, and show what came of it; the page stays as it is where they cannot be. */
   async open(paths: string[]): Promise<void> {
+    const turn = ++this.turn;
     try {
-      this.take(await compare(paths), paths.length);
+      const comparison = await compare(paths);
+      if (turn === this.turn) this.take(comparison, paths.length);
     } catch (error) {
-      this.studio.toasts.error(error);
+      if (turn === this.turn) this.studio.toasts.error(error);
     }
   }
 
   close(): void {
+    this.turn += 1;
     this.player.pause();
     this.element.remove();
     this.host.toggleAttribute("data-comparing", false);

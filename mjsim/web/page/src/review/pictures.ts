@@ -136,6 +136,7 @@ export class Pictures {
     }
     const bitmap = await createImageBitmap(await response.blob()).catch(() => null);
     if (!bitmap) return;
+    if (this.recording !== recording) return bitmap.close();
     shown.plain?.bitmap.close();
     shown.plain = { bitmap, time };
     this.paint(view, shown);

@@ -84,6 +84,8 @@ export class ReviewView implements View {
   private chosen = "";
   private part: Part = { from: null, to: null };
   private tick: TickNews | null = null;
+  /** How many recordings have been asked for. */
+  private turn = 0;
   private readonly askTick = newestWins((time: number) => this.fetchTick(time));
   private readonly askFigures = newestWins((part: [number, number]) => this.fetchFigures(part));
 
@@ -219,9 +221,13 @@ export class ReviewView implements View {
     this.player.pause();
     this.compare.close();
     write(this.title, word("review.opening"));
+    // What was chosen last is shown, whichever comes first.
+    const turn = ++this.turn;
     try {
-      this.take(await recordings.open(path));
+      const recording = await recordings.open(path);
+      if (turn === this.turn) this.take(recording);
     } catch (error) {
+      if (turn !== this.turn) return;
       write(this.title, this.recording?.path ?? word("review.noRecording"));
       this.studio.toasts.error(error);
     }
@@ -307,9 +313,9 @@ export class ReviewView implements View {
       const close = known && Math.abs((this.tick?.time ?? 0) - time) < 0.5 * recording.dt;
       robots[name] = close ? known : { ...(known ?? NOTHING), sightings: [], truth, estimate, odometry };
       const { trails } = this.record.of(name);
-      trails.truth.fill(track.truth.slice(0, k + 1));
-      trails.estimate.fill(track.estimate.slice(0, k + 1));
-      trails.odometry.fill(track.odometry.slice(0, k + 1));
+      trails.truth.until(track.truth, k + 1);
+      trails.estimate.until(track.estimate, k + 1);
+      trails.odometry.until(track.odometry, k + 1);
     }
     const { things = {}, people = {}, bodies = {}, removed = [] } = this.tick ?? {};
     const moment = { robots, things, people, bodies, removed };

@@ -17,11 +17,18 @@ const KINDS = ["depth", "segmentation"] as const;
 
 type Kind = (typeof KINDS)[number];
 
+/** Where the pictures of a view are shown. */
+interface Place {
+  screen: Screen;
+  body: HTMLElement;
+  tile: Tile;
+}
+
 /** Makes a tile for each picture and says to the server which ones are wanted. */
 export class Cameras {
   /** Switches for the kinds of pictures. */
   readonly switches = el("div", { class: "run-group run-switches", role: "group", "aria-label": word("run.pictures") });
-  private readonly screens = new Map<string, { screen: Screen; tile: Tile }>();
+  private readonly screens = new Map<string, Place>();
   private readonly wanted: Record<Kind | "outside", boolean>;
   private orbit: Orbit | null = null;
   /** From where the view from outside looks before it is turned. */
@@ -110,26 +117,33 @@ export class Cameras {
     return this.wanted.outside && this.robots.length ? [...cameras, "outside"] : cameras;
   }
 
-  private place(key: string): { screen: Screen; tile: Tile } {
+  private place(key: string): Place {
+    const size = this.sizeOf(key);
+    const ratio = `${size[0]} / ${size[1]}`;
     const found = this.screens.get(key);
-    if (found) return found;
+    if (found) {
+      // Another world may have a camera of this name with another shape.
+      found.body.style.aspectRatio = ratio;
+      return found;
+    }
     const title = titleOf(key);
     const screen = new Screen(title, (head) => this.send({ do: "shown", number: head.number }));
-    const camera = this.robots.flatMap((robot) =>
-      robot.cameras.filter((each) => key.startsWith(`${robot.name}/${each.name}`)),
-    )[0];
-    const [width, height] = camera ? [camera.width, camera.height] : OUTSIDE_SIZE;
-    screen.shape(width, height);
-    const body = el(
-      "div",
-      { class: "run-picture", style: `aspect-ratio: ${width} / ${height}` },
-      screen.canvas,
-      el("p", { class: "hint run-waiting" }, word("run.noPictureYet")),
-    );
-    const made = { screen, tile: makeTile(key, title, body) };
+    screen.shape(...size);
+    const waiting = el("p", { class: "hint run-waiting" }, word("run.noPictureYet"));
+    const body = el("div", { class: "run-picture" }, screen.canvas, waiting);
+    body.style.aspectRatio = ratio;
+    const made = { screen, body, tile: makeTile(key, title, body) };
     this.screens.set(key, made);
     if (key === "outside") this.makeOrbit(screen);
     return made;
+  }
+
+  /** Width and height of the pictures of a view [px]. */
+  private sizeOf(key: string): readonly [number, number] {
+    const [name] = key.split(":");
+    const cameras = this.robots.flatMap((robot) => robot.cameras.filter((each) => name === `${robot.name}/${each.name}`));
+    const [camera] = cameras;
+    return camera ? [camera.width, camera.height] : OUTSIDE_SIZE;
   }
 
   private makeOrbit(screen: Screen): void {

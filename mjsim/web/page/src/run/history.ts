@@ -128,11 +128,16 @@ export class Trail {
   pieces: [number, number][][] = [];
   private count = 0;
   private stride = STRIDE;
+  /** The path of which rows are shown, and how many of them. */
+  private source: PlanarPose[] | null = null;
+  private rows = 0;
 
   clear(): void {
     this.pieces = [];
     this.count = 0;
     this.stride = STRIDE;
+    this.source = null;
+    this.rows = 0;
   }
 
   add(pose: PlanarPose): void {
@@ -148,15 +153,23 @@ export class Trail {
 
   fill(poses: PlanarPose[]): void {
     this.clear();
+    this.until(poses, poses.length);
+    this.count = poses.length;
+  }
+
+  /** Show the first rows of a path; where it goes on, only the new ones are added. */
+  until(poses: PlanarPose[], rows: number): void {
+    if (poses !== this.source || rows < this.rows) this.clear();
     const gap = poses.length > 500 ? 2 * LIFTED : LIFTED;
-    for (const pose of poses) {
+    for (const pose of poses.slice(this.rows, rows)) {
       if (!Number.isFinite(pose[0] ?? Number.NaN)) continue;
       const piece = this.pieces[this.pieces.length - 1];
       const last = piece?.[piece.length - 1];
       if (!piece || (last && Math.hypot(pose[0] - last[0], pose[1] - last[1]) > gap)) this.pieces.push([]);
       this.pieces[this.pieces.length - 1]?.push([pose[0], pose[1]]);
     }
-    this.count = poses.length;
+    this.source = poses;
+    this.rows = rows;
   }
 
   private thin(): void {
