@@ -16,8 +16,7 @@ from .occupancy import OccupancyGrid, shown_grid
 from .odometry_bias import OdometryBias
 from .pose_graph import PoseGraph, compose
 from .recent_motion import SAME, RecentMotion
-from .scan_matching import surface_of
-from .scan_noise import range_noise, smoothed
+from .scan_odometry import ScanOdometry, walls_of
 from .scan_search import Laid, lay
 
 SLIP = np.array([0.05, 0.05, 0.02])
@@ -84,7 +83,7 @@ class LidarSlam:
         self._bias = OdometryBias()
         rules = {"loop_distance": self._loop_distance, "loop_share": self._loop_share}
         self._map = PartsMap(prior, covariance, self._bias, **rules)
-        self._recent = RecentMotion()
+        self._recent, self._by_scans = RecentMotion(), ScanOdometry()
         self._squares, self._witnesses = WITNESSES * self._scale**2, WITNESSES
         self._shown, self._next_shown = tuple[Shown, ...](), 0.0
         self._rest()
@@ -121,6 +120,9 @@ class LidarSlam:
 
     def update(self, seen: Observation) -> Estimate:
         """Return the belief after this tick's odometry and, when the robot has moved, its scan."""
+        looked = self._scans.update(seen)
+        if self._by_scans.is_needed(seen):
+            seen = replace(seen, odometry=self._by_scans.update(seen, looked))
         moved = np.array([seen.odometry.forward, seen.odometry.left, seen.odometry.turn])
         seconds = seen.dt if np.abs(moved).max() > STILL else 0.0
         self._told = compose(self._told, moved)
@@ -129,7 +131,6 @@ class LidarSlam:
         self._step_covariance = F @ self._step_covariance @ F.T + G @ seen.odometry.covariance @ G.T
         far = np.hypot(*self._step[:2]) > self._distance or abs(self._step[2]) > self._turn
         self._recent.move(seen.odometry, seen.moment)
-        looked = self._scans.update(seen)
         if looked is not None and (far or not self.keyframes):
             self._extend(self._from_now(looked, seen.moment))
             self._map.work()
@@ -179,10 +180,7 @@ class LidarSlam:
 
     def _extend(self, looked: LevelScan) -> None:
         """Match a scan to the last ones, and add it to the map."""
-        scan, sensor = looked.scan, looked.robot_from_lidar
-        error = range_noise(scan)
-        points = sensor.transform(smoothed(scan, error).points())
-        surface = surface_of(points, origin=(sensor.x, sensor.y), noise=error, increment=scan.angle_increment)
+        surface = walls_of(looked)
         noise = self._scale**2 * self._step_covariance
         laid = Laid(self._step, noise, noise, noise, np.eye(3))
         moved = self._told, self._driven, self._moving

@@ -190,15 +190,26 @@ def _laid(found: list[Match], noise: Array) -> Laid:
         Beveridge, Nelson, A new approach to decomposition of economic time series, Journal of Monetary Economics 7,
         1981: the lasting part of an autoregression with a unit root.
     """
-    best, others = found[0], np.zeros((3, 3))
-    for other in found[1:]:
-        off = other.pose - best.pose
-        off[2] = wrap_angle(float(off[2]))
-        others = others + np.exp(-0.5 * (other.cost - best.cost)) * np.outer(off, off)
-    covariance, by_odometry = np.linalg.inv(best.information) + others, np.linalg.inv(noise)
+    best, others = found[0], _spread(found)
+    covariance, by_odometry = covariance_of(found), np.linalg.inv(noise)
     P = np.asarray(np.linalg.inv(best.seen + by_odometry), dtype=float)
     share = np.linalg.inv(np.eye(3) + P @ best.older)
     return Laid(best.pose, covariance, P + others, share @ P @ share.T + others, np.asarray(P @ by_odometry))
+
+
+def covariance_of(found: list[Match]) -> Array:
+    """Return the covariance of the first of some hypotheses, which includes the others, shape (3, 3)."""
+    return np.asarray(np.linalg.inv(found[0].information) + _spread(found))
+
+
+def _spread(found: list[Match]) -> Array:
+    """Return the second moment of hypotheses about the first, weighted by likelihood, shape (3, 3)."""
+    spread = np.zeros((3, 3))
+    for other in found[1:]:
+        off = other.pose - found[0].pose
+        off[2] = wrap_angle(float(off[2]))
+        spread = spread + np.exp(-0.5 * (other.cost - found[0].cost)) * np.outer(off, off)
+    return spread
 
 
 def _lattice(guess: Array, window: Array, step: float, turn: float) -> Array:

@@ -28,7 +28,7 @@ from mjsim.logs.bag_pictures import depth_of, frame_of, shown_depth
 from mjsim.logs.bag_topics import INFO, TRANSFORMS, RobotTopics, plain_topic, robots_of
 from mjsim.logs.log import AHEAD, Log, Mount, Wishes
 from mjsim.logs.readings import TOGETHER, Readings, partners
-from mjsim.logs.robot_log import RobotLog
+from mjsim.logs.robot_log import NO_ODOMETRY, RobotLog
 from mjsim.record import LoggedCamera, LoggedFrame, logged_frame
 
 __all__ = ["is_bag", "read_bag"]
@@ -93,7 +93,7 @@ class _Robot:
         self._odometry = self._moves(topics.odometry) or self._transformed()
         self._track = None if self._odometry is None else self._odometry.planar()
         if self._track is None:
-            self._notes.setdefault("odometry", "none; the robot stands still")
+            self._notes.setdefault("odometry", NO_ODOMETRY)
         elif self._odometry is not None and self._odometry.by_twists():
             self._notes["odometry"] = f"twists of topic {topics.odometry}; it has no poses, or they never change"
         self._base = self._base_frame()

@@ -13,7 +13,7 @@ from mjsim.geometry import Pose, Pose3
 from mjsim.interface import PointCloud, Scan
 from mjsim.logs.merge import MotionNoise, places_at, poses_at
 from mjsim.logs.noise_file import UNBIASED, Bias, read_noise
-from mjsim.logs.robot_log import RobotLog, write_robot_logs
+from mjsim.logs.robot_log import NO_ODOMETRY, RobotLog, write_robot_logs
 from mjsim.logs.ticks import cut, name_from
 from mjsim.output import require_free
 from mjsim.record import LoggedCamera, Recording
@@ -175,6 +175,8 @@ def record_logs(
         )
     _require_sizes(logs, source)
     notes = {key: value for log in logs for key, value in (*log.notes.items(), *_missed_truth(log, span))}
+    if not all(log.robot.has_odometry() for log in logs):
+        notes.setdefault("odometry", NO_ODOMETRY)
     return write_robot_logs(
         world_of(logs, name_from(source), span=span, rate_hz=rate, wishes=wishes, source=f"readings of '{source}'"),
         {log.name: log.robot for log in logs},

@@ -14,6 +14,9 @@ PIVOT = 1e-3
 """Standard deviation of the position of a robot that turns on the spot by one radian: the centre of rotation is not
 exact, and estimators that invert the covariance need it to be regular [m/sqrt(rad)]."""
 
+UNKNOWN = np.array([1.0, 1.0, 1.0])
+"""Motion of a robot without odometry, as a random walk: that of walking pace [m/sqrt(s), m/sqrt(s), rad/sqrt(s)]."""
+
 GAP, STEPS = 0.1, 1.5
 """The truth is unknown between two poses farther apart than both of these [s, usual steps of the truth]."""
 
@@ -80,6 +83,11 @@ def track_motions(track: Array, edges: Array, noise: MotionNoise) -> list[Odomet
         Odometry(ahead, aside, turned, _covariance(length, abs(turned), turned, noise))
         for ahead, aside, turned, length in np.stack([forward, left, turn, way], axis=-1).tolist()
     ]
+
+
+def unknown_motion(dt: float) -> Odometry:
+    """Return the increment of a tick of `dt` [s] for a log without odometry: zero, with the covariance of `UNKNOWN`."""
+    return Odometry(0.0, 0.0, 0.0, np.diag(UNKNOWN**2) * dt)
 
 
 def track_of(twists: Array) -> Array:

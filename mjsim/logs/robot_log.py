@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose3
 from mjsim.interface import Command, ImuReading, Observation, Odometry, PointCloud, Scan, Sighting
-from mjsim.logs.merge import MotionNoise, motions, places_at, poses_at, track_motions
+from mjsim.logs.merge import MotionNoise, motions, places_at, poses_at, track_motions, unknown_motion
 from mjsim.logs.noise_file import UNBIASED, Bias, bias_note
 from mjsim.logs.readings import Readings
 from mjsim.logs.ticks import write_ticks
@@ -24,6 +24,8 @@ SAME_TIME = 2e-6
 """Times that differ by less are equal: the resolution of times since 1970, as usually written and as doubles [s]."""
 LONGEST_WAIT = 2.0
 """Maximum time that a scan waits for its own tick; later scans are left out [s]."""
+NO_ODOMETRY = "none; the motion of each tick is unknown"
+"""Entry of the metadata for a log without odometry."""
 Timed = TypeVar("Timed", Sighting, ImuReading)
 Taken = TypeVar("Taken", Scan, LoggedFrame, PointCloud)
 
@@ -55,6 +57,12 @@ class RobotLog:
     replaces `truth`."""
     gap: float = 0.1
     """Maximum time between two rows of truth to interpolate [s]."""
+
+    def has_odometry(self) -> bool:
+        """Return whether it has odometry or commands; poses that are the same all the time are none."""
+        if self.track is None:
+            return bool(len(self.twists))
+        return bool(len(self.twists) or np.ptp(self.track[:, 1:], axis=0).any())
 
 
 def write_robot_logs(
@@ -144,7 +152,9 @@ class _Ticked:
         edges = self._moments(nominal)
         self._ends = np.where(np.abs(edges - nominal) > SAME_TIME, edges - start, np.nan).tolist()
         rest = Odometry(0.0, 0.0, 0.0, np.zeros((3, 3)))
-        if log.track is None:
+        if not log.has_odometry():
+            told = [unknown_motion(dt)] * (count - 1)
+        elif log.track is None:
             told = motions(bias.off_times(log.twists), edges, noise)
         else:
             told = track_motions(bias.off_times(log.track), edges, noise)

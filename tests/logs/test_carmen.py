@@ -248,3 +248,25 @@ def test_scans_and_poses_have_their_own_times_from_the_log_to_the_final_path(tmp
         rows = np.loadtxt(file)
         expected = circle(Pose(0.0, 0.0, 0.0), 0.2, 0.1, rows[:, 0])
         np.testing.assert_allclose(rows[:, 1:3], expected[:, :2], atol=3e-3, err_msg=file.name)
+
+
+def test_a_log_without_odometry_says_that_the_motion_is_unknown(tmp_path):
+    write_carmen(tmp_path / "room.clf")
+    kept = []
+    for line in (tmp_path / "room.clf").read_text().splitlines():
+        words = line.split()
+        if words[0] == "ODOM":
+            continue
+        if words[0] == "FLASER":
+            words[-9:-3] = ["0"] * 6
+        kept.append(" ".join(words))
+    (tmp_path / "carried.clf").write_text("\n".join(kept) + "\n")
+    run = mjsim.import_log(tmp_path / "carried.clf")
+    assert run.metadata["odometry"] == "none; the motion of each tick is unknown"
+    first, *later = run.observations("robot")
+    assert not first.odometry.covariance.any()
+    for tick in later:
+        assert (tick.odometry.forward, tick.odometry.left, tick.odometry.turn) == (0.0, 0.0, 0.0)
+        # Walking pace, as a random walk: 1 m in 1 s.
+        np.testing.assert_allclose(tick.odometry.covariance, tick.dt * np.eye(3))
+    assert "odometry" not in mjsim.import_log(tmp_path / "room.clf").metadata
