@@ -3,9 +3,9 @@
 import ipaddress
 import socket
 
-from starlette.datastructures import Headers
+from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import JSONResponse
-from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from mjsim.errors import UsageError
 
@@ -69,8 +69,10 @@ class SameOrigin:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on, or answer 403."""
-        if scope["type"] == "lifespan" or self._is_own(scope, Headers(scope=scope)):
+        if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
+        elif self._is_own(scope, Headers(scope=scope)):
+            await self._app(scope, receive, _with_headers(send))
         elif scope["type"] == "websocket":
             await send({"type": "websocket.close", "code": 1008})
         else:
@@ -89,3 +91,16 @@ class SameOrigin:
         site = headers.get("sec-fetch-site", "none")
         visit = headers.get("sec-fetch-mode") == "navigate" and scope["path"] in _ENTRANCES
         return site in ("same-origin", "none") or (visit and scope.get("method") == "GET")
+
+
+def _with_headers(send: Send) -> Send:
+    """Return what sends an answer with the headers that it lacks, as those of the framework for unknown addresses."""
+
+    async def sent(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            headers = MutableHeaders(scope=message)
+            for name, value in HEADERS.items():
+                headers.setdefault(name, value)
+        await send(message)
+
+    return sent

@@ -19,6 +19,7 @@ from mjsim.errors import UsageError
 from mjsim.web import Studio
 from mjsim.web.answers import MOST_JSON
 from mjsim.web.folder import Folder
+from mjsim.web.local import HEADERS
 from mjsim.web.pictures import LARGEST, MOST_BYTES
 
 pytestmark = pytest.mark.slow  # Each starts a server.
@@ -278,3 +279,21 @@ def test_links_in_a_circle_and_pipes_in_the_folder_do_no_harm(folder, client):
     finally:
         for path in odd:
             path.unlink()
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "status"),
+    [
+        ("GET", "/api/nothing", 404),
+        ("GET", "/favicon.ico", 404),
+        ("PUT", "/api/folder", 405),
+        ("TRACE", "/", 405),
+        ("GET", "/api/folder/", 307),
+        ("POST", "/api/save", 415),
+        ("GET", "/login", 303),
+    ],
+)
+def test_every_answer_has_the_headers_that_keep_other_pages_out(client, method, path, status):
+    answer = client.request(method, path, follow_redirects=False)
+    assert answer.status_code == status
+    assert {name: answer.headers.get(name) for name in HEADERS} == HEADERS
