@@ -1,6 +1,7 @@
 /** What is done to the world in the Edit view, whether by mouse, by keys or by a button. */
 
 import type { Change, Item, Path, Point, Values } from "../api";
+import { short } from "../plan/geometry";
 import { keyOf, type Plan } from "../plan/plan";
 import type { Look } from "../plan/items";
 import type { Studio } from "../shell/view";
@@ -380,15 +381,13 @@ function asWritten(item: Item): Values {
 function offset(value: Values, [dx, dy]: Point): Values {
   const shift = (point: unknown): unknown =>
     Array.isArray(point) && typeof point[0] === "number" && typeof point[1] === "number"
-      ? [short4(point[0] + dx), short4(point[1] + dy), ...point.slice(2)]
+      ? [short(point[0] + dx), short(point[1] + dy), ...point.slice(2)]
       : point;
   const fresh: Values = { ...value };
   if ("at" in fresh) fresh["at"] = shift(fresh["at"]);
   if (Array.isArray(fresh["points"])) fresh["points"] = fresh["points"].map(shift);
   return fresh;
 }
-
-const short4 = (value: number): number => Number(value.toFixed(4));
 
 function comparePaths(a: Path, b: Path): number {
   for (let k = 0; k < Math.min(a.length, b.length); k++) {

@@ -225,7 +225,7 @@ export class SelectTool implements Tool {
       .filter((item) => !item.fixed && canLift(item))
       .map((item) => lifted(item, rise, alt ? FINEST : step));
     const [first] = changed;
-    this.note = first ? `${heightOf(first.ghost).toFixed(2)} m high` : "";
+    this.note = first ? word("edit.metresHigh", { metres: heightOf(first.ghost).toFixed(2) }) : "";
     return changed;
   }
 

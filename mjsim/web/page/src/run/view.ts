@@ -7,6 +7,7 @@ import { Plotter } from "../charts/plotter";
 import { Sheet, type Kind } from "../charts/sheet";
 import { SolidsTile } from "../scene/tile";
 import type { Studio, View } from "../shell/view";
+import { throttled } from "../signal";
 import { Advice } from "./advice";
 import { Banner } from "./banner";
 import { Bar } from "./bar";
@@ -84,7 +85,7 @@ export class RunView implements View {
   private visible = false;
   private offered: string | null = null;
   private drawing = 0;
-  private drawnCharts = 0;
+  private readonly chartsSoon = throttled(() => this.drawCharts(), CALM);
 
   constructor(private readonly studio: Studio) {
     this.live = studio.folder.mode === "live";
@@ -289,12 +290,13 @@ export class RunView implements View {
       this.solids.door.think(this.floor.thoughts(this.newest));
       this.joints.tick(this.newest, this.chosen);
     }
-    const now = performance.now();
-    if (now - this.drawnCharts >= CALM) {
-      this.drawnCharts = now;
-      this.sheet.show(this.record.of(this.chosen).history);
-      void this.plotter.refresh();
-    } else window.setTimeout(() => this.soon(), CALM);
+    this.chartsSoon();
+  }
+
+  private drawCharts(): void {
+    if (!this.visible) return;
+    this.sheet.show(this.record.of(this.chosen).history);
+    void this.plotter.refresh();
   }
 
   private running(): boolean {

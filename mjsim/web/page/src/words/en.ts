@@ -130,6 +130,7 @@ export const EN = {
   "edit.makeSingle": "Make single",
   "edit.mechanism": "Mechanism",
   "edit.mechanisms": "Mechanisms",
+  "edit.metresHigh": "{metres} m high",
   "edit.model": "Model",
   "edit.moreThings": "More things",
   "edit.moveThePaper": "Move the view",
