@@ -73,10 +73,10 @@ def _lines(recorded: RecordedRobots, robot: str) -> Iterator[str]:
         if seen is None or odometry is None:
             continue
         claims.append(_claim(seen.odometry))
-        last = seen.time
-        yield _line("ODOM", _numbers(odometry, *_speeds(seen), 0.0), seen.time)
+        last = seen.moment
+        yield _line("ODOM", _numbers(odometry, *_speeds(seen), 0.0), seen.moment)
         if tick.truth is not None:
-            yield _line("TRUEPOS", f"{_numbers(tick.truth.planar())} {_numbers(odometry)}", seen.time)
+            yield _line("TRUEPOS", f"{_numbers(tick.truth.planar())} {_numbers(odometry)}", seen.moment)
         for name, scan in seen.scans.items():
             taken = _odometry_at(recorded, robot, tick, scan.stamp)
             laser = f"ROBOTLASER{lidars.index(name) + 1}"
@@ -110,8 +110,9 @@ def _speeds(seen: Observation) -> tuple[float, float]:
 
 def _odometry_at(recorded: RecordedRobots, robot: str, tick: RecordedTick, stamp: float) -> Pose:
     """Return dead reckoning at the tick at which a reading was taken."""
-    row = int(np.argmin(np.abs(recorded.recording.time[: tick.row + 1] - stamp)))
-    pose = planar_pose(recorded.recording.robots[robot].odometry[row])
+    track = recorded.recording.robots[robot]
+    row = int(np.argmin(np.abs(track.moments[: tick.row + 1] - stamp)))
+    pose = planar_pose(track.odometry[row])
     return Pose(0.0, 0.0, 0.0) if pose is None else pose
 
 

@@ -129,15 +129,15 @@ def _ticks(recorded: RecordedRobots) -> Iterator[tuple[float, dict[str, RosTick]
     estimated = {robot for robot in ticks_of if recorded.recording.has_estimator(robot)}
     for time in recorded.recording.time.tolist():
         now = {robot: next(each) for robot, each in ticks_of.items()}
-        ticks = {robot: _robot_tick(recorded, robot, time, tick, robot in estimated) for robot, tick in now.items()}
+        ticks = {robot: _robot_tick(recorded, robot, tick, robot in estimated) for robot, tick in now.items()}
         pictures = [(robot, camera, stamp) for robot, tick in now.items() for camera, stamp in tick.stamps.items()]
         yield time, ticks, pictures
 
 
-def _robot_tick(recorded: RecordedRobots, robot: str, time: float, tick: RecordedTick, estimated: bool) -> RosTick:
+def _robot_tick(recorded: RecordedRobots, robot: str, tick: RecordedTick, estimated: bool) -> RosTick:
     track, row = recorded.recording.robots[robot], tick.row
     return RosTick(
-        time=time,
+        time=float(track.moments[row]),
         truth=tick.truth,
         seen=tick.seen,
         odometry=planar_pose(track.odometry[row]),

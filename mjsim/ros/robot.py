@@ -26,7 +26,7 @@ class RosTick:
     """The data of a robot at one tick."""
 
     time: float
-    """[s]"""
+    """When the robot was at these poses [s]."""
     truth: Pose3 | None
     """world_from_base; None if unknown."""
     seen: Observation | None = None

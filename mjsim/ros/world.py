@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 
+from mjsim.geometry import Pose3
 from mjsim.interface import RobotInfo
 from mjsim.ros import messages
 from mjsim.ros.names import plain_names
@@ -45,10 +46,11 @@ class RosWorld:
     def messages(self, time: float, ticks: Mapping[str, RosTick]) -> Iterator[Outgoing]:
         """Yield all messages of a tick [s], of each robot by its name in the world; the clock comes first."""
         yield Outgoing(CLOCK, messages.clock(time))
-        poses = {
-            frames: pose for name, tick in ticks.items() for frames, pose in self.robots[name].moving(tick).items()
-        }
-        if poses:
-            yield Outgoing(TF, messages.transforms(time, poses))
+        moving: dict[float, dict[tuple[str, str], Pose3]] = {}
+        for name, tick in ticks.items():
+            moving.setdefault(tick.time, {}).update(self.robots[name].moving(tick))
+        for moment, poses in moving.items():
+            if poses:
+                yield Outgoing(TF, messages.transforms(moment, poses))
         for name, tick in ticks.items():
             yield from self.robots[name].messages(tick)

@@ -9,6 +9,7 @@ import pytest
 
 import mjsim
 from mjsim.algorithms.lidar_slam import LidarSlam
+from mjsim.datasets import export_carmen, export_rosbag2
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose
 from mjsim.logs import Wishes
@@ -270,3 +271,34 @@ def test_a_log_without_odometry_says_that_the_motion_is_unknown(tmp_path):
         # Walking pace, as a random walk: 1 m in 1 s.
         np.testing.assert_allclose(tick.odometry.covariance, tick.dt * np.eye(3))
     assert "odometry" not in mjsim.import_log(tmp_path / "room.clf").metadata
+
+
+def test_a_log_that_is_exported_has_its_scans_where_and_when_they_were_taken(tmp_path):
+    write_carmen(tmp_path / "room.clf")
+    run = mjsim.import_log(tmp_path / "room.clf", wishes=Wishes(rate_hz=12.5))
+    export_carmen(run, tmp_path / "again.clf")
+    log = read_carmen(tmp_path / "again.clf").robot
+    wanted = read_carmen(tmp_path / "room.clf").robot.scans["front"].stamps - START
+    stamps = log.scans["front"].stamps
+    np.testing.assert_allclose(stamps, wanted, atol=1e-6)
+    places = circle(Pose(0.0, 0.0, 0.0), 0.2, 0.1, stamps)
+    at = [log.track[np.flatnonzero(np.abs(log.track[:, 0] - stamp) < 1e-9)] for stamp in stamps]
+    for rows, place in zip(at, places, strict=True):
+        np.testing.assert_allclose(rows[:, 1:], np.tile(place, (len(rows), 1)), atol=2e-4)
+
+
+@pytest.mark.slow
+def test_frames_of_an_exported_bag_have_the_times_of_their_scans(tmp_path):
+    rosbags = pytest.importorskip("rosbags.highlevel")
+    write_carmen(tmp_path / "room.clf")
+    run = mjsim.import_log(tmp_path / "room.clf", wishes=Wishes(rate_hz=12.5))
+    bag = export_rosbag2(run, tmp_path / "bag")
+    stamps: dict[str, set[float]] = {}
+    with rosbags.AnyReader([bag]) as reader:
+        for connection, _, data in reader.messages():
+            message = reader.deserialize(data, connection.msgtype)
+            each = message.transforms[0] if connection.topic == "/tf" else message
+            if hasattr(each, "header"):
+                time = each.header.stamp.sec + 1e-9 * each.header.stamp.nanosec
+                stamps.setdefault(connection.topic.rpartition("/")[2], set()).add(round(time, 6))
+    assert stamps["scan"] <= stamps["tf"] == stamps["odom"]
