@@ -118,7 +118,8 @@ def test_errors_in_common_are_learnt_and_noise_is_not_taken_for_one(jacobians, s
     # Chi-square with two degrees of freedom: 13.8 for one in a thousand.
     assert off @ np.linalg.solve(covariance, off) < 13.8
     deviations = np.sqrt(np.diag(covariance))
-    assert (deviations < (0.06, 0.02)).all() if scatter < STATED else (deviations < 1e-3).all()
+    # At first the relative error is known to 0.03; the offset remains uncertain, as no landmark comes near.
+    assert deviations[1] < 0.02 if scatter < STATED else (deviations < 1e-3).all()
 
 
 def test_without_systematic_errors_there_are_none_of_ranges():
