@@ -5,7 +5,8 @@
 
 The folder is a data set of MRCLAM. Of each robot's text files a copy is written that has been spoilt in one way, by
 chance drawn from the seed; it is imported as any log, and all estimators see the same. Figures are the position error
-after rigid alignment (root mean square) [m] online, of `GraphSlam` (graph) that of its final path too.
+after rigid alignment (root mean square) [m] online and the mean NEES, of `GraphSlam` (graph) the errors online and of
+its final path.
 
 With `--late`, the log as it is but for its beginning: so many seconds of that are left out, a row each.
 """
@@ -144,10 +145,10 @@ def late_cells(folder: Path, begin: float, *, seconds: float | None, variants: S
 
 
 def errors(log: mjsim.Recording, robot: str, variants: Sequence[str]) -> Iterator[str]:
-    """Yield the aligned error of each estimator online; of GraphSlam that of its final path behind it [m]."""
+    """Yield the aligned error of each estimator online [m] and its mean NEES; of GraphSlam that of its final path."""
     makes: dict[str, Estimator] = {each: EkfSlam(jacobians=each) for each in VARIANTS if each in variants}
     if makes:
-        yield from (f"{score.ate:.2f}" for score in scores_in_log(log, robot, makes).values())
+        yield from (f"{score.ate:.2f}, {score.nees:.1f}" for score in scores_in_log(log, robot, makes).values())
     if GRAPH in variants:
         own = mjsim.statistics(mjsim.replay(log, robot=robot, estimator=GraphSlam()))[robot]
         yield f"{own['ate_m']['rmse']:.2f}, {own['path_ate_m']['rmse']:.2f}"
