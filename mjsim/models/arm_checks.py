@@ -13,6 +13,9 @@ UNFIT = ("breaks the triangle", "principal moment", "is no number")
 NUMBERS = {"mass", "value", "diaginertia", "fullinertia", "pos", "quat", "ixx", "iyy", "izz", "ixy", "ixz", "iyz"}
 """Attributes of masses and inertias."""
 
+EXPRESSED = ("xyz", "rpy", "value", "lower", "upper", "effort", "velocity", "radius", "length", "size", "scale", "ixx")
+"""Attributes with numbers; files that xacro has not expanded have expressions there."""
+
 
 class ArmFileError(ValueError):
     """The reason why a file is not a valid arm."""
@@ -39,7 +42,12 @@ def check_joints(root: Element, path: str) -> None:
 
 
 def check_numbers(root: Element, path: str) -> None:
-    """Raise ValueError for masses that are negative or not numbers, and for duplicate joint names in a URDF."""
+    """Raise ValueError for masses that are negative or not numbers, for expressions, and for duplicate joint names."""
+    for item in root.iter():
+        for key in EXPRESSED:
+            if "${" in item.get(key, ""):
+                said = f"'{path}' has {item.get(key, '')[:40]!r} in '{key}', an expression of xacro"
+                raise ArmFileError(f"{said}; write the number, or expand the file with xacro", item.tag)
     for owner in (*root.iter("link"), *root.iter("body")):
         for inertial in owner.findall("inertial"):
             name = owner.get("name", "")

@@ -243,3 +243,11 @@ def test_what_xacro_should_have_expanded_is_refused(tmp_path):
     (tmp_path / "lamp.urdf").write_text(told)
     with pytest.raises((UsageError, WorldError, ValueError), match="unbound prefix"):
         mjsim.arm(tmp_path / "lamp.urdf")
+
+
+def test_an_expression_of_xacro_in_place_of_a_number_is_named_with_its_line(tmp_path):
+    told = LAMP.read_text().replace("<axis", '<origin rpy="0 ${pi/2} 0"/><axis', 1)
+    (tmp_path / "lamp.urdf").write_text(told)
+    with pytest.raises((UsageError, WorldError)) as caught:
+        mjsim.arm(tmp_path / "lamp.urdf")
+    assert "has '0 ${pi/2} 0' in 'rpy', an expression of xacro; write the number, or expand" in str(caught.value)
