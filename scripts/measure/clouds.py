@@ -17,14 +17,19 @@ import argparse
 import tempfile
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 import mjsim
 from mjsim.geometry import Array
+from mjsim.sim.batch_rays import BatchRays
+from mjsim.sim.rays import RayHits
 from mjsim.world import sensors, with_settings
 
 WORLDS = Path(__file__).resolve().parents[2] / "worlds"
@@ -67,15 +72,16 @@ def world_with(world: mjsim.World, *lidars: sensors.Lidar3d) -> mjsim.World:
     return world.model_copy(update={"robots": (robot.model_copy(update={"sensors": (*kept, *lidars)}), *others)})
 
 
-def drive(world: mjsim.World, seconds: float | None, seed: int) -> Drive:
-    """Run a world as it says, with a recording, and keep the clouds."""
+def drive(world: mjsim.World, seconds: float | None, seed: int, *, record: bool, shake: float = 0.0) -> Drive:
+    """Run a world as it says, with a recording if asked, and keep the clouds; the lidar may shake [degrees]."""
     clouds: list[mjsim.PointCloud] = []
     poses: list[Array] = []
     times: list[float] = []
     ticks: list[Array] = []
     odometry: list[Array] = []
     robot = world.robots[0].name
-    with mjsim.Simulation(world, seed=seed) as sim, tempfile.TemporaryDirectory() as place:
+    shaking = patch.object(BatchRays, "cast", Shaken(shake)) if shake else nullcontext()
+    with shaking, mjsim.Simulation(world, seed=seed) as sim, tempfile.TemporaryDirectory() as place:
         top = sim.robots[robot].sensors.get("top")
         mount = np.eye(4) if top is None else top.robot_from_sensor
 
@@ -88,9 +94,38 @@ def drive(world: mjsim.World, seconds: float | None, seed: int) -> Drive:
                 poses.append(ticks[-1])
 
         began = time.process_time()
-        mjsim.run(sim, seconds=seconds, record=Path(place) / "run.mcap", watch=keep)
+        mjsim.run(sim, seconds=seconds, record=Path(place) / "run.mcap" if record else None, watch=keep)
         spent = time.process_time() - began
     return Drive(clouds, np.array(poses), np.array(times), np.array(ticks), np.array(odometry) @ mount, spent)
+
+
+def by_rings(cloud: mjsim.PointCloud) -> mjsim.PointCloud:
+    """Return a cloud ring by ring, the highest first, which is the order of Ouster's software and of its ROS driver.
+
+    KISS-ICP keeps the first point of each voxel, so that the order matters.
+    """
+    order = np.lexsort((cloud.times, -cloud.rings.astype(int)))
+    columns = {key: getattr(cloud, key)[order] for key in ("points", "times", "intensities", "rings")}
+    return replace(cloud, **columns)
+
+
+class Shaken:
+    """Rays of a lidar that rolls and pitches at random, the same angle for a whole revolution; level at first."""
+
+    def __init__(self, degrees: float) -> None:
+        """Initialise with the standard deviation of roll and of pitch [degrees]."""
+        self._degrees, self._random, self._cast = degrees, np.random.default_rng(5), BatchRays.cast
+        self._level = True
+
+    def cast(self, rays: BatchRays, beams: Array, states: Array, *, limit: float) -> RayHits:
+        """Return the hits of a revolution; takes the place of `BatchRays.cast`."""
+        tilt = np.append(self._degrees * self._random.standard_normal(2) * (not self._level), 0.0)
+        self._level = False
+        return self._cast(rays, beams @ Rotation.from_rotvec(tilt, degrees=True).as_matrix().T, states, limit=limit)
+
+    def __get__(self, rays: BatchRays, _: type) -> partial[RayHits]:
+        """Bind as a method is bound."""
+        return partial(self.cast, rays)
 
 
 def moved(odometry: mjsim.Odometry) -> Array:
@@ -126,8 +161,8 @@ def kiss_path(found: Drive, *, voxel: float, straighten: str, double: bool) -> A
         found: The drive.
         voxel: Of its map [m].
         straighten: Who straightens the clouds: KISS-ICP `itself`, the robot's `odometry`, the `truth`, or `nobody`.
-        double: Thin what is matched a second time, as it does unless changed; its authors advise against that for
-            lidars of few rings (PRBonn/kiss-icp #240).
+        double: Thin what is matched a second time, as it does unless changed; its authors advise against that for an
+            OS0 indoors (PRBonn/kiss-icp #128) and for lidars of few rings (#240).
     """
     from kiss_icp.config import KISSConfig
     from kiss_icp.kiss_icp import KissICP
@@ -230,8 +265,24 @@ def options() -> argparse.Namespace:
         "--matchers", nargs="+", choices=[*(f"kiss-{way}" for way in WAYS), "gicp"], default=["kiss-itself"]
     )
     parser.add_argument("--voxel", type=float, default=VOXEL, help="of the map [m]")
-    parser.add_argument("--once", action="store_true", help="KISS-ICP thins what it matches once, not twice")
+    parser.add_argument(
+        "--thin", type=int, nargs="+", choices=(1, 2), default=[1], help="how often KISS-ICP thins what it matches"
+    )
+    parser.add_argument("--order", choices=("rings", "firing"), help="of the points; rings for an Ouster")
+    parser.add_argument("--shake", type=float, default=0.0, help="roll and pitch of the lidar at random [degrees]")
     return parser.parse_args()
+
+
+def paths(found: Drive, given: argparse.Namespace) -> Iterator[tuple[str, Array]]:
+    """Yield the name of each matcher that is asked for, and where it has the sensor."""
+    for matcher in given.matchers:
+        kiss, _, way = matcher.partition("-")
+        if kiss == "gicp":
+            yield matcher, gicp_path(found, voxel=given.voxel)
+            continue
+        for thin in given.thin:
+            name = f"{matcher}, thinned {'once' if thin == 1 else 'twice'}"
+            yield name, kiss_path(found, voxel=given.voxel, straighten=way, double=thin == 2)
 
 
 def main() -> None:
@@ -242,25 +293,23 @@ def main() -> None:
     lidar = sensors.Lidar3d(
         lidar3d="top", preset=given.lidar, columns=given.columns, at=(0.0, 0.0, given.height), **keys
     )
+    order = given.order or ("rings" if given.lidar.startswith("ouster") else "firing")
     for name in given.worlds:
         world = mjsim.load_world(WORLDS / f"{name}.yaml")
         if name == "office" and not given.short:
             world = with_settings(world, ROUND)
         for seed in given.seeds:
-            found = drive(world_with(world, lidar), given.seconds, seed)
+            found = drive(world_with(world, lidar), given.seconds, seed, record=given.pace, shake=given.shake)
             points = sum(len(cloud.points) for cloud in found.clouds)
             print(f"{name}, seed {seed}: {points:,} points", flush=True)
             if given.pace:
-                without = drive(world_with(world), given.seconds, seed)
+                without = drive(world_with(world), given.seconds, seed, record=True)
                 pace = points / (found.seconds - without.seconds)
                 print(f"    {pace:,.0f} points a second of the processor, with recording", flush=True)
-            for matcher in given.matchers:
-                kiss, _, way = matcher.partition("-")
-                if kiss == "kiss":
-                    path = kiss_path(found, voxel=given.voxel, straighten=way, double=not given.once)
-                else:
-                    path = gicp_path(found, voxel=given.voxel)
-                print(f"    {matcher:13s} {errors(found, path)}", flush=True)
+            if order == "rings":
+                found = replace(found, clouds=[by_rings(cloud) for cloud in found.clouds])
+            for matcher, path in paths(found, given):
+                print(f"    {matcher:27s} {errors(found, path)}", flush=True)
 
 
 if __name__ == "__main__":
