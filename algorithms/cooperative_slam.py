@@ -65,7 +65,7 @@ class CooperativeSlam:
         *,
         frame: Literal["common", "unknown"] = "common",
         period: float = 1.0,
-        jacobians: Literal["standard", "first-estimates", "invariant"] = "first-estimates",
+        jacobians: Literal["standard", "first-estimates", "invariant"] = "invariant",
     ) -> None:
         """Set the rules.
 
