@@ -18,7 +18,7 @@ NEAR = 15.0
 
 
 def seen_through(walls: Surface, looks: Sequence[tuple[Array, LevelScan]]) -> float:
-    """Return which share of walls scans have seen through, of those that they have seen or seen through.
+    """Return the ratio of walls that scans have seen through to all that they have met or seen through.
 
     Args:
         walls: Elements, in one frame.
