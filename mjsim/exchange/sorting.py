@@ -10,8 +10,8 @@ import numpy as np
 from mjsim.exchange.drawing import THINNEST, Line
 from mjsim.exchange.faces import TOUCHING, merged, paired, sides_of_rooms
 from mjsim.exchange.filled import DARK, NARROW
-from mjsim.exchange.outside import without_frames, without_outliers
 from mjsim.exchange.shapes import Bar, fitted_rectangle
+from mjsim.exchange.sheet_frame import without_frames, without_outliers
 from mjsim.exchange.strokes import split
 from mjsim.exchange.united import SLENDER
 from mjsim.geometry import Array

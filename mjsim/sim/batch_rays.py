@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array
+from mjsim.sim.embree import Standing, has_embree, is_clear
 from mjsim.sim.rays import SOLID, RayHits, Rays
-from mjsim.sim.standing import Standing, has_embree, is_clear
 
 TINY = 1e-12
 """Least component of a ray perpendicular to a face that it runs along."""

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.output import require_free, write_file
+from mjsim.sim.merged_geoms import Look, MergedSurface, SolidBody, solid_bodies, used_textures
 from mjsim.sim.renderer import SEEN_FROM_OUTSIDE
-from mjsim.sim.solid import Look, MergedSurface, SolidBody, solid_bodies, used_textures
-from mjsim.sim.still import StillScene
+from mjsim.sim.static_scene import StillScene
 from mjsim.world import World
 
 MOST_TRIANGLES = 4_000_000

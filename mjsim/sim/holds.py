@@ -15,7 +15,7 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.sim.followers import Blend
 from mjsim.sim.mechanism_state import Places
-from mjsim.world import Mechanism, carried_body
+from mjsim.world import Mechanism
 
 STRONGEST = 300.0
 """Maximum force of a hand at the lever [N]."""
@@ -128,6 +128,9 @@ class Holds:
 
     def _lever(self, column: int) -> float:
         """Return the distance of the farthest point of the carried body from the axis [m]; 1 for a slide."""
+        # Loads SciPy, which a world without held joints does not need.
+        from mjsim.world import carried_body
+
         found = self._mechanism.assembly
         if found.slides[column]:
             return 1.0

@@ -13,7 +13,7 @@ from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.sim.canvas import Quality
 from mjsim.sim.renderer import SEEN, Renderer
-from mjsim.sim.still import StillScene
+from mjsim.sim.static_scene import StillScene
 from mjsim.world import World, WorldEvent, looks_after
 
 ABOVE = 0.5

@@ -28,12 +28,12 @@ from mjsim.sim.actuation import Actuation
 from mjsim.sim.canvas import Canvas, Quality
 from mjsim.sim.health import Health, warnings_kept
 from mjsim.sim.led import Mechanisms
+from mjsim.sim.module_info import catalogue_of, map_of
 from mjsim.sim.radio import RadioNet
 from mjsim.sim.robot import SimulatedRobot
 from mjsim.sim.snapshot import Snapshot
-from mjsim.sim.still import bring_up
+from mjsim.sim.static_scene import bring_up
 from mjsim.sim.streams import checked_seed
-from mjsim.sim.told import catalogue_of, map_of
 from mjsim.sim.tuning import Tuning
 from mjsim.sim.world_script import WorldScript
 from mjsim.world import Looks, World, WorldEvent, event_from, require_same_but_noise

@@ -28,7 +28,7 @@ from mjsim.report import (
 )
 from mjsim.web.answers import RefusedError
 from mjsim.web.folder import Folder
-from mjsim.web.past import plain
+from mjsim.web.history import plain
 from mjsim.world import World
 
 MOST = 60

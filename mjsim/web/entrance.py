@@ -14,7 +14,7 @@ from mjsim.web.entrance_pages import LOGIN_HEADERS, WELCOME_HEADERS, login_page,
 from mjsim.web.keys import Keys
 from mjsim.web.local import HEADERS
 from mjsim.web.peer import peer_of
-from mjsim.web.penalty import Penalty
+from mjsim.web.token_penalty import Penalty
 
 PARAMETER = "token"
 """Query parameter with the one-time word."""

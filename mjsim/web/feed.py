@@ -13,10 +13,10 @@ from mjsim.geometry import Array, Pose3
 from mjsim.interface import CameraFrame, PointCloud, Scan, Sighting
 from mjsim.record import Tick
 from mjsim.sim import LedPeople, lidar_places
+from mjsim.web.history import Past
 from mjsim.web.measured import SHOWN_FOR, lidar_points, lidar_readings
 from mjsim.web.news import EventNews, PastNews
-from mjsim.web.past import Past
-from mjsim.web.telling import events_told, mechanisms_told, tick_told
+from mjsim.web.tick_json import events_told, mechanisms_told, tick_told
 from mjsim.world import World
 
 EVENTS = 1000

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from mjsim.record import Recording, raw_messages
-from mjsim.web.past import plain
+from mjsim.web.history import plain
 
 SAMPLED = 40
 """Number of messages at the start of a topic in which fields are searched."""

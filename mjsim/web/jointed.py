@@ -9,14 +9,16 @@ import numpy as np
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.mechanics import JointMotion
 from mjsim.video import arm_outlines, body_outlines, posed
+from mjsim.web.history import plain
 from mjsim.web.news import JointFacts, JointGrip, JointRow
-from mjsim.web.past import plain
 from mjsim.world import BalancingDrive, Mechanism, Robot, RobotArm, World, carried_body, led_joints
 
 MOVED = 1e-4
 """A mechanism whose joints are within this of their start values counts as at the start [rad, m]."""
 SHORTEST, LONGEST = 0.1, 0.3
 """Distance from an arm joint to its handle: half the distance to what it moves, within these limits [m]."""
+SAME_LEVER = 1e-6
+"""Points whose distances from an axis differ by less are equally far from it [m]."""
 NO_LEVER = 0.02
 """Points closer to an axis than this do not show the direction of rotation [m]."""
 Values = Mapping[str, Array]
@@ -141,10 +143,11 @@ def _hull(mechanism: Mechanism, name: str) -> Array:
 
 
 def _farthest(points: Array, at: Array, axis: Array) -> Array:
-    """Return the point farthest from an axis; a point beside the axis if none is far enough."""
-    levers = _levers(points, at, axis)
-    far = int(np.linalg.norm(levers, axis=1).argmax())
-    if np.linalg.norm(levers[far]) > NO_LEVER:
+    """Return the point farthest from an axis, the first of equally far ones; a point beside the axis if all are near."""
+    away = np.linalg.norm(_levers(points, at, axis), axis=1)
+    # Rounding must not choose: the handle would jump between the corners of a box while the joint stands still.
+    far = int(np.flatnonzero(away > away.max() - SAME_LEVER)[0])
+    if away[far] > NO_LEVER:
         return np.asarray(points[far])
     return np.asarray(at + SHORTEST * _aside(axis))
 

@@ -15,8 +15,8 @@ from mjsim.geometry import Array
 from mjsim.interface import Observation, PointCloud, Scan
 from mjsim.record import Recording
 from mjsim.sim import lidar_places
+from mjsim.web.history import plain
 from mjsim.web.news import RobotTick
-from mjsim.web.past import plain
 
 SAME_TIME = 1e-6
 """Times that differ by less are equal [s]."""

@@ -21,14 +21,14 @@ from mjsim.report import statistics_file
 from mjsim.sim import Orbit
 from mjsim.web.answers import Ask, RefusedError, answered, asked, posted, refusal
 from mjsim.web.comparing import compared, comparison_told, first_recording, first_swept_world
+from mjsim.web.current_run import Scene
 from mjsim.web.fields import column_told, fields_told
 from mjsim.web.films import Films
 from mjsim.web.folder import Folder
 from mjsim.web.local import HEADERS
 from mjsim.web.news import TickNews
+from mjsim.web.open_recordings import Opened, Shelf
 from mjsim.web.reviewing import WHOLE, default_film, recording_told, row_at, row_told
-from mjsim.web.shelf import Opened, Shelf
-from mjsim.web.stage import Scene
 
 LARGEST = 4_000_000_000
 """Maximum size of an uploaded recording [bytes]."""

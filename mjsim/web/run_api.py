@@ -17,6 +17,7 @@ from mjsim.output import NewFile
 from mjsim.record import is_mcap, reserve_next
 from mjsim.session import Session
 from mjsim.web.answers import RefusedError, asked
+from mjsim.web.current_run import Scene, Stage
 from mjsim.web.files import source_of
 from mjsim.web.folder import Folder
 from mjsim.web.news import ShortNews
@@ -34,7 +35,6 @@ from mjsim.web.requests import (
     with_drivers,
 )
 from mjsim.web.scene_3d import Scene3dShelf
-from mjsim.web.stage import Scene, Stage
 from mjsim.web.trust import Code, Trust
 from mjsim.web.viewer import Viewer
 from mjsim.world import ReachEvent, World, check_world, parse_world

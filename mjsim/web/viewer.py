@@ -12,12 +12,12 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from mjsim.errors import MjsimError
 from mjsim.record import Tick
+from mjsim.web.current_run import Stage
 from mjsim.web.feed import Shot
 from mjsim.web.requests import FrameShown, Outside, Watch
 from mjsim.web.scene_3d import Scene3dShelf
 from mjsim.web.shots import FAR, NEAR, depth_shown, jpeg, segmentation_shown
-from mjsim.web.stage import Stage
-from mjsim.web.telling import recognised_told
+from mjsim.web.tick_json import recognised_told
 
 Make = Callable[[], Awaitable[tuple[float, bytes]]]
 """Makes a picture: its time [s], and JPEG data or poses of bodies."""

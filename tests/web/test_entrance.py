@@ -16,8 +16,8 @@ from mjsim.bench.entering import client_of, cookie_of, socket_of
 from mjsim.errors import UsageError
 from mjsim.web import LiveView
 from mjsim.web.keys import LIFETIME, MOST_PASSES, MOST_SESSIONS, Keys
-from mjsim.web.penalty import AT_ONCE, FIRST, LONGEST, Penalty, delay
 from mjsim.web.studio import Studio
+from mjsim.web.token_penalty import AT_ONCE, FIRST, LONGEST, Penalty, delay
 from mjsim.world import parse_world
 from tests.strangers import as_stranger, fork, other_user
 

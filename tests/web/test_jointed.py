@@ -66,3 +66,23 @@ def test_outlines_are_told_of_arms_and_of_mechanisms_that_have_moved(world):
     assert bodies_told(world, {"r/arm": np.full(6, np.nan)}, place) == {}
     base = np.concatenate(moved["r/arm"]).mean(axis=0)
     assert np.linalg.norm(base - (1, 2)) < 1
+
+
+def test_the_handle_of_a_symmetrical_body_stays_at_one_of_its_corners():
+    text = """
+mechanisms:
+  - name: gate
+    at: [2, 2]
+    bodies: [{name: bar, box: [1.2, 0.3, 0.1]}]
+    joints: [{revolute: swing, of: [ground, bar], axis: [0, 0, 1]}]
+    actuators: [{angle: swing, signal: {constant: {value_deg: 60}}}]
+"""
+    gate = mjsim.parse_world(text)
+    places = []
+    for angle in np.linspace(0.0, 6.0, 400):
+        (grip,) = grips_told(gate, {"gate": np.array([angle])}, {})
+        x, y, _ = np.subtract(grip["grip"], grip["at"])
+        c, s = np.cos(angle), np.sin(angle)
+        places.append((c * x + s * y, c * y - s * x))
+    # Positions on the wire have four decimals.
+    np.testing.assert_allclose(np.ptp(places, axis=0), 0.0, atol=3e-4)

@@ -14,10 +14,10 @@ import mjsim
 from mjsim.bench.entering import client_of
 from mjsim.sim import SEEN_FROM_OUTSIDE, Playback
 from mjsim.web.folder import Folder
+from mjsim.web.open_recordings import Opened
 from mjsim.web.review_api import ReviewApi
 from mjsim.web.reviewing import row_told
 from mjsim.web.server import Server
-from mjsim.web.shelf import Opened
 from tests.record_ticks import hand_made_ticks, record
 from tests.solids import names_of
 

@@ -10,9 +10,9 @@ from .keys import read_files as read_files
 from .keys import require_sound as require_sound
 from .module import Engine as Engine
 from .module import ForeignModule as ForeignModule
+from .output import Said as Said
 from .process import ON_3_AND_4 as ON_3_AND_4
 from .process import ON_STANDARD as ON_STANDARD
 from .process import Ended as Ended
 from .process import Process as Process
-from .said import Said as Said
 from .workplace import Workplace as Workplace

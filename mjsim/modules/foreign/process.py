@@ -11,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from mjsim.closing import Closes
-from mjsim.modules.foreign.said import Said
+from mjsim.modules.foreign.output import Said
 
 GRACE = 0.5
 """Time for a process to end by itself after the last request [s]."""

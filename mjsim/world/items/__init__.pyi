@@ -14,6 +14,7 @@ from .bodies import NoBody as NoBody
 from .bodies import Part as Part
 from .bodies import PolygonBody as PolygonBody
 from .bodies import rims as rims
+from .consistency import misfits as misfits
 from .drives import CORNERS as CORNERS
 from .drives import OMNI3_BEARINGS as OMNI3_BEARINGS
 from .drives import AckermannDrive as AckermannDrive
@@ -54,7 +55,6 @@ from .events import ShoveEvent as ShoveEvent
 from .events import WorldEvent as WorldEvent
 from .events import event_from as event_from
 from .events import said_of as said_of
-from .fit import misfits as misfits
 from .lenses import Lens as Lens
 from .lidars import Lidar as Lidar
 from .lidars import Lidar3d as Lidar3d

@@ -7,7 +7,7 @@ from pydantic import Field, PrivateAttr, model_validator
 from mjsim.world.files import BUILT, Source
 from mjsim.world.files import read_asset as read_named_asset
 from mjsim.world.ground import Model, Name, fault
-from mjsim.world.items.fit import NAMED, misfits
+from mjsim.world.items.consistency import NAMED, misfits
 from mjsim.world.items.light import Brightness, Lamp
 from mjsim.world.items.mechanisms import Mechanism
 from mjsim.world.items.people import Person

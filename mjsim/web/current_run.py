@@ -13,7 +13,7 @@ from mjsim.session import Session, State, event_keys
 from mjsim.web.feed import Feed
 from mjsim.web.jointed import joints_told
 from mjsim.web.painter import Painter
-from mjsim.web.telling import drivers_told, mechanisms_told, noise_told, robots_told
+from mjsim.web.tick_json import drivers_told, mechanisms_told, noise_told, robots_told
 from mjsim.world import World, noise_figures
 
 Scene = Callable[[World], Mapping[str, Any]]

@@ -9,6 +9,7 @@ from mjsim.interface import Command, Observation, Sighting, WheelCommand
 from mjsim.mechanics import inverted, rpy_of
 from mjsim.record import Tick
 from mjsim.report import metrics
+from mjsim.web.history import NO_NEES, plain
 from mjsim.web.jointed import arm_facts, bodies_told, grips_told, led_facts, rows_told
 from mjsim.web.measured import flat_points
 from mjsim.web.news import (
@@ -23,7 +24,6 @@ from mjsim.web.news import (
     RobotTick,
     TickNews,
 )
-from mjsim.web.past import NO_NEES, plain
 from mjsim.web.showing import shown_told
 from mjsim.world import (
     EVENT_KINDS,

@@ -12,7 +12,7 @@ from mjsim.geometry import Array
 from mjsim.interface import CameraFrame
 from mjsim.sim.canvas import Canvas, Quality
 from mjsim.sim.sensors import OnboardCamera, ticks_between
-from mjsim.sim.still import StillScene
+from mjsim.sim.static_scene import StillScene
 from mjsim.sim.streams import streams_of
 from mjsim.world import Camera, Looks, World
 

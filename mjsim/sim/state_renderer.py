@@ -16,7 +16,7 @@ from mjsim.sim.canvas import Canvas, Quality
 from mjsim.sim.playback import bring_near
 from mjsim.sim.renderer import SEEN_FROM_OUTSIDE, Renderer
 from mjsim.sim.sensors import OnboardCamera
-from mjsim.sim.still import StillScene
+from mjsim.sim.static_scene import StillScene
 from mjsim.sim.streams import streams_of
 from mjsim.world import Camera, Looks, World
 
