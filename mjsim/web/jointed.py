@@ -143,7 +143,7 @@ def _hull(mechanism: Mechanism, name: str) -> Array:
 
 
 def _farthest(points: Array, at: Array, axis: Array) -> Array:
-    """Return the point farthest from an axis, the first of equally far ones; a point beside the axis if all are near."""
+    """Return the point farthest from an axis, the first of equally far ones; one beside the axis if all are near."""
     away = np.linalg.norm(_levers(points, at, axis), axis=1)
     # Rounding must not choose: the handle would jump between the corners of a box while the joint stands still.
     far = int(np.flatnonzero(away > away.max() - SAME_LEVER)[0])
