@@ -18,7 +18,7 @@ STATES = 3
 PROBABILITY = 0.95
 """Probability that a value of a consistent estimator is between two-sided bounds."""
 NO_ESTIMATOR = "no estimator"
-"""Reason why a robot with dead reckoning alone has no NEES."""
+"""Reason why tables do not show the NEES of a robot with dead reckoning alone."""
 
 
 def chi_square_bounds(freedom: float, *, count: float = 1.0) -> tuple[float, float]:
@@ -66,27 +66,26 @@ def independent_count(values: Array) -> float:
     return float(np.clip(count / max(time, 1.0), 1.0, count))
 
 
-def nees_figures(nees: Array | None) -> dict[str, Any]:
+def nees_figures(nees: Array, *, estimated: bool = True) -> dict[str, Any]:
     """Return statistics of the NEES of a run.
 
     Args:
-        nees: NEES of each tick, shape (N,); NaN where the covariance is singular. None without an estimator: dead
-            reckoning has a NEES too, but nobody claimed its covariance.
+        nees: NEES of each tick, shape (N,); NaN where the covariance is singular.
+        estimated: Whether an estimator gave it; otherwise it is that of dead reckoning with the data sheet's noise.
 
     Returns:
         `mean`; `in_band`, the proportion of ticks between the bounds `band` of one tick; `singular`, the number of
         ticks without NEES; `mean_band`, the bounds of the mean for the effective number of `independent` values;
-        `reason`, why there is no mean, or None.
+        `reason`, why tables and comparisons do not show it, or None.
     """
-    given = np.zeros(0) if nees is None else nees
-    regular = given[np.isfinite(given)]
+    regular = nees[np.isfinite(nees)]
     independent = independent_count(regular)
-    without = NO_ESTIMATOR if nees is None else "no covariance is regular"
+    without = None if len(regular) else "no covariance is regular"
     return {
         **_figures(regular, STATES, independent),
-        "singular": int(len(given) - len(regular)),
+        "singular": int(len(nees) - len(regular)),
         "independent": independent if len(regular) else None,
-        "reason": None if len(regular) else without,
+        "reason": without if estimated else NO_ESTIMATOR,
     }
 
 

@@ -5,6 +5,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from mjsim.report.consistency import NO_ESTIMATOR
+
 
 @dataclass(frozen=True, slots=True)
 class ReportFigure:
@@ -64,8 +66,18 @@ def largest(key: str) -> float:
     return 1.0 if key == "coverage" or key.endswith(".in_band") else math.inf
 
 
+def lacks_estimator(robot: Mapping[str, Any]) -> bool:
+    """Return whether a robot's statistics are those of dead reckoning alone."""
+    return (robot.get("nees") or {}).get("reason") == NO_ESTIMATOR
+
+
 def figure_value(robot: Mapping[str, Any], key: str) -> float | None:
-    """Return the number under a key such as 'nees.mean' of a robot's statistics; None if there is none."""
+    """Return the number under a key such as 'nees.mean' of a robot's statistics; None if there is none to show.
+
+    The NEES of dead reckoning is not shown: nobody claims its covariance.
+    """
+    if key.startswith("nees.") and lacks_estimator(robot):
+        return None
     value: Any = robot
     for part in key.split("."):
         if not isinstance(value, Mapping):

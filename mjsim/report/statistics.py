@@ -86,7 +86,7 @@ def robot_statistics(
         track: Its recorded data.
         lifted: Times at which it was moved elsewhere [s]: these moves are not driven distance, but the error still
             counts.
-        estimated: Whether an estimator gave the estimate; dead reckoning has no NEES.
+        estimated: Whether an estimator gave the estimate, not dead reckoning.
     """
     placed = np.isfinite(track.truth).all(axis=1)
     positions, times = track.truth[placed, :2], track.time[placed]
@@ -168,7 +168,7 @@ def _estimate_figures(
         **_final_figures(part),
         "rpe_deg": metrics.spread(np.degrees(metrics.relative_turn_errors(part.truth, part.estimate))),
         "nees": nees_figures(
-            metrics.normalised_errors(part.truth, part.estimate, part.covariance) if estimated else None
+            metrics.normalised_errors(part.truth, part.estimate, part.covariance), estimated=estimated
         ),
         "nis": nis_figures(normalised_innovations(track)[1]),
         "landmark_error_m": landmark_figures(world, track),

@@ -6,6 +6,7 @@ import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+from mjsim.report import lacks_estimator
 from mjsim.sweep.plan import SweepPlan
 from mjsim.sweep.worker import Outcome
 
@@ -87,7 +88,8 @@ def _flat(outcome: Outcome, robot: str) -> Row:
     figures = outcome["robots"].get(robot)
     if figures is None:
         return {}
-    return {"sim_seconds": outcome["run"]["sim_seconds"], **dict(_leaves(figures, ""))}
+    shown = {key: value for key, value in figures.items() if not (key == "nees" and lacks_estimator(figures))}
+    return {"sim_seconds": outcome["run"]["sim_seconds"], **dict(_leaves(shown, ""))}
 
 
 def _leaves(figures: Mapping[str, Any], before: str) -> Iterator[tuple[str, float]]:

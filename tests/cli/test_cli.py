@@ -43,11 +43,11 @@ def test_a_run_is_recorded_reported_and_exported(room, capsys):
     assert "position error, mean [m]" in out
     figures = json.loads(Path("report/statistics.json").read_text())
     assert figures["robots"]["scout"] == mjsim.statistics(recording)["scout"]
-    for plot in ("path", "error", "bounds", "nees"):
+    for plot in ("path", "error", "bounds"):
         assert cv2.imread(f"report/scout_{plot}.png") is not None
     page = Path("report/report.html").read_text()
     assert "http" not in page.replace("http://www.w3.org", "")
-    assert page.count("data:image/png;base64,") == 4
+    assert page.count("data:image/png;base64,") == 3
 
     code, out, _ = typed("export", "out/room/run.mcap", "--tum", "tum", "--npz", "run.npz", capsys=capsys)
     assert (code, out) == (0, "tum\nrun.npz\n")
