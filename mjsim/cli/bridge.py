@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from mjsim.cli.arguments import Overwrite, Settings, WorldFile
+from mjsim.errors import UsageError
 from mjsim.output import require_free
 from mjsim.progress import say
 
@@ -20,6 +21,9 @@ def bridge(
     interface: Annotated[
         str | None, typer.Option(metavar="NAME", help="Network interface or its address; default: loopback.")
     ] = None,
+    private: Annotated[
+        bool, typer.Option("--private", help="In a network that no other user of this machine can reach (Linux).")
+    ] = False,
     modules: Annotated[
         bool, typer.Option("--modules", help="The world's own modules drive while no commands arrive.")
     ] = False,
@@ -31,6 +35,9 @@ def bridge(
     settings: Settings = None,
 ) -> None:
     """Run a world and connect its robots to ROS 2, without a ROS installation."""
+    # Before NumPy is imported: the kernel moves only processes with a single thread.
+    network = _private(interface) if private else interface or "loopback, open to all users of this machine"
+
     from mjsim.bridge import Bridge
     from mjsim.modules import load_runnable, thread_faults
     from mjsim.record import reserve
@@ -56,8 +63,17 @@ def bridge(
         ) as live,
     ):
         robots = ", ".join(live.robots) or "no robots"
-        say(f"ROS 2, domain {live.domain}, {interface or 'loopback'}: {robots}; Ctrl-C stops")
+        say(f"ROS 2, domain {live.domain}: {robots}; {network}; Ctrl-C stops")
         live.start(paused=paused)
         live.session.result()
     if output is not None:
         print(output)
+
+
+def _private(interface: str | None) -> str:
+    """Enter a private network; return what to tell about it."""
+    from mjsim.bridge import enter_private_network
+
+    if interface is not None:
+        raise UsageError("a private network has no other interfaces; leave out --interface or --private")
+    return f"private network; to join it: {enter_private_network()} COMMAND"
