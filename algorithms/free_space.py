@@ -7,7 +7,7 @@ import numpy as np
 from mjsim.geometry import Array, Pose
 
 from .level_scan import LevelScan
-from .scan_matching import Surface
+from .scan_walls import Surface
 
 MARGIN = 0.4
 """A beam that ends farther than this behind a wall has passed through it, one that ends nearer to it has met it [m]."""

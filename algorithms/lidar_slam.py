@@ -16,8 +16,9 @@ from .occupancy import OccupancyGrid, shown_grid
 from .odometry_bias import OdometryBias
 from .pose_graph import PoseGraph, compose
 from .recent_motion import SAME, RecentMotion
-from .scan_odometry import ScanOdometry, walls_of
+from .scan_odometry import ScanOdometry
 from .scan_search import Laid, lay
+from .scan_walls import walls_of
 
 SLIP = np.array([0.05, 0.05, 0.02])
 """Errors of odometry beyond its data sheet: relative to the distance, to the sideways distance, and to the turn."""

@@ -8,8 +8,9 @@ import numpy as np
 from mjsim.geometry import Array, wrap_angle
 
 from .pose_graph import compose, step_between
-from .scan_matching import CUT, WEIGHED, Match, Surface, WallField
+from .scan_matching import CUT, WEIGHED, Match, WallField
 from .scan_search import CLEAR, GATE, hypotheses, is_ambiguous
+from .scan_walls import Surface
 
 LEAST = 40
 """Minimum number of elements on old walls for a loop: 4 m of wall."""

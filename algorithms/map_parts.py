@@ -14,8 +14,8 @@ from .level_scan import LevelScan
 from .loop_closing import WIDEST, Loop, agree, find_loop
 from .odometry_bias import OdometryBias
 from .pose_graph import COMMON, PoseGraph, carried, compose, step_between
-from .scan_matching import Surface, joined
 from .scan_search import Laid
+from .scan_walls import Surface, joined
 
 LOCAL = 6
 """Number of recent scans whose walls a new one is matched to."""

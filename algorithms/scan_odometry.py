@@ -13,9 +13,9 @@ from mjsim.interface import Observation, Odometry
 
 from .level_scan import LevelScan
 from .pose_graph import compose, step_between
-from .scan_matching import Match, Surface, WallField, joined, rotation, surface_of
-from .scan_noise import range_noise, smoothed
+from .scan_matching import Match, WallField
 from .scan_search import FEWEST, covariance_of, hypotheses
+from .scan_walls import Surface, joined, rotation, walls_of
 
 UNKNOWN = 0.25
 """Odometry whose variance grows faster than this says nothing [m^2/s]; that of wheels at 3 m/s grows by 0.01."""
@@ -160,11 +160,3 @@ def _found(scan: Surface, walls: Surface, guess: Array, covariance: Array) -> li
     window = np.clip(3.0 * np.sqrt(np.diag(covariance)), NARROWEST, WIDEST)
     found = hypotheses(WallField(walls), scan, guess, np.asarray(np.linalg.inv(covariance)), window)
     return found if found[0].share > SHARE else []
-
-
-def walls_of(looked: LevelScan) -> Surface:
-    """Return the walls in a scan, in the robot's frame."""
-    scan, sensor = looked.scan, looked.robot_from_lidar
-    error = range_noise(scan)
-    points = sensor.transform(smoothed(scan, error).points())
-    return surface_of(points, origin=(sensor.x, sensor.y), noise=error, increment=scan.angle_increment)

@@ -6,7 +6,8 @@ import numpy as np
 
 from mjsim.geometry import Array, wrap_angle, wrap_angles
 
-from .scan_matching import Match, Surface, WallField, align
+from .scan_matching import Match, WallField, align
+from .scan_walls import Surface
 
 RADIUS = 0.3
 """Distance from a wall within which an element scores, at the finest level [m]."""

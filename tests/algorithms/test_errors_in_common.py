@@ -9,8 +9,8 @@ import pytest
 import mjsim
 from mjsim.algorithms.lidar_slam import LidarSlam
 from mjsim.algorithms.pose_graph import PoseGraph
-from mjsim.algorithms.scan_matching import surface_of
 from mjsim.algorithms.scan_search import lay
+from mjsim.algorithms.scan_walls import surface_of
 from mjsim.algorithms.waypoints import Waypoints
 from mjsim.geometry import wrap_angle
 

@@ -8,7 +8,7 @@ import pytest
 from mjsim.algorithms.free_space import seen_through
 from mjsim.algorithms.level_scan import LevelScan
 from mjsim.algorithms.loop_closing import find_loop
-from mjsim.algorithms.scan_matching import joined, surface_of
+from mjsim.algorithms.scan_walls import joined, surface_of
 from mjsim.geometry import Pose
 from mjsim.interface import Scan
 
