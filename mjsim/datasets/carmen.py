@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import nnls
 
-from mjsim.datasets.recorded_robots import RecordedRobots, RecordedTick, planar_pose
+from mjsim.datasets.recorded_robots import RecordedRobots, planar_pose
 from mjsim.errors import UsageError
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import Observation, Odometry, Scan
@@ -78,7 +78,7 @@ def _lines(recorded: RecordedRobots, robot: str) -> Iterator[str]:
         if tick.truth is not None:
             yield _line("TRUEPOS", f"{_numbers(tick.truth.planar())} {_numbers(odometry)}", seen.moment)
         for name, scan in seen.scans.items():
-            taken = _odometry_at(recorded, robot, tick, scan.stamp)
+            taken = planar_pose(track.odometry_at([scan.stamp])[0]) or Pose(0.0, 0.0, 0.0)
             laser = f"ROBOTLASER{lidars.index(name) + 1}"
             yield _line(laser, _laser(scan, taken, mounts[name], _speeds(seen)), scan.stamp)
     for name, value in _noise(np.array(claims).reshape(-1, 4)).items():
@@ -106,14 +106,6 @@ def _noise(claims: Array) -> dict[str, float]:
 def _speeds(seen: Observation) -> tuple[float, float]:
     """Return speed and turn rate since the last tick, by odometry [m/s, rad/s]."""
     return seen.odometry.forward / seen.dt, seen.odometry.turn / seen.dt
-
-
-def _odometry_at(recorded: RecordedRobots, robot: str, tick: RecordedTick, stamp: float) -> Pose:
-    """Return dead reckoning at the tick at which a reading was taken."""
-    track = recorded.recording.robots[robot]
-    row = int(np.argmin(np.abs(track.moments[: tick.row + 1] - stamp)))
-    pose = planar_pose(track.odometry[row])
-    return Pose(0.0, 0.0, 0.0) if pose is None else pose
 
 
 def _laser(scan: Scan, odometry: Pose, robot_from_laser: Pose, speeds: tuple[float, float]) -> str:

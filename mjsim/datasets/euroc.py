@@ -2,7 +2,7 @@
 
     DIR/R/mav0/cam0/data/NANOSECONDS.png, data.csv, sensor.yaml     one per camera; camN in the order of the world
     DIR/R/mav0/imu0/data.csv, sensor.yaml                           one per inertial sensor
-    DIR/R/mav0/state_groundtruth_estimate0/data.csv, sensor.yaml    the truth at every tick where it is known
+    DIR/R/mav0/state_groundtruth_estimate0/data.csv, sensor.yaml    the truth at every tick and picture, where known
     DIR/R/mav0/body.yaml
 
 The body frame is that of imu0, as VIO programs expect, or the robot's without one; `T_BS` of a sensor is
@@ -141,9 +141,10 @@ def _list(folder: Path, head: str, rows: Iterable[str]) -> None:
 
 def _states(recorded: RecordedRobots, robot: str, base_from_body: Array) -> list[str]:
     """Return the rows of the truth: position, quaternion (w first), velocity, biases."""
-    known = [(tick.row, tick.truth) for tick in recorded.ticks(robot) if tick.truth is not None]
-    times = recorded.recording.time[[row for row, _ in known]]
-    poses = [Pose3.from_matrix(truth.matrix() @ base_from_body) for _, truth in known]
+    taken = [stamp for tick in recorded.ticks(robot) for stamp in tick.stamps.values()]
+    known = recorded.truths(robot, taken)
+    times = np.array(list(known))
+    poses = [Pose3.from_matrix(truth.matrix() @ base_from_body) for truth in known.values()]
     places = np.array([(pose.x, pose.y, pose.z) for pose in poses]).reshape(-1, 3)
     speeds = np.gradient(places, times, axis=0) if len(times) > 1 else np.zeros_like(places)
     return [

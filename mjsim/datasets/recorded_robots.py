@@ -1,6 +1,6 @@
 """Reads a recording tick by tick: observations and estimates of each robot, and pictures, recorded or rendered."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -13,7 +13,7 @@ from mjsim.closing import Closes
 from mjsim.errors import UsageError
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import CameraFrame, Observation, RobotInfo
-from mjsim.record import LoggedPictures, Recording, Track, logged_cameras, with_logged_cameras
+from mjsim.record import LoggedPictures, Recording, Track, depth_values, logged_cameras, with_logged_cameras
 from mjsim.ros import nanoseconds, robot_from_sensor
 from mjsim.sim import Retake, Simulation
 from mjsim.world import Camera, name_of
@@ -40,6 +40,8 @@ class RecordedTick:
 
     row: int
     """Of the recording."""
+    moment: float
+    """When the robot was there: in a log, at the scan or picture that came with the tick [s]."""
     truth: Pose3 | None
     """world_from_base; None if unknown."""
     seen: Observation | None
@@ -106,13 +108,27 @@ class RecordedRobots(Closes):
         observed = self.recording.observed(robot)
         upcoming = next(observed, None)
         logged = LoggedPictures(self.recording, robot)
-        for row, time in enumerate(track.time.tolist()):
+        for row, (time, moment) in enumerate(zip(track.time.tolist(), track.moments.tolist(), strict=True)):
             seen, stamps = None, dict[str, float]()
             self._takes[robot] = logged.at(nanoseconds(time))
             while upcoming is not None and upcoming[0].time < time + SAME_TIME:
                 seen, stamps = upcoming
                 upcoming = next(observed, None)
-            yield RecordedTick(row=row, truth=true_pose(track, row), seen=seen, stamps=stamps)
+            truth = true_pose(track, row)
+            yield RecordedTick(row=row, moment=moment, truth=truth, seen=seen, stamps=stamps)
+
+    def truths(self, robot: str, stamps: Sequence[float]) -> dict[float, Pose3]:
+        """Return the known true poses of a robot by time [s], ascending: at each tick, and interpolated at more times.
+
+        Args:
+            robot: Its name.
+            stamps: The other times, such as those of pictures between ticks [s].
+        """
+        track = self.recording.robots[robot]
+        more = [each for each in stamps if np.abs(track.moments - each).min() > SAME_TIME]
+        times = np.unique([*track.moments.tolist(), *more])
+        poses = zip(times.tolist(), map(pose_in_space, track.truth_at(times)), strict=True)
+        return {time: pose for time, pose in poses if pose is not None}
 
     def picture(self, robot: str, camera: str, stamp: float) -> PictureFile:
         """Return a picture as recorded, or rendered again as PNG.
@@ -131,8 +147,11 @@ class RecordedRobots(Closes):
             " (in Python: redraw=True)"
         )
 
-    def depth(self, robot: str, camera: str, stamp: float) -> NDArray[Any] | None:
+    def depth(self, robot: str, camera: str, stamp: float) -> Depth | None:
         """Return the recorded depth of a picture, as in `Recording.depths`; None without depth."""
+        if (robot, camera) in self._logged:
+            frame = self.frame(robot, camera, stamp)
+            return None if frame.depth is None else (depth_time(frame), depth_values(frame))
         if (robot, camera) not in self._coming:
             depths = self.recording.depths(robot, camera)
             self._coming[robot, camera] = depths, next(depths, None)
@@ -140,7 +159,7 @@ class RecordedRobots(Closes):
         while found is not None and found[0] < stamp - SAME_TIME:
             found = next(depths, None)
         self._coming[robot, camera] = depths, found
-        return None if found is None or found[0] > stamp + SAME_TIME else found[1]
+        return None if found is None or found[0] > stamp + SAME_TIME else found
 
     def frame(self, robot: str, camera: str, stamp: float) -> CameraFrame:
         """Return the frame of a camera at the current tick: rendered again from the recorded states, or from a log."""
@@ -153,6 +172,11 @@ class RecordedRobots(Closes):
             )
             self._retakes[robot] = self._undo.enter_context(again)
         return self._retakes[robot].frame(camera, stamp)
+
+
+def depth_time(frame: CameraFrame) -> float:
+    """Return when the depth of a picture was taken [s]."""
+    return frame.stamp if frame.depth_stamp is None else frame.depth_stamp
 
 
 def true_pose(track: Track, row: int) -> Pose3 | None:

@@ -137,7 +137,7 @@ def _ticks(recorded: RecordedRobots) -> Iterator[tuple[float, dict[str, RosTick]
 def _robot_tick(recorded: RecordedRobots, robot: str, tick: RecordedTick, estimated: bool) -> RosTick:
     track, row = recorded.recording.robots[robot], tick.row
     return RosTick(
-        time=float(track.moments[row]),
+        time=tick.moment,
         truth=tick.truth,
         seen=tick.seen,
         odometry=planar_pose(track.odometry[row]),

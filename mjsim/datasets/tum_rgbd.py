@@ -2,8 +2,8 @@
 
     DIR/R_CAMERA/rgb/STAMP.png        pictures, and rgb.txt with `stamp file`
     DIR/R_CAMERA/depth/STAMP.png      depth along the optical axis, 16 bits, 5000 per metre, 0 for none; and depth.txt
-    DIR/R_CAMERA/groundtruth.txt      `stamp tx ty tz qx qy qz qw` of the optical frame in the world, at every tick,
-                                      if the recording has any
+    DIR/R_CAMERA/groundtruth.txt      `stamp tx ty tz qx qy qz qw` of the optical frame in the world, at every tick and
+                                      every picture, if the recording has any
     DIR/R_CAMERA/accelerometer.txt    `stamp ax ay az` of the robot's first inertial sensor, if it has one
     DIR/R_CAMERA/camera.yaml          calibration, as ORB-SLAM reads it
 
@@ -19,9 +19,9 @@ from pathlib import Path
 import numpy as np
 
 from mjsim.datasets.place import new_folders
-from mjsim.datasets.recorded_robots import RecordedRobots, RecordedTick, png_of
+from mjsim.datasets.recorded_robots import RecordedRobots, RecordedTick, depth_time, png_of
 from mjsim.errors import UsageError
-from mjsim.geometry import Array
+from mjsim.geometry import Array, Pose3
 from mjsim.interface import ImuReading, Intrinsics
 from mjsim.record import Recording
 
@@ -65,22 +65,23 @@ def _write(recorded: RecordedRobots, robot: str, camera: str, folder: Path) -> N
     depth = recorded.has_depth(robot, camera)
     for name in ("rgb", "depth") if depth else ("rgb",):
         (folder / name).mkdir(parents=True)
-    pictures, depths, truth, felt = [], [], [], []
+    pictures, depths, felt, stamps = [], [], [], []
     imu = next((name for name, sensor in recorded.infos[robot].sensors.items() if sensor.kind == "imu"), None)
     for tick in recorded.ticks(robot):
-        if (pose := recorded.world_from_sensor(robot, camera, tick)) is not None:
-            truth.append(_row(recorded.recording.time[tick.row], pose.as_array()))
         felt += [_row(each.stamp, each.acceleration) for each in _felt(tick, imu)]
         if (stamp := tick.stamps.get(camera)) is not None:
             data, suffix = recorded.picture(robot, camera, stamp)
             pictures.append(_file(folder, "rgb", stamp, data, suffix))
+            stamps.append(stamp)
             if depth:
-                metres = recorded.frame(robot, camera, stamp).depth
-                if metres is not None:  # a log may lack some
-                    depths.append(_file(folder, "depth", stamp, png_of(_in_steps(metres)), "png"))
+                frame = recorded.frame(robot, camera, stamp)
+                if frame.depth is not None:  # a log may lack some
+                    png = png_of(_in_steps(frame.depth))
+                    depths.append(_file(folder, "depth", depth_time(frame), png, "png"))
     _list(folder / "rgb.txt", "color images\n# timestamp filename", pictures)
     if depth:
         _list(folder / "depth.txt", f"depth maps, {DEPTH_SCALE:g} a metre\n# timestamp filename", depths)
+    truth = [_row(time, pose.as_array()) for time, pose in _poses(recorded, robot, camera, stamps).items()]
     # A log without any has no such file, as programs that read the format expect.
     if truth:
         _list(folder / "groundtruth.txt", "ground truth trajectory\n# timestamp tx ty tz qx qy qz qw", truth)
@@ -90,6 +91,19 @@ def _write(recorded: RecordedRobots, robot: str, camera: str, folder: Path) -> N
     assert intrinsics is not None, "it is a camera"
     rate = recorded.infos[robot].sensors[camera].rate_hz
     (folder / "camera.yaml").write_text(_calibration(intrinsics, rate_hz=rate))
+
+
+def _poses(recorded: RecordedRobots, robot: str, camera: str, stamps: Sequence[float]) -> dict[float, Pose3]:
+    """Return the true poses of a camera's optical frame by time [s]: at each tick, and at pictures between ticks.
+
+    Pictures of a log may be between ticks, and programs look for a pose beside each. A camera on an arm has none there.
+    """
+    if camera in recorded.on_arms(robot):
+        placed = ((tick.moment, recorded.world_from_sensor(robot, camera, tick)) for tick in recorded.ticks(robot))
+        return {time: pose for time, pose in placed if pose is not None}
+    mounted = recorded.infos[robot].sensors[camera].robot_from_sensor
+    poses = recorded.truths(robot, stamps)
+    return {time: Pose3.from_matrix(pose.matrix() @ mounted) for time, pose in poses.items()}
 
 
 def _felt(tick: RecordedTick, imu: str | None) -> list[ImuReading]:

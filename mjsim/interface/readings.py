@@ -68,6 +68,8 @@ class CameraFrame:
     """Instance of each pixel, -1 for none, shape (height, width); None unless the camera gives it."""
     instances: tuple[str, ...] = ()
     """Names of the instances: 'beacon/NAME', 'obstacle/NAME', the name of a robot, 'wall', 'floor' and so on."""
+    depth_stamp: float | None = None
+    """When the depth was taken, if not with the picture: in a log of a camera with a separate depth sensor [s]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

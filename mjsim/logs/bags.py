@@ -300,7 +300,10 @@ class _Robot:
 
         def take(number: int) -> LoggedFrame:
             frame = pictures.take(number)
-            return frame if partner[number] < 0 else replace(frame, depth=depths.take(partner[number]))
+            other = partner[number]
+            if other < 0:
+                return frame
+            return replace(frame, depth=depths.take(other), depth_stamp=float(depths.stamps[other]))
 
         return Readings(pictures.stamps, take)
 

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.errors import RecordingError, UsageError
-from mjsim.geometry import Array, wrap_angles
+from mjsim.geometry import Array, places_at, wrap_angles
 from mjsim.logs.kinds import import_log
-from mjsim.logs.merge import places_at
 from mjsim.output import require_free
 from mjsim.record import Recording, Track, read_recording
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from mjsim.errors import LONGEST_MESSAGE, UsageError, WorldError
-from mjsim.geometry import Pose, Pose3
+from mjsim.geometry import Pose, Pose3, places_at, poses_at
 from mjsim.interface import PointCloud, Scan
-from mjsim.logs.merge import MotionNoise, places_at, poses_at
+from mjsim.logs.merge import MotionNoise
 from mjsim.logs.noise_file import UNBIASED, Bias, read_noise
 from mjsim.logs.robot_log import NO_ODOMETRY, RobotLog, write_robot_logs
 from mjsim.logs.ticks import cut, name_from

@@ -4,9 +4,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mjsim.geometry import Array, Pose, wrap_angles
+from mjsim.geometry import Array, Pose, places_at, wrap_angles
 from mjsim.interface import Odometry
 from mjsim.sim import arc_end, arc_end_slopes
 
@@ -134,45 +133,6 @@ def _least(way: float, turned: float, noise: MotionNoise) -> Array:
     return np.diag([pivot, noise.aside**2 * way + pivot, 0.0])
 
 
-def places_at(times: Array, track: Array, *, gap: float) -> Array:
-    """Return the poses of a robot at some times, NaN where the log has none.
-
-    Args:
-        times: Shape (K,) [s].
-        track: Rows of time [s], x, y [m] and heading [rad], in order of time.
-        gap: Maximum time between two rows to interpolate [s].
-
-    Returns:
-        (x, y, heading), shape (K, 3), interpolated linearly.
-    """
-    before, share, known = _between(times, track[:, 0], gap)
-    steps = track[before + 1, 1:] - track[before, 1:]
-    steps[:, 2] = wrap_angles(steps[:, 2])
-    places = track[before, 1:] + share[:, None] * steps
-    places[:, 2] = wrap_angles(places[:, 2])
-    return np.where(known[:, None], places, np.nan)
-
-
-def poses_at(times: Array, track: Array, *, gap: float) -> Array:
-    """Return the 3-D poses of a body at some times, NaN where the log has none.
-
-    Args:
-        times: Shape (K,) [s].
-        track: Rows of time [s], x, y, z [m] and unit quaternion x, y, z, w, in order of time, shape (N, 8).
-        gap: Maximum time between two rows to interpolate [s].
-
-    Returns:
-        (x, y, z, qx, qy, qz, qw), shape (K, 7), interpolated along the shorter rotation.
-    """
-    before, share, known = _between(times, track[:, 0], gap)
-    first, second = track[before, 1:], track[before + 1, 1:].copy()
-    # A quaternion and its negative are one rotation.
-    second[(first[:, 3:] * second[:, 3:]).sum(axis=1) < 0.0, 3:] *= -1.0
-    poses = first + share[:, None] * (second - first)
-    poses[:, 3:] /= np.linalg.norm(poses[:, 3:], axis=1, keepdims=True)
-    return np.where(known[:, None], poses, np.nan)
-
-
 def longest_gap(truth: Array | None) -> float:
     """Return the maximum time between two poses of the truth to interpolate [s].
 
@@ -181,20 +141,3 @@ def longest_gap(truth: Array | None) -> float:
     """
     steps = np.diff(truth[:, 0]) if truth is not None else np.zeros(0)
     return max(GAP, STEPS * float(np.median(steps))) if len(steps) else GAP
-
-
-def _between(times: Array, since: Array, gap: float) -> tuple[NDArray[np.intp], Array, NDArray[np.bool_]]:
-    """Return for each time the row before it, the weight of the next row, and whether the gap is short enough.
-
-    Args:
-        times: Shape (K,) [s].
-        since: Times of the rows, shape (N,), N at least 2 [s].
-        gap: Maximum time between two rows to interpolate [s].
-    """
-    # Of rows with equal times the last counts.
-    after = np.searchsorted(since, times, side="right").clip(1, len(since) - 1)
-    before = after - 1
-    length = since[after] - since[before]
-    inside = (times >= since[before]) & (times <= since[after])
-    share = np.where(length > 0.0, (times - since[before]) / np.where(length > 0.0, length, 1.0), 0.0)
-    return before, share, inside & (length <= gap)

@@ -28,9 +28,9 @@ from pathlib import Path
 import numpy as np
 
 from mjsim.errors import UsageError, did_you_mean
-from mjsim.geometry import Array
+from mjsim.geometry import Array, places_at
 from mjsim.interface import Sighting
-from mjsim.logs.merge import MotionNoise, places_at
+from mjsim.logs.merge import MotionNoise
 from mjsim.logs.noise_file import UNBIASED, Bias
 from mjsim.logs.robot_log import RobotLog, write_robot_logs
 from mjsim.logs.table import TIME, read_table, whole_numbers

@@ -23,7 +23,7 @@ from mjsim.interface import (
     WheelTicks,
 )
 from mjsim.logs.log import AHEAD, Log, Wishes, world_of
-from mjsim.logs.readings import kept
+from mjsim.logs.readings import at_stamps, kept
 from mjsim.logs.robot_log import RobotLog
 from mjsim.logs.ticks import write_ticks
 from mjsim.output import require_free
@@ -143,12 +143,12 @@ class _Observed:
 
 def _since(first: float, readings: Sequence[Timed]) -> tuple[Timed, ...]:
     """Return readings with stamps relative to a time [s]."""
-    return tuple(replace(each, stamp=each.stamp - first) for each in readings)
+    return tuple(at_stamps(each, lambda time: time - first) for each in readings)
 
 
 def _named_since(first: float, readings: Mapping[str, Timed]) -> dict[str, Timed]:
     """Return readings by sensor with stamps relative to a time [s]."""
-    return {name: replace(each, stamp=each.stamp - first) for name, each in readings.items()}
+    return {name: at_stamps(each, lambda time: time - first) for name, each in readings.items()}
 
 
 def _cameras(observations: Sequence[Observation], *, placed: bool) -> dict[str, LoggedCamera]:

@@ -1,13 +1,14 @@
 """Readings of one sensor of a log: all times are known, and each reading is loaded on request."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from dataclasses import dataclass, replace
+from typing import Any, Generic, Protocol, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array
+from mjsim.interface import CameraFrame
 
 TOGETHER = 0.02
 """Maximum time difference of depth and colour of one picture, as in the tools of TUM RGB-D [s]."""
@@ -41,6 +42,15 @@ class Readings(Generic[T]):
 def kept(readings: Sequence[T]) -> Readings[T]:
     """Return readings held in memory."""
     return Readings(np.array([each.stamp for each in readings], dtype=float), lambda number: readings[number])
+
+
+def at_stamps(reading: T, moved: Callable[[float], float]) -> T:
+    """Return a reading whose times were moved to another clock."""
+    stamps = {"stamp": moved(reading.stamp)}
+    if isinstance(reading, CameraFrame) and reading.depth_stamp is not None:
+        stamps["depth_stamp"] = moved(reading.depth_stamp)
+    changed: Any = replace(cast(Any, reading), **stamps)
+    return cast(T, changed)
 
 
 def rising(stamps: Array) -> NDArray[np.intp]:

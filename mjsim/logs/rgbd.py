@@ -72,7 +72,9 @@ def read_rgbd(path: Path) -> Log:
     def take(number: int) -> LoggedFrame:
         frame = frame_in(pictures[number], float(stamps[number]), intrinsics)
         other = partner[number]
-        return frame if other < 0 else replace(frame, depth=_depth(depths[other], intrinsics))
+        if other < 0:
+            return frame
+        return replace(frame, depth=_depth(depths[other], intrinsics), depth_stamp=float(depth_stamps[other]))
 
     poses = _truth(path, notes)
     robot = RobotLog(

@@ -11,11 +11,11 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mjsim.geometry import Array, Pose3
+from mjsim.geometry import Array, Pose3, places_at, poses_at
 from mjsim.interface import Command, ImuReading, Observation, Odometry, PointCloud, Scan, Sighting
-from mjsim.logs.merge import MotionNoise, motions, places_at, poses_at, track_motions, unknown_motion
+from mjsim.logs.merge import MotionNoise, motions, track_motions, unknown_motion
 from mjsim.logs.noise_file import UNBIASED, Bias, bias_note
-from mjsim.logs.readings import Readings
+from mjsim.logs.readings import Readings, at_stamps
 from mjsim.logs.ticks import write_ticks
 from mjsim.record import LoggedCamera, LoggedFrame, Recording
 from mjsim.world import World
@@ -26,7 +26,6 @@ LONGEST_WAIT = 2.0
 """Maximum time that a scan waits for its own tick; later scans are left out [s]."""
 NO_ODOMETRY = "none; the motion of each tick is unknown"
 """Entry of the metadata for a log without odometry."""
-Timed = TypeVar("Timed", Sighting, ImuReading)
 Taken = TypeVar("Taken", Scan, LoggedFrame, PointCloud)
 
 
@@ -237,12 +236,11 @@ class _Ticked:
         """Return the readings of a tick by sensor, with the times when they were taken, not after the tick [s]."""
         found = {name: sensors[name].take(rows[row]) for name, rows in ticks.items() if row in rows}
         told = row * self._dt
-        return {
-            name: replace(each, stamp=min(max(each.stamp - self._start, 0.0), told)) for name, each in found.items()
-        }
+        shifted = {name: self._shifted(each) for name, each in found.items()}
+        return {name: replace(each, stamp=min(max(each.stamp, 0.0), told)) for name, each in shifted.items()}
 
-    def _shifted(self, reading: Timed) -> Timed:
-        return replace(reading, stamp=reading.stamp - self._start)
+    def _shifted(self, reading: Any) -> Any:
+        return at_stamps(reading, lambda time: time - self._start)
 
     def _mean_twists(self) -> Array:
         """Return the mean twist of each tick, for a log without commands, shape (N, 3)."""

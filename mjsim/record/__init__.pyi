@@ -21,6 +21,7 @@ from .logged import logged_cameras as logged_cameras
 from .logged import with_logged_cameras as with_logged_cameras
 from .logged_frame import FORMS as FORMS
 from .logged_frame import LoggedFrame as LoggedFrame
+from .logged_frame import depth_values as depth_values
 from .logged_frame import filed_frame as filed_frame
 from .logged_frame import logged_frame as logged_frame
 from .logged_frame import require_size as require_size

@@ -72,8 +72,9 @@ def export_csv(recording: Recording, folder: str | Path, *, overwrite: bool = Fa
     `R_joints_ARM.csv`; and, unless they would be empty, `things.csv` (poses of doors, movers and movable things) and
     `events.csv` (events of the world).
 
-    Numbers are written so that they read back exactly; a missing value is an empty field. The table of landmarks
-    has a row for each landmark at each tick at which its mean or covariance changed.
+    `time` is that of the tick, `moment` when the robot was at these poses: in a log, at the scan or picture that came
+    with the tick. Numbers are written so that they read back exactly; a missing value is an empty field. The table of
+    landmarks has a row for each landmark at each tick at which its mean or covariance changed.
 
     Returns:
         The files written.
@@ -141,6 +142,7 @@ _TRACK_HEADER = [
     *_covariance_header("odometry", _POSE),
     *_covariance_header("estimate", _POSE),
     *("truth_z", "truth_roll", "truth_pitch"),
+    "moment",
 ]
 _LANDMARKS_HEADER = ["time", "name", "x", "y", *_covariance_header("landmark", ("x", "y"))]
 _SIGHTINGS_HEADER = [
@@ -168,6 +170,7 @@ def _track_rows(track: Track) -> Iterable[list[float | None]]:
         track.covariance.reshape(n, 9),
         track.truth_pose[:, 2:3],
         roll_and_pitch(track.truth_pose[:, 3:]),
+        track.moments.reshape(n, 1),
     )
     for row in np.concatenate(parts, axis=1).tolist():
         yield [None if value != value else value for value in row]
@@ -276,6 +279,7 @@ def _arrays_of_track(track: Track) -> dict[str, Any]:
     sightings = [(tick, seen) for tick, seens in enumerate(track.sightings) for seen in seens]
     innovations = [(tick, *item) for tick, items in enumerate(track.innovations) for item in items]
     return {
+        "moment": track.moments,
         "truth": track.truth,
         "truth_pose": track.truth_pose,
         "odometry": track.odometry,

@@ -113,6 +113,20 @@ def picture_of(data: bytes) -> tuple[bytes, str]:
     return picture, form
 
 
+def timestamp_of(data: bytes) -> int:
+    """Return the timestamp in a `foxglove.CompressedImage` or `RawImage` [ns].
+
+    Raises:
+        ValueError: It is not valid.
+    """
+    told = next((value for number, value, _ in parts_of(data) if number == 1), b"")
+    place, numbers = 0, {}
+    while place < len(told):
+        key, place = _varint(told, place)
+        numbers[key >> 3], place = _varint(told, place)
+    return numbers.get(1, 0) * 1_000_000_000 + numbers.get(2, 0)
+
+
 def parts_of(data: bytes) -> Iterator[tuple[int, bytes, bytes]]:
     """Yield number, value and complete bytes of each field of a Foxglove message.
 

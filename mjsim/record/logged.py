@@ -11,8 +11,9 @@ import numpy as np
 from mjsim.errors import RecordingError
 from mjsim.geometry import Array
 from mjsim.interface import CameraFrame, Intrinsics, Picture, RobotInfo
-from mjsim.record.file import RawMessage, picture_of, raw_messages
+from mjsim.record.file import RawMessage, picture_of, raw_messages, timestamp_of
 from mjsim.record.logged_frame import LoggedFrame, decode_picture, depth_of
+from mjsim.record.numbers import nanoseconds
 from mjsim.record.parse import FAULTS, reading, unfit
 from mjsim.record.recording import Recording
 
@@ -125,8 +126,10 @@ class LoggedPictures:
         with reading(found["image"], path=self._path):
             data, form = picture_of(found["image"].data)
             image: Picture = decode_picture(data)
-        depth = None
+        depth, taken = None, None
         if "depth" in found:
             with reading(found["depth"], path=self._path):
                 depth = depth_of(found["depth"].data, shape=(intrinsics.height, intrinsics.width))
-        return LoggedFrame(stamp, image, intrinsics, depth, encoded=data, form=form)
+                told = timestamp_of(found["depth"].data)
+            taken = None if told == nanoseconds(stamp) else told * 1e-9
+        return LoggedFrame(stamp, image, intrinsics, depth, depth_stamp=taken, encoded=data, form=form)

@@ -37,7 +37,14 @@ def logged_frame(frame: CameraFrame) -> LoggedFrame:
     if isinstance(frame, LoggedFrame):
         return frame
     _, data = cv2.imencode(".png", cv2.cvtColor(frame.image, cv2.COLOR_RGB2BGR), QUICK_PNG)
-    return LoggedFrame(frame.stamp, frame.image, frame.intrinsics, frame.depth, encoded=data.tobytes())
+    return LoggedFrame(
+        frame.stamp,
+        frame.image,
+        frame.intrinsics,
+        frame.depth,
+        depth_stamp=frame.depth_stamp,
+        encoded=data.tobytes(),
+    )
 
 
 def filed_frame(data: bytes, stamp: float, intrinsics: Intrinsics) -> LoggedFrame:
@@ -103,30 +110,36 @@ def kept_picture_message(frame: CameraFrame, frame_id: str) -> CompressedImage:
 
 
 def depth_message(frame: CameraFrame, frame_id: str) -> RawImage | None:
-    """Return the depth of a picture in millimetres, or in metres where a log's depth would lose precision.
-
-    Depth of a simulated camera can be rendered again without loss, like its pictures. In millimetres, 0 stands for no
-    depth, too near, and farther than 65.535 m.
-    """
+    """Return the depth of a picture, as in `depth_values`."""
     if frame.depth is None:
         return None
+    pixels = depth_values(frame)
+    height, width = pixels.shape
+    return RawImage(
+        timestamp=stamp(frame.stamp if frame.depth_stamp is None else frame.depth_stamp),
+        frame_id=frame_id,
+        width=width,
+        height=height,
+        encoding="16UC1" if pixels.dtype == np.uint16 else "32FC1",
+        step=width * pixels.itemsize,
+        data=pixels.tobytes(),
+    )
+
+
+def depth_values(frame: CameraFrame) -> NDArray[Any]:
+    """Return the depth of a picture that has one, in millimetres, or in metres where a log's would lose precision.
+
+    Depth of a simulated camera can be rendered again without loss, like its pictures.
+
+    Returns:
+        Shape (height, width): uint16 [mm], 0 for no depth, too near, and farther than 65.535 m; or float32 [m].
+    """
     metres = np.asarray(frame.depth, dtype=np.float32)
     counts = np.rint(metres * np.float32(MILLIMETRES))
     counts[~((counts > 0.0) & (counts < 1 << 16))] = 0.0
     pixels = counts.astype("<u2")
     exact = not isinstance(frame, LoggedFrame) or np.array_equal(_metres_of(pixels), metres)
-    if not exact:
-        pixels = metres.astype("<f4")
-    height, width = metres.shape
-    return RawImage(
-        timestamp=stamp(frame.stamp),
-        frame_id=frame_id,
-        width=width,
-        height=height,
-        encoding="16UC1" if exact else "32FC1",
-        step=width * pixels.itemsize,
-        data=pixels.tobytes(),
-    )
+    return pixels if exact else metres.astype("<f4")
 
 
 def depth_of(data: bytes, *, shape: tuple[int, int]) -> Array:

@@ -146,6 +146,7 @@ class Recorder:
                     for name, reading in getattr(tick.seen[robot], field).items()
                 ],
                 frames=frames,
+                moments=moments,
                 looks=tick.looks if tick.events else None,
                 closing=[
                     ("/timing", timing_message(tick, time.perf_counter() - self._began)),

@@ -8,18 +8,18 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mjsim.errors import UsageError, did_you_mean
-from mjsim.geometry import Array
+from mjsim.geometry import Array, places_at, poses_at
 from mjsim.interface import Observation, Picture, Shown, Sighting
 from mjsim.models import picture_size
-from mjsim.record.file import RawMessage, picture_of, raw_messages
+from mjsim.record.file import RawMessage, picture_of, raw_messages, timestamp_of
 from mjsim.record.joints import JointTrack
 from mjsim.record.logged_frame import decode_picture, depth_pixels
 from mjsim.record.mechanisms import SensorTrack
 from mjsim.record.messages import covariance_of, event_of, names_of, observation_of
-from mjsim.record.numbers import Message
+from mjsim.record.numbers import Message, nanoseconds
 from mjsim.record.parse import content_of, reading, value_of
 from mjsim.record.readings import CODECS
 from mjsim.record.tick import RobotEvent
@@ -87,6 +87,22 @@ class Track:
     def moments(self) -> Array:
         """When the robot was at the poses of each row, ascending, shape (N,) [s]."""
         return self.time if self.moment is None else self.moment
+
+    def truth_at(self, times: ArrayLike) -> Array:
+        """Return the true 3-D poses of the base at some times, such as the stamps of a camera, as in `truth_pose`.
+
+        Args:
+            times: Shape (K,) [s].
+
+        Returns:
+            Shape (K, 7), interpolated between two ticks; NaN where the truth is unknown.
+        """
+        track = np.column_stack([self.moments, self.truth_pose])
+        return poses_at(np.asarray(times, dtype=float), track, gap=np.inf)
+
+    def odometry_at(self, times: ArrayLike) -> Array:
+        """Return dead reckoning at some times, interpolated between two ticks; NaN outside, shape (K, 3)."""
+        return places_at(np.asarray(times, dtype=float), np.column_stack([self.moments, self.odometry]), gap=np.inf)
 
     def at(self, rows: NDArray[np.intp]) -> "Track":
         """Return the track at some rows; events and the final trajectory are kept completely."""
@@ -248,7 +264,7 @@ class Recording:
             yield stamp, picture
 
     def depths(self, robot: str, camera: str) -> Iterator[tuple[float, NDArray[Any]]]:
-        """Yield stamp [s] and depth, shape (height, width), of each picture of a camera that has depth.
+        """Yield the depth of each picture of a camera that has some: when it was taken [s], shape (height, width).
 
         Depth is uint16 in millimetres, 0 for none; or, if a log has finer or larger depth, float32 in metres, infinite
         for none. Depth of a run is rounded; `mjsim export --redraw` gives it as received by modules.
@@ -259,8 +275,8 @@ class Recording:
         """
         for message, stamp in self._taken(robot, camera, "depth"):
             with reading(message, path=self.path):
-                pixels = depth_pixels(message.data)
-            yield stamp, pixels
+                pixels, told = depth_pixels(message.data), timestamp_of(message.data)
+            yield stamp if told == nanoseconds(stamp) else told * 1e-9, pixels
 
     def observations(self, robot: str) -> Iterator[Observation]:
         """Yield the exact observations that a robot's modules received, without pictures.

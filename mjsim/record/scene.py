@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import cv2
 import numpy as np
@@ -85,12 +86,26 @@ def mount(outer: str, inner: str, outer_from_inner: Array) -> FixedFrame:
     return FixedFrame(outer, inner, Vector3(x=x, y=y, z=z), Quaternion(x=qx, y=qy, z=qz, w=qw))
 
 
-def frames_message(time: float, poses: Mapping[str, Pose | Pose3], mounts: Sequence[FixedFrame]) -> FrameTransforms:
-    """Return all frames at a simulated time [s]: those with a pose in the world, and those fixed in them."""
+def frames_message(
+    time: float,
+    poses: Mapping[str, Pose | Pose3],
+    mounts: Sequence[FixedFrame],
+    *,
+    moments: Mapping[str, float] = MappingProxyType({}),
+) -> FrameTransforms:
+    """Return all frames: those with a pose in the world, and those fixed in them.
+
+    Args:
+        time: Of the poses, simulated [s].
+        poses: By the name of the frame.
+        mounts: Frames fixed in these.
+        moments: Time of the frames 'ROBOT/...' by robot, if it is not that of the others [s].
+    """
+    stamps = {robot: stamp(moment) for robot, moment in moments.items()}
     now = stamp(time)
     moving = [
         FrameTransform(
-            timestamp=now,
+            timestamp=stamps.get(name.partition("/")[0], now),
             parent_frame_id="world",
             child_frame_id=name,
             translation=_translation(pose),
@@ -100,7 +115,7 @@ def frames_message(time: float, poses: Mapping[str, Pose | Pose3], mounts: Seque
     ]
     fixed = [
         FrameTransform(
-            timestamp=now,
+            timestamp=stamps.get(item.outer.partition("/")[0], now),
             parent_frame_id=item.outer,
             child_frame_id=item.inner,
             translation=item.translation,

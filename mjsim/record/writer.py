@@ -71,6 +71,8 @@ class Batch:
     """Readings that Foxglove draws."""
     frames: Mapping[str, Pose | Pose3] = field(default_factory=dict)
     """Frame -> pose in the world."""
+    moments: Mapping[str, float] = field(default_factory=dict)
+    """Robot -> when it was at its poses, if not at `time` [s]."""
     looks: Looks | None = None
     """Appearance of the world, if it has changed."""
     closing: Sequence[tuple[str, Message]] = ()
@@ -168,7 +170,8 @@ class Writer:
         if batch.looks is not None:
             self._map.log(looks_update(self._world, self._files, batch.looks, time=batch.time), log_time=log_time)
         if batch.frames:
-            self._frames.log(frames_message(batch.time, batch.frames, self._mounts), log_time=log_time)
+            frames = frames_message(batch.time, batch.frames, self._mounts, moments=batch.moments)
+            self._frames.log(frames, log_time=log_time)
         for topic, message in batch.closing:
             self._log(topic, message, log_time)
             self._whole_ticks = True

@@ -97,11 +97,12 @@ class RosRobot:
         image = messages.picture(frame.stamp, where, frame.image)
         yield Outgoing(self._camera_topic(camera, "image_raw", "sensor_msgs/msg/Image"), image)
         if frame.depth is not None:
-            yield self._depth(camera, frame.stamp, frame.depth)
+            taken = frame.stamp if frame.depth_stamp is None else frame.depth_stamp
+            yield self._depth(camera, taken, frame.depth)
         yield from self._calibration(camera, frame.stamp)
 
     def compressed(
-        self, camera: str, stamp: float, data: bytes, form: str, *, depth: NDArray[Any] | None
+        self, camera: str, stamp: float, data: bytes, form: str, *, depth: tuple[float, NDArray[Any]] | None
     ) -> Iterator[Outgoing]:
         """Yield a picture as recorded, its depth if there is any, and the calibration.
 
@@ -110,12 +111,13 @@ class RosRobot:
             stamp: Time of the picture [s].
             data: Contents of the picture's file.
             form: 'jpeg' or 'png'.
-            depth: Shape (height, width); whole millimetres as uint16, 0 for none, or metres as floats.
+            depth: When it was taken [s], and its pixels, shape (height, width): whole millimetres as uint16, 0 for
+                none, or metres as floats.
         """
         picture = messages.compressed_picture(stamp, self._frames.sensors[camera], data, form)
         yield Outgoing(self._camera_topic(camera, "image_raw/compressed", "sensor_msgs/msg/CompressedImage"), picture)
         if depth is not None:
-            yield self._depth(camera, stamp, depth)
+            yield self._depth(camera, *depth)
         yield from self._calibration(camera, stamp)
 
     def _depth(self, camera: str, stamp: float, depth: NDArray[Any]) -> Outgoing:

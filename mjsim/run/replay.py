@@ -180,7 +180,7 @@ class _Again:
             self._decide(message)
         elif topic == "/tf" and self._order is not None:
             pose = self._order.estimate.pose
-            self._copy.keep(message, data=with_frame(message.data, f"{robot}/estimate", self._now, pose))
+            self._copy.keep(message, data=with_frame(message.data, f"{robot}/estimate", self._moment, pose))
         elif topic == "/timing":
             self._copy.keep(message, data=self._timing())
         else:
@@ -193,6 +193,11 @@ class _Again:
     @property
     def _now(self) -> float:
         return float(self._run.time[self._row])
+
+    @property
+    def _moment(self) -> float:
+        """When the robot was at its poses of this tick [s]."""
+        return float(self._run.robots[self._robot].moments[self._row])
 
     def _is_of_no_whole_tick(self, message: RawMessage) -> bool:
         """Return whether a message belongs to an incomplete last tick of a truncated file; events need no tick."""

@@ -11,9 +11,9 @@ import pytest
 import mjsim
 from mjsim.algorithms.ekf_slam import EkfSlam
 from mjsim.errors import UsageError
-from mjsim.geometry import Pose, wrap_angle, wrap_angles
+from mjsim.geometry import Pose, places_at, wrap_angle, wrap_angles
 from mjsim.logs.antenna import car_poses
-from mjsim.logs.merge import MotionNoise, motions, places_at
+from mjsim.logs.merge import MotionNoise, motions
 from mjsim.report import statistics
 from tests.real_logs import (
     CAR,
