@@ -178,6 +178,20 @@ class Bag:
             linear_acceleration_covariance=nothing,
         )
 
+    def fix(self, header: Any, place: tuple[float, float, float], *, status: int = 0, deviation: float | None) -> Any:
+        """Return the fix of a receiver: latitude, longitude [deg] and altitude [m]; -1 is no fix."""
+        told = self.make("sensor_msgs/NavSatStatus", status=status, service=1)
+        return self.make(
+            "sensor_msgs/NavSatFix",
+            header=header,
+            status=told,
+            latitude=place[0],
+            longitude=place[1],
+            altitude=place[2],
+            position_covariance=(np.eye(3) * (deviation or 0.0) ** 2).ravel(),
+            position_covariance_type=0 if deviation is None else 2,
+        )
+
 
 @contextmanager
 def new_bag(path: Path, form: str = "mcap") -> Iterator[Bag]:

@@ -13,8 +13,8 @@ AROUND = 20.0
 """The heading at a fix is fitted to the fixes within this time before and after it [s]."""
 SCATTER = 0.5
 """Scale of the Cauchy weights: fixes farther than this from the fitted path count less [m]."""
-FARTHEST = 2.0
-"""A fix farther than this from the fitted path is left out as a jump of the receiver [m]."""
+FARTHEST = 4.0
+"""A fix farther than this many scales from the fitted path is left out as a jump of the receiver [1]."""
 SHORTEST = 2.0
 """Fixes all closer than this to their centre give no heading [m]."""
 ROUNDS = 8
@@ -31,7 +31,9 @@ class CarPoses:
     """Number of fixes left out because they disagree with their neighbours."""
 
 
-def car_poses(fixes: Array, steps: Sequence[Odometry], antenna: tuple[float, float]) -> CarPoses:
+def car_poses(
+    fixes: Array, steps: Sequence[Odometry], antenna: tuple[float, float], *, scatter: float = SCATTER
+) -> CarPoses:
     """Return the poses of a car at fixes of its antenna.
 
     The path of the antenna by odometry is fitted to the fixes around each one. So the heading is also right when the
@@ -41,6 +43,7 @@ def car_poses(fixes: Array, steps: Sequence[Odometry], antenna: tuple[float, flo
         fixes: Rows of time [s], x and y [m].
         steps: Odometry of the robot's origin from each fix to the next.
         antenna: Position of the antenna, ahead of the robot's origin and to its left [m].
+        scatter: Scale of the Cauchy weights; of the order of the fixes' standard deviation [m].
 
     References:
         Holland, Welsch, Robust regression using iteratively reweighted least squares, Communications in Statistics
@@ -53,22 +56,23 @@ def car_poses(fixes: Array, steps: Sequence[Odometry], antenna: tuple[float, flo
     told = np.concatenate([[0.0], np.cumsum(ahead)]) + arm * np.exp(1j * heading)
     first = np.searchsorted(times, times - AROUND)
     last = np.searchsorted(times, times + AROUND, side="right")
-    laid = [_laid(told[a:b], seen[a:b], row - a) for row, (a, b) in enumerate(zip(first, last, strict=True))]
+    laid = [_laid(told[a:b], seen[a:b], row - a, scatter) for row, (a, b) in enumerate(zip(first, last, strict=True))]
     turn, off = np.array(laid).reshape(-1, 2).T
     heading = wrap_angles(heading + turn)
     origin = seen - arm * np.exp(1j * heading)
-    good = off <= FARTHEST
+    good = off <= FARTHEST * scatter
     rows = np.column_stack([times, origin.real, origin.imag, heading])[good]
-    return CarPoses(rows, int(np.count_nonzero(off > FARTHEST)))
+    return CarPoses(rows, int(np.count_nonzero(off > FARTHEST * scatter)))
 
 
-def _laid(told: NDArray[np.complex128], seen: NDArray[np.complex128], row: int) -> tuple[float, float]:
+def _laid(told: NDArray[np.complex128], seen: NDArray[np.complex128], row: int, scatter: float) -> tuple[float, float]:
     """Return the rotation that fits places by odometry to those seen [rad], and the residual of one.
 
     Args:
         told: Places by odometry, shape (n,), x + iy [m].
         seen: Places by GPS, shape (n,), x + iy [m].
         row: Index of the one.
+        scatter: Scale of the weights [m].
 
     Returns:
         Angle and distance; NaN if the places are too close together.
@@ -79,6 +83,6 @@ def _laid(told: NDArray[np.complex128], seen: NDArray[np.complex128], row: int) 
         a, b = told - weight @ told, seen - weight @ seen
         turn = float(np.angle((weight * np.conj(a)) @ b))
         off = np.abs(np.exp(1j * turn) * a - b)
-        weight = 1.0 / (1.0 + (off / SCATTER) ** 2)
+        weight = 1.0 / (1.0 + (off / scatter) ** 2)
     clear = np.abs(told - told.mean()).max() >= SHORTEST
     return (turn, float(off[row])) if clear else (np.nan, np.nan)

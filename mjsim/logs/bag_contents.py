@@ -17,6 +17,7 @@ from mjsim.logs.bag_clocks import Clocks
 from mjsim.logs.bag_clouds import end_of
 from mjsim.logs.bag_file import Bag, RosMessage
 from mjsim.logs.bag_frames import BASES, FrameTree, frame_name, matrix_of
+from mjsim.logs.bag_gps import Fix, fix_of
 from mjsim.logs.bag_messages import imu_of, pose_of, scan_of, twist_of
 from mjsim.logs.bag_pictures import is_depth, size_of
 from mjsim.logs.bag_topics import INFO, TRANSFORMS, TWISTS, RobotTopics, told_by
@@ -132,6 +133,8 @@ class Contents:
         """Robot as in `_frames`, and its frame -> poses of that frame in the odometry frame, from /tf."""
         self.imus: dict[str, list[ImuReading]] = {}
         self.imu_frames: dict[str, str] = {}
+        self.fixes: dict[str, list[Fix]] = {}
+        self.fix_frames: dict[str, str] = {}
         self.infos: dict[str, Any] = {}
         self.left_out: Counter[str] = Counter()
         self._unstamped: set[str] = set()
@@ -169,6 +172,8 @@ class Contents:
                 roles[topic] = self._take_twist if self._bag.types[topic] in TWISTS else self._take_pose
             if robot.command is not None:
                 roles[robot.command] = self._take_twist
+            if robot.gps is not None:
+                roles[robot.gps] = self._take_fix
             roles |= dict.fromkeys(robot.cloud.values(), self._take_cloud)
             roles |= dict.fromkeys(robot.scan.values(), self._take_scan)
             roles |= dict.fromkeys(robot.camera.values(), self._take_picture)
@@ -230,6 +235,11 @@ class Contents:
         reading = imu_of(told, self._stamp(message))
         self.imus.setdefault(message.topic, []).append(reading)
 
+    def _take_fix(self, message: RosMessage) -> None:
+        told = self._bag.decode(message)
+        self.fix_frames.setdefault(message.topic, frame_name(told.header.frame_id))
+        self.fixes.setdefault(message.topic, []).append(fix_of(told, self._stamp(message)))
+
     def _take_scan(self, message: RosMessage) -> None:
         self.streams.setdefault(message.topic, Stream()).spread = BEAMS_SPREAD
         self._take_streamed(message, lambda told: (len(scan_of(told, 0.0, upside_down=False).ranges),))
@@ -263,6 +273,7 @@ class Contents:
         columns += [np.array([row[0] for row in moves.rows]) for moves in self.carried.values()]
         columns += [np.array([row[0] for row in (*moves.rows, *moves.twists)]) for moves in self.moves.values()]
         columns += [np.array([reading.stamp for reading in readings]) for readings in self.imus.values()]
+        columns += [np.array([fix.time for fix in fixes]) for fixes in self.fixes.values()]
         if not any(map(len, columns)):
             return
         middle, most = float(np.median(np.concatenate(columns))), LATEST * length + SLACK
@@ -279,6 +290,9 @@ class Contents:
         for topic, readings in self.imus.items():
             self.imus[topic] = [each for each in readings if abs(each.stamp - middle) <= most]
             self.left_out[topic] += len(readings) - len(self.imus[topic])
+        for topic, fixes in self.fixes.items():
+            self.fixes[topic] = sorted((f for f in fixes if abs(f.time - middle) <= most), key=lambda fix: fix.time)
+            self.left_out[topic] += len(fixes) - len(self.fixes[topic])
 
 
 def times_of(streams: Mapping[str, Stream]) -> dict[str, NDArray[np.int64]]:

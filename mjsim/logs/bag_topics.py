@@ -20,13 +20,14 @@ TYPES = {
     "camera": PICTURES,
     "imu": ("sensor_msgs/msg/Imu",),
     "command": COMMANDS,
+    "gps": ("sensor_msgs/msg/NavSatFix",),
 }
 """Kind of data, as in `--topic` -> types of ROS that it can be read from."""
 UNASKED = {**TYPES, "odometry": (ODOMETRY,)}
 """The same for topics that the user did not name: other velocities and poses may be anything."""
 NAMELESS = "robot"
 """Name of a robot without a namespace."""
-SINGLE = ("odometry", "truth", "command")
+SINGLE = ("odometry", "truth", "command", "gps")
 """Kinds of data that are read from a single topic of a robot."""
 SENSED = (*TYPES["scan"], *TYPES["cloud"], *PICTURES, *TYPES["imu"])
 INFO = "sensor_msgs/msg/CameraInfo"
@@ -57,10 +58,12 @@ class RobotTopics:
     imu: Mapping[str, str] = field(default_factory=dict)
     cloud: Mapping[str, str] = field(default_factory=dict)
     command: str | None = None
+    gps: str | None = None
+    """Fixes that are the truth."""
 
     def all(self) -> list[str]:
         """Return every topic that is read."""
-        single = [topic for topic in (self.odometry, self.truth, self.command) if topic is not None]
+        single = [topic for topic in (self.odometry, self.truth, self.command, self.gps) if topic is not None]
         sensors = (self.scan, self.camera, self.imu, self.cloud)
         return [*single, *(topic for topics in sensors for topic in topics.values())]
 
@@ -151,11 +154,15 @@ def _robot(
     }
     # Other topics of velocities may hold anything.
     orders = [topic for topic in of("command") if topic in asked.get("command", ()) or topic.endswith("cmd_vel")]
+    fixes = of("gps")
+    if "gps" in asked and "truth" not in asked:
+        truths = []
     return RobotTopics(
         name=name,
         space=_plain(space),
         odometry=_one("odometry", moved),
         truth=_one("truth", truths),
+        gps=fixes[0] if len(fixes) == 1 and not truths else None,
         command=orders[0] if len(orders) == 1 else None,
         **named,
     )

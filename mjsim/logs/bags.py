@@ -23,10 +23,12 @@ from mjsim.logs.bag_clouds import cloud_of
 from mjsim.logs.bag_contents import Contents, Moves, Stream, times_of
 from mjsim.logs.bag_file import Bag, BagMessages, is_bag
 from mjsim.logs.bag_frames import frame_name
+from mjsim.logs.bag_gps import gps_poses
 from mjsim.logs.bag_messages import UPSIDE_DOWN, assumed_intrinsics, intrinsics_of, scan_of
 from mjsim.logs.bag_pictures import depth_of, frame_of, shown_depth
 from mjsim.logs.bag_topics import INFO, TRANSFORMS, RobotTopics, plain_topic, robots_of
 from mjsim.logs.log import AHEAD, Log, Mount, Wishes
+from mjsim.logs.merge import longest_gap, track_of
 from mjsim.logs.readings import TOGETHER, Readings, partners
 from mjsim.logs.robot_log import NO_ODOMETRY, RobotLog
 from mjsim.record import LoggedCamera, LoggedFrame, logged_frame
@@ -114,15 +116,18 @@ class _Robot:
         cameras, frames = self._cameras()
         clouds, tops = self._clouds()
         readings, places = self._imu()
+        twists = self._twists()
+        gps = self._gps(self._track if self._track is not None or not len(twists) else track_of(twists))
         robot = RobotLog(
-            twists=self._twists(),
+            twists=twists,
             track=self._track,
             scans=scans,
             clouds=clouds,
             cameras=frames,
             imu=readings,
+            truth=gps,
             poses=self._truth(),
-            gap=GAP,
+            gap=GAP if gps is None else longest_gap(gps),
         )
         return Log(
             kind="bag of ROS 2" if self._bag.is_ros2 else "bag of ROS 1",
@@ -181,6 +186,25 @@ class _Robot:
         for row in table:
             row[1:] = Pose3.from_matrix(Pose3(*row[1:].tolist()).matrix() @ child_from_base).as_array()
         return table
+
+    def _gps(self, track: Array | None) -> Array | None:
+        """Return the true poses of the robot's frame by a satellite receiver and odometry, as in `RobotLog.truth`."""
+        topic = self._topics.gps
+        fixes = self._contents.fixes.get(topic or "")
+        if topic is None or not fixes:
+            return None
+        if track is None or not np.ptp(track[:, 1:], axis=0).any():
+            self._notes["truth"] = f"none; without odometry the heading at {len(fixes)} fixes of {topic} is unknown"
+            return None
+        antenna = self._place("the antenna", self._contents.fix_frames[topic])
+        x, y = (0.0, 0.0) if antenna is None else antenna[:2, 3].tolist()
+        found = gps_poses(fixes, track, (x, y))
+        if len(found.rows) < 2:
+            self._notes["truth"] = f"none; {len(fixes)} fixes of {topic} are too close together to give a heading"
+            return None
+        self._notes["truth"] = f"{len(found.rows)} fixes of topic {topic}; {found.about}"
+        self._notes["fixes left out that had jumped"] = str(found.jumped)
+        return found.rows
 
     def _place(self, name: str, frame: str) -> Array | None:
         """Return robot_from_sensor from the frames of the bag, shape (4, 4) [m]; None if they do not contain it."""
