@@ -8,7 +8,7 @@ from mjsim.bridge.bus import Bus, domain_id
 from mjsim.bridge.services import offer
 from mjsim.closing import Closes
 from mjsim.errors import UsageError
-from mjsim.interface import Command, RobotInfo
+from mjsim.interface import Command, JointState, RobotInfo
 from mjsim.output import NewFile
 from mjsim.record import Order, Tick
 from mjsim.ros import COMMANDS, MAP, Outgoing, RosTick, RosTopic, RosWorld, grid_map
@@ -128,7 +128,11 @@ class Bridge(Closes):
             name: _robot_tick(tick, name, tick.orders.get(name), estimated=name in self._estimates)
             for name in self._ros.robots
         }
-        for each in self._ros.messages(tick.time, ticks):
+        joints = {
+            name: (motion.names, JointState(tick.time, motion.positions, motion.velocities, motion.torques))
+            for name, motion in tick.joints.items()
+        }
+        for each in self._ros.messages(tick.time, ticks, joints):
             self._bus.send(each)
 
     # Services run in the bus's thread.

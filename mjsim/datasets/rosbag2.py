@@ -6,12 +6,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
 from mjsim.datasets.place import new_folders
 from mjsim.datasets.recorded_robots import RecordedRobots, RecordedTick, planar_pose
 from mjsim.errors import UsageError
+from mjsim.interface import JointState
 from mjsim.record import Recording
 from mjsim.ros import MAP, Outgoing, Qos, RosTick, RosTopic, RosWorld, bytes_of, grid_map, nanoseconds, typestore
 from mjsim.world import grid_of
@@ -98,8 +100,8 @@ def _write(recorded: RecordedRobots, folder: Path, storage: Storage, *, redraw: 
         bag.put(ros.fixed(), 0.0)
         if (known := _map(recorded)) is not None:
             bag.put(known, 0.0)
-        for time, ticks, pictures in _ticks(recorded):
-            for each in ros.messages(time, ticks):
+        for row, (time, ticks, pictures) in enumerate(_ticks(recorded)):
+            for each in ros.messages(time, ticks, _joints(recorded.recording, row, time)):
                 bag.put(each, time)
             for robot, camera, stamp in pictures:
                 named = ros.robots[robot]
@@ -111,6 +113,15 @@ def _write(recorded: RecordedRobots, folder: Path, storage: Storage, *, redraw: 
                     found = named.compressed(camera, stamp, data, form, depth=recorded.depth(robot, camera, stamp))
                 for each in found:
                     bag.put(each, time)
+
+
+def _joints(recording: Recording, row: int, time: float) -> dict[str, tuple[tuple[str, ...], JointState]]:
+    """Return names and states of the joints of each arm and mechanism at a tick; none where they were not recorded."""
+    return {
+        name: (track.names, JointState(time, track.positions[row], track.velocities[row], track.torques[row]))
+        for name, track in recording.joints.items()
+        if np.isfinite(track.positions[row]).all()
+    }
 
 
 def _map(recorded: RecordedRobots) -> Outgoing | None:

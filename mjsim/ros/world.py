@@ -1,18 +1,18 @@
 """A world in ROS 2: the messages at its start, and those of each tick."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from mjsim.geometry import Pose3
-from mjsim.interface import RobotInfo
+from mjsim.interface import JointState, RobotInfo
 from mjsim.ros import messages
 from mjsim.ros.names import plain_names
 from mjsim.ros.robot import RosRobot, RosTick
-from mjsim.ros.topics import CLOCK, TF, TF_STATIC, Outgoing
+from mjsim.ros.topics import CLOCK, TF, TF_STATIC, Outgoing, RosTopic
 from mjsim.world import World
 
 
 class RosWorld:
-    """All robots of a world, and their common topics."""
+    """All robots and mechanisms of a world, and their common topics."""
 
     def __init__(self, world: World, infos: Mapping[str, RobotInfo]) -> None:
         """Name everything.
@@ -22,10 +22,12 @@ class RosWorld:
             infos: Data sheet of each robot.
 
         Raises:
-            UsageError: Two robots, or two sensors of one, would have the same name in ROS; or rosbags is not installed.
+            UsageError: Two robots or mechanisms, or two sensors of a robot, would have the same name in ROS; or rosbags
+                is not installed.
         """
         messages.typestore()
-        plain = plain_names((robot.name for robot in world.robots), of="robots")
+        owners = [robot.name for robot in world.robots], [each.name for each in world.mechanisms]
+        plain = plain_names([*owners[0], *owners[1]], of="robots and mechanisms" if owners[1] else "robots")
         several = len(world.robots) > 1
         self.robots = {
             robot.name: RosRobot(
@@ -37,14 +39,26 @@ class RosWorld:
             for robot in world.robots
         }
         """By their names in the world."""
+        self._joint_topics = {
+            name: RosTopic(f"/{plain[name]}/joint_states", "sensor_msgs/msg/JointState") for name in owners[1]
+        }
+        """Of mechanisms, by their names in the world."""
 
     def fixed(self) -> Outgoing:
         """Return the frames that never move."""
         poses = {frames: pose for robot in self.robots.values() for frames, pose in robot.fixed().items()}
         return Outgoing(TF_STATIC, messages.transforms(0.0, poses))
 
-    def messages(self, time: float, ticks: Mapping[str, RosTick]) -> Iterator[Outgoing]:
-        """Yield all messages of a tick [s], of each robot by its name in the world; the clock comes first."""
+    def messages(
+        self, time: float, ticks: Mapping[str, RosTick], joints: Mapping[str, tuple[Sequence[str], JointState]]
+    ) -> Iterator[Outgoing]:
+        """Yield all messages of a tick; the clock comes first.
+
+        Args:
+            time: Of the tick [s].
+            ticks: By the name of the robot in the world.
+            joints: Names and true states of joints, by the name of the mechanism; others are ignored.
+        """
         yield Outgoing(CLOCK, messages.clock(time))
         moving: dict[float, dict[tuple[str, str], Pose3]] = {}
         for name, tick in ticks.items():
@@ -54,3 +68,6 @@ class RosWorld:
                 yield Outgoing(TF, messages.transforms(moment, poses))
         for name, tick in ticks.items():
             yield from self.robots[name].messages(tick)
+        for name, topic in self._joint_topics.items():
+            if name in joints:
+                yield Outgoing(topic, messages.joint_state(*joints[name]))

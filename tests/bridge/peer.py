@@ -38,6 +38,7 @@ TOPICS = {
     "/scout/front/image_raw": "sensor_msgs/msg/Image",
     "/scout/front/depth/image_raw": "sensor_msgs/msg/Image",
     "/scout/front/camera_info": "sensor_msgs/msg/CameraInfo",
+    "/crank/joint_states": "sensor_msgs/msg/JointState",
 }
 LATCHED = {"/tf_static", "/map"}
 

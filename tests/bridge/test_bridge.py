@@ -30,6 +30,12 @@ robots:
       - {imu: imu, rate_hz: 50}
       - {camera: front, at: [0.1, 0, 0.5], width: 32, height: 24, rate_hz: 5, depth: true}
       - {beacons: ring, rate_hz: 5}
+mechanisms:
+  - name: crank
+    at: [5, 3.5]
+    elevation: 1
+    bodies: [{name: bar, rod: [0.3, 0.02]}]
+    joints: [{revolute: q, of: [ground, bar], axis: [0, 1, 0]}]
 run:
   rate_hz: 25
   seed: 4

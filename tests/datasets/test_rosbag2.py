@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 
+import mjsim
 from mjsim.datasets import export_rosbag2
 from mjsim.datasets.recorded_robots import RecordedRobots
 from mjsim.errors import UsageError
@@ -273,6 +274,24 @@ def test_pictures_drawn_again_are_raw_and_hold_depth(run: Recording, tmp_path: P
         metres = depth.data.view(np.float32).reshape(48, 64)
         assert stamp > 0 or metres[-1, 32] == pytest.approx(floor, rel=1e-3)  # later the robot nods
     assert (tmp_path / "raw" / "raw.db3").exists()
+
+
+@pytest.mark.slow
+def test_the_joints_of_mechanisms_are_those_of_the_recording(tmp_path: Path):
+    with mjsim.Simulation(mjsim.load_world("fourbar")) as sim:
+        run = mjsim.run(sim, seconds=0.4, record=tmp_path / "run.mcap")
+    bag = Bag(export_rosbag2(run, tmp_path / "bag"))
+    assert len(run.joints) == 2
+    for name, track in run.joints.items():
+        messages = bag.messages[f"/{name}/joint_states"]
+        assert [time for time, _ in messages] == [round(time * 1e9) for time in run.time.tolist()]
+        for row, (time, message) in enumerate(messages):
+            assert nanoseconds(message.header) == time
+            assert message.name == list(track.names)
+            np.testing.assert_array_equal(message.position, track.positions[row])
+            np.testing.assert_array_equal(message.velocity, track.velocities[row])
+            np.testing.assert_array_equal(message.effort, track.torques[row])
+    assert np.ptp(run.joints["fourbar"].positions, axis=0).min() > 0.0
 
 
 @pytest.mark.slow

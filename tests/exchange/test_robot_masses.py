@@ -1,5 +1,8 @@
 """Masses of robots from files whose links are weighed apart from their shapes."""
 
+from pathlib import Path
+from xml.etree import ElementTree
+
 import pytest
 
 import mjsim
@@ -7,6 +10,7 @@ from mjsim.exchange import RobotOptions, bring_robot
 from tests.exchange.bringing import brought
 from tests.exchange.odd_robots import joint, robot, tyre
 
+DATA = Path(__file__).parents[1] / "data" / "robots"
 pytestmark = pytest.mark.slow  # Each robot is driven to be measured.
 
 BARE = '<collision><geometry><box size="{size}"/></geometry></collision>'
@@ -38,6 +42,13 @@ def test_links_without_a_mass_that_are_fixed_to_one_with_a_mass_weigh_nothing(ma
     assert f"URDF of {7 + 2 * wheels:.3g} kg" in said
     assert kilograms == pytest.approx(7 + 2 * wheels, abs=1e-3)  # Links that weigh nothing have 1e-6 kg each.
     assert "imu" not in said
+
+
+def test_the_shipped_waffle_weighs_what_its_file_says():
+    file = DATA / "turtlebot3_description" / "urdf" / "turtlebot3_waffle.urdf"
+    told = sum(float(mass.get("value", "")) for mass in ElementTree.parse(file).iter("mass"))
+    model = mjsim.compile_world(mjsim.load_world("waffle")).compile()
+    assert float(model.body("scout/base").subtreemass[0]) == pytest.approx(told, abs=1e-4)
 
 
 def test_a_part_without_any_mass_weighs_what_its_shapes_do_and_is_named(tmp_path):
