@@ -108,6 +108,8 @@ class EkfSlam:
             frame: What stays in place when the filter learns late how its map is turned relative to the start: with
                 'map' the way and the map as reported so far, with 'start' the first pose.
         """
+        if jacobians not in ("standard", "first-estimates", "invariant"):
+            raise ValueError(f"jacobians is {jacobians!r}; it must be standard, first-estimates or invariant")
         if confirmations < 1:
             raise ValueError(f"confirmations is {confirmations}; it must be at least 1")
         if association not in ("known", *_ASSOCIATIONS):

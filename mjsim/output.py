@@ -151,10 +151,15 @@ def require_free(*paths: Path, overwrite: bool = False, source: Path | None = No
         paths: Destinations.
         overwrite: Whether regular files may be replaced.
         source: The recording that is being read; it is never replaced.
+
+    Raises:
+        UsageError: One may not be written, or a file is in place of its folder.
     """
     for path in paths:
         try:
             mode = path.stat().st_mode
+        except NotADirectoryError:
+            raise UsageError(f"'{_file_above(path)}' exists and is not a folder; name another one") from None
         except OSError:
             continue
         if source is not None and source.exists() and path.samefile(source):
@@ -165,6 +170,11 @@ def require_free(*paths: Path, overwrite: bool = False, source: Path | None = No
             raise UsageError(f"'{path}' is a device or a pipe; name a file")
         if not overwrite:
             raise UsageError(f"'{path}' exists; name another file, or add --overwrite (in Python: overwrite=True)")
+
+
+def _file_above(path: Path) -> Path:
+    """Return the first parent of a path that exists and is not a folder."""
+    return next(place for place in reversed(path.parents) if place.exists() and not place.is_dir())
 
 
 def free_path(path: Path, *, taken: Container[Path] = ()) -> Path:

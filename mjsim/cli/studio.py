@@ -83,6 +83,8 @@ def opened(world: str | None) -> tuple[Path, str | None]:
     path = world_path(world).resolve()
     if not path.is_file():
         raise UsageError(f"no file '{world}'; name a world file or a folder")
+    if path.suffix.lower() not in (".yaml", ".yml"):
+        raise UsageError(f"'{world}' is not a world file (.yaml); for a recording, open its folder and choose Review")
     # Never open a home folder: the studio searches everything below the folder.
     if path.is_relative_to(here) and here not in (Path.home(), Path(here.anchor)):
         return here, path.relative_to(here).as_posix()

@@ -73,7 +73,8 @@ def placed_design(plant: LinearPlant, poles: Sequence[complex]) -> Design:
     """
     _check_states(plant)
     if len(poles) != len(plant.A):
-        raise UsageError(f"{len(poles)} poles are given; plant has {len(plant.A)} states: {', '.join(plant.states)}")
+        states = ", ".join(plant.states)
+        raise UsageError(f"{len(poles)} poles are given; the plant has {len(plant.A)}, one for each of {states}")
     if not np.allclose(np.sort_complex(np.conj(poles)), np.sort_complex(np.array(poles))):
         raise UsageError("complex poles come in pairs, such as -2+1j and -2-1j")
     control = theory()

@@ -97,7 +97,7 @@ def read_noise(path: str | Path) -> MeasuredErrors:
         WorldError: It is wrong (the message has line and column).
         UsageError: It cannot be read.
     """
-    return read_described(Path(path), MeasuredErrors)
+    return read_described(Path(path), MeasuredErrors, what="a file written by `mjsim calibrate -o`")
 
 
 def bias_note(bias: Bias) -> Mapping[str, str]:

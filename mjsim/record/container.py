@@ -146,6 +146,10 @@ def _opened(path: Path) -> Iterator[tuple[IO[bytes], int]]:
     try:
         with path.open("rb") as stream:
             yield stream, path.stat().st_size
+    except (FileNotFoundError, NotADirectoryError):
+        raise UsageError(f"no file '{path}'; name a recording") from None
+    except IsADirectoryError:
+        raise UsageError(f"'{path}' is a folder; name a recording") from None
     except OSError as error:
         raise UsageError(f"cannot read '{path}': {error.strerror}") from None
 

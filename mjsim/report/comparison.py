@@ -178,7 +178,7 @@ def _require_once(runs: Sequence[RunFigures]) -> None:
     for run in runs:
         if (run.label, run.seed) in seen:
             raise UsageError(
-                f"'{run.label}' has seed {run.seed} twice; name each run once, what differs by labels of its own"
+                f"'{run.label}' has seed {run.seed} twice; name each run once, and give different variants own labels"
             )
         seen.add((run.label, run.seed))
 

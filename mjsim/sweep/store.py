@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from mjsim.errors import UsageError
+from mjsim.output import require_free
 from mjsim.sweep.bundle import Bundle
 from mjsim.sweep.plan import Job, SweepPlan
 from mjsim.sweep.worker import Outcome
@@ -46,6 +47,7 @@ class Store:
             UsageError: Another sweep is running there, or the folder cannot be created.
         """
         try:
+            require_free(self.folder / "sweep.json", overwrite=True)
             self.folder.mkdir(parents=True, exist_ok=True)
             place = os.open(self.folder, os.O_RDONLY)
         except OSError as error:

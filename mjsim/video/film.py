@@ -84,7 +84,7 @@ def make_video(
 def require_film_name(path: Path) -> None:
     """Raise UsageError if a file name does not have the suffix of a film."""
     if path.suffix.lower() not in (".mp4", ".m4v", ".mov"):
-        raise UsageError(f"cannot write a film as '{path.name}'; name it .mp4")
+        raise UsageError(f"cannot write a video as '{path.name}'; name it .mp4")
 
 
 def look_of(look: View, follow: str | None, sightings: bool | None, ellipses: bool | None, trails: bool | None) -> View:

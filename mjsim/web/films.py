@@ -74,7 +74,7 @@ class Films:
                 self._finish(name, error="the studio was closed")
             except BaseException as error:
                 # A bug of mjsim; the page is informed as well.
-                self._finish(name, error=f"the film failed: {type(error).__name__}")
+                self._finish(name, error=f"the video failed: {type(error).__name__}")
                 raise
             else:
                 self._finish(name, path=shown)
@@ -90,7 +90,7 @@ class Films:
         """
         with self._lock:
             if name not in self._progress:
-                raise RefusedError(404, "no film of that name is being made; begin it again")
+                raise RefusedError(404, "no video of that name is being made; start it again")
             return self._progress[name]
 
     def files(self) -> set[Path]:

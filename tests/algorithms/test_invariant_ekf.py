@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
-from mjsim.algorithms.ekf_slam import EkfSlamFilter, InvariantEkfSlamFilter, bicycle_motion, odometry_motion
+from mjsim.algorithms.ekf_slam import EkfSlam, EkfSlamFilter, InvariantEkfSlamFilter, bicycle_motion, odometry_motion
 from mjsim.bench.consistency import ring_nees
 from mjsim.geometry import Array, wrap_angles
 from tests.algorithms.golden import DATA, golden, mean_error
@@ -113,3 +113,8 @@ def test_the_invariant_filter_is_consistent_on_a_loop():
     low, high = chi2.ppf([0.025, 0.975], 3 * runs) / runs
     average = np.mean([ring_nees(InvariantEkfSlamFilter(pose=(10.0, 0.0, np.pi / 2)), seed) for seed in range(runs)], 0)
     assert np.mean((average > low) & (average < high)) > 0.8
+
+
+def test_an_unknown_kind_of_jacobians_is_refused_with_all_there_are():
+    with pytest.raises(ValueError, match="jacobians is 'odd'; it must be standard, first-estimates or invariant"):
+        EkfSlam(jacobians="odd")  # type: ignore[arg-type]

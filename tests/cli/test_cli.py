@@ -132,7 +132,7 @@ def test_a_module_that_cannot_be_made_is_the_users_mistake(room, capsys):
     [
         (("--seconds", "0.01"), "seconds is 0.01; a run has at least one tick of 0.04 s"),
         (("-o", "/proc/none/run.mcap"), "cannot write '/proc/none/run.mcap': No such file or directory"),
-        (("--video", "film.avi"), "cannot write a film as 'film.avi'; name it .mp4"),
+        (("--video", "film.avi"), "cannot write a video as 'film.avi'; name it .mp4"),
     ],
 )
 def test_an_impossible_run_is_an_error_before_it_starts(room, capsys, words, complaint):

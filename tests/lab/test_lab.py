@@ -137,7 +137,7 @@ def test_a_lead_gives_the_phase_margin_at_the_crossover(lag):
             "the plant is not stable; take another rule of --pid, or --place",
         ),
         (lambda: pid_design(linear("double"), "ziegler-nichols"), "no gain makes this plant oscillate; take"),
-        (lambda: placed_design(linear(), [-1, -2]), "2 poles are given; plant has 3 states: x1, x2, x3"),
+        (lambda: placed_design(linear(), [-1, -2]), "2 poles are given; the plant has 3, one for each of x1, x2, x3"),
         (
             lambda: placed_design(linear("double"), [-1 + 1j, -2]),
             "complex poles come in pairs, such as -2+1j and -2-1j",

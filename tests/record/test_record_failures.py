@@ -90,9 +90,9 @@ def test_a_file_that_is_not_a_recording_is_a_one_line_error(tmp_path: Path, cont
 
 
 def test_a_missing_file_a_folder_and_a_foreign_mcap_are_refused_in_one_line(tmp_path: Path):
-    with pytest.raises(UsageError, match=r"cannot read '.*none.mcap': No such file or directory"):
+    with pytest.raises(UsageError, match=r"no file '.*none.mcap'; name a recording"):
         read_recording(tmp_path / "none.mcap")
-    with pytest.raises(UsageError, match="Is a directory"):
+    with pytest.raises(UsageError, match="is a folder; name a recording"):
         read_recording(tmp_path)
     context = foxglove.Context()
     with foxglove.open_mcap(tmp_path / "foreign.mcap", context=context):
@@ -193,8 +193,10 @@ def test_a_disk_that_fills_ends_the_run_with_one_line_and_leaves_what_was_writte
 
 def test_a_place_where_nothing_can_be_written_is_refused_at_once(tmp_path: Path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(RecordingError, match=r"cannot write '.*run.mcap': "):
+    with pytest.raises(UsageError, match=r"'.*file' exists and is not a folder; name another one"):
         record(tmp_path / "file" / "run.mcap", [])
+    with pytest.raises(RecordingError, match=r"cannot write '/proc/none/run.mcap': "):
+        record(Path("/proc/none/run.mcap"), [])
 
 
 FULL_AT_ONCE = FULL.replace("(60_000, 60_000)", "(100, 100)")

@@ -232,7 +232,7 @@ def test_a_dropped_file_is_kept_only_if_it_is_a_recording(page, folder):
             *(400, "distance is 1e+308; it must be from -1000 to 1000"),
         ),
         ("/api/recording/statistics", {"path": RUN, "from": 1.01, "to": 1.02}, 400, "no tick is between"),
-        ("/api/job", {"id": "none"}, 404, "no film of that name"),
+        ("/api/job", {"id": "none"}, 404, "no video of that name"),
         ("/api/file", {"path": "secret.txt"}, 403, "is not in 'out'"),
         ("/api/file", {"path": "out/link.txt"}, 403, "is not in 'out'"),
         ("/api/file", {"path": "out/none.mp4"}, 404, "no file"),

@@ -93,9 +93,8 @@ def _import(name: str) -> ModuleType:
     except ModuleNotFoundError as error:
         if error.name is None or not f"{name}.".startswith(f"{error.name}."):
             raise  # One of its imports is missing.
-        raise UsageError(
-            f"no module '{error.name}', which 'use: {name}' needs; install it or correct the name"
-        ) from error
+        of = "" if error.name == name else f", which 'use: {name}' needs"
+        raise UsageError(f"no module '{error.name}'{of}; install it or correct the name") from error
 
 
 def _require_keys(use: Use, made: type) -> None:
@@ -104,6 +103,11 @@ def _require_keys(use: Use, made: type) -> None:
         signature = inspect.signature(made)
     except (TypeError, ValueError):
         return  # It is implemented in C, or its signature cannot be determined.
+    keys = signature.parameters
+    if all(key.kind is not key.VAR_KEYWORD for key in keys.values()):
+        for key in use.arguments():
+            if key not in keys:
+                raise UsageError(f"{made.__name__} takes no '{key}'{did_you_mean(key, keys)}")
     try:
         signature.bind(**use.arguments())
     except TypeError as error:

@@ -37,6 +37,8 @@ def world_path(place: str | Path) -> Path:
         return shipped[word]
     if Path(f"{word}.yaml").is_file():
         raise UsageError(f"no shipped world '{word}'; to name the file here, type '{word}.yaml'")
+    if Path(word).is_dir():
+        raise UsageError(f"no shipped world '{word}'; for a world in the folder, type '{word:.60}/WORLD.yaml'")
     raise UsageError(f"no shipped world '{word:.60}'{did_you_mean(word, shipped)}")
 
 

@@ -69,7 +69,10 @@ def arm_world(name: str | Path, end: str | None = None) -> World:
 
 
 def _from_file(path: Path) -> RobotArm:
-    node, problems = read_text(read_file(path), file=str(path))
+    text = read_file(path, what="a YAML file with `dh`, MJCF or URDF")
+    if not text.strip():
+        raise WorldError([Problem(str(path), 1, 1, "the file is empty; an arm has the key 'dh'")])
+    node, problems = read_text(text, file=str(path))
     if node is None or problems:
         raise WorldError(problems)
     keys = {"name": "arm", **node.value} if isinstance(node.value, dict) else node.value

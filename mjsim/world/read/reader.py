@@ -102,8 +102,12 @@ def load_checked(path: str | FilePath) -> World:
     return world
 
 
-def read_file(path: FilePath) -> str:
-    """Return the text of a world file.
+def read_file(path: FilePath, *, what: str = "a world file") -> str:
+    """Return the text of a file.
+
+    Args:
+        path: The file.
+        what: What the user should name if it is not a file.
 
     Raises:
         UsageError: The file does not exist.
@@ -114,14 +118,14 @@ def read_file(path: FilePath) -> str:
         with os.fdopen(os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)), "rb") as file:
             status = os.fstat(file.fileno())
             if not stat.S_ISREG(status.st_mode):
-                raise _refused(path, "this is not a file; name a world file")
+                raise _refused(path, f"this is not a file; name {what}")
             if status.st_size > MOST_BYTES:
                 raise _refused(path, too_large(status.st_size))
             data = file.read(MOST_BYTES + 1)
     except (FileNotFoundError, NotADirectoryError):
-        raise UsageError(f"no file '{path}'; name a world file") from None
+        raise UsageError(f"no file '{path}'; name {what}") from None
     except IsADirectoryError:
-        raise _refused(path, "this is a folder; name a world file") from None
+        raise _refused(path, f"this is a folder; name {what}") from None
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise _refused(path, f"the file cannot be read: {reason}") from None
