@@ -75,8 +75,10 @@ def export(
     read = read_recording(recording)
     for write, place in wanted:
         if place is not None:
-            write(read, place, overwrite=overwrite)
-            print(place)
+            made = write(read, place, overwrite=overwrite)
+            # A file of each robot has a name of its own; a folder is named instead of its files.
+            for path in made if isinstance(made, list) and not place.is_dir() else [place]:
+                print(path)
 
 
 def _data_sets(

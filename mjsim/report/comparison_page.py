@@ -71,7 +71,7 @@ def _verdicts(comparison: Comparison) -> str:
     """Return the table of significant differences."""
     rows = verdict_rows(comparison)
     if not rows:
-        return "<p>No figure is certain to be better in one than in another.</p>"
+        return "<p>No difference is significant.</p>"
     return html_table(("better", "than", "in", "by [interval]", "pairs"), rows, wide=True)
 
 

@@ -22,7 +22,7 @@ def comparison_lines(comparison: Comparison) -> list[str]:
         lines += [*_lines_of(groups), ""]
     lines += _verdict_lines(comparison)
     if comparison.differences and not comparison.verdicts:
-        lines.append("No figure is certain to be better in one than in another.")
+        lines.append("No difference is significant.")
     lines += [*(f"{told}." for told in comparison.consistency), *(f"Note: {told}." for told in comparison.remarks)]
     return lines
 

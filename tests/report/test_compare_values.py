@@ -119,7 +119,7 @@ def test_two_single_runs_cannot_decide_and_that_is_said():
     found = compare_tables([*runs("a", [0.1]), *runs("b", [0.5])])
     assert found.verdicts == ()
     assert any("a single pair cannot decide" in remark for remark in found.remarks)
-    assert "No figure is certain" in "\n".join(comparison_lines(found))
+    assert "No difference is significant." in "\n".join(comparison_lines(found))
 
 
 def test_few_pairs_cannot_decide_and_how_many_can_is_said():
