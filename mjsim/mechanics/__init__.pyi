@@ -14,6 +14,7 @@ from .linkage import Linkage as Linkage
 from .linkage import Placement as Placement
 from .linkage import Primitive as Primitive
 from .linkage import TreeJoint as TreeJoint
+from .linkage import left_jacobian as left_jacobian
 from .links import Link as Link
 from .loops import Apart as Apart
 from .loops import BodyPoint as BodyPoint
@@ -49,5 +50,6 @@ from .signals import TimeSignal as TimeSignal
 from .transforms import cross as cross
 from .transforms import inverted as inverted
 from .transforms import placed as placed
+from .transforms import rotation_of as rotation_of
 from .transforms import rotation_vector as rotation_vector
 from .transforms import rpy_of as rpy_of

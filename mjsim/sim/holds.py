@@ -7,6 +7,7 @@ References:
     Tan, Liu, Turk, Stable proportional-derivative controllers (2011), equations 8 to 10.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import mujoco
@@ -14,7 +15,8 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.sim.followers import Blend
-from mjsim.sim.mechanism_state import Places
+from mjsim.sim.grasps import Grasp, Rotation, grasp_of, yielding
+from mjsim.sim.mechanism_state import Places, placed_bodies
 from mjsim.world import Mechanism
 
 STRONGEST = 300.0
@@ -22,20 +24,29 @@ STRONGEST = 300.0
 STIFFNESS = 6000.0
 """Stiffness of a hand at the lever [N/m]."""
 SHORTEST = 0.1
-"""Minimum lever [m]; otherwise it is the distance of the body's farthest point from the axis."""
+"""Minimum lever [m]; otherwise it is the distance of the body's farthest point from the axis, or from a ball."""
+IMMOBILE = 1e-9
+"""A direction of a ball is immobile if a torque moves it less than the most mobile one by this factor."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Hold:
-    """One held joint."""
+    """One held joint: a value, or the three of a ball."""
 
-    place: int
-    """Index of its value in qpos."""
-    dof: int
+    grasp: Grasp
+    columns: tuple[int, ...]
+    """Of its values."""
     lever: float
     """[m]; 1 for a sliding joint."""
-    course: Blend
-    """Course of the hand."""
+    courses: tuple[Blend, ...]
+    """Course of the hand, of each value."""
+    goals: tuple[float, ...]
+    """Where the courses end [rad, m]."""
+
+    def course(self, time: float) -> tuple[Array, Array, Array]:
+        """Return the values of the hand at a time [s], their speeds and accelerations."""
+        values, speeds, changes = np.array([each.at(time) for each in self.courses]).T
+        return values, speeds, changes
 
 
 class Holds:
@@ -46,10 +57,11 @@ class Holds:
         self._model, self._mechanism, self._places = model, mechanism, places
         self._h = float(model.opt.timestep)
         self._held: dict[int, _Hold] = {}
-        """By column."""
-        self._pull = self._before = np.zeros(model.nv)
-        """Step number, and the forces on each degree of freedom of the world in it and in the previous step [N m, N].
-        """
+        """By the first column."""
+        self._pulls: dict[int, Array] = {}
+        """Forces of each on all degrees of freedom of the world in the last step, shape (nv,) [N m, N]."""
+        self._before = np.zeros(model.nv)
+        """Their sum in the step before."""
         self._step = -1
 
     def __bool__(self) -> bool:
@@ -59,31 +71,69 @@ class Holds:
     @property
     def pull(self) -> Array:
         """Force of the hand on each degree of freedom of the mechanism in the last step, shape (n,) [N m, N]."""
-        return np.asarray(self._pull[self._places.dofs])
+        return np.asarray(self._whole[self._places.dofs])
 
-    def lead(self, joint: str, goal: float | None, step: int, data: mujoco.MjData) -> None:
-        """Stop a joint, and move it to a value from a step on [rad, m]; None releases it.
+    @property
+    def _whole(self) -> Array:
+        return np.asarray(sum(self._pulls.values(), np.zeros(self._model.nv)))
 
-        A joint that is already held continues from the position of the hand at that time.
+    def lead(self, goals: Mapping[str, float | None], step: int, data: mujoco.MjData, scratch: mujoco.MjData) -> None:
+        """Stop joints, and move them to values from a step on [rad, m]; None releases one.
+
+        A joint that is already held continues from the position of the hand at that time. Of a ball, values that are
+        not named stay where they are.
+
+        Args:
+            goals: By the name of a value.
+            step: Number of the step.
+            data: State before the step.
+            scratch: A state for temporary use.
         """
-        column = self._mechanism.assembly.names.index(joint)
-        if goal is None:
-            self._held.pop(column, None)
-            self._pull = self._pull.copy()
-            self._pull[self._places.of(column)[1]] = 0.0
-            return
-        known, time = self._held.get(column), step * self._h
-        place, dof = self._places.of(column)
-        value, speed, change = float(data.qpos[place]), 0.0, 0.0
-        if known is not None:
-            value, speed, change = known.course.at(time)
-        course = Blend.to(goal, begin=time, value=value, speed=speed, change=change)
-        lever = self._lever(column) if known is None else known.lever
-        self._held[column] = _Hold(place=place, dof=dof, lever=lever, course=course)
+        wanted: dict[int, dict[int, float | None]] = {}
+        grasps = {}
+        for name, goal in goals.items():
+            grasp, columns = grasp_of(self._model, self._mechanism, self._places, name)
+            grasps[columns[0]] = grasp, columns
+            wanted.setdefault(columns[0], {})[self._mechanism.assembly.names.index(name)] = goal
+        placed_bodies(self._model, data, scratch)
+        for first, asked in wanted.items():
+            if None in asked.values():
+                self._held.pop(first, None)
+                self._pulls.pop(first, None)
+            else:
+                self._take(
+                    *grasps[first], {column: goal for column, goal in asked.items() if goal is not None}, step, scratch
+                )
+
+    def _take(
+        self, grasp: Grasp, columns: tuple[int, ...], asked: Mapping[int, float], step: int, data: mujoco.MjData
+    ) -> None:
+        known, time = self._held.get(columns[0]), step * self._h
+        if known is None:
+            values = grasp.now(data)
+            speeds = changes = np.zeros(grasp.size)
+            kept, lever = values, self._lever(columns)
+        else:
+            values, speeds, changes = known.course(time)
+            kept, lever = np.array(known.goals), known.lever
+        goals = np.array([asked.get(column, before) for column, before in zip(columns, kept.tolist(), strict=True)])
+        if isinstance(grasp, Rotation) and grasp.size == 1:
+            goals -= 2.0 * np.pi * np.round((goals - values) / (2.0 * np.pi))
+        begins = zip(goals.tolist(), values.tolist(), speeds.tolist(), changes.tolist(), strict=True)
+        courses = (
+            Blend.to(goal, begin=time, value=value, speed=speed, change=change) for goal, value, speed, change in begins
+        )
+        self._held[columns[0]] = _Hold(
+            grasp=grasp, columns=columns, lever=lever, courses=tuple(courses), goals=tuple(goals.tolist())
+        )
 
     def goals(self, step: int) -> dict[int, float]:
         """Return the goal of each held joint at a step, by column [rad, m]."""
-        return {column: hold.course.at(step * self._h)[0] for column, hold in self._held.items()}
+        return {
+            column: value
+            for hold in self._held.values()
+            for column, value in zip(hold.columns, hold.course(step * self._h)[0].tolist(), strict=True)
+        }
 
     def aim(self, data: mujoco.MjData, scratch: mujoco.MjData, step: int) -> None:
         """Set the forces of a step; a second call for the same step sets the same forces.
@@ -97,48 +147,58 @@ class Holds:
         if not held:
             return
         if step != self._step:
-            self._step, self._before = step, self._pull
-        dofs = [hold.dof for hold in held]
-        wanted = np.array([hold.course.at((step + 1) * self._h)[:2] for hold in held])
-        levers = np.array([hold.lever for hold in held])
-        yielding = self._yielding(data, scratch, dofs)
-        stiffness = STIFFNESS * levers**2
-        damping = 2.0 * np.sqrt(stiffness / np.diag(yielding))
-        speeds = data.qvel[dofs]
-        ahead = data.qpos[[hold.place for hold in held]] + self._h * speeds
-        pull = stiffness * (wanted[:, 0] - ahead) + damping * (wanted[:, 1] - speeds)
+            self._step, self._before = step, self._whole
+        placed_bodies(self._model, data, scratch)
+        slopes = np.concatenate([hold.grasp.slopes(scratch) for hold in held])
+        moved = yielding(self._model, scratch, slopes, self._places.equalities)
+        per_pull = moved @ slopes.T
+        speeds = slopes @ data.qvel
         # The other forces are estimated from the previous step: the acceleration that the hand does not account for.
-        others = data.qacc[dofs] - yielding @ self._before[dofs]
-        by_change = self._h * damping + self._h**2 * stiffness
-        pull = np.linalg.solve(np.eye(len(held)) + by_change[:, None] * yielding, pull - by_change * others)
-        self._pull = np.zeros(self._model.nv)
-        self._pull[dofs] = np.clip(pull, -STRONGEST * levers, STRONGEST * levers)
+        others = slopes @ data.qacc - moved @ self._before
+        pull, by_change = np.zeros(len(slopes)), np.zeros_like(per_pull)
+        parts, begin = list[slice](), 0
+        for hold in held:
+            parts.append(slice(begin, begin := begin + hold.grasp.size))
+            own, stiffness = parts[-1], STIFFNESS * hold.lever**2
+            damping = _damping(stiffness, per_pull[own, own])
+            goal, changes, _ = hold.course((step + 1) * self._h)
+            spring = stiffness * hold.grasp.missing(scratch, goal, speeds[own], self._h)
+            limited = _bounded(spring, STRONGEST * hold.lever)
+            # A hand at its limit waits: its spring does not grow, and its damper slows the joint down.
+            follows = limited is spring
+            growing = stiffness if follows else 0.0
+            ahead = hold.grasp.rates(goal, changes) if follows else np.zeros(hold.grasp.size)
+            pull[own] = limited + damping @ (ahead - speeds[own])
+            by_change[own, own] = self._h * damping + self._h**2 * growing * np.eye(hold.grasp.size)
+        pull = np.linalg.solve(np.eye(len(pull)) + by_change @ per_pull, pull - by_change @ others)
+        for (column, hold), own in zip(self._held.items(), parts, strict=True):
+            self._pulls[column] = slopes[own].T @ _bounded(pull[own], STRONGEST * hold.lever)
 
-    def _yielding(self, data: mujoco.MjData, scratch: mujoco.MjData, dofs: list[int]) -> Array:
-        """Return the accelerations of held joints per unit force on them, shape (held, held)."""
-        model = self._model
-        scratch.qpos[:] = data.qpos
-        mujoco.mj_kinematics(model, scratch)
-        mujoco.mj_comPos(model, scratch)
-        mujoco.mj_makeM(model, scratch)
-        mujoco.mj_factorM(model, scratch)
-        units, answers = np.eye(model.nv)[dofs], np.zeros((len(dofs), model.nv))
-        mujoco.mj_solveM(model, scratch, answers, units)
-        return answers[:, dofs]
-
-    def _lever(self, column: int) -> float:
-        """Return the distance of the farthest point of the carried body from the axis [m]; 1 for a slide."""
-        # Loads SciPy, which a world without held joints does not need.
-        from mjsim.world import carried_body
-
-        found = self._mechanism.assembly
+    def _lever(self, columns: tuple[int, ...]) -> float:
+        """Return the distance of the farthest point of the moved body from the axis or the ball [m]; 1 for a slide."""
+        found, column = self._mechanism.assembly, columns[0]
         if found.slides[column]:
             return 1.0
-        joint = next(each for each in self._mechanism.joints if column in found.columns[each.name])
-        placed, number = found.linkage.place(found.start), carried_body(found, joint)
+        joint = next(each.name for each in self._mechanism.joints if column in found.columns[each.name])
+        placed, number = found.linkage.place(found.start), found.moved_body(joint)
         own = next((body for body in self._mechanism.bodies if body.name == found.bodies[number]), None)
         if own is None:
             return SHORTEST
         pose = placed.poses[number]
         away = own.hull()[0] @ pose[:3, :3].T + pose[:3, 3] - placed.anchors[column]
-        return max(float(np.linalg.norm(np.cross(away, placed.axes[column]), axis=1).max()), SHORTEST)
+        if len(columns) == 1:
+            away = np.cross(away, placed.axes[column])
+        return max(float(np.linalg.norm(away, axis=1).max()), SHORTEST)
+
+
+def _damping(stiffness: float, per_pull: Array) -> Array:
+    """Return the critical damping of a spring, shape (n, n), for the acceleration per unit pull, of that shape."""
+    mobility, ways = np.linalg.eigh((per_pull + per_pull.T) / 2.0)
+    mobility = np.maximum(mobility, IMMOBILE * max(float(mobility.max()), np.finfo(float).tiny))
+    return np.asarray((ways * (2.0 * np.sqrt(stiffness / mobility))) @ ways.T)
+
+
+def _bounded(pull: Array, most: float) -> Array:
+    """Return a pull of at most a size, in the same direction."""
+    size = float(np.linalg.norm(pull))
+    return pull if size <= most else np.asarray(pull * (most / size))

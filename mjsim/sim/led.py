@@ -1,5 +1,6 @@
 """Mechanisms with prescribed motions, and all mechanisms of a world."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property, partial
 
@@ -75,7 +76,7 @@ class LedMechanism(MechanismAtWork):
 
     def _put(self, step: int) -> None:
         """Solve for all values and speeds at a step, and write them."""
-        linkage, rows = self._assembly.linkage, [*self._assembly.rows, *self._locks.led(step)]
+        linkage, rows = self._assembly.linkage, [*self._assembly.rows, *self._leading.locks.led(step)]
         slopes = [follower.slope(step * self._h)[0] for follower in self._followers]
         wanted = [np.zeros(self._held), np.array(slopes)]
         self._now = tracked(linkage, rows, self._now, columns=range(linkage.size))
@@ -140,13 +141,13 @@ class Mechanisms:
         for each in self._all:
             each.settle(tick * self._per_tick)
 
-    def lead(self, name: str, joint: str, goal: float | None, tick: int) -> None:
-        """Move a joint of a mechanism to a value from a tick on [rad, m]; None returns or releases it."""
-        self._named(name).lead(joint, goal, tick * self._per_tick)
+    def lead(self, name: str, goals: Mapping[str, float | None], tick: int) -> None:
+        """Move joints of a mechanism to values from a tick on [rad, m]; None returns or releases one."""
+        self._named(name).lead(goals, tick * self._per_tick)
 
-    def barred(self, name: str, joint: str, goal: float | None, tick: int) -> str:
+    def barred(self, name: str, goals: Mapping[str, float | None], tick: int) -> str:
         """Return why loops do not permit a `lead`, as text; '' if they do."""
-        return self._named(name).barred(joint, goal, tick * self._per_tick)
+        return self._named(name).barred(goals, tick * self._per_tick)
 
     def _named(self, name: str) -> MechanismAtWork:
         return next(each for each in self._all if each.mechanism.name == name)

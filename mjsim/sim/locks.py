@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.mechanics import Apart, Linear, Rows, close
+from mjsim.mechanics import Apart, Linear, Rows, close, rates, residual
 from mjsim.sim.followers import Follower
 from mjsim.world import Mechanism
 
@@ -20,11 +20,6 @@ class Locks:
     def __init__(self, mechanism: Mechanism, followers: Sequence[Follower]) -> None:
         """Store a mechanism, and the motions that its joints follow."""
         self._mechanism, self._assembly, self._followers = mechanism, mechanism.assembly, followers
-
-    def follower(self, joint: str) -> Follower:
-        """Return the motion of a joint, named by the joint or as `JOINT.VALUE`."""
-        column = self._assembly.names.index(joint)
-        return next(each for each in self._followers if each.drive.column == column)
 
     def led(self, step: int) -> list[Rows]:
         """Return the constraints of the motions at a step."""
@@ -49,20 +44,54 @@ class Locks:
         """Return how loops prevent a joint from reaching a value from its current one, as text; '' if they do not.
 
         Args:
-            joint: A joint that follows a motion; all other motions stay constant.
+            joint: A joint that follows a motion, or that motions move through loops; all other motions stay constant.
             goal: The value [rad, m].
             step: Current step.
             values: Current joint values, shape (values,) [rad, m].
         """
-        own = self.follower(joint)
+        return self._reached(joint, goal, step, values)[1]
+
+    def source(self, joint: str, goal: float, step: int, values: Array) -> tuple[Follower, float]:
+        """Return the motion that moves a joint most, and its value when the joint reaches its own [rad, m].
+
+        The arguments are those of `barred`; beyond what loops permit, the motion ends where they stop it.
+        """
+        return self.moves_most(joint, step, values), self._reached(joint, goal, step, values)[0]
+
+    def _reached(self, joint: str, goal: float, step: int, values: Array) -> tuple[float, str]:
+        """Return the last value of the joint's motion on the way to a goal, and what stops it, '' if nothing does."""
+        column = self._assembly.names.index(joint)
+        own = self.moves_most(joint, step, values)
         others = [_asked_of(each, each.goal(step)) for each in self._followers if each is not own]
-        rows = [*self._assembly.rows, *others]
-        for asked in np.linspace(own.goal(step), goal, TRIED)[1:].tolist():
-            closed = close(self._assembly.linkage, [*rows, _asked_of(own, asked)], values)
+        rows, begin = [*self._assembly.rows, *others], float(values[column])
+        if own.drive.column == column:
+            begin = own.goal(step)
+        for asked in np.linspace(begin, goal, TRIED)[1:].tolist():
+            closed = close(self._assembly.linkage, [*rows, Linear({column: 1.0}, asked)], values)
             if not closed.good:
-                return self._missed(self._said(own, asked), closed.values)
+                turns = not self._assembly.slides[column]
+                shown = f"'{joint}' at {math.degrees(asked):.4g} degrees" if turns else f"'{joint}' at {asked:.4g} m"
+                return float(values[own.drive.column]), self._missed(shown, closed.values)
             values = closed.values
-        return ""
+        return float(values[own.drive.column]), ""
+
+    def moves_most(self, joint: str, step: int, values: Array) -> Follower:
+        """Return the motion of a joint, or the motion of another that moves it most."""
+        column = self._assembly.names.index(joint)
+        own = [each for each in self._followers if each.drive.column >= 0]
+        for each in own:
+            if each.drive.column == column:
+                return each
+        found, led = self._assembly, self.led(step)
+        count = len(residual(found.linkage, found.rows, values))
+
+        def moved(follower: Follower) -> float:
+            wanted = np.zeros(count + len(led))
+            wanted[count + self._followers.index(follower)] = 1.0
+            speeds, _ = rates(found.linkage, [*found.rows, *led], values, held={}, wanted=wanted)
+            return abs(float(speeds[column]))
+
+        return max(own, key=moved)
 
     def _missed(self, asked: str, values: Array) -> str:
         worst, how = self._assembly.gap(values)

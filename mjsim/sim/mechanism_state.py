@@ -18,12 +18,28 @@ def equality_forces(data: mujoco.MjData, equality: int) -> Array:
     return np.asarray(data.efc_force[:count][own])
 
 
+def equality_rows(data: mujoco.MjData, equalities: Array) -> list[int]:
+    """Return the rows of equality constraints with these numbers."""
+    count = int(data.ne)
+    own = np.isin(data.efc_id[:count], equalities)
+    own &= data.efc_type[:count] == mujoco.mjtConstraint.mjCNSTR_EQUALITY
+    found: list[int] = np.flatnonzero(own).tolist()
+    return found
+
+
 def copy_state(source: mujoco.MjData, target: mujoco.MjData, places: Array, speeds: Array) -> None:
     """Copy everything that forces depend on, with other positions and velocities."""
     target.qpos[:], target.qvel[:], target.time = places, speeds, source.time
     target.ctrl[:], target.act[:] = source.ctrl, source.act
     target.qfrc_applied[:], target.xfrc_applied[:] = source.qfrc_applied, source.xfrc_applied
     target.eq_active[:], target.qacc_warmstart[:] = source.eq_active, source.qacc_warmstart
+
+
+def placed_bodies(model: mujoco.MjModel, source: mujoco.MjData, target: mujoco.MjData) -> None:
+    """Compute the poses of all bodies for the positions of one state in another."""
+    target.qpos[:], target.eq_active[:] = source.qpos, source.eq_active
+    mujoco.mj_kinematics(model, target)
+    mujoco.mj_comPos(model, target)
 
 
 class Places:

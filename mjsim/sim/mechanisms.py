@@ -1,7 +1,7 @@
 """Simulated mechanisms: inputs at every physics step, and true motion at a tick."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import mujoco
 import numpy as np
@@ -18,14 +18,13 @@ from mjsim.mechanics import (
 from mjsim.sim.closures import Closures
 from mjsim.sim.energy import EnergyCount
 from mjsim.sim.followers import Follower, yields
-from mjsim.sim.holds import Holds
-from mjsim.sim.locks import Locks
+from mjsim.sim.leading import Leading
 from mjsim.sim.mechanism_sensors import MechanismState, Probe, probes_of
-from mjsim.sim.mechanism_state import Places, actuator_forces, copy_state, equality_forces
+from mjsim.sim.mechanism_state import Places, actuator_forces, copy_state, equality_forces, equality_rows
 from mjsim.sim.pushes import Push, around, effort_signal
 from mjsim.sim.streams import stream
 from mjsim.sim.tracks import Tracks
-from mjsim.world import ForceActuator, Mechanism, TorqueActuator, led_joints
+from mjsim.world import ForceActuator, Mechanism, TorqueActuator
 
 UNYIELDING = 1e-5
 """Factor on the softness R of constraints in the readings, against that in the physics."""
@@ -70,7 +69,7 @@ class MechanismAtWork:
         self._h = float(model.opt.timestep)
         self._places = Places(model, mechanism)
         self._followers = self._make_followers()
-        self._locks, self._holds = Locks(mechanism, self._followers), Holds(model, mechanism, self._places)
+        self._leading = Leading(model, mechanism, self._places, self._followers)
         self._pushes: list[Push] = []
         ties = [each.name for each in self._assembly.couplings] + [each.name for each in self._assembly.rods]
         self._ties = [model.equality(self._full(name)).id for name in ties]
@@ -123,7 +122,7 @@ class MechanismAtWork:
     @property
     def held(self) -> bool:
         """Whether a hand holds a joint of it, so that `act` must be called at every step."""
-        return bool(self._holds)
+        return bool(self._leading.holds)
 
     @property
     def moved(self) -> bool:
@@ -145,7 +144,7 @@ class MechanismAtWork:
             copy_state(self._data, self._scratch, self._data.qpos, self._data.qvel)
             self._tracks.aim(self._gave, self._scratch)
         self._lag = self._lagging()
-        self._holds.aim(self._data, self._scratch, step)
+        self._leading.holds.aim(self._data, self._scratch, step)
         self._exert(lambda signal: around(signal, step, self._h))
 
     def _exert(self, value: Callable[[TimeSignal], float]) -> None:
@@ -156,7 +155,7 @@ class MechanismAtWork:
         """
         for motor, signal in self._efforts:
             self._data.ctrl[motor] = value(signal)
-        self._data.qfrc_applied[self._places.dofs] = self._lag + self._holds.pull
+        self._data.qfrc_applied[self._places.dofs] = self._lag + self._leading.holds.pull
         if self._pushes:
             mujoco.mj_kinematics(self._model, self._data)
             mujoco.mj_comPos(self._model, self._data)
@@ -201,40 +200,19 @@ class MechanismAtWork:
             self._widest = max(self._widest, turned)
         self._step = step
 
-    def lead(self, joint: str, goal: float | None, step: int) -> None:
-        """From a step on, move a joint to a value and hold it there, in place of its motion or by a hand [rad, m].
+    def lead(self, goals: Mapping[str, float | None], step: int) -> None:
+        """From a step on, move joints to values and hold them there, as `Leading.lead` does [rad, m]."""
+        self._leading.lead(goals, step, self._data)
+        # If only a hand moved it, no later step clears this force.
+        self._data.qfrc_applied[self._places.dofs] = self._lag + self._leading.holds.pull
 
-        None makes it follow its signal again, or lets it go.
-        """
-        if joint in self.mechanism.held:
-            self._holds.lead(joint, goal, step, self._data)
-            # If only the hand moved it, no later step clears this force.
-            self._data.qfrc_applied[self._places.dofs] = self._lag + self._holds.pull
-        elif goal is None:
-            self._locks.follower(joint).release(step, whole=self._whole(joint))
-        else:
-            self._locks.follower(joint).lead(goal, step)
-
-    def _whole(self, joint: str) -> float:
-        """Return 2 pi for a revolute joint without limits, 0 for others [rad]."""
-        slides, lower, upper = led_joints(self.mechanism)[joint]
-        return 0.0 if slides or math.isfinite(lower) or math.isfinite(upper) else 2.0 * math.pi
-
-    def barred(self, joint: str, goal: float | None, step: int) -> str:
+    def barred(self, goals: Mapping[str, float | None], step: int) -> str:
         """Return why its loops do not allow the motion of `lead`, as text; '' if they do."""
-        if joint in self.mechanism.held:
-            return ""  # A hand of bounded force cannot force a loop open.
-        if goal is None:
-            goal = self._locks.follower(joint).end(step, whole=self._whole(joint))
-        if goal is None:
-            return ""
-        values = self._cut_values.copy()
-        values[self._places.columns] = self._places.read(self._data, self._assembly)[0][self._places.columns]
-        return self._locks.barred(joint, goal, step, values)
+        return self._leading.barred(goals, step, self._data)
 
     def locked(self, step: int) -> str:
         """Return why its loops do not allow its motions at a step, as text; '' if they do."""
-        return self._locks.locked(step, self._cut_values)
+        return self._leading.locks.locked(step, self._cut_values)
 
     def _found_fault(self) -> str:
         """Return a description of a torn loop, or of one that rotates too far within a step to keep its energy."""
@@ -300,8 +278,10 @@ class MechanismAtWork:
         for follower in self._followers:
             if follower.drive.column >= 0:
                 goal[follower.drive.column] = follower.goal(step)
-        for column, value in self._holds.goals(step).items():
-            goal[column] = value
+        for column, value in self._leading.holds.goals(step).items():
+            # A hand at a cut knows an angle without whole turns.
+            turns = 0.0 if column in self._places.columns else round((now.values[column] - value) / (2.0 * math.pi))
+            goal[column] = value + 2.0 * math.pi * turns
         motion = JointMotion(
             names=self._assembly.names,
             positions=now.values,
@@ -338,7 +318,7 @@ class MechanismAtWork:
         # Here the speeds are the current ones.
         scratch.qfrc_applied[self._places.dofs] -= self._lag
         wanted = self._accelerations(step)
-        for row in self._rows(scratch):
+        for row in equality_rows(scratch, self._places.equalities):
             equality = int(scratch.efc_id[row])
             scratch.efc_aref[row] = wanted.get(equality, 0.0) - bends.get(equality, changes[row])
             # Constraints that are soft in the physics, for stability, are rigid here.
@@ -352,14 +332,6 @@ class MechanismAtWork:
     def _accelerations(self, step: int) -> dict[int, float]:
         """Return the accelerations of followed motions at a step, by the number of the constraint [1/s^2]."""
         return {follower.equality: follower.acceleration(step) for follower in self._followers}
-
-    def _rows(self, data: mujoco.MjData) -> list[int]:
-        """Return the rows of its own equality constraints."""
-        count = int(data.ne)
-        own = np.isin(data.efc_id[:count], self._places.equalities)
-        own &= data.efc_type[:count] == mujoco.mjtConstraint.mjCNSTR_EQUALITY
-        found: list[int] = np.flatnonzero(own).tolist()
-        return found
 
     def _changes(self, speeds: Array) -> Array:
         """Return the residuals' accelerations due to velocities alone, by row of the equality constraints."""

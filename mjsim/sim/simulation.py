@@ -290,9 +290,10 @@ class Simulation(Closes):
         """Release an arm to its commands, a hand to its posture, or a joint to what moves it."""
         self._happen(release=name, arm=arm, hand=hand, joint=joint)
 
-    def lead(self, mechanism: str, joint: str, to_deg: float) -> None:
-        """Move a joint to a value [deg, m] and hold it, by its motion or a hand's force; UsageError if impossible."""
-        self._happen(lead=mechanism, joint=joint, to_deg=to_deg)
+    def lead(self, mechanism: str, joint: str, to_deg: float | Sequence[float]) -> None:
+        """Move a joint to a value [deg, m], or a ball to a rotation vector, and hold it; UsageError if impossible."""
+        goal = {"rotation_deg": tuple(to_deg)} if isinstance(to_deg, Sequence) else {"to_deg": to_deg}
+        self._happen(lead=mechanism, joint=joint, **goal)
 
     def schedule(self, event: WorldEvent, *, instead_of: WorldEvent | None = None) -> WorldEvent:
         """Schedule an event, like those of the world file, for a future tick; see `WorldScript.schedule`."""
@@ -334,8 +335,8 @@ class Simulation(Closes):
             seed=self.seed,
             arm=lambda robot, name: self._robot(robot).arm(name),
             tune=lambda key, value: self._tuning.set(key, value),
-            lead=lambda name, joint, goal: self._mechanisms.lead(name, joint, goal, self.tick),
-            barred=lambda name, joint, goal: self._mechanisms.barred(name, joint, goal, self.tick),
+            lead=lambda name, goals: self._mechanisms.lead(name, goals, self.tick),
+            barred=lambda name, goals: self._mechanisms.barred(name, goals, self.tick),
         )
         self._radio = RadioNet([robot.name for robot in world.robots], world.radio, seed=self.seed)
         self._robots = {

@@ -1,7 +1,7 @@
 """Scripted changes of a world: events, movers, joints with motors."""
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -36,8 +36,8 @@ from mjsim.world import (
     arm_of_event,
     item_names,
     leaves,
-    led_joint,
-    led_value,
+    led_goals,
+    led_values,
     misplaced,
     reached_joints,
     with_noise,
@@ -57,8 +57,8 @@ DEEP = 1e-3
 ArmOf = Callable[[str, str], ArmAtWork]
 Tune = Callable[[str, float], None]
 
-Lead = Callable[[str, str, float | None], None]
-Barred = Callable[[str, str, float | None], str]
+Lead = Callable[[str, Mapping[str, float | None]], None]
+Barred = Callable[[str, Mapping[str, float | None]], str]
 
 
 class WorldScript:
@@ -127,9 +127,9 @@ class WorldScript:
             with_noise(self._world, event.noise, event.value)
         wrong = ""
         if isinstance(event, LeadEvent):
-            wrong = self._barred(event.lead, event.joint, led_value(self._world, event))
+            wrong = self._barred(event.lead, led_goals(self._world, event))
         elif isinstance(event, ReleaseEvent) and event.joint is not None:
-            wrong = self._barred(event.release, event.joint, None)
+            wrong = self._barred(event.release, self._released(event.release, event.joint))
         if wrong:
             raise UsageError(wrong)
         if isinstance(event, ReachEvent) and event.hand is not None:
@@ -174,11 +174,11 @@ class WorldScript:
             case ReachEvent() if event.hand is None:
                 self._arm(event.reach, event.arm).lead(self._reached(event)[0])
             case ReleaseEvent(joint=str(joint)):
-                self._lead(event.release, joint, None)
+                self._lead(event.release, self._released(event.release, joint))
             case ReleaseEvent() if event.hand is None:
                 self._arm(event.release, event.arm).lead(None)
             case LeadEvent():
-                self._lead(event.lead, event.joint, led_value(self._world, event))
+                self._lead(event.lead, led_goals(self._world, event))
         # Hands start at the tick, not at the time in the file.
         happened: WorldEvent = event.model_copy(update={"time": time})
         if isinstance(happened, ReachEvent) and happened.hand is not None:
@@ -282,11 +282,15 @@ class WorldScript:
     def _check_led(self, event: LeadEvent | ReleaseEvent) -> None:
         try:
             if isinstance(event, LeadEvent):
-                led_value(self._world, event)
+                led_goals(self._world, event)
             else:
-                led_joint(self._world, event.release, event.joint or "")
+                led_values(self._world, event.release, event.joint or "")
         except ValueError as error:
             raise UsageError(str(error)) from None
+
+    def _released(self, mechanism: str, joint: str) -> dict[str, None]:
+        """Return the values of a joint that are released."""
+        return dict.fromkeys(led_values(self._world, mechanism, joint))
 
     def _check_arm(self, event: ReachEvent | ReleaseEvent) -> None:
         try:

@@ -10,8 +10,8 @@ from mjsim.geometry import Array, Pose, Pose3
 from mjsim.mechanics import JointMotion
 from mjsim.video import arm_outlines, body_outlines, posed
 from mjsim.web.history import plain
-from mjsim.web.news import JointFacts, JointGrip, JointRow
-from mjsim.world import BalancingDrive, Mechanism, Robot, RobotArm, World, carried_body, led_joints
+from mjsim.web.joint_news import BallFrame, JointFacts, JointGrip, JointRow
+from mjsim.world import BalancingDrive, Mechanism, Robot, RobotArm, World, led_joints
 
 MOVED = 1e-4
 """A mechanism whose joints are within this of their start values counts as at the start [rad, m]."""
@@ -21,6 +21,8 @@ SAME_LEVER = 1e-6
 """Points whose distances from an axis differ by less are equally far from it [m]."""
 NO_LEVER = 0.02
 """Points closer to an axis than this do not show the direction of rotation [m]."""
+LOOP_SHARE, CUT_SHARE = 0.5, 0.25
+"""Distance from a joint of a loop to its handle, of that to the farthest point; and of the joint where it is cut."""
 Values = Mapping[str, Array]
 """Joint values by `ROBOT/ARM` or mechanism, shape (n,) each [rad, m]."""
 
@@ -119,21 +121,37 @@ def _arms(world: World) -> Iterator[tuple[str, Robot, RobotArm]]:
 def _mechanism_grips(mechanism: Mechanism, values: Array) -> Iterator[JointGrip]:
     found, ground = mechanism.assembly, mechanism.world_from_ground
     placed = found.linkage.place(values)
-    in_tree = {each.name for each in found.linkage.joints}
+    trees = {each.name: each for each in found.linkage.joints}
     led = led_joints(mechanism)
     for joint in mechanism.joints:
-        if joint.name not in in_tree:
+        if joint.name not in trees:
             continue
-        body = carried_body(found, joint)
-        points = _hull(mechanism, found.bodies[body])
-        world_points = _moved(ground @ placed.poses[body], points)
+        body = found.moved_body(joint.name)
+        points = _moved(ground @ placed.poses[body], _hull(mechanism, found.bodies[body]))
+        # Joints of a loop move the same bodies: handles at their ends would lie on each other.
+        share = 1.0 if not found.cuts else CUT_SHARE if joint.name in found.cuts else LOOP_SHARE
+        ball = mechanism.balls.get(joint.name, ())
         for column in found.columns[joint.name]:
-            if found.names[column] in led:
-                at = _moved(ground, placed.anchors[column])
+            name = found.names[column]
+            at = _moved(ground, placed.anchors[column])
+            if name in ball[:1]:
+                tree = trees[joint.name]
+                axes = ground[:3, :3] @ placed.poses[tree.parent, :3, :3] @ tree.before[:3, :3]
+                grip = at + share * (_most_distant(points, at, axes[:, 0]) - at)
+                frame: BallFrame = {"axes": plain(axes.T.ravel(), 6), "way": int(tree.sign)}
+                yield {**_grip(mechanism.name, joint.name, False, at=at, axis=axes[:, 2], grip=grip), "ball": frame}
+            elif name in led and name not in ball:
                 axis = ground[:3, :3] @ placed.axes[column]
                 slides = bool(found.slides[column])
-                grip = world_points.mean(axis=0) if slides else _farthest(world_points, at, axis)
-                yield _grip(mechanism.name, found.names[column], slides, at=at, axis=axis, grip=grip)
+                grip = points.mean(axis=0) if slides else at + share * (_farthest(points, at, axis) - at)
+                yield _grip(mechanism.name, name, slides, at=at, axis=axis, grip=grip)
+
+
+def _most_distant(points: Array, at: Array, way: Array) -> Array:
+    """Return the point farthest from a place, or the first of equally far ones; one along `way` if all are near."""
+    away = np.linalg.norm(points - at, axis=1)
+    far = int(np.flatnonzero(away > away.max() - SAME_LEVER)[0])
+    return np.asarray(points[far] if away[far] > NO_LEVER else at + SHORTEST * way)
 
 
 def _hull(mechanism: Mechanism, name: str) -> Array:

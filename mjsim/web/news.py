@@ -5,6 +5,8 @@ from typing import Annotated, Any, Literal, NotRequired
 from pydantic import ConfigDict, Field, with_config
 from typing_extensions import TypeAliasType, TypedDict
 
+from mjsim.web.joint_news import ArmFacts, ArmTick, JointFacts, JointGrip, JointRow, MechanismFacts, MechanismTick
+
 _TOLD = with_config(ConfigDict(use_attribute_docstrings=True))
 
 PlanarPose = TypeAliasType(
@@ -37,80 +39,6 @@ class CameraFacts(TypedDict):
     """[px]"""
     height: int
     """[px]"""
-
-
-@_TOLD
-class JointFacts(TypedDict):
-    """A joint of an arm."""
-
-    name: str
-    slides: bool
-    lower: float | None
-    """[rad], or [m] for a sliding joint; null without a limit."""
-    upper: float | None
-    held: NotRequired[bool]
-    """Of a mechanism: whether a hand holds it against what moves it; else it is led in place of its motion."""
-
-
-@_TOLD
-class ArmFacts(TypedDict):
-    """An arm of a robot."""
-
-    name: str
-    joints: list[JointFacts]
-
-
-@_TOLD
-class ArmTick(TypedDict):
-    """An arm at one tick."""
-
-    positions: list[float]
-    """Joint positions [rad, m]."""
-    goal: list[float]
-    """Goal positions [rad, m]."""
-    tool: list[float]
-    """x, y, z [m], roll, pitch, yaw about fixed axes [rad], in the robot's frame."""
-
-
-JointRow = TypeAliasType(
-    "JointRow",
-    Annotated[
-        tuple[float | None, float | None, float | None],
-        Field(description="Position [rad, m], velocity [1/s], torque or force at the joint [N m, N]."),
-    ],
-)
-
-
-@_TOLD
-class JointGrip(TypedDict):
-    """The point by which a joint is dragged; all in the world frame [m]."""
-
-    of: str
-    """`ROBOT/ARM`, or the mechanism."""
-    joint: str
-    slides: bool
-    at: tuple[float, float, float]
-    """A point on its axis."""
-    axis: tuple[float, float, float]
-    """Unit vector of the axis about or along which its value increases."""
-    grip: tuple[float, float, float]
-    """The point to drag."""
-
-
-@_TOLD
-class MechanismFacts(TypedDict):
-    """A mechanism, and the joints of it that can be led."""
-
-    name: str
-    joints: list[JointFacts]
-
-
-@_TOLD
-class MechanismTick(TypedDict):
-    """A mechanism at one tick."""
-
-    positions: list[float]
-    """Of the joints that can be led [rad, m]."""
 
 
 @_TOLD

@@ -11,9 +11,10 @@ from mjsim.geometry import Array, Pose
 from mjsim.record import Recording, Track
 from mjsim.report import metrics
 from mjsim.web.history import NO_NEES, plain, track_told
+from mjsim.web.joint_news import JointRow
 from mjsim.web.jointed import bodies_told, joint_rows, joints_told
 from mjsim.web.measured import SensorPast, row_of
-from mjsim.web.news import EventNews, JointRow, RobotTick, TickNews, TrackHistory
+from mjsim.web.news import EventNews, RobotTick, TickNews, TrackHistory
 from mjsim.web.showing import shown_told
 from mjsim.web.tick_json import outlines_told, people_told, recognised_told, robots_told, with_removed
 from mjsim.world import EVENT_KINDS, kind_of, said_of

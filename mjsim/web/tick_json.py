@@ -10,14 +10,12 @@ from mjsim.mechanics import inverted, rpy_of
 from mjsim.record import Tick
 from mjsim.report import metrics
 from mjsim.web.history import NO_NEES, plain
+from mjsim.web.joint_news import ArmTick, MechanismFacts, MechanismTick
 from mjsim.web.jointed import arm_facts, bodies_told, grips_told, led_facts, rows_told
 from mjsim.web.measured import flat_points
 from mjsim.web.news import (
-    ArmTick,
     Chosen,
     EventNews,
-    MechanismFacts,
-    MechanismTick,
     NoiseFigure,
     Recognised,
     RobotFacts,

@@ -2,9 +2,9 @@ from .check import Solids as Solids
 from .check import arm_of_event as arm_of_event
 from .check import check_world as check_world
 from .check import disc as disc
-from .check import led_joint as led_joint
+from .check import led_goals as led_goals
 from .check import led_joints as led_joints
-from .check import led_value as led_value
+from .check import led_values as led_values
 from .check import misplaced as misplaced
 from .edit import Change as Change
 from .edit import UnwritableError as UnwritableError

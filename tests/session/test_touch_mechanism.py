@@ -38,6 +38,14 @@ mechanisms:
       - {revolute: p4, of: [{ground: [2.5, 0, 0]}, rocker]}
       - {revolute: p5, of: [coupler.end, rocker.end]}
     actuators: [{angle: p2, signal: {constant: {value_deg: -80}}}]
+  - name: truss                                # a triangle, which nothing moves
+    at: [6, 6]
+    elevation: 4
+    bodies: [{name: left, rod: [2.5, 0.05]}, {name: right, rod: [2.5, 0.05]}]
+    joints:
+      - {revolute: t1, of: [ground, left], axis: [0, 1, 0], near_deg: -60}
+      - {revolute: t2, of: [left.end, right.end], near_deg: 60}
+      - {revolute: t3, of: [{ground: [2.5, 0, 0]}, right]}
   - name: lift
     at: [0, 0]
     bodies: [{name: table, box: [1, 1, 0.1], mass: 5}, {name: flap, rod: [0.5, 0.02]}]
@@ -156,14 +164,14 @@ def touched():
     [
         ({"lead": "bar", "joint": "q2", "to_deg": 1}, "no mechanism 'bar' in this world; did you mean 'bars'?"),
         (
-            {"lead": "bars", "joint": "q3", "to_deg": 1},
-            "joint 'q3' of mechanism 'bars' cannot be led, as other joints move it; those that can are q2",
+            {"lead": "truss", "joint": "t3", "to_deg": 1},
+            "joint 't3' of mechanism 'truss' cannot be led, as it does not move; nor can any other",
         ),
         (
             {"lead": "lift", "joint": "up", "to_deg": 1.5},
             "joint 'up' of mechanism 'lift' cannot go to 1.5; its range",
         ),
-        ({"release": "bars", "joint": "q4"}, "joint 'q4' of mechanism 'bars' cannot be led, as other joints move it"),
+        ({"release": "truss", "joint": "t1"}, "joint 't1' of mechanism 'truss' cannot be led, as it does not move"),
         ({"release": "lift"}, "'lift' is a mechanism; say which joint"),
         ({"release": "lift", "joint": "up", "hand": "left"}, "'joint' is for mechanisms, 'hand' for people"),
         ({"lead": "rockers", "joint": "p2", "to_deg": 180}, "mechanism 'rockers' locks: with 'p2' at"),
@@ -177,11 +185,42 @@ def test_a_joint_that_cannot_be_led_so_is_refused_in_a_line(touched, keys, said)
     assert touched.touched == ()
 
 
-def test_check_says_where_an_event_leads_a_joint_that_others_move():
-    events = "events: [{time: 1, lead: bars, joint: q3, to_deg: 1}]"
+def test_check_says_where_an_event_leads_a_joint_that_does_not_move():
+    events = "events: [{time: 1, lead: truss, joint: t2, to_deg: 1}]"
     world = mjsim.parse_world(text().replace("{seconds: 3}", f"{{seconds: 3, {events}}}"))
     (problem,) = check_world(world)
-    assert "joint 'q3' of mechanism 'bars' cannot be led, as other joints move it" in str(problem)
+    assert "joint 't2' of mechanism 'truss' cannot be led, as it does not move" in str(problem)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("mode", "joint"), [("forward", "q4"), ("kinematics", "q5")])
+def test_a_joint_that_a_motion_moves_through_its_loop_is_led_by_that_motion_and_released_with_it(mode, joint):
+    """q4 is the rocker's, q5 the one at which the loop is cut; both by the law of cosines."""
+    with mjsim.Simulation(mjsim.parse_world(bars(mode))) as sim:
+        sim.lead("bars", joint, {"q4": 115, "q5": 85}[joint])
+        for _ in range(75):
+            sim.step()
+        motion = sim.motions()["bars"]
+        held = dict(zip(motion.names, motion.positions, strict=True))
+        gap = math.hypot(4 - math.cos(held["q2"]), math.sin(held["q2"]))
+        expected = {
+            "q5": math.acos((3.5**2 + 3.0**2 - gap**2) / (2 * 3.5 * 3.0)),
+            "q4": math.pi
+            - math.acos((3.0**2 + gap**2 - 3.5**2) / (2 * 3.0 * gap))
+            + math.atan2(math.sin(held["q2"]), 4 - math.cos(held["q2"])),
+        }
+        assert np.abs(motion.velocities).max() < 1e-6
+        assert math.degrees(held[joint]) == pytest.approx({"q4": 115, "q5": 85}[joint], abs=1e-4)
+        assert held[joint] == pytest.approx(expected[joint], abs=1e-6)
+        sim.release("bars", joint=joint)
+        # At a radian a second it needs up to 6 s for half a turn.
+        for _ in range(160):
+            sim.step()
+        after, time = sim.motions()["bars"], sim.time
+    signal = math.radians(28.6 + 60 * time)
+    assert math.remainder(after.positions[0] - signal, 2 * math.pi) == pytest.approx(
+        0.0, abs=1e-4
+    )  # the end of its way
 
 
 def test_what_was_led_by_hand_repeats_to_the_byte_once_it_is_kept(tmp_path):

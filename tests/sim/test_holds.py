@@ -6,9 +6,11 @@ import re
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
 
 import mjsim
 from mjsim.errors import UsageError
+from mjsim.mechanics import followed
 from mjsim.record import same_run
 from mjsim.session import keep_events
 from mjsim.sim.holds import STIFFNESS, STRONGEST
@@ -42,6 +44,32 @@ mechanisms:
         force: x
 run: {seconds: 12}
 """
+BELL = """\
+mjsim: 1
+mechanisms:
+  - name: bell
+    at: [2, 2]
+    elevation: 3
+    bodies: [{name: rod, rod: [1.0, 0.05], mass: 2, center: [0.5, 0, 0]}]
+    joints: [{spherical: knot, of: ENDS, start_deg: [0, 90, 0]}]
+run: {seconds: 4}
+"""
+BARS = """\
+mjsim: 1
+mechanisms:
+  - name: bars
+    at: [2, 2]
+    elevation: 4
+    bodies: [{name: crank, rod: [1.0, 0.05]}, {name: coupler, rod: [3.5, 0.05]}, {name: rocker, rod: [3.0, 0.05]}]
+    joints:
+      - {revolute: q2, of: [ground, crank], axis: [0, 1, 0], start_deg: 28.6}
+      - {revolute: q3, of: [crank.end, coupler]}
+      - {revolute: q4, of: [{ground: [4, 0, 0]}, rocker]}
+      - {revolute: q5, of: [coupler.end, rocker.end]}
+run: {seconds: 4}
+"""
+ROCKER = 3.0
+"""What q5 and q4 turn [m]: the rocker."""
 
 
 def stepped(sim, seconds):
@@ -112,6 +140,65 @@ def test_a_controller_goes_on_against_the_hand_and_has_its_joint_back_when_it_le
         assert stepped(sim, 6).positions[0] == pytest.approx(0.0, abs=0.01)
 
 
+@pytest.mark.parametrize(("ends", "way"), [("[ground, rod]", 1), ("[rod, ground]", -1)])
+def test_a_ball_is_led_to_a_rotation_and_sags_about_the_axis_of_its_weight(ends, way):
+    world = mjsim.parse_world(BELL.replace("ENDS", ends))
+    assert world.mechanisms[0].balls == {"knot": ("knot.rx", "knot.ry", "knot.rz")}
+    with mjsim.Simulation(world) as sim:
+        sim.lead("bell", "knot", [20, way * 30, 50])
+        motion = stepped(sim, 8)
+        # The rod hangs on the ground's side of the joint, or turns the other way about it.
+        goal, found = (Rotation.from_rotvec(way * values) for values in (motion.goal, motion.positions))
+        np.testing.assert_allclose(np.degrees(motion.goal), [20, way * 30, 50])
+        center = found.apply([0.5, 0, 0])
+        pull = STIFFNESS * (goal * found.inv()).as_rotvec()
+        np.testing.assert_allclose(pull, np.cross(center, [0, 0, 2 * GRAVITY]), atol=1e-4)
+        sim.release("bell", joint="knot.ry")
+        assert not sim.data.qfrc_applied.any()
+
+
+def test_one_value_of_a_ball_is_led_and_the_others_stay_where_the_hand_took_them():
+    with mjsim.Simulation(mjsim.parse_world(BELL.replace("ENDS", "[ground, rod]"))) as sim:
+        sim.lead("bell", "knot.rz", 40)
+        np.testing.assert_allclose(np.degrees(stepped(sim, 2).goal), [0, 90, 40], atol=1e-9)
+        sim.lead("bell", "knot.ry", -20)
+        motion = stepped(sim, 4)
+        np.testing.assert_allclose(np.degrees(motion.goal), [0, -20, 40], atol=1e-9)
+        np.testing.assert_allclose(np.degrees(motion.positions), [0, -20, 40], atol=0.2)  # the sag
+        with pytest.raises(UsageError, match=r"rotation_deg: \[rx, ry, rz\], or lead one of knot.rx, knot.ry, knot.rz"):
+            sim.lead("bell", "knot", 4)
+        with pytest.raises(UsageError, match=r"joint 'knot.rx' of mechanism 'bell' is led with to_deg"):
+            sim.lead("bell", "knot.rx", [1, 2, 3])
+
+
+@pytest.mark.parametrize(("joint", "to_deg"), [("q5", 80), ("q4", 110), ("q5", -60)])
+def test_a_joint_of_a_loop_is_held_against_its_weight_also_where_the_loop_does_not_reach_the_goal(joint, to_deg):
+    """By virtual work: what the hand does in a small motion of the loop is what the weight gains."""
+    world = mjsim.parse_world(BARS)
+    found = world.mechanisms[0].assembly
+    assert (list(found.cuts), world.mechanisms[0].held) == (["q5"], {"q2", "q3", "q4", "q5"})
+    with mjsim.Simulation(world) as sim:
+        masses = [float(sim.model.body(f"bars/{name}").mass[0]) for name in ("crank", "coupler", "rocker")]
+        sim.lead("bars", joint, to_deg)
+        motion = stepped(sim, 6)
+    assert np.abs(motion.velocities).max() < 1e-4
+    column = found.names.index(joint)
+    assert motion.goal[column] == pytest.approx(math.radians(to_deg))
+
+    def state(by):
+        values = motion.positions.copy()
+        values[0] += by
+        values = followed(found.linkage, found.rows, values, held=[0]).values
+        poses = found.linkage.place(values).poses
+        centers = [(pose @ [length / 2, 0, 0, 1])[2] for pose, length in zip(poses[1:], (1, 3.5, 3), strict=False)]
+        return GRAVITY * float(np.dot(masses, centers)), values[column]
+
+    (up, ahead), (down, behind) = state(1e-4), state(-1e-4)
+    most = STRONGEST * ROCKER
+    pull = np.clip(STIFFNESS * ROCKER**2 * (motion.goal[column] - motion.positions[column]), -most, most)
+    assert pull * (ahead - behind) == pytest.approx(up - down, rel=1e-3)
+
+
 def test_two_joints_in_one_chain_are_held_stiffly_without_a_tremor():
     text = POLE.replace("mass: 2}", "mass: 0.05}").replace("mass: 0.5}", "mass: 0.02}")
     text = re.sub(r"    actuators:.*(?=run:)", "", text, flags=re.DOTALL)
@@ -135,6 +222,37 @@ def test_a_joint_that_is_not_there_or_beyond_its_range_is_refused_and_check_says
     events = "events: [{time: 1, lead: pole, joint: x, to_deg: 3}]"
     (problem,) = check_world(mjsim.parse_world(POLE.replace("{seconds: 12}", f"{{seconds: 12, {events}}}")))
     assert "cannot go to 3" in str(problem)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("text", "leads"),
+    [
+        (BELL.replace("ENDS", "[ground, rod]"), [("knot", [20, 30, 50]), ("knot.rz", -30)]),
+        (BARS, [("q5", 80), ("q3", -10)]),
+    ],
+    ids=["ball", "loop"],
+)
+def test_balls_and_loops_that_a_hand_led_repeat_to_the_byte(tmp_path, text, leads):
+    hand, kept = tmp_path / "hand.mcap", tmp_path / "kept.mcap"
+    name = mjsim.parse_world(text).mechanisms[0].name
+    with mjsim.Session(mjsim.parse_world(text), record=hand) as session:
+        session.pause()
+        session.wait("paused", timeout=PATIENCE)
+        for joint, to_deg in leads:
+            key = "rotation_deg" if isinstance(to_deg, list) else "to_deg"
+            session.touch({"lead": name, "joint": joint, key: to_deg})
+            session.tick()
+            session.wait("paused", timeout=PATIENCE)
+        session.go()
+        session.result()
+        events = session.touched
+    written = keep_events(text, events)
+    with mjsim.Simulation(mjsim.parse_world(written)) as sim:
+        mjsim.run(sim, record=kept)
+    assert same_run(hand, kept)
+    told = [event.rotation_deg or event.to_deg for event in mjsim.read_recording(hand).events]
+    assert told == [tuple(to_deg) if isinstance(to_deg, list) else to_deg for _, to_deg in leads]
 
 
 @pytest.mark.slow

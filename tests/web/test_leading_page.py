@@ -37,25 +37,6 @@ run: {seconds: 1000}
 """
 
 
-LINKAGE = """\
-mjsim: 1
-name: hall
-walls: [{points: [[0, 0], [8, 0], [8, 4], [0, 4]], closed: true}]
-mechanisms:
-  - name: bars
-    at: [2, 2]
-    elevation: 4
-    bodies: [{name: crank, rod: [1.0, 0.05]}, {name: coupler, rod: [3.5, 0.05]}, {name: rocker, rod: [3.0, 0.05]}]
-    joints:
-      - {revolute: q2, of: [ground, crank], axis: [0, 1, 0], start_deg: 28.6}
-      - {revolute: q3, of: [crank.end, coupler]}
-      - {revolute: q4, of: [{ground: [4, 0, 0]}, rocker]}
-      - {revolute: q5, of: [coupler.end, rocker.end]}
-    actuators: [{angle: q2, signal: {constant: {value_deg: 28.6}}}]
-run: {seconds: 1000}
-"""
-
-
 def swing(tick) -> float:
     """Return where the bar swings [deg]."""
     return math.degrees(tick["joints"]["gate"]["swing"][0])
@@ -87,13 +68,6 @@ def test_a_joint_that_a_controller_moves_is_held_by_a_hand_let_go_and_repeats_to
     with mjsim.Simulation(world) as sim:
         mjsim.run(sim, seconds=ticks / world.run.rate_hz, record=tmp_path / "again.mcap")
     assert same_run(hand, tmp_path / "again.mcap")
-
-
-def test_a_joint_that_others_move_says_so_and_names_the_one_to_lead(browser, tmp_path):
-    with running(browser, tmp_path, LINKAGE) as (_, page):
-        page.get_by_role("tab", name="Joints").locator("visible=true").click()
-        said = page.locator("#view-run .run-side").get_by_text("q3, q4, q5 cannot be led by hand")
-        expect(said).to_contain_text("other joints move them; lead q2")
 
 
 def test_a_tool_that_is_led_out_of_reach_says_by_how_much_as_a_hand_does(browser, tmp_path):

@@ -9,6 +9,8 @@ from mjsim.world.items import LeadEvent, Mechanism, ReleaseEvent, World
 
 ROUNDED = 1e-6
 """Tolerance for values beyond the range, because a world file rounds them [rad, m]."""
+Led = tuple[bool, float, float]
+"""Of a value that can be led: whether it is a length, and the limits of its range [rad, m]."""
 
 
 def misled_joints(world: World) -> Iterator[Doubt]:
@@ -16,32 +18,40 @@ def misled_joints(world: World) -> Iterator[Doubt]:
     for index, event in enumerate(world.run.events):
         try:
             if isinstance(event, LeadEvent):
-                led_value(world, event)
+                led_goals(world, event)
             elif isinstance(event, ReleaseEvent) and event.joint is not None:
-                led_joint(world, event.release, event.joint)
+                led_values(world, event.release, event.joint)
         except ValueError as error:
             yield str(error), ("run", "events", index, "lead" if isinstance(event, LeadEvent) else "release")
 
 
-def led_value(world: World, event: LeadEvent) -> float:
-    """Return the value to which an event leads a joint [rad, m].
+def led_goals(world: World, event: LeadEvent) -> dict[str, float]:
+    """Return the values to which an event leads a joint, by their names [rad, m].
 
     Raises:
-        ValueError: The mechanism does not exist, has no such joint that can be led, or the value is out of its range.
+        ValueError: The mechanism does not exist, has no such joint that can be led, or a value is out of its range.
     """
-    slides, lower, upper = led_joint(world, event.lead, event.joint)
-    scale = 1.0 if slides else math.pi / 180.0
-    value = event.to_deg * scale
-    if not lower - ROUNDED <= value <= upper + ROUNDED:
-        raise ValueError(
-            f"joint '{event.joint}' of mechanism '{event.lead}' cannot go to {event.to_deg:g}; its range is"
-            f" {lower / scale:g} to {upper / scale:g}"
-        )
-    return min(max(value, lower), upper)
+    led = led_values(world, event.lead, event.joint)
+    asked = event.rotation_deg if event.to_deg is None else (event.to_deg,)
+    assert asked is not None, "one of them is given"
+    if len(asked) != len(led):
+        key = f"rotation_deg: [rx, ry, rz], or lead one of {', '.join(led)}" if len(led) > 1 else "to_deg"
+        raise ValueError(f"joint '{event.joint}' of mechanism '{event.lead}' is led with {key}")
+    goals = {}
+    for (name, (slides, lower, upper)), written in zip(led.items(), asked, strict=True):
+        scale = 1.0 if slides else math.pi / 180.0
+        value = written * scale
+        if not lower - ROUNDED <= value <= upper + ROUNDED:
+            raise ValueError(
+                f"joint '{name}' of mechanism '{event.lead}' cannot go to {written:g}; its range is"
+                f" {lower / scale:g} to {upper / scale:g}"
+            )
+        goals[name] = min(max(value, lower), upper)
+    return goals
 
 
-def led_joint(world: World, name: str, joint: str) -> tuple[bool, float, float]:
-    """Return whether a joint that can be led is a sliding joint, and the limits of its range [rad, m].
+def led_values(world: World, name: str, joint: str) -> dict[str, Led]:
+    """Return the values of a joint that can be led, by their names: three if it is a ball, otherwise one.
 
     Raises:
         ValueError: The mechanism does not exist, or has no such joint that can be led.
@@ -49,25 +59,30 @@ def led_joint(world: World, name: str, joint: str) -> tuple[bool, float, float]:
     mechanisms = {each.name: each for each in world.mechanisms}
     if name not in mechanisms:
         raise ValueError(f"no mechanism '{name}' in this world{did_you_mean(name, mechanisms)}")
-    led, names = led_joints(mechanisms[name]), mechanisms[name].assembly.names
+    mechanism = mechanisms[name]
+    led, balls, names = led_joints(mechanism), mechanism.balls, mechanism.assembly.names
     if joint in led:
-        return led[joint]
+        return {joint: led[joint]}
+    if joint in balls:
+        return {value: led[value] for value in balls[joint]}
     if joint not in names:
-        raise ValueError(f"mechanism '{name}' has no joint '{joint}' that can be led{did_you_mean(joint, led)}")
+        raise ValueError(
+            f"mechanism '{name}' has no joint '{joint}' that can be led{did_you_mean(joint, [*balls, *led])}"
+        )
     known = f"those that can are {', '.join(led)}" if led else "nor can any other"
-    raise ValueError(f"joint '{joint}' of mechanism '{name}' cannot be led, as other joints move it; {known}")
+    raise ValueError(f"joint '{joint}' of mechanism '{name}' cannot be led, as it does not move; {known}")
 
 
-def led_joints(mechanism: Mechanism) -> dict[str, tuple[bool, float, float]]:
-    """Return the joints that can be led, by name: whether each is a sliding joint, and its limits [rad, m].
+def led_joints(mechanism: Mechanism) -> dict[str, Led]:
+    """Return the single values that can be led, by name: whether each is a length, and its limits [rad, m].
 
-    Joints with a motion are led in place of it, those in `mechanism.held` by the bounded force of a hand.
+    Those in `mechanism.driven` are led by motions, those in `mechanism.held` by the bounded force of a hand.
     """
     found, led = mechanism.assembly, {}
-    columns = {drive.column for drive in found.drives if drive.column >= 0}
+    movable = mechanism.driven | mechanism.held
     for joint in mechanism.joints:
         for column in found.columns[joint.name]:
-            if column in columns or found.names[column] in mechanism.held:
+            if found.names[column] in movable:
                 slides = found.slides[column]
                 degrees = tuple(map(math.radians, joint.range_deg or (-math.inf, math.inf)))
                 lower, upper = (joint.range or (-math.inf, math.inf)) if slides else degrees

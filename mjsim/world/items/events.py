@@ -211,15 +211,26 @@ def _refuse_of_arms(event: ReachEvent | ReleaseEvent, *keys: str) -> None:
             raise fault(f"'{key}' is for a robot's arm, 'hand' for people; leave out one of them", key)
 
 
+_Turn = Annotated[float, Field(ge=-36000, le=36000)]
+
+
 class LeadEvent(_Event):
     """Moves a joint of a mechanism to a value, at about 1 rad/s or 1 m/s, and holds it there."""
 
     lead: Name
     """The mechanism."""
     joint: Annotated[str, Field(min_length=1, max_length=200)]
-    """Joint that no other joint moves, or `JOINT.VALUE`."""
-    to_deg: Annotated[float, Field(ge=-36000, le=36000)]
+    """The joint, or `JOINT.VALUE`."""
+    to_deg: _Turn | None = None
     """Value [deg], or [m] for a translational joint."""
+    rotation_deg: Annotated[tuple[_Turn, ...], Field(strict=False, min_length=3, max_length=3)] | None = None
+    """For a ball joint, instead of one value: its rotation vector [rx, ry, rz]."""
+
+    @model_validator(mode="after")
+    def _says_where(self) -> Self:
+        if (self.to_deg is None) == (self.rotation_deg is None):
+            raise fault("a joint is led to a value, a ball to a rotation; give to_deg, or rotation_deg: [rx, ry, rz]")
+        return self
 
 
 EVENT_KINDS: dict[str, type[_Event]] = {
@@ -322,7 +333,8 @@ def said_of(event: WorldEvent) -> str:
         case ReleaseEvent():
             return f"{event.arm} of {event.release} returns to its navigator"
         case LeadEvent():
-            return f"joint {event.joint} of {event.lead} goes to {event.to_deg:g}"
+            turned = ", ".join(f"{value:g}" for value in event.rotation_deg or ())
+            return f"joint {event.joint} of {event.lead} goes to {f'[{turned}]' if turned else f'{event.to_deg:g}'}"
 
 
 def _goal_said(event: ReachEvent) -> str:

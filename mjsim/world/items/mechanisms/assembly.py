@@ -139,6 +139,14 @@ class Assembly:
         """Return the number of a body."""
         return self.bodies.index(body)
 
+    def moved_body(self, joint: str) -> int:
+        """Return the number of the body that a joint moves: of its two, the one farther from the ground, or the second.
+
+        Unlike `carried_body`, it gives the real body also where a loop is cut.
+        """
+        number = next(place for place, each in enumerate(self.linkage.joints, start=1) if each.name == joint)
+        return self.cuts[joint][1] if joint in self.cuts else number
+
     def gap(self, values: Array) -> tuple[str, str]:
         """Return the loop or curve with the largest error, and that error, in words; '' if there is none.
 

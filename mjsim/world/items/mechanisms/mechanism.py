@@ -73,15 +73,46 @@ class Mechanism(MechanismParts):
 
     @cached_property
     def held(self) -> frozenset[str]:
-        """Names of the single values that a hand can hold by force: no motion prescribes them, no loop is cut there."""
+        """Names of the single values that a hand can hold by force: no motion prescribes them."""
         found, undriven = self.assembly, self.assembly.undriven()
-        return frozenset(
+        single = {
             found.names[column]
             for tree in found.linkage.joints
             for primitive, column in zip(tree.primitives, tree.columns(), strict=True)
-            if tree.name in found.columns and tree.name not in found.cuts
-            if primitive.kind in ("slide", "turn") and column in undriven
-        )
+            if tree.name in found.columns and primitive.kind in ("slide", "turn") and column in undriven
+        }
+        return frozenset(single.union(*self.balls.values()))
+
+    @cached_property
+    def driven(self) -> frozenset[str]:
+        """Names of the single values that motions of values move: their own, or those of others through loops."""
+        from mjsim.mechanics import Apart
+
+        found = self.assembly
+        columns = {drive.column for drive in found.drives if drive.column >= 0}
+        distances = [Apart(drive.ends, 0.0) for drive in found.drives if drive.ends is not None]
+        movable = found.free([*found.rows, *distances]) if columns else frozenset[int]()
+        moved = {
+            found.names[column]
+            for tree in found.linkage.joints
+            for primitive, column in zip(tree.primitives, tree.columns(), strict=True)
+            if tree.name in found.columns and primitive.kind in ("slide", "turn") and column in movable | columns
+        }
+        return frozenset(moved - self.held)
+
+    @cached_property
+    def balls(self) -> dict[str, tuple[str, ...]]:
+        """By joint with a ball that a hand can hold: the names of the three values of its rotation vector."""
+        found, undriven = self.assembly, self.assembly.undriven()
+        balls = {}
+        for tree in found.linkage.joints:
+            kinds = [primitive.kind for primitive in tree.primitives]
+            # The orientation of the body gives the rotation of a ball only if nothing else in the joint turns it.
+            if kinds.count("ball") == 1 and "turn" not in kinds:
+                first = tree.columns()[kinds.index("ball")]
+                if not undriven.isdisjoint(range(first, first + 3)):
+                    balls[tree.name] = found.names[first : first + 3]
+        return balls
 
     @cached_property
     def world_from_ground(self) -> "Array":

@@ -2,7 +2,9 @@
 
 import type { Point, Values } from "../api";
 import type { Place } from "../scene/grip";
+import { ballAfter, ballTo, both, rotationAfter, rotationOf } from "./balls";
 import { rounded, shown, unit } from "./joint_units";
+import { crossed, dot, minus } from "./rotations";
 import type { JointFacts, JointGrip, JointRow, RobotTick } from "./protocol";
 
 /** Values of a joint that turns are tried so far apart, all the way round [rad]. */
@@ -12,14 +14,22 @@ const STEPS = 12;
 const SLOPE = 1e-4;
 /** What turns about an axis, or slides along one, that stands nearer to upright than this does or does not show from above. */
 const FLAT = 0.05;
+/** A key takes a joint so far [m, rad]. */
+const STEP = 0.1;
+const TURN = Math.PI / 36;
 
 /** A joint that a hand holds. */
 export interface HeldJoint {
   grip: JointGrip;
   facts: JointFacts;
-  /** Where it is, or shall be [rad, m]. */
+  /** Where it is, or shall be [rad, m]; unused for a ball. */
   value: number;
+  /** Of a ball: its rotation vector, as it is or shall be [rad]. */
+  rotation?: Place;
 }
+
+/** By how much a joint is moved: its value [rad, m], or, of a ball, a rotation vector in the world [rad]. */
+export type Change = number | Place;
 
 /** What is known of joints at a moment. */
 export interface Joints {
@@ -32,6 +42,9 @@ export interface Joints {
 export function heldJoints({ facts, grips, rows }: Joints, robots: Record<string, RobotTick>): HeldJoint[] {
   return grips.flatMap((grip) => {
     const own = facts[grip.of] ?? [];
+    const ball = own.find(({ name }) => name === `${grip.joint}.rx`);
+    const rotation = grip.ball && rotationOf(grip, rows);
+    if (ball && rotation) return [{ grip, facts: ball, value: 0, rotation }];
     const k = own.findIndex(({ name }) => name === grip.joint);
     const goal = goalsOf(grip, robots)?.[k];
     const value = goal ?? rows[grip.of]?.[grip.joint]?.[0];
@@ -41,23 +54,56 @@ export function heldJoints({ facts, grips, rows }: Joints, robots: Record<string
 }
 
 /** Whether its motion is seen from above. */
-export function showsOnPlan({ slides, axis: [x, y, z] }: JointGrip): boolean {
+export function showsOnPlan({ slides, axis: [x, y, z], ball }: JointGrip): boolean {
+  if (ball) return true;
   return slides ? Math.hypot(x, y) > FLAT : Math.abs(z) > FLAT;
 }
 
-/** Where the handle is once the value has changed by so much [rad, m]. */
-export function gripAfter({ slides, at, axis, grip }: JointGrip, by: number): Place {
+/** Where the handle is once the joint was moved. */
+export function gripAfter(joint: JointGrip, by: Change): Place {
+  const { slides, at, axis, grip } = joint;
+  if (typeof by !== "number") return ballAfter(joint, by);
   if (slides) return [grip[0] + by * axis[0], grip[1] + by * axis[1], grip[2] + by * axis[2]];
   const way = minus(grip, at);
   // Rodrigues' formula.
-  const [across, along] = [crossed(axis, way), axis[0] * way[0] + axis[1] * way[1] + axis[2] * way[2]];
+  const [across, along] = [crossed(axis, way), dot(axis, way)];
   const [cos, sin] = [Math.cos(by), Math.sin(by)];
   const turned = (k: 0 | 1 | 2): number => at[k] + way[k] * cos + across[k] * sin + axis[k] * along * (1 - cos);
   return [turned(0), turned(1), turned(2)];
 }
 
-/** By how much the value changes when the handle is taken as near as it can be to a place of a picture [rad, m]. */
-export function changeTo({ grip, facts, value }: HeldJoint, draw: (place: Place) => Point, to: Point): number {
+/** A joint once it was moved. */
+export function jointAfter(held: HeldJoint, by: Change): HeldJoint {
+  if (typeof by === "number") return { ...held, value: held.value + by };
+  return { ...held, rotation: rotationAfter(held.grip, held.rotation ?? [0, 0, 0], by) };
+}
+
+/** No change of a joint. */
+export function still({ grip }: HeldJoint): Change {
+  return grip.ball ? [0, 0, 0] : 0;
+}
+
+export function isStill(by: Change): boolean {
+  return typeof by === "number" ? by === 0 : Math.hypot(...by) === 0;
+}
+
+/** Move a joint a step on by keys: its value grows to the right and up; a ball turns about the vertical, and tilts. */
+export function stepped(held: HeldJoint, by: Change, [right, up]: Point, share: number): Change {
+  const { facts, value, grip } = held;
+  if (typeof by !== "number") {
+    const [x, y] = minus(gripAfter(grip, by), grip.at);
+    const level = Math.hypot(x, y);
+    const tilt: Place = level > 1e-6 ? [y / level, -x / level, 0] : [0, 1, 0];
+    const angle = share * TURN;
+    return both(by, [-up * angle * tilt[0], -up * angle * tilt[1], -right * angle]);
+  }
+  const wanted = value + by + share * (facts.slides ? STEP : TURN) * (right + up);
+  return within(wanted, facts) - value;
+}
+
+/** The change that takes the handle as near as it can be to a place of a picture. */
+export function changeTo({ grip, facts, value }: HeldJoint, draw: (place: Place) => Point, to: Point): Change {
+  if (grip.ball) return ballTo(grip, draw, to);
   const missed = (by: number): Point => {
     const [x, y] = draw(gripAfter(grip, by));
     return [x - to[0], y - to[1]];
@@ -81,7 +127,8 @@ function within(value: number, { lower, upper }: JointFacts): number {
 }
 
 /** The event that takes a joint to its value; that of an arm keeps where its other joints shall be. */
-export function jointEvent({ grip, facts, value }: HeldJoint, all: Record<string, JointFacts[]>, robots: Record<string, RobotTick>): Values {
+export function jointEvent({ grip, facts, value, rotation }: HeldJoint, all: Record<string, JointFacts[]>, robots: Record<string, RobotTick>): Values {
+  if (rotation) return { lead: grip.of, joint: grip.joint, rotation_deg: rotation.map((each) => rounded(shown(facts, each))) };
   const to_deg = rounded(shown(facts, value));
   const goals = goalsOf(grip, robots);
   if (!goals) return { lead: grip.of, joint: grip.joint, to_deg };
@@ -98,7 +145,8 @@ export function releaseEvent({ of, joint }: JointGrip): Values {
 }
 
 /** What is written beside a joint that is held. */
-export function jointSaid({ grip, facts, value }: HeldJoint): string[] {
+export function jointSaid({ grip, facts, value, rotation }: HeldJoint): string[] {
+  if (rotation) return [grip.joint, rotation.map((each) => shown(facts, each).toFixed(1)).join(", "), unit(facts)];
   return [grip.joint, shown(facts, value).toFixed(facts.slides ? 3 : 1), unit(facts)];
 }
 
@@ -112,12 +160,4 @@ function goalsOf(grip: JointGrip, robots: Record<string, RobotTick>): number[] |
 function armOf({ of }: { of: string }): [string, string?] {
   const cut = of.indexOf("/");
   return cut < 0 ? [of] : [of.slice(0, cut), of.slice(cut + 1)];
-}
-
-function minus(one: Place, other: Place): Place {
-  return [one[0] - other[0], one[1] - other[1], one[2] - other[2]];
-}
-
-function crossed([a, b, c]: Place, [x, y, z]: Place): Place {
-  return [b * z - c * y, c * x - a * z, a * y - b * x];
 }

@@ -60,5 +60,5 @@ function notLed(run: RunNews | null, name: string): string | null {
   const fixed = (run?.joints?.[name] ?? []).map((joint) => joint.name).filter((joint) => !led.has(joint));
   if (fixed.length === 0) return null;
   const values = { name, joints: fixed.join(", "), others: [...led].join(", ") };
-  return word(led.size ? "run.jointsMovedByOthers" : "run.jointsMovedByOthersAlone", values);
+  return word(led.size ? "run.jointsNotLed" : "run.jointsNotLedAlone", values);
 }

@@ -16,6 +16,14 @@ export interface ArmTick {
   tool: number[];
 }
 
+/** The frame in which a ball joint has its rotation vector. */
+export interface BallFrame {
+  /** Its x, y and z axis in the world frame, nine numbers. */
+  axes: number[];
+  /** 1, or -1 if the rotation is that of the carrying body relative to the carried one. */
+  way: number;
+}
+
 /** A camera of a robot. */
 export interface CameraFacts {
   name: string;
@@ -104,6 +112,8 @@ export interface JointGrip {
   axis: [number, number, number];
   /** The point to drag. */
   grip: [number, number, number];
+  /** Of a ball joint, which has no axis. */
+  ball?: BallFrame;
 }
 
 /** Position [rad, m], velocity [1/s], torque or force at the joint [N m, N]. */

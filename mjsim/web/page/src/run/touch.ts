@@ -6,7 +6,7 @@ import type { Spot, Tool } from "../plan/gestures";
 import type { Plan } from "../plan/plan";
 import type { Door } from "../scene/door";
 import { toggle, isPressed, setPressed, sign } from "./controls";
-import { changeTo, gripAfter, type HeldJoint, heldJoints, jointEvent, type Joints, jointSaid } from "./joint_grips";
+import { type Change, changeTo, gripAfter, type HeldJoint, heldJoints, isStill, jointAfter, jointEvent, type Joints, jointSaid, stepped, still } from "./joint_grips";
 import type { PlanarPose, RobotFacts, RobotTick, ShortNews } from "./protocol";
 import { openTouchMenu } from "./touch_menu";
 import { drawJoint, drawTools, handLeads, type Hands, type Held, jointLeads, ledEvent, reachEvent, toolLeads, toolsOf } from "./touch_tools";
@@ -19,8 +19,6 @@ const PER_METRE = 10;
 const SLIP = 4;
 /** An arrow key takes what is held so far; with Shift a tenth of it [m]. */
 const STEP = 0.1;
-/** And turns a joint so far [rad]. */
-const TURN = Math.PI / 36;
 const ARROWS: Record<string, Point> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
 /** What can be put elsewhere: a robot or a movable thing, as it stands now. */
@@ -41,8 +39,8 @@ interface Grab {
   /** Where the pointer took it; null by keys. */
   from: Point | null;
   push: boolean;
-  /** By how much the value of a joint is to change [rad, m]. */
-  by: number;
+  /** By how much a joint is to move. */
+  by: Change;
 }
 
 /** A robot where it truly is. */
@@ -141,7 +139,7 @@ export class Touch implements Tool {
     const thing = this.thingAt(spot);
     if (!thing) this.missed.emit(this.floor.plan.itemsAt(spot.screen).flatMap(({ name }) => name ?? []));
     if (!thing) return false;
-    this.grab = { thing, to: thing.at, from: spot.world, push: spot.shift && !thing.held, by: 0 };
+    this.grab = { thing, to: thing.at, from: spot.world, push: spot.shift && !thing.held, by: unmoved(thing) };
     return true;
   }
 
@@ -206,16 +204,14 @@ export class Touch implements Tool {
     return true;
   }
 
-  /** Take what is held a step on; the value of a joint grows to the right and up. */
+  /** Take what is held a step on. */
   private nudge(grab: Grab, way: Point, share: number): void {
     const { held } = grab.thing;
     if (!held || !("grip" in held)) {
       grab.to = add(grab.to, times(way, share * STEP));
       return;
     }
-    const { facts, value } = held;
-    const wanted = value + grab.by + share * (facts.slides ? STEP : TURN) * (way[0] + way[1]);
-    grab.by = Math.min(Math.max(wanted, facts.lower ?? wanted), facts.upper ?? wanted) - value;
+    grab.by = stepped(held, grab.by, way, share);
     this.follow(grab, held);
   }
 
@@ -230,7 +226,7 @@ export class Touch implements Tool {
     const things = this.things();
     const now = things.findIndex((thing) => thing.name === this.grab?.thing.name);
     const thing = things[(now + step + things.length) % Math.max(things.length, 1)] ?? things[0];
-    if (thing) this.grab = { thing, to: thing.at, from: null, push: false, by: 0 };
+    if (thing) this.grab = { thing, to: thing.at, from: null, push: false, by: unmoved(thing) };
   }
 
   private finish(): void {
@@ -239,7 +235,7 @@ export class Touch implements Tool {
     if (!grab) return;
     const way = minus(grab.to, grab.thing.at);
     const { held } = grab.thing;
-    if (held && "grip" in held) grab.by !== 0 && this.send(this.jointEvent({ ...held, value: held.value + grab.by }));
+    if (held && "grip" in held) !isStill(grab.by) && this.send(this.jointEvent(jointAfter(held, grab.by)));
     else if (held) length(way) > 0 && this.send(reachEvent(held, grab.to));
     else if (grab.push) this.send({ shove: grab.thing.name, impulse: [...times(way, PER_METRE).map(rounded), 0] });
     else if (length(way) > 0) this.send({ move: grab.thing.name, to: grab.to.map(rounded) });
@@ -315,7 +311,7 @@ export class Touch implements Tool {
     if (held && "grip" in held) {
       context.fillStyle = palette.accent;
       drawJoint(context, held, view, grab.by);
-      return this.letters(context, jointSaid({ ...held, value: held.value + grab.by }).join(" "), to);
+      return this.letters(context, jointSaid(jointAfter(held, grab.by)).join(" "), to);
     }
     context.setLineDash(grab.push ? [] : [5, 4]);
     context.beginPath();
@@ -343,6 +339,10 @@ export class Touch implements Tool {
     context.fillStyle = palette.ink;
     context.fillText(text, x + 12, y - 12);
   }
+}
+
+function unmoved({ held }: Touchable): Change {
+  return held && "grip" in held ? still(held) : 0;
 }
 
 function isJoint({ held }: Touchable): boolean {

@@ -4,7 +4,7 @@ import type { Point, Values } from "../api";
 import type { Palette } from "../plan/palette";
 import type { PlanView } from "../plan/view";
 import type { Lead, Led, Place } from "../scene/grip";
-import { gripAfter, type HeldJoint, showsOnPlan } from "./joint_grips";
+import { type Change, gripAfter, type HeldJoint, showsOnPlan, still } from "./joint_grips";
 import type { Standing, Touchable } from "./touch";
 
 /** Half the side of a handle [px]. */
@@ -122,7 +122,7 @@ export function drawTools(context: CanvasRenderingContext2D, tools: Touchable[],
     context.fillStyle = palette.paper;
     context.strokeStyle = palette.accent;
     if (held && "grip" in held) {
-      drawJoint(context, held, view, 0);
+      drawJoint(context, held, view, still(held));
       continue;
     }
     context.fillRect(x - HALF, y - HALF, 2 * HALF, 2 * HALF);
@@ -130,8 +130,8 @@ export function drawTools(context: CanvasRenderingContext2D, tools: Touchable[],
   }
 }
 
-/** Draw the handle of a joint once its value has changed by so much [rad, m]. */
-export function drawJoint(context: CanvasRenderingContext2D, { grip }: HeldJoint, view: PlanView, by: number): void {
+/** Draw the handle of a joint once it was moved. */
+export function drawJoint(context: CanvasRenderingContext2D, { grip }: HeldJoint, view: PlanView, by: Change): void {
   const [x, y] = gripAfter(grip, by);
   const end = view.toScreen([x, y]);
   context.beginPath();

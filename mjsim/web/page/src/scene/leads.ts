@@ -4,7 +4,7 @@
  */
 
 import { Group, LineBasicMaterial, LineSegments, Matrix4, type Object3D, Vector3 } from "three";
-import { changeTo, gripAfter } from "../run/joint_grips";
+import { type Change, changeTo, gripAfter, jointAfter } from "../run/joint_grips";
 import { el } from "../dom";
 import { color } from "../shell/theme";
 import { Signal } from "../signal";
@@ -30,8 +30,8 @@ interface Held extends Knob {
   to: Vector3 | null;
   /** What is held, as it was taken. */
   lead: Lead;
-  /** By how much the value of a joint is to change [rad, m]. */
-  by: number;
+  /** By how much a joint is to move. */
+  by: Change;
 }
 
 type Find = (body: string) => Object3D | null;
@@ -80,7 +80,7 @@ export class Leads implements Owner {
     if (shown !== this.shown) {
       this.shown = shown;
       clearHandles(this.group);
-      this.group.add(...this.leads.map((lead) => (lead.joint ? drawnJoint() : drawn(lead.key === this.active))));
+      for (const lead of this.leads) this.group.add(lead.joint ? drawnJoint() : drawn(lead.key === this.active));
     }
     this.scale();
   }
@@ -179,7 +179,7 @@ export class Leads implements Owner {
     this.stage.soon();
     if (!done || !held?.to || !lead) return;
     const { joint } = held.lead;
-    if (joint) return this.led.emit({ key: lead.key, to: held.to.toArray(), joint: { ...joint, value: joint.value + held.by } });
+    if (joint) return this.led.emit({ key: lead.key, to: held.to.toArray(), joint: jointAfter(joint, held.by) });
     const to = held.to.clone().applyMatrix4(this.frame(lead).clone().invert());
     this.led.emit({ key: lead.key, to: to.toArray() });
   }

@@ -225,6 +225,7 @@ export const EN_FIELDS = {
   "field.rollers": "Rollers",
   "field.rolling_shutter": "Rolling shutter",
   "field.rosette": "Rosette",
+  "field.rotation": "Rotation",
   "field.rotor_inertia": "Rotor inertia",
   "field.rows": "Rows",
   "field.rpm": "Rpm",
