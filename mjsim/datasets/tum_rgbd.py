@@ -107,7 +107,11 @@ def _poses(recorded: RecordedRobots, robot: str, camera: str, stamps: Sequence[f
 
 
 def _felt(tick: RecordedTick, imu: str | None) -> list[ImuReading]:
-    return [] if tick.seen is None else [each for each in tick.seen.imu if each.name == imu]
+    return (
+        []
+        if tick.seen is None
+        else [each for each in tick.seen.imu if each.name == imu and np.isfinite(each.acceleration).all()]
+    )
 
 
 def _in_steps(metres: Array) -> "np.ndarray[tuple[int, ...], np.dtype[np.uint16]]":

@@ -146,7 +146,7 @@ class ImuReading:
     stamp: float
     """End of its averaging period [s]."""
     acceleration: Array
-    """Specific force, (0, 0, 9.81) at rest, shape (3,) [m/s^2]."""
+    """Specific force, (0, 0, 9.81) at rest, shape (3,) [m/s^2]; NaN from a sensor of a log without accelerometers."""
     turn: Array
     """Angular velocity about x, y and z, shape (3,) [rad/s]; NaN from a sensor of a log that has no gyroscopes."""
     name: str = "imu"

@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mjsim.errors import LONGEST_MESSAGE
 from mjsim.geometry import Array, Pose3
 from mjsim.interface import ImuReading
 from mjsim.logs.bag_clocks import Clocks
 from mjsim.logs.bag_clouds import end_of
 from mjsim.logs.bag_file import Bag, RosMessage
-from mjsim.logs.bag_frames import BASES, FrameTree, frame_name, matrix_of
+from mjsim.logs.bag_frames import FrameTree, frame_name, is_odometry, matrix_of
 from mjsim.logs.bag_gps import Fix, fix_of
 from mjsim.logs.bag_messages import imu_of, pose_of, scan_of, twist_of
 from mjsim.logs.bag_pictures import is_depth, size_of
@@ -33,7 +34,7 @@ UNSTAMPED = ("geometry_msgs/msg/Twist", *TRANSFORMS)
 LONGEST_SIMULATED = 1e8
 """Stamps below are of a simulation, or count from the start of a robot; those since 1970 are far above [s]."""
 MOST_UNSET = 1000
-"""Messages in which a stamp above 0 is looked for."""
+"""Messages in which a stamp above 0, or a frame that moves, is looked for."""
 BEAMS_SPREAD = 0.2
 """By what fraction the beams of a scan may differ from the usual number; cheap lidars vary, as their motors do."""
 
@@ -108,6 +109,7 @@ class Contents:
         """Read the bag once, and again if clocks jumped."""
         self._bag, self._clocks = bag, Clocks()
         self._takes = self._roles(robots)
+        self._shared = robots[0].shared
         self._wants_odometry = any(robot.odometry is None for robot in robots)
         self._simulated = self._is_simulated()
         self._read()
@@ -137,6 +139,8 @@ class Contents:
         self.fix_frames: dict[str, str] = {}
         self.infos: dict[str, Any] = {}
         self.left_out: Counter[str] = Counter()
+        self.reasons: dict[str, str] = {}
+        """Topic -> why its first invalid message is left out."""
         self._unstamped: set[str] = set()
         """Topics without stamps, whose times are those of the recorder."""
         self._transforms: Counter[str] = Counter()
@@ -145,8 +149,9 @@ class Contents:
             first, last = first or message.time, max(last, message.time)
             try:
                 self._takes[message.topic](message)
-            except ValueError:
+            except ValueError as error:
                 self.left_out[message.topic] += 1
+                self.reasons.setdefault(message.topic, f"{error}"[:LONGEST_MESSAGE])
         for topic in self._unstamped:
             moves = self.moves[topic]
             times = self._clocks.stamps_at(np.array([row[0] for row in moves.twists]))
@@ -193,13 +198,13 @@ class Contents:
         if not self._wants_odometry and self._transforms[message.topic] > MOST_TRANSFORMS:
             return
         transforms = self._bag.decode(message).transforms
-        robot = told_by(message.topic)
+        robot = told_by(message.topic, self._shared)
         self._frames.setdefault(robot, FrameTree()).add(transforms, fixed=message.topic.endswith("tf_static"))
         if not self._wants_odometry:
             return
         for each in transforms:
             outer, inner = frame_name(each.header.frame_id), frame_name(each.child_frame_id)
-            if outer.rpartition("/")[2].startswith("odom") and inner.rpartition("/")[2] in BASES:
+            if is_odometry(outer, inner) and not message.topic.endswith("tf_static"):
                 stamp = each.header.stamp
                 time = self._told(message, f"{inner} in {message.topic}", stamp.sec + 1e-9 * stamp.nanosec)
                 moves = self.carried.setdefault((robot, inner), Moves(child=inner))
@@ -293,6 +298,19 @@ class Contents:
         for topic, fixes in self.fixes.items():
             self.fixes[topic] = sorted((f for f in fixes if abs(f.time - middle) <= most), key=lambda fix: fix.time)
             self.left_out[topic] += len(fixes) - len(self.fixes[topic])
+
+
+def moving_in_tf(bag: Bag) -> list[str]:
+    """Return the namespaces of frames, such as 'one' of 'one/base_link', that move in frames of odometry."""
+    found: dict[str, None] = {}
+    topics = {topic for topic, kind in bag.types.items() if kind in TRANSFORMS}
+    for message in islice(bag.messages(topics), MOST_UNSET):
+        with suppress(ValueError):
+            for each in bag.decode(message).transforms:
+                outer, inner = frame_name(each.header.frame_id), frame_name(each.child_frame_id)
+                if is_odometry(outer, inner) and "/" in inner:
+                    found[inner.partition("/")[0]] = None
+    return list(found)
 
 
 def times_of(streams: Mapping[str, Stream]) -> dict[str, NDArray[np.int64]]:

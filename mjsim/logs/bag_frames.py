@@ -20,6 +20,17 @@ def frame_name(name: str) -> str:
     return name.lstrip("/")
 
 
+def is_odometry(outer: str, inner: str) -> bool:
+    """Return whether the pose of a frame in another may be odometry: of any frame but a map, in one named after it."""
+    frame, robot = outer.rpartition("/")[2], inner.rpartition("/")[2]
+    return "odom" in frame and not any(word in robot for word in ("odom", "map", "world"))
+
+
+def is_base(frame: str) -> bool:
+    """Return whether a frame has a usual name of a robot's frame."""
+    return frame.rpartition("/")[2] in BASES
+
+
 def matrix_of(position: Any, orientation: Any) -> Array:
     """Return the homogeneous transform of a position [m] and a quaternion of ROS, shape (4, 4).
 

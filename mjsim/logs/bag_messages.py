@@ -14,6 +14,8 @@ NEAREST, FARTHEST = 0.01, 100.0
 """Range limits of a lidar whose messages do not give them [m]."""
 ASSUMED_FOV = math.radians(60.0)
 """Horizontal field of view of a camera without calibration."""
+UNMEASURED = -1.0
+"""First element of a covariance of what an inertial sensor does not measure."""
 FASTEST = 1e6
 """Maximum of a valid twist [m/s, rad/s]."""
 UPSIDE_DOWN = -0.5
@@ -83,15 +85,24 @@ def limits_of(message: Any) -> tuple[float, float]:
 
 
 def imu_of(message: Any, stamp: float) -> ImuReading:
-    """Return the reading of a `sensor_msgs/Imu` in its own frame.
+    """Return the reading of a `sensor_msgs/Imu` in its own frame; NaN where it says that it does not measure.
 
     Raises:
         ValueError: A number is not finite.
+
+    References:
+        ROS REP 145, Conventions for IMU sensor drivers: a first element of -1 in a covariance.
     """
     force, turn = message.linear_acceleration, message.angular_velocity
     acceleration, rate = np.array([[force.x, force.y, force.z], [turn.x, turn.y, turn.z]], dtype=float)
     if not np.isfinite(acceleration).all() or not np.isfinite(rate).all():
         raise ValueError("an inertial reading that is not a number")
+    for values, covariance in (
+        (acceleration, message.linear_acceleration_covariance),
+        (rate, message.angular_velocity_covariance),
+    ):
+        if covariance[0] == UNMEASURED:
+            values[:] = np.nan
     return ImuReading(stamp, acceleration, rate)
 
 

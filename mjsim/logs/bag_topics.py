@@ -49,6 +49,8 @@ class RobotTopics:
     name: str
     space: str = ""
     """Its namespace, as returned by `told_by`; empty without one."""
+    shared: str = ""
+    """Namespace that all robots are in, such as '/fleet'; usually empty."""
     odometry: str | None = None
     truth: str | None = None
     scan: Mapping[str, str] = field(default_factory=dict)
@@ -69,7 +71,11 @@ class RobotTopics:
 
 
 def robots_of(
-    types: Mapping[str, str], *, asked: Mapping[str, Sequence[str]], names: Sequence[str]
+    types: Mapping[str, str],
+    *,
+    asked: Mapping[str, Sequence[str]],
+    names: Sequence[str],
+    moving: Collection[str] = (),
 ) -> list[RobotTopics]:
     """Return the robots of a bag and their topics.
 
@@ -79,18 +85,27 @@ def robots_of(
         types: Topic -> type.
         asked: Kind of data -> topics named by the user.
         names: Robots named by the user; by default all.
+        moving: Namespaces of frames that move in /tf, as odometry.
 
     Raises:
         UsageError: A named topic or robot does not exist, or one topic must be chosen from several.
     """
-    _check(types, asked)
-    spaces = _namespaces(types, asked)
+    shared = _shared(types, asked)
+    _check(types, asked, shared)
+    spaces = _namespaces(types, asked, shared, moving)
     for name in names:
         if name not in spaces:
             raise UsageError(f"no robot '{name}' in this bag{did_you_mean(name, spaces)}")
     several = len(spaces) > 1
     return [
-        _robot(name, space, [topic for topic in types if not several or _first(topic) == space], types, asked)
+        _robot(
+            name,
+            space,
+            [topic for topic in types if not several or _first(topic, shared) == space],
+            types,
+            asked,
+            shared,
+        )
         for name, space in spaces.items()
         if not names or name in names
     ]
@@ -102,12 +117,25 @@ def plain_topic(topic: str) -> str:
     return before if last in TRANSPORTS else topic
 
 
-def told_by(topic: str) -> str:
-    """Return the name of the robot in whose namespace a topic is; empty outside namespaces."""
-    return _plain(_first(topic))
+def told_by(topic: str, shared: str = "") -> str:
+    """Return the name of the robot in whose namespace a topic is; empty outside namespaces.
+
+    Args:
+        topic: Name of the topic.
+        shared: Namespace that all robots are in, as in `RobotTopics`.
+    """
+    return _plain(_first(topic, shared))
 
 
-def _check(types: Mapping[str, str], asked: Mapping[str, Sequence[str]]) -> None:
+def _shared(types: Mapping[str, str], asked: Mapping[str, Sequence[str]]) -> str:
+    """Return the namespace that several robots are in, as '/fleet' in '/fleet/one/odom'; empty without one."""
+    moved = asked.get("odometry") or [topic for topic, kind in types.items() if kind == ODOMETRY]
+    words = [topic.strip("/").split("/") for topic in moved]
+    is_deep = all(len(each) > 2 for each in words) and len({each[0] for each in words}) == 1
+    return f"/{words[0][0]}" if is_deep and len({each[1] for each in words}) > 1 else ""
+
+
+def _check(types: Mapping[str, str], asked: Mapping[str, Sequence[str]], shared: str) -> None:
     for kind, topics in asked.items():
         if kind not in TYPES:
             raise UsageError(f"no kind of topic '{kind}'{did_you_mean(kind, TYPES)}")
@@ -117,15 +145,19 @@ def _check(types: Mapping[str, str], asked: Mapping[str, Sequence[str]]) -> None
             if types[topic] not in TYPES[kind]:
                 kinds = " or ".join(TYPES[kind])
                 raise UsageError(f"topic '{topic}' is of {types[topic]}; {kind} is read from {kinds}")
-        if kind in SINGLE and len({_first(topic) for topic in topics}) < len(topics):
+        if kind in SINGLE and len({_first(topic, shared) for topic in topics}) < len(topics):
             raise UsageError(f"{kind} is read from one topic of a robot; name one with --topic {kind}=...")
 
 
-def _namespaces(types: Mapping[str, str], asked: Mapping[str, Sequence[str]]) -> dict[str, str]:
+def _namespaces(
+    types: Mapping[str, str], asked: Mapping[str, Sequence[str]], shared: str, moving: Collection[str]
+) -> dict[str, str]:
     """Return robot name -> namespace, which is empty for a robot without its own."""
     moved = [topic for topic, kind in types.items() if kind == ODOMETRY and not _is_truth(topic)]
-    spaces = list(dict.fromkeys(_first(topic) for topic in asked.get("odometry") or moved))
-    of_robots = {_first(topic) for topic, kind in types.items() if kind in OF_ROBOTS}
+    spaces = list(dict.fromkeys(_first(topic, shared) for topic in asked.get("odometry") or moved))
+    of_robots = {_first(topic, shared) for topic, kind in types.items() if kind in OF_ROBOTS}
+    if not spaces:
+        spaces = [space for space in moving if space in of_robots]
     if len(spaces) > 1 and all(space in of_robots for space in spaces):
         taken: set[str] = set()
         return {_free(_plain(space) or NAMELESS, taken): space for space in spaces}
@@ -137,7 +169,12 @@ def _namespaces(types: Mapping[str, str], asked: Mapping[str, Sequence[str]]) ->
 
 
 def _robot(
-    name: str, space: str, topics: Collection[str], types: Mapping[str, str], asked: Mapping[str, Sequence[str]]
+    name: str,
+    space: str,
+    topics: Collection[str],
+    types: Mapping[str, str],
+    asked: Mapping[str, Sequence[str]],
+    shared: str,
 ) -> RobotTopics:
     def of(kind: str) -> list[str]:
         wanted = [topic for topic in asked.get(kind, ()) if topic in topics]
@@ -149,7 +186,7 @@ def _robot(
     pictures = [topic for topic in of("camera") if plain_topic(topic) == topic or plain_topic(topic) not in types]
     taken: set[str] = set()
     named = {
-        kind: {_sensor_name(topic, f"/{space}/", kind, taken): topic for topic in sorted(found)}
+        kind: {_sensor_name(topic, f"{shared}/{space}/", kind, taken): topic for topic in sorted(found)}
         for kind, found in (("scan", of("scan")), ("camera", pictures), ("imu", of("imu")), ("cloud", of("cloud")))
     }
     # Other topics of velocities may hold anything.
@@ -160,6 +197,7 @@ def _robot(
     return RobotTopics(
         name=name,
         space=_plain(space),
+        shared=shared,
         odometry=_one("odometry", moved),
         truth=_one("truth", truths),
         gps=fixes[0] if len(fixes) == 1 and not truths else None,
@@ -199,9 +237,9 @@ def _plain(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9_.-]", "_", name)[:60].lstrip(".-")
 
 
-def _first(topic: str) -> str:
-    """Return the first namespace of a topic; empty without one."""
-    words = topic.strip("/").split("/")
+def _first(topic: str, shared: str = "") -> str:
+    """Return the first namespace of a topic, below a shared one; empty without one."""
+    words = topic.removeprefix(f"{shared}/").strip("/").split("/")
     return words[0] if len(words) > 1 else ""
 
 

@@ -20,15 +20,15 @@ from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.geometry import Array, Pose3
 from mjsim.interface import CameraFrame, ImuReading, Intrinsics, PointCloud, Scan
 from mjsim.logs.bag_clouds import cloud_of
-from mjsim.logs.bag_contents import Contents, Moves, Stream, times_of
+from mjsim.logs.bag_contents import Contents, Moves, Stream, moving_in_tf, times_of
 from mjsim.logs.bag_file import Bag, BagMessages, is_bag
-from mjsim.logs.bag_frames import frame_name
+from mjsim.logs.bag_frames import frame_name, is_base
 from mjsim.logs.bag_gps import gps_poses
 from mjsim.logs.bag_messages import UPSIDE_DOWN, assumed_intrinsics, intrinsics_of, scan_of
 from mjsim.logs.bag_pictures import depth_of, frame_of, shown_depth
-from mjsim.logs.bag_topics import INFO, TRANSFORMS, RobotTopics, plain_topic, robots_of
+from mjsim.logs.bag_topics import INFO, ODOMETRY, TRANSFORMS, RobotTopics, plain_topic, robots_of
 from mjsim.logs.log import AHEAD, Log, Mount, Wishes
-from mjsim.logs.merge import longest_gap, track_of
+from mjsim.logs.merge import jumps_of, longest_gap, track_of, without_jumps
 from mjsim.logs.readings import TOGETHER, Readings, partners
 from mjsim.logs.robot_log import NO_ODOMETRY, RobotLog
 from mjsim.record import LoggedCamera, LoggedFrame, logged_frame
@@ -52,7 +52,8 @@ def read_bag(path: Path, wishes: Wishes, stack: ExitStack) -> list[Log]:
         UsageError: It is not a bag, has no supported topic, or the choice of a topic is ambiguous.
     """
     bag = stack.enter_context(Bag(path))
-    robots = robots_of(bag.types, asked=wishes.topics, names=wishes.robots)
+    moving = () if ODOMETRY in bag.types.values() else moving_in_tf(bag)
+    robots = robots_of(bag.types, asked=wishes.topics, names=wishes.robots, moving=moving)
     if not any(robot.all() for robot in robots) and not any(kind in TRANSFORMS for kind in bag.types.values()):
         types = ", ".join(sorted(set(bag.types.values()))) or "nothing"
         line = f"'{path}' holds no odometry, scans, clouds, pictures or IMU of ROS; it has {types}"
@@ -71,8 +72,10 @@ def read_bag(path: Path, wishes: Wishes, stack: ExitStack) -> list[Log]:
 
 def _left_out(contents: Contents, robots: Sequence[RobotTopics]) -> dict[str, str]:
     """Return the metadata about left-out messages of topics that are read."""
-    topics = (topic for robot in robots for topic in robot.all())
-    return {f"{topic} messages left out": str(contents.left_out[topic]) for topic in topics}
+    topics = [topic for robot in robots for topic in robot.all()]
+    counts = {f"{topic} messages left out": str(contents.left_out[topic]) for topic in topics}
+    reasons = contents.reasons
+    return counts | {f"first message of {topic} left out": reasons[topic] for topic in topics if topic in reasons}
 
 
 def _unread(bag: Bag, robots: Sequence[RobotTopics]) -> dict[str, str]:
@@ -94,6 +97,10 @@ class _Robot:
         self._notes: dict[str, str] = {}
         self._odometry = self._moves(topics.odometry) or self._transformed()
         self._track = None if self._odometry is None else self._odometry.planar()
+        if self._track is not None and len(jumps := jumps_of(self._track)):
+            self._track = without_jumps(self._track, jumps)
+            at = ", ".join(f"{self._track[row, 0]:.3f}" for row in jumps[:5].tolist())
+            self._notes["jumps of odometry left out"] = f"{len(jumps)}, as when a driver starts again; at {at} s"
         if self._track is None:
             self._notes.setdefault("odometry", NO_ODOMETRY)
         elif self._odometry is not None and self._odometry.by_twists():
@@ -163,6 +170,7 @@ class _Robot:
         name = self._topics.space
         own = [moves for (space, child), moves in carried.items() if name in (space, child.partition("/")[0])]
         found = own or list(carried.values())
+        found = [moves for moves in found if is_base(moves.child)] or found
         if len(found) != 1:
             if found:
                 frames = ", ".join(moves.child for moves in found)

@@ -13,6 +13,7 @@ from mjsim.geometry import Pose, Pose3, places_at, poses_at
 from mjsim.interface import PointCloud, Scan
 from mjsim.logs.merge import MotionNoise
 from mjsim.logs.noise_file import UNBIASED, Bias, read_noise
+from mjsim.logs.origin import near_origin
 from mjsim.logs.robot_log import NO_ODOMETRY, RobotLog, write_robot_logs
 from mjsim.logs.ticks import cut, name_from
 from mjsim.output import require_free
@@ -161,6 +162,8 @@ def record_logs(
     """
     if record is not None:
         require_free(Path(record), overwrite=overwrite)
+    robots, marks, origin = near_origin([log.robot for log in logs], [log.landmarks for log in logs])
+    logs = [replace(log, robot=robot, landmarks=near) for log, robot, near in zip(logs, robots, marks, strict=True)]
     firsts, lasts = zip(*(log.times() for log in logs), strict=True)
     rate = wishes.rate_hz or max(_rate_of(log) for log in logs)
     # Data after the last tick is given at the next tick.
@@ -175,6 +178,8 @@ def record_logs(
         )
     _require_sizes(logs, source)
     notes = {key: value for log in logs for key, value in (*log.notes.items(), *_missed_truth(log, span))}
+    if origin:
+        notes["origin of the world"] = origin
     if not all(log.robot.has_odometry() for log in logs):
         notes.setdefault("odometry", NO_ODOMETRY)
     return write_robot_logs(

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose, places_at, wrap_angles
 from mjsim.interface import Odometry
@@ -15,6 +16,10 @@ exact, and estimators that invert the covariance need it to be regular [m/sqrt(r
 
 UNKNOWN = np.array([1.0, 1.0, 1.0])
 """Motion of a robot without odometry, as a random walk: that of walking pace [m/sqrt(s), m/sqrt(s), rad/sqrt(s)]."""
+
+LEAST_JUMP, FASTEST, TIMES_USUAL = (0.5, 0.5), (5.0, 2.0 * math.pi), 10.0
+"""Steps of odometry that exceed the first, faster than the second and than this many times its usual speed, are jumps;
+of position and of heading [m, rad], [m/s, rad/s], [1]."""
 
 GAP, STEPS = 0.1, 1.5
 """The truth is unknown between two poses farther apart than both of these [s, usual steps of the truth]."""
@@ -131,6 +136,44 @@ def _least(way: float, turned: float, noise: MotionNoise) -> Array:
     """Return the covariance added to every arc: tyres slip sideways, and a turn shifts the robot a little."""
     pivot = PIVOT**2 * turned
     return np.diag([pivot, noise.aside**2 * way + pivot, 0.0])
+
+
+def jumps_of(track: Array) -> NDArray[np.intp]:
+    """Return the rows of odometry before which it jumped, as when a driver starts again at the origin.
+
+    Args:
+        track: Rows of time [s], x, y [m] and heading [rad], in order of time, shape (K, 4).
+    """
+    if len(track) < 3:
+        return np.zeros(0, dtype=np.intp)
+    steps = np.diff(track, axis=0)
+    lasting = np.maximum(steps[:, 0], float(np.median(steps[:, 0])) or 1e-3)
+    amounts = np.hypot(steps[:, 1], steps[:, 2]), np.abs(wrap_angles(steps[:, 3]))
+    jumped = np.zeros(len(steps), dtype=bool)
+    for amount, least, fastest in zip(amounts, LEAST_JUMP, FASTEST, strict=True):
+        rates = amount / lasting
+        # Most robots are seldom fast: what is usual is taken from the steps in which they move at all.
+        usual = float(np.quantile(rates[rates > 0.0], 0.9)) if rates.any() else 0.0
+        jumped |= (amount > least) & (rates > fastest) & (rates > TIMES_USUAL * usual)
+    return np.asarray(np.flatnonzero(jumped) + 1, dtype=np.intp)
+
+
+def without_jumps(track: Array, jumps: NDArray[np.intp]) -> Array:
+    """Return odometry that goes on where it was before each jump, shape (K, 4).
+
+    Args:
+        track: As in `jumps_of`.
+        jumps: Rows before which it jumped.
+    """
+    joined = track.copy()
+    for row in jumps.tolist():
+        before, after = Pose.from_array(joined[row - 1, 1:]), Pose.from_array(joined[row, 1:])
+        moved = before @ after.inverse()
+        c, s = math.cos(moved.heading), math.sin(moved.heading)
+        x, y = joined[row:, 1].copy(), joined[row:, 2].copy()
+        joined[row:, 1], joined[row:, 2] = moved.x + c * x - s * y, moved.y + s * x + c * y
+        joined[row:, 3] = wrap_angles(joined[row:, 3] + moved.heading)
+    return joined
 
 
 def longest_gap(truth: Array | None) -> float:

@@ -197,21 +197,21 @@ def laser_scan(scan: Scan, frame: str, *, rate_hz: float) -> Any:
 
 
 def imu(reading: ImuReading, frame: str, noise: Mapping[str, float]) -> Any:
-    """Return an inertial reading; a first covariance of -1 means that there is no orientation."""
+    """Return an inertial reading; a first covariance of -1 means that something is not measured, as its orientation."""
     unknown = np.zeros(9)
     unknown[0] = -1.0
 
-    def covariance(key: str) -> Array:
-        return (np.eye(3) * noise.get(key, 0.0) ** 2).ravel()
+    def measured(key: str, values: Array) -> tuple[Any, Array]:
+        if not np.isfinite(values).all():
+            return _vector((0.0, 0.0, 0.0)), unknown
+        return _vector(values), (np.eye(3) * noise.get(key, 0.0) ** 2).ravel()
 
     return _of("sensor_msgs/msg/Imu")(
         _header(reading.stamp, frame),
         _of("geometry_msgs/msg/Quaternion")(0.0, 0.0, 0.0, 1.0),
         unknown,
-        _vector(reading.turn),
-        covariance("turn"),
-        _vector(reading.acceleration),
-        covariance("acceleration"),
+        *measured("turn", reading.turn),
+        *measured("acceleration", reading.acceleration),
     )
 
 

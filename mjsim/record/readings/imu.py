@@ -34,6 +34,10 @@ def _readings(messages: Sequence[Message]) -> tuple[ImuReading, ...]:
     )
 
 
+def _xyz(values: Array) -> dict[str, float]:
+    return dict(zip("xyz", values.tolist(), strict=True))
+
+
 def _topic_message(tick: Tick, robot: str) -> Message | None:
     """Return the readings of a tick for plots."""
     seen = tick.seen.get(robot)
@@ -43,8 +47,11 @@ def _topic_message(tick: Tick, robot: str) -> Message | None:
         {
             "name": each.name,
             "stamp": each.stamp,
-            "acceleration": dict(zip("xyz", each.acceleration.tolist(), strict=True)),
-            **({"turn": dict(zip("xyz", each.turn.tolist(), strict=True))} if np.isfinite(each.turn).all() else {}),
+            **{
+                key: _xyz(values)
+                for key, values in (("acceleration", each.acceleration), ("turn", each.turn))
+                if np.isfinite(values).all()
+            },
         }
         for each in seen.imu
     ]
@@ -54,7 +61,7 @@ def _topic_message(tick: Tick, robot: str) -> Message | None:
 def _stream_messages(robot: str, readings: Sequence[ImuReading]) -> Iterator[tuple[str, Message]]:
     """Yield topic and message of each reading, with the fields of `sensor_msgs/Imu`."""
     for each in readings:
-        turns = bool(np.isfinite(each.turn).all())
+        turns, felt = (bool(np.isfinite(values).all()) for values in (each.turn, each.acceleration))
         yield (
             f"/{robot}/{each.name}/imu",
             {
@@ -62,10 +69,10 @@ def _stream_messages(robot: str, readings: Sequence[ImuReading]) -> Iterator[tup
                 "header": {"stamp": stamp_json(each.stamp), "frame_id": f"{robot}/{each.name}"},
                 "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0},
                 "orientation_covariance": NONE,
-                "angular_velocity": dict(zip("xyz", each.turn.tolist() if turns else (0.0, 0.0, 0.0), strict=True)),
+                "angular_velocity": _xyz(each.turn if turns else np.zeros(3)),
                 "angular_velocity_covariance": UNKNOWN if turns else NONE,
-                "linear_acceleration": dict(zip("xyz", each.acceleration.tolist(), strict=True)),
-                "linear_acceleration_covariance": UNKNOWN,
+                "linear_acceleration": _xyz(each.acceleration if felt else np.zeros(3)),
+                "linear_acceleration_covariance": UNKNOWN if felt else NONE,
             },
         )
 
@@ -129,10 +136,12 @@ IMU = Codec(
                         {
                             "name": schema.text("Of the sensor"),
                             "stamp": schema.number("[s]"),
-                            "acceleration": schema.xyz("Specific force in the sensor's frame [m/s^2]"),
+                            "acceleration": schema.xyz(
+                                "Specific force in the sensor's frame [m/s^2]; left out without"
+                            ),
                             "turn": schema.xyz("Angular velocity in the sensor's frame [rad/s]; left out without"),
                         },
-                        optional=("turn",),
+                        optional=("acceleration", "turn"),
                     ),
                     "In time, one sensor after the other",
                 )
@@ -154,7 +163,7 @@ IMU = Codec(
                 "angular_velocity": schema.xyz("In the sensor's frame [rad/s]"),
                 "angular_velocity_covariance": schema.numbers("Zeros: unknown; -1 first: not measured", count=9),
                 "linear_acceleration": schema.xyz("Specific force in the sensor's frame [m/s^2]"),
-                "linear_acceleration_covariance": schema.numbers("Zeros: unknown", count=9),
+                "linear_acceleration_covariance": schema.numbers("Zeros: unknown; -1 first: not measured", count=9),
             },
         ),
         messages=_stream_messages,
