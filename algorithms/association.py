@@ -16,8 +16,8 @@ from mjsim.geometry import Array, wrap_angles
 
 from .ekf_filter import EkfSlamFilter
 
-MOST_HYPOTHESES = 20_000
-"""Largest number of steps, after which the search takes the best pairing so far; a room needs some dozens per tick."""
+MAX_STEPS = 20_000
+"""Maximum number of steps; then the search returns the best pairing so far. A room needs some dozens per tick."""
 
 
 def chi_square(share: float, freedoms: ArrayLike) -> Array:
@@ -129,15 +129,15 @@ class _Candidates:
         Z = np.asarray(measurements, dtype=float).reshape(-1, 2)
         R = np.broadcast_to(np.asarray(measurement_covariance, dtype=float), (len(Z), 2, 2))
         names = list(slam.names() if among is None else among)
-        expected, spread = slam.expect(names)
+        expected, expected_covariance = slam.expect(names)
         nu = Z[:, None] - expected
         nu[..., 1] = wrap_angles(nu[..., 1])
-        S = spread + R[:, None]
+        S = expected_covariance + R[:, None]
         distance = np.einsum("kni,kni->kn", nu, np.linalg.solve(S, nu[..., None])[..., 0])
         fits = distance < chi_square(confidence, 2)
-        near = np.flatnonzero(fits.any(axis=0))
-        chosen = [names[i] for i in near]
-        return cls(chosen, nu[:, near], distance[:, near], fits[:, near], slam.expect_together(chosen), R)
+        in_gate = np.flatnonzero(fits.any(axis=0))
+        chosen = [names[i] for i in in_gate]
+        return cls(chosen, nu[:, in_gate], distance[:, in_gate], fits[:, in_gate], slam.expect_together(chosen), R)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -183,7 +183,7 @@ class _Search:
         # The sightings with the fewest choices first: what is sure narrows the rest.
         self._order = sorted((row for row in rows if self._choices[row]), key=lambda row: len(self._choices[row]))
         self._gates = chi_square(confidence, 2 * np.arange(len(self._order) + 1).clip(1))
-        self._left = MOST_HYPOTHESES
+        self._left = MAX_STEPS
 
     def go(self, hypothesis: _Hypothesis, depth: int = 0) -> None:
         """Examine all extensions of a pairing that may be better than the best."""

@@ -64,8 +64,8 @@ class Lqr:
         self._lean = Lean(robot)
         self.feedback = ()
         self._turn_feedback = 0.0, 0.0
-        self._way, self._heading, self._begun = 0.0, 0.0, False
-        self._most = robot.balancing.max_torque
+        self._target_distance, self._heading, self._begun = 0.0, 0.0, False
+        self._max_torque = robot.balancing.max_torque
 
     def torques(self, sensed: FastReading, wanted: Command) -> Sequence[float]:
         """Return the torques of the left and the right motor [N m]."""
@@ -78,24 +78,26 @@ class Lqr:
         for reading in sensed.imu:
             self._lean.add(reading, spin)
         pitch, rate = self._lean.pitch, self._lean.rate
-        way, speed = radius * ((left + right) / 2 + pitch), spin + radius * rate
+        distance, speed = radius * ((left + right) / 2 + pitch), spin + radius * rate
         heading, turn = radius * (right - left) / track, radius * (right_rate - left_rate) / track
         if not self._begun or abs(pitch) > FALLEN:
-            self._way, self._heading, self._begun = way, heading, self._lean.known
+            self._target_distance, self._heading, self._begun = distance, heading, self._lean.known
         if abs(pitch) > FALLEN or not self._lean.known:
             return 0.0, 0.0
         k = self.feedback
-        push = -(k[0] * (way - self._way) + k[1] * pitch + k[2] * (speed - wanted.forward) + k[3] * rate)
+        push = -(
+            k[0] * (distance - self._target_distance) + k[1] * pitch + k[2] * (speed - wanted.forward) + k[3] * rate
+        )
         g = self._turn_feedback
         twist = -(g[0] * (heading - self._heading) + g[1] * (turn - wanted.turn))
-        self._way = _near(self._way + wanted.forward * sensed.dt, way, FARTHEST)
-        self._heading = _near(self._heading + wanted.turn * sensed.dt, heading, WIDEST)
+        self._target_distance = _clamped(self._target_distance + wanted.forward * sensed.dt, distance, FARTHEST)
+        self._heading = _clamped(self._heading + wanted.turn * sensed.dt, heading, WIDEST)
         return self._shared(push, twist)
 
     def _shared(self, push: float, twist: float) -> tuple[float, float]:
         """Return the torques of left and right; balancing has priority over turning."""
-        push = _near(push, 0.0, 2.0 * self._most)
-        twist = _near(twist, 0.0, 2.0 * self._most - abs(push))
+        push = _clamped(push, 0.0, 2.0 * self._max_torque)
+        twist = _clamped(twist, 0.0, 2.0 * self._max_torque - abs(push))
         return (push - twist) / 2, (push + twist) / 2
 
     def design(self, masses: BalancingInfo, *, wheel_radius: float, dt: float) -> tuple[float, ...]:
@@ -162,7 +164,7 @@ class Lean:
         dt, self._before = stamp - then, (stamp, spin, turn)
         gained = (spin - spun + self._radius * (turn - turned)) / dt
         sine = (gained * math.cos(self.pitch) + self._height * (turn - turned) / dt - force) / GRAVITY
-        error = math.asin(_near(sine, 0.0, 1.0)) - self.pitch
+        error = math.asin(_clamped(sine, 0.0, 1.0)) - self.pitch
         self.rate = turn - self._bias
         self.pitch += dt * (self.rate + 2.0 * CORRECTION * error)
         self._bias -= dt * CORRECTION**2 * error
@@ -176,8 +178,8 @@ class TickLean:
 
     def __init__(self, robot: RobotInfo) -> None:
         """Find the inertial sensor of a balancing robot."""
-        there = robot.balancing is not None and any(sensor.kind == "imu" for sensor in robot.sensors.values())
-        self._lean = Lean(robot) if there else None
+        has_imu = robot.balancing is not None and any(sensor.kind == "imu" for sensor in robot.sensors.values())
+        self._lean = Lean(robot) if has_imu else None
         self._radius, self._speed = robot.wheel_radius, 0.0
 
     def update(self, seen: Observation) -> float:
@@ -246,6 +248,6 @@ def regulator(A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.ndarray, *, dt:
     return K
 
 
-def _near(value: float, middle: float, most: float) -> float:
+def _clamped(value: float, middle: float, reach: float) -> float:
     """Return a value limited to a distance from a centre."""
-    return min(max(value, middle - most), middle + most)
+    return min(max(value, middle - reach), middle + reach)

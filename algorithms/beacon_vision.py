@@ -75,7 +75,7 @@ class BeaconVision:
         frame = seen.cameras.get(self._camera)
         if frame is None:
             return ()
-        found = self._look(self._rectifier.straight(frame))
+        found = self._detect(self._rectifier.straight(frame))
         self._followed = {picture.detection.name: picture for picture in found}
         self._moved = Pose(0.0, 0.0, 0.0)
         detections = [picture.detection for picture in found]
@@ -84,7 +84,7 @@ class BeaconVision:
         sightings = sightings_from(detections, level_from_camera, stamp=frame.stamp)
         return tuple(each for each in sightings if self._nearest <= each.range <= self._farthest)
 
-    def _look(self, frame: CameraFrame) -> list[FoundPicture]:
+    def _detect(self, frame: CameraFrame) -> list[FoundPicture]:
         view = PreparedImage(frame.image, frame.intrinsics)
         found = self._follow(view)
         self._newness += (

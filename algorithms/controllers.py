@@ -46,12 +46,12 @@ class Pid:
         change = 0.0 if self._last is None else (error - self._last) / dt
         self._last = error
         self._derivative += dt / (self.filter_time + dt) * (change - self._derivative)
-        wanted = self.kp * error + self._integral + self.kd * self._derivative
-        output = min(max(wanted, -self.limit), self.limit)
-        # Back-calculation with the tracking time kp / ki: the integral gives way by as much as was cut off.
+        unlimited = self.kp * error + self._integral + self.kd * self._derivative
+        output = min(max(unlimited, -self.limit), self.limit)
+        # Back-calculation with the tracking time kp / ki: the integral is reduced by the saturated part.
         self._integral += self.ki * dt * error
         if self.kp:
-            self._integral += min(1.0, self.ki * dt / self.kp) * (output - wanted)
+            self._integral += min(1.0, self.ki * dt / self.kp) * (output - unlimited)
         return output
 
 

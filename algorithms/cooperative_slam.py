@@ -83,16 +83,16 @@ class CooperativeSlam:
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
         """Start with an empty map and no reports."""
         self._slam.start(robot, catalogue, rng)
-        self._heard: dict[str, Map] = {}
+        self._received: dict[str, Map] = {}
         self._next = 0.0
 
     def update(self, seen: Observation) -> TeamEstimate:
         """Return the belief after this tick's observation, with a report when one is due."""
         for message in seen.messages:
             if isinstance(message.content, dict) and "places" in message.content:
-                self._heard[message.sender] = map_from(message.content)
+                self._received[message.sender] = map_from(message.content)
         own = self._slam.update(seen)
-        merged = functools.reduce(functools.partial(merge, common=self._common), self._heard.values(), map_of(own))
+        merged = functools.reduce(functools.partial(merge, common=self._common), self._received.values(), map_of(own))
         due = bool(own.landmarks) and seen.time >= self._next
         if due:
             self._next = seen.time + self._period

@@ -52,6 +52,6 @@ class Crab:
 
     def _toward(self, ahead: float, left: float, distance: float, heading: float) -> Command:
         """Return the twist in a direction of the robot's frame, with a distance left [m]."""
-        off = (self._heading - heading + math.pi) % (2.0 * math.pi) - math.pi
+        heading_error = (self._heading - heading + math.pi) % (2.0 * math.pi) - math.pi
         speed = min(self._speed, math.sqrt(self._robot.max_acceleration * distance), 2.0 * distance + 0.02)
-        return Command(speed * ahead, left=speed * left, turn=1.5 * off)
+        return Command(speed * ahead, left=speed * left, turn=1.5 * heading_error)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 from mjsim.interface import Command, Estimate, Observation, RobotInfo, ShownLines, WorldMap
 
-from .grid_search import a_star, length, shown_way, straightened
+from .grid_search import a_star, length, shown_path, straightened
 from .level_scan import LevelLidar
 from .occupancy import OccupancyGrid
 from .waypoints import Waypoints
@@ -64,8 +64,8 @@ class Explore:
 
     def command(self, seen: Observation, belief: Estimate) -> Command:
         """Return the twist that leads to the next frontier; zero when none is left."""
-        if (looked := self._scans.update(seen)) is not None:
-            self.grid.add(belief.pose @ looked.robot_from_lidar, looked.scan)
+        if (level_scan := self._scans.update(seen)) is not None:
+            self.grid.add(belief.pose @ level_scan.robot_from_lidar, level_scan.scan)
         if self.grid.log_odds.size and seen.time >= self._planned + REPLAN:
             self._planned = seen.time
             self._plan(belief)
@@ -93,18 +93,18 @@ class Explore:
         frontiers = sorted(self.frontiers(), key=len, reverse=True)[:6]
         for frontier in frontiers:
             goal = self._goal(distances.centres(frontier), place, distances.at, clearance)
-            way = None if goal is None else a_star(distances, place, goal, clearance=clearance, shyness=0.5)
-            if way is None:
+            path = None if goal is None else a_star(distances, place, goal, clearance=clearance, shyness=0.5)
+            if path is None:
                 continue
-            gain = len(frontier) * self.grid.cell - 0.3 * length(way)
+            gain = len(frontier) * self.grid.cell - 0.3 * length(path)
             if best is None or gain > best[0]:
-                best = gain, way
+                best = gain, path
         self.done = best is None
         self._follow = None
         if best is not None and len(best[1]) > 1:
-            way = straightened(distances, best[1], clearance=clearance)
-            self._shown = shown_way(way)
-            self._follow = Waypoints(way[1:].tolist(), speed=self._speed, lookahead=0.4)
+            path = straightened(distances, best[1], clearance=clearance)
+            self._shown = shown_path(path)
+            self._follow = Waypoints(path[1:].tolist(), speed=self._speed, lookahead=0.4)
             self._follow.start(replace(self._robot, prior=belief.pose), None, self._rng)
 
     def _goal(self, cells: Array, place: Array, distance: Any, clearance: float) -> Array | None:

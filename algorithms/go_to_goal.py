@@ -10,7 +10,7 @@ from mjsim.geometry import Array
 from mjsim.interface import Command, Estimate, Observation, RobotInfo, ShownLines, WorldMap
 
 from .distance_grid import DistanceGrid
-from .grid_search import a_star, shown_way, straightened
+from .grid_search import a_star, shown_path, straightened
 from .level_scan import LevelLidar
 from .waypoints import Waypoints
 
@@ -64,7 +64,7 @@ class GoToGoal:
         self._lidars = [LevelLidar(robot, name) for name in lidars]
         ends = np.concatenate([self._goals, [[robot.prior.x, robot.prior.y]]])
         corners = np.concatenate([ends, map.segments.reshape(-1, 2) if map else ends])
-        # A margin in which one may drive around what stands outside.
+        # A margin to drive around obstacles outside the walls.
         low, high = corners.min(axis=0) - 3.0, corners.max(axis=0) + 3.0
         frame = np.array([low, (high[0], low[1]), high, (low[0], high[1])])
         walls = map.segments if map is not None else np.zeros((0, 2, 2))
@@ -72,8 +72,8 @@ class GoToGoal:
             np.concatenate([walls, np.stack([frame, np.roll(frame, -1, axis=0)], axis=1)]), cell=self._cell, margin=0.5
         )
         self._left = [goal for goal in self._goals]
-        self._strange, self._since = np.zeros((0, 2)), np.zeros(0)
-        self._grid, self._way = self._walls, np.zeros((0, 2))
+        self._unmapped, self._since = np.zeros((0, 2)), np.zeros(0)
+        self._grid, self._path = self._walls, np.zeros((0, 2))
         self._shown: tuple[ShownLines, ...] = ()
         self._follow: Waypoints | None = None
         self._tried = -np.inf
@@ -98,50 +98,50 @@ class GoToGoal:
 
     def _remember(self, seen: Observation, belief: Estimate) -> None:
         """Store hits where the map has no wall."""
-        near = np.isfinite(seen.proximity)
-        reach = seen.proximity[near] + self._robot.radius
-        hits = [np.stack([reach * np.cos(RING[near]), reach * np.sin(RING[near])], axis=-1)]
-        looked = [lidar.update(seen) for lidar in self._lidars]
-        hits += [scan.points() for scan in looked if scan is not None]
+        hit = np.isfinite(seen.proximity)
+        reach = seen.proximity[hit] + self._robot.radius
+        hits = [np.stack([reach * np.cos(RING[hit]), reach * np.sin(RING[hit])], axis=-1)]
+        scans = [lidar.update(seen) for lidar in self._lidars]
+        hits += [scan.points() for scan in scans if scan is not None]
         points = belief.pose.transform(np.concatenate(hits))
         points = points[self._walls.at(points) > NEW_THING]
         cells, first = np.unique(np.floor(points / self._cell).astype(int), axis=0, return_index=True)
-        kept = self._since > seen.time - FORGET
+        recent = self._since > seen.time - FORGET
         if len(cells):
-            # One point a cell: those seen again are taken anew.
-            again = np.isin(_keys(np.floor(self._strange / self._cell).astype(int)), _keys(cells))
-            kept &= ~again
-        self._strange = np.concatenate([self._strange[kept], points[first]])
-        self._since = np.concatenate([self._since[kept], np.full(len(first), seen.time)])
+            # One point per cell: points seen again are replaced.
+            again = np.isin(_keys(np.floor(self._unmapped / self._cell).astype(int)), _keys(cells))
+            recent &= ~again
+        self._unmapped = np.concatenate([self._unmapped[recent], points[first]])
+        self._since = np.concatenate([self._since[recent], np.full(len(first), seen.time)])
 
     def _is_blocked(self, place: Array) -> bool:
         """Return whether an unknown obstacle is on the path within 3 m."""
-        if not len(self._strange):
+        if not len(self._unmapped):
             return False
-        near = self._strange[np.hypot(*(self._strange - place).T) < 3.0]
-        steps = np.diff(self._way, axis=0)
+        nearby = self._unmapped[np.hypot(*(self._unmapped - place).T) < 3.0]
+        steps = np.diff(self._path, axis=0)
         lengths = np.maximum(np.sum(steps**2, axis=1), 1e-12)
-        share = np.clip(np.sum((near[:, None] - self._way[:-1]) * steps, axis=2) / lengths, 0.0, 1.0)
-        apart = np.hypot(*np.moveaxis(near[:, None] - self._way[:-1] - share[..., None] * steps, -1, 0))
-        # Only pieces that are still ahead: from the one nearest to the robot on.
-        own = np.clip(np.sum((place - self._way[:-1]) * steps, axis=1) / lengths, 0.0, 1.0)
-        here = int(np.argmin(np.hypot(*(place - self._way[:-1] - own[:, None] * steps).T)))
-        return bool((apart[:, here:] < self._robot.radius + 0.5 * self._clearance).any())
+        share = np.clip(np.sum((nearby[:, None] - self._path[:-1]) * steps, axis=2) / lengths, 0.0, 1.0)
+        distances = np.hypot(*np.moveaxis(nearby[:, None] - self._path[:-1] - share[..., None] * steps, -1, 0))
+        # Only segments still ahead: from the one nearest to the robot on.
+        own = np.clip(np.sum((place - self._path[:-1]) * steps, axis=1) / lengths, 0.0, 1.0)
+        current = int(np.argmin(np.hypot(*(place - self._path[:-1] - own[:, None] * steps).T)))
+        return bool((distances[:, current:] < self._robot.radius + 0.5 * self._clearance).any())
 
     def _plan(self, time: float, belief: Estimate) -> None:
         """Plan a path to the next goal among walls and known obstacles."""
         self._tried = time
         occupied = self._walls.distance < 0.5 * self._cell
-        rows, columns = np.moveaxis(self._walls.cells(self._strange), -1, 0)
+        rows, columns = np.moveaxis(self._walls.cells(self._unmapped), -1, 0)
         occupied[rows, columns] = True
         grid = DistanceGrid(occupied, lower=self._walls.lower, cell=self._cell)
         place, clearance = np.array([belief.pose.x, belief.pose.y]), self._robot.radius + self._clearance
-        way = a_star(grid, place, self._left[0], clearance=clearance, shyness=1.0)
-        if way is None or len(way) < 2:
+        path = a_star(grid, place, self._left[0], clearance=clearance, shyness=1.0)
+        if path is None or len(path) < 2:
             return
-        self._way = straightened(grid, way, clearance=clearance)
-        self._shown = shown_way(self._way)
-        self._follow = Waypoints(self._way[1:].tolist(), speed=self._speed, tolerance=self._tolerance, lookahead=0.4)
+        self._path = straightened(grid, path, clearance=clearance)
+        self._shown = shown_path(self._path)
+        self._follow = Waypoints(self._path[1:].tolist(), speed=self._speed, tolerance=self._tolerance, lookahead=0.4)
         self._follow.start(replace(self._robot, prior=belief.pose), None, self._rng)
 
 

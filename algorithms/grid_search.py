@@ -45,58 +45,60 @@ def a_star(grid: DistanceGrid, start: Array, goal: Array, *, clearance: float, s
     cost, came_from, closed = {begin: 0.0}, {begin: begin}, set()
     queue = [(0.0, begin)]
     while queue:
-        _, here = heapq.heappop(queue)
-        if here == end:
-            return _way(grid, came_from, end, start, goal)
-        if here in closed:
+        _, cell = heapq.heappop(queue)
+        if cell == end:
+            return _path_to(grid, came_from, end, start, goal)
+        if cell in closed:
             continue
-        closed.add(here)
-        row, column = divmod(here, columns)
+        closed.add(cell)
+        row, column = divmod(cell, columns)
         for down, right, length in STEPS:
             r, c = row + down, column + right
-            there = r * columns + c
-            if not (0 <= r < rows and 0 <= c < columns and passable[there]) or there in closed:
+            neighbour = r * columns + c
+            if not (0 <= r < rows and 0 <= c < columns and passable[neighbour]) or neighbour in closed:
                 continue
-            total = cost[here] + length * 0.5 * (price[here] + price[there])
-            if total < cost.get(there, math.inf):
-                cost[there], came_from[there] = total, here
+            total = cost[cell] + length * 0.5 * (price[cell] + price[neighbour])
+            if total < cost.get(neighbour, math.inf):
+                cost[neighbour], came_from[neighbour] = total, cell
                 dr, dc = abs(r - last[0]), abs(c - last[1])
                 octile = max(dr, dc) + (math.sqrt(2.0) - 1.0) * min(dr, dc)
-                heapq.heappush(queue, (total + octile, there))
+                heapq.heappush(queue, (total + octile, neighbour))
     return None
 
 
-def _way(grid: DistanceGrid, came_from: dict[int, int], end: int, start: Array, goal: Array) -> Array:
+def _path_to(grid: DistanceGrid, came_from: dict[int, int], end: int, start: Array, goal: Array) -> Array:
     """Return the path to the end, from the start."""
     columns = grid.distance.shape[1]
     cells = [end]
     while came_from[cells[-1]] != cells[-1]:
         cells.append(came_from[cells[-1]])
-    way = grid.centres(np.array([divmod(cell, columns) for cell in reversed(cells)], dtype=np.intp))
-    return np.concatenate([[start], way[1:-1], [goal]])
+    path = grid.centres(np.array([divmod(cell, columns) for cell in reversed(cells)], dtype=np.intp))
+    return np.concatenate([[start], path[1:-1], [goal]])
 
 
-def straightened(grid: DistanceGrid, way: Array, *, clearance: float) -> Array:
+def straightened(grid: DistanceGrid, path: Array, *, clearance: float) -> Array:
     """Return a path without unnecessary corners: pieces are replaced by straight lines where clearance allows.
 
     Args:
         grid: Distances to walls.
-        way: Shape (n, 2) [m].
+        path: Shape (n, 2) [m].
         clearance: Minimum distance of a straight piece from any wall [m].
     """
-    corners, here = [0], 0
-    while here < len(way) - 1:
-        there = next((i for i in range(len(way) - 1, here + 1, -1) if grid.is_clear(way[here], way[i], clearance)), 0)
-        here = there or here + 1
-        corners.append(here)
-    return np.asarray(way[corners])
+    corners, current = [0], 0
+    while current < len(path) - 1:
+        farthest = next(
+            (i for i in range(len(path) - 1, current + 1, -1) if grid.is_clear(path[current], path[i], clearance)), 0
+        )
+        current = farthest or current + 1
+        corners.append(current)
+    return np.asarray(path[corners])
 
 
-def length(way: Array) -> float:
+def length(path: Array) -> float:
     """Return the length of a path, points (n, 2) [m]."""
-    return float(sum(math.dist(one, other) for one, other in itertools.pairwise(way.tolist())))
+    return float(sum(math.dist(one, other) for one, other in itertools.pairwise(path.tolist())))
 
 
-def shown_way(way: Array) -> tuple[ShownLines, ...]:
+def shown_path(path: Array) -> tuple[ShownLines, ...]:
     """Return the shown items for a path, shape (n, 2), in the frame of the estimate [m]."""
-    return (ShownLines(name="planned path", points=way, color=PLANNED),)
+    return (ShownLines(name="planned path", points=path, color=PLANNED),)

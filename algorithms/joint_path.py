@@ -66,7 +66,7 @@ def passing_speeds(postures: Array, seconds: Array) -> Array:
     return rates
 
 
-def shortest_way(start: Array, goal: Array, arm: ArmInfo) -> Array:
+def nearest_turn(start: Array, goal: Array, arm: ArmInfo) -> Array:
     """Return the goal shifted by whole turns to be closest to the start, for revolute joints within their limits."""
     revolves = np.array([not link.slide for link in arm.model.links])
     nearer = start + (goal - start + np.pi) % (2.0 * np.pi) - np.pi
@@ -178,9 +178,9 @@ class JointPath(_ArmPath):
         return float(ends[-1]), at
 
     def _on_leg(self, ends: Array, rates: Array, seconds: float, s: float) -> Moving:
-        way = ends[1] - ends[0]
+        displacement = ends[1] - ends[0]
         done, speed = between(self._law, s)
-        q, qd = ends[0] + done * way, speed * way / seconds
+        q, qd = ends[0] + done * displacement, speed * displacement / seconds
         if not rates.any():
             return q, qd
         # What a law with rates at its ends adds to that without, on s from 0 to 1.
@@ -195,7 +195,7 @@ class JointPath(_ArmPath):
             if posture.shape != start.shape:
                 raise ValueError(f"a posture has {posture.size} values; arm '{self._arm}' has {start.size} joints")
             goal = np.where(slides, posture, np.radians(posture))
-            goal = shortest_way(through[-1], goal, self._info) if self._shortest else goal
+            goal = nearest_turn(through[-1], goal, self._info) if self._shortest else goal
             beyond = (goal < self._info.lower - 1e-9) | (goal > self._info.upper + 1e-9)
             if beyond.any():
                 joint = int(np.argmax(beyond))
@@ -205,8 +205,8 @@ class JointPath(_ArmPath):
 
     def _leg_seconds(self, postures: Array) -> Array:
         """Return the duration of each leg, shape (legs,) [s]."""
-        ways = np.abs(np.diff(postures, axis=0))
-        least = np.max(PEAKS[self._law] * ways / self._info.max_velocity, axis=1)
+        distances = np.abs(np.diff(postures, axis=0))
+        least = np.max(PEAKS[self._law] * distances / self._info.max_velocity, axis=1)
         if self._legs is None:
             if not (least > 0.0).any():
                 raise ValueError(f"arm '{self._arm}' has no limits of speed; give seconds")
@@ -214,7 +214,7 @@ class JointPath(_ArmPath):
         if self._legs.ndim:
             seconds = self._legs
         else:
-            share = ways.max(axis=1) + 1e-9
+            share = distances.max(axis=1) + 1e-9
             seconds = self._legs * share / share.sum()
         if (seconds < 0.999 * least).any():
             leg = int(np.argmax(least - seconds))

@@ -35,9 +35,9 @@ def known_places(catalogue: Mapping[str, BeaconInfo]) -> dict[str, Array]:
 
 def difference(one: Array, other: Array) -> Array:
     """Return the difference, whose last entry is an angle in [-pi, pi)."""
-    apart = np.asarray(one - other)
-    apart[-1] = wrap_angle(apart[-1])
-    return apart
+    result = np.asarray(one - other)
+    result[-1] = wrap_angle(result[-1])
+    return result
 
 
 class _Localization(ABC):
@@ -180,6 +180,6 @@ class UkfLocalization(_Localization):
 def _mean_with_angle(points: Array, weights: Array) -> Array:
     """Return the weighted mean of points whose last entry is an angle, which is averaged about the first's."""
     about = points[0]
-    apart = points - about
-    apart[:, -1] = (apart[:, -1] + np.pi) % (2.0 * np.pi) - np.pi
-    return np.asarray(about + weights @ apart)
+    differences = points - about
+    differences[:, -1] = (differences[:, -1] + np.pi) % (2.0 * np.pi) - np.pi
+    return np.asarray(about + weights @ differences)

@@ -34,8 +34,8 @@ UNSOLVED = 16
 NOTABLE, SLIGHT = 0.1, np.diag([1e-4, 1e-4, 1e-6])
 """The graph is solved again when corrections of odometry move the newest part by this normalised squared error, or
 relative to this covariance."""
-MOST = 200
-"""Number of wall elements of a part that are compared with the free space of another one."""
+MAX_WALLS = 200
+"""Maximum number of wall elements of a part that are compared with the free space of another one."""
 SETTLED = 0.005
 """The graph is iterated while poses move by more than this [m, rad]."""
 
@@ -104,9 +104,9 @@ class PartsMap:
         self._untried: deque[tuple[int, int, Array]] = deque()
         self._unconfirmed: list[Loop] = []
         self._moving = False
-        self._begin_way()
+        self._restart_motion()
 
-    def _begin_way(self) -> None:
+    def _restart_motion(self) -> None:
         """Restart the accumulated motion at the frame of the newest part.
 
         Search windows for loops are conservative, as if the errors of matches persisted; the published covariance of
@@ -148,7 +148,7 @@ class PartsMap:
     def _newest(self) -> tuple[Array, Array, Array]:
         """Return the newest pose in the world, its covariance given the errors of odometry, and its slopes."""
         pose, F, G = self._motion(self.graph.poses[-1], self._place.given(self._errors))
-        covariance = F @ self._covariance @ F.T + G @ self._spread @ G.T
+        covariance = F @ self._covariance @ F.T + G @ self._part_covariance @ G.T
         return pose, covariance, F @ self._slopes + G @ self._place.slopes
 
     @property
@@ -176,9 +176,9 @@ class PartsMap:
 
     def _learnt(self) -> bool:
         """Return whether corrections of odometry since the last solution move the newest part notably."""
-        off = self._slopes @ (self._bias.errors - self._solved_errors)
+        shift = self._slopes @ (self._bias.errors - self._solved_errors)
         known = _total(self._covariance, self._slopes, self._bias)
-        return bool(off @ np.linalg.solve(known + SLIGHT, off) > NOTABLE)
+        return bool(shift @ np.linalg.solve(known + SLIGHT, shift) > NOTABLE)
 
     def finish(self) -> None:
         """Do all pending work."""
@@ -187,34 +187,34 @@ class PartsMap:
             self.work()
 
     @property
-    def _spread(self) -> Array:
+    def _part_covariance(self) -> Array:
         """Covariance of the newest pose in its part: accumulated error, and error of the last match."""
         return self._lasting + self._passing
 
     def _pose(self, keyframe: Keyframe) -> Array:
         return compose(self.graph.poses[keyframe.part], keyframe.place.given(self._errors))
 
-    def _after(self, pose: Array, covariance: Array, step: Array, spread: Array) -> tuple[Array, Array]:
+    def _after(self, pose: Array, covariance: Array, step: Array, step_covariance: Array) -> tuple[Array, Array]:
         """Return a pose and its covariance after a step with independent covariance."""
         moved, F, G = self._motion(pose, step)
-        return moved, F @ covariance @ F.T + G @ spread @ G.T
+        return moved, F @ covariance @ F.T + G @ step_covariance @ G.T
 
     def _begin_part(self) -> None:
         """Finish the current part, and start another at the newest pose."""
         part, members = len(self._begins) - 1, self.keyframes[self._begins[-1] :]
         errors = self._errors
         self._walls.append(joined([each.surface.moved(each.place.given(errors)) for each in members]))
-        old = self._near(part)
+        old = self._nearby_parts(part)
         self._untried.extend(zip(old, [part] * len(old), self._step_covariances(old, part), strict=True))
         information = np.asarray(np.linalg.inv(self._cautious + 1e-10 * np.eye(3)), dtype=float)
         pose, self._covariance, self._slopes = self._newest()
         self.graph.add_pose(pose)
-        self.graph.add_step(part, part + 1, self._place.at, information, self._spread, self._place.slopes)
+        self.graph.add_step(part, part + 1, self._place.at, information, self._part_covariance, self._place.slopes)
         since, covariance, slopes = self._since
         since, F, G = self._motion(since, self._place.given(errors))
         covariance = F @ covariance @ F.T + G @ self._cautious @ G.T
         self._since = since, covariance, F @ slopes + G @ self._place.slopes
-        self._begin_way()
+        self._restart_motion()
         self._begins.append(len(self.keyframes))
 
     def _step_covariances(self, ones: list[int], other: int) -> list[Array]:
@@ -244,18 +244,18 @@ class PartsMap:
         J = np.concatenate([F, G @ slopes], axis=1)
         return np.asarray(J @ joint @ J.T + G @ covariance @ G.T)
 
-    def _near(self, part: int) -> list[int]:
+    def _nearby_parts(self, part: int) -> list[int]:
         """Return the old parts where a finished one might be, the nearest first."""
         old = part - RECENT
         if old < 1:
             return []
         middles = [compose(self.graph.poses[k], self._middle(k)) for k in (*range(old), part)]
-        apart = np.hypot(*(np.array(middles)[:-1, :2] - middles[-1][:2]).T)
+        distances = np.hypot(*(np.array(middles)[:-1, :2] - middles[-1][:2]).T)
         known = _total(self._covariance, self._slopes, self._bias)
         drift = 2.0 * float(np.sqrt(np.trace(known[:2, :2])))
         chosen: list[int] = []
-        for k in np.argsort(apart).tolist():
-            if apart[k] > self._loop_distance + drift or len(chosen) == TRIED * (1 + (drift > 2.0)):
+        for k in np.argsort(distances).tolist():
+            if distances[k] > self._loop_distance + drift or len(chosen) == TRIED * (1 + (drift > 2.0)):
                 break
             if all(abs(k - other) > 1 for other in chosen):
                 chosen.append(k)
@@ -278,16 +278,16 @@ class PartsMap:
         def through(step: Array) -> float:
             """Return the larger share of walls of either side that scans of the other saw through."""
             by_old = seen_through(
-                self._walls[new].thinned(MOST).moved(step), self._looks(around, self.graph.poses[old], every=4)
+                self._walls[new].thinned(MAX_WALLS).moved(step), self._views(around, self.graph.poses[old], every=4)
             )
-            by_new = [(compose(step, pose), look) for pose, look in self._looks([new], self.graph.poses[new], every=2)]
-            return max(by_old, seen_through(walls.thinned(MOST), by_new))
+            by_new = [(compose(step, pose), scan) for pose, scan in self._views([new], self.graph.poses[new], every=2)]
+            return max(by_old, seen_through(walls.thinned(MAX_WALLS), by_new))
 
         loop = find_loop(old, new, walls, self._walls[new], guess, covariance, share=self._loop_share, through=through)
         if loop is not None:
             self._consider(loop)
 
-    def _looks(self, parts: Iterable[int], frame: Array, *, every: int) -> list[tuple[Array, LevelScan]]:
+    def _views(self, parts: Iterable[int], frame: Array, *, every: int) -> list[tuple[Array, LevelScan]]:
         """Return some scans of some parts, with the robot's pose in a frame, given in the world, shape (3,)."""
         members = [each for part in parts for each in self.keyframes[self._begins[part] :][:PART:every]]
         poses = np.array([self._pose(each) for each in members])

@@ -32,7 +32,7 @@ BROAD = 0.25
 """Standard deviation of a beam's end from its wall for candidate poses, so that approximate ones are found [m]."""
 SHARP = 16.0
 """Number of independent beams that a scan counts for when detecting that the robot is lost, and for relocation."""
-APART, LEVER = 0.01, 0.5
+SPACING, LEVER = 0.01, 0.5
 """Distance between scans for independent information, with turns converted by a lever arm [m]."""
 FLOOR = 1e-8
 """Minimum covariance of the belief: 0.1 mm and 0.1 mrad, by which robots settle on the floor [m^2, rad^2]."""
@@ -84,7 +84,7 @@ class MonteCarloLocalization:
             raise ValueError(f"start is {start!r}; it must be 'prior' or 'global'")
         if particles < 100 or beams < 1:
             raise ValueError(f"particles is {particles} and beams {beams}; give at least 100 and 1")
-        self._lidar, self._start, self._most, self._beams = lidar, start, particles, beams
+        self._lidar, self._start, self._max_particles, self._beams = lidar, start, particles, beams
         self._sigma, self._random, self._weight, self._scale = sigma, random, weight, odometry_scale
         if show < 0:
             raise ValueError(f"show is {show}; it must be at least 0")
@@ -117,21 +117,21 @@ class MonteCarloLocalization:
         self._moved = np.inf
         self._nowhere = self._start == "global"
         if self._nowhere:
-            self._particles = self._anywhere(self._most)
+            self._particles = self._anywhere(self._max_particles)
         else:
             self._particles = rng.multivariate_normal(
-                robot.prior.as_array(), np.asarray(robot.prior_covariance), self._most, method="svd"
+                robot.prior.as_array(), np.asarray(robot.prior_covariance), self._max_particles, method="svd"
             )
-        self._weights = np.full(self._most, 1.0 / self._most)
+        self._weights = np.full(self._max_particles, 1.0 / self._max_particles)
 
     def update(self, seen: Observation) -> Estimate:
         """Return the belief after this tick's odometry and, when one is due, its scan."""
         self._move(seen)
         scan = self._scans.update(seen)
         points = self._points(scan) if scan is not None else np.zeros((0, 2))
-        looks = [sighting for sighting in seen.sightings if sighting.name in self._beacons]
-        if len(points) or looks:
-            self._weigh(points, looks)
+        sightings = [sighting for sighting in seen.sightings if sighting.name in self._beacons]
+        if len(points) or sightings:
+            self._weigh(points, sightings)
             self._shown = self._picture(points) if self._show else ()
         return self._belief()
 
@@ -149,31 +149,31 @@ class MonteCarloLocalization:
         """Move each particle by odometry with random noise."""
         moved, P = seen.odometry, self._particles
         self._moved += np.hypot(moved.forward, moved.left) + LEVER * abs(moved.turn)
-        spread = np.linalg.cholesky(moved.covariance * self._scale**2 + 1e-12 * np.eye(3))
-        steps = (moved.forward, moved.left, moved.turn) + self._rng.standard_normal(P.shape) @ spread.T
+        root = np.linalg.cholesky(moved.covariance * self._scale**2 + 1e-12 * np.eye(3))
+        steps = (moved.forward, moved.left, moved.turn) + self._rng.standard_normal(P.shape) @ root.T
         c, s = np.cos(P[:, 2]), np.sin(P[:, 2])
         P[:, 0] += c * steps[:, 0] - s * steps[:, 1]
         P[:, 1] += s * steps[:, 0] + c * steps[:, 1]
         P[:, 2] += steps[:, 2]
 
-    def _weigh(self, points: Array, looks: list[Sighting]) -> None:
+    def _weigh(self, points: Array, sightings: list[Sighting]) -> None:
         """Weight the particles by scan and sightings, and resample them if few of them carry the weight."""
         if self._nowhere:
-            self._particles, self._nowhere = self._likely_places(points, looks, len(self._particles)), False
+            self._particles, self._nowhere = self._likely_places(points, sightings, len(self._particles)), False
         by_beam = self._scan_fit(self._particles, points, self._sigma)
-        # A robot that stands sees the same errors again and again; if it is lost it asks all the same.
-        new = 1.0 if 1.5 * self._fast < self._slow else min(1.0, self._moved / APART)
+        # A robot at rest repeats the same errors, so its scans are weighted by the distance moved, unless it is lost.
+        new = 1.0 if 1.5 * self._fast < self._slow else min(1.0, self._moved / SPACING)
         self._moved = 0.0 if len(points) else self._moved
-        fit = new * self._weight * by_beam + self._sighting_fit(self._particles, looks)
+        fit = new * self._weight * by_beam + self._sighting_fit(self._particles, sightings)
         self._weights = self._weights * np.exp(fit - np.max(fit)) + 1e-300
         self._weights /= self._weights.sum()
         lost = self._lost(SHARP * by_beam) if len(points) else 0.0
         if lost > 0.0 or 1.0 / np.sum(self._weights**2) < 0.5 * len(self._weights):
-            self._draw(points, looks, lost)
+            self._draw(points, sightings, lost)
 
     def _lost(self, by_scan: Array) -> float:
         """Return how much worse than usual scans fit, from 0 to 1."""
-        # Of those that carry the weight: particles just thrown elsewhere say nothing of how lost the belief is.
+        # Weighted: particles that were just relocated do not show how lost the belief is.
         mean = float(self._weights @ np.exp(by_scan))
         self._fast += (FAST if self._fast else 1.0) * (mean - self._fast)
         self._slow += ((SLOW if mean > self._slow else LOSING) if self._slow else 1.0) * (mean - self._slow)
@@ -193,50 +193,52 @@ class MonteCarloLocalization:
         ends = np.stack([poses[:, 0, None] + c * x - s * y, poses[:, 1, None] + s * x + c * y], axis=-1)
         return log_likelihood(self._known_field(), ends, sigma=sigma, random=self._random)
 
-    def _sighting_fit(self, poses: Array, looks: list[Sighting]) -> Array:
+    def _sighting_fit(self, poses: Array, sightings: list[Sighting]) -> Array:
         """Return the logarithm of the likelihood of sightings of known beacons from poses (k, 3), shape (k,).
 
         Thrun, Burgard, Fox, Probabilistic Robotics (2005), table 6.4, with a probability of wrong sightings.
         """
         total = np.zeros(len(poses))
-        for look in looks:
-            dx, dy = (self._beacons[look.name or ""] - poses[:, :2]).T
-            ranges, bearings = np.hypot(dx, dy) - look.range, np.arctan2(dy, dx) - poses[:, 2] - look.bearing
-            # As unsure as particles are coarse, at least.
-            spread = np.diag(look.covariance) + COARSE**2
-            squared = ranges**2 / spread[0] + wrap_angles(bearings) ** 2 / spread[1]
+        for sighting in sightings:
+            dx, dy = (self._beacons[sighting.name or ""] - poses[:, :2]).T
+            ranges, bearings = np.hypot(dx, dy) - sighting.range, np.arctan2(dy, dx) - poses[:, 2] - sighting.bearing
+            # The resolution of the particles bounds the standard deviation from below.
+            variances = np.diag(sighting.covariance) + COARSE**2
+            squared = ranges**2 / variances[0] + wrap_angles(bearings) ** 2 / variances[1]
             total += np.log((1.0 - self._random) * np.exp(-0.5 * squared) + self._random)
         return total
 
-    def _draw(self, points: Array, looks: list[Sighting], lost: float) -> None:
-        """Draw particles by weight, as many as their spread needs; some are relocated if the robot is lost."""
-        kept = self._particles[systematic_resample_with(self._weights, self._rng)]
-        number = self._needed(kept)
-        self._particles = kept[self._rng.permutation(len(kept))[:number]] if number < len(kept) else kept
+    def _draw(self, points: Array, sightings: list[Sighting], lost: float) -> None:
+        """Draw particles by weight, as many as their dispersion needs; some are relocated if the robot is lost."""
+        resampled = self._particles[systematic_resample_with(self._weights, self._rng)]
+        number = self._needed(resampled)
+        self._particles = (
+            resampled[self._rng.permutation(len(resampled))[:number]] if number < len(resampled) else resampled
+        )
         self._weights = np.full(len(self._particles), 1.0 / len(self._particles))
         new = int(lost * SEARCHERS)
         if new:
-            # The belief stays with those that were there until a scan speaks for the others.
-            self._particles = np.concatenate([self._particles, self._likely_places(points, looks, new)])
+            # The previous particles keep most of the weight until a scan supports the new ones.
+            self._particles = np.concatenate([self._particles, self._likely_places(points, sightings, new)])
             share = 0.5 * lost
             self._weights = np.append((1.0 - share) * self._weights, np.full(new, share / new))
 
-    def _likely_places(self, points: Array, looks: list[Sighting], number: int) -> Array:
+    def _likely_places(self, points: Array, sightings: list[Sighting], number: int) -> Array:
         """Return poses that are likely given a scan and sightings, shape (number, 3).
 
         They are drawn from many with a broad likelihood, then optimised while it narrows: with a sharp likelihood, a
         wrong pose that fits by chance would immediately outweigh one that is nearly right.
         """
         tried = self._anywhere(CANDIDATES)
-        fit = SHARP * self._scan_fit(tried, points, BROAD) + self._sighting_fit(tried, looks)
+        fit = SHARP * self._scan_fit(tried, points, BROAD) + self._sighting_fit(tried, sightings)
         odds = np.exp(fit - np.max(fit))
         poses = tried[self._rng.choice(len(tried), size=number, p=odds / odds.sum())]
         for sigma in np.geomspace(BROAD, self._sigma, 5).tolist():
             steps = self._rng.normal(0.0, 0.5 * sigma, (number, 12, 3))
             steps[:, 0] = 0.0
-            near = (poses[:, None] + steps).reshape(-1, 3)
-            fit = SHARP * self._scan_fit(near, points, sigma) + self._sighting_fit(near, looks)
-            poses = near.reshape(number, 12, 3)[np.arange(number), fit.reshape(number, 12).argmax(axis=1)]
+            perturbed = (poses[:, None] + steps).reshape(-1, 3)
+            fit = SHARP * self._scan_fit(perturbed, points, sigma) + self._sighting_fit(perturbed, sightings)
+            poses = perturbed.reshape(number, 12, 3)[np.arange(number), fit.reshape(number, 12).argmax(axis=1)]
         return np.asarray(poses)
 
     def _needed(self, particles: Array) -> int:
@@ -246,18 +248,20 @@ class MonteCarloLocalization:
             return 200
         part = 2.0 / (9.0 * (bins - 1))
         needed = (bins - 1) / (2.0 * 0.02) * (1.0 - part + np.sqrt(part) * 2.3263) ** 3
-        return int(np.clip(needed, 200, self._most))
+        return int(np.clip(needed, 200, self._max_particles))
 
     def _belief(self) -> Estimate:
-        """Return the mean of the particles around the most likely pose, and the spread of all about it."""
+        """Return the mean of the particles around the most likely pose, and the covariance of all about it."""
         P, w = self._particles, self._weights
         _, index = np.unique(_bins(P), return_inverse=True)
         heaviest = index == np.argmax(np.bincount(index, weights=w))
         mean = _mean(P[heaviest], w[heaviest])
-        near = np.all(np.abs(_apart(P, mean)) < 2.0 * BIN, axis=1)
-        mean = _mean(P[near], w[near])
-        apart = _apart(P, mean)
-        return Estimate(Pose.from_array(mean), (apart * w[:, None]).T @ apart + FLOOR * np.eye(3), show=self._shown)
+        core = np.all(np.abs(_differences(P, mean)) < 2.0 * BIN, axis=1)
+        mean = _mean(P[core], w[core])
+        differences = _differences(P, mean)
+        return Estimate(
+            Pose.from_array(mean), (differences * w[:, None]).T @ differences + FLOOR * np.eye(3), show=self._shown
+        )
 
     def _picture(self, points: Array) -> tuple[Shown, ...]:
         """Return shown items: some of the particles, and the ends of a scan (n, 2) from the estimated pose."""
@@ -281,8 +285,8 @@ def log_likelihood(field: DistanceGrid, points: Array, *, sigma: float, random: 
     References:
         Thrun, Burgard, Fox, Probabilistic Robotics (2005), table 6.3: the likelihood field.
     """
-    near = np.exp(-0.5 * (field.at(points) / sigma) ** 2)
-    return np.asarray(np.log((1.0 - random) * near + random).mean(axis=-1))
+    hit_likelihood = np.exp(-0.5 * (field.at(points) / sigma) ** 2)
+    return np.asarray(np.log((1.0 - random) * hit_likelihood + random).mean(axis=-1))
 
 
 def systematic_resample_with(weights: Array, rng: Generator) -> Array:
@@ -307,13 +311,13 @@ def _bins(poses: Array) -> NDArray[np.int64]:
 
 def _mean(poses: Array, weights: Array) -> Array:
     """Return the weighted mean of poses (n, 3) that lie close together."""
-    mean = poses[0] + weights @ _apart(poses, poses[0]) / weights.sum()
+    mean = poses[0] + weights @ _differences(poses, poses[0]) / weights.sum()
     mean[2] = wrap_angle(float(mean[2]))
     return np.asarray(mean)
 
 
-def _apart(poses: Array, mean: Array) -> Array:
+def _differences(poses: Array, mean: Array) -> Array:
     """Return differences of poses (n, 3) from one pose, headings in [-pi, pi)."""
-    apart = poses - mean
-    apart[:, 2] = wrap_angles(apart[:, 2])
-    return apart
+    differences = poses - mean
+    differences[:, 2] = wrap_angles(differences[:, 2])
+    return differences

@@ -44,8 +44,8 @@ class OccupancyGrid:
     def add(self, world_from_lidar: Pose, scan: Scan) -> None:
         """Add a scan taken from a pose."""
         angles, ranges = scan.angles() + world_from_lidar.heading, scan.ranges
-        told = ~np.isneginf(ranges) & ~np.isnan(ranges)
-        angles, ranges = angles[told], ranges[told]
+        valid = ~np.isneginf(ranges) & ~np.isnan(ranges)
+        angles, ranges = angles[valid], ranges[valid]
         origin = np.array([world_from_lidar.x, world_from_lidar.y])
         directions = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
         reach = np.minimum(np.where(np.isinf(ranges), scan.range_max, ranges), self.farthest)
@@ -132,6 +132,6 @@ class OccupancyMapping:
         moved = seen.odometry
         self._pose, F, G = self._motion(self._pose, np.array([moved.forward, moved.left, moved.turn]))
         self._covariance = F @ self._covariance @ F.T + G @ moved.covariance @ G.T
-        if (looked := self._scans.update(seen)) is not None:
-            self.grid.add(Pose.from_array(self._pose) @ looked.robot_from_lidar, looked.scan)
+        if (level_scan := self._scans.update(seen)) is not None:
+            self.grid.add(Pose.from_array(self._pose) @ level_scan.robot_from_lidar, level_scan.scan)
         return Estimate(Pose.from_array(self._pose), self._covariance)

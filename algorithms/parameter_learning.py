@@ -6,7 +6,7 @@ from mjsim.geometry import Array
 from mjsim.interface import ArmInfo, JointState
 from mjsim.mechanics import Arm
 
-DOUBT, PART = 0.2, 0.05
+RELATIVE, PART = 0.2, 0.05
 """Prior standard deviation of a parameter: relative to its value, and to that of its link's mass at LEVER."""
 LEVER = 0.3
 """Lever arm of parts of a link about its origin [m]."""
@@ -73,12 +73,12 @@ class ParameterLearner:
             dt: Since the last one [s].
         """
         y = torques - self._armature * qdd - self._arm.friction(qd)
-        doubt = self._noise + (self._dry * np.exp(-np.abs(qd) / CREEP)) ** 2
-        W, y, doubt = self._seen.add((W, y, doubt), 1.0 - np.exp(-dt / self._lag))
-        spread = self.covariance @ W.T
-        gain = np.linalg.solve(W @ spread + np.diag(doubt), spread.T).T
+        variances = self._noise + (self._dry * np.exp(-np.abs(qd) / CREEP)) ** 2
+        W, y, variances = self._seen.add((W, y, variances), 1.0 - np.exp(-dt / self._lag))
+        PWT = self.covariance @ W.T
+        gain = np.linalg.solve(W @ PWT + np.diag(variances), PWT.T).T
         self.parameters = self.parameters + gain @ (y - W @ self.parameters)
-        P = self.covariance - gain @ spread.T
+        P = self.covariance - gain @ PWT.T
         P += FORGETTING * dt * (self._first - P)
         self.covariance = 0.5 * (P + P.T)
 
@@ -107,7 +107,7 @@ def _variances(arm: Arm) -> Array:
     """Return the initial variance of each parameter, shape (10 n,)."""
     lever = np.array([1.0, *[LEVER] * 3, *[LEVER**2] * 6])
     by_mass = (np.array([[link.mass] for link in arm.links]) * lever).reshape(-1)
-    return np.asarray((DOUBT * arm.parameters()) ** 2 + (PART * by_mass) ** 2)
+    return np.asarray((RELATIVE * arm.parameters()) ** 2 + (PART * by_mass) ** 2)
 
 
 def postures(info: ArmInfo) -> Array:

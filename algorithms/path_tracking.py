@@ -12,7 +12,7 @@ from .controllers import feedback_linearisation, lqr_gains, path_errors
 from .trajectories import SpeedProfile, SplinePath, fastest_profile
 
 SLOWEST = 0.05
-"""Minimum speed, so that it starts at all [m/s]."""
+"""Minimum speed, so that the robot starts from rest [m/s]."""
 
 
 class PathTracking:
@@ -73,7 +73,7 @@ class PathTracking:
         self._turning &= abs(errors[1]) > 0.05
         if self._turning:
             return Command(turn=float(np.clip(-2.0 * errors[1], -0.5, 0.5) * self._robot.max_turn))
-        # From rest the plan's speed is zero: look a tick's way ahead, and creep at least.
+        # The profile's speed is zero at rest: evaluate it slightly ahead, with a minimum speed.
         speed = max(float(self._profile.speed(self._along + 0.05)), SLOWEST)
         if self._controller == "lqr":
             gains = np.array([np.interp(speed, self._speeds, column) for column in self._gains.T])
@@ -87,12 +87,12 @@ class PathTracking:
         along = min(self._along + ahead, self._path.length)
         direction = float(self._path.heading(along))
         tangent = np.array([np.cos(direction), np.sin(direction)])
-        # Beyond its end the curve goes straight on.
-        wanted = self._path.at(along) + (self._along + ahead - along) * tangent
-        velocity = speed * tangent + 2.0 * (wanted - point)
+        # The curve is extended by a straight line beyond its end.
+        target = self._path.at(along) + (self._along + ahead - along) * tangent
+        velocity = speed * tangent + 2.0 * (target - point)
         return feedback_linearisation(pose, velocity, ahead=ahead)
 
     def _nearest(self, x: float, y: float) -> float:
         """Return the distance along the curve of the nearest point within the next metre [m]."""
-        near = np.linspace(self._along, min(self._along + 1.0, self._path.length), 41)
-        return float(near[np.argmin(np.hypot(*(self._path.at(near) - (x, y)).T))])
+        candidates = np.linspace(self._along, min(self._along + 1.0, self._path.length), 41)
+        return float(candidates[np.argmin(np.hypot(*(self._path.at(candidates) - (x, y)).T))])

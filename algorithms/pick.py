@@ -20,7 +20,7 @@ from .joint_path import between
 
 RECENT = 1.5
 """Maximum age of a look at the box [s]."""
-AWAY, NEAR = 0.95, 0.72
+AWAY, CLOSE = 0.95, 0.72
 """Distances in front of the box to which it drives, one after the other [m]."""
 REACH, BEFORE = 0.36, 0.13
 """Distance of the box from the arm's base when the arm reaches for it, and distance of the straight approach [m]."""
@@ -95,20 +95,20 @@ class PickUp:
         self._info, self._dt = robot.arms[self._arm], robot.dt
         self._model = self._info.model
         self._foot = self._model.base[:3, 3]
-        self._looks: deque[tuple[float, Array]] = deque()
+        self._box_poses: deque[tuple[float, Array]] = deque()
         self._steps = self._script()
 
     def command(self, seen: Observation, belief: Estimate) -> Command:
         """Return the command of this tick; once the box is lifted, it is held."""
-        self._here, self._joints = belief.pose, np.array(seen.joints[self._arm].positions)
-        self._look(seen)
+        self._pose, self._joints = belief.pose, np.array(seen.joints[self._arm].positions)
+        self._update_box(seen)
         return next(self._steps)
 
     def _script(self) -> Iterator[Command]:
         """Yield the commands of the whole task, one per tick; observations are in the attributes."""
         self._still = self._goal = self._joints.copy()
         yield from self._find()
-        for distance in (AWAY, NEAR):
+        for distance in (AWAY, CLOSE):
             yield from self._place_before(distance)
         yield from self._creep()
         at, azimuth = self._box_in_robot()
@@ -118,17 +118,17 @@ class PickUp:
         while True:
             yield self._moving()
 
-    def _look(self, seen: Observation) -> None:
+    def _update_box(self, seen: Observation) -> None:
         """Store the pose of the box if the picture was seen at this tick: x, y, z and heading of its face, (4,)."""
         for sighting in seen.sightings:
             if sighting.name == self._picture and sighting.corners is not None:
                 at, outward = self._face(sighting)
                 middle = at - 0.5 * self._depth * outward
-                x, y = self._here.transform(middle[None, :2])[0]
-                heading = math.atan2(outward[1], outward[0]) + self._here.heading
-                self._looks.append((seen.time, np.array([x, y, middle[2], heading])))
-        while self._looks and self._looks[0][0] < seen.time - RECENT and len(self._looks) > 1:
-            self._looks.popleft()
+                x, y = self._pose.transform(middle[None, :2])[0]
+                heading = math.atan2(outward[1], outward[0]) + self._pose.heading
+                self._box_poses.append((seen.time, np.array([x, y, middle[2], heading])))
+        while self._box_poses and self._box_poses[0][0] < seen.time - RECENT and len(self._box_poses) > 1:
+            self._box_poses.popleft()
 
     def _face(self, sighting: Sighting) -> tuple[Array, Array]:
         """Return the centre of the picture [m] and the direction that it faces, robot frame, shape (3,) each."""
@@ -147,7 +147,7 @@ class PickUp:
 
     def _box(self) -> tuple[Array, float]:
         """Return the centre of the box, shape (3,) [m], and the direction of its face [rad], frame of the estimate."""
-        rows = np.array([row for _, row in self._looks])
+        rows = np.array([row for _, row in self._box_poses])
         middle = np.median(rows[:, :3], axis=0)
         heading = math.atan2(np.sin(rows[:, 3]).sum(), np.cos(rows[:, 3]).sum())
         return middle, heading
@@ -155,7 +155,7 @@ class PickUp:
     def _box_in_robot(self) -> tuple[Array, float]:
         """Return the centre of the box in the robot's frame, shape (3,) [m], and its azimuth from the arm [rad]."""
         middle, _ = self._box()
-        x, y = self._here.inverse().transform(middle[None, :2])[0]
+        x, y = self._pose.inverse().transform(middle[None, :2])[0]
         return np.array([x, y, middle[2]]), math.atan2(y - self._foot[1], x - self._foot[0])
 
     def _find(self) -> Iterator[Command]:
@@ -164,10 +164,10 @@ class PickUp:
             if place is not None:
                 yield from self._drive_to(place, until_seen=True)
             turned = 0.0
-            while turned < 2.0 * math.pi and not self._looks:
+            while turned < 2.0 * math.pi and not self._box_poses:
                 turned += TURN * self._dt
                 yield self._moving(turn=TURN)
-        while not self._looks:
+        while not self._box_poses:
             yield self._moving(turn=TURN)
 
     def _place_before(self, distance: float) -> Iterator[Command]:
@@ -182,15 +182,15 @@ class PickUp:
         yield from self._turn_to(self._box()[0][:2])
 
     def _xy(self) -> Array:
-        return np.array([self._here.x, self._here.y])
+        return np.array([self._pose.x, self._pose.y])
 
     def _bearing(self, place: Array) -> float:
         x, y = place - self._xy()
-        return wrap_angle(math.atan2(y, x) - self._here.heading)
+        return wrap_angle(math.atan2(y, x) - self._pose.heading)
 
     def _drive_to(self, place: Array, *, until_seen: bool = False) -> Iterator[Command]:
         """Drive to a place in the frame of the estimate, backwards if that is shorter and the distance small."""
-        while (left := float(np.hypot(*(place - self._xy())))) > 0.03 and not (until_seen and self._looks):
+        while (left := float(np.hypot(*(place - self._xy())))) > 0.03 and not (until_seen and self._box_poses):
             bearing = self._bearing(place)
             back = left < 0.3 and abs(bearing) > 0.5 * math.pi
             error = wrap_angle(bearing + math.pi) if back else bearing

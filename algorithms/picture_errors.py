@@ -49,7 +49,7 @@ class PictureErrors:
         cameras = [sensor for sensor in robot.sensors.values() if sensor.intrinsics is not None]
         self._usual = nod * max((float(camera.robot_from_sensor[2, 3]) for camera in cameras), default=0.0)
         self._shift, self._speed, self._dt = self._usual, 0.0, robot.dt
-        self._repeat, self._way, self._since = repeat, math.inf, math.inf
+        self._repeat, self._distance, self._since = repeat, math.inf, math.inf
 
     def move(self, step: Odometry, sightings: Sequence[Sighting]) -> None:
         """Take the motion of a tick: the acceleration determines the pitch, the distance the independence of sightings.
@@ -59,9 +59,9 @@ class PictureErrors:
         speed = step.forward / self._dt
         self._speed += min(self._dt / SMOOTH, 1.0) * (speed - self._speed)
         self._shift = self._usual * math.hypot(1.0, LEAN * (speed - self._speed) / SMOOTH)
-        self._way += math.hypot(step.forward, step.left) + abs(step.turn)
+        self._distance += math.hypot(step.forward, step.left) + abs(step.turn)
         if any(sighting.corners is not None for sighting in sightings):
-            self._since, self._way = max(self._way, NEAREST), 0.0
+            self._since, self._distance = max(self._distance, NEAREST), 0.0
 
     def covariance(self, sightings: Sequence[Sighting], *, scale: float) -> Array:
         """Return the joint covariance of (range, bearing) of k simultaneous sightings, shape (2 k, 2 k) [m, rad].

@@ -133,11 +133,11 @@ def match(rows: NDArray[np.uint64], entries: NDArray[np.uint64]) -> tuple[NDArra
     Comparing the first 64 bits leaves one pair in a thousand to compare in full.
     """
     first_rows, first_entries = np.ascontiguousarray(rows[:, :1]), np.ascontiguousarray(entries[:, 0])
-    near = [np.zeros(0, dtype=np.intp)]
+    candidates = [np.zeros(0, dtype=np.intp)]
     for start in range(0, len(rows), CHUNK):
-        apart = np.bitwise_count(first_rows[start : start + CHUNK] ^ first_entries)
-        near.append(np.flatnonzero(apart <= LIKELY_BITS) + start * len(entries))
-    row, entry = np.divmod(np.concatenate(near), max(len(entries), 1))
+        bits_apart = np.bitwise_count(first_rows[start : start + CHUNK] ^ first_entries)
+        candidates.append(np.flatnonzero(bits_apart <= LIKELY_BITS) + start * len(entries))
+    row, entry = np.divmod(np.concatenate(candidates), max(len(entries), 1))
     bits = np.bitwise_count(rows[row] ^ entries[entry]).sum(axis=1, dtype=np.intp)
     order = np.lexsort((entry, bits, row))
     order = order[bits[order] <= MATCH_BITS]
@@ -147,12 +147,12 @@ def match(rows: NDArray[np.uint64], entries: NDArray[np.uint64]) -> tuple[NDArra
 
 def _largest_agreement(middles: Array, scales: Array, turns: Array) -> NDArray[np.intp]:
     """Return the largest set of matches that agree with one of them."""
-    apart = np.linalg.norm(middles[:, None] - middles[None], axis=2)
-    # A quarter of the picture's size, as the larger of the two matches tells it.
-    near = apart < 0.25 * TEMPLATE_SIDE * np.maximum(scales[:, None], scales[None])
-    alike = np.abs(np.log(scales[:, None] / scales[None])) < np.log(1.8)
+    distances = np.linalg.norm(middles[:, None] - middles[None], axis=2)
+    # A quarter of the picture's size, according to the larger of the two matches.
+    close = distances < 0.25 * TEMPLATE_SIDE * np.maximum(scales[:, None], scales[None])
+    similar = np.abs(np.log(scales[:, None] / scales[None])) < np.log(1.8)
     turned = np.cos(turns[:, None] - turns[None]) > np.cos(np.radians(30.0))
-    agree = near & alike & turned
+    agree = close & similar & turned
     return np.flatnonzero(agree[np.argmax(agree.sum(axis=1))])
 
 

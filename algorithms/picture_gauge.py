@@ -12,7 +12,7 @@ from .picture_alignment import align, search_near
 from .picture_templates import Gray, ImagePyramid, apply_homography, make_templates, quadrilateral_area
 from .planar_pose import PlanarPose, fit_pose, image_from_plane
 
-MOST_TILT_DEG = 68.0
+MAX_TILT_DEG = 68.0
 """Largest angle between the line of sight and the picture's normal."""
 LEAST_SIDE = 20.0
 """Smallest size of a picture in the image: the square root of its area [px]."""
@@ -69,8 +69,8 @@ class PictureGauge:
         homography = image_from_plane(rotation, position, view.intrinsics)
         if not self._plausible(homography, view.intrinsics):
             return None
-        near = search_near(self._templates, view.pyramid, homography)
-        return self._measured(near, view, guess=(rotation, position))
+        refined = search_near(self._templates, view.pyramid, homography)
+        return self._measured(refined, view, guess=(rotation, position))
 
     def at(self, homography: Array, view: PreparedImage) -> FoundPicture | None:
         """Return the picture with its pose when it lies in the image near a homography, else None.
@@ -93,7 +93,7 @@ class PictureGauge:
         corners = apply_homography(alignment.homography, outline)
         pose = fit_pose(corners, covariance, self._size, view.intrinsics, guess=guess)
         sight = pose.position / np.linalg.norm(pose.position)
-        if pose.position[2] <= 0.0 or pose.rotation[:, 2] @ sight < np.cos(np.radians(MOST_TILT_DEG)):
+        if pose.position[2] <= 0.0 or pose.rotation[:, 2] @ sight < np.cos(np.radians(MAX_TILT_DEG)):
             return None
         fitted = apply_homography(image_from_plane(pose.rotation, pose.position, view.intrinsics), outline)
         detection = Detection(self.name, pose.position, pose.covariance[:3, :3], fitted)

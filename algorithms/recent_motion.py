@@ -70,9 +70,9 @@ class RecentMotion:
             return before, known
         end, pose, total = later
         share = (time - begin) / (end - begin)
-        way = pose - before
-        way[2] = wrap_angle(float(way[2]))
-        return before + share * way, known + share * (total - known)
+        displacement = pose - before
+        displacement[2] = wrap_angle(float(displacement[2]))
+        return before + share * displacement, known + share * (total - known)
 
 
 def carried(sighting: Sighting, step: Array, covariance: Array) -> Sighting:
@@ -85,7 +85,7 @@ def carried(sighting: Sighting, step: Array, covariance: Array) -> Sighting:
     """
     place, J = landmark_from(np.zeros(3), np.array([sighting.range, sighting.bearing]))
     Z, H_step, H_place = range_bearing(step, place[None])
-    by_look = H_place[0] @ J
-    spread = by_look @ sighting.covariance @ by_look.T + H_step[0] @ covariance @ H_step[0].T
+    J_sighting = H_place[0] @ J
+    total = J_sighting @ sighting.covariance @ J_sighting.T + H_step[0] @ covariance @ H_step[0].T
     distance, bearing = Z[0].tolist()
-    return replace(sighting, range=distance, bearing=bearing, covariance=0.5 * (spread + spread.T))
+    return replace(sighting, range=distance, bearing=bearing, covariance=0.5 * (total + total.T))

@@ -54,11 +54,11 @@ def rrt_star(
     # gamma > 2 sqrt(1 + 1/2) sqrt(area / pi) in the plane.
     gamma = 2.0 * math.sqrt(1.5 * float(np.prod(np.asarray(upper) - lower)) / math.pi)
     for _ in range(samples):
-        wanted = goal if rng.random() < goal_share else rng.uniform(lower, upper)
-        nearest = tree.nearest(wanted)
-        apart = wanted - tree.places[nearest]
-        distance = float(np.hypot(*apart))
-        place = wanted if distance <= reach else tree.places[nearest] + apart * (reach / distance)
+        sample = goal if rng.random() < goal_share else rng.uniform(lower, upper)
+        nearest = tree.nearest(sample)
+        offset = sample - tree.places[nearest]
+        distance = float(np.hypot(*offset))
+        place = sample if distance <= reach else tree.places[nearest] + offset * (reach / distance)
         if distance == 0.0 or not is_clear(tree.places[nearest], place):
             continue
         radius = min(reach, gamma * math.sqrt(math.log(tree.size + 1) / (tree.size + 1)))
@@ -68,8 +68,8 @@ def rrt_star(
     if not ends:
         return None
     best = min(ends, key=lambda i: tree.cost[i] + math.dist(tree.places[i], goal))
-    way = tree.way_to(best)
-    return way if np.array_equal(way[-1], goal) else np.concatenate([way, [goal]])
+    path = tree.path_to(best)
+    return path if np.array_equal(path[-1], goal) else np.concatenate([path, [goal]])
 
 
 class _Tree:
@@ -111,11 +111,11 @@ class _Tree:
             self.cost[place] += gain
             below += self._children[place]
 
-    def way_to(self, place: int) -> Array:
-        way = [place]
-        while way[-1] != 0:
-            way.append(int(self._parent[way[-1]]))
-        return np.asarray(self.places[way[::-1]])
+    def path_to(self, place: int) -> Array:
+        indices = [place]
+        while indices[-1] != 0:
+            indices.append(int(self._parent[indices[-1]]))
+        return np.asarray(self.places[indices[::-1]])
 
 
 class Roadmap:
@@ -165,17 +165,19 @@ class Roadmap:
         distance, before = dijkstra(graph, directed=False, indices=number, return_predecessors=True)
         if not np.isfinite(distance[number + 1]):
             return None
-        way = [number + 1]
-        while way[-1] != number:
-            way.append(int(before[way[-1]]))
-        return np.asarray(places[way[::-1]])
+        indices = [number + 1]
+        while indices[-1] != number:
+            indices.append(int(before[indices[-1]]))
+        return np.asarray(places[indices[::-1]])
 
     def _joined(self, ones: Array, others: Array) -> Indices:
         """Return the index pairs of near neighbours with a clear line between them, shape (n, 2)."""
         if not len(others):
             return np.zeros((0, 2), dtype=int)
-        _, near = cKDTree(others).query(ones, k=min(self._neighbours, len(others)))
-        pairs = np.column_stack([np.repeat(np.arange(len(ones)), np.atleast_2d(near).shape[-1]), near.ravel()])
+        _, neighbours = cKDTree(others).query(ones, k=min(self._neighbours, len(others)))
+        pairs = np.column_stack(
+            [np.repeat(np.arange(len(ones)), np.atleast_2d(neighbours).shape[-1]), neighbours.ravel()]
+        )
         if ones is others:
             pairs = np.unique(np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1), axis=0)
         clear = [self._is_clear(ones[i], others[j]) for i, j in pairs]

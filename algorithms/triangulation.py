@@ -101,12 +101,12 @@ class Triangulation:
         moved = seen.odometry
         self._pose, F, G = self._motion(self._pose, np.array([moved.forward, moved.left, moved.turn]))
         self._covariance = F @ self._covariance @ F.T + G @ moved.covariance @ G.T
-        looks = {sighting.name: sighting for sighting in seen.sightings if sighting.name in self._places}
-        if len(looks) >= 3:
+        sightings = {sighting.name: sighting for sighting in seen.sightings if sighting.name in self._places}
+        if len(sightings) >= 3:
             self._fix(
-                np.array([self._places[name] for name in looks if name is not None]),
-                np.array([look.bearing for look in looks.values()]),
-                np.sqrt([look.covariance[1, 1] for look in looks.values()]),
+                np.array([self._places[name] for name in sightings if name is not None]),
+                np.array([sighting.bearing for sighting in sightings.values()]),
+                np.sqrt([sighting.covariance[1, 1] for sighting in sightings.values()]),
             )
         return Estimate(Pose.from_array(self._pose), self._covariance)
 

@@ -42,7 +42,7 @@ def shortest_path(segments: Array, start: Array, goal: Array, *, clearance: floa
     corners = corners[np.sort(np.unique(corners, axis=0, return_index=True)[1])]
     pairs = np.array(list(itertools.combinations(range(len(corners)), 2)))
     lines = shapely.linestrings(corners[pairs])
-    # What touches is allowed: shrink a hair, so that a line along an edge does not count as inside.
+    # Contact is allowed: shrink slightly, so that a line along an edge does not count as inside.
     shapely.prepare(inner := shapely.buffer(grown, -1e-7))
     seen = pairs[~shapely.intersects(inner, lines)]
     lengths = np.hypot(*(corners[seen[:, 0]] - corners[seen[:, 1]]).T)
@@ -50,7 +50,7 @@ def shortest_path(segments: Array, start: Array, goal: Array, *, clearance: floa
     distance, before = dijkstra(graph, directed=False, indices=0, return_predecessors=True)
     if not np.isfinite(distance[1]):
         return None
-    way = [1]
-    while way[-1] != 0:
-        way.append(int(before[way[-1]]))
-    return np.asarray(corners[way[::-1]])
+    indices = [1]
+    while indices[-1] != 0:
+        indices.append(int(before[indices[-1]]))
+    return np.asarray(corners[indices[::-1]])

@@ -49,7 +49,7 @@ class WallFollow:
 
     def command(self, seen: Observation, belief: Estimate) -> Command:
         """Return the twist that follows the wall."""
-        # With the wall at the right, the mirror image of what is seen has it at the left.
+        # A wall on the right is handled as its mirror image on the left.
         ring = seen.proximity if self._sign > 0 else np.roll(seen.proximity[::-1], 1)
         turn, share = self._steer(ring)
         fastest = 0.7 * self._robot.max_turn
@@ -62,18 +62,18 @@ class WallFollow:
         if ahead < needed:
             self._following = True
             return -1.2, max(0.0, (ahead - 0.1) / needed - 0.5)
-        near = TOWARDS[ring[TOWARDS] < 3.0 * self._distance + 0.3]
-        if len(near) < 2:
-            # An outer corner: around it at the distance kept from it; before any wall was met, straight on.
+        hits = TOWARDS[ring[TOWARDS] < 3.0 * self._distance + 0.3]
+        if len(hits) < 2:
+            # An outer corner: drive around it at the set distance; straight on before the first wall.
             radius = self._distance + self._robot.radius
             return (0.8 * self._forward / radius if self._following else 0.0), 0.8
         self._following = True
         # The wall is the line from the hindmost to the foremost hit.
-        angles = near[[-1, 0]] * (2.0 * math.pi / 16)
-        reach = ring[near[[-1, 0]]] + self._robot.radius
+        angles = hits[[-1, 0]] * (2.0 * math.pi / 16)
+        reach = ring[hits[[-1, 0]]] + self._robot.radius
         (x, y), (x_ahead, y_ahead) = np.column_stack([reach * np.cos(angles), reach * np.sin(angles)]).tolist()
         direction = math.atan2(y_ahead - y, x_ahead - x)
-        apart = abs(x * math.sin(direction) - y * math.cos(direction))
-        # Too near the wall at the left is too far to the left of the line beside it.
-        lateral = self._distance + self._robot.radius - apart
+        distance = abs(x * math.sin(direction) - y * math.cos(direction))
+        # Too close to the wall on the left means too far left of the line parallel to it.
+        lateral = self._distance + self._robot.radius - distance
         return float(-self._gains @ (lateral, -direction)), 1.0

@@ -54,7 +54,7 @@ class Waypoints:
         self._sharp = math.radians(sharp_deg)
 
     def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
-        """Lay the path from where the robot believes to start."""
+        """Build the path from the robot's prior position."""
         path = np.vstack([(robot.prior.x, robot.prior.y), *[self._points] * self._laps])
         self._legs = cut_at_corners(path, self._sharp)
         self._along = 0.0
@@ -74,14 +74,14 @@ class Waypoints:
     def _steer(self, toward: Array, heading: float, left: float) -> Command:
         """Return the twist toward a point of the path with a distance left on this leg."""
         distance = float(np.hypot(*toward))
-        off = wrap_angle(math.atan2(toward[1], toward[0]) - heading)
+        bearing = wrap_angle(math.atan2(toward[1], toward[0]) - heading)
         fastest = self._robot.max_turn
-        if self._turning or abs(off) > self._sharp:
-            self._turning = abs(off) > 0.1
+        if self._turning or abs(bearing) > self._sharp:
+            self._turning = abs(bearing) > 0.1
             if self._turning:
-                braking = math.sqrt(2.0 * 0.5 * self._robot.max_turn_acceleration * abs(off))
-                return Command(turn=math.copysign(min(0.6 * fastest, braking, 2.5 * abs(off)), off))
-        curvature = 2.0 * math.sin(off) / max(distance, 0.5 * self._lookahead)
+                braking = math.sqrt(2.0 * 0.5 * self._robot.max_turn_acceleration * abs(bearing))
+                return Command(turn=math.copysign(min(0.6 * fastest, braking, 2.5 * abs(bearing)), bearing))
+        curvature = 2.0 * math.sin(bearing) / max(distance, 0.5 * self._lookahead)
         braking = math.sqrt(2.0 * 0.5 * self._robot.max_acceleration * max(left, 0.0))
         speed = min(self._speed, self._robot.max_speed, braking, 0.05 + 2.0 * left)
         if abs(curvature) * speed > 0.6 * fastest:
@@ -103,17 +103,17 @@ def cut_at_corners(path: Array, sharp: float) -> list[Array]:
 
 
 def look_ahead(leg: Array, position: Array, along: float, lookahead: float) -> tuple[float, Array, float]:
-    """Find where on a leg the robot is, and the point that it steers for.
+    """Return the robot's position along a leg, and the point that it steers for.
 
     Args:
         leg: Corners of a path, shape (n, 2) [m].
         position: Of the robot, shape (2,) [m].
-        along: How far along the leg it was before [m]; it never goes back.
-        lookahead: How far ahead of it to look [m].
+        along: Previous distance along the leg [m]; it never decreases.
+        lookahead: Lookahead distance [m].
 
     Returns:
-        along: How far along the leg the nearest point now is, at most 2 lookaheads further [m].
-        aim: The point of the path a lookahead further, on the leg's last line made longer if need be, shape (2,) [m].
+        along: Distance along the leg of the nearest point, at most 2 lookaheads further [m].
+        aim: The point of the path a lookahead further; the leg's last line is extended if necessary; shape (2,) [m].
         left: From the nearest point to the end of the leg [m].
     """
     steps = np.diff(leg, axis=0)

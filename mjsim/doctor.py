@@ -125,7 +125,7 @@ def report_lines(diagnosis: Diagnosis) -> Sequence[str]:
     if diagnosis.picture:
         lines.append(f"picture   {diagnosis.picture}")
     lines += ["", "backends, each tried in a process of its own"]
-    lines += [f"  {name:24}{said}" for name, said in diagnosis.backends.items()]
+    lines += [f"  {name:24}{result}" for name, result in diagnosis.backends.items()]
     lines += ["", "versions"]
     lines += [f"  {name:24}{version}" for name, version in diagnosis.versions.items()]
     lines += ["", f"octave    {diagnosis.octave}", f"cores     {diagnosis.cores}"]

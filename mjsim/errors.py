@@ -18,7 +18,7 @@ from typing import ClassVar
 LONGEST_MESSAGE = 400
 """Maximum length of a message [characters]; keys and lists of names in it are cut."""
 
-MOST_WORDS = 1000
+MAX_WORDS = 1000
 """Number of names that a misspelt name is compared with, at most."""
 
 
@@ -120,10 +120,10 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
     Only the first `MOST_WORDS` words are considered.
     """
-    words = sorted(known)[:MOST_WORDS]
-    near = difflib.get_close_matches(word, words, n=1)
-    if near:
-        return f"; did you mean '{near[0]}'?"
+    words = sorted(known)[:MAX_WORDS]
+    matches = difflib.get_close_matches(word, words, n=1)
+    if matches:
+        return f"; did you mean '{matches[0]}'?"
     return f"; there are {', '.join(words)}" if words else "; there are none"
 
 

@@ -20,11 +20,11 @@ def requested_backend() -> str:
 def hide_request_from_mujoco() -> None:
     """Move MUJOCO_GL to MJSIM_GL if `import mujoco` would fail because of it; call this before that import."""
     value = os.environ.get("MUJOCO_GL", "").strip().lower()
-    if value not in _HARMLESS and not _is_met(value):
+    if value not in _HARMLESS and not _is_usable(value):
         os.environ["MJSIM_GL"] = os.environ.pop("MUJOCO_GL")
 
 
-def _is_met(value: str) -> bool:
+def _is_usable(value: str) -> bool:
     from ctypes.util import find_library  # Slow to load, and asked for by few.
 
     groups = _LIBRARIES.get(value)

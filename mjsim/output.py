@@ -287,8 +287,8 @@ def write_set(folder: str | Path, files: Mapping[str, bytes], *, of: str, overwr
 def _listed(path: Path) -> dict[str, dict[str, str]]:
     """Return the content of a list: the kind of set, and the SHA-256 of each file by name."""
     try:
-        told = json.loads(path.read_bytes())
-        return {str(of): {str(name): str(digest) for name, digest in names.items()} for of, names in told.items()}
+        listing = json.loads(path.read_bytes())
+        return {str(of): {str(name): str(digest) for name, digest in names.items()} for of, names in listing.items()}
     except (OSError, ValueError, AttributeError, RecursionError):
         return {}  # There is none, or it is not ours.
 

@@ -96,12 +96,12 @@ def counted(label: str, *, total: int, unit: str) -> Iterator[Callable[[float], 
             now = time.perf_counter()
             left = (total - done) * (now - began) / (done - before) if done > before else None
             text = f"{label}: {done:.0f} of {total} {unit}"
-            told = text if left is None or done >= total else f"{text}, {_duration(left)} left"
+            with_rest = text if left is None or done >= total else f"{text}, {_duration(left)} left"
             if bar is not None:
-                bar(done, told)
+                bar(done, with_rest)
             elif now - shown >= COUNTED_EVERY and done < total:
                 shown = now
-                say(told)
+                say(with_rest)
 
         yield advance
     say(f"{text} in {_duration(time.perf_counter() - began)}")

@@ -56,7 +56,7 @@ class Channel:
         """Reset to the initial value."""
         self._held = np.full(self.low.shape, self._first, dtype=self.low.dtype)
 
-    def look(self, noticed: Noticed) -> None:
+    def update(self, noticed: Noticed) -> None:
         """Take the reading of this tick; called once per tick."""
         reading = self._read(noticed)
         if reading is not None:
@@ -143,23 +143,23 @@ def _bump(noticed: Noticed) -> ArrayLike:
 
 
 def _odometry(info: RobotInfo) -> Channel:
-    most = np.array([info.max_speed, max(info.max_left, info.max_speed), info.max_turn]) * (SPARE * info.dt)
+    limit = np.array([info.max_speed, max(info.max_left, info.max_speed), info.max_turn]) * (SPARE * info.dt)
 
     def read(noticed: Noticed) -> ArrayLike:
-        told = noticed.seen.odometry
-        return told.forward, told.left, told.turn
+        odometry = noticed.seen.odometry
+        return odometry.forward, odometry.left, odometry.turn
 
-    return Channel(read, low=-most, high=most, shape=(3,))
+    return Channel(read, low=-limit, high=limit, shape=(3,))
 
 
 def _estimate() -> Channel:
-    most = np.array([FAR, FAR, math.pi])
+    limit = np.array([FAR, FAR, math.pi])
 
     def read(noticed: Noticed) -> ArrayLike:
         pose = noticed.belief.pose
         return pose.x, pose.y, wrap_angle(pose.heading)
 
-    return Channel(read, low=-most, high=most, shape=(3,))
+    return Channel(read, low=-limit, high=limit, shape=(3,))
 
 
 def _sightings(world: World, rings: Sequence[BeaconSensor]) -> Channel:
@@ -170,17 +170,17 @@ def _sightings(world: World, rings: Sequence[BeaconSensor]) -> Channel:
     farthest = max(reach, default=FAR)
 
     def read(noticed: Noticed) -> ArrayLike:
-        told = np.zeros((len(rows) + nameless, 3))
+        table = np.zeros((len(rows) + nameless, 3))
         unnamed: list[Sighting] = []
         for sighting in noticed.seen.sightings:
             row = rows.get(sighting.name) if sighting.name is not None else None
             if row is None:
                 unnamed.append(sighting)
-            elif not told[row, 0] or sighting.range < told[row, 1]:
-                told[row] = 1.0, sighting.range, sighting.bearing
+            elif not table[row, 0] or sighting.range < table[row, 1]:
+                table[row] = 1.0, sighting.range, sighting.bearing
         for row, sighting in enumerate(unnamed[:nameless], start=len(rows)):
-            told[row] = 1.0, sighting.range, sighting.bearing
-        return told
+            table[row] = 1.0, sighting.range, sighting.bearing
+        return table
 
     low, high = np.array([0.0, 0.0, -math.pi]), np.array([1.0, farthest, math.pi])
     return Channel(read, low=low, high=high, shape=(len(rows) + nameless, 3))

@@ -16,7 +16,7 @@ from mjsim.env.task import Task, driven
 from mjsim.errors import ModuleFault, UsageError, did_you_mean, one_line
 from mjsim.geometry import Pose
 from mjsim.interface import Command, Estimate, Observation, RobotInfo, WheelCommand, WorldMap
-from mjsim.modules import kind_of, said_of
+from mjsim.modules import error_text, kind_of
 from mjsim.record import codec_of
 from mjsim.run import Noticed, Pilot, drivers_of
 from mjsim.sim import Simulation, stream
@@ -95,7 +95,9 @@ class Episodes:
             drivers[name] = replace(drivers[name], navigator=agent)
         self._held.close()
         self._pilots = {
-            name: self._held.enter_context(Pilot(driver, self._told(name), dict(sim.catalogue), sim.map, seed=seed))
+            name: self._held.enter_context(
+                Pilot(driver, self._robot_info(name), dict(sim.catalogue), sim.map, seed=seed)
+            )
             for name, driver in drivers.items()
             if name in self._agents or name in self.world.run.drivers
         }
@@ -146,7 +148,7 @@ class Episodes:
         Raises:
             ModuleFault: The task's function raised, or returned something other than a finite number.
         """
-        value = self._asked("reward", self.task.reward)
+        value = self._evaluated("reward", self.task.reward)
         try:
             number = float(value)  # type: ignore[arg-type]  # what is no number is told below
         # It is the user's object, and may raise anything.
@@ -162,7 +164,7 @@ class Episodes:
         Raises:
             ModuleFault: The task's function raised, or returned something other than True or False.
         """
-        value = self._asked("terminated", self.task.terminated)
+        value = self._evaluated("terminated", self.task.terminated)
         if type(value).__name__ not in ("bool", "bool_"):
             raise self._wrong("terminated", self.task.terminated, value, "True or False")
         return bool(value)
@@ -188,7 +190,7 @@ class Episodes:
             self.sim.move(name, pose)
             taken.append((pose.x, pose.y, self.sim.robots[name].radius))
 
-    def _told(self, name: str) -> RobotInfo:
+    def _robot_info(self, name: str) -> RobotInfo:
         """Return the data sheet of a robot for its modules, with the start of this episode."""
         info = self.sim.robots[name]
         return replace(info, prior=self.sim.truth(name)) if name in self._places else info
@@ -198,7 +200,7 @@ class Episodes:
         self._noticed = {name: pilot.notice(seen[name]) for name, pilot in self._pilots.items()}
         for name, channels in self.channels.items():
             for channel in channels.values():
-                channel.look(self._noticed[name])
+                channel.update(self._noticed[name])
 
     def _made(
         self,
@@ -232,7 +234,7 @@ class Episodes:
             raise UsageError(f"no action for robot '{missing[0]}'; each step needs one of {', '.join(self.robots)}")
         return action
 
-    def _asked(self, part: str, function: Callable[[Step], object]) -> object:
+    def _evaluated(self, part: str, function: Callable[[Step], object]) -> object:
         """Return the result of a function of the task for the last step."""
         step = self.step
         try:
@@ -241,7 +243,7 @@ class Episodes:
             raise
         # This is the boundary to user code: all its exceptions are reported in one line.
         except BaseException as error:
-            raise self._fault(part, function, said_of(error)) from error
+            raise self._fault(part, function, error_text(error)) from error
 
     def _wrong(self, part: str, function: object, value: object, right: str) -> ModuleFault:
         try:
@@ -251,9 +253,9 @@ class Episodes:
             shown = kind_of(value)
         return self._fault(part, function, f"returned {shown}; it must be {right}")
 
-    def _fault(self, part: str, function: object, what: str) -> ModuleFault:
+    def _fault(self, part: str, function: object, problem: str) -> ModuleFault:
         name = getattr(function, "__name__", type(function).__name__)
-        return ModuleFault(f"{part} {name} at {self.sim.time:.2f} s {what}")
+        return ModuleFault(f"{part} {name} at {self.sim.time:.2f} s {problem}")
 
 
 def _stripped(world: World, driven: Sequence[str], observations: Sequence[str] | None) -> World:
@@ -272,8 +274,8 @@ def _stripped(world: World, driven: Sequence[str], observations: Sequence[str] |
         if "estimate" not in chosen:
             modules = modules.model_copy(update={"estimator": None})
         drivers[robot.name] = modules
-        asked = modules.observer or modules.estimator or not isinstance(modules.avoidance, bool)
-        if observations is not None and not asked:
+        has_observers = modules.observer or modules.estimator or not isinstance(modules.avoidance, bool)
+        if observations is not None and not has_observers:
             sensors = tuple(sensor for sensor in robot.sensors if _is_chosen(sensor, chosen))
             robots[index] = robot.model_copy(update={"sensors": sensors})
     run = world.run.model_copy(update={"drivers": drivers})

@@ -67,10 +67,10 @@ def driven(task: Task, world: World) -> tuple[str, ...]:
     known = [robot.name for robot in world.robots]
     if not known:
         raise UsageError(f"no robot in world '{world.name}'; an environment needs one to control")
-    asked = known[:1] if task.robots is None else [task.robots] if isinstance(task.robots, str) else task.robots
-    for name in asked:
+    requested = known[:1] if task.robots is None else [task.robots] if isinstance(task.robots, str) else task.robots
+    for name in requested:
         if name not in known:
             raise UsageError(f"no robot '{name}' in this world{did_you_mean(name, known)}")
-    if not asked or len(set(asked)) < len(asked):
-        raise UsageError(f"robots is {list(asked)}; name each controlled robot once")
-    return tuple(asked)
+    if not requested or len(set(requested)) < len(requested):
+        raise UsageError(f"robots is {list(requested)}; name each controlled robot once")
+    return tuple(requested)

@@ -27,7 +27,7 @@ from mjsim.env.gym import GymEnvironment
 from mjsim.env.task import Task
 from mjsim.errors import MjsimError, UsageError
 
-Told = tuple[float, bool, bool, dict[str, Any]]
+StepResult = tuple[float, bool, bool, dict[str, Any]]
 """Reward, terminated, truncated, and info; observations go through shared memory."""
 Make = Callable[[], GymEnvironment]
 """Creates an environment; it can be sent to a process."""
@@ -54,9 +54,9 @@ class VectorEnvironment(VectorEnv[Any, Any, Any]):
             MjsimError: As `GymEnvironment`.
         """
         processes = (os.cpu_count() or 1) if processes is None else processes
-        for what, number in (("count", count), ("processes", processes)):
+        for label, number in (("count", count), ("processes", processes)):
             if number < 1:
-                raise UsageError(f"{what} is {number}; it must be 1 or more")
+                raise UsageError(f"{label} is {number}; it must be 1 or more")
         self.num_envs = count
         model = GymEnvironment(task)
         self.metadata = {**model.metadata, "autoreset_mode": AutoresetMode.NEXT_STEP}
@@ -95,12 +95,12 @@ class VectorEnvironment(VectorEnv[Any, Any, Any]):
             seed = [None if seed is None else seed + number for number in range(self.num_envs)]
         if len(seed) != self.num_envs:
             raise UsageError(f"{len(seed)} seeds for {self.num_envs} environments; give one, or one for each")
-        *_, infos = self._asked("reset", list(seed))
+        *_, infos = self._request("reset", list(seed))
         return copy.deepcopy(self._seen), infos
 
     def step(self, actions: Any) -> tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], Any]:
         """Advance by one tick; return observations, rewards, terminated, truncated, and their times."""
-        rewards, ended, cut, infos = self._asked("step", list(iterate(self.action_space, actions)))
+        rewards, ended, cut, infos = self._request("step", list(iterate(self.action_space, actions)))
         return copy.deepcopy(self._seen), rewards, ended, cut, infos
 
     def close_extras(self, **kwargs: Any) -> None:
@@ -110,24 +110,24 @@ class VectorEnvironment(VectorEnv[Any, Any, Any]):
         for worker in self._workers:
             worker.join()
 
-    def _asked(self, what: str, values: list[Any]) -> tuple[Any, Any, Any, dict[str, Any]]:
+    def _request(self, request: str, values: list[Any]) -> tuple[Any, Any, Any, dict[str, Any]]:
         """Send a request to all, each with its own value, and return their answers."""
         if len(values) != self.num_envs:
             raise UsageError(f"{len(values)} actions for {self.num_envs} environments; give one for each")
         try:
             for pipe, share in zip(self._pipes, self._shares, strict=True):
-                pipe.send((what, [values[number] for number in share]))
+                pipe.send((request, [values[number] for number in share]))
             answers = [pipe.recv() for pipe in self._pipes]
         except (EOFError, BrokenPipeError, OSError):
             raise MjsimError("a process of the environments has ended; create them again") from None
         for answer in answers:
             if isinstance(answer, MjsimError):
                 raise answer
-        told: list[Told] = [each for answer in answers for each in answer]
+        results: list[StepResult] = [each for answer in answers for each in answer]
         infos: dict[str, Any] = {}
-        for number, (*_, info) in enumerate(told):
+        for number, (*_, info) in enumerate(results):
             infos = self._add_info(infos, info, number)
-        rewards, ended, cut, _ = zip(*told, strict=True)
+        rewards, ended, cut, _ = zip(*results, strict=True)
         return np.array(rewards, dtype=float), np.array(ended, dtype=bool), np.array(cut, dtype=bool), infos
 
 
@@ -144,15 +144,15 @@ class _Share:
         self._over = [False for _ in numbers]
         self._space, self._memory, self._numbers = space, memory, numbers
 
-    def do(self, what: str, values: Sequence[Any]) -> list[Told]:
+    def do(self, request: str, values: Sequence[Any]) -> list[StepResult]:
         """Reset or step all, each with its own value."""
-        return [self._one(place, what, value) for place, value in enumerate(values)]
+        return [self._one(place, request, value) for place, value in enumerate(values)]
 
-    def _one(self, place: int, what: str, value: Any) -> Told:
+    def _one(self, place: int, request: str, value: Any) -> StepResult:
         environment = self._environments[place]
         seen: Any
         reward, ended, cut = 0.0, False, False
-        if what == "reset":
+        if request == "reset":
             seen, info = environment.reset(seed=value)
         elif self._over[place]:
             seen, info = environment.reset()
@@ -175,18 +175,18 @@ def _work(make: Make, space: Space[Any], memory: Any, numbers: Sequence[int], pi
     with threadpool_limits(1, user_api="blas"):
         while True:
             try:
-                what, values = pipe.recv()
+                request, values = pipe.recv()
             except (EOFError, KeyboardInterrupt):
                 break
             try:
                 share = share or _Share(make, space, memory, numbers)
-                pipe.send(share.do(what, values))
+                pipe.send(share.do(request, values))
             except MjsimError as error:
                 pipe.send(error)
             # Exceptions of a task's functions are reported in one line; this is the boundary to that code.
             except Exception as error:
                 frame = traceback.extract_tb(error.__traceback__)[-1]
-                where = f"{frame.filename.rpartition('/')[2]}:{frame.lineno}"
-                pipe.send(MjsimError(f"an environment raised {type(error).__name__}: {error} ({where})"))
+                place = f"{frame.filename.rpartition('/')[2]}:{frame.lineno}"
+                pipe.send(MjsimError(f"an environment raised {type(error).__name__}: {error} ({place})"))
     if share is not None:
         share.close()

@@ -13,7 +13,7 @@ FARTHEST = 0.3
 """Larger clearances are not computed [m]."""
 SOLID = (0, 3)
 """Geom groups with contact."""
-MOST = 12
+SMALLEST = 12
 """Number of clearances returned, the smallest first, in addition to all overlaps."""
 PRESSED = 0.01
 """Soft tissue and soles yield by this much; deeper overlaps count as collisions [m]; assumed, no source."""
@@ -29,7 +29,7 @@ class Clearance:
     """[m]"""
 
 
-def clearances(model: mujoco.MjModel, data: mujoco.MjData, person: str, *, most: int = MOST) -> list[Clearance]:
+def clearances(model: mujoco.MjModel, data: mujoco.MjData, person: str, *, count: int = SMALLEST) -> list[Clearance]:
     """Return the smallest clearances of a person, one per object and segment, the smallest first.
 
     Shapes are treated as convex: a mesh is replaced by its convex hull, as in MuJoCo's contacts.
@@ -38,7 +38,7 @@ def clearances(model: mujoco.MjModel, data: mujoco.MjData, person: str, *, most:
         model: The compiled world.
         data: Its state after `mj_kinematics`.
         person: Name of the person.
-        most: Number of clearances returned, or all overlaps if there are more.
+        count: Number of clearances returned, or all overlaps if there are more.
     """
     bodies = np.array([model.body(int(body)).name.partition("/")[0] == person for body in range(model.nbody)])
     solid = np.isin(model.geom_group, SOLID) & ((model.geom_contype != 0) | (model.geom_conaffinity != 0))
@@ -56,7 +56,7 @@ def clearances(model: mujoco.MjModel, data: mujoco.MjData, person: str, *, most:
             if distance < found.get(key, FARTHEST):
                 found[key] = distance
     overlaps = sum(distance < 0.0 for distance in found.values())
-    ranked = sorted(found.items(), key=lambda item: item[1])[: max(most, overlaps)]
+    ranked = sorted(found.items(), key=lambda item: item[1])[: max(count, overlaps)]
     return [Clearance(segment, thing, distance) for (segment, thing), distance in ranked]
 
 

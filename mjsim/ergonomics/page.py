@@ -68,8 +68,8 @@ def _angles(study: PersonStudy) -> str:
         bare = name.removeprefix("left_").removeprefix("right_")
         ranges = comfort_of(name)
         side = "" if bare == name else name.removesuffix(f"_{bare}") + ", "
-        told = "; ".join(f"{each.low:g} to {each.high:g} ({each.source})" for each in ranges)
-        rows.append((side + ANGLES[bare], f"{value:.0f}", told or "none"))
+        comfort = "; ".join(f"{each.low:g} to {each.high:g} ({each.source})" for each in ranges)
+        rows.append((side + ANGLES[bare], f"{value:.0f}", comfort or "none"))
     return html_table(("angle", "[deg]", "published comfort [deg]"), rows, wide=True)
 
 
@@ -94,7 +94,7 @@ def _views(study: PersonStudy) -> str:
     rows = []
     for name, view in study.views.items():
         shares = [f"{100 * view.shares[key]:.1f} %" for key in ("left", "right", "both", "either")]
-        hidden = ", ".join(f"{what} {100 * share:.1f} %" for what, share in view.hidden_by.items()) or "nothing"
+        hidden = ", ".join(f"{name} {100 * share:.1f} %" for name, share in view.hidden_by.items()) or "nothing"
         steep = f"{view.incidence_deg:.0f}" + ("" if view.incidence_deg >= STEEPEST else f" (below {STEEPEST:g})")
         rows.append((name, *shares, hidden, f"{view.distance:.2f}", steep))
     heads = ("display", "left eye", "right eye", "both", "either", "hidden from both by", "distance [m]", "angle [deg]")
@@ -113,7 +113,7 @@ def _settings(study: PersonStudy) -> str:
     rows = [
         (
             f"{each.sex}, percentile {each.percentile:g}",
-            *(f"{1000 * value:+.0f}" for value in (*each.set_by, *each.wished)),
+            *(f"{1000 * value:+.0f}" for value in (*each.set_by, *each.ideal)),
             ", ".join(each.missed) or "none",
         )
         for each in study.settings

@@ -121,11 +121,11 @@ def hiders(
 
 def first_between(model: mujoco.MjModel, data: mujoco.MjData, start: Array, end: Array, *, without: int) -> int:
     """Return the first geom on the line between two points of the world; `VISIBLE` if there is none."""
-    way = end - start
-    length = float(np.linalg.norm(way))
-    met = np.full(1, -1, dtype=np.int32)
-    distance = mujoco.mj_ray(model, data, start, way / length, SEEN, True, without, met, None)
-    return int(met[0]) if 0.0 <= distance < length - SKIN else VISIBLE
+    direction = end - start
+    length = float(np.linalg.norm(direction))
+    geom = np.full(1, -1, dtype=np.int32)
+    distance = mujoco.mj_ray(model, data, start, direction / length, SEEN, True, without, geom, None)
+    return int(geom[0]) if 0.0 <= distance < length - SKIN else VISIBLE
 
 
 def view_of(
@@ -138,13 +138,13 @@ def view_of(
     shares = {"left": left, "right": right, "both": left & right, "either": left | right}
     neither = ~(left | right)
     names = Counter(name_of(model, geom) for each in by_eye for geom in each[neither].tolist())
-    way = display.world_from_target[:3, 3] - (eyes[0].place + eyes[1].place) / 2
-    distance = float(np.linalg.norm(way))
+    offset = display.world_from_target[:3, 3] - (eyes[0].place + eyes[1].place) / 2
+    distance = float(np.linalg.norm(offset))
     return DisplayView(
         shares={name: float(seen.mean()) for name, seen in shares.items()},
         hidden_by={name: count / (2 * len(points)) for name, count in names.most_common()},
         distance=distance,
-        incidence_deg=math.degrees(math.asin(float(np.clip(-way @ facing / distance, -1.0, 1.0)))),
+        incidence_deg=math.degrees(math.asin(float(np.clip(-offset @ facing / distance, -1.0, 1.0)))),
     )
 
 

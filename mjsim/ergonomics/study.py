@@ -32,7 +32,7 @@ class SeatSetting:
     percentile: float
     set_by: tuple[float, float]
     """Setting relative to the middle of the travel, along and up, limited to the travel [m]."""
-    wished: tuple[float, float]
+    ideal: tuple[float, float]
     """Ideal hip point without this limit [m]."""
     missed: tuple[str, ...]
     """Contacts out of reach within the travel."""
@@ -112,13 +112,13 @@ def seat_settings(place: Workstation, percentiles: Sequence[float] = PERCENTILES
         for percentile in percentiles:
             figure = Figure.of(Measures.at_percentile(sex, percentile))
             within = Sitter(figure, place.seating).sit(place.goals)
-            wished = Sitter(figure, free).sit(place.goals)
+            ideal = Sitter(figure, free).sit(place.goals)
             found.append(
                 SeatSetting(
                     sex=sex,
                     percentile=percentile,
                     set_by=within.set_by,
-                    wished=wished.set_by,
+                    ideal=ideal.set_by,
                     missed=within.missed,
                 )
             )
@@ -155,14 +155,14 @@ def figures_of(study: PersonStudy) -> dict[str, Any]:
             }
             for name, view in study.views.items()
         },
-        "clearances": [_told(each) for each in study.clearances],
-        "collisions": [_told(each) for each in study.collisions],
+        "clearances": [_clearance_json(each) for each in study.clearances],
+        "collisions": [_clearance_json(each) for each in study.collisions],
         "seat_travel": [
             {
                 "sex": each.sex,
                 "percentile": each.percentile,
                 "set_by_m": list(each.set_by),
-                "wished_m": list(each.wished),
+                "wished_m": list(each.ideal),
                 "missed": list(each.missed),
             }
             for each in study.settings
@@ -178,7 +178,7 @@ def contact_figure(name: str, error: float) -> dict[str, float]:
     return {"error_deg": math.degrees(error)} if name == "gaze" else {"error_mm": 1000.0 * error}
 
 
-def _told(clearance: Clearance) -> dict[str, Any]:
+def _clearance_json(clearance: Clearance) -> dict[str, Any]:
     return {"segment": clearance.segment, "thing": clearance.thing, "distance_m": clearance.distance}
 
 

@@ -32,9 +32,9 @@ from .readings import Sighting as Sighting
 from .readings import WheelTicks as WheelTicks
 from .readings import message_text as message_text
 from .shown import LONGEST_TEXT as LONGEST_TEXT
-from .shown import MOST_CELLS as MOST_CELLS
-from .shown import MOST_ITEMS as MOST_ITEMS
-from .shown import MOST_POINTS as MOST_POINTS
+from .shown import MAX_CELLS as MAX_CELLS
+from .shown import MAX_ITEMS as MAX_ITEMS
+from .shown import MAX_POINTS as MAX_POINTS
 from .shown import Shown as Shown
 from .shown import ShownFrame as ShownFrame
 from .shown import ShownGrid as ShownGrid

@@ -103,8 +103,8 @@ class Scan:
 
     def points(self) -> Array:
         """Return the points hit by the beams, in the plane of the sensor's frame, shape (n, 2) [m]."""
-        met = np.isfinite(self.ranges)
-        angles, ranges = self.angles()[met], self.ranges[met]
+        hit = np.isfinite(self.ranges)
+        angles, ranges = self.angles()[hit], self.ranges[hit]
         return np.stack([ranges * np.cos(angles), ranges * np.sin(angles)], axis=-1)
 
 

@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike
 
 from mjsim.geometry import Array, Pose
 
-MOST_ITEMS = 64
+MAX_ITEMS = 64
 """Maximum number of items in one estimate."""
-MOST_POINTS = 20_000
+MAX_POINTS = 20_000
 """Maximum number of points in all items of an estimate together."""
-MOST_CELLS = 1 << 20
+MAX_CELLS = 1 << 20
 """Maximum number of grid cells in all items of an estimate together."""
 LONGEST_TEXT = 200
 """Maximum length of a text or a name [characters]."""
@@ -161,45 +161,45 @@ def require_bounds(items: Sequence[Shown]) -> None:
         ValueError: They exceed a limit; the message says by how much.
     """
     counts = (
-        ("items", len(items), MOST_ITEMS),
-        ("points", sum(item.points_count for item in items), MOST_POINTS),
-        ("cells", sum(item.cells_count for item in items), MOST_CELLS),
+        ("items", len(items), MAX_ITEMS),
+        ("points", sum(item.points_count for item in items), MAX_POINTS),
+        ("cells", sum(item.cells_count for item in items), MAX_CELLS),
     )
-    for what, count, most in counts:
-        if count > most:
-            raise ValueError(f"{count} {what} are shown at once; there must be at most {most}")
+    for kind, count, limit in counts:
+        if count > limit:
+            raise ValueError(f"{count} {kind} are shown at once; there must be at most {limit}")
 
 
-def _require_text(what: str, text: object) -> None:
+def _require_text(label: str, text: object) -> None:
     if not isinstance(text, str) or not text.isprintable() or not 0 < len(text) <= LONGEST_TEXT:
-        raise ValueError(f"{what} is {text!r:.60}; it must be 1 to {LONGEST_TEXT} printable characters")
+        raise ValueError(f"{label} is {text!r:.60}; it must be 1 to {LONGEST_TEXT} printable characters")
 
 
-def _numbers(what: str, values: ArrayLike) -> Array:
+def _numbers(label: str, values: ArrayLike) -> Array:
     """Return a copy as doubles."""
     try:
         array: Array = np.array(values, dtype=float)
     except (TypeError, ValueError):
-        raise ValueError(f"{what} hold something other than numbers, or rows that differ") from None
+        raise ValueError(f"{label} hold something other than numbers, or rows that differ") from None
     return array
 
 
-def _places(what: str, values: ArrayLike) -> Array:
+def _places(label: str, values: ArrayLike) -> Array:
     """Return points in stored form, shape (n, 3) [m]; points on the floor have z = 0."""
-    array = _numbers(what, values)
+    array = _numbers(label, values)
     if not array.size:
         return _sealed(np.zeros((0, 3)))
     if array.ndim != 2 or array.shape[1] not in (2, 3):
-        raise ValueError(f"{what} have shape {array.shape}; it must be (n, 2) or (n, 3)")
+        raise ValueError(f"{label} have shape {array.shape}; it must be (n, 2) or (n, 3)")
     if not np.isfinite(array).all():
-        raise ValueError(f"{what} hold numbers that are not finite; leave those points out")
+        raise ValueError(f"{label} hold numbers that are not finite; leave those points out")
     return _sealed(np.pad(array, ((0, 0), (0, 3 - array.shape[1]))))
 
 
-def _length(what: str, value: Any) -> float:
-    array = _numbers(what, value)
+def _length(label: str, value: Any) -> float:
+    array = _numbers(label, value)
     if array.ndim or not 0.0 < array < np.inf:
-        raise ValueError(f"{what} is {value!r:.40}; it must be above 0 m")
+        raise ValueError(f"{label} is {value!r:.40}; it must be above 0 m")
     return float(array)
 
 

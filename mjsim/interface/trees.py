@@ -266,18 +266,18 @@ def _intrinsics(lens: Intrinsics) -> dict[str, Tree]:
 
 
 def _scan(scan: Scan) -> dict[str, Tree]:
-    here = {"stamp": scan.stamp, "ranges": Stack(scan.ranges), "angles": Stack(scan.angles())}
+    beams = {"stamp": scan.stamp, "ranges": Stack(scan.ranges), "angles": Stack(scan.angles())}
     bounds = {"range_min": scan.range_min, "range_max": scan.range_max}
-    return {**here, **bounds} | ({} if scan.intensities is None else {"intensities": Stack(scan.intensities)})
+    return {**beams, **bounds} | ({} if scan.intensities is None else {"intensities": Stack(scan.intensities)})
 
 
 def _camera(frame: CameraFrame) -> dict[str, Tree]:
-    told: dict[str, Tree] = {"stamp": frame.stamp, "image": np.asarray(frame.image)}
+    tree: dict[str, Tree] = {"stamp": frame.stamp, "image": np.asarray(frame.image)}
     if frame.depth is not None:
-        told["depth"] = frame.depth
+        tree["depth"] = frame.depth
     if frame.segmentation is not None:
-        told |= {"segmentation": frame.segmentation, "instances": list(frame.instances)}
-    return told
+        tree |= {"segmentation": frame.segmentation, "instances": list(frame.instances)}
+    return tree
 
 
 def _imu(readings: Sequence[ImuReading]) -> Stack:

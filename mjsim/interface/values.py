@@ -35,9 +35,11 @@ class JointGoal:
         speeds = self.velocities
         faster = self.accelerations or (0.0,) * len(speeds)
         both = [(speed, more) for speed, more in zip(speeds, faster, strict=True)]
-        ways = [seconds * speed + 0.5 * seconds * seconds * more for speed, more in both]
+        displacements = [seconds * speed + 0.5 * seconds * seconds * more for speed, more in both]
         return JointGoal(
-            positions=tuple(place + way for place, way in zip(self.positions, ways, strict=True)),
+            positions=tuple(
+                place + displacement for place, displacement in zip(self.positions, displacements, strict=True)
+            ),
             velocities=tuple(speed + seconds * more for speed, more in both),
             accelerations=self.accelerations,
             torques=self.torques,

@@ -25,7 +25,7 @@ STRAIGHT = 1e-9
 """Maximum width of a straight curve, relative to its length."""
 ROUNDS = 30
 """Maximum number of steps of Newton's method towards the nearest point."""
-NEAR = 1e-8
+CONVERGED = 1e-8
 """A step towards the nearest point shorter than this, relative to the curve, is the last: its error is the square."""
 
 
@@ -58,8 +58,8 @@ class SpaceCurve:
         self._spline = CubicSpline(along, knots, bc_type="periodic" if closed else "not-a-knot")
         self._marks: list[float] = along.tolist()
         self._cubes = list(np.moveaxis(self._spline.c, 1, 0))
-        sizes, ways = np.linalg.svd(knots - knots.mean(axis=0), full_matrices=False)[1:]
-        self.axis: Array = axis / np.linalg.norm(axis) if sizes[1] < STRAIGHT * sizes[0] else ways[-1]
+        sizes, directions = np.linalg.svd(knots - knots.mean(axis=0), full_matrices=False)[1:]
+        self.axis: Array = axis / np.linalg.norm(axis) if sizes[1] < STRAIGHT * sizes[0] else directions[-1]
         """The direction in which it is flattest, shape (3,): the normal of its plane if it is planar."""
 
     @classmethod
@@ -118,8 +118,8 @@ class SpaceCurve:
 
     def nearest(self, point: Array) -> float:
         """Return the arc length at which it is closest to a point, shape (3,) [m]."""
-        apart = np.linalg.norm(self._spline(self._marks) - point, axis=1)
-        return self.follow(point, self._marks[int(np.argmin(apart))])
+        distances = np.linalg.norm(self._spline(self._marks) - point, axis=1)
+        return self.follow(point, self._marks[int(np.argmin(distances))])
 
     def follow(self, point: Array, along: float) -> float:
         """Return the arc length near another at which it is perpendicular to the line to a point, shape (3,) [m]."""
@@ -130,7 +130,7 @@ class SpaceCurve:
             # Past the centre of its bend the nearest point is far away; stay with the tangent there.
             step = float(tangent @ away) / (grows if grows > 0.1 else float(tangent @ tangent))
             along += min(max(step, -self.length / 20.0), self.length / 20.0)
-            if abs(step) < NEAR * self.length:
+            if abs(step) < CONVERGED * self.length:
                 break
         return along
 

@@ -115,7 +115,7 @@ def _link(row: Mapping[str, Any], before: Array, after: Array, end: Array, radiu
         gear=float(row.get("gear", 1.0)),
         rotor_inertia=float(row.get("rotor_inertia", 0.0)),
         viscous=float(friction.get("viscous", 0.0)),
-        coulomb=_both_ways(friction.get("coulomb", 0.0)),
+        coulomb=_coulomb_pair(friction.get("coulomb", 0.0)),
         max_torque=float(row.get("torque", math.inf)),
         max_velocity=float(row.get("velocity", math.inf)),
         bone=(_numbers("bone", start, 3), _numbers("bone", end, 3)),
@@ -135,7 +135,7 @@ def _solid(row: Mapping[str, Any], start: Array, end: Array, radius: float) -> S
     return capsule(start, end, radius)
 
 
-def _both_ways(coulomb: Any) -> tuple[float, float]:
+def _coulomb_pair(coulomb: Any) -> tuple[float, float]:
     """Return dry friction in positive and negative direction; one number is used for both."""
     if np.ndim(coulomb) == 0:
         return float(coulomb), -float(coulomb)

@@ -81,9 +81,9 @@ def motion_of(chain: Chain, posture: Posture, qd: Array, qdd: Array, gravity: Ar
         slide = axes * (chain.slides * qd)[..., None]
         steps += axes * (chain.slides * qdd)[..., None] + 2.0 * cross(before, slide)
     # The base neither rotates nor accelerates, so the offsets from it contribute nothing.
-    here, before_here = chain.jointed, chain.carriers
-    stretch, swing = points.take(here, -2) - points.take(before_here, -2), _swing(spin, spin_rate)
-    steps[..., here, :] += (swing.take(before_here, -3) @ stretch[..., None])[..., 0]
+    joints, carriers = chain.jointed, chain.carriers
+    stretch, swing = points.take(joints, -2) - points.take(carriers, -2), _swing(spin, spin_rate)
+    steps[..., joints, :] += (swing.take(carriers, -3) @ stretch[..., None])[..., 0]
     return LinkMotion(spin, spin_rate, swing, chain.outwards(steps) - gravity)
 
 
@@ -167,8 +167,8 @@ def regressor(chain: Chain, posture: Posture, qd: Array, *, qdd: Array, gravity:
     slides, turns = chain.slides[:, None, None, None], chain.turns[:, None, None, None]
     shares = (axes * (slides * forces + turns * (moments + cross(lever, forces)))).sum(axis=-1)
     carried = chain.carried.T[:, None, :]  # joint, parameter, link
-    spread = np.swapaxes(shares * carried, -1, -2)
-    return np.asarray(spread.reshape(*spread.shape[:-2], -1))
+    columns = np.swapaxes(shares * carried, -1, -2)
+    return np.asarray(columns.reshape(*columns.shape[:-2], -1))
 
 
 def _by_parameter(rotation: Array, origin: Array, spin: Array, spin_rate: Array) -> tuple[Array, Array]:

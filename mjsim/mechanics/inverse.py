@@ -14,7 +14,7 @@ from mjsim.geometry import Array
 from mjsim.mechanics.chain import Chain, jacobian, posture_at
 from mjsim.mechanics.transforms import rotation_vector
 
-NEAR = 1e-10
+REACHED = 1e-10
 """Tolerances of position and rotation for a reached pose [m, rad]."""
 STEPS, TRIES = 60, 40
 """Maximum number of steps per try, and number of tries: the first from the caller's start, the others from random
@@ -72,14 +72,14 @@ def solve(task: PoseGoals, q0: Array) -> Reached:
         part = task.part(left)
         start = best[left] if number == 0 else _anywhere(task, rng, q0[left])
         found = _inside(task, _descend(part, start))
-        near, turned = _misses(part, found)
-        better = near + turned < (distance + angle)[left]
+        offset, turned = _misses(part, found)
+        better = offset + turned < (distance + angle)[left]
         rows = left[better]
-        best[rows], distance[rows], angle[rows] = found[better], near[better], turned[better]
-        left = np.flatnonzero(np.maximum(distance, angle) > NEAR)
+        best[rows], distance[rows], angle[rows] = found[better], offset[better], turned[better]
+        left = np.flatnonzero(np.maximum(distance, angle) > REACHED)
         if left.size == 0:
             break
-    return Reached(best, np.maximum(distance, angle) <= NEAR, distance, angle)
+    return Reached(best, np.maximum(distance, angle) <= REACHED, distance, angle)
 
 
 def _descend(task: PoseGoals, q: Array) -> Array:
@@ -89,7 +89,7 @@ def _descend(task: PoseGoals, q: Array) -> Array:
     error, slope = _error_and_slope(task, q)
     for _ in range(STEPS):
         squared = (error**2).sum(axis=-1)
-        if squared.max(initial=0.0) < (0.01 * NEAR) ** 2:
+        if squared.max(initial=0.0) < (0.01 * REACHED) ** 2:
             break
         down = np.swapaxes(slope, -1, -2)
         added = damping * squared + LEAST_DAMPING

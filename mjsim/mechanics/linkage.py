@@ -140,9 +140,9 @@ class Linkage:
             width = sum(primitive.width for primitive in joint.primitives)
             self.moves[number] = self.moves[joint.parent]
             self.moves[number, joint.first : joint.first + width] = True
-        self._ways = [_passed(joint) for joint in joints]
+        self._chains = [_passed(joint) for joint in joints]
         self._slides = np.zeros(self.size, dtype=bool)
-        for each in (each for way in self._ways for each in way):
+        for each in (each for chain in self._chains for each in chain):
             self._slides[each.part] = each.kind in ("slide", "curve")
         self._last: tuple[bytes, Placement] | None = None
 
@@ -152,18 +152,18 @@ class Linkage:
         Args:
             values: Joint values, shape (values,) [rad, m].
         """
-        last, asked = self._last, values.tobytes()
-        if last is None or last[0] != asked:
-            self._last = last = asked, self._placed(values)
+        last, key = self._last, values.tobytes()
+        if last is None or last[0] != key:
+            self._last = last = key, self._placed(values)
         return last[1]
 
     def _placed(self, values: Array) -> Placement:
         poses = np.tile(np.eye(4), (len(self.joints) + 1, 1, 1))
         axes, anchors = np.zeros((self.size, 3)), np.zeros((self.size, 3))
-        for number, (joint, way) in enumerate(zip(self.joints, self._ways, strict=True), start=1):
+        for number, (joint, chain) in enumerate(zip(self.joints, self._chains, strict=True), start=1):
             pose = poses[joint.parent] @ joint.before
             turned, at = pose[:3, :3], pose[:3, 3]
-            for each in way:
+            for each in chain:
                 anchors[each.part] = at
                 if each.kind == "ball":
                     vector = each.sign * values[each.part]

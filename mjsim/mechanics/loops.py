@@ -270,7 +270,7 @@ def solved(matrix: Array, right: Array) -> Array:
 
 
 def rates(
-    linkage: Linkage, rows: Sequence[Rows], values: Array, *, held: Mapping[int, float], wanted: Array
+    linkage: Linkage, rows: Sequence[Rows], values: Array, *, held: Mapping[int, float], targets: Array
 ) -> tuple[Array, float]:
     """Return the rates of the values that keep all rows satisfied, and their residual.
 
@@ -279,15 +279,15 @@ def rates(
         rows: The constraints.
         values: Shape (values,).
         held: Known rates, by column.
-        wanted: Required rate of each residual, shape (rows,): 0, or the rate of a followed motion.
+        targets: Required rate of each residual, shape (rows,): 0, or the rate of a followed motion.
     """
     matrix, found = jacobian(linkage, rows, values), np.zeros(linkage.size)
     known = np.array(sorted(held), dtype=int)
     found[known] = [held[column] for column in known.tolist()]
     free = np.setdiff1d(np.arange(linkage.size), known)
-    right = wanted - matrix[:, known] @ found[known]
+    right = targets - matrix[:, known] @ found[known]
     found[free] = solved(matrix[:, free], right)
-    return found, float(np.abs(matrix @ found - wanted).max(initial=0.0))
+    return found, float(np.abs(matrix @ found - targets).max(initial=0.0))
 
 
 def turning(linkage: Linkage, rows: Sequence[Rows], values: Array, speeds: Array) -> Array:

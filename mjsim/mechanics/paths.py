@@ -36,8 +36,12 @@ def jtraj(
     s = ((times - times[0]) / length)[:, None]
     first, last = (np.asarray(q, dtype=float)[..., None, :] for q in (q0, q1))
     v0, v1 = (np.asarray(qd, dtype=float) * length for qd in (qd0, qd1))
-    way = last - first
-    a, b, c = 6 * way - 3 * (v1 + v0), -15 * way + 8 * v0 + 7 * v1, 10 * way - 6 * v0 - 4 * v1
+    displacement = last - first
+    a, b, c = (
+        6 * displacement - 3 * (v1 + v0),
+        -15 * displacement + 8 * v0 + 7 * v1,
+        10 * displacement - 6 * v0 - 4 * v1,
+    )
     q = ((((a * s + b) * s + c) * s * s) + v0) * s + first
     qd = ((((5 * a * s + 4 * b) * s + 3 * c) * s * s) + v0) / length
     qdd = ((20 * a * s + 12 * b) * s + 6 * c) * s / length**2

@@ -108,9 +108,9 @@ def rotation_vector(rotation: Array) -> Array:
     cosine = 0.5 * (np.trace(rotation, axis1=-2, axis2=-1) - 1.0)
     angle = np.arctan2(sine, cosine)
     usual = skew * np.where(sine > 1e-12, angle / np.maximum(sine, 1e-12), 1.0)[..., None]
-    near_half = cosine < -0.99
-    if near_half.any():
-        usual = np.where(near_half[..., None], _half_turn(rotation, skew) * angle[..., None], usual)
+    near_half_turn = cosine < -0.99
+    if near_half_turn.any():
+        usual = np.where(near_half_turn[..., None], _half_turn(rotation, skew) * angle[..., None], usual)
     return np.asarray(usual)
 
 

@@ -1,6 +1,6 @@
 from .boundary import Boundary as Boundary
+from .boundary import error_text as error_text
 from .boundary import name_of as name_of
-from .boundary import said_of as said_of
 from .checks import checked_command as checked_command
 from .checks import checked_estimate as checked_estimate
 from .checks import checked_path as checked_path

@@ -40,18 +40,18 @@ class Boundary:
 
     def require(self, role: str, module: object, now: float = 0.0) -> None:
         """Check that a module has the methods of its role; raises ModuleFault otherwise."""
-        if what := self._call(role, module, now, "", unfit_instance, role, module):
-            raise self.fault(role, module, now, what)
+        if problem := self._guarded(role, module, now, "", unfit_instance, role, module):
+            raise self.fault(role, module, now, problem)
 
     def offers(self, role: str, module: object, method: str, now: float = 0.0) -> bool:
         """Return whether a module has an optional method."""
-        return self._call(role, module, now, method, _has, module, method)
+        return self._guarded(role, module, now, method, _has, module, method)
 
     def attribute(self, role: str, module: object, now: float, name: str) -> Any:
         """Return an attribute of a module; None if it does not exist."""
-        return self._call(role, module, now, "", getattr, module, name, None)
+        return self._guarded(role, module, now, "", getattr, module, name, None)
 
-    def ask(self, role: str, module: object, now: float, method: str, *arguments: Any) -> Any:
+    def call(self, role: str, module: object, now: float, method: str, *arguments: Any) -> Any:
         """Call a method of a module.
 
         Args:
@@ -61,9 +61,9 @@ class Boundary:
             method: Its name; the lookup may also run the module's code.
             *arguments: Of the method.
         """
-        return self._call(role, module, now, method, _ask, module, method, arguments)
+        return self._guarded(role, module, now, method, _call_method, module, method, arguments)
 
-    def _call(
+    def _guarded(
         self, role: str, module: object, now: float, method: str, function: Callable[..., T], *arguments: Any
     ) -> T:
         """Call a function that touches a module."""
@@ -73,7 +73,7 @@ class Boundary:
         except BaseException as error:
             if _is_interrupt(error):
                 raise
-            raise self.fault(role, module, now, said_of(error, module, method)) from error
+            raise self.fault(role, module, now, error_text(error, module, method)) from error
 
     def check(
         self, role: str, module: object, now: float, method: str, check: Callable[..., T], value: object, *more: Any
@@ -86,24 +86,24 @@ class Boundary:
         except BaseException as error:
             if _is_interrupt(error):
                 raise
-            what = f"returned {kind_of(value)} that cannot be read: {_text(error)}{_place(error, module)}"
-            raise self.fault(role, module, now, what) from error
+            problem = f"returned {kind_of(value)} that cannot be read: {_text(error)}{_place(error, module)}"
+            raise self.fault(role, module, now, problem) from error
 
-    def fault(self, role: str, module: object, now: float, what: str) -> ModuleFault:
+    def fault(self, role: str, module: object, now: float, problem: str) -> ModuleFault:
         """Return the error of a module: who, when, what."""
-        return fault_of(role, name_of(module), self._robot, now, what)
+        return fault_of(role, name_of(module), self._robot, now, problem)
 
 
-def fault_of(role: str, module: str, robot: str, now: float, what: str) -> ModuleFault:
+def fault_of(role: str, module: str, robot: str, now: float, problem: str) -> ModuleFault:
     """Return the error of a module with a given display name."""
-    return ModuleFault(f"{role} {module} of robot '{robot}' at {now:.2f} s {what}", robot=robot)
+    return ModuleFault(f"{role} {module} of robot '{robot}' at {now:.2f} s {problem}", robot=robot)
 
 
 def _is_interrupt(error: BaseException) -> bool:
     return isinstance(error, KeyboardInterrupt) and threading.current_thread() is threading.main_thread()
 
 
-def _ask(module: Any, method: str, arguments: tuple[Any, ...]) -> Any:
+def _call_method(module: Any, method: str, arguments: tuple[Any, ...]) -> Any:
     return getattr(module, method)(*arguments)
 
 
@@ -118,7 +118,7 @@ def name_of(module: object) -> str:
     return module.__name__ if isinstance(module, type) else type(module).__name__
 
 
-def said_of(error: BaseException, module: object = None, method: str = "") -> str:
+def error_text(error: BaseException, module: object = None, method: str = "") -> str:
     """Return 'raised ...' with the place in the user's own code, on one line."""
     if isinstance(module, Hosted) and isinstance(error, (Failed, Unfit)):
         return str(error) if isinstance(error, Failed) else f"{error}{_method_place(module, method)}"
@@ -133,14 +133,14 @@ def is_of_users(error: BaseException) -> bool:
 def _text(error: BaseException) -> str:
     """Return type and text of an exception; its `__str__` may be user code."""
     try:
-        said = _BESIDE.sub("", one_line(error.msg if isinstance(error, SyntaxError) else str(error)))
+        text = _BESIDE.sub("", one_line(error.msg if isinstance(error, SyntaxError) else str(error)))
     except Exception:
-        said = "its text cannot be read"
-    if len(said) > LONGEST_TEXT:
-        said = f"{said[:LONGEST_TEXT]}..."
-    if isinstance(error, ValueError) and "read-only" in said:
-        said += "; inputs of a module are read-only; copy them first"
-    return f"{type(error).__name__}: {said}" if said else type(error).__name__
+        text = "its text cannot be read"
+    if len(text) > LONGEST_TEXT:
+        text = f"{text[:LONGEST_TEXT]}..."
+    if isinstance(error, ValueError) and "read-only" in text:
+        text += "; inputs of a module are read-only; copy them first"
+    return f"{type(error).__name__}: {text}" if text else type(error).__name__
 
 
 def _place(error: BaseException, module: object) -> str:

@@ -110,8 +110,8 @@ def checked_path(path: object) -> Array:
     rows = []
     for item in path:
         time, pose = _parts("a point of the path", item, ("time", "pose"))
-        where = checked_pose(pose)
-        rows.append((*_finite("a time", (time,)), where.x, where.y, where.heading))
+        place = checked_pose(pose)
+        rows.append((*_finite("a time", (time,)), place.x, place.y, place.heading))
     found = np.array(rows, dtype=float).reshape(-1, 4)
     if (np.diff(found[:, 0]) <= 0.0).any():
         raise Unfit("returned a path whose times do not ascend; each must be later than the one before")
@@ -164,12 +164,12 @@ def checked_wheel_names(names: Any) -> tuple[str, ...]:
     raise Unfit(f"has wheels that are {kind_of(names)}; they must be a tuple of the names of its hinges")
 
 
-def _several(what: str, values: Any, count: int, right: str) -> Any:
+def _several(label: str, values: Any, count: int, right: str) -> Any:
     """Check that a value is a sequence of a given length; return it."""
     if not hasattr(type(values), "__len__") or isinstance(values, (str, bytes)):
-        raise Unfit(f"returned {what} that are {kind_of(values)}; {right}")
+        raise Unfit(f"returned {label} that are {kind_of(values)}; {right}")
     if len(values) != count:
-        raise Unfit(f"returned {len(values)} {what}; {right}")
+        raise Unfit(f"returned {len(values)} {label}; {right}")
     return values
 
 
@@ -273,32 +273,32 @@ def _checked_joint(joint: Any, size: int, *, whole: bool) -> Array:
     return covariance("the joint covariance", joint, size)
 
 
-def _parts(what: str, item: object, names: Sequence[str]) -> Sequence[Any]:
+def _parts(label: str, item: object, names: Sequence[str]) -> Sequence[Any]:
     """Check that a value is a tuple of the right length; return its parts."""
     if not isinstance(item, (tuple, list)) or len(item) != len(names):
         count = f" of {len(item)}" if isinstance(item, (tuple, list)) else ""
-        raise Unfit(f"returned {what} that is {kind_of(item)}{count}; it must be ({', '.join(names)})")
+        raise Unfit(f"returned {label} that is {kind_of(item)}{count}; it must be ({', '.join(names)})")
     return item
 
 
-def _finite(what: str, values: Sequence[Any]) -> tuple[float, ...]:
+def _finite(label: str, values: Sequence[Any]) -> tuple[float, ...]:
     """Check that numbers are finite; return them as floats."""
-    numbers = tuple(_number(what, value) for value in values)
+    numbers = tuple(_number(label, value) for value in values)
     if not all(map(math.isfinite, numbers)):
-        raise Unfit(f"returned {what} that is not finite: {list(numbers)}")
+        raise Unfit(f"returned {label} that is not finite: {list(numbers)}")
     return numbers
 
 
-def _number(what: str, value: Any) -> float:
+def _number(label: str, value: Any) -> float:
     if isinstance(value, (float, int)):
         return float(value)
     array = np.asarray(value)
     if array.ndim != 0:
-        raise Unfit(f"returned {what} that holds an array of shape {array.shape}; it must hold plain numbers")
+        raise Unfit(f"returned {label} that holds an array of shape {array.shape}; it must hold plain numbers")
     if array.dtype.kind == "c":
-        raise Unfit(f"returned {what} that is complex; it must be real")
+        raise Unfit(f"returned {label} that is complex; it must be real")
     if array.dtype.kind not in "biuf":
-        raise Unfit(f"returned {what} that holds something other than numbers: {_short(value)}")
+        raise Unfit(f"returned {label} that holds something other than numbers: {_short(value)}")
     return float(array)
 
 

@@ -39,13 +39,13 @@ class CheckedController:
     def start(self, robot: RobotInfo, rng: Generator) -> None:
         """Start it for a run."""
         now = self._clock()
-        self._boundary.ask("controller", self._controller, now, "start", sealed_robot(robot), self._part, rng)
+        self._boundary.call("controller", self._controller, now, "start", sealed_robot(robot), self._part, rng)
 
     def torques(self, sensed: FastReading, wanted: Command) -> tuple[float, ...]:
         """Return the torques of the motors [N m]."""
         seal(sensed)
         now, began = self._clock(), time.perf_counter()
-        torques = self._boundary.ask("controller", self._controller, now, "torques", sensed, wanted)
+        torques = self._boundary.call("controller", self._controller, now, "torques", sensed, wanted)
         self._seconds += time.perf_counter() - began
         return self._boundary.check("controller", self._controller, now, "torques", self._checked, torques)
 

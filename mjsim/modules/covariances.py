@@ -31,27 +31,27 @@ class Unfit(ValueError):  # noqa: N818  # as the faults of `mjsim.errors`
     """An invalid result of a module; the message says what is wrong, and what would be right."""
 
 
-def real_array(what: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
+def real_array(label: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
     """Return a value as an array of real, finite numbers.
 
     Args:
-        what: Names the value in the message.
+        label: Names the value in the message.
         value: From the module; an array of doubles is returned unchanged.
         shape: The required shape.
 
     Raises:
         Unfit: It has another shape, or contains something else.
     """
-    given = _array(what, value)
+    given = _array(label, value)
     if given.shape != shape:
-        raise Unfit(f"returned {what} of shape {given.shape}; it must be {shape}")
-    array = _as_doubles(what, given)
+        raise Unfit(f"returned {label} of shape {given.shape}; it must be {shape}")
+    array = _as_doubles(label, given)
     if not np.isfinite(array).all():
-        raise Unfit(f"returned {what} that is not finite: {_first_bad(array)}")
+        raise Unfit(f"returned {label} that is not finite: {_first_bad(array)}")
     return array
 
 
-def covariance(what: str, value: ArrayLike, size: int) -> Array:
+def covariance(label: str, value: ArrayLike, size: int) -> Array:
     """Return a covariance as an array, shape (size, size).
 
     Raises:
@@ -59,8 +59,8 @@ def covariance(what: str, value: ArrayLike, size: int) -> Array:
     """
     if is_plainly_good(value, size):
         return np.asarray(value)
-    P = real_array(what, value, (size, size))
-    _look_closely(what, P, tolerance=_tolerance(value))
+    P = real_array(label, value, (size, size))
+    _check_entries(label, P, tolerance=_tolerance(value))
     return P
 
 
@@ -97,16 +97,16 @@ def _good_by_minors3(
     )
 
 
-def _look_closely(what: str, P: Array, *, tolerance: float) -> None:
+def _check_entries(label: str, P: Array, *, tolerance: float) -> None:
     """Check that a finite matrix is symmetric and positive semidefinite within a tolerance; raises Unfit otherwise."""
     least = max(_FLOOR, _SHARE * math.sqrt(float(np.abs(P).max())))
     deviations = np.maximum(np.sqrt(np.abs(P.diagonal())), least)
     scaled = P / deviations[:, None] / deviations
-    apart = np.abs(scaled - scaled.T)
-    if apart.max() > tolerance:
-        i, j = divmod(int(apart.argmax()), len(P))
+    asymmetry = np.abs(scaled - scaled.T)
+    if asymmetry.max() > tolerance:
+        i, j = divmod(int(asymmetry.argmax()), len(P))
         raise Unfit(
-            f"returned {what} that is not symmetric: entry [{i}, {j}] is {P[i, j]:.6g}, [{j}, {i}] is {P[j, i]:.6g}"
+            f"returned {label} that is not symmetric: entry [{i}, {j}] is {P[i, j]:.6g}, [{j}, {i}] is {P[j, i]:.6g}"
         )
     symmetric = 0.5 * (scaled + scaled.T)
     if _has_cholesky(symmetric, tolerance):
@@ -115,7 +115,7 @@ def _look_closely(what: str, P: Array, *, tolerance: float) -> None:
     if worst < -tolerance:
         own = float(np.linalg.eigvalsh(0.5 * (P + P.T))[0])
         value = f"{own:g}" if own < 0.0 else f"{worst:g} once scaled by its standard deviations"
-        raise Unfit(f"returned {what} with the eigenvalue {value}; a covariance has none below 0")
+        raise Unfit(f"returned {label} with the eigenvalue {value}; a covariance has none below 0")
 
 
 def _has_cholesky(S: Array, tolerance: float) -> bool:
@@ -131,22 +131,22 @@ def _tolerance(value: ArrayLike) -> float:
     return SINGLE if kind is not None and kind.kind == "f" and kind.itemsize < 8 else TOLERANCE
 
 
-def _array(what: str, value: ArrayLike) -> NDArray[Any]:
+def _array(label: str, value: ArrayLike) -> NDArray[Any]:
     try:
         return np.asarray(value)
     except ValueError:
-        raise Unfit(f"returned {what} whose rows differ in length") from None
+        raise Unfit(f"returned {label} whose rows differ in length") from None
 
 
-def _as_doubles(what: str, array: NDArray[Any]) -> Array:
+def _as_doubles(label: str, array: NDArray[Any]) -> Array:
     if array.dtype.kind == "c":
-        raise Unfit(f"returned {what} that is complex; it must be real")
+        raise Unfit(f"returned {label} that is complex; it must be real")
     if array.dtype.kind not in "biufO":
-        raise Unfit(f"returned {what} that holds something other than numbers: {_sample(array)}")
+        raise Unfit(f"returned {label} that holds something other than numbers: {_sample(array)}")
     try:
         return np.asarray(array, dtype=float)
     except (TypeError, ValueError, OverflowError):
-        raise Unfit(f"returned {what} that holds something other than numbers: {_sample(array)}") from None
+        raise Unfit(f"returned {label} that holds something other than numbers: {_sample(array)}") from None
 
 
 def _sample(array: NDArray[Any]) -> str:

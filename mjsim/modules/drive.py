@@ -30,11 +30,11 @@ class CheckedDrive:
     def wheels_from_twist(self, forward: float, left: float, turn: float) -> tuple[float, ...]:
         """Return the speeds of the wheels [rad/s] for a twist of the robot's origin [m/s, m/s, rad/s]."""
         now, method = self._clock(), "wheels_from_twist"
-        speeds = self._boundary.ask("drive", self._model, now, method, forward, left, turn)
+        speeds = self._boundary.call("drive", self._model, now, method, forward, left, turn)
         return self._boundary.check("drive", self._model, now, method, self._checked_speeds, speeds)
 
     def twist_from_wheels(self, speeds: Sequence[float]) -> tuple[float, float, float]:
         """Return the twist for speeds, or the small motion for rotations; see `DriveModel`."""
         now, method = self._clock(), "twist_from_wheels"
-        twist = self._boundary.ask("drive", self._model, now, method, speeds)
+        twist = self._boundary.call("drive", self._model, now, method, speeds)
         return self._boundary.check("drive", self._model, now, method, checked_twist, twist)

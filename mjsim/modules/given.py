@@ -32,10 +32,10 @@ class Sealed(dict[K, V]):
 def sealed_observation(seen: Observation) -> Observation:
     """Return a read-only observation: its arrays are made read-only in place, its dicts are read-only copies."""
     seal(seen)
-    here: dict[str, Any] = {
+    sealed: dict[str, Any] = {
         name: Sealed(items) for name in _READINGS if (items := getattr(seen, name)) and type(items) is dict
     }
-    return replace(seen, **here) if here else seen
+    return replace(seen, **sealed) if sealed else seen
 
 
 def sealed_robot(robot: RobotInfo) -> RobotInfo:

@@ -18,7 +18,7 @@ Provenance = Literal["shipped", "installed", "beside"]
 
 
 @dataclass(frozen=True, slots=True)
-class Doubt:
+class Defect:
     """A problem of a module, found without running it."""
 
     message: str
@@ -70,7 +70,7 @@ class Host(ABC):
         """Return whether a file of a module is code rather than data, from its name."""
 
     @abstractmethod
-    def doubts(self, use: Use, role: str, source: Source) -> Iterator[Doubt]:
+    def defects(self, use: Use, role: str, source: Source) -> Iterator[Defect]:
         """Yield problems of a module, and why it does not fit a role."""
 
     @abstractmethod

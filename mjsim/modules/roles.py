@@ -35,9 +35,9 @@ def unfit_instance(role: str, module: object) -> str | None:
     return _amiss(role, {name: getattr(module, name, None) for name in ROLES[role]})
 
 
-def unmade(role: str, what: str) -> str:
+def unmade(role: str, kind: str) -> str:
     """Return the message for an object that is no class."""
-    return f"is {what}; {_a(role)} is a class with {_listed(role)}"
+    return f"is {kind}; {_a(role)} is a class with {_listed(role)}"
 
 
 def lacking(role: str, missing: Sequence[str]) -> str:

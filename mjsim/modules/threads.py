@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from types import FrameType
 
 from mjsim.errors import ModuleFault
-from mjsim.modules.boundary import is_of_users, said_of
+from mjsim.modules.boundary import error_text, is_of_users
 
 
 @contextmanager
@@ -27,7 +27,7 @@ def thread_faults() -> Iterator[None]:
             usual(raised)
             return
         name = raised.thread.name if raised.thread is not None else "without a name"
-        faults.append(ModuleFault(f"thread '{name}' of a module {said_of(error)}"))
+        faults.append(ModuleFault(f"thread '{name}' of a module {error_text(error)}"))
         _thread.interrupt_main()
 
     threading.excepthook = note

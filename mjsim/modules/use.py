@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from mjsim.errors import Problem, UsageError, WorldError
-from mjsim.modules.hosts import Doubt, Host, Offer
+from mjsim.modules.hosts import Defect, Host, Offer
 from mjsim.modules.octave import OctaveHost
 from mjsim.modules.program import ProgramHost
 from mjsim.modules.python import PythonHost
@@ -93,12 +93,12 @@ def modules_of(world: World) -> Iterator[NamedModule]:
 
 def missing_modules(world: World) -> list[Problem]:
     """Return the faults of modules that do not exist, or do not accept the keys beside them; nothing is run."""
-    return _problems(world, (found for found in _doubts(world) if found[1].missing))
+    return _problems(world, (found for found in _defects(world) if found[1].missing))
 
 
 def check_modules(world: World) -> list[Problem]:
     """Return the faults of the modules of a world, as far as their text shows them; nothing is run."""
-    return _problems(world, _doubts(world))
+    return _problems(world, _defects(world))
 
 
 def load_runnable(path: str | Path) -> World:
@@ -145,9 +145,9 @@ def foreign_code(world: World) -> ForeignCode:
         installed += [use for use in foreign if host.origin(use.use) == "installed"]
         files |= {host.place(use.use): b"" for use in foreign if host.origin(use.use) == "beside"}
         try:
-            there = host.files(foreign, world.source).items()
+            contents = host.files(foreign, world.source).items()
             # Packages under development are trusted like installed ones.
-            files |= {name: data for name, data in there if host.runs(name) and (folder / name).is_file()}
+            files |= {name: data for name, data in contents if host.runs(name) and (folder / name).is_file()}
         except UsageError:
             # The error is reported when it is run; nobody can have allowed this content.
             files |= {host.place(use.use): os.urandom(16) for use in foreign if host.origin(use.use) == "beside"}
@@ -171,19 +171,19 @@ def _by_host(world: World) -> Iterator[tuple[Host, list[Use]]]:
         yield host, [use for use in uses if host_of(use.use) is host]
 
 
-def _doubts(world: World) -> Iterator[tuple[NamedModule, Doubt]]:
+def _defects(world: World) -> Iterator[tuple[NamedModule, Defect]]:
     """Yield the faults of the modules of a world; each text is read once, even if many robots use it."""
-    known: dict[tuple[str, str], list[Doubt]] = {}
+    known: dict[tuple[str, str], list[Defect]] = {}
     for named in modules_of(world):
-        alike = named.role, named.use.model_dump_json()
-        if alike not in known:
-            known[alike] = list(host_of(named.use.use).doubts(named.use, named.role, world.source))
-        for doubt in known[alike]:
-            yield named, doubt
+        key = named.role, named.use.model_dump_json()
+        if key not in known:
+            known[key] = list(host_of(named.use.use).defects(named.use, named.role, world.source))
+        for defect in known[key]:
+            yield named, defect
 
 
-def _problems(world: World, doubts: Iterable[tuple[NamedModule, Doubt]]) -> list[Problem]:
-    faults = (((*named.path, doubt.key), partial(str, doubt.message)) for named, doubt in doubts)
+def _problems(world: World, defects: Iterable[tuple[NamedModule, Defect]]) -> list[Problem]:
+    faults = (((*named.path, defect.key), partial(str, defect.message)) for named, defect in defects)
     return sorted(problems_at(world.source.written, world.source.file, faults))
 
 

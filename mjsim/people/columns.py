@@ -26,14 +26,14 @@ def columns(skins: Mapping[str, Sequence[Mesh]], poses: Mapping[str, Array]) -> 
 
 
 def silhouettes(
-    skins: Mapping[str, Sequence[Mesh]], poses: Mapping[str, Array], look: Array
+    skins: Mapping[str, Sequence[Mesh]], poses: Mapping[str, Array], drawing_from_world: Array
 ) -> Iterator[tuple[str, Array]]:
     """Yield the outlines of a figure in a drawing, farthest first: the segment, and the hull of one of its surfaces.
 
     Args:
         skins: Surfaces of the segments, as returned by `surfaces`.
         poses: world_from_segment, as returned by `Figure.poses`.
-        look: drawing_from_world: right, up, towards the viewer, shape (3, 4) [m].
+        drawing_from_world: Axes right, up, towards the viewer, shape (3, 4) [m].
 
     Yields:
         Name, and a convex outline in the drawing, counter-clockwise, shape (n, 2) [m].
@@ -41,7 +41,7 @@ def silhouettes(
     seen = []
     for name, meshes in skins.items():
         for mesh in meshes:
-            points = _moved(mesh, poses[name]) @ look[:, :3].T + look[:, 3]
+            points = _moved(mesh, poses[name]) @ drawing_from_world[:, :3].T + drawing_from_world[:, 3]
             seen.append((float(points[:, 2].mean()), name, _hull(points)))
     # At equal depths, such as of head and neck from the side, the order of the segments is kept.
     for _, name, outline in sorted(seen, key=lambda each: round(each[0], 2)):

@@ -41,7 +41,7 @@ PARENTS: Mapping[str, str | None] = {
 
 HAND_BESIDE = 0.025
 """Distance of the middle of a hanging hand from the side of the hips [m]; assumed."""
-LEAST_ASIDE, ELBOW_AT_EASE = math.radians(3.0), math.radians(12.0)
+LEAST_ABDUCTION, ELBOW_AT_EASE = math.radians(3.0), math.radians(12.0)
 """Minimum angle of hanging arms from the trunk, and relaxed elbow flexion [rad]; assumed."""
 
 
@@ -129,9 +129,9 @@ class Figure:
         """Joint values of a relaxed standing person: arms hang beside the hips, shape (n,) [rad]."""
         shoulder, hip = self.segments["left_upper_arm"], self.landmarks["left_hip_side"]
         thorax = self.poses()["thorax"][:3, 3] + shoulder.at
-        way = thorax[2] - self.segments["pelvis"].at[2]
-        aside = math.atan2(hip.at[1] + HAND_BESIDE - thorax[1], way)
-        angles = {"shoulder_abduction": max(aside, LEAST_ASIDE), "elbow_flexion": ELBOW_AT_EASE}
+        height = thorax[2] - self.segments["pelvis"].at[2]
+        abduction = math.atan2(hip.at[1] + HAND_BESIDE - thorax[1], height)
+        angles = {"shoulder_abduction": max(abduction, LEAST_ABDUCTION), "elbow_flexion": ELBOW_AT_EASE}
         return self.values({f"{side}_{name}": angle for side in SIDES for name, angle in angles.items()})
 
     def values(self, angles: Mapping[str, float]) -> Array:

@@ -18,7 +18,7 @@ SHOULDER_BELOW: Mapping[Sex, float] = {"female": 0.170, "male": 0.152}
 upper arm as long as de Leva's (1996, table 2) for the stature of his sample."""
 SHOULDER_INWARD = 0.025
 """Distance of the shoulder joint from the tip of the acromion: about the radius of the humeral head [m]; assumed."""
-HIP_SPREAD = 0.31
+HALF_HIPS = 0.31
 """Half the distance between the hip joints, as a fraction of bicristal breadth: 0.36 of the distance between the
 anterior iliac spines (Bell et al., Human Movement Science 8, 1989), which is taken as 0.86 of that breadth (assumed).
 """
@@ -118,7 +118,7 @@ def _joints(m: Measures, derived: Mapping[str, float]) -> dict[str, Vector3]:
     hip, cervicale = m["trochanterion_height"], m["cervicale_height"]
     omphalion, xiphion = (hip + level * (cervicale - hip) for level in TRUNK_LEVELS[m.sex])
     back = -derived["back"]
-    spread = HIP_SPREAD * m["bicristal_breadth"]
+    half_hips = HALF_HIPS * m["bicristal_breadth"]
     shoulder = (0.0, m["biacromial_breadth"] / 2 - SHOULDER_INWARD, m["acromial_height"])
     elbow = shoulder[2] - m["upper_arm_length"]
     return {
@@ -130,9 +130,9 @@ def _joints(m: Measures, derived: Mapping[str, float]) -> dict[str, Vector3]:
         "left_upper_arm": (0.0, shoulder[1], elbow + derived["upper_arm"]),
         "left_forearm": (0.0, shoulder[1], elbow),
         "left_hand": (0.0, shoulder[1], elbow - m["forearm_length"]),
-        "left_thigh": (0.0, spread, hip),
-        "left_shank": (0.0, spread, m["lateral_epicondyle_height"]),
-        "left_foot": (0.0, spread, m["lateral_malleolus_height"]),
+        "left_thigh": (0.0, half_hips, hip),
+        "left_shank": (0.0, half_hips, m["lateral_epicondyle_height"]),
+        "left_foot": (0.0, half_hips, m["lateral_malleolus_height"]),
     }
 
 

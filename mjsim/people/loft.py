@@ -100,13 +100,13 @@ def _skin(rings: Array) -> Mesh:
 
 @cache
 def _faces(rows: int, count: int) -> NDArray[np.int32]:
-    here = np.arange(AROUND)
-    after = (here + 1) % AROUND
-    found = [np.stack([here * 0 + count, after, here], axis=-1)]
+    index = np.arange(AROUND)
+    after = (index + 1) % AROUND
+    found = [np.stack([index * 0 + count, after, index], axis=-1)]
     for row in range(rows - 1):
         low, high = row * AROUND, (row + 1) * AROUND
-        found.append(np.stack([low + here, low + after, high + after], axis=-1))
-        found.append(np.stack([low + here, high + after, high + here], axis=-1))
+        found.append(np.stack([low + index, low + after, high + after], axis=-1))
+        found.append(np.stack([low + index, high + after, high + index], axis=-1))
     last = (rows - 1) * AROUND
-    found.append(np.stack([here * 0 + count + 1, last + here, last + after], axis=-1))
+    found.append(np.stack([index * 0 + count + 1, last + index, last + after], axis=-1))
     return np.concatenate(found).astype(np.int32)

@@ -119,17 +119,17 @@ def check_own(table: Survey, own: Mapping[str, float]) -> None:
         place = table.index(name)
         if name in OUTSIDE:
             raise MeasureError(name, f"a figure does not reproduce {name}: {OUTSIDE[name]}; leave it out")
-        _check_near(name, value, table.mean[place], table.sd[place], f"of {_PEOPLE[table.sex]}")
+        _check_deviation(name, value, table.mean[place], table.sd[place], f"of {_PEOPLE[table.sex]}")
     for name, value in own.items():
         mean, sd = table.given({other: each for other, each in own.items() if other != name})
         place = table.index(name)
-        _check_near(name, value, mean[place], sd[place], "beside the other measures")
+        _check_deviation(name, value, mean[place], sd[place], "beside the other measures")
 
 
 _PEOPLE: Mapping[Sex, str] = {"female": "women", "male": "men"}
 
 
-def _check_near(name: str, value: float, mean: float, sd: float, whose: str) -> None:
+def _check_deviation(name: str, value: float, mean: float, sd: float, whose: str) -> None:
     low, high = mean - FARTHEST * sd, mean + FARTHEST * sd
     if not low <= value <= high:
         unit = "kg" if name == "weight" else "m"

@@ -74,9 +74,9 @@ def _filled(figure: Figure, segment: str, make: Callable[[float], Mesh]) -> tupl
         segment: Name of the limb.
         make: Returns its surface for a thickness [m].
     """
-    wanted, thickness = figure.segments[segment].solid.mass / DENSITY, 0.05
+    volume, thickness = figure.segments[segment].solid.mass / DENSITY, 0.05
     for _ in range(ROUNDS):
-        thickness *= (wanted / make(thickness).volume()) ** 0.5
+        thickness *= (volume / make(thickness).volume()) ** 0.5
     return (make(thickness),)
 
 
@@ -263,8 +263,8 @@ def _head(figure: Figure) -> dict[str, tuple[Mesh, ...]]:
     ]
     made = loft(neck, start=0.02, end=0.02)
     # From the middle of the collar to below the skull.
-    base, way = 0.4 * top[0], np.clip(made.vertices[:, 2] / top[2], 0.0, 1.0)
-    lean = np.outer(base + way * (top[0] + 0.003 - base), (1.0, 0.0, 0.0))
+    base, height = 0.4 * top[0], np.clip(made.vertices[:, 2] / top[2], 0.0, 1.0)
+    lean = np.outer(base + height * (top[0] + 0.003 - base), (1.0, 0.0, 0.0))
     return {"head": (skull,), "neck": (Mesh(made.vertices + lean, made.faces),)}
 
 

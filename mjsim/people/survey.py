@@ -133,15 +133,15 @@ def survey(sex: Sex) -> Survey:
     names = tuple(SURVEY_NAMES)
     scales = np.array([_SCALES.get(name, _MILLI) for name in names])
     rows = [table["measures"][SURVEY_NAMES[name]][sex] for name in names]
-    kept = table["correlation"][sex]
-    order = [kept["names"].index(SURVEY_NAMES[name]) for name in names]
+    correlation = table["correlation"][sex]
+    order = [correlation["names"].index(SURVEY_NAMES[name]) for name in names]
     return Survey(
         sex=sex,
         names=names,
         mean=np.array([row["mean"] for row in rows]) * scales,
         sd=np.array([row["sd"] for row in rows]) * scales,
         percentiles=np.array([[row[f"p{each:g}"] for each in PERCENTILES] for row in rows]) * scales[:, None],
-        correlation=np.array(kept["matrix"])[np.ix_(order, order)],
+        correlation=np.array(correlation["matrix"])[np.ix_(order, order)],
     )
 
 

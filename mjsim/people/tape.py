@@ -56,7 +56,7 @@ def _sitting(figure: Figure) -> dict[str, float]:
         "buttock_knee_length": float(spots["left_knee"][0] - buttock),
         "buttock_popliteal_length": float(spots["left_popliteal"][0] - buttock),
         "forearm_hand_length": float(spots["left_fingertip"][0] - spots["left_elbow_behind"][0]),
-        "hip_breadth_sitting": _apart(spots, "left_hip_side", "right_hip_side"),
+        "hip_breadth_sitting": _distance(spots, "left_hip_side", "right_hip_side"),
     }
 
 
@@ -64,15 +64,15 @@ def _of_arms(figure: Figure) -> dict[str, float]:
     """Return lengths of hanging arms, forward reach from a wall behind the back, and span [m]."""
     hanging = figure.spots(figure.poses())
     forward = figure.spots(figure.poses(figure.values({"left_shoulder_flexion": _RIGHT_ANGLE})))
-    aside = {f"{side}_shoulder_abduction": _RIGHT_ANGLE for side in ("left", "right")}
-    spread = figure.spots(figure.poses(figure.values(aside)))
+    abducted = {f"{side}_shoulder_abduction": _RIGHT_ANGLE for side in ("left", "right")}
+    sideways = figure.spots(figure.poses(figure.values(abducted)))
     return {
         "upper_arm_length": float(hanging["left_acromion"][2] - hanging["left_radiale"][2]),
         "forearm_length": float(hanging["left_radiale"][2] - hanging["left_stylion"][2]),
         "hand_length": float(hanging["left_stylion"][2] - hanging["left_fingertip"][2]),
         "palm_length": float(hanging["left_stylion"][2] - hanging["left_palm_end"][2]),
         "thumb_tip_reach": float(forward["left_thumb_tip"][0] - forward["chest_back"][0]),
-        "span": _apart(spread, "left_fingertip", "right_fingertip"),
+        "span": _distance(sideways, "left_fingertip", "right_fingertip"),
     }
 
 
@@ -93,7 +93,7 @@ def _of_parts(figure: Figure) -> dict[str, float]:
     }
     sole_to_back = _leg_length(figure)
     return {
-        **{name: _apart(spots, *pair) for name, pair in pairs.items()},
+        **{name: _distance(spots, *pair) for name, pair in pairs.items()},
         **{name: float(spots[front][0] - spots[back][0]) for name, (front, back) in depths.items()},
         "tragion_to_vertex": float(spots["vertex"][2] - spots["left_tragion"][2]),
         "functional_leg_length": sole_to_back,
@@ -107,5 +107,5 @@ def _leg_length(figure: Figure) -> float:
     return float(spots["left_sole"][0] - spots["buttock"][0])
 
 
-def _apart(spots: Mapping[str, Array], first: str, second: str) -> float:
+def _distance(spots: Mapping[str, Array], first: str, second: str) -> float:
     return float(np.linalg.norm(spots[first] - spots[second]))

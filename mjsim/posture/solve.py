@@ -27,7 +27,7 @@ FIRMEST = (20.0, 200.0, 2e3, 2e4)
 """Successive weights of contacts that must hold against relaxed ones."""
 FREE = 0.01
 """Weight of a free joint relative to others."""
-NEAR = 0.05
+SATURATION = 0.05
 """Larger errors pull no harder than one of this size [m, rad]."""
 STEPS = 80
 """Maximum number of steps for each weight."""
@@ -85,14 +85,14 @@ class _ContactTask(mink.Task):
         return self._contact.jacobian(state) * math.sqrt(self._share(self._contact.error(state)))
 
     def loss(self, configuration: mink.Configuration) -> float:
-        """Return the weighted squared error, which grows linearly beyond an error of `NEAR` (Huber's loss)."""
+        """Return the weighted squared error, which grows linearly beyond an error of `SATURATION` (Huber's loss)."""
         error = self._contact.error((configuration.model, configuration.data))
-        near = float(np.linalg.norm(error)) * self._share(error)
-        return float(self.cost[0] ** 2 * near * (2.0 * np.linalg.norm(error) - near))
+        saturated = float(np.linalg.norm(error)) * self._share(error)
+        return float(self.cost[0] ** 2 * saturated * (2.0 * np.linalg.norm(error) - saturated))
 
     def _share(self, error: Array) -> float:
         """Return the factor on the squared error that keeps distant targets from distorting the posture."""
-        return min(1.0, NEAR / max(float(np.linalg.norm(error)), NEAR))
+        return min(1.0, SATURATION / max(float(np.linalg.norm(error)), SATURATION))
 
 
 def range_preference(model: mujoco.MjModel, preferred: Mapping[str, float], *, free: Sequence[str] = ()) -> Preference:
@@ -135,17 +135,17 @@ def solve_posture(
     found = _best(configuration, contacts, preference, [preference.values, *starts])
     if found.holds:
         return found
-    kept: list[Contact] = []
+    held: list[Contact] = []
     steps, values = found.steps, found.values
     for _, ranked in groupby(sorted(contacts, key=_rank), key=_rank):
         # Within a rank, each is tried separately: a hand that cannot reach leaves the other in place.
-        alone = [(each, _best(configuration, [*kept, each], preference, [preference.values])) for each in ranked]
+        alone = [(each, _best(configuration, [*held, each], preference, [preference.values])) for each in ranked]
         able = [contact for contact, tried in alone if tried.holds]
-        together = _best(configuration, [*kept, *able], preference, [values, preference.values])
-        kept += able if together.holds else []
+        together = _best(configuration, [*held, *able], preference, [values, preference.values])
+        held += able if together.holds else []
         steps, values = steps + together.steps + sum(tried.steps for _, tried in alone), together.values
-    loose = [contact for contact in contacts if contact not in kept]
-    final = _descend(configuration, kept, preference, values, firm=FIRMEST, loose=loose)
+    loose = [contact for contact in contacts if contact not in held]
+    final = _descend(configuration, held, preference, values, firm=FIRMEST, loose=loose)
     short = tuple(contact.name for contact in contacts if final.errors[contact.name] > TOUCH)
     return Solution(values=final.values, errors=final.errors, missed=short, steps=steps + final.steps)
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:  # imports mink and scipy, which only seated people need
 
 FEET_AHEAD, LEAST_BELOW = 0.45, 0.25
 """Position of the feet of a seated person: forward of the hip point, and minimum height below it [m]; assumed."""
-KEPT = 64
+CACHED = 64
 """Number of cached postures: a command compiles its world several times, a session at each change."""
 
 
@@ -61,7 +61,7 @@ class Workstation:
 
 
 @dataclass(frozen=True, slots=True)
-class _Asked:
+class _Key:
     """Who sits where; equal if body, seat and goals are equal."""
 
     key: Hashable
@@ -69,7 +69,7 @@ class _Asked:
     place: Workstation = field(compare=False)
 
     @classmethod
-    def of(cls, figure: "Figure", place: Workstation) -> "_Asked":
+    def of(cls, figure: "Figure", place: Workstation) -> "_Key":
         body = figure.measures.sex, *figure.measures.values()
         return cls((body, _plain(place.seating), _plain(place.goals)), figure, place)
 
@@ -91,14 +91,14 @@ def _plain(value: object) -> Hashable:
 
 def seated(world: World, person: Person) -> "Seated":
     """Return the posture of a seated person; solved once while body, seat and goals stay the same."""
-    return _solved(_Asked.of(person.figure, Workstation.of(world, person)))
+    return _solved(_Key.of(person.figure, Workstation.of(world, person)))
 
 
-@lru_cache(maxsize=KEPT)
-def _solved(asked: _Asked) -> "Seated":
+@lru_cache(maxsize=CACHED)
+def _solved(key: _Key) -> "Seated":
     from mjsim.posture.sitting import Sitter
 
-    return Sitter(asked.figure, asked.place.seating).sit(asked.place.goals)
+    return Sitter(key.figure, key.place.seating).sit(key.place.goals)
 
 
 def poses_of(world: World, person: Person) -> dict[str, Array]:
@@ -113,15 +113,15 @@ def columns_of(world: World, person: Person) -> "Mapping[str, Column]":
     """Return vertical prisms that contain the segments of a person in its posture; see `Person.prisms`."""
     if person.seat is None:
         return person.prisms
-    return _seated_columns(_Asked.of(person.figure, Workstation.of(world, person)))
+    return _seated_columns(_Key.of(person.figure, Workstation.of(world, person)))
 
 
-@lru_cache(maxsize=KEPT)
-def _seated_columns(asked: _Asked) -> "Mapping[str, Column]":
+@lru_cache(maxsize=CACHED)
+def _seated_columns(key: _Key) -> "Mapping[str, Column]":
     from mjsim.people import columns, surfaces
 
-    found = _solved(asked)
-    return columns(surfaces(asked.figure), asked.figure.poses(found.values, found.world_from_pelvis))
+    found = _solved(key)
+    return columns(surfaces(key.figure), key.figure.poses(found.values, found.world_from_pelvis))
 
 
 def from_above(world: World, person: Person) -> Iterator[tuple[Array, str]]:
@@ -140,9 +140,9 @@ def _floor_before(world_from_seat: Array, things: Sequence[Obstacle]) -> float:
         world_from_seat: The hip point, x ahead, shape (4, 4) [m].
         things: All objects except the seat.
     """
-    spot, most = world_from_seat[:2] @ (FEET_AHEAD, 0.0, 0.0, 1.0), world_from_seat[2, 3] - LEAST_BELOW
+    spot, max_height = world_from_seat[:2] @ (FEET_AHEAD, 0.0, 0.0, 1.0), world_from_seat[2, 3] - LEAST_BELOW
     level = [each for each in things if not isinstance(each, RampObstacle | StepsObstacle)]
-    return height_under(level, spot, most=most)
+    return height_under(level, spot, most=max_height)
 
 
 def _sides(pair: object) -> dict[str, str]:

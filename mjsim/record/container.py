@@ -128,14 +128,14 @@ class _Budget:
         if self._held < 0:
             raise self.exceeded(f"has attachments and names of more than {MOST_HELD / 1e9:.1f} GB")
 
-    def record(self, size: int, *, most: int = MOST_RECORD) -> None:
+    def record(self, size: int, *, limit: int = MOST_RECORD) -> None:
         """Check the size of one record."""
-        if size > most:
-            raise self.exceeded(f"has a record of more than {most / 1e6:.0f} MB")
+        if size > limit:
+            raise self.exceeded(f"has a record of more than {limit / 1e6:.0f} MB")
 
-    def exceeded(self, what: str) -> RecordingError:
+    def exceeded(self, problem: str) -> RecordingError:
         """Return the error for an exceeded limit."""
-        return RecordingError(f"'{self._path}' {what}; it was not made by mjsim, or is damaged")
+        return RecordingError(f"'{self._path}' {problem}; it was not made by mjsim, or is damaged")
 
 
 @contextmanager
@@ -242,26 +242,26 @@ def _unpacked(chunk: Chunk, budget: _Budget) -> Iterator[McapRecord]:
 
 def _decompressed(chunk: Chunk, budget: _Budget) -> bytes:
     """Return the content of a chunk; never decompress more than its stated size or the limit."""
-    most = min(chunk.uncompressed_size, MOST_CHUNK) + 1
+    limit = min(chunk.uncompressed_size, MOST_CHUNK) + 1
     if chunk.compression == "zstd":
-        content = zstandard.ZstdDecompressor().stream_reader(chunk.data).read(most)
+        content = zstandard.ZstdDecompressor().stream_reader(chunk.data).read(limit)
     elif chunk.compression == "lz4":
-        content = _without_lz4(chunk.data, most)
+        content = _without_lz4(chunk.data, limit)
     elif chunk.compression == "":
-        content = chunk.data[:most]
+        content = chunk.data[:limit]
     else:
         raise budget.exceeded(f"is compressed by '{chunk.compression:.20}', not by zstd or lz4")
-    budget.record(len(content), most=MOST_CHUNK)
+    budget.record(len(content), limit=MOST_CHUNK)
     budget.unpack(len(content))
     if len(content) != chunk.uncompressed_size:
         raise _BrokenError
     return content
 
 
-def _without_lz4(data: bytes, most: int) -> bytes:
+def _without_lz4(data: bytes, limit: int) -> bytes:
     """Return at most this many decompressed bytes of LZ4 data."""
     try:
-        content: bytes = LZ4FrameDecompressor().decompress(data, max_length=most)
+        content: bytes = LZ4FrameDecompressor().decompress(data, max_length=limit)
     # All exceptions for data that it cannot read.
     except RuntimeError:
         raise _BrokenError from None

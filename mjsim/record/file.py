@@ -70,8 +70,8 @@ def raw_messages(
         elif isinstance(record, Schema):
             schemas[record.id] = record.name
         elif isinstance(record, Channel):
-            wanted = topics is None or record.topic in topics
-            channels[record.id] = (record.topic, schemas.get(record.schema_id, "")) if wanted else None
+            selected = topics is None or record.topic in topics
+            channels[record.id] = (record.topic, schemas.get(record.schema_id, "")) if selected else None
         elif isinstance(record, Attachment):
             head.files[record.name] = record.data
         elif isinstance(record, Metadata):

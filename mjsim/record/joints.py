@@ -63,8 +63,8 @@ def _state_messages(time: float, motions: Mapping[str, JointMotion]) -> list[tup
         owner, _, part = name.partition("/")
         values = (motion.positions, motion.velocities, motion.accelerations, motion.torques)
         for joint, *row in zip(motion.names, *map(flat, values), strict=True):
-            told = dict(zip(("position", "velocity", "acceleration", "effort"), row, strict=True))
-            states.setdefault(owner, []).append({"name": f"{part}/{joint}" if part else joint, **told})
+            values_by_name = dict(zip(("position", "velocity", "acceleration", "effort"), row, strict=True))
+            states.setdefault(owner, []).append({"name": f"{part}/{joint}" if part else joint, **values_by_name})
     return [
         (f"/{owner}/joint_states", {"time": time, "timestamp": stamp_json(time), "joints": joints})
         for owner, joints in states.items()

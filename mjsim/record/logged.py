@@ -41,15 +41,15 @@ class LoggedCamera:
         }
 
     @classmethod
-    def from_json(cls, told: Mapping[str, Any]) -> "LoggedCamera":
+    def from_json(cls, data: Mapping[str, Any]) -> "LoggedCamera":
         """Return the data sheet from `to_json`; raises one of FAULTS for anything else."""
-        values = dict(told["intrinsics"])
+        values = dict(data["intrinsics"])
         numbers = [float(value) for value in values.pop("distortion")]
         intrinsics = Intrinsics(**values, distortion=tuple(numbers))
-        has_depth = bool(told.get("has_depth", False))
-        if told["robot_from_camera"] is None:
+        has_depth = bool(data.get("has_depth", False))
+        if data["robot_from_camera"] is None:
             return cls(intrinsics, has_depth=has_depth)
-        place = np.array(told["robot_from_camera"], dtype=float)
+        place = np.array(data["robot_from_camera"], dtype=float)
         if place.shape != (4, 4) or not np.isfinite(place).all():
             raise ValueError("a camera's pose does not have 4 x 4 numbers")
         return cls(intrinsics, place, has_depth)
@@ -70,17 +70,17 @@ def logged_cameras(recording: Recording) -> dict[tuple[str, str], LoggedCamera]:
     if text is None:
         return {}
     try:
-        told = {tuple(name.split("/")): LoggedCamera.from_json(camera) for name, camera in json.loads(text).items()}
+        cameras = {tuple(name.split("/")): LoggedCamera.from_json(camera) for name, camera in json.loads(text).items()}
     except (*FAULTS, AttributeError) as error:
         raise unfit(f"'{recording.path}': the metadata '{LOGGED_CAMERAS}'", error) from error
-    return {(robot, name): camera for (robot, name), camera in told.items() if (robot, name) in recording.cameras()}
+    return {(robot, name): camera for (robot, name), camera in cameras.items() if (robot, name) in recording.cameras()}
 
 
 def with_logged_cameras(
     robots: Mapping[str, RobotInfo], cameras: Mapping[tuple[str, str], LoggedCamera]
 ) -> dict[str, RobotInfo]:
     """Return the data sheet of each robot, with those of the cameras of a log."""
-    told = {}
+    completed = {}
     for robot, info in robots.items():
         sensors = dict(info.sensors)
         for (of, name), camera in cameras.items():
@@ -88,8 +88,8 @@ def with_logged_cameras(
                 place = camera.robot_from_camera
                 place = sensors[name].robot_from_sensor if place is None else place
                 sensors[name] = replace(sensors[name], robot_from_sensor=place, intrinsics=camera.intrinsics)
-        told[robot] = replace(info, sensors=sensors)
-    return told
+        completed[robot] = replace(info, sensors=sensors)
+    return completed
 
 
 class LoggedPictures:

@@ -60,10 +60,10 @@ def filed_frame(data: bytes, stamp: float, intrinsics: Intrinsics) -> LoggedFram
     """
     # A small file may claim gigabytes: it is not decoded.
     try:
-        told = any_picture_size(data)
+        size = any_picture_size(data)
     except ValueError as error:
         raise ValueError(f"a picture that {error}") from None
-    require_size(told, intrinsics)
+    require_size(size, intrinsics)
     image = decode_picture(data)
     height, width = image.shape[:2]
     require_size((width, height), intrinsics)
@@ -102,7 +102,7 @@ def decode_picture(data: bytes) -> Picture:
     return np.asarray(picture, dtype=np.uint8)
 
 
-def kept_picture_message(frame: CameraFrame, frame_id: str) -> CompressedImage:
+def picture_file_message(frame: CameraFrame, frame_id: str) -> CompressedImage:
     """Return the message of a picture: the file of a log, or a JPEG of a simulated camera."""
     if isinstance(frame, LoggedFrame):
         return CompressedImage(timestamp=stamp(frame.stamp), frame_id=frame_id, data=frame.encoded, format=frame.form)

@@ -74,7 +74,7 @@ def map_update(world: World, files: Mapping[str, bytes]) -> SceneUpdate:
         for leaf in leaves(world)
     ]
     looks = first_looks(world)
-    entities = [_entity("walls", triangles=walls), *doors, *_people(world), *_looked(world, files, looks)]
+    entities = [_entity("walls", triangles=walls), *doors, *_people(world), *_changeable(world, files, looks)]
     return SceneUpdate(entities=entities)
 
 
@@ -82,22 +82,22 @@ def looks_update(world: World, files: Mapping[str, bytes], looks: Looks, *, time
     """Return the changes made by events until a time [s]: brightness of lamps, and removed things."""
     carried = [f"beacon/{item.beacon.name}" for item in hung(world) if not item.fixed]
     moving = [f"obstacle/{name}" for item, name in _obstacles(world) if not stays(item)]
-    gone = [
+    removed = [
         SceneEntityDeletion(timestamp=stamp(time), type=SceneEntityDeletionType.MatchingId, id=name)
         for name in (*moving, *carried)
         if name.partition("/")[2] in looks.removed
     ]
-    return SceneUpdate(deletions=gone, entities=_looked(world, files, looks, time=time))
+    return SceneUpdate(deletions=removed, entities=_changeable(world, files, looks, time=time))
 
 
-def _looked(world: World, files: Mapping[str, bytes], looks: Looks, *, time: float = 0.0) -> list[SceneEntity]:
+def _changeable(world: World, files: Mapping[str, bytes], looks: Looks, *, time: float = 0.0) -> list[SceneEntity]:
     """Return the entities that events may change."""
-    there = [(item, name) for item, name in _obstacles(world) if name not in looks.removed]
+    present = [(item, name) for item, name in _obstacles(world) if name not in looks.removed]
     beacons = [item for item in hung(world) if item.beacon.name not in looks.removed]
-    standing = [_prism(*prism, item.color) for item, _ in there if stays(item) for prism in prisms(item)]
+    standing = [_prism(*prism, item.color) for item, _ in present if stays(item) for prism in prisms(item)]
     return [
         _entity("obstacles", time=time, triangles=standing),
-        *(_moving(item, name, time) for item, name in there if not stays(item)),
+        *(_moving(item, name, time) for item, name in present if not stays(item)),
         _beacons("beacons", [item for item in beacons if item.fixed], files, time=time),
         *(_carried(item, files, time) for item in beacons if not item.fixed),
         _entity("lamps", time=time, spheres=list(_lamps(world, looks))),

@@ -269,12 +269,12 @@ def command_message(time: float, order: Order) -> Message:
 def _command(command: Command | WheelCommand) -> Message:
     if isinstance(command, WheelCommand):
         return {"wheels": flat(command.speeds)}
-    told: Message = {"forward": float(command.forward), "left": float(command.left), "turn": float(command.turn)}
+    content: Message = {"forward": float(command.forward), "left": float(command.left), "turn": float(command.turn)}
     if command.messages:
-        told["messages"] = [message_text(message) for message in command.messages]
+        content["messages"] = [message_text(message) for message in command.messages]
     if command.joints:
-        told["joints"] = [_goal_message(arm, goal) for arm, goal in command.joints.items()]
-    return told
+        content["joints"] = [_goal_message(arm, goal) for arm, goal in command.joints.items()]
+    return content
 
 
 def _goal_message(arm: str, goal: JointGoal) -> Message:

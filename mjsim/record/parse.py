@@ -81,9 +81,9 @@ def misfit(raw: RawMessage, why: object, *, path: Path) -> RecordingError:
     return unfit(f"'{path}': the message on '{raw.topic:.60}' at {raw.time * 1e-9:.3f} s", why)
 
 
-def unfit(what: str, why: object) -> RecordingError:
+def unfit(label: str, why: object) -> RecordingError:
     """Return the error for a recording, or a part of one, that mjsim did not write."""
-    line = f"{what} is not as mjsim writes it: {why!s:.160}"
+    line = f"{label} is not as mjsim writes it: {why!s:.160}"
     return RecordingError("".join(character if character.isprintable() else " " for character in line))
 
 

@@ -36,7 +36,7 @@ from mjsim.record.tick import Order, RobotEvent, Tick
 from mjsim.record.writer import Batch, Writer
 from mjsim.world import World
 
-KEPT_BACK = 0.4
+MAX_DELAY = 0.4
 """Maximum time, simulated and wall-clock, that a tick waits in the queue, and then in a chunk [s]."""
 
 
@@ -92,9 +92,9 @@ class Recorder:
         ]
         place = reserve(path, overwrite=overwrite)
         self._writer = Writer(place, world=world, seed=seed, robots=robots, metadata=metadata)
-        dt = min((info.dt for info in robots.values()), default=KEPT_BACK)
+        dt = min((info.dt for info in robots.values()), default=MAX_DELAY)
         self._is_drawn = pictures
-        self._queue: queue.Queue[Batch | None] = queue.Queue(min(max(round(KEPT_BACK / dt), 2), 64))
+        self._queue: queue.Queue[Batch | None] = queue.Queue(min(max(round(MAX_DELAY / dt), 2), 64))
         self._beliefs = {robot: BeliefMessages(robot) for robot in robots}
         self._began = time.perf_counter()
         self._failure: BaseException | None = None
@@ -210,7 +210,7 @@ class Recorder:
             if self._failure is not None:
                 raise self._failure
             try:
-                self._queue.put(batch, timeout=KEPT_BACK)
+                self._queue.put(batch, timeout=MAX_DELAY)
             except queue.Full:
                 continue  # The thread may have failed meanwhile.
             return
@@ -219,7 +219,7 @@ class Recorder:
         self._closed = True
         while self._thread.is_alive():
             try:
-                self._queue.put(None, timeout=KEPT_BACK)
+                self._queue.put(None, timeout=MAX_DELAY)
             except queue.Full:
                 continue
             self._thread.join()
@@ -245,7 +245,7 @@ class Recorder:
         began = 0.0
         while True:
             try:
-                wait = None if first is None else max(0.0, began + KEPT_BACK - time.perf_counter())
+                wait = None if first is None else max(0.0, began + MAX_DELAY - time.perf_counter())
                 batch = self._queue.get(timeout=wait)
             except queue.Empty:
                 self._writer.flush()
@@ -256,6 +256,6 @@ class Recorder:
             self._writer.put(batch)
             if first is None:
                 first, began = batch, time.perf_counter()
-            if batch.time - first.time >= KEPT_BACK or time.perf_counter() - began >= KEPT_BACK:
+            if batch.time - first.time >= MAX_DELAY or time.perf_counter() - began >= MAX_DELAY:
                 self._writer.flush()
                 first = None

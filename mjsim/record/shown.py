@@ -101,7 +101,7 @@ SHOW = topic(
     },
 )
 _UPRIGHT = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
-_HERE: Message = {"position": {"x": 0.0, "y": 0.0, "z": 0.0}, "orientation": _UPRIGHT}
+_IDENTITY: Message = {"position": {"x": 0.0, "y": 0.0, "z": 0.0}, "orientation": _UPRIGHT}
 
 
 def show_message(time: float, robot: str, items: Sequence[Shown]) -> Message:
@@ -160,7 +160,7 @@ def _primitive(item: Shown) -> Message:
         # Foxglove has no point primitive: lines as long as thick replace its squares.
         half = np.array([0.5 * item.size, 0.0, 0.0])
         points, thickness, kind = np.hstack([item.points - half, item.points + half]).reshape(-1, 3), item.size, 2
-    line = {"type": kind, "pose": _HERE, "thickness": thickness, "scale_invariant": False}
+    line = {"type": kind, "pose": _IDENTITY, "thickness": thickness, "scale_invariant": False}
     return {
         "lines": [{**line, "points": list(map(_point, points.tolist())), "color": color, "colors": [], "indices": []}]
     }

@@ -93,8 +93,8 @@ class RosRobot:
 
     def pictures(self, camera: str, frame: CameraFrame) -> Iterator[Outgoing]:
         """Yield a raw picture, its depth if there is any, and the calibration."""
-        where = self._frames.sensors[camera]
-        image = messages.picture(frame.stamp, where, frame.image)
+        frame_id = self._frames.sensors[camera]
+        image = messages.picture(frame.stamp, frame_id, frame.image)
         yield Outgoing(self._camera_topic(camera, "image_raw", "sensor_msgs/msg/Image"), image)
         if frame.depth is not None:
             taken = frame.stamp if frame.depth_stamp is None else frame.depth_stamp

@@ -117,11 +117,11 @@ def drivers_of(world: World) -> dict[str, Driver]:
 
 
 def _driver(world: World, robot: str, source: Source) -> Driver:
-    said = world.run.drivers.get(robot, Modules())
+    modules = world.run.drivers.get(robot, Modules())
     live = {
         role: make_module(use, source, role=role, robot=robot)
         for role in ROLES
-        if isinstance(use := getattr(said, role, None), Use)
+        if isinstance(use := getattr(modules, role, None), Use)
     }
     controllers = {
         part: ControlLoop(
@@ -129,9 +129,9 @@ def _driver(world: World, robot: str, source: Source) -> Driver:
             rate_hz=control.rate_hz,
             latency=control.latency,
         )
-        for part, control in said.controllers.items()
+        for part, control in modules.controllers.items()
     }
-    return Driver(**{"avoidance": said.avoidance, **live}, controllers=controllers, push=said.push)
+    return Driver(**{"avoidance": modules.avoidance, **live}, controllers=controllers, push=modules.push)
 
 
 def run(

@@ -102,7 +102,7 @@ def final_path(robot: str, driver: Driver, now: float) -> Array | None:
     estimator, boundary = driver.estimator, Boundary(robot)
     if estimator is None or isinstance(estimator, Hosted) or not boundary.offers("estimator", estimator, "path"):
         return None
-    answer = boundary.ask("estimator", estimator, now, "path")
+    answer = boundary.call("estimator", estimator, now, "path")
     return boundary.check("estimator", estimator, now, "path", checked_path, answer)
 
 
@@ -188,11 +188,11 @@ class Pilot(Closes):
                 continue
             boundary.require(part, module)
             if isinstance(module, Hosted):
-                boundary.ask(part, module, 0.0, "take_world", catalogue, map)
+                boundary.call(part, module, 0.0, "take_world", catalogue, map)
             if boundary.offers(part, module, "take_map"):
-                boundary.ask(part, module, 0.0, "take_map", map)
+                boundary.call(part, module, 0.0, "take_map", map)
             rng = np.random.default_rng([seed, *f"{robot.name}/{part}/module".encode()])
-            boundary.ask(part, module, 0.0, "start", robot, *extra, rng)
+            boundary.call(part, module, 0.0, "start", robot, *extra, rng)
 
     def close(self) -> None:
         """Close the modules that hold more than memory."""
@@ -213,7 +213,7 @@ class Pilot(Closes):
         """Run observer and estimator, once per tick; `order` follows."""
         self._seconds = {}
         self._dead_reckoning.add(seen.odometry)
-        seen = self._look(sealed_observation(seen) if self._modules else seen)
+        seen = self._observe(sealed_observation(seen) if self._modules else seen)
         return Noticed(seen, self._believe(seen), self._bump(seen))
 
     def order(self, noticed: Noticed) -> Order:
@@ -224,7 +224,7 @@ class Pilot(Closes):
         wanted = self._steered(seen.time) or navigated
         command = wanted
         if self._avoidance is not None and isinstance(wanted, Command):
-            command = self._ask("avoidance", self._avoidance, seen.time, "adjust", self._checked_command, wanted, seen)
+            command = self._call("avoidance", self._avoidance, seen.time, "adjust", self._checked_command, wanted, seen)
             if isinstance(command, Command):
                 # An avoidance module need not know about messages or arms.
                 command = replace(command, messages=wanted.messages, joints=wanted.joints)
@@ -240,24 +240,24 @@ class Pilot(Closes):
             timing=self._seconds,
         )
 
-    def _look(self, seen: Observation) -> Observation:
+    def _observe(self, seen: Observation) -> Observation:
         observer = self._driver.observer
         if observer is None:
             return seen
-        sightings = self._ask("observer", observer, seen.time, "observe", checked_sightings, seen)
+        sightings = self._call("observer", observer, seen.time, "observe", checked_sightings, seen)
         return replace(seen, sightings=(*seen.sightings, *sightings)) if sightings else seen
 
     def _believe(self, seen: Observation) -> Estimate:
         estimator = self._driver.estimator
         if estimator is None:
             return Estimate(self._dead_reckoning.pose, self._dead_reckoning.covariance)
-        return self._ask("estimator", estimator, seen.time, "update", self._checked_estimate, seen)
+        return self._call("estimator", estimator, seen.time, "update", self._checked_estimate, seen)
 
     def _navigate(self, seen: Observation, belief: Estimate) -> Command | WheelCommand:
         navigator = self._driver.navigator
         if navigator is None:
             return Command()
-        return self._ask("navigator", navigator, seen.time, "command", self._checked_command, seen, belief)
+        return self._call("navigator", navigator, seen.time, "command", self._checked_command, seen, belief)
 
     def _with_plan(self, belief: Estimate, now: float) -> Estimate:
         """Return a belief with what the navigator shows beside the estimator, such as its planned path."""
@@ -265,7 +265,7 @@ class Pilot(Closes):
         if navigator is None or not self._shows:
             return belief
         shown = boundary.check(
-            "navigator", navigator, now, "show", checked_show, boundary.ask("navigator", navigator, now, "show")
+            "navigator", navigator, now, "show", checked_show, boundary.call("navigator", navigator, now, "show")
         )
         return replace(belief, show=(*belief.show, *shown)) if shown else belief
 
@@ -290,12 +290,12 @@ class Pilot(Closes):
             return ()
         return (RobotEvent(seen.time, "blocked", f"{self._robot.name} cannot go on; what it touches is in the way"),)
 
-    def _ask(
+    def _call(
         self, part: str, module: object, now: float, method: str, check: Callable[[object], T], *arguments: Any
     ) -> T:
         """Return the checked result of a module, and record its computing time."""
         began = time.perf_counter()
-        answer = self._boundary.ask(part, module, now, method, *arguments)
+        answer = self._boundary.call(part, module, now, method, *arguments)
         self._seconds[part] = time.perf_counter() - began
         return self._boundary.check(part, module, now, method, check, answer)
 

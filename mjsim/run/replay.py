@@ -145,7 +145,7 @@ def _pilot(run: Recording, robot: str, driver: Driver) -> Pilot:
 
 
 def _metadata(run: Recording, robot: str, driver: Driver, uses: Mapping[str, Use]) -> dict[str, str]:
-    told = {
+    metadata = {
         "command": " ".join(sys.argv),
         "replay of": str(run.path),
         "replay of command": run.metadata.get("command", ""),
@@ -153,7 +153,7 @@ def _metadata(run: Recording, robot: str, driver: Driver, uses: Mapping[str, Use
         "replayed estimator": name_of(driver.estimator),
         "replayed modules": json.dumps({part: use.model_dump(mode="json") for part, use in uses.items()}),
     }
-    return told | ({"replayed observer": name_of(driver.observer)} if driver.observer is not None else {})
+    return metadata | ({"replayed observer": name_of(driver.observer)} if driver.observer is not None else {})
 
 
 class _Again:
@@ -162,7 +162,7 @@ class _Again:
     def __init__(self, run: Recording, robot: str, driver: Driver, pilot: Pilot, retake: "Retake", copy: Copy) -> None:
         self._run, self._robot, self._pilot, self._retake, self._copy = run, robot, pilot, retake, copy
         self._logged = LoggedPictures(run, robot)
-        self._driver, self._looks_anew = driver, driver.observer is not None
+        self._driver, self._observes_anew = driver, driver.observer is not None
         self._last = round(float(run.time[-1]) * 1e9)
         self._made_anew = {f"/{robot}/{kind}" for kind in BELIEF_TOPICS}
         self._beliefs = BeliefMessages(robot)
@@ -242,7 +242,7 @@ class _Again:
         seen, stamps = self._run.observation_in(message)
         take = self._logged.at(message.time) if self._logged.cameras else self._retake.frame
         seen = replace(seen, cameras=CameraFrames(stamps, take))
-        if self._looks_anew:
+        if self._observes_anew:
             return seen
         return replace(seen, sightings=self._run.robots[self._robot].sightings[self._row])
 

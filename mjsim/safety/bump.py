@@ -30,7 +30,7 @@ def react_to_bump(
     if isinstance(command, WheelCommand):
         return _react_with_wheels(command, bump, robot)
     forward, left, turn = command.forward, command.left, command.turn
-    if _in_the_way(forward, left, bump):
+    if _moves_into_bump(forward, left, bump):
         forward, left = 0.0, 0.0
     if robot is not None and turn and _swings_into(turn, bump, robot):
         turn = 0.0
@@ -44,7 +44,7 @@ def _react_with_wheels(command: WheelCommand, bump: tuple[float, ...], robot: Ro
     if robot is None or robot.twist_from_wheels is None:
         # All wheels of a differential drive at their mean speed drive straight; the rest only turns.
         mean = sum(command.speeds) / len(command.speeds)
-        if not _in_the_way(mean, 0.0, bump):
+        if not _moves_into_bump(mean, 0.0, bump):
             return command
         return replace(command, speeds=tuple(speed - mean for speed in command.speeds))
     speeds, twists = np.asarray(command.speeds, dtype=float), robot.twist_from_wheels
@@ -54,11 +54,11 @@ def _react_with_wheels(command: WheelCommand, bump: tuple[float, ...], robot: Ro
     if (safe.forward, safe.left, safe.turn) == (forward, left, turn):
         return command
     lost = np.array([forward - safe.forward, left - safe.left, turn - safe.turn])
-    kept = speeds - np.asarray(np.linalg.pinv(twists), dtype=float) @ lost
-    return replace(command, speeds=tuple(kept.tolist()))
+    speeds_left = speeds - np.asarray(np.linalg.pinv(twists), dtype=float) @ lost
+    return replace(command, speeds=tuple(speeds_left.tolist()))
 
 
-def _in_the_way(forward: float, left: float, bump: tuple[float, ...]) -> bool:
+def _moves_into_bump(forward: float, left: float, bump: tuple[float, ...]) -> bool:
     speed = math.hypot(forward, left)
     return any(forward * math.cos(b) + left * math.sin(b) > GRAZING * speed for b in bump)
 

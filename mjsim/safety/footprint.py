@@ -19,7 +19,7 @@ ROOMY = 0.12
 """Distance from the path beyond which obstacles do not slow the robot; larger for a long one [m]."""
 CREEP = 0.35
 """Fraction of the speed at minimum clearance."""
-LOOKS = 12
+SAMPLES = 12
 """Number of poses checked along a path."""
 
 
@@ -45,7 +45,7 @@ class Footprint:
             swing: Use the circle in which it turns on the spot, whatever its shape.
         """
         self.radius = robot.radius
-        self._shares = np.arange(1, LOOKS + 1) / LOOKS
+        self._shares = np.arange(1, SAMPLES + 1) / SAMPLES
         self._box: tuple[Array, Array] | None = None
         outline = robot.outline
         if outline is not None and not swing and not is_round(outline):
@@ -76,14 +76,14 @@ class Footprint:
             points: Obstacles, robot's frame, shape (n, 2) [m].
             speed: Negative backwards [m/s].
             turns: Turn rates, shape (k,) [rad/s].
-            seconds: How far to look [s].
+            seconds: Time horizon [s].
         """
         times = self._shares * seconds
         rates = np.where(turns == 0.0, 1e-9, turns)[:, None]
         angles = rates * times
         # A circle of radius v / w about a point at the side.
         radii = speed / rates
-        return self._look(points, radii * np.sin(angles), radii * (1.0 - np.cos(angles)), angles, times)
+        return self._free_paths(points, radii * np.sin(angles), radii * (1.0 - np.cos(angles)), angles, times)
 
     def lines(self, points: Array, *, speed: float, bearings: Array, seconds: float, turned: bool) -> FreePaths:
         """Examine straight lines in all directions.
@@ -92,22 +92,22 @@ class Footprint:
             points: Obstacles, robot's frame, shape (n, 2) [m].
             speed: [m/s]
             bearings: Of the lines, shape (k,) [rad].
-            seconds: How far to look [s].
+            seconds: Time horizon [s].
             turned: Whether the robot turns to the direction of the line first; otherwise it keeps its heading.
         """
         times = self._shares * seconds
         x, y = (speed * times * side[:, None] for side in (np.cos(bearings), np.sin(bearings)))
         headings = np.broadcast_to(bearings[:, None] if turned else 0.0, x.shape)
-        return self._look(points, x, y, headings, times)
+        return self._free_paths(points, x, y, headings, times)
 
     def can_spin(self, points: Array, turn: float) -> bool:
         """Return whether it can turn on the spot by 20 degrees."""
         if self._box is None or not len(points):
             return True
-        angles, still = math.copysign(1.0, turn) * np.linspace(0.06, 0.36, LOOKS)[None], np.zeros((1, LOOKS))
-        return bool(self._look(points, still, still, angles, np.arange(1.0, LOOKS + 1)).times[0] >= LOOKS - 1)
+        angles, still = math.copysign(1.0, turn) * np.linspace(0.06, 0.36, SAMPLES)[None], np.zeros((1, SAMPLES))
+        return bool(self._free_paths(points, still, still, angles, np.arange(1.0, SAMPLES + 1)).times[0] >= SAMPLES - 1)
 
-    def _look(self, points: Array, x: Array, y: Array, headings: Array, times: Array) -> FreePaths:
+    def _free_paths(self, points: Array, x: Array, y: Array, headings: Array, times: Array) -> FreePaths:
         """Return free times and clearances of paths through places x, y, shape (k, 12)."""
         dx, dy = points[:, 0] - x[..., None], points[:, 1] - y[..., None]
         if self._box is None:
@@ -116,18 +116,18 @@ class Footprint:
             now = np.einsum("ij,ij->i", points, points)
             # A point that is already too close counts only while the robot approaches it.
             limit = np.minimum((self.radius + self._nearest) ** 2, now * 0.998)
-            gap = np.sqrt(room[:, : LOOKS // 2].min(axis=(1, 2))) - self.radius
+            gap = np.sqrt(room[:, : SAMPLES // 2].min(axis=(1, 2))) - self.radius
         else:
             (middle_x, middle_y), (half_x, half_y) = self._box
             c, s = np.cos(headings)[..., None], np.sin(headings)[..., None]
             room = np.maximum(np.abs(c * dx + s * dy - middle_x) - half_x, np.abs(c * dy - s * dx - middle_y) - half_y)
             now = np.maximum(np.abs(points[:, 0] - middle_x) - half_x, np.abs(points[:, 1] - middle_y) - half_y)
             # The distance of points that are already closer, beside a long body, may halve while the body swings clear.
-            near = np.where(now > TOUCHING, np.maximum(0.5 * now, TOUCHING), now - 0.002)
-            limit = np.where(now > 0.0, np.minimum(self._nearest, near), -np.inf)
-            gap = room[:, : LOOKS // 2].min(axis=(1, 2))
+            relaxed = np.where(now > TOUCHING, np.maximum(0.5 * now, TOUCHING), now - 0.002)
+            limit = np.where(now > 0.0, np.minimum(self._nearest, relaxed), -np.inf)
+            gap = room[:, : SAMPLES // 2].min(axis=(1, 2))
         blocked = (room < limit).any(axis=-1)
-        first = np.where(blocked.any(axis=1), blocked.argmax(axis=1), LOOKS)
+        first = np.where(blocked.any(axis=1), blocked.argmax(axis=1), SAMPLES)
         free = np.where(first == 0, 0.0, times[np.maximum(first, 1) - 1])
         return FreePaths(
             free, np.clip(CREEP + (1.0 - CREEP) * (gap - self._nearest) / (self.roomy - self._nearest), CREEP, 1.0)

@@ -21,7 +21,7 @@ class Hits:
 
     CAPACITY = 256
     """Maximum number of points."""
-    APART = 0.04
+    CELL = 0.04
     """A hit closer than this to a known point is the same point [m]."""
     SECONDS = 8.0
     """Time for which a point is kept without being hit again [s]."""
@@ -30,7 +30,7 @@ class Hits:
     BEHIND = 0.1
     """A ray that continues this far beyond a point has passed through it [m]."""
 
-    NEAR = 1.5
+    RANGE = 1.5
     """Maximum distance of points from other sensors [m]."""
     SHARES = np.array([0.25, 0.5, 0.75])
     """Positions of the points between the hits of two neighbouring rays, from 0 to 1."""
@@ -67,7 +67,7 @@ class Hits:
         moved = abs(self.x - x) + abs(self.y - y) + 0.5 * abs(self.heading - heading)
         if moved > self.STRIDE or seen.time - time > self.PAUSE:
             self._noted = self.x, self.y, self.heading, seen.time
-            self._look_through(distances, seen.time)
+            self._drop_outdated(distances, seen.time)
             if (hit := distances < NOTHING).any():
                 c, s = math.cos(self.heading), math.sin(self.heading)
                 self._keep(self._live[hit] @ np.array([[c, s], [-s, c]]) + (self.x, self.y), seen.time)
@@ -80,28 +80,28 @@ class Hits:
             now: [s]
         """
         away = np.hypot(*points.T)
-        near = points[np.argsort(away)][: int(np.count_nonzero(away < self.NEAR))]
-        _, first = np.unique(np.rint(near / self.APART), axis=0, return_index=True)
-        kept = near[np.sort(first)[: self.CAPACITY // 2]]
+        close = points[np.argsort(away)][: int(np.count_nonzero(away < self.RANGE))]
+        _, first = np.unique(np.rint(close / self.CELL), axis=0, return_index=True)
+        chosen = close[np.sort(first)[: self.CAPACITY // 2]]
         c, s = math.cos(self.heading), math.sin(self.heading)
-        self._keep(kept @ np.array([[c, s], [-s, c]]) + (self.x, self.y), now)
+        self._keep(chosen @ np.array([[c, s], [-s, c]]) + (self.x, self.y), now)
 
-    def _look_through(self, distances: Array, now: float) -> None:
+    def _drop_outdated(self, distances: Array, now: float) -> None:
         """Drop old points, and those that rays, shape (16,) [m], pass through."""
         x, y = (self._points - (self.x, self.y)).T
         bearings = np.arctan2(y, x) - self.heading
         ray = np.rint(bearings * (RAYS / (2.0 * math.pi))).astype(int)
-        off, away = bearings - ray * (2.0 * math.pi / RAYS), np.hypot(x, y)
-        through = (np.abs(off) * away < self.BEAM) & (away < distances[ray % RAYS] - self.BEHIND)
-        gone = through | (self._stamps < now - self.SECONDS)
-        self._points[gone], self._stamps[gone] = NOTHING, -np.inf
+        deviation, away = bearings - ray * (2.0 * math.pi / RAYS), np.hypot(x, y)
+        through = (np.abs(deviation) * away < self.BEAM) & (away < distances[ray % RAYS] - self.BEHIND)
+        outdated = through | (self._stamps < now - self.SECONDS)
+        self._points[outdated], self._stamps[outdated] = NOTHING, -np.inf
 
     def _keep(self, hits: Array, now: float) -> None:
         """Store hits, shape (n, 2) [m], frame of odometry: renew known points; new ones replace the oldest."""
         away = hits[:, None] - self._points
         squared = np.einsum("ijk,ijk->ij", away, away)
         nearest = squared.argmin(axis=1)
-        known = squared[np.arange(len(hits)), nearest] < self.APART**2
+        known = squared[np.arange(len(hits)), nearest] < self.CELL**2
         self._stamps[nearest[known]] = now
         fresh = hits[~known]
         if len(fresh):
@@ -111,11 +111,11 @@ class Hits:
     def within(self, distance: float) -> Array:
         """Return the points within a distance, in the robot's frame, shape (n, 2) [m]."""
         offsets = self._points - (self.x, self.y)
-        near = offsets[np.einsum("ij,ij->i", offsets, offsets) < distance**2]
+        close = offsets[np.einsum("ij,ij->i", offsets, offsets) < distance**2]
         c, s = math.cos(self.heading), math.sin(self.heading)
         live = self._live[np.einsum("ij,ij->i", self._live, self._live) < distance**2]
         joined = [self._between(distance)] if self._join else []
-        return np.concatenate([live, near @ np.array([[c, -s], [s, c]]), *joined])
+        return np.concatenate([live, close @ np.array([[c, -s], [s, c]]), *joined])
 
     def _between(self, distance: float) -> Array:
         """Return points between the hits of neighbouring rays, like `within`, where a corner could hit something."""

@@ -25,5 +25,5 @@ def rim(outline: Array, bearing: float) -> float:
     safe = np.where(across == 0.0, np.inf, across)
     distance = (start[:, 0] * edge[:, 1] - start[:, 1] * edge[:, 0]) / safe
     share = (start[:, 0] * along[1] - start[:, 1] * along[0]) / safe
-    met = (across != 0.0) & (share >= -1e-9) & (share <= 1 + 1e-9) & (distance >= 0.0)
-    return float(np.where(met, distance, 0.0).max())
+    hit = (across != 0.0) & (share >= -1e-9) & (share <= 1 + 1e-9) & (distance >= 0.0)
+    return float(np.where(hit, distance, 0.0).max())

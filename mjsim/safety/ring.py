@@ -36,12 +36,12 @@ class RingAvoidance:
     """
 
     HORIZON = 1.6
-    """Time to look ahead along an arc [s]; longer if stopping takes longer."""
+    """Lookahead time along an arc [s]; longer if stopping takes longer."""
     NEAREST = 0.6
-    """Minimum distance to look ahead [m]."""
+    """Minimum lookahead distance [m]."""
     TURN = 1.2
-    """Turn rate of the sharpest arc; lower for longer look-ahead [rad/s]."""
-    MOST = 0.5
+    """Turn rate of the sharpest arc; lower for a longer lookahead [rad/s]."""
+    MAX_CLEARANCE = 0.5
     """Maximum of the argument `clearance` [m]."""
     SIGHT = 2.0
     """Default range of the rays [m]; the speed always allows a stop within it."""
@@ -72,8 +72,8 @@ class RingAvoidance:
         Raises:
             ValueError: The clearance is less than the default, or more than the rays can reliably measure.
         """
-        if not CLEARANCE <= clearance <= self.MOST:
-            raise ValueError(f"clearance is {clearance} m; it must be from {CLEARANCE} to {self.MOST}")
+        if not CLEARANCE <= clearance <= self.MAX_CLEARANCE:
+            raise ValueError(f"clearance is {clearance} m; it must be from {CLEARANCE} to {self.MAX_CLEARANCE}")
         self._clearance, self._lidar = clearance, lidar
 
     def start(self, robot: RobotInfo, rng: Generator) -> None:
@@ -99,7 +99,7 @@ class RingAvoidance:
             self._fan = self._fan * np.abs(self._fan)
         self._bearings: Array = np.arange(-11.0, 13.0) * (math.pi / 12)
         self._speed = 0.0
-        self._side, self._met, self._held = 0.0, -math.inf, -math.inf
+        self._side, self._met_at, self._held = 0.0, -math.inf, -math.inf
         self._heading: float | None = None
         self._pace, self._stroke, self._left = 0.0, 0.0, 0
 
@@ -116,7 +116,7 @@ class RingAvoidance:
             self._speed = command.forward
             return self._drive(command, seen.time)
         if command.turn and self._goes_round(command.turn, seen.time):
-            return self._drive(replace(command, forward=self._speed), seen.time, told=command)
+            return self._drive(replace(command, forward=self._speed), seen.time, if_free=command)
         self._forget()
         if not command.turn or self._body.can_spin(self._points(0.0, 0.0), command.turn):
             return command
@@ -126,8 +126,8 @@ class RingAvoidance:
         """Store the hits of the lidar, if one is used."""
         if self._lidar is None or self._robot_from_lidar is None or self._lidar not in seen.scans:
             return
-        met = seen.scans[self._lidar].points()
-        self._hits.add(met @ self._robot_from_lidar[:2, :2].T + self._robot_from_lidar[:2, 3], seen.time)
+        hits = seen.scans[self._lidar].points()
+        self._hits.add(hits @ self._robot_from_lidar[:2, :2].T + self._robot_from_lidar[:2, 3], seen.time)
 
     def _forget(self) -> None:
         """Forget the obstacle that was being passed."""
@@ -135,7 +135,7 @@ class RingAvoidance:
 
     def _goes_round(self, turn: float, now: float) -> bool:
         """Return whether a turn on the spot would lead back to the obstacle being passed."""
-        if now - self._held > self.HOLD or now - self._met > self.LONGEST:
+        if now - self._held > self.HOLD or now - self._met_at > self.LONGEST:
             return False
         return self._heading is not None or self._stroke != 0.0 or turn * self._side < 0.0
 
@@ -143,13 +143,13 @@ class RingAvoidance:
         """Return the points that a path could come close to, robot's frame, shape (n, 2) [m]."""
         return self._hits.within(speed * seconds + self._body.radius + self._body.roomy)
 
-    def _drive(self, command: Command, now: float, *, told: Command | None = None) -> Command:
+    def _drive(self, command: Command, now: float, *, if_free: Command | None = None) -> Command:
         """Return the closest free arc; or an escape manoeuvre if there is none.
 
         Args:
             command: To drive forward or backward.
             now: [s]
-            told: Result if nothing is in the way; by default the command itself.
+            if_free: Result if nothing is in the way; by default the command itself.
         """
         direction, speed = math.copysign(1.0, command.forward), abs(command.forward)
         speed = min(speed, math.sqrt(2.0 * self._deceleration * self.SIGHT))
@@ -160,29 +160,29 @@ class RingAvoidance:
             # No arc of less than half a turn leads backwards.
             points = points[points[:, 0] * direction > -self._body.radius]
         if not len(points):
-            return self._free(command, min(speed, wary), now, told)
-        if self._heading is not None and (out := self._on_the_way_out(command, points, now)) is not None:
+            return self._free(command, min(speed, wary), now, if_free)
+        if self._heading is not None and (out := self._escape_turn(command, points, now)) is not None:
             return out
-        most = min(self._robot.max_turn, self._robot.max_curvature * speed)
-        wanted = min(max(command.turn, -most), most)
-        ahead = self._body.arcs(points, speed=direction * speed, turns=np.array([wanted]), seconds=seconds)
+        limit = min(self._robot.max_turn, self._robot.max_curvature * speed)
+        turn = min(max(command.turn, -limit), limit)
+        ahead = self._body.arcs(points, speed=direction * speed, turns=np.array([turn]), seconds=seconds)
         if ahead.times[0] >= seconds and ahead.ease[0] >= 1.0:
-            return self._free(command, min(speed, wary), now, told)
-        most = min(self._robot.max_turn, self._bend * speed)
+            return self._free(command, min(speed, wary), now, if_free)
+        limit = min(self._robot.max_turn, self._bend * speed)
         sharpest = min(self._robot.max_turn, self.TURN * (self.HORIZON / seconds))
-        turns = np.clip(wanted + self._fan * sharpest, -most, most)
+        turns = np.clip(turn + self._fan * sharpest, -limit, limit)
         paths = self._swing.arcs(points, speed=direction * speed, turns=turns, seconds=seconds)
         speeds = np.minimum(speed * paths.ease, np.sqrt(2.0 * self._deceleration * speed * paths.times))
         # A turn rate error of 1 rad/s costs as much as 0.15 times 0.7 m/s of lost speed.
-        off = 0.15 * (speed / 0.7) * (seconds / self.HORIZON) * np.abs(turns - wanted)
-        best = int(np.argmax(speeds - off - self._second_thoughts(turns, wanted, speed)))
+        deviation_cost = 0.15 * (speed / 0.7) * (seconds / self.HORIZON) * np.abs(turns - turn)
+        best = int(np.argmax(speeds - deviation_cost - self._turn_cost(turns, turn, speed)))
         if speeds[best] < 0.1 * speed:
             return self._leave(command, points, now)
-        self._note_side(float(turns[best]) - wanted, now)
+        self._note_side(float(turns[best]) - turn, now)
         chosen, slow = float(turns[best]), min(float(speeds[best]), wary)
         # A robot that cannot turn on the spot turns less while it is slower.
-        most = self._bend * slow
-        return replace(command, forward=direction * slow, turn=min(max(chosen, -most), most))
+        limit = self._bend * slow
+        return replace(command, forward=direction * slow, turn=min(max(chosen, -limit), limit))
 
     def _wary(self, direction: float) -> float:
         """Return the speed from which it can stop within its part of the free space measured ahead [m/s]."""
@@ -191,42 +191,42 @@ class RingAvoidance:
         room = self.OWN * np.maximum(self._ring[ahead] - TOUCHING, 0.0)
         return float(np.min(np.sqrt(2.0 * self._deceleration * room) / nears[ahead]))
 
-    def _free(self, command: Command, speed: float, now: float, told: Command | None) -> Command:
+    def _free(self, command: Command, speed: float, now: float, if_free: Command | None) -> Command:
         """Return the command for a free path."""
-        if now - self._held > self.HOLD or told is not None:
+        if now - self._held > self.HOLD or if_free is not None:
             self._forget()
         self._heading = None
-        if told is not None or speed == abs(command.forward):
-            return told or command
+        if if_free is not None or speed == abs(command.forward):
+            return if_free or command
         return replace(command, forward=math.copysign(speed, command.forward))
 
-    def _second_thoughts(self, turns: Array, wanted: float, speed: float) -> Array:
-        """Return the cost of arcs besides obstacles, shape (k,) [m/s]."""
+    def _turn_cost(self, turns: Array, commanded: float, speed: float) -> Array:
+        """Return the cost of turning back and of places visited before, shape (k,) [m/s]."""
         if self._side:
-            return np.where((turns - wanted) * self._side < -0.05, 0.4 * speed, 0.0)
+            return np.where((turns - commanded) * self._side < -0.05, 0.4 * speed, 0.0)
         worn = self._trail.worn(self._hits.x, self._hits.y, self._hits.heading + turns)
         return 0.15 * speed * worn
 
-    def _note_side(self, off: float, now: float) -> None:
+    def _note_side(self, deviation: float, now: float) -> None:
         """Remember the side on which the robot passes the obstacle, and since when."""
-        if abs(off) < 0.1:
+        if abs(deviation) < 0.1:
             if now - self._held > self.HOLD:
                 self._side = 0.0
             return
         if not self._side:
-            self._side, self._met = math.copysign(1.0, off), now
+            self._side, self._met_at = math.copysign(1.0, deviation), now
         self._held = now
 
     def _leave(self, command: Command, points: Array, now: float) -> Command:
         """Return an escape manoeuvre if there is no free path: turn on the spot, or back off."""
         if now - self._held > self.HOLD:
-            self._met = now
+            self._met_at = now
         self._held = now
-        self._heading = self._hits.heading + self._way_out(command)
-        out = self._on_the_way_out(command, points, now)
+        self._heading = self._hits.heading + self._escape_angle(command)
+        out = self._escape_turn(command, points, now)
         return replace(command, forward=0.0, turn=0.0) if out is None else out
 
-    def _way_out(self, command: Command) -> float:
+    def _escape_angle(self, command: Command) -> float:
         """Return the angle to turn to a free direction where the robot has been least [rad]."""
         direction, speed = math.copysign(1.0, command.forward), max(abs(command.forward), 0.1)
         seconds = max(self.HORIZON, 0.8 / speed)
@@ -239,58 +239,58 @@ class RingAvoidance:
         enough = paths.times >= 0.7 * float(np.max(paths.times))
         return float(bearings[int(np.argmin(np.where(enough, cost, np.inf)))])
 
-    def _on_the_way_out(self, command: Command, points: Array, now: float) -> Command | None:
+    def _escape_turn(self, command: Command, points: Array, now: float) -> Command | None:
         """Return the turn towards the escape, on the spot if there is room, else backward; None when done."""
         assert self._heading is not None
-        off = wrap_angle(self._heading - self._hits.heading)
+        error = wrap_angle(self._heading - self._hits.heading)
         self._held = now
-        if abs(off) < 0.1:
+        if abs(error) < 0.1:
             self._heading, self._stroke = None, 0.0
             return None
-        fastest = min(self._robot.max_turn, 1.2, math.sqrt(self._robot.max_turn_acceleration * abs(off)))
-        turn = math.copysign(fastest, off)
+        fastest = min(self._robot.max_turn, 1.2, math.sqrt(self._robot.max_turn_acceleration * abs(error)))
+        turn = math.copysign(fastest, error)
         if self._spins and self._body.can_spin(points, turn):
             self._stroke = 0.0
             return replace(command, forward=0.0, turn=turn)
-        if (arc := self._turn_in_strokes(command, points, off)) is not None:
+        if (arc := self._turn_in_strokes(command, points, error)) is not None:
             return arc
         # No space at either end.
-        self._heading, self._side = None, math.copysign(1.0, off)
+        self._heading, self._side = None, math.copysign(1.0, error)
         if not self._spins or not self._body.can_spin(points, -turn):
             return None
         return replace(command, forward=0.0, turn=-turn)
 
-    def _turn_in_strokes(self, command: Command, points: Array, off: float) -> Command | None:
+    def _turn_in_strokes(self, command: Command, points: Array, error: float) -> Command | None:
         """Return an arc backward, then forward, that turns the front to the escape; None without room."""
         for stroke in (1.0,) if self._stroke > 0.0 else (-1.0, 1.0):
             if self._stroke != stroke:
-                # It must stop first, and accelerate again.
+                # It must first stop, then accelerate again.
                 changing = abs(command.forward) / self._robot.max_acceleration
                 self._stroke, self._left = stroke, round((self.STROKE + changing) / self._robot.dt)
             self._left -= 1
             direction = stroke * math.copysign(1.0, command.forward)
-            arc = self._squeeze(command, points, off, share=0.6, direction=direction) if self._left > 0 else None
+            arc = self._squeeze(command, points, error, share=0.6, direction=direction) if self._left > 0 else None
             if arc is not None:
-                # If it steered while still rolling the other way, its front would swing back to where it came from.
+                # Steering while it still rolls in the other direction would swing its front back.
                 return replace(arc, turn=0.0) if self._pace * direction < -self.ROLLS else arc
         self._stroke = 0.0
         return None
 
     def _squeeze(
-        self, command: Command, points: Array, off: float, *, share: float, direction: float
+        self, command: Command, points: Array, side: float, *, share: float, direction: float
     ) -> Command | None:
         """Return the arc with the largest clearance that turns to a side; None if there is none.
 
         Args:
             command: Gives the speed.
             points: Obstacles, robot's frame, shape (n, 2) [m].
-            off: Its sign gives the side to turn to.
+            side: Its sign gives the side to turn to.
             share: Factor of the speed.
             direction: 1 forward, -1 backward.
         """
         speed = share * abs(command.forward)
-        most = min(self._robot.max_turn, self._bend * speed)
-        turns = math.copysign(most, off) * np.array([1.0, 0.5, 0.2, 0.05, 0.0, -0.05, -0.2, -0.5, -1.0])
+        limit = min(self._robot.max_turn, self._bend * speed)
+        turns = math.copysign(limit, side) * np.array([1.0, 0.5, 0.2, 0.05, 0.0, -0.05, -0.2, -0.5, -1.0])
         paths = self._body.arcs(points, speed=direction * speed, turns=turns, seconds=self.HORIZON)
         free = paths.times * speed
         best = int(np.argmax(np.minimum(free, 0.6 * speed * self.HORIZON) - 1e-3 * np.arange(9)))

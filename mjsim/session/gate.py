@@ -23,12 +23,12 @@ Work = Callable[["Simulation"], None]
 class Gate:
     """State and requests of a run. The first methods are for any thread, the others for the thread of the run."""
 
-    def __init__(self, speed: float | None, tell: Callable[[], None]) -> None:
+    def __init__(self, speed: float | None, notify: Callable[[], None]) -> None:
         """Start in the state 'loading'.
 
         Args:
             speed: Simulated seconds per second; None for as fast as possible.
-            tell: Called after each change of state.
+            notify: Called after each change of state.
         """
         lock = threading.RLock()
         self.changed = threading.Condition(lock)
@@ -40,8 +40,8 @@ class Gate:
         self.error: BaseException | None = None
         self.leaving: Leaving | None = None
         self._held = self._owed = self._shut = False
-        self._asked: deque[tuple[Work, Future[None]]] = deque()
-        self._tell = tell
+        self._requests: deque[tuple[Work, Future[None]]] = deque()
+        self._notify = notify
 
     def hold(self, held: bool, *, owed: bool = False) -> None:
         """Pause or resume the run; a paused run may be allowed one tick."""
@@ -50,7 +50,7 @@ class Gate:
             if self.state == "paused" and (owed or not held):
                 self.state = "running"
             self.changed.notify_all()
-        self._tell()
+        self._notify()
 
     def leave(self, why: Leaving) -> None:
         """End the run early; 'close' is final."""
@@ -61,7 +61,7 @@ class Gate:
             if why == "restart":
                 self.state = "loading"
             self.changed.notify_all()
-        self._tell()
+        self._notify()
 
     def hasten(self, speed: float | None) -> None:
         """Change the speed."""
@@ -69,16 +69,16 @@ class Gate:
             self.pace.factor = speed
             self.pace.forget()
             self.changed.notify_all()
-        self._tell()
+        self._notify()
 
-    def ask(self, work: Work) -> Future[None]:
+    def schedule(self, work: Work) -> Future[None]:
         """Schedule work in the run's thread between two ticks."""
         done: Future[None] = Future()
         with self.changed:
             if self._shut:
                 done.set_exception(_closed())
                 return done
-            self._asked.append((work, done))
+            self._requests.append((work, done))
             self.changed.notify_all()
         return done
 
@@ -104,10 +104,10 @@ class Gate:
                     self.changed.notify_all()
                 if wait == 0.0:
                     self._owed = self._owed and number == 0
-                elif not changed and not self._asked:
+                elif not changed and not self._requests:
                     self.changed.wait(wait)
             if changed:
-                self._tell()
+                self._notify()
             if wait == 0.0:
                 return True
 
@@ -119,7 +119,7 @@ class Gate:
             self.state, self.error = state, error
             self.changed.notify_all()
             self.ticked.notify_all()
-        self._tell()
+        self._notify()
 
     def rest(self, sim: "Simulation | None") -> None:
         """Wait for a restart or the end, doing requested work meanwhile."""
@@ -130,15 +130,15 @@ class Gate:
                     self.leaving = None
                 if self.leaving is not None:
                     return
-                if not self._asked:
+                if not self._requests:
                     self.changed.wait()
 
     def refuse(self) -> None:
         """Refuse all pending and future requests."""
         with self.changed:
             self._shut = True
-            while self._asked:
-                self._asked.popleft()[1].set_exception(_closed())
+            while self._requests:
+                self._requests.popleft()[1].set_exception(_closed())
 
     def _until_due(self, simulated: float, *, first: bool) -> float | None:
         """Return how long to wait for the tick of a simulated time [s]; None for as long as it is held."""
@@ -151,8 +151,8 @@ class Gate:
 
     def _answer(self, sim: "Simulation | None") -> None:
         """Do the requested work."""
-        while self._asked:
-            work, done = self._asked.popleft()
+        while self._requests:
+            work, done = self._requests.popleft()
             if sim is None:
                 done.set_exception(UsageError("the world is not there yet; wait until the run has begun"))
                 continue

@@ -77,7 +77,7 @@ class Session(Closes):
         """The file being written, or written last."""
         self._drivers, self._on_tick, self._on_change = drivers, on_tick, on_change
         self._helm = Helm(robot.name for robot in world.robots)
-        self._gate = Gate(speed, self._tell)
+        self._gate = Gate(speed, self._notify)
         self._newest: Tick | None = None
         self._number = 0
         self._touched: tuple[WorldEvent, ...] = ()
@@ -235,9 +235,9 @@ class Session(Closes):
 
     def wait(self, *states: State, timeout: float | None = None) -> State:
         """Wait for one of these states, by default 'ended' or 'failed', and return the current state."""
-        wanted, gate = states or ("ended", "failed"), self._gate
+        awaited, gate = states or ("ended", "failed"), self._gate
         with gate.changed:
-            gate.changed.wait_for(lambda: gate.state in wanted, timeout)
+            gate.changed.wait_for(lambda: gate.state in awaited, timeout)
             return gate.state
 
     def result(self) -> None:
@@ -267,22 +267,22 @@ class Session(Closes):
         """Do work in the session's thread between two ticks, and wait for it."""
         if not self._thread.is_alive() or self._gate.leaving == "close":
             raise UsageError("the session is not running; start it first")
-        self._gate.ask(work).result()
-        self._tell()
+        self._gate.schedule(work).result()
+        self._notify()
 
     def _newer(self, number: int, timeout: float | None) -> "tuple[int, Tick] | None":
         gate = self._gate
         with gate.ticked:
-            there = gate.ticked.wait_for(lambda: self._number > number or gate.state in ("ended", "failed"), timeout)
+            in_time = gate.ticked.wait_for(lambda: self._number > number or gate.state in ("ended", "failed"), timeout)
             if self._newest is not None and self._number > number:
                 return self._number, self._newest
-            if not there:
+            if not in_time:
                 raise TimeoutError(f"no tick came within {timeout:g} s")
             if gate.error is not None:
                 raise gate.error
             return None
 
-    def _tell(self) -> None:
+    def _notify(self) -> None:
         if self._on_change is not None:
             self._on_change()
 
@@ -338,7 +338,7 @@ class Session(Closes):
                         tick = next(loop)
                         if self.world is not sim.tuned:
                             self.world = sim.tuned
-                            self._tell()
+                            self._notify()
                         self._show(tick, recorder)
                 if recorder is not None:
                     record_paths(drivers, recorder, sim.time)
@@ -353,7 +353,7 @@ class Session(Closes):
         if place is None and self._named is not None:
             place = reserve(self._named, overwrite=True) if self._overwrite else reserve_next(self._named)
             self.record = place.path
-            self._tell()
+            self._notify()
         return place
 
     def _show(self, tick: "Tick", recorder: "Recorder | None") -> None:

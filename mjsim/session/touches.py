@@ -82,8 +82,8 @@ def schedule_touch(sim: "Simulation", event: WorldEvent, touched: Sequence[World
 def noise_kept(touched: Iterable[WorldEvent], world: World) -> tuple[NoiseEvent, ...]:
     """Return manually changed noise as events at the start, where it differs from the world."""
     last = {event.noise: event for event in touched if isinstance(event, NoiseEvent)}
-    said = {figure.key: figure.value for figure in noise_figures(world)}
-    changed = (event for event in last.values() if said.get(event.noise) != event.value)
+    initial = {figure.key: figure.value for figure in noise_figures(world)}
+    changed = (event for event in last.values() if initial.get(event.noise) != event.value)
     return tuple(event.model_copy(update={"time": 0.0}) for event in changed)
 
 
@@ -113,5 +113,5 @@ def _is_overruled(before: WorldEvent, touch: WorldEvent) -> bool:
 
 def _written_time(time: float) -> float:
     """Return a short number not after a time [s] that means the same tick."""
-    near = round(time, DIGITS)
-    return near if near <= time + 1e-9 else round(math.floor(time * 10**DIGITS) / 10**DIGITS, DIGITS)
+    rounded = round(time, DIGITS)
+    return rounded if rounded <= time + 1e-9 else round(math.floor(time * 10**DIGITS) / 10**DIGITS, DIGITS)

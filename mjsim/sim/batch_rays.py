@@ -36,7 +36,7 @@ class BatchRays:
         """
         self._model, self._data = model, mujoco.MjData(model)
         self._batches = [slice(first, last) for first, last in pairwise(edges.tolist())]
-        self._rays = Rays(model, self._data, robot, most=int(np.diff(edges).max()), carrier=carrier)
+        self._rays = Rays(model, self._data, robot, capacity=int(np.diff(edges).max()), carrier=carrier)
         self._place, self._turned = mount[:3, 3], mount[:3, :3]
         self._starts, self._directions = np.empty((edges[-1], 3)), np.empty((edges[-1], 3))
         own = model.body_rootid[model.geom_bodyid] == model.body(f"{robot}/base").id
@@ -64,7 +64,7 @@ class BatchRays:
             self._beams, self._cones = beams, [_cone(beams[batch]) for batch in self._batches]
         for number, state in enumerate(states):
             self._aim(number, beams, state)
-        near: list[list[int]] = [[]] * len(states)
+        movers: list[list[int]] = [[]] * len(states)
         if not self._has_embree:
             hits = RayHits.nothing(len(self._starts), unsure=True)
         else:
@@ -74,9 +74,9 @@ class BatchRays:
             if resting.any():
                 poses = self._places[0, resting].tobytes() + self._axes[0, resting].tobytes()
                 hits.add(self._standing("resting", self._movers[resting], poses, limit))
-            near = self._near(np.flatnonzero(solid[self._movers] & ~resting), limit)
+            movers = self._movers_in_reach(np.flatnonzero(solid[self._movers] & ~resting), limit)
         for number, batch in enumerate(self._batches):
-            for mover in near[number]:
+            for mover in movers[number]:
                 self._at_mover(number, mover, hits[batch])
             self._at_round(number, states[number], hits[batch], limit)
         return hits
@@ -119,20 +119,20 @@ class BatchRays:
         rows = np.flatnonzero(hits.unsure)
         if rows.size:
             self._bring_up(state)
-            asked = self._directions[self._batches[number]][rows]
-            hits.distances[rows] = self._rays.cast(self._eyes[number], asked, limit=limit)
-            hits.geoms[rows], normals = self._rays.met(len(rows))
-            hits.facing[rows] = np.abs(np.einsum("ij,ij->i", normals, asked))
+            directions = self._directions[self._batches[number]][rows]
+            hits.distances[rows] = self._rays.cast(self._eyes[number], directions, limit=limit)
+            hits.geoms[rows], normals = self._rays.geoms_and_normals(len(rows))
+            hits.facing[rows] = np.abs(np.einsum("ij,ij->i", normals, directions))
 
-    def _near(self, moving: NDArray[np.intp], limit: float) -> list[list[int]]:
+    def _movers_in_reach(self, moving: NDArray[np.intp], limit: float) -> list[list[int]]:
         """Return for each batch the movers whose bounding sphere intersects the cone around its rays."""
         to, radii = self._places[:, moving] - self._eyes[:, None], self._model.geom_rbound[self._movers[moving]]
         away = np.maximum(np.linalg.norm(to, axis=2), TINY)
-        aside = np.arccos(np.clip(np.einsum("bmi,bi->bm", to, self._ahead) / away, -1.0, 1.0))
-        off = aside - np.arcsin(np.clip(radii / away, 0.0, 1.0))
+        angles = np.arccos(np.clip(np.einsum("bmi,bi->bm", to, self._ahead) / away, -1.0, 1.0))
+        gap = angles - np.arcsin(np.clip(radii / away, 0.0, 1.0))
         widest = np.array([widest for _, widest in self._cones])[:, None]
-        near = (away - radii < limit) & ((off <= widest) | (away <= radii))
-        return [moving[row].tolist() for row in near]
+        in_reach = (away - radii < limit) & ((gap <= widest) | (away <= radii))
+        return [moving[row].tolist() for row in in_reach]
 
     def _at_mover(self, number: int, mover: int, hits: RayHits) -> None:
         """Add the hits of rays on a moving box; note the batches that may hit a mover of another shape."""
@@ -144,7 +144,7 @@ class BatchRays:
             return
         center, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
         local = directions[rows] @ axes
-        distances, facing = box_met(-to @ axes - center, local, half)
+        distances, facing = box_hits(-to @ axes - center, local, half)
         nearer = distances < hits.distances[rows]
         rows = rows[nearer]
         if model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_BOX:
@@ -160,7 +160,7 @@ def _cone(beams: Array) -> tuple[Array, float]:
     return axis, float(np.arccos(np.clip((beams @ axis).min(), -1.0, 1.0))) if len(beams) else -np.inf
 
 
-def box_met(start: Array, directions: Array, half: Array) -> tuple[Array, Array]:
+def box_hits(start: Array, directions: Array, half: Array) -> tuple[Array, Array]:
     """Return the distances of rays from outside to a box about the origin, and the cosines of incidence.
 
     Args:

@@ -16,7 +16,7 @@ from mjsim.sim.native import function, open_library, renderer_name
 PLATFORM_DEVICE, OPENGL_API, NONE = 0x313F, 0x30A2, 0x3038
 SURFACE_TYPE, PBUFFER_BIT, RENDERABLE_TYPE, OPENGL_BIT = 0x3033, 0x0001, 0x3040, 0x0008
 CONFIG = (SURFACE_TYPE, PBUFFER_BIT, RENDERABLE_TYPE, OPENGL_BIT, NONE)
-DEVICES_AT_MOST = 16
+MAX_DEVICES = 16
 
 
 class Egl:
@@ -39,11 +39,11 @@ class Egl:
         display_of = self.get_address(b"eglGetPlatformDisplayEXT")
         if not query or not display_of:
             raise OpenGLError("libEGL cannot draw without a screen")
-        devices, count = (c_void_p * DEVICES_AT_MOST)(), c_int()
-        ctypes.CFUNCTYPE(c_uint, c_int, c_void_p, c_void_p)(query)(DEVICES_AT_MOST, devices, ctypes.byref(count))
-        asked = os.environ.get("MUJOCO_EGL_DEVICE_ID")
+        devices, count = (c_void_p * MAX_DEVICES)(), c_int()
+        ctypes.CFUNCTYPE(c_uint, c_int, c_void_p, c_void_p)(query)(MAX_DEVICES, devices, ctypes.byref(count))
+        requested = os.environ.get("MUJOCO_EGL_DEVICE_ID")
         for index in range(count.value):
-            if asked is None or asked == str(index):
+            if requested is None or requested == str(index):
                 get_display = ctypes.CFUNCTYPE(c_void_p, c_uint, c_void_p, c_void_p)(display_of)
                 display = get_display(PLATFORM_DEVICE, devices[index], None)
                 if display and self.initialize(display, None, None):
@@ -55,9 +55,9 @@ class EglContext:
 
     def __init__(self, egl: Egl, display: int) -> None:
         self._egl, self._display = egl, display
-        wanted, config, count = (c_int * len(CONFIG))(*CONFIG), c_void_p(), c_int()
+        attributes, config, count = (c_int * len(CONFIG))(*CONFIG), c_void_p(), c_int()
         egl.bind_api(OPENGL_API)  # holds for this thread only
-        egl.choose_config(display, wanted, ctypes.byref(config), 1, ctypes.byref(count))
+        egl.choose_config(display, attributes, ctypes.byref(config), 1, ctypes.byref(count))
         self._context = egl.create_context(display, config, None, None) if count.value else None
         if not self._context:
             raise OpenGLError("EGL gives no OpenGL context")

@@ -61,14 +61,14 @@ class Standing:
         """
         if self._meet is None:
             return RayHits.nothing(len(starts))
-        met = self._meet(starts, directions)
+        triangles = self._meet(starts, directions)
         # Embree finds the triangle in single precision; the intersection with its plane is computed again in double.
-        normals = self._normals[met]
+        normals = self._normals[triangles]
         along = np.einsum("ij,ij->i", normals, directions)
-        ahead = self._heights[met] - np.einsum("ij,ij->i", normals, starts)
-        distances = np.divide(ahead, along, out=np.full(len(starts), np.inf), where=met >= 0)
+        ahead = self._heights[triangles] - np.einsum("ij,ij->i", normals, starts)
+        distances = np.divide(ahead, along, out=np.full(len(starts), np.inf), where=triangles >= 0)
         distances[distances > limit] = np.inf
-        return RayHits(distances, self._geoms[met], facing=np.abs(along), unsure=self._is_round[met])
+        return RayHits(distances, self._geoms[triangles], facing=np.abs(along), unsure=self._is_round[triangles])
 
 
 def is_clear(model: mujoco.MjModel) -> NDArray[np.bool_]:

@@ -67,11 +67,11 @@ class Blend:
     def at(self, time: float) -> tuple[float, float, float]:
         """Return value, speed and acceleration at a time not before its start [s]."""
         share = min((time - self.begin) / self.seconds, 1.0)
-        way = np.polynomial.Polynomial(self.factors)
+        polynomial = np.polynomial.Polynomial(self.factors)
         if share == 1.0:
             return float(self.factors.sum()), 0.0, 0.0
-        speed, change = way.deriv(1)(share) / self.seconds, way.deriv(2)(share) / self.seconds**2
-        return float(way(share)), float(speed), float(change)
+        speed, change = polynomial.deriv(1)(share) / self.seconds, polynomial.deriv(2)(share) / self.seconds**2
+        return float(polynomial(share)), float(speed), float(change)
 
 
 class Course:
@@ -99,16 +99,16 @@ class Course:
         """Return speed and acceleration of the motion at a time [s]."""
         if self._blend is not None:
             return self._blend.at(time)[1:]
-        value, speed, change = self._said(time)
+        value, speed, change = self._sampled(time)
         return (value, speed) if self.drive.kind == "velocity" else (speed, change)
 
-    def _said(self, time: float) -> tuple[float, float, float]:
+    def _sampled(self, time: float) -> tuple[float, float, float]:
         """Return the signal at a time [s], plus the remaining offset, and both derivatives."""
         signal = self.drive.signal
-        said = float(signal.value(time)), float(signal.rate(time)), float(signal.second(time))
+        signal_values = float(signal.value(time)), float(signal.rate(time)), float(signal.second(time))
         if self._offset is None:
-            return said
-        value, speed, change = (one + other for one, other in zip(said, self._offset.at(time), strict=True))
+            return signal_values
+        value, speed, change = (one + other for one, other in zip(signal_values, self._offset.at(time), strict=True))
         return value, speed, change
 
     def _after(self, n: int) -> float:
@@ -116,9 +116,9 @@ class Course:
         if self._blend is not None:
             return self._blend.at((n + 1) * self._h)[0]
         if self.drive.kind != "velocity":
-            return self._said((n + 1) * self._h)[0]
-        here, there = (self._said((n + k) * self._h)[0] for k in (0, 1))
-        return self._window[1] + self._h * (here + there) / 2.0
+            return self._sampled((n + 1) * self._h)[0]
+        current, following = (self._sampled((n + k) * self._h)[0] for k in (0, 1))
+        return self._window[1] + self._h * (current + following) / 2.0
 
     def _go_to(self, n: int) -> None:
         while self._n < n:
@@ -148,7 +148,7 @@ class Course:
         """
         self._go_to(n)
         if self._blend is not None:
-            self._offset, self._blend = self._way_back(n, whole), None
+            self._offset, self._blend = self._return_blend(n, whole), None
             self._window[2] = self._after(n)
 
     def end(self, n: int, *, whole: float) -> float | None:
@@ -156,20 +156,20 @@ class Course:
         self._go_to(n)
         if self._blend is None or self.drive.kind == "velocity":
             return None
-        way = self._way_back(n, whole)
-        return float(self.drive.signal.value(way.begin + way.seconds)) + way.at(way.begin + way.seconds)[0]
+        blend = self._return_blend(n, whole)
+        return float(self.drive.signal.value(blend.begin + blend.seconds)) + blend.at(blend.begin + blend.seconds)[0]
 
-    def _way_back(self, n: int, whole: float) -> Blend:
+    def _return_blend(self, n: int, whole: float) -> Blend:
         """Return the decay of the difference from the signal, or from its speed, from step n on."""
         time, signal = n * self._h, self.drive.signal
         speed, change = self.slope(time)
         if self.drive.kind == "velocity":
             value, slope = float(signal.value(time)), float(signal.rate(time))
             return Blend.to(0.0, begin=time, value=speed - value, speed=change - slope, change=0.0)
-        off = self._window[1] - float(signal.value(time))
-        kept = whole * round(off / whole) if whole else 0.0
+        offset = self._window[1] - float(signal.value(time))
+        whole_turns = whole * round(offset / whole) if whole else 0.0
         speed, change = speed - float(signal.rate(time)), change - float(signal.second(time))
-        return Blend.to(kept, begin=time, value=off, speed=speed, change=change)
+        return Blend.to(whole_turns, begin=time, value=offset, speed=speed, change=change)
 
     def speed(self, n: int) -> float:
         """Return its speed in the physics at step n: half a step earlier than its goal [1/s]."""
@@ -183,8 +183,8 @@ class Course:
     def acceleration(self, n: int) -> float:
         """Return its acceleration at step n [1/s^2]."""
         self._go_to(n)
-        before, here, after = self._window
-        return (after - 2.0 * here + before) / self._h**2
+        before, current, after = self._window
+        return (after - 2.0 * current + before) / self._h**2
 
 
 class Follower(Course):

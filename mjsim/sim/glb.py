@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.output import require_free, write_file
-from mjsim.sim.merged_geoms import Look, MergedSurface, SolidBody, solid_bodies, used_textures
+from mjsim.sim.merged_geoms import Material, MergedSurface, SolidBody, solid_bodies, used_textures
 from mjsim.sim.renderer import SEEN_FROM_OUTSIDE
 from mjsim.sim.static_scene import StillScene
 from mjsim.world import World
 
-MOST_TRIANGLES = 4_000_000
+MAX_TRIANGLES = 4_000_000
 """Largest number of triangles of an exported scene."""
 JPEG_QUALITY = 90
 """Quality of pictures that are smaller as JPEG than as PNG."""
@@ -62,12 +62,12 @@ def glb_bytes(model: mujoco.MjModel, data: mujoco.MjData, *, sparing: bool = Fal
         sparing: Whether to use fewer triangles for many people, for a view that is drawn often.
 
     Raises:
-        UsageError: It has more than `MOST_TRIANGLES`.
+        UsageError: It has more than `MAX_TRIANGLES`.
     """
     bodies = solid_bodies(model, data, groups=SEEN_FROM_OUTSIDE, sparing=sparing)
     count = sum(len(surface.triangles.corners) for body in bodies for surface in body.surfaces)
-    if count > MOST_TRIANGLES:
-        raise UsageError(f"the scene has {count} triangles; a .glb file may have at most {MOST_TRIANGLES}")
+    if count > MAX_TRIANGLES:
+        raise UsageError(f"the scene has {count} triangles; a .glb file may have at most {MAX_TRIANGLES}")
     return _Writer(model, data, bodies).file()
 
 
@@ -79,7 +79,7 @@ class _Writer:
         self._binary = bytearray()
         self._views: list[dict[str, int]] = []
         self._accessors: list[dict[str, Any]] = []
-        self._materials: dict[Look, int] = {}
+        self._materials: dict[Material, int] = {}
         self._textures = used_textures(bodies)
 
     def file(self) -> bytes:
@@ -98,7 +98,7 @@ class _Writer:
         images = [self._image(texture) for texture in self._textures]
         listed = {
             "meshes": meshes,
-            "materials": [self._material(*look) for look in self._materials],
+            "materials": [self._material(*key) for key in self._materials],
             "images": images,
             "textures": [{"source": place, "sampler": 0} for place in range(len(images))],
             "samplers": [{}] if images else [],
@@ -149,17 +149,17 @@ class _Writer:
 
     def _camera(self, camera: int) -> dict[str, Any]:
         model = self._model
-        near = float(model.vis.map.znear * model.stat.extent)
+        znear = float(model.vis.map.znear * model.stat.extent)
         fov = float(np.radians(model.cam_fovy[camera]))
         width, height = model.cam_resolution[camera].tolist()
-        return {"type": "perspective", "perspective": {"yfov": fov, "aspectRatio": width / height, "znear": near}}
+        return {"type": "perspective", "perspective": {"yfov": fov, "aspectRatio": width / height, "znear": znear}}
 
     def _mesh(self, body: SolidBody) -> dict[str, Any]:
         return {"primitives": [self._primitive(surface) for surface in body.surfaces]}
 
     def _primitive(self, surface: MergedSurface) -> dict[str, Any]:
         shape = surface.triangles
-        look = surface.texture, surface.clear
+        key = surface.texture, surface.clear
         attributes = {
             "POSITION": self._add(shape.points.astype(np.float32), _FLOAT, "VEC3", bounds=True),
             "NORMAL": self._add(shape.normals.astype(np.float32), _FLOAT, "VEC3"),
@@ -170,15 +170,15 @@ class _Writer:
         return {
             "attributes": attributes,
             "indices": self._add(shape.corners.ravel(), _WHOLE, "SCALAR", target=_CORNERS),
-            "material": self._materials.setdefault(look, len(self._materials)),
+            "material": self._materials.setdefault(key, len(self._materials)),
             "extras": {"things": surface.things},
         }
 
     def _material(self, texture: int | None, clear: bool) -> dict[str, Any]:
-        look: dict[str, Any] = {"metallicFactor": 0.0}
+        material: dict[str, Any] = {"metallicFactor": 0.0}
         if texture is not None:
-            look["baseColorTexture"] = {"index": self._textures[texture]}
-        return {"pbrMetallicRoughness": look, **({"alphaMode": "BLEND"} if clear else {})}
+            material["baseColorTexture"] = {"index": self._textures[texture]}
+        return {"pbrMetallicRoughness": material, **({"alphaMode": "BLEND"} if clear else {})}
 
     def _add(
         self,

@@ -46,7 +46,7 @@ class _LedCourse:
     """Remaining distance of the hand from its goal [m]."""
     times: list[tuple[float, float]]
     """Start and duration of each motion [s]."""
-    asked: Sequence[HandLed] | None = None
+    requested: Sequence[HandLed] | None = None
     """The last requested motions, which are computed."""
 
 
@@ -142,7 +142,7 @@ class LedPeople:
         if name not in self._courses:
             self._courses[name] = _LedCourse([], [self._start(self._people[name])[0]], [], [])
         course = self._courses[name]
-        if course.asked is turns:
+        if course.requested is turns:
             return course
         aims = [(turn.hand, turn.to) for turn in turns]
         if (known := _shared(course.aims, aims)) < len(aims):
@@ -158,7 +158,7 @@ class LedPeople:
             for number in range(known, len(begins)):
                 course.times.append((begins[number], 0.0))
                 course.times[number] = begins[number], self._duration(name, course, number + 1)
-        course.asked = turns
+        course.requested = turns
         return course
 
     def _aimed(

@@ -14,13 +14,13 @@ FASTEST = 100.0
 
 
 @contextmanager
-def warnings_kept() -> Iterator[list[str]]:
+def collected_warnings() -> Iterator[list[str]]:
     """Yield a list that collects MuJoCo's warnings, which it otherwise prints and writes to a file."""
-    said: list[str] = []
+    messages: list[str] = []
     before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(said.append)
+    mujoco.set_mju_user_warning(messages.append)
     try:
-        yield said
+        yield messages
     finally:
         mujoco.set_mju_user_warning(before)
 
@@ -34,23 +34,23 @@ class Health:
         self._model = model
         self._speeds = np.array([start + axis for start in starts for axis in range(3)], dtype=int)
 
-    def fault(self, data: mujoco.MjData, said: list[str], *, loop: str | None) -> str | None:
+    def fault(self, data: mujoco.MjData, messages: list[str], *, loop: str | None) -> str | None:
         """Return the failure and its likely cause; None without a failure.
 
         Args:
             data: The state.
-            said: Warnings of its last steps.
+            messages: Warnings of its last steps.
             loop: Description of mechanisms that failed, which is preferred to MuJoCo's own warning.
         """
         warning, speeds = data.warning, data.qvel[self._speeds]
         if warning.number.any():
             kind = int(np.flatnonzero(warning.number)[0])
-            text = said[0] if said else mujoco.mju_warningText(kind, int(warning.lastinfo[kind]))
-            what = loop or text.partition(" Time = ")[0]
+            text = messages[0] if messages else mujoco.mju_warningText(kind, int(warning.lastinfo[kind]))
+            failure = loop or text.partition(" Time = ")[0]
         elif loop:
-            what = loop
+            failure = loop
         elif not np.isfinite(data.qpos).all() or not (np.abs(speeds) < FASTEST).all():
-            what = f"a robot moves at {np.abs(speeds).max():g} m/s"
+            failure = f"a robot moves at {np.abs(speeds).max():g} m/s"
         else:
             return None
-        return f"{what}; likely cause: {cause}" if (cause := likely_cause(self._model)) else what
+        return f"{failure}; likely cause: {cause}" if (cause := likely_cause(self._model)) else failure

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from mjsim.compile import wall_lines
 from mjsim.geometry import Array
 
-WORTH = 16
+LEAST_GEOMS = 16
 """With fewer geoms in front of a camera, drawing them is faster than this test."""
-MOST = 100
+MAX_WALLS = 100
 """Maximum number of walls tested, the nearest ones in all directions."""
 LEVEL = 0.02
 """A camera whose axes rise by more than this sees several directions along one column."""
@@ -72,52 +72,57 @@ class Hiding:
         """
         if eye[2] >= self._top or abs(ahead[2]) > LEVEL or abs(right[2]) > LEVEL:
             return
-        asked = np.flatnonzero(~unseen[self._places])
-        if len(asked) < WORTH:
+        candidates = np.flatnonzero(~unseen[self._places])
+        if len(candidates) < LEAST_GEOMS:
             return
         view = np.stack([right[:2] / np.hypot(*right[:2]), ahead[:2] / np.hypot(*ahead[:2])])
-        x, y = self._corners[0, asked] - eye[0], self._corners[1, asked] - eye[1]
-        aside, far = view[0, 0] * x + view[0, 1] * y, view[1, 0] * x + view[1, 1] * y
+        x, y = self._corners[0, candidates] - eye[0], self._corners[1, candidates] - eye[1]
+        lateral, far = view[0, 0] * x + view[0, 1] * y, view[1, 0] * x + view[1, 1] * y
         nearest = far.min(axis=1)
         before = nearest > NEAREST
-        asked, nearest = asked[before], nearest[before]
-        ways = (aside[before] / far[before]) / half_width
+        candidates, nearest = candidates[before], nearest[before]
+        columns_at = (lateral[before] / far[before]) / half_width
         # One more column on each side, against rounding.
-        first = np.clip(np.floor((ways.min(axis=1) + 1.0) * (columns / 2) - 0.5).astype(int), 0, columns - 1)
-        last = np.clip(np.ceil((ways.max(axis=1) + 1.0) * (columns / 2) - 0.5).astype(int), 0, columns - 1)
+        first = np.clip(np.floor((columns_at.min(axis=1) + 1.0) * (columns / 2) - 0.5).astype(int), 0, columns - 1)
+        last = np.clip(np.ceil((columns_at.max(axis=1) + 1.0) * (columns / 2) - 0.5).astype(int), 0, columns - 1)
         walls = np.append(self._nearness(view, eye[:2], half_width, columns), 0.0)
         least = np.minimum.reduceat(walls, np.stack([first, last + 1], axis=1).ravel())[::2] if len(first) else nearest
-        unseen[self._places[asked[least > 1.0 / nearest]]] = True
+        unseen[self._places[candidates[least > 1.0 / nearest]]] = True
 
     def _nearness(self, view: Array, eye: Array, half_width: float, columns: int) -> Array:
         """Return 1 / depth of the nearest occluding wall in each column, 0 without one, shape (columns,) [1/m]."""
         x, z, x_end, z_end = self._nearest(view, eye)
         x, z = _clipped(x, z, x_end, z_end)
         x_end, z_end = _clipped(x_end, z_end, x, z)
-        way, way_end = x / z, x_end / z_end
-        kept = (np.maximum(way, way_end) > -half_width) & (np.minimum(way, way_end) < half_width)
-        kept &= np.abs(way - way_end) > SHARED
-        way, way_end, near, near_end = way[kept], way_end[kept], 1.0 / z[kept], 1.0 / z_end[kept]
+        tangent, tangent_end = x / z, x_end / z_end
+        in_view = (np.maximum(tangent, tangent_end) > -half_width) & (np.minimum(tangent, tangent_end) < half_width)
+        in_view &= np.abs(tangent - tangent_end) > SHARED
+        tangent, tangent_end, inverse, inverse_end = (
+            tangent[in_view],
+            tangent_end[in_view],
+            1.0 / z[in_view],
+            1.0 / z_end[in_view],
+        )
         at = ((np.arange(columns) + 0.5) * (2.0 / columns) - 1.0) * half_width
         # The inverse depth of a straight wall is linear across a picture.
-        slope = (near_end - near) / (way_end - way)
+        slope = (inverse_end - inverse) / (tangent_end - tangent)
         nearness = np.outer(slope, at)
-        nearness += (near - slope * way)[:, None]
-        nearness[at < np.minimum(way, way_end)[:, None] - SHARED] = 0.0
-        nearness[at > np.maximum(way, way_end)[:, None] + SHARED] = 0.0
+        nearness += (inverse - slope * tangent)[:, None]
+        nearness[at < np.minimum(tangent, tangent_end)[:, None] - SHARED] = 0.0
+        nearness[at > np.maximum(tangent, tangent_end)[:, None] + SHARED] = 0.0
         return np.asarray(nearness.max(axis=0, initial=0.0), dtype=float)
 
     def _nearest(self, view: Array, eye: Array) -> tuple[Array, Array, Array, Array]:
         """Return the nearest walls that are not behind the eye: right and ahead coordinates of both ends [m]."""
         x, y, x_end, y_end = self._x, self._y, self._x_end, self._y_end
-        if len(x) > MOST:
+        if len(x) > MAX_WALLS:
             far = (self._middle[0] - eye[0]) ** 2 + (self._middle[1] - eye[1]) ** 2 - self._reach
-            near = np.argpartition(far, MOST)[:MOST]
-            x, y, x_end, y_end = x[near], y[near], x_end[near], y_end[near]
-        aside, far = view @ np.stack([x - eye[0], y - eye[1]])
-        aside_end, far_end = view @ np.stack([x_end - eye[0], y_end - eye[1]])
+            nearest = np.argpartition(far, MAX_WALLS)[:MAX_WALLS]
+            x, y, x_end, y_end = x[nearest], y[nearest], x_end[nearest], y_end[nearest]
+        lateral, far = view @ np.stack([x - eye[0], y - eye[1]])
+        lateral_end, far_end = view @ np.stack([x_end - eye[0], y_end - eye[1]])
         before = np.maximum(far, far_end) > NEAREST
-        return aside[before], far[before], aside_end[before], far_end[before]
+        return lateral[before], far[before], lateral_end[before], far_end[before]
 
 
 def _clipped(x: Array, z: Array, x_end: Array, z_end: Array) -> tuple[Array, Array]:

@@ -63,8 +63,8 @@ class Joints:
                 self._arrive(name, motion)
                 continue
             dt, before = self._model.opt.timestep, motion.set_point
-            wanted = before + min(max(motion.goal - before, -joint.speed * dt), joint.speed * dt)
-            motion.set_point = min(max(wanted, value - joint.lead), value + joint.lead)
+            set_point = before + min(max(motion.goal - before, -joint.speed * dt), joint.speed * dt)
+            motion.set_point = min(max(set_point, value - joint.lead), value + joint.lead)
             pull = STIFFNESS**2 * (motion.set_point - value)
             pull += 2.0 * STIFFNESS * ((motion.set_point - before) / dt - speed)
             effort = joint.inertia * pull + joint.stiffness * value

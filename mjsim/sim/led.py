@@ -52,7 +52,7 @@ class LedMechanism(MechanismAtWork):
         self._put(step)
         self._exact(step, self._data.qvel.copy())
         mujoco.mj_rnePostConstraint(self._model, self._scratch)
-        now, time = self._told(step, 0.0, 0.0), step * self._h
+        now, time = self._motion_state(step, 0.0, 0.0), step * self._h
         power = float(now.efforts @ now.speeds) + sum(force * speed for force, speed in now.pulls.values())
         self._work += (power + self._power[1]) / 2.0 * (time - self._power[0])
         self._power = time, power
@@ -78,11 +78,11 @@ class LedMechanism(MechanismAtWork):
         """Solve for all values and speeds at a step, and write them."""
         linkage, rows = self._assembly.linkage, [*self._assembly.rows, *self._leading.locks.led(step)]
         slopes = [follower.slope(step * self._h)[0] for follower in self._followers]
-        wanted = [np.zeros(self._held), np.array(slopes)]
+        rates_of_rows = [np.zeros(self._held), np.array(slopes)]
         self._now = tracked(linkage, rows, self._now, columns=range(linkage.size))
         if np.abs(residual(linkage, rows, self._now)).max(initial=0.0) > MISSED and (line := self.locked(step)):
             raise PhysicsFault(f"physics failed at {step * self._h:.2f} s: {line}")
-        speeds, _ = rates(linkage, rows, self._now, held={}, wanted=np.concatenate(wanted))
+        speeds, _ = rates(linkage, rows, self._now, held={}, targets=np.concatenate(rates_of_rows))
         self._places.write(self._data, self._assembly, self._now, speeds)
 
     @cached_property

@@ -23,7 +23,7 @@ class Locks:
 
     def led(self, step: int) -> list[Rows]:
         """Return the constraints of the motions at a step."""
-        return [_asked_of(each, each.goal(step)) for each in self._followers]
+        return [_constraint(each, each.goal(step)) for each in self._followers]
 
     def locked(self, step: int, values: Array) -> str:
         """Return how motions contradict the loops at a step, as text; '' if they do not.
@@ -37,8 +37,8 @@ class Locks:
         closed = close(self._assembly.linkage, [*self._assembly.rows, *self.led(step)], values)
         if closed.good:
             return ""
-        asked = " and ".join(self._said(each, each.goal(step)) for each in self._followers)
-        return f"{self._missed(asked, closed.values)}; change the lengths, or the signal"
+        goals = " and ".join(self._described(each, each.goal(step)) for each in self._followers)
+        return f"{self._missed(goals, closed.values)}; change the lengths, or the signal"
 
     def barred(self, joint: str, goal: float, step: int, values: Array) -> str:
         """Return how loops prevent a joint from reaching a value from its current one, as text; '' if they do not.
@@ -62,15 +62,15 @@ class Locks:
         """Return the last value of the joint's motion on the way to a goal, and what stops it, '' if nothing does."""
         column = self._assembly.names.index(joint)
         own = self.moves_most(joint, step, values)
-        others = [_asked_of(each, each.goal(step)) for each in self._followers if each is not own]
+        others = [_constraint(each, each.goal(step)) for each in self._followers if each is not own]
         rows, begin = [*self._assembly.rows, *others], float(values[column])
         if own.drive.column == column:
             begin = own.goal(step)
-        for asked in np.linspace(begin, goal, TRIED)[1:].tolist():
-            closed = close(self._assembly.linkage, [*rows, Linear({column: 1.0}, asked)], values)
+        for value in np.linspace(begin, goal, TRIED)[1:].tolist():
+            closed = close(self._assembly.linkage, [*rows, Linear({column: 1.0}, value)], values)
             if not closed.good:
                 turns = not self._assembly.slides[column]
-                shown = f"'{joint}' at {math.degrees(asked):.4g} degrees" if turns else f"'{joint}' at {asked:.4g} m"
+                shown = f"'{joint}' at {math.degrees(value):.4g} degrees" if turns else f"'{joint}' at {value:.4g} m"
                 return float(values[own.drive.column]), self._missed(shown, closed.values)
             values = closed.values
         return float(values[own.drive.column]), ""
@@ -86,24 +86,24 @@ class Locks:
         count = len(residual(found.linkage, found.rows, values))
 
         def moved(follower: Follower) -> float:
-            wanted = np.zeros(count + len(led))
-            wanted[count + self._followers.index(follower)] = 1.0
-            speeds, _ = rates(found.linkage, [*found.rows, *led], values, held={}, wanted=wanted)
+            targets = np.zeros(count + len(led))
+            targets[count + self._followers.index(follower)] = 1.0
+            speeds, _ = rates(found.linkage, [*found.rows, *led], values, held={}, targets=targets)
             return abs(float(speeds[column]))
 
         return max(own, key=moved)
 
-    def _missed(self, asked: str, values: Array) -> str:
+    def _missed(self, goals: str, values: Array) -> str:
         worst, how = self._assembly.gap(values)
-        return f"mechanism '{self._mechanism.name}' locks: with {asked} its loop at '{worst}' does not close, by {how}"
+        return f"mechanism '{self._mechanism.name}' locks: with {goals} its loop at '{worst}' does not close, by {how}"
 
-    def _said(self, follower: Follower, goal: float) -> str:
+    def _described(self, follower: Follower, goal: float) -> str:
         drive = follower.drive
         turns = drive.column >= 0 and not self._assembly.slides[drive.column]
         shown = f"{math.degrees(goal):.4g} degrees" if turns else f"{goal:.4g} m"
         return f"'{self._mechanism.actuators[drive.number].target}' at {shown}"
 
 
-def _asked_of(follower: Follower, goal: float) -> Rows:
+def _constraint(follower: Follower, goal: float) -> Rows:
     drive = follower.drive
     return Linear({drive.column: 1.0}, goal) if drive.ends is None else Apart(drive.ends, goal)

@@ -64,7 +64,7 @@ class MechanismControls:
             default=lambda: loop,
         )
         actuation = ControlActuation(self._model, self._data, part, loop=loop)
-        actuation.start(self._told(), stream(self._seed, name, f"{actuator.target}/controller"))
+        actuation.start(self._robot_info(), stream(self._seed, name, f"{actuator.target}/controller"))
         return actuation
 
     def _wanted(self, actuator: TorqueActuator | ForceActuator) -> Callable[[float], Command]:
@@ -93,7 +93,7 @@ class MechanismControls:
     def _encoders(self, joints: Sequence[str]) -> JointEncoders:
         return JointEncoders(self._model, self._data, joints)
 
-    def _told(self) -> RobotInfo:
+    def _robot_info(self) -> RobotInfo:
         """Return the description of the mechanism for a module: its pose and its name."""
         x, y = self._mechanism.at
         return RobotInfo(

@@ -94,7 +94,7 @@ def _of_reaction(model: mujoco.MjModel, mechanism: Mechanism, joint: str) -> Pro
         return Probe(
             tuple(f"{joint}.force.{axis}" for axis in XYZ), ("N",) * 3, _curve_reaction(model, mechanism, joint)
         )
-    names = tuple(f"{joint}.{what}.{axis}" for what in ("force", "torque") for axis in XYZ)
+    names = tuple(f"{joint}.{quantity}.{axis}" for quantity in ("force", "torque") for axis in XYZ)
     units = ("N",) * 3 + ("N m",) * 3
     cut = mechanism.assembly.cuts.get(joint)
     if cut is not None and not mechanism.assembly.bodies[cut[0]]:

@@ -77,7 +77,7 @@ class MechanismAtWork:
         self._closures = Closures(model, self._places.equalities)
         kinds = model.eq_type[self._places.equalities]
         self._loops = self._places.equalities[np.isin(kinds, (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD))]
-        self._most_apart = TORN * float(np.ptp(mechanism.spanned(), axis=0).max())
+        self._max_gap = TORN * float(np.ptp(mechanism.spanned(), axis=0).max())
         self._tracks = Tracks(model, mechanism)
         self._cut_values = self._assembly.start.copy()
         self._probes: tuple[Probe, ...] = probes_of(model, mechanism)
@@ -220,7 +220,7 @@ class MechanismAtWork:
         if not len(self._loops):
             return ""
         rows = np.flatnonzero(np.isin(data.efc_id[: data.ne], self._loops))
-        if np.abs(data.efc_pos[rows]).max(initial=0.0) > self._most_apart:
+        if np.abs(data.efc_pos[rows]).max(initial=0.0) > self._max_gap:
             return f"a loop of mechanism '{name}' is torn"
         if self._widest <= WIDEST_TURN:
             return ""
@@ -254,9 +254,9 @@ class MechanismAtWork:
         speeds[dofs] += self._h / 2.0 * self._scratch.qacc[dofs]
         self._exact(step, speeds)
         mujoco.mj_rnePostConstraint(self._model, self._scratch)
-        return self._told(step, *self._energy.now(self._scratch, step))
+        return self._motion_state(step, *self._energy.now(self._scratch, step))
 
-    def _told(self, step: int, work: float, lost: float) -> MechanismState:
+    def _motion_state(self, step: int, work: float, lost: float) -> MechanismState:
         """Return its state in the scratch data, with work and losses up to now [J]."""
         values, rates, accelerations = self._values()
         return MechanismState(
@@ -317,10 +317,10 @@ class MechanismAtWork:
         mujoco.mj_fwdVelocity(model, scratch)
         # Here the speeds are the current ones.
         scratch.qfrc_applied[self._places.dofs] -= self._lag
-        wanted = self._accelerations(step)
+        accelerations = self._accelerations(step)
         for row in equality_rows(scratch, self._places.equalities):
             equality = int(scratch.efc_id[row])
-            scratch.efc_aref[row] = wanted.get(equality, 0.0) - bends.get(equality, changes[row])
+            scratch.efc_aref[row] = accelerations.get(equality, 0.0) - bends.get(equality, changes[row])
             # Constraints that are soft in the physics, for stability, are rigid here.
             scratch.efc_R[row] *= UNYIELDING
             scratch.efc_D[row] = 1.0 / scratch.efc_R[row]

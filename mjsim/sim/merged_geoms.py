@@ -20,7 +20,7 @@ CROWD = 60_000
 CELLS, LEAST = 10, 0.004
 """Cells along the longest side of a simplified part of a body, and their least size [m]."""
 
-Look = tuple[int | None, bool]
+Material = tuple[int | None, bool]
 """The number of the texture on a surface, and whether the surface is transparent."""
 
 
@@ -71,7 +71,7 @@ def solid_bodies(
     """
     carriers = moving_bodies(model)
     crowd = crowded(model) if sparing else frozenset()
-    parts: dict[int, dict[Look, list[int]]] = defaultdict(lambda: defaultdict(list))
+    parts: dict[int, dict[Material, list[int]]] = defaultdict(lambda: defaultdict(list))
     for geom in np.flatnonzero(np.isin(model.geom_group, groups)).tolist():
         alpha = _color(model, geom)[3]
         if alpha > 0.0:
@@ -81,8 +81,8 @@ def solid_bodies(
             body,
             tuple(
                 surface
-                for look, geoms in parts[body].items()
-                for surface in _merged(model, data, body, look, geoms, crowd)
+                for material, geoms in parts[body].items()
+                for surface in _merged(model, data, body, material, geoms, crowd)
             ),
         )
         for body in sorted({0, *carriers.tolist()})
@@ -98,7 +98,12 @@ def crowded(model: mujoco.MjModel) -> frozenset[int]:
 
 
 def _merged(
-    model: mujoco.MjModel, data: mujoco.MjData, body: int, look: Look, geoms: Sequence[int], crowd: frozenset[int]
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    body: int,
+    material: Material,
+    geoms: Sequence[int],
+    crowd: frozenset[int],
 ) -> list[MergedSurface]:
     """Return geoms of one look as one surface in the frame of a body; none when nothing of them has a surface."""
     names, shapes, colors = [], [], []
@@ -112,7 +117,7 @@ def _merged(
             colors.append(np.tile(_color(model, geom), (len(shape.points), 1)))
     if not shapes:
         return []
-    return [MergedSurface(joined(shapes), np.concatenate(colors), *look, tuple(names))]
+    return [MergedSurface(joined(shapes), np.concatenate(colors), *material, tuple(names))]
 
 
 def _placed(shape: Triangles, model: mujoco.MjModel, data: mujoco.MjData, *, geom: int, body: int) -> Triangles:

@@ -21,7 +21,7 @@ WheelMotion = Callable[[Sequence[float], Steering], Twist]
 """Rotations of the wheels [rad], steering -> distance forward [m], distance to the left [m], turn [rad]."""
 
 
-KEPT = 1.0
+ARC_TIME = 1.0
 """Time for which a robot is assumed to stay on an arc, with its tyres creeping to the same side [s]."""
 SETTLED = 0.1
 """Time constant of the two smoothing filters of wheel speeds, before differentiation [s]."""
@@ -61,9 +61,9 @@ class SmoothedAcceleration:
         self._dt, self._gain = dt, -math.expm1(-dt / SETTLED)
         self._once, self._twice = 0.0, 0.0
 
-    def add(self, way: float) -> float:
+    def add(self, distance: float) -> float:
         """Return the acceleration after a further distance per tick [distance/s^2]."""
-        self._once += self._gain * (way / self._dt - self._once)
+        self._once += self._gain * (distance / self._dt - self._once)
         step = self._gain * (self._once - self._twice)
         self._twice += step
         return step / self._dt
@@ -110,9 +110,9 @@ class WheelOdometer:
             stream: Random stream; two numbers are drawn per tick, three for a drive that moves sideways.
         """
         self._motion, self._slip, self._sideways, self._stream = motion, slip, sideways, stream
-        self._creep = slip.outward**2 * KEPT / dt**3
+        self._creep = slip.outward**2 * ARC_TIME / dt**3
         self._changes = (SmoothedAcceleration(dt), SmoothedAcceleration(dt)) if slip.surge or slip.swing else None
-        self._lurch = slip.surge**2 * KEPT * dt, slip.swing**2 * KEPT * dt
+        self._lurch = slip.surge**2 * ARC_TIME * dt, slip.swing**2 * ARC_TIME * dt
         self._step = 2.0 * math.pi / errors.ticks if errors.ticks is not None else None
         self._uncounted = [0.0] * wheels
         self.counts = [0] * wheels
@@ -150,12 +150,12 @@ class WheelOdometer:
         chance = self._stream.standard_normal(3 if self._sideways else 2).tolist()
         distance += self._noise[0] * math.sqrt(abs(distance)) * chance[0]
         turn += self._noise[1] * math.sqrt(abs(turn)) * chance[1]
-        forward, aside = arc_end(distance, turn)
+        forward, lateral = arc_end(distance, turn)
         if self._sideways:
             left += self._noise[0] * math.sqrt(abs(left)) * chance[2]
             sideways, back = arc_end(left, turn)
-            forward, aside = forward - back, aside + sideways
-        return Odometry(forward, aside, turn, self._covariance(distance, left, turn, unsteady))
+            forward, lateral = forward - back, lateral + sideways
+        return Odometry(forward, lateral, turn, self._covariance(distance, left, turn, unsteady))
 
     def _unsteady(self, distance: float, turn: float) -> tuple[float, float]:
         """Return the variances along [m^2] and of the heading [rad^2] for slip while speeds change."""
@@ -175,22 +175,22 @@ class WheelOdometer:
             self._uncounted[wheel] = whole - counted[-1]
         return counted
 
-    def _covariance(self, distance: float, aside: float, turn: float, unsteady: tuple[float, float]) -> Array:
+    def _covariance(self, distance: float, lateral: float, turn: float, unsteady: tuple[float, float]) -> Array:
         """Return the covariance of (forward, left, turn), shape (3, 3)."""
         along, around = self._variance[0] * abs(distance), self._variance[1] * abs(turn)
         (f_d, f_t), (l_d, l_t) = arc_end_slopes(distance, turn)
-        way = abs(distance)
+        length = abs(distance)
         across = 0.0
         creep = self._creep * turn * turn
         if self._sideways:
             # The part driven sideways is the same arc, rotated by 90 degrees to the left.
-            (_, s_t), (_, b_t) = arc_end_slopes(aside, turn)
-            f_t, l_t, across = f_t - b_t, l_t + s_t, self._variance[0] * abs(aside)
-            way = math.hypot(distance, aside)
+            (_, s_t), (_, b_t) = arc_end_slopes(lateral, turn)
+            f_t, l_t, across = f_t - b_t, l_t + s_t, self._variance[0] * abs(lateral)
+            length = math.hypot(distance, lateral)
         forward = f_d * f_d * along + l_d * l_d * across + f_t * f_t * around
-        forward += self._slip.forward**2 * way + creep * aside * aside + unsteady[0]
+        forward += self._slip.forward**2 * length + creep * lateral * lateral + unsteady[0]
         left = l_d * l_d * along + f_d * f_d * across + l_t * l_t * around
-        left += self._slip.left**2 * way + creep * distance * distance
+        left += self._slip.left**2 * length + creep * distance * distance
         heading = around + self._slip.turn**2 * abs(turn) + unsteady[1]
         both = f_d * l_d * (along - across) + f_t * l_t * around
         f_around, l_around = f_t * around, l_t * around

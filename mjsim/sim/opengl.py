@@ -21,7 +21,7 @@ from mjsim.errors import OpenGLError, how_to_install
 from mjsim.gl_request import requested_backend
 from mjsim.sim import native
 from mjsim.sim.egl import Egl, EglContext
-from mjsim.sim.osmesa import PACKAGE, VERSION, OsmesaContext, package_is_there, packaged_osmesa, system_osmesa
+from mjsim.sim.osmesa import PACKAGE, VERSION, OsmesaContext, has_package, packaged_osmesa, system_osmesa
 
 APT_LINE = "sudo apt install libegl1 libgl1-mesa-dri"
 CHECKOUT = Path(__file__).resolve().parents[2]
@@ -81,7 +81,7 @@ def try_backend(name: str) -> str:
         OpenGLError: It does not work; the message contains the reason.
     """
     maker = _OPEN[name]()
-    _let_mujoco_look(name, maker)
+    _preset_mujoco(name, maker)
     return _try(maker)
 
 
@@ -91,7 +91,7 @@ def _choice() -> tuple[str, ContextMaker]:
     for name in _candidates(requested_backend()):
         try:
             maker = _OPEN[name]()
-            _let_mujoco_look(name, maker)
+            _preset_mujoco(name, maker)
         except OpenGLError as error:
             reasons.append(f"{name}: {error}")
         else:
@@ -99,14 +99,14 @@ def _choice() -> tuple[str, ContextMaker]:
     raise OpenGLError(f"no way to draw pictures ({'; '.join(reasons)}); type: {_remedy()}")
 
 
-def _candidates(asked: str) -> tuple[str, ...]:
+def _candidates(requested: str) -> tuple[str, ...]:
     """Return the backends to try for a request."""
-    if asked == "osmesa":
+    if requested == "osmesa":
         return ("osmesa", "osmesa from a package")
-    if asked in _OPEN:
-        return (asked,)
-    if asked:
-        raise OpenGLError(f"MUJOCO_GL is '{asked}'; mjsim draws with 'egl' or 'osmesa'; type: unset MUJOCO_GL")
+    if requested in _OPEN:
+        return (requested,)
+    if requested:
+        raise OpenGLError(f"MUJOCO_GL is '{requested}'; mjsim draws with 'egl' or 'osmesa'; type: unset MUJOCO_GL")
     return tuple(_OPEN)
 
 
@@ -114,7 +114,7 @@ def _remedy() -> str:
     """Return the command that makes rendering work on this machine."""
     if requested_backend():
         return "unset MUJOCO_GL"
-    if (sys.platform, platform.machine()) != ("linux", "x86_64") or package_is_there():
+    if (sys.platform, platform.machine()) != ("linux", "x86_64") or has_package():
         return APT_LINE
     setup = CHECKOUT / "scripts" / "setup"
     if setup.is_file():
@@ -161,7 +161,7 @@ def _try(maker: ContextMaker) -> str:
         context.free()
 
 
-def _let_mujoco_look(name: str, maker: ContextMaker) -> None:
+def _preset_mujoco(name: str, maker: ContextMaker) -> None:
     """Make MuJoCo look up its OpenGL functions now, in the chosen library.
 
     MuJoCo's C code selects one of several loaded libraries by MUJOCO_GL; dm_control may have loaded others.

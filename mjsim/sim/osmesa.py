@@ -29,7 +29,7 @@ def system_osmesa() -> ctypes.CDLL:
 
 def packaged_osmesa() -> ctypes.CDLL:
     """Return the OSMesa of the package lavavu-osmesa."""
-    if not package_is_there():
+    if not has_package():
         raise OpenGLError(f"the package {PACKAGE} is not installed")
     folder = Path(str(metadata.distribution(PACKAGE).locate_file("lavavu_osmesa.libs")))
     for name in NEEDED_FIRST:
@@ -37,7 +37,7 @@ def packaged_osmesa() -> ctypes.CDLL:
     return open_library(*map(str, folder.glob("libOSMesa-*")))
 
 
-def package_is_there() -> bool:
+def has_package() -> bool:
     """Return whether the package lavavu-osmesa is installed."""
     return any(metadata.distributions(name=PACKAGE))
 

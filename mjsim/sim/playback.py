@@ -69,7 +69,7 @@ class Playback(Closes):
             qpos, looks=looks_after(self._world, self._events[:past], time=math.inf if time is None else time)
         )
         if camera.endswith("/chase"):
-            bring_near(self._scene.model, self._scene.data, camera)
+            avoid_walls(self._scene.model, self._scene.data, camera)
         return self._renderer.render(self._scene.data, camera, out)
 
     def widen(self, reach: Array) -> None:
@@ -85,15 +85,15 @@ class Playback(Closes):
         self._renderer.close()
 
 
-def bring_near(model: mujoco.MjModel, data: mujoco.MjData, camera: str) -> None:
+def avoid_walls(model: mujoco.MjModel, data: mujoco.MjData, camera: str) -> None:
     """Move a camera fixed to a robot in front of objects that hide the robot, until poses are computed again."""
     index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, camera)
     if index < 0:
         return
     body = model.cam_bodyid[index]
     start = data.xpos[body] + (0.0, 0.0, ABOVE)
-    way = data.cam_xpos[index] - start
-    length = float(np.linalg.norm(way))
-    free = mujoco.mj_ray(model, data, start, way / length, SOLID, 1, body, np.empty(1, np.int32))
+    offset = data.cam_xpos[index] - start
+    length = float(np.linalg.norm(offset))
+    free = mujoco.mj_ray(model, data, start, offset / length, SOLID, 1, body, np.empty(1, np.int32))
     if 0.0 <= free < length:
-        data.cam_xpos[index] = start + way * max(free - BEFORE, 0.0) / length
+        data.cam_xpos[index] = start + offset * max(free - BEFORE, 0.0) / length

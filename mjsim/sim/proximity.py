@@ -15,7 +15,7 @@ PARTS = 6
 """Number of rays per sensor of the ring, for cones: 3.75 degrees apart."""
 CONE = 4
 """Number of rays to each side within the cone of a sensor: 30 degrees, as for ultrasonic sensors."""
-LOWEST, APART = 0.015, 0.15
+LOWEST, SPACING = 0.015, 0.15
 """Rows of these rays: height of the lowest, which hits toes, and maximum distance between rows [m]."""
 
 
@@ -31,7 +31,7 @@ class ProximityRing:
             robot: Whose ring it is.
             sought: Geoms detected anywhere in the cone of a sensor; all others are only detected by the rays.
         """
-        self._data, self._fan = data, Fan(model, data, most=RAYS)
+        self._data, self._fan = data, Fan(model, data, capacity=RAYS)
         self._base = model.body(f"{robot.name}/base").id
         angles = np.asarray(np.arange(RAYS) * (2.0 * np.pi / RAYS), dtype=float)
         self._rims, self._reach = rims(robot.body, angles), robot.proximity_range
@@ -80,13 +80,13 @@ class Cones:
         self._rays = np.stack([np.cos(angles), np.sin(angles), np.zeros(count)], axis=-1)
         self._farthest = float(np.max(self._rims)) + self._reach
         top = max(robot.body.height, LOWEST)
-        self._heights = np.linspace(LOWEST, top, 1 + math.ceil((top - LOWEST) / APART))
+        self._heights = np.linspace(LOWEST, top, 1 + math.ceil((top - LOWEST) / SPACING))
         self._cones = (PARTS * np.arange(RAYS)[:, None] + np.arange(-CONE, CONE + 1)) % count
         self._is_sought = np.zeros(model.ngeom, dtype=bool)
         self._is_sought[sought] = True
         self._parts = np.flatnonzero(self._is_sought)
         self._sizes = model.geom_rbound[self._parts]
-        self._fan = Fan(model, data, most=count)
+        self._fan = Fan(model, data, capacity=count)
 
     def ranges(self) -> Array:
         """Return the minimum distance from the rim to sought geoms in each cone, shape (16,) [m]; or +inf."""
@@ -107,6 +107,6 @@ class Cones:
         """
         self._fan.cast(start, directions, exclude=self._base, limit=self._farthest)
         geoms, distances = self._fan.geoms, self._fan.distances
-        met = (geoms >= 0) & self._is_sought[geoms] & (distances <= self._rims + self._reach)
-        free = np.where(met, np.maximum(distances - self._rims, 0.0), np.inf)
+        hit = (geoms >= 0) & self._is_sought[geoms] & (distances <= self._rims + self._reach)
+        free = np.where(hit, np.maximum(distances - self._rims, 0.0), np.inf)
         return np.asarray(free[self._cones].min(axis=1))

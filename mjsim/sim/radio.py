@@ -16,7 +16,7 @@ class RadioNet:
     def __init__(self, robots: Sequence[str], radio: Radio, *, seed: int) -> None:
         """Initialise without messages."""
         self._radio = radio
-        self._said: dict[str, tuple[str, ...]] = {}
+        self._outgoing: dict[str, tuple[str, ...]] = {}
         self._coming: dict[str, deque[tuple[int, Message]]] = {robot: deque() for robot in robots}
         self._luck = {
             (sender, receiver): stream(seed, receiver, f"radio/{sender}")
@@ -25,23 +25,23 @@ class RadioNet:
             if radio.loss and sender != receiver
         }
 
-    def say(self, robot: str, messages: Sequence[object]) -> None:
+    def queue(self, robot: str, messages: Sequence[object]) -> None:
         """Set the messages that a robot sends in this tick, replacing those set before.
 
         Raises:
             ValueError: A message cannot be sent.
         """
-        self._said[robot] = tuple(message_text(message) for message in messages)
+        self._outgoing[robot] = tuple(message_text(message) for message in messages)
 
     def send(self, tick: int, time: float, truths: Callable[[], Mapping[str, Pose]]) -> None:
         """Send the messages of a tick, at a simulated time [s], to all robots in range."""
-        said, self._said = self._said, {}
-        if not any(said.values()):
+        outgoing, self._outgoing = self._outgoing, {}
+        if not any(outgoing.values()):
             return
         places, due = truths(), tick + 1 + self._radio.delay
         # In the order of the world, regardless of which robot decided first.
         for sender in self._coming:
-            for text in said.get(sender, ()):
+            for text in outgoing.get(sender, ()):
                 message = Message(sender, time, text)
                 for receiver, coming in self._coming.items():
                     if receiver != sender and self._reaches(sender, receiver, places):

@@ -55,21 +55,21 @@ class Fan:
     asymmetric outline. In a model with such bodies rays are cast one by one.
     """
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, *, most: int, normals: bool = False) -> None:
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, *, capacity: int, normals: bool = False) -> None:
         """Keep the model and its state, which is read at each cast.
 
         Args:
             model: The compiled world.
             data: Its state.
-            most: Largest number of rays.
+            capacity: Largest number of rays.
             normals: Whether to compute surface normals.
         """
         self._model, self._data = model, data
-        self.geoms = np.full(most, -1, dtype=np.int32)
+        self.geoms = np.full(capacity, -1, dtype=np.int32)
         """Geoms hit by the last cast, -1 for none, shape (most,)."""
-        self.distances = np.empty(most)
+        self.distances = np.empty(capacity)
         """Distances of these hits, shape (most,) [m]."""
-        self.normals = np.zeros((most, 3)) if normals else None
+        self.normals = np.zeros((capacity, 3)) if normals else None
         """Surface normals of these hits, world frame, shape (most, 3)."""
         bodies = np.unique(model.geom_bodyid[SOLID[model.geom_group].astype(bool)])
         self._turned = bool((np.abs(model.body_iquat[bodies, 0]) < 1.0 - STRAIGHT).any())
@@ -99,9 +99,9 @@ class Fan:
     def _one_by_one(self, start: Array, directions: Array, exclude: int) -> None:
         for k, direction in enumerate(directions):
             normal = None if self.normals is None else self.normals[k]
-            met = self.geoms[k : k + 1]
+            geom = self.geoms[k : k + 1]
             self.distances[k] = mujoco.mj_ray(
-                self._model, self._data, start, direction, SOLID, True, exclude, met, normal
+                self._model, self._data, start, direction, SOLID, True, exclude, geom, normal
             )
 
 
@@ -109,7 +109,7 @@ class Rays:
     """A fan of rays that ignore the robot that they come from, with preallocated memory."""
 
     def __init__(
-        self, model: mujoco.MjModel, data: mujoco.MjData, robot: str, *, most: int, carrier: str = "base"
+        self, model: mujoco.MjModel, data: mujoco.MjData, robot: str, *, capacity: int, carrier: str = "base"
     ) -> None:
         """Initialise.
 
@@ -117,7 +117,7 @@ class Rays:
             model: The compiled world.
             data: Its state, read at each measurement.
             robot: Name of the robot that the rays come from.
-            most: Largest number of rays.
+            capacity: Largest number of rays.
             carrier: The body whose frame `pose` returns, below the robot's name.
         """
         self._model, self._data = model, data
@@ -128,7 +128,7 @@ class Rays:
         own = (model.body_rootid[bodies] == base) & (bodies != base) & SOLID[model.geom_group].astype(bool)
         self._own: NDArray[np.int64] = np.flatnonzero(own)
         self._groups = model.geom_group[self._own].copy()
-        self._fan = Fan(model, data, most=most, normals=True)
+        self._fan = Fan(model, data, capacity=capacity, normals=True)
 
     def pose(self) -> tuple[Array, Array]:
         """Return world_from_carrier: the origin of the carrier, shape (3,) [m], and its axes, shape (3, 3)."""
@@ -155,7 +155,7 @@ class Rays:
         distances[(geoms < 0) | (distances > limit)] = np.inf
         return distances
 
-    def met(self, count: int) -> tuple[NDArray[np.int32], Array]:
+    def geoms_and_normals(self, count: int) -> tuple[NDArray[np.int32], Array]:
         """Return the hits of the last rays: geoms, shape (count,), -1 for none, and normals, shape (count, 3)."""
         assert self._fan.normals is not None
         return self._fan.geoms[:count], self._fan.normals[:count]

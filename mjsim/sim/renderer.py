@@ -117,10 +117,10 @@ class Renderer(Closes):
             self._update(data, camera, cull=True)
             mujoco.mjr_render(self._rect, self._scene, canvas.mjr)
             mujoco.mjr_readPixels(None, inverse, self._rect, canvas.mjr)
-        near, far = self._scene.camera[0].frustum_near, self._scene.camera[0].frustum_far
+        znear, zfar = self._scene.camera[0].frustum_near, self._scene.camera[0].frustum_far
         d = inverse[::-1].astype(np.float64)
         # Inverse of the projection d = n (f - z) / (z (f - n)): 1 at the near plane, 0 at the far one.
-        return np.where(d > 0.0, near * far / (d * (far - near) + near), np.inf)
+        return np.where(d > 0.0, znear * zfar / (d * (zfar - znear) + znear), np.inf)
 
     @property
     def drawn(self) -> int:

@@ -30,7 +30,7 @@ from mjsim.sim.controls import Controls
 from mjsim.sim.odometry import STRAIGHT
 from mjsim.sim.proximity import ProximityRing
 from mjsim.sim.sensors import MAKERS, Mounting, Sensors
-from mjsim.sim.streams import kept, streams_of
+from mjsim.sim.streams import cached, streams_of
 from mjsim.world import AnySensor, BalancingDrive, Robot, World, name_of
 
 
@@ -77,7 +77,7 @@ class SimulatedRobot:
                 robot=robot,
                 gear=gear,
                 beacons=world.beacons,
-                streams=kept(streams_of(seed, robot.name, name_of(sensor))),
+                streams=cached(streams_of(seed, robot.name, name_of(sensor))),
                 canvas=canvas,
             )
 

@@ -3,34 +3,34 @@
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.sim.odometry import KEPT, SmoothedAcceleration
+from mjsim.sim.odometry import ARC_TIME, SmoothedAcceleration
 
 
-def slip_shares(told: Array, *, dt: float) -> Array:
+def slip_shares(increments: Array, *, dt: float) -> Array:
     """Return the variances of (forward, left, turn) that `WheelOdometer` adds for a slip of 1, per part.
 
     Args:
-        told: Measured distances along the arc and to the left [m], and rotations [rad] of all ticks, shape (robots,
-            ticks, 3); robots start from rest and do not move sideways.
+        increments: Measured distances along the arc and to the left [m], and rotations [rad] of all ticks, shape
+            (robots, ticks, 3); robots start from rest and do not move sideways.
         dt: Period of the loop [s].
 
     Returns:
         Shape (robots, ticks, 6, 3), parts in the order of the fields of `Slip`.
     """
-    way, turn = told[..., 0], told[..., 2]
-    shares = np.zeros((*way.shape, 6, 3))
-    shares[..., 0, 0] = shares[..., 1, 1] = np.abs(way)
+    forward, turn = increments[..., 0], increments[..., 2]
+    shares = np.zeros((*forward.shape, 6, 3))
+    shares[..., 0, 0] = shares[..., 1, 1] = np.abs(forward)
     shares[..., 2, 2] = np.abs(turn)
-    shares[..., 3, 1] = (way * turn) ** 2 * KEPT / dt**3
-    shares[..., 4, 0] = _accelerations(way, dt) ** 2 * KEPT * dt
-    shares[..., 5, 2] = _accelerations(turn, dt) ** 2 * KEPT * dt
+    shares[..., 3, 1] = (forward * turn) ** 2 * ARC_TIME / dt**3
+    shares[..., 4, 0] = _accelerations(forward, dt) ** 2 * ARC_TIME * dt
+    shares[..., 5, 2] = _accelerations(turn, dt) ** 2 * ARC_TIME * dt
     return shares
 
 
-def _accelerations(ways: Array, dt: float) -> Array:
+def _accelerations(distances: Array, dt: float) -> Array:
     """Return smoothed accelerations of drives, shape (robots, ticks)."""
     rows = []
-    for drive in ways.tolist():
+    for drive in distances.tolist():
         smoothed = SmoothedAcceleration(dt)
-        rows.append([smoothed.add(way) for way in drive])
+        rows.append([smoothed.add(distance) for distance in drive])
     return np.array(rows)

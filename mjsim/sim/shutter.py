@@ -13,9 +13,9 @@ from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.world import Camera
 
-MOST = 24
-"""Largest number of images averaged into one."""
-NEAR = 1.0
+MAX_EXPOSURES = 24
+"""Maximum number of images averaged into one."""
+DISTANCE = 1.0
 """Least distance of objects assumed for their motion in the image [m]."""
 
 V = TypeVar("V", bound=np.generic)
@@ -76,8 +76,8 @@ class Shutter:
     def _instants(self, data: mujoco.MjData) -> Array:
         """Return as many instants about the stamp as the image moves by pixels during exposure, shape (n,) [s]."""
         velocity, turn = self._velocities(data)
-        pixels = self._focal * self._window * (float(np.linalg.norm(turn)) + float(np.linalg.norm(velocity)) / NEAR)
-        count = min(max(math.ceil(pixels), 1), MOST)
+        pixels = self._focal * self._window * (float(np.linalg.norm(turn)) + float(np.linalg.norm(velocity)) / DISTANCE)
+        count = min(max(math.ceil(pixels), 1), MAX_EXPOSURES)
         return np.asarray(self._window * ((np.arange(count) + 0.5) / count - 0.5), dtype=float)
 
     def _weights(self, instants: Array) -> Array:

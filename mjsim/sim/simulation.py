@@ -26,7 +26,7 @@ from mjsim.interface import (
 from mjsim.mechanics import JointMotion, SensorReadings
 from mjsim.sim.actuation import Actuation
 from mjsim.sim.canvas import Canvas, Quality
-from mjsim.sim.health import Health, warnings_kept
+from mjsim.sim.health import Health, collected_warnings
 from mjsim.sim.led import Mechanisms
 from mjsim.sim.module_info import catalogue_of, map_of
 from mjsim.sim.radio import RadioNet
@@ -135,7 +135,7 @@ class Simulation(Closes):
         """
         self._robot(robot).command(command)
         try:
-            self._radio.say(robot, command.messages if isinstance(command, Command) else ())
+            self._radio.queue(robot, command.messages if isinstance(command, Command) else ())
         except ValueError as error:
             raise UsageError(f"robot '{robot}' sends {error}") from None
 
@@ -167,12 +167,12 @@ class Simulation(Closes):
         self._radio.send(self.tick, self.time, self.truths)
         for robot in self._robots.values():
             robot.before_step(self.tick)
-        said = self._run_physics()
+        messages = self._run_physics()
         self.tick += 1
         self._mechanisms.settle(self.tick)
         self._script.let_happen(self.time)
-        self._look()
-        self._check(said)
+        self._refresh()
+        self._check(messages)
         for robot in self._robots.values():
             robot.after_tick(self.tick)
 
@@ -358,7 +358,7 @@ class Simulation(Closes):
         self.robots: Mapping[str, RobotInfo] = MappingProxyType({n: robot.info for n, robot in self._robots.items()})
         """Data sheet of each robot, by name."""
         self._script.let_happen(0.0)
-        self._look()
+        self._refresh()
 
     def _robot(self, name: str) -> SimulatedRobot:
         if name not in self._robots:
@@ -368,7 +368,7 @@ class Simulation(Closes):
     def _happen(self, **keys: object) -> None:
         """Execute an event now, and update the state."""
         self._script.happen(event_from({"time": self.time, **keys}), self.time)
-        self._look()
+        self._refresh()
 
     def _canvas(self, quality: Quality) -> Canvas:
         """Return the canvas of all cameras of a quality; OpenGL is not used before the first picture."""
@@ -376,7 +376,7 @@ class Simulation(Closes):
             self._canvases[quality] = Canvas(self.model, quality=quality)
         return self._canvases[quality]
 
-    def _look(self) -> None:
+    def _refresh(self) -> None:
         """Update positions and contacts from the state."""
         bring_up(self.model, self.data)
         mujoco.mj_collision(self.model, self.data)
@@ -387,14 +387,14 @@ class Simulation(Closes):
         if self._actuations is None:
             found = [robot.acting() for robot in self._robots.values()]
             self._actuations = [*self._mechanisms.acting(), *self._mechanisms.controls(), *chain(*found)]
-        with warnings_kept() as said:
+        with collected_warnings() as messages:
             acting = [*self._mechanisms.held(), *self._actuations]
             self._script.run(steps, self.tick * steps, actuations=acting, after_each=self._after_each)
-        return said
+        return messages
 
-    def _check(self, said: list[str]) -> None:
+    def _check(self, messages: list[str]) -> None:
         """Raise if the state is no longer reliable."""
         known = bool(self.data.warning.number.any())
-        what = self._health.fault(self.data, said, loop=self._mechanisms.failing(self.tick, known=known))
-        if what is not None:
-            raise PhysicsFault(f"physics failed at {self.time:.2f} s: {what}")
+        failure = self._health.fault(self.data, messages, loop=self._mechanisms.failing(self.tick, known=known))
+        if failure is not None:
+            raise PhysicsFault(f"physics failed at {self.time:.2f} s: {failure}")

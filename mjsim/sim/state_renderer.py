@@ -13,7 +13,7 @@ from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.interface import CameraFrame, Picture
 from mjsim.sim.canvas import Canvas, Quality
-from mjsim.sim.playback import bring_near
+from mjsim.sim.playback import avoid_walls
 from mjsim.sim.renderer import SEEN_FROM_OUTSIDE, Renderer
 from mjsim.sim.sensors import OnboardCamera
 from mjsim.sim.static_scene import StillScene
@@ -93,7 +93,7 @@ class Onlooker(Closes):
             )
         if isinstance(view, str):
             if view.endswith("/chase"):
-                bring_near(scene.model, scene.data, view)
+                avoid_walls(scene.model, scene.data, view)
             elif view == "overview" and self._world.mechanisms:
                 self._widen(scene)
             return self._outside[key].render(scene.data, view)

@@ -10,7 +10,7 @@ from mjsim.sim.renderer import UNSEEN
 from mjsim.sim.scenery import Scenery
 from mjsim.world import Looks, World
 
-MOST_CONTACTS = 500
+MAX_CONTACTS = 500
 """Largest number of contacts returned for one state."""
 
 
@@ -29,7 +29,7 @@ class StillScene:
         self.model: mujoco.MjModel = compiled(compile_world(world))
         self.data = mujoco.MjData(self.model)
         self._scenery = Scenery(self.model, world)
-        self._first_looks = self._scenery.looks
+        self._initial_looks = self._scenery.looks
 
     def show(self, qpos: Array, *, qvel: Array | None = None, looks: Looks | None = None) -> None:
         """Set the state.
@@ -46,20 +46,20 @@ class StillScene:
             raise UsageError(f"a state of {len(qpos)} numbers cannot be drawn; this world has {self.model.nq}")
         self.data.qpos[:] = qpos
         self.data.qvel[:] = 0.0 if qvel is None else qvel
-        self._scenery.show(self._first_looks if looks is None else looks)
+        self._scenery.show(self._initial_looks if looks is None else looks)
         bring_up(self.model, self.data)
 
     def contacts(self) -> Array:
-        """Return the contacts between bodies in the current state, at most `MOST_CONTACTS`.
+        """Return the contacts between bodies in the current state, at most `MAX_CONTACTS`.
 
         Returns:
             A row of x, y, z [m], world frame, and 1 for a contact with the floor, else 0, shape (n, 4).
         """
         mujoco.mj_collision(self.model, self.data)
         contact = self.data.contact
-        met = np.flatnonzero(contact.dist <= 0.0)[:MOST_CONTACTS]
-        geoms = contact.geom[met].reshape(-1, 2)
+        touching = np.flatnonzero(contact.dist <= 0.0)[:MAX_CONTACTS]
+        geoms = contact.geom[touching].reshape(-1, 2)
         seen = (self.model.geom_group[geoms] != UNSEEN).all(axis=1)
         floor = (self.model.geom_type[geoms] == mujoco.mjtGeom.mjGEOM_PLANE).any(axis=1)
-        rows: Array = np.column_stack([contact.pos[met].reshape(-1, 3), floor])
+        rows: Array = np.column_stack([contact.pos[touching].reshape(-1, 3), floor])
         return np.asarray(rows[seen], dtype=float)

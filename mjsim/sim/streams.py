@@ -32,7 +32,7 @@ def streams_of(seed: int, robot: str, sensor: str) -> Streams:
     return lambda purpose: stream(seed, robot, f"{sensor}/{purpose}")
 
 
-def kept(streams: Streams) -> Streams:
+def cached(streams: Streams) -> Streams:
     """Return a function that returns the same stream for the same purpose, so that its sequence continues."""
     made: dict[str, Generator] = {}
 

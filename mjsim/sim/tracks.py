@@ -42,10 +42,10 @@ class TrackAtWork:
         self._along = float(assembly.start[track.column])
         self._point = model.site(f"{full}.b").id
         names = {model.tendon(number).name: number for number in range(model.ntendon)}
-        self._ways = [count for count in (0, 1) if f"{full}.{count}" in names]
-        self._sites = [model.site(f"{full}.a{count}").id for count in self._ways]
-        self._equalities = [model.equality(f"{full}.{count}").id for count in self._ways]
-        self._lever = float(model.tendon_length0[names[f"{full}.{self._ways[0]}"]])
+        self._axes = [count for count in (0, 1) if f"{full}.{count}" in names]
+        self._sites = [model.site(f"{full}.a{count}").id for count in self._axes]
+        self._equalities = [model.equality(f"{full}.{count}").id for count in self._axes]
+        self._lever = float(model.tendon_length0[names[f"{full}.{self._axes[0]}"]])
         self._slope, self._turn, self._change = (np.zeros((3, model.nv)) for _ in range(3))
 
     def aim(self, gave: Array, scratch: mujoco.MjData) -> None:
@@ -77,15 +77,18 @@ class TrackAtWork:
         self._along = self._curve.follow(inner, self._along)
         turned = body @ pose[:3, :3]
         on, slope, curl = self._curve.at(self._along)
-        here = at + body @ (pose[:3, :3] @ on + pose[:3, 3])
-        ends = [self._motion(scratch, int(model.site_bodyid[self._point]), point), self._motion(scratch, carrier, here)]
+        on_curve = at + body @ (pose[:3, :3] @ on + pose[:3, 3])
+        ends = [
+            self._motion(scratch, int(model.site_bodyid[self._point]), point),
+            self._motion(scratch, carrier, on_curve),
+        ]
         tangent, bend = turned @ slope, turned @ curl
         speed = float(tangent @ (ends[0][0] - ends[1][0])) / float(tangent @ tangent)
         turning = 2.0 * speed * cross(ends[1][2], tangent)
         gap = ends[0][1] - ends[1][1] - turning - bend * speed**2
         found, normals = {}, self._curve.across(slope)
-        for site, equality, way in zip(self._sites, self._equalities, self._ways, strict=True):
-            across = normals[way]
+        for site, equality, axis in zip(self._sites, self._equalities, self._axes, strict=True):
+            across = normals[axis]
             model.site_pos[site] = pose[:3, :3] @ (on + self._lever * across) + pose[:3, 3]
             # The length increases as the point moves away from the site.
             found[equality] = -float(turned @ across @ gap)

@@ -44,13 +44,13 @@ def triangles_of(model: mujoco.MjModel, geom: int) -> Triangles | None:
 
 def _flat(points: Array, corners: NDArray[np.uint32], places: Array | None = None) -> Triangles:
     """Return triangles without shared corners, each with its own normal; degenerate ones are dropped."""
-    spread = points[corners]
-    normals = np.cross(spread[:, 1] - spread[:, 0], spread[:, 2] - spread[:, 0])
+    triangles = points[corners]
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     area = np.linalg.norm(normals, axis=1)
-    kept = area > 0.0
-    spread, normals = spread[kept].reshape(-1, 3), (normals[kept] / area[kept, None]).repeat(3, axis=0)
-    at = np.zeros((len(spread), 2)) if places is None else places[corners][kept].reshape(-1, 2)
-    return Triangles(spread, normals, at, np.arange(len(spread), dtype=np.uint32).reshape(-1, 3))
+    nonzero = area > 0.0
+    triangles, normals = triangles[nonzero].reshape(-1, 3), (normals[nonzero] / area[nonzero, None]).repeat(3, axis=0)
+    at = np.zeros((len(triangles), 2)) if places is None else places[corners][nonzero].reshape(-1, 2)
+    return Triangles(triangles, normals, at, np.arange(len(triangles), dtype=np.uint32).reshape(-1, 3))
 
 
 def _plane(model: mujoco.MjModel, geom: int) -> Triangles:
@@ -191,10 +191,10 @@ def coarser(shape: Triangles, cell: float) -> Triangles:
     first, second, third = corners.T
     corners = corners[(first != second) & (second != third) & (third != first)]
     # Of triangles that coincide, one is enough.
-    _, kept = np.unique(np.sort(corners, axis=1), axis=0, return_index=True)
+    _, unique = np.unique(np.sort(corners, axis=1), axis=0, return_index=True)
     return Triangles(
         points / counts[:, None],
         normals / np.maximum(lengths, 1e-12),
         np.zeros((len(counts), 2)),
-        corners[np.sort(kept)].astype(np.uint32),
+        corners[np.sort(unique)].astype(np.uint32),
     )

@@ -238,8 +238,8 @@ class WorldScript:
 
         A door's position is its hinge, its heading that of its leaf. Removed objects are omitted.
         """
-        gone = self._scenery.looks.removed
-        places = {f"obstacle/{name}": self._pose(f"obstacle/{name}") for name in self._moving if name not in gone}
+        removed = self._scenery.looks.removed
+        places = {f"obstacle/{name}": self._pose(f"obstacle/{name}") for name in self._moving if name not in removed}
         doors = {f"door/{name}": leaf.pose(self._joints.value(f"door/{name}")) for name, leaf in self._doors.items()}
         return places | doors
 
@@ -316,21 +316,21 @@ class WorldScript:
         leaf = self._doors[event.open]
         joint, angle = leaf.joint(), math.radians(event.angle_deg)
         if not joint.lower - EARLY <= angle <= joint.upper + EARLY:
-            most = leaf.door.limit_deg
+            limit = leaf.door.limit_deg
             raise UsageError(
-                f"the angle is {event.angle_deg:.6g} degrees; door '{event.open}' swings to {most:.6g} at most"
+                f"the angle is {event.angle_deg:.6g} degrees; door '{event.open}' swings to {limit:.6g} at most"
             )
 
     def _check_room(self, event: MoveEvent) -> None:
         """Raise UsageError if something would be placed inside a static object, or inside something currently there."""
         message = misplaced(self._world, event)
-        if message is None and (found := self._met(event)) is not None:
-            where = f"[{event.to[0]:g}, {event.to[1]:g}]"
-            message = f"'{event.move}' is placed at {where} inside {found}; move it to a free place"
+        if message is None and (found := self._obstacle_at(event)) is not None:
+            place = f"[{event.to[0]:g}, {event.to[1]:g}]"
+            message = f"'{event.move}' is placed at {place} inside {found}; move it to a free place"
         if message is not None:
             raise UsageError(message)
 
-    def _met(self, event: MoveEvent) -> str | None:
+    def _obstacle_at(self, event: MoveEvent) -> str | None:
         """Return the moving or movable object inside which something would be placed; None if there is none."""
         model = self._model
         trial = mujoco.MjData(model)
@@ -377,9 +377,9 @@ class WorldScript:
         return Pose(x, y, _heading(self._data.xmat[index]))
 
 
-def _require(name: str, what: str, known: Iterable[str]) -> None:
+def _require(name: str, kind: str, known: Iterable[str]) -> None:
     if name not in known:
-        raise UsageError(f"no {what} '{name}' in this world{did_you_mean(name, known)}")
+        raise UsageError(f"no {kind} '{name}' in this world{did_you_mean(name, known)}")
 
 
 def _matrix(quaternion: Array) -> Array:

@@ -16,7 +16,7 @@ WIRE = {"Doubles", "Named", "Numbers", "RecordList", "Stack", "Text", "Tree"}
 WIRE |= {"answer_of", "command_tree", "doubles_of", "estimate_tree", "fast_tree", "joint_tree", "json_line"}
 WIRE |= {"observation_tree", "octave_name", "octave_names", "quoted", "robot_tree"}
 NOT_FOR_USERS = {"LONGEST_MESSAGE", "Picture", "message_text", "require_bounds", *WIRE}
-NOT_FOR_USERS |= {"LONGEST_TEXT", "MOST_CELLS", "MOST_ITEMS", "MOST_POINTS"}
+NOT_FOR_USERS |= {"LONGEST_TEXT", "MAX_CELLS", "MAX_ITEMS", "MAX_POINTS"}
 """Of the interface, but not offered by `mjsim` itself."""
 ITEMS_ONLY = {
     "KINDS",

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import mjsim
-from mjsim.algorithms.joint_path import PEAKS, JointPath, ToolPath, between, by_rate, shortest_way
+from mjsim.algorithms.joint_path import PEAKS, JointPath, ToolPath, between, by_rate, nearest_turn
 from mjsim.geometry import Pose
 from mjsim.interface import ArmInfo, Estimate, JointState, Observation, Odometry
 from mjsim.mechanics import Arm, jtraj
@@ -101,10 +101,10 @@ def test_the_shorter_way_round_is_taken_where_limits_let_it():
     arm = Arm.from_dh([{"a": 1}, {"a": 1, "range_deg": [-200, 200]}, {"slide": True, "range": [0, 9]}])
     start, goal = np.radians([170.0, 170.0, 0.0]), np.radians([-170.0, -170.0, 0.0])
     start[2], goal[2] = 1.0, 8.0
-    np.testing.assert_allclose(np.degrees(shortest_way(start, goal, told(arm))[:2]), [190.0, 190.0])
-    assert shortest_way(start, goal, told(arm))[2] == 8.0
+    np.testing.assert_allclose(np.degrees(nearest_turn(start, goal, told(arm))[:2]), [190.0, 190.0])
+    assert nearest_turn(start, goal, told(arm))[2] == 8.0
     narrow = Arm.from_dh([{"a": 1, "range_deg": [-180, 180]}])
-    np.testing.assert_allclose(np.degrees(shortest_way(start[:1], goal[:1], told(narrow))), [-170.0])
+    np.testing.assert_allclose(np.degrees(nearest_turn(start[:1], goal[:1], told(narrow))), [-170.0])
 
 
 def test_a_path_waits_and_goes_back_and_forth():

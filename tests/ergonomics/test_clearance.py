@@ -36,6 +36,6 @@ def test_thighs_go_through_a_desk_that_hangs_too_low():
     model = compile_world(world).compile()
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    found = collisions(clearances(model, data, "anna", most=1), world.people[0])
+    found = collisions(clearances(model, data, "anna", count=1), world.people[0])
     assert {"left_thigh", "right_thigh"} <= {each.segment for each in found}
     assert all(each.thing == "desk" and each.distance < -0.1 for each in found if each.segment.endswith("thigh"))

@@ -15,7 +15,7 @@ import pytest
 import mjsim
 from mjsim.cli import main
 from mjsim.modules import check_modules, foreign_code, make_module, user_files
-from mjsim.modules.foreign import ON_STANDARD, Ended, Process, Said
+from mjsim.modules.foreign import ON_STANDARD, Ended, Process, ShownOutput
 from mjsim.world import Source, Use, parse_world, with_settings
 from tests.modules.processes import gone, left_running
 from tests.python_script import HEAD
@@ -393,7 +393,9 @@ class Preempted(Process):
 
 
 def test_an_answer_that_comes_with_the_end_of_a_program_counts(tmp_path):
-    with Preempted(["sh", "-c", "sleep 0.2; echo done"], tmp_path, shell=ON_STANDARD, said=Said("x")) as program:
-        assert program.ask(b"{}\n", lambda got: got.find(b"\n") + 1, patience=20) == b"done\n"
+    with Preempted(
+        ["sh", "-c", "sleep 0.2; echo done"], tmp_path, shell=ON_STANDARD, output=ShownOutput("x")
+    ) as program:
+        assert program.exchange(b"{}\n", lambda got: got.find(b"\n") + 1, patience=20) == b"done\n"
         with pytest.raises(Ended, match="ended with exit code 0 before it answered"):
-            program.ask(b"{}\n", lambda got: got.find(b"\n") + 1, patience=20)
+            program.exchange(b"{}\n", lambda got: got.find(b"\n") + 1, patience=20)

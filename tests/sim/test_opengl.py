@@ -10,7 +10,7 @@ from mjsim.errors import OpenGLError, how_to_install
 from mjsim.gl_request import hide_request_from_mujoco, requested_backend
 from mjsim.sim import BACKENDS, choose_backend, make_context
 from mjsim.sim.opengl import APT_LINE, CHECKOUT
-from mjsim.sim.osmesa import package_is_there, system_osmesa
+from mjsim.sim.osmesa import has_package, system_osmesa
 
 DRAW_A_RED_WALL = """
 from mjsim.errors import OpenGLError
@@ -75,7 +75,7 @@ def test_this_process_has_one_backend_whose_contexts_come_and_go():
 def test_each_backend_that_is_here_draws_a_red_wall_red(backend):
     if backend == "osmesa" and not has_system_osmesa():
         pytest.skip("this system has no OSMesa")
-    if backend == "osmesa from a package" and not package_is_there():
+    if backend == "osmesa from a package" and not has_package():
         pytest.skip("set-up installs the package only where nothing else draws")
     if backend == "egl" and choose_backend() != "egl":
         pytest.skip("this system has no EGL")
@@ -98,7 +98,7 @@ def test_an_egl_without_drivers_is_passed_over_unless_it_is_wished_for():
     assert wished.stderr.startswith("no way to draw pictures (egl: ")
     assert wished.stderr.endswith("; type: unset MUJOCO_GL\n")
     free = in_a_process(**NO_VENDOR)
-    if has_system_osmesa() or package_is_there():
+    if has_system_osmesa() or has_package():
         assert free.stdout.startswith("osmesa")
     else:
         assert free.stderr.startswith("no way to draw pictures (egl: ")
@@ -107,7 +107,7 @@ def test_an_egl_without_drivers_is_passed_over_unless_it_is_wished_for():
 
 @pytest.mark.slow
 def test_who_installed_a_wheel_is_advised_what_works_there(tmp_path):
-    if has_system_osmesa() or package_is_there():
+    if has_system_osmesa() or has_package():
         pytest.skip("something else than EGL draws here")
     shutil.copytree(CHECKOUT / "mjsim", tmp_path / "mjsim", ignore=shutil.ignore_patterns("page", "__pycache__"))
     advised = in_a_process(tmp_path, PYTHONPATH=str(tmp_path), **NO_VENDOR).stderr

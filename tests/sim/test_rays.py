@@ -27,7 +27,7 @@ def test_a_fan_meets_what_each_of_its_rays_meets(robot):
     mujoco.mj_forward(model, data)
     angles, rng, found = np.linspace(-np.pi, np.pi, 180, endpoint=False), np.random.default_rng(0), set()
     rays = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=-1)
-    fan, one = Fan(model, data, most=180), np.zeros(1, np.int32)
+    fan, one = Fan(model, data, capacity=180), np.zeros(1, np.int32)
     for _ in range(20):
         start = np.array([*rng.uniform(-1.5, 1.5, 2), rng.uniform(0.1, 1.2)])
         fan.cast(start, rays, exclude=-1, limit=30.0)

@@ -2,7 +2,7 @@ from .answers import Answer as Answer
 from .keys import beside as beside
 from .keys import files_in as files_in
 from .keys import folder_of as folder_of
-from .keys import key_doubts as key_doubts
+from .keys import key_defects as key_defects
 from .keys import options_of as options_of
 from .keys import paths_of as paths_of
 from .keys import patience_of as patience_of
@@ -10,7 +10,7 @@ from .keys import read_files as read_files
 from .keys import require_sound as require_sound
 from .module import Engine as Engine
 from .module import ForeignModule as ForeignModule
-from .output import Said as Said
+from .output import ShownOutput as ShownOutput
 from .process import ON_3_AND_4 as ON_3_AND_4
 from .process import ON_STANDARD as ON_STANDARD
 from .process import Ended as Ended

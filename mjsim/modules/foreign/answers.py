@@ -168,23 +168,23 @@ class _Taker:
         return np.ascontiguousarray(items)
 
     def _array(self, name: str) -> Array:
-        value, what = self.get(name), self._called(name)
+        value, label = self.get(name), self._called(name)
         if value is None:
-            raise Unfit(f"returned no {what}")
+            raise Unfit(f"returned no {label}")
         if isinstance(value, str):
             if value.endswith(NO_STRUCT):
                 raise Unfit(f"returned {self._of} that is {value.removesuffix(NO_STRUCT)}; it must be a struct")
-            raise Unfit(f"returned {what} that is {value}; it must hold real numbers")
+            raise Unfit(f"returned {label} that is {value}; it must hold real numbers")
         try:
             made = np.asarray(value)
             numbers = np.asarray(made, dtype=float)
         except (TypeError, ValueError):
-            raise Unfit(f"returned {what} that holds something other than numbers, or rows that differ") from None
+            raise Unfit(f"returned {label} that holds something other than numbers, or rows that differ") from None
         except OverflowError:
-            raise Unfit(f"returned {what} that holds a number beyond 1e308") from None
+            raise Unfit(f"returned {label} that holds a number beyond 1e308") from None
         if made.dtype.kind in "US":
             # NumPy reads numbers in texts; the schema of programs does not know them.
-            raise Unfit(f"returned {what} that holds text; write numbers without quotes")
+            raise Unfit(f"returned {label} that holds text; write numbers without quotes")
         return numbers
 
     def _called(self, name: str) -> str:
@@ -195,16 +195,16 @@ class _Taker:
         return Unfit(f"returned {self._called(name)} of {sides}; it must be {right}")
 
 
-def _names(ids: Array, count: int, numbers: Numbers, what: str, *, twice: bool = False) -> list[str | int]:
+def _names(ids: Array, count: int, numbers: Numbers, label: str, *, twice: bool = False) -> list[str | int]:
     """Return the names of landmarks: of the beacon, or its number, or else the index."""
     if not len(ids):
         return list(range(1, count + 1))
     if len(ids) != count:
-        raise Unfit(f"returned {count} {what} with {len(ids)} ids; each needs one, 0 for one without a name")
+        raise Unfit(f"returned {count} {label} with {len(ids)} ids; each needs one, 0 for one without a name")
     names = [_name(number, numbers, otherwise=True) or place for place, number in enumerate(ids.tolist(), start=1)]
     if not twice and len(set(names)) < count:
         again = next(name for name in names if names.count(name) > 1)
-        raise Unfit(f"returned two {what} called {again!r}; each id stands for one")
+        raise Unfit(f"returned two {label} called {again!r}; each id stands for one")
     return names
 
 

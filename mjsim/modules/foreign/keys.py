@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from mjsim.errors import UsageError, did_you_mean
-from mjsim.modules.hosts import Doubt
+from mjsim.modules.hosts import Defect
 from mjsim.world import Source, Use
 
 PATIENCE = 10.0
@@ -59,34 +59,34 @@ def beside(name: str, source: Source, *, folder: bool = False) -> Path:
     home = folder_of(source)
     try:
         path = (home / name).resolve()
-        there = path.is_dir() if folder else path.is_file()
+        exists = path.is_dir() if folder else path.is_file()
     except (OSError, RuntimeError, ValueError):
-        path, there = home, False
+        path, exists = home, False
     if not path.is_relative_to(home):
         raise ValueError(f"path '{name}' leaves the folder of the world; keep it beside the world file")
-    if not there:
+    if not exists:
         kind = "folder" if folder else "file"
-        near = [item.name for item in home.iterdir() if item.is_dir() == folder] if home.is_dir() else []
-        raise ValueError(f"no {kind} '{name}' beside the world file{did_you_mean(name, near)}")
+        candidates = [item.name for item in home.iterdir() if item.is_dir() == folder] if home.is_dir() else []
+        raise ValueError(f"no {kind} '{name}' beside the world file{did_you_mean(name, candidates)}")
     return path
 
 
-def key_doubts(use: Use, role: str, source: Source) -> Iterator[Doubt]:
+def key_defects(use: Use, role: str, source: Source) -> Iterator[Defect]:
     """Yield problems of the keys, and of a role that is only possible in Python."""
     for key, read in (("patience", lambda: patience_of(use)), ("paths", lambda: paths_of(use, source))):
         try:
             read()
         except ValueError as error:
-            yield Doubt(str(error), key)
+            yield Defect(str(error), key)
     if role == "drive":
-        yield Doubt("a drive is a class in Python; write 'file.py:Class'")
+        yield Defect("a drive is a class in Python; write 'file.py:Class'")
 
 
-def require_sound(doubts: Iterator[Doubt]) -> None:
+def require_sound(defects: Iterator[Defect]) -> None:
     """Check that everything exists; raises UsageError otherwise."""
-    for doubt in doubts:
-        if doubt.missing:
-            raise UsageError(doubt.message)
+    for defect in defects:
+        if defect.missing:
+            raise UsageError(defect.message)
 
 
 def read_files(paths: Sequence[Path], source: Source) -> dict[str, bytes]:

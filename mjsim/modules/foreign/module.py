@@ -44,7 +44,7 @@ class Engine(ABC):
         """Start the process; return whether it wants pictures."""
 
     @abstractmethod
-    def ask(self, method: str, given: Mapping[str, Tree]) -> Answer:
+    def call(self, method: str, given: Mapping[str, Tree]) -> Answer:
         """Return the answer of the process."""
 
     @abstractmethod
@@ -82,22 +82,22 @@ class ForeignModule(Hosted):
         self._arms = {field: name for name, field in fields.items()}
         tree = robot_tree(robot, self._catalogue, self._map, pictures=self._role == "observer")
         part = {"part": parts[0]} if self._role == "controller" else {}
-        told = {**tree, **part, "role": self._role, "options": self._options}
-        self._pictures = self._begin(told, rng)
+        sheet = {**tree, **part, "role": self._role, "options": self._options}
+        self._pictures = self._begin(sheet, rng)
 
     def observe(self, seen: Observation) -> Sequence[Sighting]:
         """Return the sightings of an observer."""
-        answer = self._ask("observe", obs=self._seen(seen))
+        answer = self._call("observe", obs=self._seen(seen))
         return sightings_of(answer, self._numbers, seen, counts_last=self._engine.counts_last)
 
     def update(self, seen: Observation) -> Estimate:
         """Return the estimate of an estimator."""
-        answer = self._ask("update", obs=self._seen(seen))
+        answer = self._call("update", obs=self._seen(seen))
         return estimate_of(answer, self._numbers, counts_last=self._engine.counts_last)
 
     def command(self, seen: Observation, belief: Estimate) -> Command | WheelCommand:
         """Return the command of a navigator."""
-        answer = self._ask("command", obs=self._seen(seen), est=estimate_tree(belief, self._numbers))
+        answer = self._call("command", obs=self._seen(seen), est=estimate_tree(belief, self._numbers))
         self._shown = shown_of(answer.get("show"), "cmd")
         return command_of(answer, self._arms, counts_last=self._engine.counts_last)
 
@@ -107,14 +107,14 @@ class ForeignModule(Hosted):
 
     def adjust(self, command: Command, seen: Observation) -> Command | WheelCommand:
         """Return the command changed by an avoidance."""
-        answer = self._ask("adjust", cmd=command_tree(command), obs=self._seen(seen))
+        answer = self._call("adjust", cmd=command_tree(command), obs=self._seen(seen))
         safe = command_of(answer, self._arms, counts_last=self._engine.counts_last)
         # An avoidance need not handle arms.
         return replace(safe, joints=command.joints) if isinstance(safe, Command) and not safe.joints else safe
 
     def torques(self, sensed: FastReading, wanted: Command) -> Sequence[float]:
         """Return the torques of a controller."""
-        answer = self._ask("torques", fast=fast_tree(sensed), wanted=command_tree(wanted))
+        answer = self._call("torques", fast=fast_tree(sensed), wanted=command_tree(wanted))
         return torques_of(answer, counts_last=self._engine.counts_last)
 
     def close(self) -> None:
@@ -124,15 +124,15 @@ class ForeignModule(Hosted):
     def _seen(self, seen: Observation) -> Tree:
         return observation_tree(seen, self._numbers, pictures=self._pictures)
 
-    def _begin(self, told: Mapping[str, Tree], rng: Generator) -> bool:
+    def _begin(self, sheet: Mapping[str, Tree], rng: Generator) -> bool:
         try:
-            return self._engine.start(told, rng, FIELDS[self._role])
+            return self._engine.start(sheet, rng, FIELDS[self._role])
         except Ended as ended:
             raise self._failed(ended) from ended
 
-    def _ask(self, method: str, **given: Tree) -> Answer:
+    def _call(self, method: str, **given: Tree) -> Answer:
         try:
-            return self._engine.ask(method, given)
+            return self._engine.call(method, given)
         except Ended as ended:
             raise self._failed(ended) from ended
 

@@ -9,7 +9,7 @@ LONGEST_LINE = 300
 """Maximum length of a line [characters]."""
 
 
-class Said:
+class ShownOutput:
     """Shows the first lines that a process prints on the terminal."""
 
     def __init__(self, who: str) -> None:

@@ -11,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from mjsim.closing import Closes
-from mjsim.modules.foreign.output import Said
+from mjsim.modules.foreign.output import ShownOutput
 
 GRACE = 0.5
 """Time for a process to end by itself after the last request [s]."""
@@ -19,7 +19,7 @@ MOST_BYTES = 1 << 28
 """Maximum size of one answer."""
 _PIPE = 1 << 20
 """Capacity of a pipe, if the system allows it [bytes]; enough for a picture."""
-_LOOK = 0.05
+_POLL = 0.05
 """Interval for checking a process that does not answer [s]."""
 _MARK = "MJSIM_MODULE"
 """Environment variable by which children are found that left the process group."""
@@ -46,7 +46,13 @@ class Process(Closes):
     """A process in its own process group; one request at a time."""
 
     def __init__(
-        self, command: Sequence[str], folder: Path, *, shell: str, said: Said, more: Mapping[str, str] | None = None
+        self,
+        command: Sequence[str],
+        folder: Path,
+        *,
+        shell: str,
+        output: ShownOutput,
+        more: Mapping[str, str] | None = None,
     ) -> None:
         """Start a process.
 
@@ -54,7 +60,7 @@ class Process(Closes):
             command: Program and arguments.
             folder: Its working directory.
             shell: `ON_STANDARD` or `ON_3_AND_4`.
-            said: Called with its output.
+            output: Called with its output.
             more: Additional environment variables.
 
         Raises:
@@ -77,7 +83,7 @@ class Process(Closes):
         finally:
             for fd in (*theirs, *copies):
                 os.close(fd)
-        self._said, self._rest, self._open = said, bytearray(), True
+        self._output, self._rest, self._open = output, bytearray(), True
         for fd in self._ours:
             os.set_blocking(fd, False)
         for fd in self._ours[:2]:
@@ -87,7 +93,7 @@ class Process(Closes):
         self._poll.register(self._answer, select.POLLIN)
         self._poll.register(self._log, select.POLLIN)
 
-    def ask(self, request: bytes, ends: Callable[[bytearray], int], *, patience: float) -> bytes:
+    def exchange(self, request: bytes, ends: Callable[[bytearray], int], *, patience: float) -> bytes:
         """Send a request and return the answer.
 
         Args:
@@ -124,13 +130,13 @@ class Process(Closes):
         """Wait for the next data, or for the end of the process."""
         if writes:
             self._poll.register(self._request, select.POLLOUT)
-        came = self._take(min(_LOOK, deadline - time.monotonic()))
+        came = self._take(min(_POLL, deadline - time.monotonic()))
         if writes:
             self._poll.unregister(self._request)
         if len(self._rest) > MOST_BYTES:
             self._stop(f"answered more than {MOST_BYTES >> 20} MB")
         # What it wrote between the last check and its end is still in the pipe.
-        if not came and self._is_gone() and not self._take(0.0):
+        if not came and self._has_ended() and not self._take(0.0):
             self._stop(self._end())
         if time.monotonic() >= deadline:
             self._stop(f"did not answer within {patience:g} s and was ended")
@@ -146,7 +152,7 @@ class Process(Closes):
             if not got:
                 self._poll.unregister(fd)  # Nothing more will come.
             elif fd == self._log:
-                self._said.take(got)
+                self._output.take(got)
             else:
                 self._rest += got
                 came = True
@@ -158,24 +164,24 @@ class Process(Closes):
         except BlockingIOError:
             return b""
 
-    def _is_gone(self) -> bool:
+    def _has_ended(self) -> bool:
         found = os.waitid(os.P_PID, self._pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)
         return found is not None
 
     def _end(self) -> str:
         """Return how a process ended by itself."""
-        self._said.take(self._read(self._log))
+        self._output.take(self._read(self._log))
         found = os.waitid(os.P_PID, self._pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)
         if found is not None and found.si_code != os.CLD_EXITED:
             how = f"was ended by {signal.Signals(found.si_status).name}"
         else:
             how = f"ended with exit code {0 if found is None else found.si_status}"
-        last = self._said.last()
+        last = self._output.last()
         return f"{how} before it answered{f': {last}' if last else ''}"
 
-    def _stop(self, what: str) -> None:
+    def _stop(self, problem: str) -> None:
         self._kill()
-        raise Ended(what)
+        raise Ended(problem)
 
     def close(self) -> None:
         """Wait briefly for it to end by itself; then kill it with all its children."""
@@ -183,7 +189,7 @@ class Process(Closes):
             os.close(self._request)
             self._ours = self._ours[1:]
             until = time.monotonic() + GRACE
-            while not self._is_gone() and time.monotonic() < until:
+            while not self._has_ended() and time.monotonic() < until:
                 self._take(0.005)
             self._kill()
 
@@ -195,8 +201,8 @@ class Process(Closes):
                 os.killpg(self._pid, signal.SIGKILL)
             os.waitpid(self._pid, 0)
             _kill_marked(self._mark)
-            self._said.take(self._read(self._log))
-            self._said.close()
+            self._output.take(self._read(self._log))
+            self._output.close()
             for fd in self._ours:
                 os.close(fd)
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from mjsim.errors import did_you_mean
 from mjsim.geometry import Pose
-from mjsim.interface import MOST_ITEMS, Shown, ShownGrid, ShownLines, ShownPoints, ShownText
+from mjsim.interface import MAX_ITEMS, Shown, ShownGrid, ShownLines, ShownPoints, ShownText
 from mjsim.modules.covariances import Unfit
 
 _HEAD = ("name", "frame", "color")
@@ -28,27 +28,27 @@ def shown_of(answer: Any, of: str = "est") -> tuple[Shown, ...]:
         of: Name of the enclosing value in the language.
     """
     items = [] if answer is None else answer if isinstance(answer, list) else [answer]
-    if len(items) > MOST_ITEMS:
-        raise Unfit(f"returned a show of {len(items)} items; there must be at most {MOST_ITEMS}")
+    if len(items) > MAX_ITEMS:
+        raise Unfit(f"returned a show of {len(items)} items; there must be at most {MAX_ITEMS}")
     return tuple(_item(item, number, of) for number, item in enumerate(items, start=1))
 
 
 def _item(item: Any, number: int, of: str) -> Shown:
-    where = f"item {number} of {of}.show"
+    label = f"item {number} of {of}.show"
     if not isinstance(item, Mapping):
-        raise Unfit(f"returned {where} that is not an object; it must have points, lines, grid or text")
+        raise Unfit(f"returned {label} that is not an object; it must have points, lines, grid or text")
     kinds = [kind for kind in _KEYS if kind in item]
     if len(kinds) != 1:
-        raise Unfit(f"returned {where} with {' and '.join(kinds) or 'none'} of {', '.join(_KEYS)}; it must have one")
+        raise Unfit(f"returned {label} with {' and '.join(kinds) or 'none'} of {', '.join(_KEYS)}; it must have one")
     known = (kinds[0], *_HEAD, *_KEYS[kinds[0]])
     for key in item:
         if key not in known:
-            raise Unfit(f"returned {where} with the key '{key}'{did_you_mean(key, known)}")
+            raise Unfit(f"returned {label} with the key '{key}'{did_you_mean(key, known)}")
     try:
         return _made(kinds[0], {"name": kinds[0], **item})
     except (KeyError, TypeError, ValueError) as error:
-        what = f"lacks the key {error}" if isinstance(error, KeyError) else str(error)
-        raise Unfit(f"returned {where} which is not right: {what}") from None
+        problem = f"lacks the key {error}" if isinstance(error, KeyError) else str(error)
+        raise Unfit(f"returned {label} which is not right: {problem}") from None
 
 
 def _made(kind: str, item: Mapping[str, Any]) -> Shown:

@@ -9,7 +9,7 @@ from numpy.random import Generator
 
 from mjsim.errors import one_line
 from mjsim.interface import Tree, answer_of, doubles_of, quoted
-from mjsim.modules.foreign import ON_3_AND_4, Answer, Ended, Engine, Process, Said, Workplace
+from mjsim.modules.foreign import ON_3_AND_4, Answer, Ended, Engine, Process, ShownOutput, Workplace
 from mjsim.modules.hosts import Failed
 from mjsim.modules.octave.text import read_function
 
@@ -62,12 +62,12 @@ class OctaveEngine(Engine):
         self._function = read_function(self._folder / self._file)
         self._layouts, self._fields = {}, fields
         words = [self._octave, *FLAGS, "--eval", self._begin()]
-        self._process = Process(words, self._folder, shell=ON_3_AND_4, said=Said(self._who), more=ONE_THREAD)
+        self._process = Process(words, self._folder, shell=ON_3_AND_4, output=ShownOutput(self._who), more=ONE_THREAD)
         seeds = rng.integers(2**32, size=(_SEEDS, 5)).astype(float)
         self._send(1, {"robot": robot, "fields": list(fields), "seeds": seeds})
         return _names_pictures(self._folder, [self._file.parent, *self._paths])
 
-    def ask(self, method: str, given: Mapping[str, Tree]) -> Answer:
+    def call(self, method: str, given: Mapping[str, Tree]) -> Answer:
         """Return the function's answer."""
         return answer_of(self._send(2, given), self._fields)
 
@@ -92,12 +92,12 @@ class OctaveEngine(Engine):
             raise Failed("is asked after its run has ended; start another run")
         try:
             patience = max(self._patience, STARTING) if kind == 1 else self._patience
-            answer = self._process.ask(self._request(kind, tree), _whole, patience=patience)
+            answer = self._process.exchange(self._request(kind, tree), _whole, patience=patience)
         except Ended as ended:
             raise Failed(f"{ended}{self._blame(str(ended))}") from ended
         if np.frombuffer(answer[8:16])[0] == 1.0:
             text = bytes(np.frombuffer(answer[16:]).astype(np.uint8)).decode(errors="replace")
-            raise Failed(self._said(text))
+            raise Failed(self._error_text(text))
         return answer[16:]
 
     def _request(self, kind: int, tree: Tree) -> bytes:
@@ -116,19 +116,19 @@ class OctaveEngine(Engine):
         counts = (kind, self._layouts[made.code], len(code), len(ends), len(numbers), len(pictures))
         return b"".join((np.array(counts, dtype=float).tobytes(), code, ends.tobytes(), numbers.tobytes(), pictures))
 
-    def _said(self, text: str) -> str:
+    def _error_text(self, text: str) -> str:
         """Return the text of an error, with its location in the user's files."""
         message, _, frames = text.partition("\n\x01")
         if parse := _PARSE.match(message):
-            line, file, what, near = parse.groups()
-            near = f" near '{one_line(near)[:60]}'" if near else ""
-            where = f"{Path(file).name}:{line}" if file else self._function.place
-            return f"raised a parse error: {one_line(what)}{near} ({where})"
-        said = _COLUMN.sub("", one_line(message))
-        said = said if len(said) <= LONGEST_TEXT else f"{said[:LONGEST_TEXT]}..."
-        return f"raised an error: {said}{self._where(frames.splitlines())}"
+            line, file, description, context = parse.groups()
+            context = f" near '{one_line(context)[:60]}'" if context else ""
+            place = f"{Path(file).name}:{line}" if file else self._function.place
+            return f"raised a parse error: {one_line(description)}{context} ({place})"
+        shortened = _COLUMN.sub("", one_line(message))
+        shortened = shortened if len(shortened) <= LONGEST_TEXT else f"{shortened[:LONGEST_TEXT]}..."
+        return f"raised an error: {shortened}{self._frame_place(frames.splitlines())}"
 
-    def _where(self, frames: Sequence[str]) -> str:
+    def _frame_place(self, frames: Sequence[str]) -> str:
         """Return the innermost frame in a file of the user's; if there is none, that of the function."""
         for frame in frames:
             line, _, rest = frame.partition("\t")

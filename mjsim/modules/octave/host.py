@@ -8,14 +8,14 @@ from typing import Any
 from mjsim.modules.foreign import (
     beside,
     folder_of,
-    key_doubts,
+    key_defects,
     options_of,
     paths_of,
     patience_of,
     read_files,
     require_sound,
 )
-from mjsim.modules.hosts import Doubt, Host, Key, Offer, Provenance
+from mjsim.modules.hosts import Defect, Host, Key, Offer, Provenance
 from mjsim.modules.octave.installed import find_octave
 from mjsim.modules.octave.text import MOST_BYTES, FunctionFile, is_name, read_function
 from mjsim.world import Source, Use
@@ -52,24 +52,24 @@ class OctaveHost(Host):
         """Return whether a file is a function, or compiled."""
         return file.endswith(_CODE)
 
-    def doubts(self, use: Use, role: str, source: Source) -> Iterator[Doubt]:
+    def defects(self, use: Use, role: str, source: Source) -> Iterator[Defect]:
         """Yield what does not exist, and why the function does not fit its role."""
-        yield from key_doubts(use, role, source)
+        yield from key_defects(use, role, source)
         try:
             path = beside(use.use, source)
         except ValueError as error:
-            yield Doubt(str(error))
+            yield Defect(str(error))
             return
         if not is_name(path.stem):
-            yield Doubt(f"'{path.stem}' cannot be the name of a function; a name has letters, digits and '_'")
+            yield Defect(f"'{path.stem}' cannot be the name of a function; a name has letters, digits and '_'")
             return
         try:
             found = read_function(path)
         except ValueError as error:
-            yield Doubt(str(error), missing=False)
+            yield Defect(str(error), missing=False)
             return
-        if role in HEADS and (what := _misfit(found, role)):
-            yield Doubt(what, missing=False)
+        if role in HEADS and (problem := _misfit(found, role)):
+            yield Defect(problem, missing=False)
 
     def files(self, uses: Sequence[Use], source: Source) -> Mapping[str, bytes]:
         """Return the functions beside those named and in their `paths`, and the data files named in their text."""
@@ -102,7 +102,7 @@ class OctaveHost(Host):
         from mjsim.modules.foreign import ForeignModule, Workplace
         from mjsim.modules.octave.engine import OctaveEngine
 
-        require_sound(self.doubts(use, role, source))
+        require_sound(self.defects(use, role, source))
         octave = find_octave()
         home, path = folder_of(source), beside(use.use, source)
         file, paths = path.relative_to(home), [folder.relative_to(home) for folder in paths_of(use, source)]
@@ -139,9 +139,9 @@ def _a(role: str) -> str:
     return f"an {role}" if role[0] in "aeiou" else f"a {role}"
 
 
-def _counted(names: Sequence[str], what: str) -> str:
+def _counted(names: Sequence[str], noun: str) -> str:
     listed = f" ({', '.join(names)})" if names else ""
-    return f"{len(names)} {what}{'' if len(names) == 1 else 's'}{listed}"
+    return f"{len(names)} {noun}{'' if len(names) == 1 else 's'}{listed}"
 
 
 def _role_of(path: Path) -> str | None:

@@ -88,24 +88,24 @@ def code_lines(text: str) -> list[str]:
 
 def _without_comment(line: str) -> str:
     """Return a line without its comment, and with empty strings; a `'` after a value transposes."""
-    kept, quote, before = [], "", ""
+    code, quote, before = [], "", ""
     for at, sign in enumerate(line):
         if quote:
             if sign == quote:
                 quote = ""
-                kept.append(sign)
+                code.append(sign)
         elif sign in "%#":
             break
         elif line.startswith("...", at):
-            kept.append("...")
+            code.append("...")
             break
         elif sign == '"' or (sign == "'" and not (before.isalnum() or before in ("_", ")", "]", "}", ".", "'"))):
             quote = sign
-            kept.append(sign)
+            code.append(sign)
         else:
-            kept.append(sign)
+            code.append(sign)
         before = sign
-    return "".join(kept)
+    return "".join(code)
 
 
 def _continued(lines: Sequence[str], number: int) -> str:

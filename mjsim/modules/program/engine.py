@@ -11,13 +11,13 @@ from numpy.random import Generator
 
 from mjsim.errors import one_line
 from mjsim.interface import Tree, json_line
-from mjsim.modules.foreign import ON_STANDARD, Answer, Engine, Process, Said, Workplace
+from mjsim.modules.foreign import ON_STANDARD, Answer, Engine, Process, ShownOutput, Workplace
 from mjsim.modules.hosts import Failed
 
 VERSION = 1
 """Version of the protocol in docs/programs.md."""
 
-ALIKE = 0.75
+SIMILARITY = 0.75
 """Minimum similarity of two keys for one to be taken for a misspelling [1]."""
 MAY_BE_TRUE = ("joined",)
 """Keys of answers whose values are true or false."""
@@ -43,7 +43,7 @@ class ProgramEngine(Engine):
         self._command, self._place, self._who, self._patience, self._paths = command, place, who, patience, paths
         self._process: Process | None = None
         self._fields: Sequence[str] = ()
-        self._says_truth = False
+        self._has_booleans = False
 
     def start(self, robot: Mapping[str, Tree], rng: Generator, fields: Sequence[str]) -> bool:
         """Start the program and send it the data of its robot; return whether it asks for pictures."""
@@ -51,7 +51,7 @@ class ProgramEngine(Engine):
         self._fields = fields
         folder = self._place.enter()
         more = {"PATH": os.pathsep.join([*(str(folder / path) for path in self._paths), os.environ.get("PATH", "")])}
-        self._process = Process(self._command, folder, shell=ON_STANDARD, said=Said(self._who), more=more)
+        self._process = Process(self._command, folder, shell=ON_STANDARD, output=ShownOutput(self._who), more=more)
         seed = int(rng.integers(2**53))
         answer = self._send({"call": "start", "version": VERSION, "seed": seed, "robot": robot})
         pictures = answer.get("pictures", False)
@@ -59,17 +59,17 @@ class ProgramEngine(Engine):
             raise Failed("answered start with pictures that are not true or false")
         return pictures
 
-    def ask(self, method: str, given: Mapping[str, Tree]) -> Answer:
+    def call(self, method: str, given: Mapping[str, Tree]) -> Answer:
         """Return the program's answer; `torques`, which is not an object, as the field ''."""
         answer = self._send({"call": method, **given})
         known = ("tau",) if method == "torques" else self._fields
         for key in answer:
             # Other keys are the program's own; one that is nearly right is a mistake, and would change nothing.
-            meant = [] if key in known else difflib.get_close_matches(key, known, n=1, cutoff=ALIKE)
+            meant = [] if key in known else difflib.get_close_matches(key, known, n=1, cutoff=SIMILARITY)
             if meant and meant[0] not in answer:
                 raise Failed(f"answered with the key '{key[:40]}'; did you mean '{meant[0]}'?")
-        told = {key: value for key, value in answer.items() if key in known}
-        if self._says_truth and (key := _truth_value_in(told)):
+        known_fields = {key: value for key, value in answer.items() if key in known}
+        if self._has_booleans and (key := _truth_value_in(known_fields)):
             raise Failed(f"answered with {key} that holds true or false; write numbers")
         return {"": answer.get("tau")} if method == "torques" else answer
 
@@ -83,17 +83,17 @@ class ProgramEngine(Engine):
     def _send(self, message: Mapping[str, Tree]) -> dict[str, Any]:
         if self._process is None:
             raise Failed("is asked after its run has ended; start another run")
-        line = self._process.ask(json_line(message), _LineEnd().find, patience=self._patience)
+        line = self._process.exchange(json_line(message), _LineEnd().find, patience=self._patience)
         try:
             answer = json.loads(line)
         except (ValueError, RecursionError):
-            said = one_line(line[:200].decode(errors="replace"))[:60]
-            raise Failed(f"answered '{said}', which is not JSON; print other output to standard error") from None
+            text = one_line(line[:200].decode(errors="replace"))[:60]
+            raise Failed(f"answered '{text}', which is not JSON; print other output to standard error") from None
         if not isinstance(answer, dict):
             raise Failed("answered JSON that is not an object; write {...}")
         if "error" in answer:
             raise Failed(f"raised {one_line(str(answer['error']))[:240]}")
-        self._says_truth = b"true" in line or b"false" in line
+        self._has_booleans = b"true" in line or b"false" in line
         return answer
 
 
@@ -112,10 +112,10 @@ class _LineEnd:
     """Finds the end of a line that arrives in parts; each byte is examined once."""
 
     def __init__(self) -> None:
-        self._looked_at = 0
+        self._searched = 0
 
     def find(self, got: bytearray) -> int:
         """Return the length of the line, 0 while it has no end."""
-        end = got.find(b"\n", self._looked_at) + 1
-        self._looked_at = len(got)
+        end = got.find(b"\n", self._searched) + 1
+        self._searched = len(got)
         return end

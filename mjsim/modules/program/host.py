@@ -11,14 +11,14 @@ from mjsim.modules.foreign import (
     beside,
     files_in,
     folder_of,
-    key_doubts,
+    key_defects,
     options_of,
     paths_of,
     patience_of,
     read_files,
     require_sound,
 )
-from mjsim.modules.hosts import Doubt, Host, Offer, Provenance
+from mjsim.modules.hosts import Defect, Host, Offer, Provenance
 from mjsim.world import Source, Use
 
 _MARK = "exec:"
@@ -43,13 +43,13 @@ class ProgramHost(Host):
         """Return True: any file on the command line may be code."""
         return True
 
-    def doubts(self, use: Use, role: str, source: Source) -> Iterator[Doubt]:
+    def defects(self, use: Use, role: str, source: Source) -> Iterator[Defect]:
         """Yield what does not exist or is not executable."""
-        yield from key_doubts(use, role, source)
+        yield from key_defects(use, role, source)
         try:
             _require_program(use, source)
         except ValueError as error:
-            yield Doubt(str(error))
+            yield Defect(str(error))
 
     def files(self, uses: Sequence[Use], source: Source) -> Mapping[str, bytes]:
         """Return the programs, the files beside the world on their command lines, and the files in `paths`."""
@@ -80,7 +80,7 @@ class ProgramHost(Host):
         from mjsim.modules.foreign import ForeignModule, Workplace
         from mjsim.modules.program.engine import ProgramEngine
 
-        require_sound(self.doubts(use, role, source))
+        require_sound(self.defects(use, role, source))
         words, paths = _words(use.use), [path.relative_to(folder_of(source)) for path in paths_of(use, source)]
         place = Workplace(self, use, source)
         engine = ProgramEngine(words, place, who=f"{robot}/{role}", patience=patience_of(use), paths=paths)

@@ -67,18 +67,18 @@ class Beside(MetaPathFinder, Loader):
     def keeping(self) -> Iterator[Callable[[object], None]]:
         """Keep the modules until the block ends, or until the object given to the yielded function no longer exists."""
         self._in_use += 1
-        kept = [self._let_go]
+        cleanups = [self._let_go]
 
         def keep(made: object) -> None:
             # An object that cannot be weakly referenced, because it has slots, keeps them forever.
             with suppress(TypeError):
                 weakref.finalize(made, self._let_go)
-            kept.clear()
+            cleanups.clear()
 
         try:
             yield keep
         finally:
-            for let_go in kept:
+            for let_go in cleanups:
                 let_go()
 
     def _stand(self) -> None:
@@ -96,7 +96,7 @@ class Beside(MetaPathFinder, Loader):
             if self in sys.meta_path:
                 sys.meta_path.remove(self)
 
-    def _is_here(self, top: str) -> bool:
+    def _is_beside(self, top: str) -> bool:
         """Return whether the first part of a name is that of one of the files."""
         if top not in self._known:
             self._known[top] = place_of(self._folder, top) is not None
@@ -112,7 +112,7 @@ class Beside(MetaPathFinder, Loader):
     ) -> ModuleType:
         """Execute an `import` statement of one of the files: `__import__` among the builtins that they see."""
         top = name.partition(".")[0]
-        if level == 0 and not self._is_here(top):
+        if level == 0 and not self._is_beside(top):
             return builtins.__import__(name, given, local, fromlist or (), level)
         self._stand()
         whole = f"{self._name}.{name}" if level == 0 else name

@@ -8,36 +8,36 @@ from importlib.machinery import ModuleSpec
 from pathlib import Path
 
 from mjsim.errors import did_you_mean
-from mjsim.modules.hosts import Doubt
+from mjsim.modules.hosts import Defect
 from mjsim.modules.python.offers import keys_of
 from mjsim.modules.python.outline import BoundNames, Methods, UnreadableError, methods_of, outline_of
 from mjsim.modules.roles import ROLES, awaited, lacking, unmade
 from mjsim.world import Source, Use
 
 
-def class_doubts(use: Use, role: str, source: Source) -> Iterator[Doubt]:
+def class_defects(use: Use, role: str, source: Source) -> Iterator[Defect]:
     """Yield what does not exist, which keys the class does not accept or lacks, and why it cannot fill a role."""
     place, _, name = use.use.rpartition(":")
     try:
         path = file_of(place, source)
         outline = BoundNames({}, True) if path is None else outline_of(path)
     except UnreadableError as error:
-        yield Doubt(str(error), missing=False)
+        yield Defect(str(error), missing=False)
         return
     except ValueError as error:
-        yield Doubt(str(error))
+        yield Defect(str(error))
         return
     item = outline.names.get(name)
     if item is None and not outline.open_ended:
         classes = [word for word in outline.classes() if not word.startswith("_")]
-        yield Doubt(f"no class '{name}' in {place}{did_you_mean(name, classes)}")
+        yield Defect(f"no class '{name}' in {place}{did_you_mean(name, classes)}")
     elif isinstance(item, (ast.FunctionDef, ast.AsyncFunctionDef)):
-        yield Doubt(f"{name} in {place} {unmade(role, 'a function')}", missing=False)
+        yield Defect(f"{name} in {place} {unmade(role, 'a function')}", missing=False)
     elif isinstance(item, ast.ClassDef):
         methods = methods_of(item, outline.classes())
         yield from _wrong_keys(item, methods, use)
-        if what := _misfit(methods, role):
-            yield Doubt(f"{name} in {place} {what}", missing=False)
+        if problem := _misfit(methods, role):
+            yield Defect(f"{name} in {place} {problem}", missing=False)
 
 
 def file_of(place: str, source: Source) -> Path | None:
@@ -57,7 +57,7 @@ def _misfit(methods: Methods, role: str) -> str | None:
     return lacking(role, missing) if missing and methods.whole else None
 
 
-def _wrong_keys(item: ast.ClassDef, methods: Methods, use: Use) -> Iterator[Doubt]:
+def _wrong_keys(item: ast.ClassDef, methods: Methods, use: Use) -> Iterator[Defect]:
     """Yield keys beside `use` that the constructor of a class does not accept, and required ones that are missing."""
     made = methods.names.get("__init__")
     if not (methods.whole and isinstance(made, ast.FunctionDef)) or made.decorator_list or "__new__" in methods.names:
@@ -65,25 +65,25 @@ def _wrong_keys(item: ast.ClassDef, methods: Methods, use: Use) -> Iterator[Doub
     known = {key.name: key for key in keys_of(made)}
     unknown = [key for key in use.arguments() if key not in known and made.args.kwarg is None]
     for key in unknown:
-        yield Doubt(f"{item.name} takes no '{key}'{did_you_mean(key, known)}", key)
+        yield Defect(f"{item.name} takes no '{key}'{did_you_mean(key, known)}", key)
     missing = [key.name for key in known.values() if key.required and key.name not in use.arguments()]
     if missing and not unknown:
         listed = " and ".join(f"'{key}'" for key in missing)
-        yield Doubt(f"{item.name} needs {listed}; write {'it' if len(missing) == 1 else 'them'} beside use")
+        yield Defect(f"{item.name} needs {listed}; write {'it' if len(missing) == 1 else 'them'} beside use")
 
 
 def _file_beside(name: str, source: Source) -> Path:
     folder = (source.folder or Path.cwd()).resolve()
     try:
         path = (folder / name).resolve()
-        there = path.is_file()
+        exists = path.is_file()
     except (OSError, RuntimeError, ValueError):
-        path, there = folder, False
+        path, exists = folder, False
     if not path.is_relative_to(folder):
         raise ValueError(f"path '{name}' leaves the folder of the world; keep it beside the world file")
-    if not there:
-        near = [item.name for item in folder.glob("*.py")] if folder.is_dir() else []
-        raise ValueError(f"no file '{name}' beside the world file{did_you_mean(name, near)}")
+    if not exists:
+        candidates = [item.name for item in folder.glob("*.py")] if folder.is_dir() else []
+        raise ValueError(f"no file '{name}' beside the world file{did_you_mean(name, candidates)}")
     return path
 
 

@@ -4,9 +4,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from mjsim.modules.hosts import Doubt, Host, Offer, Provenance
+from mjsim.modules.hosts import Defect, Host, Offer, Provenance
 from mjsim.modules.python.files import python_files
-from mjsim.modules.python.find import class_doubts
+from mjsim.modules.python.find import class_defects
 from mjsim.modules.python.offers import offers_in
 from mjsim.world import Source, Use
 
@@ -33,9 +33,9 @@ class PythonHost(Host):
         """Return whether a file is Python."""
         return file.endswith(".py")
 
-    def doubts(self, use: Use, role: str, source: Source) -> Iterator[Doubt]:
+    def defects(self, use: Use, role: str, source: Source) -> Iterator[Defect]:
         """Yield what does not exist or is not Python, keys that the class does not accept, and missing methods."""
-        return class_doubts(use, role, source)
+        return class_defects(use, role, source)
 
     def files(self, uses: Sequence[Use], source: Source) -> Mapping[str, bytes]:
         """Return the files of the classes, of their imports, and of files beside them that they name."""

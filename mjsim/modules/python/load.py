@@ -7,7 +7,7 @@ from types import ModuleType
 from typing import Any
 
 from mjsim.errors import ModuleFault, UsageError, did_you_mean
-from mjsim.modules.boundary import fault_of, said_of
+from mjsim.modules.boundary import error_text, fault_of
 from mjsim.modules.python.beside import Beside, beside
 from mjsim.modules.roles import misfit
 from mjsim.world import Source, Use
@@ -31,9 +31,9 @@ def make_class(use: Use, source: Source, *, role: str, robot: str) -> Any:
     if not place.endswith(".py"):
         return load.made(use, load.installed(place))
     path = _file(place, (source.folder or Path.cwd()).resolve())
-    near = beside(source, path.parent)
-    with near.keeping() as keep:
-        made = load.made(use, load.file(near, path))
+    folder = beside(source, path.parent)
+    with folder.keeping() as keep:
+        made = load.made(use, load.file(folder, path))
         keep(made)
     return made
 
@@ -54,8 +54,8 @@ class _Loader:
     def __init__(self, role: str, name: str, robot: str) -> None:
         self._who = role, name, robot
 
-    def fault(self, what: str) -> ModuleFault:
-        return fault_of(*self._who, 0.0, what)
+    def fault(self, problem: str) -> ModuleFault:
+        return fault_of(*self._who, 0.0, problem)
 
     def guarded(self, function: Any, named: dict[str, Any] | None = None) -> Any:
         try:
@@ -64,14 +64,14 @@ class _Loader:
             raise
         # This is the boundary to user code: all its exceptions are reported on one line.
         except BaseException as error:
-            raise self.fault(said_of(error)) from error
+            raise self.fault(error_text(error)) from error
 
     def installed(self, name: str) -> ModuleType:
         module: ModuleType = self.guarded(lambda: _import(name))
         return module
 
-    def file(self, near: Beside, path: Path) -> ModuleType:
-        module: ModuleType = self.guarded(lambda: near.run(path))
+    def file(self, folder: Beside, path: Path) -> ModuleType:
+        module: ModuleType = self.guarded(lambda: folder.run(path))
         return module
 
     def made(self, use: Use, module: ModuleType) -> Any:
@@ -81,8 +81,8 @@ class _Loader:
         if made is None:
             known = [n for n, value in vars(module).items() if isinstance(value, type) and not n.startswith("_")]
             raise UsageError(f"no class '{name}' in {place}{did_you_mean(name, known)}")
-        if what := misfit(self._who[0], made):
-            raise self.fault(what)
+        if problem := misfit(self._who[0], made):
+            raise self.fault(problem)
         _require_keys(use, made)
         return self.guarded(made, use.arguments())
 

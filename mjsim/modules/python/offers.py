@@ -32,14 +32,14 @@ def offers_in(files: Sequence[tuple[Path, str]]) -> Iterator[Offer]:
 
 def keys_of(made: ast.FunctionDef) -> Iterator[Key]:
     """Yield the arguments of a constructor except self, `*` and `**` arguments."""
-    said = {name: " ".join(about.split()) for name, about in _ARGUMENT.findall(ast.get_docstring(made) or "")}
+    descriptions = {name: " ".join(about.split()) for name, about in _ARGUMENT.findall(ast.get_docstring(made) or "")}
     given = made.args
     in_order = [*given.posonlyargs, *given.args][1:]
     without: Sequence[ast.expr | None] = [None] * (len(in_order) - len(given.defaults))
     pairs = [*zip(in_order, [*without, *given.defaults][-len(in_order) or None :], strict=False)]
     for argument, default in [*pairs, *zip(given.kwonlyargs, given.kw_defaults, strict=True)]:
         value = None if default is None else _value(default)
-        yield Key(name=argument.arg, about=said.get(argument.arg, ""), default=value, required=default is None)
+        yield Key(name=argument.arg, about=descriptions.get(argument.arg, ""), default=value, required=default is None)
 
 
 def _classes(path: Path) -> list[ast.ClassDef]:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from mjsim.interface import CameraFrame, Observation, RobotInfo, SensorInfo
 from mjsim.record import json_schema as schema
-from mjsim.record.logged_frame import depth_message, kept_picture_message
+from mjsim.record.logged_frame import depth_message, picture_file_message
 from mjsim.record.numbers import Message
 from mjsim.record.readings.codec import Box, Codec, DrawnTopic
 from mjsim.record.scene import calibration_message
@@ -53,7 +53,7 @@ CAMERAS = Codec(
         DrawnTopic(
             topic=lambda robot, camera: f"/{robot}/{camera}/image",
             channel=CompressedImageChannel,
-            message=kept_picture_message,
+            message=picture_file_message,
             begin=_calibrate,
             is_picture=True,
         ),

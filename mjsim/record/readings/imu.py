@@ -101,13 +101,13 @@ def _tables(given: Sequence[tuple[float, Sequence[ImuReading]]]) -> Iterator[Sen
 def _boxes(imu: Imu, info: RobotInfo, world: World) -> Mapping[str, Box]:
     # If the rate is not a multiple of the tick rate, the number of readings per tick varies by one.
     count = math.ceil(imu.rate_hz * info.dt - 1e-9)
-    most = np.repeat([imu.range.acceleration, imu.range.turn], 3)
+    limit = np.repeat([imu.range.acceleration, imu.range.turn], 3)
 
     def read(seen: Observation) -> Array:
         rows = [(*reading.acceleration, *reading.turn) for reading in seen.imu if reading.name == imu.imu]
         return np.array([*np.zeros((count - len(rows), 6)), *rows])
 
-    return {"": Box(read=read, low=-most, high=most, shape=(count, 6))}
+    return {"": Box(read=read, low=-limit, high=limit, shape=(count, 6))}
 
 
 IMU = Codec(

@@ -8,11 +8,11 @@ from mjsim.record.numbers import Message
 from mjsim.record.readings.codec import Codec
 
 
-def _messages(heard: Sequence[RadioMessage]) -> list[Message]:
-    return [{"sender": each.sender, "stamp": float(each.stamp), "text": each.text} for each in heard]
+def _messages(messages: Sequence[RadioMessage]) -> list[Message]:
+    return [{"sender": each.sender, "stamp": float(each.stamp), "text": each.text} for each in messages]
 
 
-def _heard(messages: Sequence[Message]) -> tuple[RadioMessage, ...]:
+def _radio_messages(messages: Sequence[Message]) -> tuple[RadioMessage, ...]:
     return tuple(RadioMessage(item["sender"], item["stamp"], item["text"]) for item in messages)
 
 
@@ -25,6 +25,6 @@ MESSAGES = Codec(
         "What the radio brought",
     ),
     encode=_messages,
-    decode=_heard,
+    decode=_radio_messages,
     optional=True,
 )

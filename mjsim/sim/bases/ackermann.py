@@ -73,15 +73,15 @@ class CarProfile(SteeredProfile):
         sharper = within(self._target[1] - steer, self._changes[1])
         self._state = speed + faster, steer + sharper
         chance = self._stream.standard_normal(2).tolist()
-        told = speed + self._reach * faster + self._noise[0] * chance[0]
-        angle = within(steer + self._reach * sharper, self._most)
+        noisy_speed = speed + self._reach * faster + self._noise[0] * chance[0]
+        angle = within(steer + self._reach * sharper, self._max_steer)
         if abs(speed) >= STANDSTILL:
             angle = self._steer(math.tan(angle) / self._wheelbase + self._noise[1] * chance[1] / speed)
-        wheels = self._wheels.wheels_from_twist(told, 0.0, told * math.tan(angle) / self._wheelbase)
+        wheels = self._wheels.wheels_from_twist(noisy_speed, 0.0, noisy_speed * math.tan(angle) / self._wheelbase)
         return *wheels, *self._steering.angles(angle)
 
     def _steer(self, curvature: float) -> float:
-        return within(math.atan(self._wheelbase * curvature), self._most)
+        return within(math.atan(self._wheelbase * curvature), self._max_steer)
 
 
 def ackermann_gear(robot: Robot, drive: AckermannDrive, *, dt: float, seed: int) -> RunningGear:

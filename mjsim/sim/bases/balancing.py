@@ -33,7 +33,7 @@ class SetPointProfile:
         self._kinematics, self._stream, self._root = kinematics, stream, math.sqrt(dt)
         self._limits = drive.max_speed, 0.0, math.radians(drive.max_turn_deg)
         self._rates = drive.max_acceleration, math.radians(drive.max_turn_acceleration_deg)
-        self._target = self._now = self._off = 0.0, 0.0
+        self._target = self._now = self._noise_twist = 0.0, 0.0
         self._turned = [0.0] * len(kinematics.wheels_from_twist(0.0, 0.0, 0.0))
         self.retune(drive.noise)
 
@@ -53,7 +53,7 @@ class SetPointProfile:
     def advance(self) -> Sequence[float]:
         """Draw the noise of the next tick; there are no servos."""
         speed, turn = self._stream.standard_normal(2).tolist()
-        self._off = self._noise[0] * speed, self._noise[1] * turn
+        self._noise_twist = self._noise[0] * speed, self._noise[1] * turn
         return ()
 
     def wanted(self, dt: float) -> Command:
@@ -66,7 +66,7 @@ class SetPointProfile:
         self._now = now
         speeds = self._kinematics.wheels_from_twist(forward, 0.0, turn)
         self._turned = [angle + speed * dt for angle, speed in zip(self._turned, speeds, strict=True)]
-        return Command(forward + self._off[0], 0.0, turn + self._off[1])
+        return Command(forward + self._noise_twist[0], 0.0, turn + self._noise_twist[1])
 
     def goal(self) -> Sequence[float]:
         """Return the wheel rotations from all set-points so far, without noise [rad]."""

@@ -15,7 +15,7 @@ class SteeredProfile:
     def __init__(self, drive: AckermannDrive | TricycleDrive, *, dt: float, stream: Generator) -> None:
         """Initialise, standing still, steering straight ahead; two random numbers are drawn per tick."""
         self._limits = drive.max_speed, 0.0, math.radians(drive.max_turn_deg)
-        self._most = math.radians(drive.max_steer_deg)
+        self._max_steer = math.radians(drive.max_steer_deg)
         self._changes = drive.max_acceleration * dt, math.radians(drive.max_steer_rate_deg) * dt
         self._root = math.sqrt(dt)
         self.retune(drive.noise)

@@ -47,9 +47,9 @@ class TricycleKinematics:
 
     def wheel(self, forward: float, turn: float) -> tuple[float, float]:
         """Return the speed of the rim [m/s] and the steering angle in [-pi/2, pi/2] [rad] of a twist."""
-        aside = turn * self.place
+        lateral = turn * self.place
         sign = -1.0 if forward < 0.0 else 1.0
-        return sign * math.hypot(forward, aside), math.atan2(sign * aside, sign * forward)
+        return sign * math.hypot(forward, lateral), math.atan2(sign * lateral, sign * forward)
 
 
 class TricycleProfile(SteeredProfile):
@@ -74,9 +74,9 @@ class TricycleProfile(SteeredProfile):
         rim, steer = self._kinematics.wheel(forward, turn)
         if rim == 0.0:
             self._target = 0.0, self._target[1]
-        elif abs(steer) > self._most:
+        elif abs(steer) > self._max_steer:
             # It cannot turn as sharply: it keeps its forward speed and turns as sharply as possible.
-            steer = math.copysign(self._most, steer)
+            steer = math.copysign(self._max_steer, steer)
             self._target = forward / math.cos(steer), steer
         else:
             self._target = rim, steer
@@ -89,11 +89,11 @@ class TricycleProfile(SteeredProfile):
         faster = within(self._target[0] * aligned - rim, self._changes[0])
         self._state = rim + faster, steer + sharper
         chance = self._stream.standard_normal(2).tolist()
-        told = rim + self._reach * faster + self._noise[0] * chance[0]
+        noisy_speed = rim + self._reach * faster + self._noise[0] * chance[0]
         angle = steer + self._reach * sharper
         if abs(rim) >= STANDSTILL:
             angle += self._noise[1] * chance[1] * self._kinematics.place / rim
-        return told / self._kinematics.wheel_radius, within(angle, self._most)
+        return noisy_speed / self._kinematics.wheel_radius, within(angle, self._max_steer)
 
 
 def tricycle_gear(robot: Robot, drive: TricycleDrive, *, dt: float, seed: int) -> RunningGear:

@@ -60,16 +60,16 @@ class TwistProfile:
     def advance(self) -> Sequence[float]:
         """Return the speeds of the wheels to reach in the next tick [rad/s]."""
         forward, left, turn = self._twist
-        faster, aside = self._target[0] - forward, self._target[1] - left
-        excess = math.hypot(faster, aside) / self._changes[0]
+        faster, lateral = self._target[0] - forward, self._target[1] - left
+        excess = math.hypot(faster, lateral) / self._changes[0]
         if excess > 1.0:
-            faster, aside = faster / excess, aside / excess
+            faster, lateral = faster / excess, lateral / excess
         sharper = within(self._target[2] - turn, self._changes[1])
-        self._twist = forward + faster, left + aside, turn + sharper
+        self._twist = forward + faster, left + lateral, turn + sharper
         sideways = self._limits[1] > 0.0
         chance = self._stream.standard_normal(3 if sideways else 2).tolist()
         return self._kinematics.wheels_from_twist(
             forward + self._reach * faster + self._noise[0] * chance[0],
-            left + self._reach * aside + self._noise[0] * chance[2] if sideways else 0.0,
+            left + self._reach * lateral + self._noise[0] * chance[2] if sideways else 0.0,
             turn + self._reach * sharper + self._noise[1] * chance[1],
         )

@@ -54,7 +54,7 @@ class BeaconDevice:
         self._place, self._axes = self._robot_from_sensor[:3, 3], self._robot_from_sensor[:3, :3]
         self._nearest, self._farthest = sensor.range
         self._half_fov = math.radians(sensor.fov_deg) / 2
-        self._rays = Rays(model, data, robot, most=len(beacons))
+        self._rays = Rays(model, data, robot, capacity=len(beacons))
         self._errors = streams("errors")
         self.retune(sensor)
 
@@ -84,9 +84,9 @@ class BeaconDevice:
         """Return a current reading; `stamp` is the simulated time [s]."""
         polar, in_sight = self._truth()
         errors, missed, astray, places = self._chances()
-        told = np.where(astray[:, None], places, polar + errors)
+        measured = np.where(astray[:, None], places, polar + errors)
         found: list[tuple[Array, str | None, str | None]] = [
-            (told[index], self._names[index], self._names[index])
+            (measured[index], self._names[index], self._names[index])
             for index in np.flatnonzero(in_sight & ~missed).tolist()
         ]
         if self._false is not None:
@@ -103,7 +103,7 @@ class BeaconDevice:
         if self._false is not None:
             self._false.draw()
 
-    def tell(self, reading: BeaconReading, sensed: Sensed) -> None:
+    def publish(self, reading: BeaconReading, sensed: Sensed) -> None:
         """Append the sightings to those of other beacon sensors."""
         sensed.in_a_row("sightings", reading.sightings)
         sensed.identities += reading.identities
@@ -119,14 +119,14 @@ class BeaconDevice:
         facing = self._all_round | (np.einsum("ij,ij->i", normals, offsets) < 0.0)
         inside = (polar[:, 0] >= self._nearest) & (polar[:, 0] <= self._farthest)
         # A removed beacon stays in place, but in an invisible group.
-        there = self._seen & (self._model.geom_group[self._geoms] != HIDDEN)
-        in_sight = there & facing & inside & (np.abs(polar[:, 1]) <= self._half_fov)
-        looked_at = np.flatnonzero(in_sight)
-        if looked_at.size:
-            ways = offsets[looked_at]
-            lengths = np.sqrt(np.einsum("ij,ij->i", ways, ways))
-            free = self._rays.cast(start, ways / lengths[:, None], limit=float(lengths.max()))
-            in_sight[looked_at] = free >= lengths - DEPTH
+        visible = self._seen & (self._model.geom_group[self._geoms] != HIDDEN)
+        in_sight = visible & facing & inside & (np.abs(polar[:, 1]) <= self._half_fov)
+        candidates = np.flatnonzero(in_sight)
+        if candidates.size:
+            directions = offsets[candidates]
+            lengths = np.sqrt(np.einsum("ij,ij->i", directions, directions))
+            free = self._rays.cast(start, directions / lengths[:, None], limit=float(lengths.max()))
+            in_sight[candidates] = free >= lengths - DEPTH
         return polar, in_sight
 
     def _chances(self) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_], Array]:
@@ -177,14 +177,14 @@ class _FalseSightings:
         self._sensor, self._stream = sensor, stream
         mean = sensor.false_rate / sensor.rate_hz
         # More than this many occur once in 10^12 measurements; a bound keeps the number of draws constant.
-        self._most = math.ceil(mean + 8.0 * math.sqrt(mean) + 8.0)
-        terms = np.cumprod([math.exp(-mean), *(mean / k for k in range(1, self._most + 1))])
+        self._max_count = math.ceil(mean + 8.0 * math.sqrt(mean) + 8.0)
+        terms = np.cumprod([math.exp(-mean), *(mean / k for k in range(1, self._max_count + 1))])
         self._chances = np.cumsum(terms)[:-1]
 
     def draw(self) -> list[tuple[Array, float]]:
         """Return range [m] and bearing [rad] of each, shape (2,), and a number in [0, 1) that selects its name."""
         count = int(np.searchsorted(self._chances, self._stream.random(), side="right"))
-        chance = self._stream.random((self._most, 3))[:count]
+        chance = self._stream.random((self._max_count, 3))[:count]
         return list(zip(_anywhere(chance[:, :2], self._sensor), chance[:, 2].tolist(), strict=True))
 
 

@@ -22,7 +22,7 @@ from mjsim.sim.shutter import Shutter
 from mjsim.sim.streams import Streams
 from mjsim.world import Camera, Depth, Robot
 
-MIDDLE_GREY, MOST_GAIN = 118.0, 8.0
+MIDDLE_GREY, MAX_GAIN = 118.0, 8.0
 """Target of automatic exposure for the mean of a picture, on a 0 to 255 scale, and its largest gain."""
 
 
@@ -154,8 +154,8 @@ class OnboardCamera:
         """Return a depth with measurement errors."""
         if self._far is not None:
             chance = self._far.standard_normal(depth.shape, dtype=np.float32)
-            near = np.isfinite(depth)
-            depth = depth + how.noise * np.square(depth, where=near, out=np.zeros_like(depth)) * chance
+            finite = np.isfinite(depth)
+            depth = depth + how.noise * np.square(depth, where=finite, out=np.zeros_like(depth)) * chance
         nearest, farthest = how.range
         return np.where(depth > farthest, np.inf, np.where(depth < nearest, -np.inf, depth))
 
@@ -179,7 +179,7 @@ class CameraDevice:
         """Return a current picture; `stamp` is the simulated time [s]."""
         return self._camera.frame(self._data, stamp)
 
-    def tell(self, reading: CameraFrame, sensed: Sensed) -> None:
+    def publish(self, reading: CameraFrame, sensed: Sensed) -> None:
         """Add a picture under the name of the camera."""
         sensed.by_name("cameras", self._camera.name, reading)
 
@@ -193,8 +193,8 @@ def develop(image: Picture, camera: Camera) -> None:
     """Apply lens blur and exposure to a picture in place."""
     if camera.blur:
         cv2.GaussianBlur(image, (0, 0), camera.blur, dst=image)
-    wanted = MIDDLE_GREY / max(float(image.mean()), 1.0) if camera.exposure == "auto" else camera.exposure
-    gain = min(max(wanted, 1.0 / MOST_GAIN), MOST_GAIN) if camera.exposure == "auto" else wanted
+    desired = MIDDLE_GREY / max(float(image.mean()), 1.0) if camera.exposure == "auto" else camera.exposure
+    gain = min(max(desired, 1.0 / MAX_GAIN), MAX_GAIN) if camera.exposure == "auto" else desired
     if gain != 1.0:
         cv2.convertScaleAbs(image, dst=image, alpha=gain)
 

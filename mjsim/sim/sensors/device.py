@@ -100,7 +100,7 @@ class Device(Protocol):
     def pass_over(self) -> None:
         """Draw the random numbers of a reading that was not requested."""
 
-    def tell(self, reading: Any, sensed: Sensed) -> None:
+    def publish(self, reading: Any, sensed: Sensed) -> None:
         """Add a reading from `take` to the observation."""
 
 

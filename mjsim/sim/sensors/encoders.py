@@ -44,6 +44,6 @@ class EncoderDevice:
     def pass_over(self) -> None:
         """Do nothing: there are no random numbers."""
 
-    def tell(self, reading: WheelTicks, sensed: Sensed) -> None:
+    def publish(self, reading: WheelTicks, sensed: Sensed) -> None:
         """Add the counts under the name of the sensor."""
         sensed.by_name("encoders", self._encoders.encoders, reading)

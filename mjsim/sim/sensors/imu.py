@@ -53,7 +53,7 @@ class ImuDevice:
         self._bias = np.repeat([imu.bias.acceleration, imu.bias.turn], 3) * streams("bias").standard_normal(6)
         self._felt = np.zeros((0, 6))
         self._rest = streams("rest")
-        self._kept: list[ImuReading] = []
+        self._pending: list[ImuReading] = []
 
     def retune(self, imu: sensors.Imu) -> None:
         """Use the noise of this model from now on; bias and random walk are kept."""
@@ -83,7 +83,7 @@ class ImuDevice:
         Args:
             stamp: The simulated time [s].
         """
-        readings, self._kept = (*self._kept, *self._read(stamp)), []
+        readings, self._pending = (*self._pending, *self._read(stamp)), []
         return readings
 
     def pull(self, stamp: float) -> tuple[ImuReading, ...]:
@@ -92,7 +92,7 @@ class ImuDevice:
             return ()
         alone = len(self._rows) == 2 and self._steps == 1 and not len(self._felt)
         readings = (self._read_one(stamp),) if alone else self._read(stamp)
-        self._kept += readings
+        self._pending += readings
         return readings
 
     def _read_one(self, stamp: float) -> ImuReading:
@@ -100,10 +100,10 @@ class ImuDevice:
         felt = self._feel_step(*self._rows)
         del self._rows[0]
         self._bias = self._bias + self._walk * math.sqrt(self._period) * self._wander.standard_normal(6)
-        told = felt @ self._twice_sensor + self._bias + self._noise * self._white.standard_normal(6)
-        if (np.abs(told) > self._limit).any():
-            told = np.clip(told, -self._limit, self._limit)
-        return ImuReading(stamp, told[:3], told[3:], self._imu.imu)
+        measured = felt @ self._twice_sensor + self._bias + self._noise * self._white.standard_normal(6)
+        if (np.abs(measured) > self._limit).any():
+            measured = np.clip(measured, -self._limit, self._limit)
+        return ImuReading(stamp, measured[:3], measured[3:], self._imu.imu)
 
     def _feel_step(self, before: Sequence[float], after: Sequence[float]) -> Array:
         """Return mean specific force [m/s^2] and turn [rad/s] of one step in the frame of the base, shape (6,)."""
@@ -127,9 +127,9 @@ class ImuDevice:
         world_from_base = _matrices(np.array([self._row()[:4]]))[0]
         force = -self._gravity @ world_from_base @ self._carrier_from_sensor[:3, :3]
         felt = np.concatenate([force, np.zeros(3)])
-        told = felt + self._bias + self._noise * self._rest.standard_normal(6)
-        told = np.clip(told, -self._limit, self._limit)
-        return ImuReading(stamp, told[:3], told[3:], self._imu.imu)
+        measured = felt + self._bias + self._noise * self._rest.standard_normal(6)
+        measured = np.clip(measured, -self._limit, self._limit)
+        return ImuReading(stamp, measured[:3], measured[3:], self._imu.imu)
 
     def _read(self, stamp: float) -> tuple[ImuReading, ...]:
         """Return the readings since the last call; steps of an incomplete reading count for the next."""
@@ -143,18 +143,18 @@ class ImuDevice:
             self._walk * np.sqrt(self._period) * self._wander.standard_normal((count, 6)), axis=0
         )
         self._bias = biases[-1] if count else self._bias
-        told = means + biases + self._noise * self._white.standard_normal((count, 6))
-        told = np.clip(told, -self._limit, self._limit)
+        measured = means + biases + self._noise * self._white.standard_normal((count, 6))
+        measured = np.clip(measured, -self._limit, self._limit)
         last = stamp - len(self._felt) * self._step
         stamps = [last - (count - 1 - number) * self._period for number in range(count)]
         name = self._imu.imu
-        return tuple(ImuReading(stamp, row[:3], row[3:], name) for stamp, row in zip(stamps, told, strict=True))
+        return tuple(ImuReading(stamp, row[:3], row[3:], name) for stamp, row in zip(stamps, measured, strict=True))
 
     def pass_over(self) -> None:
         """Draw the random numbers of readings that were not requested, and continue the random walk."""
         self.take(0.0)
 
-    def tell(self, reading: tuple[ImuReading, ...], sensed: Sensed) -> None:
+    def publish(self, reading: tuple[ImuReading, ...], sensed: Sensed) -> None:
         """Append the readings to those of other inertial sensors."""
         sensed.in_a_row("imu", reading)
 
@@ -167,8 +167,8 @@ class ImuDevice:
         world_from_base = _matrices(rows[:, :4])
         velocities, turns = rows[:, 4:7], rows[:, 7:]
         arm, base_from_sensor = self._carrier_from_sensor[:3, 3], self._carrier_from_sensor[:3, :3]
-        there = velocities + np.einsum("nij,nj->ni", world_from_base, np.cross(turns, arm))
-        forces = np.diff(there, axis=0) / self._step - self._gravity
+        velocities_at_sensor = velocities + np.einsum("nij,nj->ni", world_from_base, np.cross(turns, arm))
+        forces = np.diff(velocities_at_sensor, axis=0) / self._step - self._gravity
         # Halfway between two steps, to second order in the rotation per step.
         between = (world_from_base[:-1] + world_from_base[1:]) / 2
         felt = np.einsum("nji,nj->ni", between, forces)

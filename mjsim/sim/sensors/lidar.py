@@ -52,7 +52,7 @@ class LidarDevice:
         level = np.stack([np.cos(fan), np.sin(fan), np.zeros(len(fan))], axis=-1)
         self._beams = level @ mount.carrier_from_sensor[:3, :3].T
         self._directions = np.empty_like(self._beams)
-        self._rays = Rays(mounting.model, mounting.data, mounting.robot.name, most=len(fan), carrier=mount.carrier)
+        self._rays = Rays(mounting.model, mounting.data, mounting.robot.name, capacity=len(fan), carrier=mount.carrier)
         self._noise = streams("range") if lidar.noise.range else None
         self._missed = streams("missed") if lidar.missed else None
         self._mixed = streams("mixed") if lidar.mixed_pixels else None
@@ -75,11 +75,17 @@ class LidarDevice:
         count = self._lidar.beams
         place, axes = self._rays.pose()
         np.matmul(self._beams, axes.T, out=self._directions)
-        met = self._rays.cast(place + axes @ self._place, self._directions, limit=self._farthest)
-        ranges = met[:count].copy()
+        distances = self._rays.cast(place + axes @ self._place, self._directions, limit=self._farthest)
+        ranges = distances[:count].copy()
         strength = self._strength(count) if self._lidar.intensity else None
         if self._mixed is not None:
-            _mix(ranges, met[count : 2 * count], met[2 * count :], self._mixed.random((2, count)), self._lidar)
+            _mix(
+                ranges,
+                distances[count : 2 * count],
+                distances[2 * count :],
+                self._mixed.random((2, count)),
+                self._lidar,
+            )
         if self._noise is not None:
             ranges += self._lidar.noise.range * self._noise.standard_normal(count)
         ranges[ranges > self._farthest] = np.inf
@@ -108,13 +114,13 @@ class LidarDevice:
         if self._missed is not None:
             self._missed.random(count)
 
-    def tell(self, reading: Scan, sensed: Sensed) -> None:
+    def publish(self, reading: Scan, sensed: Sensed) -> None:
         """Add a scan under the name of the lidar."""
         sensed.by_name("scans", self._lidar.lidar, reading)
 
     def _strength(self, count: int) -> Array:
         """Return brightness times the cosine of the angle of incidence of each beam, shape (count,)."""
-        geoms, normals = self._rays.met(count)
+        geoms, normals = self._rays.geoms_and_normals(count)
         facing = np.abs(np.einsum("ij,ij->i", normals, self._directions[:count]))
         return np.where(geoms >= 0, self._brightness[geoms] * facing, 0.0)
 
@@ -137,7 +143,7 @@ def _mix(ranges: Array, right: Array, left: Array, chance: Array, lidar: sensors
         chance: Two uniform random numbers per beam, shape (2, n).
         lidar: Gives the probability.
     """
-    near, far = np.minimum(right, left), np.maximum(right, left)
-    on_edge = np.isfinite(far) & (far > (1.0 + EDGE) * near) & (chance[0] < lidar.mixed_pixels)
-    near, far = near[on_edge], far[on_edge]
-    ranges[on_edge] = near + chance[1, on_edge] * (far - near)
+    nearer, farther = np.minimum(right, left), np.maximum(right, left)
+    on_edge = np.isfinite(farther) & (farther > (1.0 + EDGE) * nearer) & (chance[0] < lidar.mixed_pixels)
+    nearer, farther = nearer[on_edge], farther[on_edge]
+    ranges[on_edge] = nearer + chance[1, on_edge] * (farther - nearer)

@@ -93,13 +93,13 @@ class Lidar3dDevice:
         back = (ranges >= nearest) & (ranges <= farthest)
         if self._missed is not None:
             back &= self._missed.random(len(ranges)) >= self._lidar.missed
-        met = np.flatnonzero(back)
+        hit = np.flatnonzero(back)
         return PointCloud(
             stamp=stamp,
-            points=(ranges[met, None] * beams[met]).astype(np.float32),
-            times=self._times[met],
-            intensities=(self._brightness[hits.geoms[met]] * hits.facing[met]).astype(np.float32),
-            rings=self._rings[met],
+            points=(ranges[hit, None] * beams[hit]).astype(np.float32),
+            times=self._times[hit],
+            intensities=(self._brightness[hits.geoms[hit]] * hits.facing[hit]).astype(np.float32),
+            rings=self._rings[hit],
         )
 
     def pass_over(self) -> None:
@@ -109,7 +109,7 @@ class Lidar3dDevice:
         if self._missed is not None:
             self._missed.random(len(self._rings))
 
-    def tell(self, reading: PointCloud, sensed: Sensed) -> None:
+    def publish(self, reading: PointCloud, sensed: Sensed) -> None:
         """Add a cloud under the name of the lidar."""
         sensed.by_name("clouds", self._name, reading)
 
@@ -146,6 +146,6 @@ def _petals(rosette: sensors.Rosette, turn: int, rate_hz: float) -> Array:
     angles = np.outer([rpm * 2.0 * math.pi / 60.0 for rpm in rosette.rpm], times)
     bend = math.radians(rosette.fov_deg) / 4
     left, up = bend * np.cos(angles).sum(axis=0), bend * np.sin(angles).sum(axis=0)
-    off = np.hypot(left, up)
-    side = np.sinc(off / math.pi)
-    return np.stack([np.cos(off), side * left, side * up], axis=-1)
+    angle = np.hypot(left, up)
+    side = np.sinc(angle / math.pi)
+    return np.stack([np.cos(angle), side * left, side * up], axis=-1)

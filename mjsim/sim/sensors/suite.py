@@ -30,7 +30,7 @@ class Timed:
         if tick % self._period == 0:
             self._coming.append((tick + self._latency, self.device.take(stamp)))
         if self._coming and self._coming[0][0] == tick:
-            self.device.tell(self._coming.popleft()[1], sensed)
+            self.device.publish(self._coming.popleft()[1], sensed)
 
     def unasked(self, tick: int, stamp: float) -> None:
         """Skip a tick without a request: only readings that are delivered later are taken."""

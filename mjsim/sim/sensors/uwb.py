@@ -41,7 +41,7 @@ class UwbDevice:
         # A robot knows the distance of its own anchor.
         self._names = [beacon.name for beacon in mounting.beacons if beacon.anchor and beacon.on != robot]
         self._geoms = np.array([model.geom(f"beacon/{name}").id for name in self._names], dtype=int)
-        self._rays = Rays(model, mounting.data, robot, most=len(self._names))
+        self._rays = Rays(model, mounting.data, robot, capacity=len(self._names))
         self._bias = uwb.bias * mounting.streams("bias").standard_normal(len(self._names))
         self._nearest, self._farthest = uwb.range
         self.retune(uwb)
@@ -70,11 +70,11 @@ class UwbDevice:
         """Return the current ranges; `stamp` is the simulated time [s]."""
         distances, in_reach, blocked = self._truth()
         noise, excess, missed, lost = self._chances()
-        told = np.maximum(distances + self._bias + noise + np.where(blocked, excess, 0.0), 0.0)
-        heard = in_reach & ~missed & ~(blocked & lost)
+        measured = np.maximum(distances + self._bias + noise + np.where(blocked, excess, 0.0), 0.0)
+        received = in_reach & ~missed & ~(blocked & lost)
         return AnchorRanges(
             stamp=stamp,
-            ranges={self._names[index]: float(told[index]) for index in np.flatnonzero(heard).tolist()},
+            ranges={self._names[index]: float(measured[index]) for index in np.flatnonzero(received).tolist()},
             variance=max(self._uwb.noise.range, FINEST) ** 2,
         )
 
@@ -82,7 +82,7 @@ class UwbDevice:
         """Draw the random numbers of a reading that was not requested."""
         self._chances()
 
-    def tell(self, reading: AnchorRanges, sensed: Sensed) -> None:
+    def publish(self, reading: AnchorRanges, sensed: Sensed) -> None:
         """Add the ranges under the name of the tag."""
         sensed.by_name("ranges", self._uwb.uwb, reading)
 
@@ -90,17 +90,17 @@ class UwbDevice:
         """Return for each anchor the distance [m], whether it is in range, and whether it is obstructed, (n,)."""
         place, axes = self._rays.pose()
         start = place + axes @ np.array(self._uwb.at)
-        ways = self._data.geom_xpos[self._geoms] - start
-        distances = np.sqrt(np.einsum("ij,ij->i", ways, ways))
+        offsets = self._data.geom_xpos[self._geoms] - start
+        distances = np.sqrt(np.einsum("ij,ij->i", offsets, offsets))
         inside = (distances >= self._nearest) & (distances <= self._farthest)
         # A removed anchor stays in place, but in an invisible group.
         in_reach = inside & (self._model.geom_group[self._geoms] != HIDDEN)
         blocked = np.zeros(len(distances), dtype=bool)
-        asked = np.flatnonzero(in_reach & (distances > DEPTH))
-        if asked.size:
-            far = distances[asked]
-            free = self._rays.cast(start, ways[asked] / far[:, None], limit=float(far.max()))
-            blocked[asked] = free < far - DEPTH
+        candidates = np.flatnonzero(in_reach & (distances > DEPTH))
+        if candidates.size:
+            far = distances[candidates]
+            free = self._rays.cast(start, offsets[candidates] / far[:, None], limit=float(far.max()))
+            blocked[candidates] = free < far - DEPTH
         return distances, in_reach, blocked
 
     def _chances(self) -> tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_]]:

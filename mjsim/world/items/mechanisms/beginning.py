@@ -228,7 +228,7 @@ def _speeds(mechanism: MechanismParts, found: Assembly, values: Array) -> Array:
         if drive.ends is not None:
             rows.append(_drive_row(found, drive))
             wanted.append(np.atleast_1d(drive.signal.rate(0.0)))
-    speeds, missed = rates(found.linkage, rows, values, held=held, wanted=np.concatenate(wanted))
+    speeds, missed = rates(found.linkage, rows, values, held=held, targets=np.concatenate(wanted))
     if missed > SAME:
         raise fault(f"the initial speeds violate the constraints by {missed:.4g} m/s; leave some of them out", "joints")
     return speeds
