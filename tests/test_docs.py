@@ -14,7 +14,7 @@ import mjsim
 from mjsim.cli.program import COMMANDS
 from mjsim.modules import ROLES
 from mjsim.run import drivers_of
-from mjsim.world import check_world
+from mjsim.world import EVENT_KINDS, check_world
 
 ROOT = Path(__file__).parent.parent
 
@@ -188,3 +188,39 @@ def test_the_page_about_the_studio_does_what_it_says(capsys, monkeypatch):
     exec(served, {})
     assert capsys.readouterr().out.startswith("http://127.0.0.1:")
     exec(edits, {})
+
+
+PLACES = """
+mjsim: 1
+walls:
+  - points: [[-6, -6], [6, -6], [6, 6], [-6, 6]]
+    closed: true
+    openings: [{name: DOOR, segment: 0, at: 1, width: 0.9, door: {}}]
+obstacles: [{name: NAME, box: [0.4, 0.4, 0.4], at: [3, 3], movable: true}]
+beacons: [{name: BEACON, at: [5.9, 0]}]
+lamps: [{name: LAMP, at: [0, 0]}]
+robots:
+  - {name: ROBOT, base: fixed, at: [0, 0], arms: [{name: ARM, preset: puma560}]}
+  - {name: R, at: [-3, -3]}
+people: [{name: PERSON, sex: male, percentile: 50, at: [-3, 3]}]
+mechanisms:
+  - name: MECHANISM
+    at: [4, -4]
+    elevation: 2
+    bodies: [{name: rod, rod: [0.5, 0.05]}]
+    joints: [{revolute: JOINT, of: [ground, rod], axis: [0, 1, 0]}]
+run: {events: [EVENTS]}
+"""
+
+
+@pytest.mark.slow
+def test_every_event_of_the_page_is_one_and_every_kind_of_event_is_on_it():
+    page = (ROOT / "docs" / "changing-worlds.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `\{.*$", page, re.MULTILINE)
+    events = [event for row in rows for event in re.findall(r"`(\{\w+: [A-Zlr\d][^`]*\})`", row)]
+    assert {event[1:].partition(":")[0] for event in events} == set(EVENT_KINDS)
+    listed = ", ".join(event.replace("{", "{time: 1, ", 1) for event in events).replace("lamp: NAME", "lamp: LAMP")
+    listed = listed.replace("[x, y, z]", "[-2.6, 3.2, 1.1]").replace("[x, y]", "[2, 2]")
+    world = mjsim.parse_world(PLACES.replace("EVENTS", listed))
+    assert len(world.run.events) == len(events) >= 16
+    assert check_world(world) == []

@@ -250,7 +250,7 @@ class Simulation(Closes):
         self._happen(lamp=name, brightness=brightness)
 
     def set_noise(self, key: str, value: float) -> None:
-        """Change the noise of a sensor, a drive or odometry, as the event does; see `retune`.
+        """Change the noise of a sensor, a drive or odometry, as the event `noise` does.
 
         Raises:
             UsageError: There is no noise with this key (as for `--set`), or the value is invalid.
