@@ -25,30 +25,41 @@ def seen_through(walls: Surface, looks: Sequence[tuple[Array, LevelScan]]) -> fl
         looks: Poses of the robot in this frame, shape (3,), and scans from there; beams without a return tell nothing,
             since glass and black walls give none.
     """
-    through, met = np.zeros(len(walls.points)), np.zeros(len(walls.points))
-    for pose, look in looks:
-        lidar = Pose.from_array(pose) @ look.robot_from_lidar
-        away = walls.points - (lidar.x, lidar.y)
-        distance = np.maximum(np.hypot(*away.T), 1e-6)
-        least, most = _ends(look, np.arctan2(away[:, 1], away[:, 0]) - lidar.heading)
-        # A wall keeps beams from either side.
-        across = np.abs(np.einsum("ni,ni->n", walls.normals, away)) > STEEP * distance
-        known = across & (distance < NEAR)
-        through += known & (least > distance + MARGIN)
-        met += known & (least < distance + MARGIN) & (most > distance - MARGIN)
-    known = np.maximum(through, met) > 0.0
-    return float(np.mean(through[known] > met[known])) if known.any() else 0.0
+    lidars = [Pose.from_array(pose) @ look.robot_from_lidar for pose, look in looks]
+    x, y, heading = (np.array(column)[:, None] for column in zip(*[(p.x, p.y, p.heading) for p in lidars], strict=True))
+    dx, dy = walls.points[:, 0] - x, walls.points[:, 1] - y
+    distance = np.maximum(np.hypot(dx, dy), 1e-6)
+    least, most = _ends([look for _, look in looks], np.arctan2(dy, dx) - heading)
+    # A wall keeps beams from either side.
+    across = np.abs(walls.normals[:, 0] * dx + walls.normals[:, 1] * dy) > STEEP * distance
+    known = across & (distance < NEAR)
+    through = (known & (least > distance + MARGIN)).sum(axis=0)
+    met = (known & (least < distance + MARGIN) & (most > distance - MARGIN)).sum(axis=0)
+    seen = np.maximum(through, met) > 0
+    return float(np.mean(through[seen] > met[seen])) if seen.any() else 0.0
 
 
-def _ends(look: LevelScan, bearings: Array) -> tuple[Array, Array]:
-    """Return the shortest and the longest range of the beams beside each bearing; 0 where there is none, (n,) each."""
-    scan = look.scan
-    ranges = np.where(np.isfinite(scan.ranges), scan.ranges, 0.0)
-    turns = (bearings - scan.angle_min + np.pi) % (2.0 * np.pi) - np.pi
-    if scan.angle_increment > 0.0:
-        turns = np.where(turns < -0.5 * scan.angle_increment, turns + 2.0 * np.pi, turns)
-    at = turns / scan.angle_increment
-    inside = (at > 0.0) & (at < len(ranges) - 1.0)
-    first = np.clip(at.astype(np.intp), 0, len(ranges) - 2)
+def _ends(looks: Sequence[LevelScan], bearings: Array) -> tuple[Array, Array]:
+    """Return the shortest and the longest range of the beams beside each bearing; 0 where there is none.
+
+    Args:
+        looks: k scans.
+        bearings: Some for each, shape (k, n) [rad].
+
+    Returns:
+        Shape (k, n) each [m].
+    """
+    scans = [look.scan for look in looks]
+    beams = np.array([len(scan.ranges) for scan in scans])
+    every = np.concatenate([scan.ranges for scan in scans])
+    ranges = np.where(np.isfinite(every), every, 0.0)
+    begin, increment = (
+        np.array(column)[:, None] for column in zip(*[(s.angle_min, s.angle_increment) for s in scans], strict=True)
+    )
+    turns = (bearings - begin + np.pi) % (2.0 * np.pi) - np.pi
+    turns = np.where((increment > 0.0) & (turns < -0.5 * increment), turns + 2.0 * np.pi, turns)
+    at, count = turns / increment, beams[:, None]
+    inside = (at > 0.0) & (at < count - 1.0)
+    first = np.clip(at.astype(np.intp), 0, count - 2) + (np.cumsum(beams) - beams)[:, None]
     one, other = ranges[first], ranges[first + 1]
     return np.where(inside, np.minimum(one, other), 0.0), np.where(inside, np.maximum(one, other), 0.0)

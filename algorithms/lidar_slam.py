@@ -1,5 +1,6 @@
 """SLAM with a lidar: matches scans to each other, and closes loops when the robot returns."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -18,7 +19,7 @@ from .pose_graph import PoseGraph, compose
 from .recent_motion import SAME, RecentMotion
 from .scan_odometry import ScanOdometry
 from .scan_search import Laid, lay
-from .scan_walls import walls_of
+from .scan_walls import Surface, walls_of
 
 SLIP = np.array([0.05, 0.05, 0.02])
 """Errors of odometry beyond its data sheet: relative to the distance, to the sideways distance, and to the turn."""
@@ -78,7 +79,7 @@ class LidarSlam:
 
     def _begin(self, prior: Array, covariance: Array) -> None:
         """Reset everything to the start of the robot."""
-        self._prior, self._prior_covariance = prior, covariance
+        self._prior, self._newest = prior, (prior, covariance)
         self._way: list[tuple[float, int, Array]] = []
         self._reached: list[Array] = []
         self._bias = OdometryBias()
@@ -122,19 +123,25 @@ class LidarSlam:
     def update(self, seen: Observation) -> Estimate:
         """Return the belief after this tick's odometry and, when the robot has moved, its scan."""
         looked = self._scans.update(seen)
+        walls = None
         if self._by_scans.is_needed(seen):
-            seen = replace(seen, odometry=self._by_scans.update(seen, looked))
-        moved = np.array([seen.odometry.forward, seen.odometry.left, seen.odometry.turn])
-        seconds = seen.dt if np.abs(moved).max() > STILL else 0.0
+            walls = None if looked is None else walls_of(looked)
+            seen = replace(seen, odometry=self._by_scans.update(seen, looked, walls))
+        forward, left, turn = seen.odometry.forward, seen.odometry.left, seen.odometry.turn
+        moved = np.array([forward, left, turn])
+        seconds = seen.dt if max(abs(forward), abs(left), abs(turn)) > STILL else 0.0
         self._told = compose(self._told, moved)
-        self._driven, self._moving = self._driven + float(np.hypot(*moved[:2])), self._moving + seconds
+        self._driven, self._moving = self._driven + math.hypot(forward, left), self._moving + seconds
         self._step, F, G = self._motion(self._step, self._bias.corrected(moved, seconds))
         self._step_covariance = F @ self._step_covariance @ F.T + G @ seen.odometry.covariance @ G.T
-        far = np.hypot(*self._step[:2]) > self._distance or abs(self._step[2]) > self._turn
+        x, y, turned = self._step.tolist()
+        far = math.hypot(x, y) > self._distance or abs(turned) > self._turn
         self._recent.move(seen.odometry, seen.moment)
         if looked is not None and (far or not self.keyframes):
-            self._extend(self._from_now(looked, seen.moment))
+            walls = walls_of(looked) if walls is None else walls
+            self._extend(*self._from_now(looked, walls, seen.moment))
             self._map.work()
+            self._newest = self._map.belief()
         self._way.append((seen.moment, len(self.keyframes) - 1, self._step))
         if self._show_every and seen.time >= self._next_shown:
             self._shown, self._next_shown = (shown_grid(self.grid()),), seen.time + self._show_every
@@ -143,6 +150,7 @@ class LidarSlam:
     def path(self) -> Sequence[tuple[float, Pose]]:
         """Return the final trajectory: pose at the end of each tick's motion and its time [s], from the whole map."""
         self._map.finish()
+        self._newest = self._map.belief() if self.keyframes else self._newest
         poses = [*self._map.poses(), self._prior]
         # What the next scan of the map found against odometry came about on the way to it.
         ends = [compose(pose, reached) for pose, reached in zip(poses, self._reached, strict=False)]
@@ -172,16 +180,17 @@ class LidarSlam:
             grid.add(Pose.from_array(pose) @ keyframe.looked.robot_from_lidar, keyframe.looked.scan)
         return grid
 
-    def _from_now(self, looked: LevelScan, time: float) -> LevelScan:
-        """Return a scan with the sensor's pose in the frame of the robot now, if the scan is older than its motion."""
+    def _from_now(self, looked: LevelScan, walls: Surface, time: float) -> tuple[LevelScan, Surface]:
+        """Return a scan and its walls in the frame of the robot now, if the scan is older than its motion."""
         if looked.scan.stamp > time - SAME:
-            return looked
+            return looked, walls
         step, _ = self._recent.since(looked.scan.stamp)
-        return replace(looked, robot_from_lidar=Pose.from_array(step).inverse() @ looked.robot_from_lidar)
+        now_from_then = Pose.from_array(step).inverse()
+        looked = replace(looked, robot_from_lidar=now_from_then @ looked.robot_from_lidar)
+        return looked, walls.moved(now_from_then.as_array())
 
-    def _extend(self, looked: LevelScan) -> None:
-        """Match a scan to the last ones, and add it to the map."""
-        surface = walls_of(looked)
+    def _extend(self, looked: LevelScan, surface: Surface) -> None:
+        """Match a scan, given its walls, to the last ones, and add it to the map."""
         noise = self._scale**2 * self._step_covariance
         laid = Laid(self._step, noise, noise, noise, np.eye(3))
         moved = self._told, self._driven, self._moving
@@ -217,7 +226,7 @@ class LidarSlam:
 
     def _belief(self) -> Estimate:
         """Return the pose of the newest scan, propagated by odometry."""
-        pose, covariance = self._map.belief() if self.keyframes else (self._prior, self._prior_covariance)
+        pose, covariance = self._newest
         pose, F, G = self._motion(pose, self._step)
         # Windows of matches have to be wide; since the last scan odometry errs by as much as scans have shown.
         by_odometry = max(1.0, self._squares / self._witnesses) * self._step_covariance

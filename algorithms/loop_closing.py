@@ -8,6 +8,7 @@ import numpy as np
 from mjsim.geometry import Array, wrap_angle
 
 from .pose_graph import compose, step_between
+from .pose_matrices import inverse
 from .scan_matching import CUT, WEIGHED, Match, WallField
 from .scan_search import CLEAR, GATE, hypotheses, is_ambiguous
 from .scan_walls import Surface
@@ -75,7 +76,7 @@ def find_loop(
         return None
     reach = 3.0 * np.sqrt(np.diag(covariance))
     window = np.clip(reach, NARROWEST, WIDEST)
-    information = np.asarray(np.linalg.inv(covariance + FLOOR), dtype=float)
+    information = inverse(covariance + FLOOR)
     found = hypotheses(WallField(walls), thin, guess, information, window, most=6, behind=BEHIND)
     elements = len(thin.points)
     found = sorted((_judged(match, elements, UNSEEN) for match in found), key=lambda match: match.cost)
@@ -88,8 +89,7 @@ def find_loop(
     if off @ information @ off > GATE:
         return None
     seen = best.seen + 1e-3 * np.eye(3)
-    spread = np.asarray(np.linalg.inv(seen), dtype=float) + FLOOR
-    return Loop(old, new, best.pose, np.asarray(np.linalg.inv(spread), dtype=float), bool((reach < SURE).all()))
+    return Loop(old, new, best.pose, inverse(inverse(seen) + FLOOR), bool((reach < SURE).all()))
 
 
 def _judged(match: Match, elements: int, unseen: float) -> Match:

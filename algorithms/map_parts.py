@@ -1,7 +1,7 @@
 """A map of scans in submaps (parts): scans are fixed within a part, and a graph of the parts closes loops."""
 
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,9 +13,10 @@ from .free_space import seen_through
 from .level_scan import LevelScan
 from .loop_closing import WIDEST, Loop, agree, find_loop
 from .odometry_bias import OdometryBias
-from .pose_graph import COMMON, PoseGraph, carried, compose, step_between
+from .pose_graph import COMMON, PoseGraph, carried, compose, composed, step_between
+from .pose_matrices import inverse
 from .scan_search import Laid
-from .scan_walls import Surface, joined
+from .scan_walls import Surface, placed
 
 LOCAL = 6
 """Number of recent scans whose walls a new one is matched to."""
@@ -158,14 +159,13 @@ class PartsMap:
 
     def poses(self) -> Array:
         """Return the poses of all scans in the world, shape (n, 3)."""
-        return np.array([self._pose(each) for each in self.keyframes]).reshape(-1, 3)
+        return self._poses(self.keyframes) if self.keyframes else np.zeros((0, 3))
 
     def recent_walls(self) -> Surface:
         """Return the walls of the last few scans in the frame of the newest one; needs at least one scan."""
         last = self.keyframes[-LOCAL:]
-        poses = np.array([self._pose(each) for each in last])
-        steps = step_between(poses[-1], poses)
-        return joined([each.surface.moved(step) for each, step in zip(last, steps, strict=True)])
+        poses = self._poses(last)
+        return placed([each.surface for each in last], step_between(poses[-1], poses))
 
     def work(self) -> None:
         """Do one piece of pending work: compare a new part with an old one, or iterate the graph."""
@@ -178,7 +178,7 @@ class PartsMap:
         """Return whether corrections of odometry since the last solution move the newest part notably."""
         shift = self._slopes @ (self._bias.errors - self._solved_errors)
         known = _total(self._covariance, self._slopes, self._bias)
-        return bool(shift @ np.linalg.solve(known + SLIGHT, shift) > NOTABLE)
+        return bool(shift @ inverse(known + SLIGHT) @ shift > NOTABLE)
 
     def finish(self) -> None:
         """Do all pending work."""
@@ -191,8 +191,10 @@ class PartsMap:
         """Covariance of the newest pose in its part: accumulated error, and error of the last match."""
         return self._lasting + self._passing
 
-    def _pose(self, keyframe: Keyframe) -> Array:
-        return compose(self.graph.poses[keyframe.part], keyframe.place.given(self._errors))
+    def _poses(self, keyframes: Sequence[Keyframe]) -> Array:
+        """Return the poses of k scans in the world, shape (k, 3), k at least one."""
+        at, slopes = (np.array(each) for each in zip(*[(k.place.at, k.place.slopes) for k in keyframes], strict=True))
+        return composed(self.graph.poses[[each.part for each in keyframes]], at + slopes @ self._errors)
 
     def _after(self, pose: Array, covariance: Array, step: Array, step_covariance: Array) -> tuple[Array, Array]:
         """Return a pose and its covariance after a step with independent covariance."""
@@ -203,10 +205,11 @@ class PartsMap:
         """Finish the current part, and start another at the newest pose."""
         part, members = len(self._begins) - 1, self.keyframes[self._begins[-1] :]
         errors = self._errors
-        self._walls.append(joined([each.surface.moved(each.place.given(errors)) for each in members]))
+        places = np.array([each.place.given(errors) for each in members])
+        self._walls.append(placed([each.surface for each in members], places))
         old = self._nearby_parts(part)
         self._untried.extend(zip(old, [part] * len(old), self._step_covariances(old, part), strict=True))
-        information = np.asarray(np.linalg.inv(self._cautious + 1e-10 * np.eye(3)), dtype=float)
+        information = inverse(self._cautious + 1e-10 * np.eye(3))
         pose, self._covariance, self._slopes = self._newest()
         self.graph.add_pose(pose)
         self.graph.add_step(part, part + 1, self._place.at, information, self._part_covariance, self._place.slopes)
@@ -249,8 +252,8 @@ class PartsMap:
         old = part - RECENT
         if old < 1:
             return []
-        middles = [compose(self.graph.poses[k], self._middle(k)) for k in (*range(old), part)]
-        distances = np.hypot(*(np.array(middles)[:-1, :2] - middles[-1][:2]).T)
+        middles = self._poses([self.keyframes[self._begins[k] + PART // 2] for k in (*range(old), part)])
+        distances = np.hypot(*(middles[:-1, :2] - middles[-1, :2]).T)
         known = _total(self._covariance, self._slopes, self._bias)
         drift = 2.0 * float(np.sqrt(np.trace(known[:2, :2])))
         chosen: list[int] = []
@@ -261,10 +264,6 @@ class PartsMap:
                 chosen.append(k)
         return chosen
 
-    def _middle(self, part: int) -> Array:
-        """Return the pose of the middle scan of a finished part in its frame, shape (3,)."""
-        return self.keyframes[self._begins[part] + PART // 2].place.given(self._errors)
-
     def _try_loop(self, old: int, new: int, covariance: Array) -> None:
         """Compare a new part with an old one and its neighbours."""
         # A place elsewhere that looks alike must not win only since the walls of the right one are left out.
@@ -272,7 +271,7 @@ class PartsMap:
         beside = 1 + int(reach / LENGTH)
         around = range(max(0, old - beside), min(new - RECENT, old + beside + 1))
         steps = step_between(self.graph.poses[old], self.graph.poses[around.start : around.stop])
-        walls = joined([self._walls[k].moved(step) for k, step in zip(around, steps, strict=True)])
+        walls = placed(self._walls[around.start : around.stop], steps)
         guess = step_between(self.graph.poses[old], self.graph.poses[new])
 
         def through(step: Array) -> float:
@@ -290,7 +289,7 @@ class PartsMap:
     def _views(self, parts: Iterable[int], frame: Array, *, every: int) -> list[tuple[Array, LevelScan]]:
         """Return some scans of some parts, with the robot's pose in a frame, given in the world, shape (3,)."""
         members = [each for part in parts for each in self.keyframes[self._begins[part] :][:PART:every]]
-        poses = np.array([self._pose(each) for each in members])
+        poses = self._poses(members)
         return [(pose, each.looked) for pose, each in zip(step_between(frame, poses), members, strict=True)]
 
     def _consider(self, loop: Loop) -> None:

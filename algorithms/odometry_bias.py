@@ -4,6 +4,8 @@ import numpy as np
 
 from mjsim.geometry import Array
 
+from .pose_matrices import inverse
+
 PRIOR = np.array([0.05, 0.05, 0.01, 0.02])
 """Prior standard deviations of the errors of odometry: relative error of distance, relative error of turn, turn per
 metre [rad/m], turn per second of motion [rad/s]."""
@@ -74,8 +76,8 @@ class OdometryBias:
             after: Covariance of the step by scans and by odometry with its doubt, shape (3, 3).
         """
         H = -_effects(told, way, seconds)
-        by_odometry = np.linalg.inv(noise + H @ self.covariance @ H.T)
-        by_both = np.linalg.inv(after)
+        by_odometry = inverse(noise + H @ self.covariance @ H.T)
+        by_both = inverse(after)
         told_by_scans = by_both - by_odometry
         if off @ by_odometry @ off <= GATE and np.linalg.eigvalsh(told_by_scans)[0] >= 0.0:
             clear = _clear(told_by_scans)

@@ -283,6 +283,16 @@ def compose(outer: Array, inner: Array) -> Array:
     )
 
 
+def composed(outers: Array, inners: Array) -> Array:
+    """Return poses (..., 3) in the world from those in the frames of other poses (..., 3)."""
+    c, s = np.cos(outers[..., 2]), np.sin(outers[..., 2])
+    x, y = inners[..., 0], inners[..., 1]
+    found = outers + inners
+    found[..., 0], found[..., 1] = outers[..., 0] + c * x - s * y, outers[..., 1] + s * x + c * y
+    found[..., 2] = wrap_angles(found[..., 2])
+    return found
+
+
 def step_errors(ones: Array, others: Array, steps: Array) -> tuple[Array, Array, Array]:
     """Return the errors of measured steps (k, 3), and their derivatives by both poses (k, 3, 3)."""
     found = step_between(ones, others)

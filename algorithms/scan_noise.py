@@ -1,5 +1,6 @@
 """Range noise of a scan, estimated from neighbours on straight walls, and smoothing of the scan."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -29,14 +30,14 @@ def range_noise(scan: Scan) -> float:
     neighbours is that of the middle one times twice the cosine of the angle between two beams. The residual is noise;
     its median is robust to corners.
     """
-    inverse = np.where(np.isfinite(scan.ranges), 1.0 / np.maximum(scan.ranges, NEAREST), np.nan)
-    twice = 2.0 * np.cos(scan.angle_increment)
-    left = inverse[:-2] + inverse[2:] - twice * inverse[1:-1]
-    known = np.flatnonzero(np.isfinite(left))
+    met, inverse = np.isfinite(scan.ranges), 1.0 / np.maximum(scan.ranges, NEAREST)
+    twice = 2.0 * math.cos(scan.angle_increment)
+    known = np.flatnonzero(met[:-2] & met[1:-1] & met[2:])
     if len(known) < FEWEST:
         return 0.0
-    errors = left[known] * scan.ranges[1 + known] ** 2 / np.sqrt(2.0 + twice**2)
-    return float(NORMAL * np.median(np.abs(errors)))
+    left = (inverse[:-2] + inverse[2:] - twice * inverse[1:-1])[known]
+    errors = np.abs(left) * scan.ranges[1 + known] ** 2
+    return NORMAL * median(errors) / math.sqrt(2.0 + twice**2)
 
 
 def smoothed(scan: Scan, noise: float) -> Scan:
@@ -48,7 +49,7 @@ def smoothed(scan: Scan, noise: float) -> Scan:
         scan: The original scan.
         noise: Standard deviation of its ranges [m].
     """
-    wanted = int(np.ceil(0.5 * ((noise / FINE) ** 2 - 1.0)))
+    wanted = math.ceil(0.5 * ((noise / FINE) ** 2 - 1.0))
     half = min(wanted, int(WIDEST / max(abs(scan.angle_increment), 1e-6)))
     if half < 1:
         return scan
@@ -60,6 +61,14 @@ def smoothed(scan: Scan, noise: float) -> Scan:
     mean = (sums[number + beside + 1] - sums[number - beside]) / count * np.sinc(turn) / np.sinc(count * turn)
     averaged = beside > 0
     return replace(scan, ranges=np.where(averaged, 1.0 / np.where(averaged, mean, 1.0), scan.ranges))
+
+
+def median(values: Array) -> float:
+    """Return the median of values (n,), at least one; for few values, several times faster than that of NumPy."""
+    middle = len(values) // 2
+    if len(values) % 2:
+        return float(np.partition(values, middle)[middle])
+    return float(np.partition(values, (middle - 1, middle))[middle - 1 : middle + 1].mean())
 
 
 def _neighbours(ranges: Array, most: int, *, apart: float) -> NDArray[np.intp]:

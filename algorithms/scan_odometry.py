@@ -13,9 +13,10 @@ from mjsim.interface import Observation, Odometry
 
 from .level_scan import LevelScan
 from .pose_graph import compose, step_between
+from .pose_matrices import inverse
 from .scan_matching import Match, WallField
 from .scan_search import FEWEST, covariance_of, hypotheses
-from .scan_walls import Surface, joined, rotation, walls_of
+from .scan_walls import Surface, placed, rotation
 
 UNKNOWN = 0.25
 """Odometry whose variance grows faster than this says nothing [m^2/s]; that of wheels at 3 m/s grows by 0.01."""
@@ -68,20 +69,21 @@ class ScanOdometry:
         """Return whether the odometry of a tick says nothing about the motion."""
         return bool(seen.odometry.covariance[0, 0] > UNKNOWN * seen.dt)
 
-    def update(self, seen: Observation, looked: LevelScan | None) -> Odometry:
+    def update(self, seen: Observation, looked: LevelScan | None, walls: Surface | None) -> Odometry:
         """Return the motion since the last tick; call it at every tick.
 
         Args:
             seen: Of this tick; of its odometry, nothing is used.
             looked: The scan of this tick, if there is one.
+            walls: Its walls, in the robot's frame (`walls_of`).
         """
         rates = [float(reading.turn[2]) for reading in seen.imu if np.isfinite(reading.turn[2])]
         if rates:
             self._has_gyroscope = True
             self._turned += float(np.mean(rates)) * seen.dt
         covariance = np.diag((SPEED * seen.dt) ** 2) * 0.01
-        if looked is not None:
-            self._match(looked)
+        if looked is not None and walls is not None:
+            self._match(looked.scan.stamp, walls)
             covariance = covariance + self._P[:3, :3]
         ahead = 0.0 if not self._references else seen.moment - self._stamp
         pose = compose(self._pose, self._velocity * ahead)
@@ -89,10 +91,9 @@ class ScanOdometry:
         self._reported = pose
         return Odometry(forward, left, wrap_angle(turn), covariance)
 
-    def _match(self, looked: LevelScan) -> None:
-        """Move to where a scan fits the earlier ones."""
-        surface = walls_of(looked)
-        since, self._stamp = looked.scan.stamp - self._stamp, looked.scan.stamp
+    def _match(self, stamp: float, surface: Surface) -> None:
+        """Move to where the walls in a scan fit those in earlier ones."""
+        since, self._stamp = stamp - self._stamp, stamp
         if not self._references:
             self._references.append((self._pose, surface))
             self._P[3:, 3:] = np.diag(SPEED**2)
@@ -141,7 +142,7 @@ class ScanOdometry:
     def _correct(self, off: Array, covariance: Array) -> None:
         """Correct the velocity after a match has moved the predicted pose by `off` and left it with a covariance."""
         prior = self._P[:3, :3]
-        gain = self._P[3:, :3] @ np.linalg.inv(prior)
+        gain = self._P[3:, :3] @ inverse(prior)
         self._velocity = self._velocity + gain @ off
         self._P[3:, 3:] -= gain @ (prior - covariance) @ gain.T
         self._P[3:, :3] = gain @ covariance
@@ -150,7 +151,8 @@ class ScanOdometry:
 
     def _walls(self, origin: Array) -> Surface:
         """Return the walls of the references in the frame of a pose (3,)."""
-        return joined([surface.moved(step_between(origin, pose)) for pose, surface in self._references])
+        poses = np.array([pose for pose, _ in self._references])
+        return placed([surface for _, surface in self._references], step_between(origin, poses))
 
 
 def _found(scan: Surface, walls: Surface, guess: Array, covariance: Array) -> list[Match]:
@@ -158,5 +160,5 @@ def _found(scan: Surface, walls: Surface, guess: Array, covariance: Array) -> li
     if len(walls.points) < FEWEST or len(scan.points) < FEWEST:
         return []
     window = np.clip(3.0 * np.sqrt(np.diag(covariance)), NARROWEST, WIDEST)
-    found = hypotheses(WallField(walls), scan, guess, np.asarray(np.linalg.inv(covariance)), window)
+    found = hypotheses(WallField(walls), scan, guess, inverse(covariance), window)
     return found if found[0].share > SHARE else []

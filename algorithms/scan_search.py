@@ -3,10 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mjsim.geometry import Array, wrap_angle, wrap_angles
 
+from .pose_matrices import inverse
 from .scan_matching import Match, WallField, align
+from .scan_noise import median
 from .scan_walls import Surface
 
 RADIUS = 0.3
@@ -31,6 +34,8 @@ BEHIND = 0.1
 """By default, a hypothesis with a score this much below the best one is ruled out without an alignment."""
 DOUBT = 6.3
 """90 % quantile of chi-square with three degrees of freedom."""
+CORNERS = np.stack(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5]), axis=-1).reshape(-1, 3)
+"""Of a cube of side 1 around the origin: where a cell of the lattice is tried at the next level."""
 FEWEST = 20
 """Minimum number of elements of a scan and of the walls for a comparison."""
 
@@ -69,7 +74,7 @@ def lay(scan: Surface, walls: Surface, step: Array, noise: Array, *, doubt: Arra
     covariance = noise if doubt is None else noise + doubt
     if len(walls.points) < FEWEST or len(scan.points) < FEWEST:
         return Laid(step, covariance, noise, noise, np.eye(3))
-    field, information = WallField(walls), np.asarray(np.linalg.inv(covariance), dtype=float)
+    field, information = WallField(walls), inverse(covariance)
     window = np.clip(3.0 * np.sqrt(np.diag(covariance)), NARROWEST, WIDEST)
     found = hypotheses(field, scan, step, information, window)
     held = found[0].share > 0.4 and _surprise(found[0], step, covariance) < GATE
@@ -88,7 +93,7 @@ def _pulled(field: WallField, scan: Surface, best: Match, step: Array, covarianc
     """Return whether odometry has pulled a match off the walls and is incompatible with the fit to the walls alone."""
     if _surprise(best, step, covariance) < DOUBT:
         return False
-    free = align(field, scan, step, weak, start=best.pose)
+    (free,) = align(field, scan, step, weak, best.pose[None])
     return free.share > 0.6 and _surprise(free, step, covariance) > GATE
 
 
@@ -115,8 +120,8 @@ def hypotheses(
     """
     found: list[Match] = []
     poses, scores = search(field, scan.thinned(SCORED), guess, window)
-    for start in distinct(poses[scores > scores[0] - behind], most):
-        match = align(field, scan, guess, information, start=start)
+    starts = distinct(poses[scores > scores[0] - behind], most)
+    for match in align(field, scan, guess, information, np.array(starts)):
         if not any(alike(match.pose, other.pose) for other in found):
             found.append(match)
     return sorted(found, key=lambda match: match.cost)
@@ -139,20 +144,21 @@ def search(field: WallField, scan: Surface, guess: Array, window: Array) -> tupl
     References:
         Olson, Real-Time Correlative Scan Matching, ICRA 2009: a coarse level bounds the scores of the fine one.
     """
-    step = 0.1 * 2.0 ** np.clip(np.ceil(np.log2(max(window[0], window[1]) / 0.3)), 0, 3)
-    turn = min(0.12, step / max(1.5, float(np.median(np.hypot(*scan.points.T)))))
-    poses = _lattice(guess, window, step, turn)
+    coarse = int(np.clip(np.ceil(np.log2(max(window[0], window[1]) / 0.3)), 0, 3))
+    cells = 2**coarse
+    step = cells * field.cell
+    turn = min(0.12, step / max(1.5, median(np.hypot(*scan.points.T))))
+    poses, score = _lattice_scores(field, scan, guess, window, cells, turn)
     while True:
-        score = _scores(field, scan, poses, RADIUS + 0.5 * step)
         # Of alike places the one nearest to the guess.
-        score -= 0.02 * np.abs((poses - guess) / np.maximum(window, 1e-9)).max(axis=1)
+        score = score - 0.02 * np.abs((poses - guess) / np.maximum(window, 1e-9)).max(axis=1)
         best = np.argsort(score)[::-1][:KEPT]
         poses = poses[best]
-        if step <= 0.11:
+        if step <= 1.1 * field.cell:
             return poses, score[best]
         step, turn = 0.5 * step, 0.5 * turn
-        corners = np.stack(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5]), axis=-1).reshape(-1, 3)
-        poses = (poses[:, None] + corners * (step, step, turn)).reshape(-1, 3)
+        poses = (poses[:, None] + CORNERS * (step, step, turn)).reshape(-1, 3)
+        score = _scores(field, scan, poses, RADIUS + 0.5 * step)
 
 
 def distinct(poses: Array, most: int) -> list[Array]:
@@ -175,8 +181,8 @@ def _surprise(match: Match, step: Array, covariance: Array) -> float:
     """Return the squared Mahalanobis distance of a match from odometry."""
     off = match.pose - step
     off[2] = wrap_angle(float(off[2]))
-    seen = np.linalg.inv(match.seen + 1e-6 * np.eye(3))
-    return float(off @ np.linalg.solve(covariance + np.minimum(seen, 1.0), off))
+    seen = inverse(match.seen + 1e-6 * np.eye(3))
+    return float(off @ inverse(covariance + np.minimum(seen, 1.0)) @ off)
 
 
 def _laid(found: list[Match], noise: Array) -> Laid:
@@ -192,15 +198,15 @@ def _laid(found: list[Match], noise: Array) -> Laid:
         1981: the lasting part of an autoregression with a unit root.
     """
     best, others = found[0], _spread(found)
-    covariance, by_odometry = covariance_of(found), np.linalg.inv(noise)
-    P = np.asarray(np.linalg.inv(best.seen + by_odometry), dtype=float)
+    covariance, by_odometry = covariance_of(found), inverse(noise)
+    P = inverse(best.seen + by_odometry)
     share = np.linalg.inv(np.eye(3) + P @ best.older)
     return Laid(best.pose, covariance, P + others, share @ P @ share.T + others, np.asarray(P @ by_odometry))
 
 
 def covariance_of(found: list[Match]) -> Array:
     """Return the covariance of the first of some hypotheses, which includes the others, shape (3, 3)."""
-    return np.asarray(np.linalg.inv(found[0].information) + _spread(found))
+    return inverse(found[0].information) + _spread(found)
 
 
 def _spread(found: list[Match]) -> Array:
@@ -213,21 +219,50 @@ def _spread(found: list[Match]) -> Array:
     return spread
 
 
-def _lattice(guess: Array, window: Array, step: float, turn: float) -> Array:
-    """Return poses at regular steps within a window, at most `MOST`, shape (k, 3)."""
+def _lattice_scores(
+    field: WallField, scan: Surface, guess: Array, window: Array, cells: int, turn: float
+) -> tuple[Array, Array]:
+    """Return poses at regular steps within a window, at most `MOST`, shape (k, 3), and the score of each.
+
+    Steps are whole cells: the cells of a scan are found once for each heading, and shifted.
+
+    Args:
+        field: Of the walls.
+        scan: In its own frame.
+        guess: Middle of the window, shape (3,).
+        window: Its half extents, shape (3,) [m, m, rad].
+        cells: Step in x and y [cells].
+        turn: Step in heading [rad].
+    """
+    step = cells * field.cell
     counts = np.ceil(window / (step, step, turn)).astype(int)
     while np.prod(2 * counts + 1) > MOST:
         counts = np.maximum(counts - 1, 0)
-    x, y, heading = (np.arange(-count, count + 1) * by for count, by in zip(counts, (step, step, turn), strict=True))
-    return np.asarray(guess + np.stack(np.meshgrid(x, y, heading), axis=-1).reshape(-1, 3))
+    x, y, heading = (np.arange(-count, count + 1) for count in counts.tolist())
+    poses = np.empty((len(y), len(x), len(heading), 3))
+    poses[..., 0], poses[..., 1] = guess[0] + step * x[:, None], guess[1] + step * y[:, None, None]
+    poses[..., 2] = angles = guess[2] + turn * heading
+    c, s = np.cos(angles)[:, None], np.sin(angles)[:, None]
+    px, py = scan.points.T
+    column = np.floor((c * px - s * py + (guess[0] - field.lower[0])) / field.cell).astype(np.intp)
+    row = np.floor((s * px + c * py + (guess[1] - field.lower[1])) / field.cell).astype(np.intp)
+    # Cells at the edge of the grid are farther from walls than any that score.
+    columns = np.minimum(np.maximum(column + cells * x[:, None, None], 0), field.columns - 1)
+    rows = np.minimum(np.maximum(row + cells * y[:, None, None], 0), field.rows - 1) * field.columns
+    at = (rows[:, None] + columns).reshape(-1, len(px))
+    return poses.reshape(-1, 3), _proximity(field, at, RADIUS + 0.5 * step)
 
 
 def _scores(field: WallField, scan: Surface, poses: Array, radius: float) -> Array:
     """Return the score of each pose (k, 3): the mean proximity of a scan to walls, 1 on them, 0 beyond a radius [m]."""
-    likely = np.maximum(1.0 - field.distance / np.float32(radius), np.float32(0.0)).ravel()
     c, s = np.cos(poses[:, 2:]), np.sin(poses[:, 2:])
-    x, y = scan.points.T
-    placed = np.empty((len(poses), len(x), 2))
-    placed[..., 0] = c * x - s * y + poses[:, :1]
-    placed[..., 1] = s * x + c * y + poses[:, 1:2]
-    return np.asarray(likely[field.cells(placed)].mean(axis=1, dtype=float))
+    shift, (x, y) = poses[:, :2] - field.lower, scan.points.T
+    at = field.cells(np.array([c * x - s * y + shift[:, :1], s * x + c * y + shift[:, 1:]]))
+    return _proximity(field, at, radius)
+
+
+def _proximity(field: WallField, at: NDArray[np.intp], radius: float) -> Array:
+    """Return the mean proximity to walls of cells (k, n): 1 on them, 0 beyond a radius [m]; shape (k,)."""
+    near = 1.0 - field.distance.take(at) / np.float32(radius)
+    np.maximum(near, np.float32(0.0), out=near)
+    return np.asarray(near @ np.full(at.shape[1], 1.0 / at.shape[1], dtype=np.float32), dtype=float)

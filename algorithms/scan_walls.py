@@ -1,5 +1,6 @@
 """Walls in scans: evenly spaced elements with normals and noise."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,7 +48,7 @@ class Surface:
         """Return at most this many of its elements, evenly chosen."""
         if len(self.points) <= most:
             return self
-        chosen = np.linspace(0, len(self.points) - 1, most).astype(np.intp)
+        chosen = np.arange(most) * (len(self.points) - 1) // (most - 1)
         return Surface(self.points[chosen], self.normals[chosen], self.noise[chosen])
 
 
@@ -70,71 +71,88 @@ def surface_of(
         noise: Standard deviation of a range [m].
         increment: Angle between two beams [rad].
     """
-    points = points[np.hypot(*(points - origin).T) < FARTHEST]
+    ranges = np.hypot(points[:, 0] - origin[0], points[:, 1] - origin[1])
+    inside = ranges < FARTHEST
+    points, ranges = points[inside], ranges[inside]
     if len(points) < 3:
         return Surface(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
-    even, run = _evenly(points, np.hypot(*(points - origin).T))
-    if len(even) < 3:
+    x, y, run = _evenly(points, ranges)
+    if len(x) < 3:
         return Surface(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
-    centres, normals, off, flat = _lines(even, run, half=2 + int(noise / BLURRED))
-    towards = np.sum((np.asarray(origin) - centres) * normals, axis=1)
-    normals = np.where(towards[:, None] < 0.0, -normals, normals)
+    centres, normals, off, flat = _lines(x, y, run, half=2 + int(noise / BLURRED))
+    towards = (origin[0] - centres[0]) * normals[0] + (origin[1] - centres[1]) * normals[1]
+    normals *= np.where(towards < 0.0, -1.0, 1.0)
     # Ranges err by their noise times the cosine of the angle at which the beam meets the wall, towards / r, across it,
     # and beams meet it every r * increment / cosine. So much tells an element of `SPACING`.
     squared = EFFECTIVE * noise**2 * increment / SPACING * np.abs(towards)
-    return Surface(centres[flat], normals[flat], np.maximum(np.sqrt(squared), off)[flat])
+    return Surface(centres.T[flat], normals.T[flat], np.maximum(np.sqrt(squared), off)[flat])
 
 
-def _evenly(points: Array, ranges: Array) -> tuple[Array, NDArray[np.intp]]:
-    """Return points every `SPACING` along connected points, shape (m, 2), and the number of each one's wall, (m,)."""
-    step = np.diff(points, axis=0)
-    gap = np.hypot(*step.T)
-    turn = np.abs(np.diff(np.arctan2(step[:, 1], step[:, 0])))
+def _evenly(points: Array, ranges: Array) -> tuple[Array, Array, NDArray[np.intp]]:
+    """Return x and y of points every `SPACING` along connected points, and the number of each one's wall, (m,) each."""
+    x, y = points.T
+    dx, dy = x[1:] - x[:-1], y[1:] - y[:-1]
+    gap, direction = np.hypot(dx, dy), np.arctan2(dy, dx)
+    turn = np.abs(direction[1:] - direction[:-1])
     straight = np.minimum(turn, 2.0 * np.pi - turn) < STRAIGHT
-    goes_on = np.concatenate([[False], straight]) | np.concatenate([straight, [False]])
+    goes_on = np.zeros(len(gap), dtype=bool)
+    goes_on[1:] = straight
+    goes_on[:-1] |= straight
     near = (gap < NEIGHBOUR) | (goes_on & (gap < 0.1 * ranges[1:]))
     # Consecutive walls are laid on one line, with a step of no length between them.
-    along = np.concatenate([[0.0], np.cumsum(np.where(near, gap, 0.0))])
-    wall = np.concatenate([[0], np.cumsum(~near)])
+    along, wall = np.zeros(len(x)), np.zeros(len(x), dtype=np.intp)
+    np.cumsum(gap * near, out=along[1:])
+    np.cumsum(~near, out=wall[1:])
     at = np.arange(0.5 * SPACING, along[-1], SPACING)
-    after = np.clip(np.searchsorted(along, at, side="right"), 1, len(points) - 1)
-    share = (at - along[after - 1]) / np.maximum(along[after] - along[after - 1], 1e-9)
-    return points[after - 1] + share[:, None] * step[after - 1], wall[after - 1]
+    before = np.minimum(np.maximum(along.searchsorted(at, side="right"), 1), len(x) - 1) - 1
+    share = (at - along[before]) / np.maximum(along[before + 1] - along[before], 1e-9)
+    return x[before] + share * dx[before], y[before] + share * dy[before], wall[before]
 
 
-def _lines(points: Array, run: NDArray[np.intp], *, half: int) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-    """Return the line through each point and its neighbours on the same wall.
+def _lines(x: Array, y: Array, run: NDArray[np.intp], *, half: int) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
+    """Return the line through each point (n,) and its neighbours on the same wall.
 
     Returns:
-        A point of the line, shape (n, 2); its normal, shape (n, 2); standard deviation of neighbours from it, shape
+        A point of the line, shape (2, n); its normal, shape (2, n); standard deviation of neighbours from it, shape
         (n,) [m]; whether they are on it, shape (n,).
     """
-    number = np.arange(len(points))
-    first = np.maximum(number - half, np.searchsorted(run, run, side="left"))
-    last = np.minimum(number + half + 1, np.searchsorted(run, run, side="right"))
-    x, y = points.T
-    sums = np.zeros((len(points) + 1, 5))
-    np.cumsum(np.column_stack([x, y, x * x, x * y, y * y]), axis=0, out=sums[1:])
+    number = np.arange(len(x))
+    first = np.maximum(number - half, run.searchsorted(run, side="left"))
+    last = np.minimum(number + half + 1, run.searchsorted(run, side="right"))
+    sums = np.zeros((5, len(x) + 1))
+    np.cumsum([x, y, x * x, x * y, y * y], axis=1, out=sums[:, 1:])
     count = (last - first).astype(float)
-    mx, my, xx, xy, yy = ((sums[last] - sums[first]) / count[:, None]).T
+    mx, my, xx, xy, yy = (sums.take(last, axis=1) - sums.take(first, axis=1)) / count
     xx, xy, yy = xx - mx * mx, xy - mx * my, yy - my * my
     angle = 0.5 * np.arctan2(2.0 * xy, xx - yy)
-    normals = np.stack([-np.sin(angle), np.cos(angle)], axis=-1)
+    normals = np.array([-np.sin(angle), np.cos(angle)])
     across = np.maximum(0.5 * (xx + yy) - np.hypot(0.5 * (xx - yy), xy), 0.0)
-    means = np.stack([mx, my], axis=-1)
-    centres = points - np.sum((points - means) * normals, axis=1)[:, None] * normals
+    centres = np.array([x, y])
+    centres -= ((x - mx) * normals[0] + (y - my) * normals[1]) * normals
     # Two of the points' degrees of freedom are the line's.
     off = np.sqrt(across * count / np.maximum(count - 2.0, 1.0))
     return centres, normals, off, (count >= 3) & (across < FLAT**2)
 
 
-def joined(surfaces: list[Surface]) -> Surface:
+def joined(surfaces: Sequence[Surface]) -> Surface:
     """Return one surface from several in the same frame."""
     return Surface(
         np.concatenate([surface.points for surface in surfaces]),
         np.concatenate([surface.normals for surface in surfaces]),
         np.concatenate([surface.noise for surface in surfaces]),
     )
+
+
+def placed(surfaces: Sequence[Surface], poses: Array) -> Surface:
+    """Return one surface from several, given the pose of each one's frame, shape (k, 3)."""
+    whole, counts = joined(surfaces), [len(surface.points) for surface in surfaces]
+    turns = np.array([np.cos(poses[:, 2]), np.sin(poses[:, 2]), poses[:, 0], poses[:, 1]])
+    c, s, dx, dy = turns.repeat(counts, axis=1)
+    (x, y), (nx, ny) = whole.points.T, whole.normals.T
+    points, normals = np.empty_like(whole.points), np.empty_like(whole.normals)
+    points[:, 0], points[:, 1] = c * x - s * y + dx, s * x + c * y + dy
+    normals[:, 0], normals[:, 1] = c * nx - s * ny, s * nx + c * ny
+    return Surface(points, normals, whole.noise)
 
 
 def rotation(angle: float) -> Array:

@@ -57,6 +57,8 @@ CARRIED = 0.5
 """No robot drives that far in a tenth of a second [m]."""
 SETTLED = 2
 """NEES counts from so many scans in the map on: before, odometry in whole steps has told nothing yet."""
+SPEED = 0.7
+"""[m/s]"""
 LONGEST = 1500.0
 """When a drive that does not come to its end is given up [s]."""
 ERRORS = {"coarse": (1.0, 1.0, 0.0), "turns": (1.04, 1.1, 0.0), "veers": (1.0, 1.0, np.radians(1.0))}
@@ -236,12 +238,11 @@ def world(
     return f"mjsim: 1\nname: {name}\nwalls:\n" + "\n".join(lines) + "\n" + (f"obstacles:\n{found}" if found else "")
 
 
-def driven(building: Building, *, seed: int) -> Drive:
-    """Return a drive through a building."""
-    text = building.text + ROBOT.replace("AT", str(list(building.start)))
+def driven(room: mjsim.World, points: Sequence[tuple[float, float]], *, speed: float, seed: int) -> Drive:
+    """Return a drive of the robot `scout` through a world, along points."""
     told, rows, still = Told(), list[tuple[float, Array, Array]](), 0
-    driver = mjsim.Driver(estimator=told, navigator=Waypoints(building.points, speed=0.7), avoidance=True)
-    with mjsim.Simulation(mjsim.parse_world(text), seed=seed) as sim:
+    driver = mjsim.Driver(estimator=told, navigator=Waypoints(points, speed=speed), avoidance=True)
+    with mjsim.Simulation(room, seed=seed) as sim:
         for tick in mjsim.ticks(sim, {"scout": driver}):
             told.pose = tick.truth["scout"]
             rows += [(tick.time, told.pose.as_array(), scan.ranges) for scan in tick.seen["scout"].scans.values()]
@@ -362,7 +363,9 @@ def main() -> None:
     print("building  odometry seed   odometry; NEES mean, median; loops, scans in the map")
     for name in given.buildings or buildings():
         for seed in range(1, given.seeds + 1):
-            drive = driven(buildings()[name], seed=seed)
+            building = buildings()[name]
+            room = mjsim.parse_world(building.text + ROBOT.replace("AT", str(list(building.start))))
+            drive = driven(room, building.points, speed=SPEED, seed=seed)
             for kind in given.odometry:
                 with tempfile.TemporaryDirectory() as folder, threadpool_limits(1, user_api="blas"):
                     log = (given.keep or Path(folder)) / f"{name}-{kind}-{seed}.log"

@@ -26,12 +26,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from carmen_logs import Building, Drive, box, jagged, niched, rectangle, row, world
-from lidar_buildings import Told, walks
+from carmen_logs import SPEED, Building, Drive, box, driven, jagged, niched, rectangle, row, world
+from lidar_buildings import walks
 from threadpoolctl import threadpool_limits
 
 import mjsim
-from mjsim.algorithms.waypoints import Waypoints
 from mjsim.geometry import Array, Pose, wrap_angles
 
 ROBOT = """
@@ -50,8 +49,6 @@ NEAR = 8.0
 """As far as a lidar of the style `near` sees [m]."""
 SILLS = 12.0
 """Way between two sills at which odometry jumps [m]."""
-LONGEST = 1500.0
-"""When a drive that does not come to its end is given up [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +57,7 @@ class Style:
 
     half: bool = False
     """Whether beams are half a degree apart."""
-    speed: float = 0.7
+    speed: float = SPEED
     reach: float = 40.0
     every: float = 0.2
     """Mean time between two scans [s]."""
@@ -144,24 +141,14 @@ def lofts() -> Building:
     return Building(world("lofts", walls, doors, things), (2.0, 3.5), [*way, *way[::-1], *way, (5.5, 3.5)])
 
 
-def driven(building: Building, style: Style, *, seed: int) -> Drive:
+def drive_of(building: Building, style: Style, *, seed: int) -> Drive:
     """Return a drive through a building."""
     beams, fov, yaw = (361, 180.0, 0.0) if style.half else (180, 179.0, -0.5)
     text = building.text + ROBOT.replace("BEAMS", str(beams)).replace("FOV", str(fov)).replace("YAW", str(yaw))
     room = mjsim.parse_world(text.replace("AT", str(list(building.start))))
     people = mjsim.parse_world(f"mjsim: 1\nname: people\nobstacles: [{', '.join(walks(building, style.people))}]\n")
     room = room.model_copy(update={"obstacles": [*room.obstacles, *people.obstacles]})
-    told, rows, still = Told(), list[tuple[float, Array, Array]](), 0
-    driver = mjsim.Driver(estimator=told, navigator=Waypoints(building.points, speed=style.speed), avoidance=True)
-    with mjsim.Simulation(room, seed=seed) as sim:
-        for tick in mjsim.ticks(sim, {"scout": driver}):
-            told.pose = tick.truth["scout"]
-            rows += [(tick.time, told.pose.as_array(), scan.ranges) for scan in tick.seen["scout"].scans.values()]
-            still = still + 1 if tick.orders["scout"].command == mjsim.Command() else 0
-            if tick.time > LONGEST or still > 20:
-                break
-    times, poses, ranges = zip(*rows, strict=True)
-    return Drive(np.array(times), np.array(poses), np.array(ranges))
+    return driven(room, building.points, speed=style.speed, seed=seed)
 
 
 def standing(drive: Drive) -> Drive:
@@ -254,7 +241,7 @@ def main() -> None:
                 style = STYLES[kind]
                 driving = Style(half=style.half, speed=style.speed, people=style.people)
                 if driving not in drives:
-                    drives[driving] = driven(buildings()[name], driving, seed=seed)
+                    drives[driving] = drive_of(buildings()[name], driving, seed=seed)
                 with tempfile.TemporaryDirectory() as folder, threadpool_limits(1, user_api="blas"):
                     log = (given.keep or Path(folder)) / f"{name}-{kind}-{seed}.log"
                     log.parent.mkdir(parents=True, exist_ok=True)

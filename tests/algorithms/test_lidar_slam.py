@@ -57,7 +57,7 @@ def test_two_scans_are_laid_on_each_other_to_millimetres():
     one, other = Pose(2, 2, 0.3), Pose(2.4, 2.3, 0.5)
     step = step_between(one.as_array(), other.as_array())
     guess = step + np.array([0.12, -0.1, 0.08])
-    match = align(WallField(surface_at(one)), surface_at(other), guess, np.diag([1.0, 1.0, 1.0]))
+    (match,) = align(WallField(surface_at(one)), surface_at(other), guess, np.diag([1.0, 1.0, 1.0]), guess[None])
     np.testing.assert_allclose(match.pose, step, atol=0.004)
     assert match.share > 0.9
 
@@ -67,7 +67,8 @@ def test_from_afar_the_search_finds_the_place_that_the_alignment_alone_does_not(
     step = step_between(one.as_array(), other.as_array())
     guess, weak = step + np.array([1.5, -1.3, 0.9]), np.diag([0.1, 0.1, 1.0])
     field, scan = WallField(surface_at(one)), surface_at(other)
-    assert np.abs(align(field, scan, guess, weak).pose - step).max() > 0.2
+    (alone,) = align(field, scan, guess, weak, guess[None])
+    assert np.abs(alone.pose - step).max() > 0.2
     best = hypotheses(field, scan, guess, weak, np.array([2.0, 2.0, 1.2]))[0]
     np.testing.assert_allclose(best.pose, step, atol=0.01)
 

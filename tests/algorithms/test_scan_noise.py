@@ -63,7 +63,7 @@ def test_a_match_of_scans_that_err_by_five_centimetres_says_how_far_it_is_off():
     step, squares = np.array([*(_turned(poses[1] - poses[0], -0.3)), 0.05]), []
     for seed in range(0, 60, 2):
         old, new = (_surface(scan_of_a_room(noise=0.05, seed=seed + k, pose=pose)) for k, pose in enumerate(poses))
-        match = align(WallField(old), new, step, 1e-6 * np.eye(3))
+        (match,) = align(WallField(old), new, step, 1e-6 * np.eye(3), step[None])
         off = match.pose - step
         off[2] = wrap_angle(float(off[2]))
         squares.append(off @ match.information @ off)

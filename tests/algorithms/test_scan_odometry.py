@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 import mjsim
+from mjsim.algorithms import scan_walls
 from mjsim.algorithms.ekf_slam import EkfSlam
 from mjsim.algorithms.level_scan import LevelLidar
 from mjsim.algorithms.lidar_slam import LidarSlam
 from mjsim.algorithms.pose_graph import compose
 from mjsim.algorithms.scan_odometry import ScanOdometry
+from mjsim.algorithms.scan_walls import walls_of
 from mjsim.algorithms.waypoints import Waypoints
 from mjsim.interface import Odometry
 
@@ -62,6 +64,10 @@ def errors_of(estimator, drive):
     return np.hypot(*(poses - truth)[:, :2].T)
 
 
+def walls_seen(looked):
+    return looked, None if looked is None else walls_of(looked)
+
+
 def test_scans_alone_tell_the_way_of_a_robot_to_centimetres(drive):
     robot, seen, truth = drive
     assert np.hypot(*np.diff(truth[:, :2], axis=0).T).sum() > 14.0
@@ -69,7 +75,7 @@ def test_scans_alone_tell_the_way_of_a_robot_to_centimetres(drive):
     errors = []
     for each, true in zip(seen, truth, strict=True):
         assert ScanOdometry.is_needed(each)
-        step = odometry.update(each, lidar.update(each))
+        step = odometry.update(each, *walls_seen(lidar.update(each)))
         pose = compose(pose, np.array([step.forward, step.left, step.turn]))
         errors.append(np.hypot(*(pose - true)[:2]))
     # 0.6 m/s and a scan every second tick: between scans, the pose is predicted.
@@ -81,6 +87,18 @@ def test_lidar_slam_needs_no_odometry(drive):
     errors = errors_of(LidarSlam(), drive)
     assert errors.mean() < 0.05
     assert errors.max() < 0.2
+
+
+def test_without_odometry_walls_are_found_once_in_each_scan(drive, monkeypatch):
+    robot, seen, _ = drive
+    found, slam = [], LidarSlam()
+    surface_of = scan_walls.surface_of
+    monkeypatch.setattr(scan_walls, "surface_of", lambda *args, **keys: found.append(1) or surface_of(*args, **keys))
+    slam.start(robot, {}, np.random.default_rng(0))
+    for each in seen[:200]:
+        slam.update(each)
+    assert len(slam.keyframes) > 2
+    assert len(found) == sum("scan" in each.scans for each in seen[:200])
 
 
 def test_ekf_slam_needs_no_odometry_where_it_sees_beacons(drive):
@@ -107,7 +125,7 @@ def test_a_robot_that_stands_still_does_not_drift(drive):
             noisy = scan.ranges + rng.normal(0.0, 0.02, len(scan.ranges))
             scan = replace(scan, stamp=0.04 * k, ranges=noisy)
         each = replace(seen[0], time=0.04 * k, scans={} if scan is None else {"scan": scan})
-        step = odometry.update(each, lidar.update(each))
+        step = odometry.update(each, *walls_seen(lidar.update(each)))
         way = compose(way, np.array([step.forward, step.left, step.turn]))
     assert np.hypot(*way[:2]) < 0.02
     assert abs(way[2]) < 0.01
