@@ -8,6 +8,7 @@ import numpy as np
 
 from mjsim.geometry import Array, Pose
 from mjsim.posture import columns_of
+from mjsim.video import arm_outlines
 from mjsim.web.mechanism_poses import outlines, plan_joints, start_values
 from mjsim.world import (
     Mechanism,
@@ -106,7 +107,14 @@ def _things(world: World) -> Iterator[Thing]:
         yield ("lamps", index), "light", lamp, [], Pose(lamp.at[0], lamp.at[1], 0.0)
     for index, robot in enumerate(world.robots):
         place = Pose(robot.at[0], robot.at[1], math.radians(robot.heading_deg))
-        yield ("robots", index), "robot", robot, [place.transform(robot.body.outline())], place
+        arms = [outline for arm in robot.arms for outline in arm_outlines(arm, np.array(arm.start()))]
+        yield (
+            ("robots", index),
+            "robot",
+            robot,
+            [place.transform(each) for each in (robot.body.outline(), *arms)],
+            place,
+        )
     for kind in ("people", "mechanisms"):
         for index, thing in enumerate(getattr(world, kind)):
             yield from _moving(world, thing, (kind, index))

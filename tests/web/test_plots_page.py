@@ -124,6 +124,20 @@ def test_numbers_of_a_live_run_are_drawn_as_they_come(browser, folder):
         assert len(kept["layouts"][0]["charts"][0]["fields"]) == 2
 
 
+@pytest.mark.parametrize(("width", "height", "least"), [(1280, 720, 150), (640, 360, 200), (390, 844, 250)])
+def test_a_chart_of_one_number_against_another_is_high_enough_to_read_at_200_percent_too(
+    browser, folder, width, height, least
+):
+    """A window of 1280 x 720 at 200 % has 640 x 360 pixels for the page."""
+    with Studio(folder) as studio, page_at(browser, studio.url, width=width, height=height) as page:
+        review = opened(page)
+        review.get_by_label("Kind of chart 1").select_option("xy")
+        draw(review, X)
+        draw(review, Y)
+        expect(review.locator(".plotter-xy circle")).to_have_count(1)
+        assert review.locator(".plotter-xy").bounding_box()["height"] >= least
+
+
 SWATCHES = """list => [...list.querySelectorAll("i")].map(swatch => {
   const root = getComputedStyle(document.documentElement);
   const painted = document.body.appendChild(document.createElement("i"));

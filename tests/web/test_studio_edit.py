@@ -8,7 +8,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from shapely import Polygon, unary_union
+from shapely import Point, Polygon, unary_union
 
 import mjsim
 from mjsim.bench.entering import client_of
@@ -155,12 +155,26 @@ def test_a_world_is_opened_with_its_items_where_they_are(client):
     assert item(opened, "beacons", 1)["at"] == [5.21, 1.0]
     assert [item(opened, "beacons", k)["kind"] for k in (0, 1)] == ["beacon", "marker"]
     robot = item(opened, "robots", 0)
-    assert Polygon(robot["polygons"][0]).centroid.distance(Polygon(robot["polygons"][0]).centroid) < 0.1
+    assert Polygon(robot["polygons"][0]).centroid.distance(Point(robot["at"])) < 0.1
     assert robot["values"]["body"]["mass"] == 9.0
     assert "body" not in robot["written"]
     assert opened["world"]["written"] == ["mjsim"]
     assert opened["world"]["values"]["floor"]["friction"] == 1.0
     assert opened["run"]["seconds"] == 60.0
+
+
+def test_a_fixed_arm_is_drawn_on_the_plan_as_it_stands_at_its_start():
+    arms = "[{preset: puma560, start_deg: [0, 45, 0, 0, 30, 0]}]"
+    robots = f"robots: [{{name: r, base: fixed, at: [2, 2], heading_deg: 90, arms: {arms}}}]"
+    world = mjsim.parse_world(f"mjsim: 1\n{robots}\n")
+    (item,) = (each for each in scene_of(world)["items"] if each["kind"] == "robot")
+    _, *links = (Polygon(points) for points in item["polygons"])
+    arm = world.robots[0].arms[0]
+    tool = arm.arm.posture(np.array(arm.start())).tool[:2, 3]
+    # The robot is turned by a quarter to the left.
+    place = Point(2 - tool[1], 2 + tool[0])
+    assert min(link.distance(place) for link in links) < 0.1
+    assert unary_union(links).area > 0.05
 
 
 def test_walls_are_drawn_as_they_are_with_gaps_and_leaves(client):

@@ -287,23 +287,30 @@ function drawBeacon({ context, item, shapes, palette, look, facing, at, view }: 
   line(context, place, add(place, [facing[0] * 9, -facing[1] * 9]));
 }
 
-function drawRobot({ context, shapes, palette, look, facing, at, view }: Brush): void {
+/** A body, and the links of its arms, seen through. */
+function drawRobot({ context, shapes: [body = [], ...links], palette, look, facing, at, view }: Brush): void {
   context.fillStyle = palette.truth;
   context.strokeStyle = look.selected ? palette.accent : palette.paper;
   context.lineWidth = 1;
-  for (const shape of shapes) {
-    trace(context, shape);
-    context.fill();
-    context.stroke();
-  }
-  const place = at ? view.toScreen(at) : centreOf(shapes);
+  trace(context, body);
+  context.fill();
+  context.stroke();
+  const place = at ? view.toScreen(at) : centreOf([body]);
   if (!place) return;
-  const box = boundsOf(shapes.flat());
-  const reach = shapes.length ? Math.max(Math.min(box[2] - box[0], box[3] - box[1]) / 2, 4) : 6;
+  const box = boundsOf(body);
+  const reach = body.length ? Math.max(Math.min(box[2] - box[0], box[3] - box[1]) / 2, 4) : 6;
   context.strokeStyle = palette.paper;
   context.lineWidth = Math.max(2, reach / 5);
   context.lineCap = "round";
   line(context, place, add(place, [facing[0] * reach * 0.8, -facing[1] * reach * 0.8]));
+  context.strokeStyle = look.selected ? palette.accent : palette.truth;
+  context.lineWidth = 1.25;
+  for (const link of links) {
+    context.fillStyle = blendSafe(palette.truth, palette.ground, 0.55);
+    trace(context, link);
+    context.fill();
+    context.stroke();
+  }
 }
 
 /** An arrow in the middle of what leads up or goes by itself. */
