@@ -171,7 +171,9 @@ def test_a_function_and_a_program_of_the_page_of_arms_move_one_step_by_step(tmp_
     (tmp_path / "towards.m").write_text(function)
     (tmp_path / "towards").write_text(program)
     (tmp_path / "towards").chmod(0o755)
-    (tmp_path / "two.yaml").write_text(text)
+    # The other robot stands, and its module is not made: it may need Octave.
+    kept = [line for line in text.splitlines() if f"{robot}: " in line or "navigator" not in line]
+    (tmp_path / "two.yaml").write_text("\n".join(kept))
     world = mjsim.load_world(tmp_path / "two.yaml")
     assert check_world(world) == []
     with mjsim.Simulation(world) as sim:
