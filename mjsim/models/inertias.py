@@ -86,6 +86,8 @@ def _mend_urdf(root: Element, path: str) -> Iterator[str]:
     for link in root.findall("link"):
         inertial, name = link.find("inertial"), link.get("name", "?")
         if name in carried:
+            if (below := _weight_of(link)) < 0.0:
+                yield f"{path}: link '{name}' has a mass of {below:g} kg; it weighs nothing instead"
             _lighten(link)
             continue
         has = link.find("collision") is not None

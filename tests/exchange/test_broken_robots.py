@@ -73,6 +73,11 @@ MACRO = (
         ),
         (TWO.replace("continuous", "fixed"), (), "no wheels can be found: it has no level hinge at all"),
         (
+            TWO.replace('"continuous">', '"revolute"><limit lower="-1" upper="1" effort="1" velocity="1"/>'),
+            (),
+            r"its level hinges 'l0_hinge', 'r0_hinge' have limits; if it is an arm, a world has it as arms: ",
+        ),
+        (
             TWO.replace('xyz="0.0 0.2 -0.05"', 'xyz="zero 0.2"'),
             (),
             r"urdf:5:7: MuJoCo cannot read <origin>: bad format in attribute 'xyz'$",
@@ -83,6 +88,11 @@ MACRO = (
             r"urdf:4:125: two joints are called 'l0_hinge'; give each its own name",
         ),
         (TWO.replace("</robot>", '<link name="l0"/></robot>'), (), r"urdf:2:105: two links are called 'l0'"),
+        (
+            TWO.replace("</robot>", '<link name="alone"/></robot>'),
+            (),
+            r"urdf:\d+:\d+: no joint carries link 'alone', nor 'chassis'; a robot has one such link, its root$",
+        ),
         (
             TWO.replace('child link="r0"', 'child link="chassis"'),
             (),

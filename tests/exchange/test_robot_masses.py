@@ -44,6 +44,14 @@ def test_links_without_a_mass_that_are_fixed_to_one_with_a_mass_weigh_nothing(ma
     assert "imu" not in said
 
 
+def test_a_mass_below_zero_is_named(tmp_path):
+    light = '<inertial><mass value="-2.3"/></inertial>' + BARE.format(size="0.4 0.3 0.1")
+    heavy = '<inertial><mass value="7"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial>'
+    links = {"base": light, "inertial_link": heavy, "l": tyre(0.08, 0.03), "r": tyre(0.08, 0.03)}
+    said, _ = weighed(links, [fixed("base", "inertial_link")], tmp_path)
+    assert "link 'base' has a mass of -2.3 kg; it weighs nothing instead" in said
+
+
 def test_the_shipped_waffle_weighs_what_its_file_says():
     file = DATA / "turtlebot3_description" / "urdf" / "turtlebot3_waffle.urdf"
     told = sum(float(mass.get("value", "")) for mass in ElementTree.parse(file).iter("mass"))

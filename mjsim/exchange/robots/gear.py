@@ -116,9 +116,12 @@ def _guessed(anatomy: Anatomy, file: str) -> tuple[list[Round], list[Round]]:
     if not whole:
         whole = [wheel for wheel in all_round if re.search("wheel", wheel.name, re.IGNORECASE)]
     if not whole:
-        hinges = [joint.name for joint in anatomy.joints if not joint.slides and abs(joint.axis[2]) < LEVEL]
-        there = _instead(anatomy) or (f"its level hinges are {_listed(hinges)}" if hinges else HINGELESS)
-        name_them = "; name them with --left-wheel JOINT and --right-wheel JOINT" if hinges else ""
+        level = [joint for joint in anatomy.joints if not joint.slides and abs(joint.axis[2]) < LEVEL]
+        hinges = _listed([joint.name for joint in level])
+        there = _instead(anatomy) or (f"its level hinges are {hinges}" if level else HINGELESS)
+        name_them = "; name them with --left-wheel JOINT and --right-wheel JOINT" if level else ""
+        if level and there.startswith("its") and not any(map(turns_freely, anatomy.joints)):
+            there = f"its level hinges {hinges} have limits; if it is an arm, a world has it as arms: [{{model: FILE}}]"
         raise UsageError(f"{file}: no wheels can be found: {there}{name_them}")
     lowest = min(wheel.bottom for wheel in whole)
     standing = [wheel for wheel in whole if wheel.bottom <= lowest + NEAR_FLOOR * max(wheel.radius, 0.02)]
@@ -311,9 +314,10 @@ def _check_drive(
     if drive == "tricycle":
         raise UsageError(f"{file} has no single wheel that steers before or behind an axle; name it with --steering")
     if len(steered) == len(sides) == 2:
-        front = ", ".join(f"--steering {w.steer.name}" for side in sides[0] for w in side if w.steer is not None)
+        turned = dict.fromkeys(w.steer.name for side in sides[0] for w in side if w.steer is not None)
+        front = " ".join(f"--steering {name}" for name in turned)
         raise UsageError(
-            f"{file} steers all four wheels, a drive that mjsim does not have; {front.replace(',', '')} makes it a car"
+            f"{file} steers all four wheels, a drive that mjsim does not have; {front} makes it a car"
             f" whose wheels behind are held straight, or {OWN}"
         )
     if drive == "ackermann":

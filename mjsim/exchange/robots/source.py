@@ -166,10 +166,10 @@ class RobotSource:
 
 
 def _check_links(root: Element, data: bytes, path: Path) -> None:
-    """Check that the links of all joints exist.
+    """Check that the links of all joints exist, and that these connect all links.
 
     Raises:
-        UsageError: One does not exist; the message has its line.
+        UsageError: They do not; the message has the line.
     """
     links = {link.get("name", "") for link in root.findall("link")}
     for kind in ("link", "joint"):
@@ -188,6 +188,11 @@ def _check_links(root: Element, data: bytes, path: Path) -> None:
                 which = f"names link '{link}', which does not exist" if link else f"has no {end}"
                 near = did_you_mean(link, links) if link else "; name one of its links"
                 raise UsageError(f"{where}: joint '{name}' {which}{near}")
+    carried = {end.get("link") for joint in root.findall("joint") for end in joint.findall("child")}
+    roots = [name for link in root.findall("link") if (name := link.get("name", "")) not in carried]
+    if len(roots) > 1:
+        said = f"no joint carries link '{roots[1]}', nor '{roots[0]}'; a robot has one such link, its root"
+        raise UsageError(f"{_where(roots[1], data, path)}: {said}")
 
 
 def _where(name: str, data: bytes, path: Path) -> str:
