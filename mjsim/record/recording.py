@@ -279,9 +279,10 @@ class Recording:
             yield stamp if told == nanoseconds(stamp) else told * 1e-9, pixels
 
     def observations(self, robot: str) -> Iterator[Observation]:
-        """Yield the exact observations that a robot's modules received, without pictures.
+        """Yield the exact observations that a robot's modules received, without pictures; none without a driver.
 
         Raises:
+            UsageError: There is no such robot.
             RecordingError: One is not as mjsim writes it.
         """
         for seen, _ in self.observed(robot):
@@ -291,8 +292,11 @@ class Recording:
         """Yield each observation of a robot, and camera -> stamp of each of its pictures [s].
 
         Raises:
+            UsageError: There is no such robot.
             RecordingError: One is not as mjsim writes it.
         """
+        if robot not in self.robots:
+            raise UsageError(f"no robot '{robot}' in '{self.path}'{did_you_mean(robot, self.robots)}")
         for message in raw_messages(self.path, topics={f"/{robot}/observation"}):
             yield self.observation_in(message)
 

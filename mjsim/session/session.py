@@ -5,10 +5,10 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, get_args
 
 from mjsim.closing import Closes
-from mjsim.errors import ModuleFault, UsageError
+from mjsim.errors import ModuleFault, UsageError, did_you_mean
 from mjsim.interface import Command
 from mjsim.output import NewFile
 from mjsim.record import RobotEvent, reserve, reserve_next
@@ -234,7 +234,18 @@ class Session(Closes):
         return self._touched
 
     def wait(self, *states: State, timeout: float | None = None) -> State:
-        """Wait for one of these states, by default 'ended' or 'failed', and return the current state."""
+        """Wait for one of these states, by default 'ended' or 'failed', and return the current state.
+
+        Args:
+            states: Any of 'loading', 'running', 'paused', 'ended' and 'failed'.
+            timeout: Return after this time in any state [s]; by default never.
+
+        Raises:
+            UsageError: There is no such state.
+        """
+        for state in states:
+            if state not in (known := get_args(State)):
+                raise UsageError(f"no state '{state}'{did_you_mean(state, known)}")
         awaited, gate = states or ("ended", "failed"), self._gate
         with gate.changed:
             gate.changed.wait_for(lambda: gate.state in awaited, timeout)

@@ -224,3 +224,8 @@ def test_what_a_module_changes_afterwards_does_not_change_the_recording(tmp_path
 def test_an_unknown_camera_is_refused_with_those_there_are(recording: Recording):
     with pytest.raises(UsageError, match=r"no camera 'scout/frnt' .*did you mean 'scout/front'"):
         next(recording.images("scout", "frnt"))
+
+
+def test_observations_of_an_unknown_robot_are_refused_with_those_there_are(recording: Recording):
+    with pytest.raises(UsageError, match=r"no robot 'scot' in .*did you mean 'scout'"):
+        next(recording.observations("scot"))

@@ -317,3 +317,11 @@ def test_a_session_over_an_existing_file_is_refused_when_it_is_made_and_two_cann
         mjsim.Session(WORLD, drivers=drivers(), record=path)
     mjsim.Session(WORLD, drivers=drivers(), record=path, overwrite=True).close()
     assert mjsim.read_recording(path).time[0] == 0.0
+
+
+def test_waiting_for_a_state_that_there_is_not_is_refused():
+    with (
+        mjsim.Session(WORLD, seconds=0.2) as session,
+        pytest.raises(mjsim.UsageError, match="no state 'pausd'; did you mean 'paused'"),
+    ):
+        session.wait("pausd")  # type: ignore[arg-type]
