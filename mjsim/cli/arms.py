@@ -43,7 +43,10 @@ def arm(
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser; print the address.")] = False,
     overwrite: Overwrite = False,
 ) -> None:
-    """Print the joint table of an arm, its limits and the pose of its tool; with options, plot or move it."""
+    """Print the joints of an arm, and the pose of its tool.
+
+    With options, plot the arm, or move it in the browser.
+    """
     import numpy as np
 
     from mjsim.world import arm_item

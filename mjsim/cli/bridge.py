@@ -34,7 +34,10 @@ def bridge(
     overwrite: Overwrite = False,
     settings: Settings = None,
 ) -> None:
-    """Run a world and connect its robots to ROS 2, without a ROS installation."""
+    """Run a world and connect its robots to ROS 2.
+
+    No ROS installation is needed.
+    """
     # Before NumPy is imported: the kernel moves only processes with a single thread.
     network = _private(interface) if private else interface or "loopback, open to all users of this machine"
 

@@ -16,7 +16,10 @@ def ergonomics(
     settings: Settings = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Write a page about each seated person: posture, contacts, reach, sight, clearances, travel of the seat."""
+    """Write a page about the posture of each seated person.
+
+    It has contacts, reach, sight, clearances and the travel of the seat.
+    """
     from mjsim.ergonomics import write_ergonomics
     from mjsim.world import load_checked, with_settings
 

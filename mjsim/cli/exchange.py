@@ -22,7 +22,10 @@ def export_world(
     svg: Annotated[Path | None, typer.Option(metavar="FILE", help="A plan to scale, with names.")] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Write a world in other formats: for Nav2, Gazebo, animation, 3-D viewers, print."""
+    """Write a world in other formats.
+
+    There are formats for Nav2, Gazebo, animation, 3-D viewers and print.
+    """
     from mjsim.exchange import write_map, write_sdf, write_svg
     from mjsim.world import load_checked
 

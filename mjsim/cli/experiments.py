@@ -16,7 +16,10 @@ def experiments(
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Run the classic experiments; write a page with results, plots and verdicts."""
+    """Run the classic experiments.
+
+    Write a page with results, plots and verdicts.
+    """
     from mjsim.experiments import EXPERIMENTS, lines, run_experiments
 
     names = only or list(EXPERIMENTS)

@@ -40,7 +40,10 @@ def lab(
     settings: Settings = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Linearise plants, write a page about each: matrices, poles, responses, margins, identification, controllers."""
+    """Linearise plants, and write a page about each.
+
+    It has matrices, poles, responses, margins, identification and controllers.
+    """
     from mjsim.lab import write_lab
     from mjsim.record import read_recording
     from mjsim.world import load_checked, with_settings

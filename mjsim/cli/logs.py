@@ -54,7 +54,10 @@ def import_log(
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Convert a real robot's log to a recording; the format is detected from its files."""
+    """Convert a real robot's log to a recording.
+
+    The format is detected from its files.
+    """
     from mjsim.logs import Wishes
     from mjsim.logs import import_log as recorded
 
@@ -87,7 +90,10 @@ def calibrate(
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Estimate noise and bias of odometry and sightings from a log with ground truth."""
+    """Estimate noise and bias from a log with ground truth.
+
+    Print those of odometry and sightings.
+    """
     from mjsim.logs import calibrate as calibrated
     from mjsim.logs import write_noise
     from mjsim.output import require_free

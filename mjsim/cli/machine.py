@@ -17,7 +17,10 @@ def doctor(
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Report which OpenGL backend works and how fast, render a test picture, and look for GNU Octave."""
+    """Report which OpenGL backend works, and how fast.
+
+    Render a test picture, and look for GNU Octave.
+    """
     from mjsim.doctor import diagnose, report_lines
 
     default = Path("out") / "doctor.png"
@@ -38,7 +41,10 @@ def bench(
         bool, typer.Option("--cpu", help="Measure processor time instead of wall-clock time, for busy machines.")
     ] = False,
 ) -> None:
-    """Measure speed on this machine: name, median, min, max, unit, runs; then the required ratios."""
+    """Measure the speed of mjsim on this machine.
+
+    Print name, median, min, max, unit and runs of each figure, then the required ratios.
+    """
     from mjsim.bench import measure
 
     for line in measure(only or (), runs=runs, peers=peers, clock=time.process_time if cpu else time.perf_counter):

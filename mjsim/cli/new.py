@@ -135,7 +135,11 @@ def new(
     package: Package = None,
     arg: XacroArgument = None,
 ) -> None:
-    """Create a world from a robot's map, a drawing, a maze, a cluttered room or a template; or create a robot."""
+    """Create a world or a robot.
+
+    Create a world from a robot's map, a drawing, a maze, a cluttered room or a template, or a robot from the file of
+    its manufacturer.
+    """
     if robot_from is not None:
         if any(value is not None for value in (source, maze, clutter, template, robot)):
             raise UsageError("--robot-from creates the preset of a robot; create the world with a separate command")

@@ -20,9 +20,12 @@ def video(
     recording: RunFile,
     output: Annotated[Path, typer.Option("-o", metavar="MP4", help="The video to write.")],
     view: Annotated[
-        str | None, typer.Option(help="Show only one view: plan, chase, overview, diagrams or ROBOT/CAMERA.")
+        str | None,
+        typer.Option(metavar="NAME", help="Show only one view: plan, chase, overview, diagrams or ROBOT/CAMERA."),
     ] = None,
-    follow: Annotated[str | None, typer.Option(help="What the close-up follows: truth, estimate or nothing.")] = None,
+    follow: Annotated[
+        str | None, typer.Option(metavar="WHAT", help="What the close-up follows: truth, estimate or nothing.")
+    ] = None,
     sightings: Annotated[bool | None, typer.Option(help="Draw lines to sighted beacons.")] = None,
     ellipses: Annotated[bool | None, typer.Option(help="Draw 95 % confidence ellipses.")] = None,
     trails: Annotated[bool | None, typer.Option(help="Draw true and estimated paths.")] = None,

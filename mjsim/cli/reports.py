@@ -18,7 +18,10 @@ def report(
     formats: Formats = "png",
     overwrite: Overwrite = False,
 ) -> None:
-    """Write statistics.json, report.html, tables and plots of a run or a section of it; print the key figures."""
+    """Write statistics, tables and plots of a run.
+
+    Write statistics.json, report.html, tables and plots of the run or a section of it; print the key figures.
+    """
     from mjsim.record import read_recording
     from mjsim.report import REPORT_FILES, key_table, parse_formats, write_report
 
@@ -41,7 +44,10 @@ def compare(
     formats: Formats = "png",
     overwrite: Overwrite = False,
 ) -> None:
-    """Compare runs, grouped by their settings and paired by seed; report which differences are significant."""
+    """Compare runs, and report significant differences.
+
+    Runs are grouped by their settings and paired by seed.
+    """
     from mjsim.report import COMPARISON_FILES, comparison_lines, parse_formats, write_comparison
     from mjsim.report import compare as compare_runs
 

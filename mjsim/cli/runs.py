@@ -76,7 +76,7 @@ def replay(
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Replay the observations of a recording through another estimator."""
+    """Run another estimator on a recording's observations."""
     from mjsim.modules import module_of, thread_faults
     from mjsim.record import read_recording
     from mjsim.run import replay as replay_run

@@ -17,7 +17,10 @@ def worlds(
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """List the worlds that come with mjsim with name, file and a short description; or copy one."""
+    """List the worlds that come with mjsim, or copy one.
+
+    The list has the name, the file and a short description of each.
+    """
     from mjsim.world import own_copy, shipped_worlds, world_summary
 
     shipped = shipped_worlds()

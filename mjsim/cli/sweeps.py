@@ -34,7 +34,10 @@ def sweep(
     keep: Annotated[bool, typer.Option("--keep", help="Keep the recording of each run.")] = False,
     formats: Formats = "png",
 ) -> None:
-    """Run a world with many seeds and settings; write a table, means with confidence intervals, and plots."""
+    """Run a world with many seeds and settings.
+
+    Write a table, means with confidence intervals, and plots.
+    """
     from mjsim.modules import load_runnable
     from mjsim.report import parse_formats
     from mjsim.sweep import SweepPlan, key_lines, parse_seeds, parse_settings, run_plan

@@ -13,7 +13,10 @@ from mjsim.progress import say
 
 
 def check(worlds: WorldFiles) -> None:
-    """Check world files and print every error; print nothing if there is none."""
+    """Check world files, and print every error.
+
+    Print nothing if there is none.
+    """
     right = [_is_right(path) for path in worlds]
     if not all(right):
         raise typer.Exit(2)
@@ -23,7 +26,10 @@ def fmt(
     worlds: WorldFiles,
     check: Annotated[bool, typer.Option("--check", help="Change nothing; exit with 1 if a file would change.")] = False,
 ) -> None:
-    """Format world files, keeping every value and comment; print the names of the changed files."""
+    """Format world files; comments are kept.
+
+    Every value is kept, too. Print the names of the changed files.
+    """
     from mjsim.world import format_file
 
     code = 0
@@ -44,7 +50,10 @@ def compile(
     output: Annotated[Path, typer.Option("-o", metavar="DIR", help="Folder for scene.xml and assets.")],
     overwrite: Overwrite = False,
 ) -> None:
-    """Write the scene as MJCF with its assets, for MuJoCo without mjsim."""
+    """Write the scene as MJCF, for MuJoCo without mjsim.
+
+    The assets are in a folder beside it.
+    """
     from mjsim.compile import export_scene, refused_links
     from mjsim.world import load_checked
 
@@ -64,6 +73,7 @@ def show(
         typer.Option(
             "--camera",
             "--view",
+            metavar="NAME",
             help="Instead of the plan: ROBOT/CAMERA, PERSON/left_eye, ROBOT/chase or overview.",
         ),
     ] = None,
@@ -77,7 +87,10 @@ def show(
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Draw the plan of a world for printing, or the image of a camera at the start."""
+    """Draw the plan of a world, or the image of a camera.
+
+    The plan is for printing; the image is that at the start of a run.
+    """
     from mjsim.video import draw_beside, draw_world, take_picture
     from mjsim.world import load_checked
 
@@ -97,7 +110,10 @@ def show(
 
 
 def schema() -> None:
-    """Print the JSON Schema of world files, for completion in editors."""
+    """Print the JSON Schema of world files, for editors.
+
+    Editors use it for completion and to mark errors.
+    """
     import json
 
     from mjsim.world import editor_schema
