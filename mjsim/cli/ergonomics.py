@@ -45,7 +45,7 @@ def _lines(name: str, figures: dict[str, Any]) -> Iterator[str]:
             leaning = "leaning reaches it" if each["short_leaning_m"] == 0.0 else "leaning does not reach it"
             yield f"  {target} is {math.ceil(1000 * each['short_m'])} mm out of reach; {leaning}"
     for display, each in figures["displays"].items():
-        hidden = ", ".join(f"{what} {100 * share:.1f} %" for what, share in each["hidden_by"].items())
+        hidden = ", ".join(f"{obstacle} {100 * share:.1f} %" for obstacle, share in each["hidden_by"].items())
         yield f"  {display}: {100 * each['visible']['either']:.1f} % visible" + (
             f"; hidden: {hidden}" if hidden else ""
         )

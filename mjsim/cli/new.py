@@ -71,7 +71,7 @@ WithoutRobot = Annotated[bool, typer.Option("--no-robot", help="Do not add a rob
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Wanted:
+class _Options:
     """Options for the new world: its source and its robot."""
 
     source: Path | None
@@ -146,7 +146,7 @@ def new(
         wished = Wished(left_wheel or (), right_wheel or (), steering or (), drive, forward, package or (), arg or ())
         write_robot(robot_from, output, wished, overwrite=overwrite)
         return
-    wanted = _Wanted(
+    wanted = _Options(
         source=source,
         maze=maze,
         clutter=clutter,
@@ -168,27 +168,27 @@ def new(
     _write(brought, output, overwrite=overwrite)
 
 
-def _from_file(source: Path, wanted: _Wanted, reading: "Reading") -> "Brought":
+def _from_file(source: Path, options: _Options, reading: "Reading") -> "Brought":
     from mjsim.exchange import Newcomer, bring_file
 
-    preset = wanted.preset()
-    use = None if wanted.estimator is None else _estimator(wanted.estimator, wanted.output)
-    robot = None if preset is None else Newcomer(preset, wanted.lidar, use, wanted.folder)
+    preset = options.preset()
+    use = None if options.estimator is None else _estimator(options.estimator, options.output)
+    robot = None if preset is None else Newcomer(preset, options.lidar, use, options.folder)
     return bring_file(source, robot=robot, reading=reading)
 
 
-def _made(wanted: _Wanted, *, seed: int, cell: float, beacons: int) -> "Brought":
+def _made(options: _Options, *, seed: int, cell: float, beacons: int) -> "Brought":
     """Return a world that needs no source file: a maze, a cluttered room, or a template."""
     from mjsim.exchange import bring_clutter, bring_maze, bring_template, name_of
 
-    name = None if wanted.output is None else name_of(wanted.output)
-    if wanted.maze is not None:
-        preset, folder = wanted.preset(), wanted.folder
-        return bring_maze(wanted.maze, preset=preset, seed=seed, cell=cell, beacons=beacons, name=name, folder=folder)
-    if wanted.clutter is not None:
-        return bring_clutter(wanted.clutter, preset=wanted.preset(), seed=seed, name=name, folder=wanted.folder)
-    assert wanted.template is not None
-    return bring_template(wanted.template, name=name)
+    name = None if options.output is None else name_of(options.output)
+    if options.maze is not None:
+        preset, folder = options.preset(), options.folder
+        return bring_maze(options.maze, preset=preset, seed=seed, cell=cell, beacons=beacons, name=name, folder=folder)
+    if options.clutter is not None:
+        return bring_clutter(options.clutter, preset=options.preset(), seed=seed, name=name, folder=options.folder)
+    assert options.template is not None
+    return bring_template(options.template, name=name)
 
 
 def _write(brought: "Brought", output: Path | None, *, overwrite: bool) -> None:

@@ -29,8 +29,8 @@ def read_token(source: str) -> str:
         raise UsageError(f"all users of this machine can read a token on the command line; {_HOW}")
     token = _from_file(Path(place)) if kind == "file" else os.environ.pop(place, "")
     if not token.strip():
-        what = f"file '{place}'" if kind == "file" else f"environment variable {place}"
-        raise UsageError(f"{what} holds no token; {_HOW}")
+        label = f"file '{place}'" if kind == "file" else f"environment variable {place}"
+        raise UsageError(f"{label} holds no token; {_HOW}")
     return token.strip()
 
 

@@ -52,8 +52,8 @@ BRIEF = {"check", "schema", "worlds"}
 """Commands that end within a second or so; help does too."""
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
+def _print_version(requested: bool) -> None:
+    if requested:
         from importlib.metadata import version
 
         print(f"mjsim {version('mjsim')}")

@@ -63,11 +63,11 @@ def export(
     """Write a recording in other formats."""
     from mjsim.record import export_csv, export_images, export_mat, export_npz, export_tum, read_recording
 
-    wanted: tuple[tuple[Callable[..., object], Path | None], ...] = (
+    requested: tuple[tuple[Callable[..., object], Path | None], ...] = (
         *((export_tum, tum), (export_csv, csv), (export_npz, npz), (export_mat, mat), (export_images, images)),
         *_data_sets(rosbag2, storage, tum_rgbd, euroc, carmen, redraw=redraw),
     )
-    if all(place is None for _, place in wanted):
+    if all(place is None for _, place in requested):
         raise UsageError(
             "nothing to export; name at least one of --tum, --csv, --npz, --mat, --images, --rosbag2, --tum-rgbd,"
             " --euroc, --carmen"
@@ -76,7 +76,7 @@ def export(
         if file is not None:
             require_free(file, overwrite=overwrite, source=recording)
     read = read_recording(recording)
-    for write, place in wanted:
+    for write, place in requested:
         if place is not None:
             made = write(read, place, overwrite=overwrite)
             # A file of each robot has a name of its own; a folder is named instead of its files.

@@ -86,15 +86,15 @@ def replay(
     run = read_recording(recording)
     require_observations(run, robot)
     believes, use = module_of(estimator, role="estimator", robot=robot)
-    looks, uses = None, {"estimator": use}
+    observing, uses = None, {"estimator": use}
     if observer is not None:
-        looks, uses["observer"] = module_of(observer, role="observer", robot=robot)
+        observing, uses["observer"] = module_of(observer, role="observer", robot=robot)
     with thread_faults(), tracked(f"replay {recording.name}", total=float(run.time[-1]), unit="s") as advance:
         replay_run(
             run,
             robot=robot,
             estimator=believes,
-            observer=looks,
+            observer=observing,
             record=output,
             uses=uses,
             progress=advance,

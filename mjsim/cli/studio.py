@@ -73,11 +73,11 @@ def opened(world: str | None) -> tuple[Path, str | None]:
     from mjsim.web import shipped_name
     from mjsim.world import world_path
 
-    here = Path.cwd()
+    folder = Path.cwd()
     if world is None:
-        return here, None
+        return folder, None
     if (shipped := shipped_name(world)) is not None:
-        return here, shipped
+        return folder, shipped
     if Path(world).is_dir():
         return Path(world), None
     path = world_path(world).resolve()
@@ -86,6 +86,6 @@ def opened(world: str | None) -> tuple[Path, str | None]:
     if path.suffix.lower() not in (".yaml", ".yml"):
         raise UsageError(f"'{world}' is not a world file (.yaml); for a recording, open its folder and choose Review")
     # Never open a home folder: the studio searches everything below the folder.
-    if path.is_relative_to(here) and here not in (Path.home(), Path(here.anchor)):
-        return here, path.relative_to(here).as_posix()
+    if path.is_relative_to(folder) and folder not in (Path.home(), Path(folder.anchor)):
+        return folder, path.relative_to(folder).as_posix()
     return path.parent, path.name

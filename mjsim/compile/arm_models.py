@@ -17,7 +17,7 @@ from mjsim.mechanics import Solid, is_valid, nearest_valid
 from mjsim.models import FileArm, seen_and_touched
 from mjsim.world import RobotArm
 
-NEAR = 2e-3
+TOUCHING = 2e-3
 """Links whose shapes are nearer than this at the start never collide with each other [m]."""
 
 
@@ -106,17 +106,17 @@ def passing(item: RobotArm) -> Iterator[tuple[int, int]]:
     for shape in solid:
         pose = shape.pose if shape.link < 0 else posture.links[shape.link] @ shape.pose
         data.geom_xpos[shape.number], data.geom_xmat[shape.number] = pose[:3, 3], pose[:3, :3].ravel()
-    near: set[tuple[int, int]] = set()
+    touching: set[tuple[int, int]] = set()
     for first, second in combinations(solid, 2):
         pair = min(first.link, second.link), max(first.link, second.link)
-        if pair[0] != pair[1] and pair not in near and _touch(model, data, first.number, second.number):
-            near.add(pair)
-    yield from sorted(near)
+        if pair[0] != pair[1] and pair not in touching and _touch(model, data, first.number, second.number):
+            touching.add(pair)
+    yield from sorted(touching)
 
 
 def _touch(model: mujoco.MjModel, data: mujoco.MjData, first: int, second: int) -> bool:
     """Return whether two geoms are near enough to count as touching."""
-    reach = float(model.geom_rbound[first] + model.geom_rbound[second]) + NEAR
+    reach = float(model.geom_rbound[first] + model.geom_rbound[second]) + TOUCHING
     if float(np.linalg.norm(data.geom_xpos[first] - data.geom_xpos[second])) > reach:
         return False
-    return float(mujoco.mj_geomDistance(model, data, first, second, NEAR, None)) < NEAR
+    return float(mujoco.mj_geomDistance(model, data, first, second, TOUCHING, None)) < TOUCHING

@@ -21,7 +21,7 @@ from mjsim.world import NoBody, Robot, RobotArm, World
 
 SHORTEST = 1e-6
 """A segment of a link shorter than this is a sphere [m]."""
-NEAR = 2.5
+MIN_RADII = 2.5
 """Links joined by less than this many radii of arm do not collide."""
 HUB = (1.25, 1.4)
 """Radius and half length of the visual shape of a joint, in radii of its link."""
@@ -45,7 +45,7 @@ def add_arms(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, originals:
         carrier.add_site(name=f"{name}/flange", size=[0.005] * 3, group=4, **_placed(arm.flange))
         carrier.add_site(name=f"{name}/tool", size=[0.005] * 3, group=4, **_placed(arm.flange @ arm.tool))
         if item.model is None:
-            _add_looks(spec, base, bodies, item, name)
+            _add_visuals(spec, base, bodies, item, name)
             if robot.base == "fixed":
                 _clear_of_ground(spec, robot, item, bodies)
         else:
@@ -66,7 +66,7 @@ def _add_links(spec: mujoco.MjSpec, base: mujoco.MjsBody, item: RobotArm, name: 
     return bodies
 
 
-def _add_looks(
+def _add_visuals(
     spec: mujoco.MjSpec, base: mujoco.MjsBody, bodies: list[mujoco.MjsBody], item: RobotArm, name: str
 ) -> None:
     """Add the shapes of an arm of a table."""
@@ -154,8 +154,8 @@ def _add_motor(spec: mujoco.MjSpec, link: Link, name: str) -> None:
     motor = spec.add_actuator(name=name, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=name)
     motor.gear[0] = link.gear
     if math.isfinite(link.max_torque):
-        most = link.max_torque / abs(link.gear)
-        motor.ctrllimited, motor.ctrlrange = True, [-most, most]
+        limit = link.max_torque / abs(link.gear)
+        motor.ctrllimited, motor.ctrlrange = True, [-limit, limit]
 
 
 def _add_shape(body: mujoco.MjsBody, link: Link, name: str, color: str) -> None:
@@ -191,7 +191,7 @@ def _add_excludes(spec: mujoco.MjSpec, bodies: list[mujoco.MjsBody], arm: Arm) -
     widest = max(link.radius for link in arm.links)
     for first in range(len(bodies)):
         for second in range(first + 1, len(bodies)):
-            if sum(lengths[first : second - 1]) < NEAR * widest:
+            if sum(lengths[first : second - 1]) < MIN_RADII * widest:
                 spec.add_exclude(bodyname1=bodies[first].name, bodyname2=bodies[second].name)
 
 

@@ -24,7 +24,7 @@ from mjsim.world import Beacon, Hung, Marker, Robot, World, hung, printed_share
 GIVEN_BACK = 0.25
 """Reflectance of a picture; it is emissive, so that its colours are the same at any angle and only a little brighter
 where a lamp of high quality adds to them."""
-MOST_PICTURES = 900
+MAX_PICTURES = 900
 """MuJoCo allows 1000 textures and as many materials."""
 BACK_GAP = 0.001
 """Distance from a picture to the back that hides it from behind [m]."""
@@ -40,7 +40,7 @@ PrintedFace = tuple[str, Array]
 """Name of a material, and the size of its picture for a beacon of width 1, (width, height)."""
 
 
-def beacon_looks(spec: mujoco.MjSpec, world: World) -> Callable[[Beacon], PrintedFace]:
+def face_maker(spec: mujoco.MjSpec, world: World) -> Callable[[Beacon], PrintedFace]:
     """Return a function for the material of a beacon; beacons with the same picture share one.
 
     Raises:
@@ -49,14 +49,14 @@ def beacon_looks(spec: mujoco.MjSpec, world: World) -> Callable[[Beacon], Printe
     numbers = {face: number for number, face in enumerate(dict.fromkeys(map(_face, world.beacons)), start=1)}
 
     @cache
-    def look(face: str | Marker | None) -> PrintedFace:
-        return _add_look(spec, world, face, numbers[face])
+    def printed(face: str | Marker | None) -> PrintedFace:
+        return _add_face(spec, world, face, numbers[face])
 
-    return lambda beacon: look(_face(beacon))
+    return lambda beacon: printed(_face(beacon))
 
 
 def add_hung_beacons(
-    spec: mujoco.MjSpec, world: World, walls: Sequence[WallBox], look_of: Callable[[Beacon], PrintedFace]
+    spec: mujoco.MjSpec, world: World, walls: Sequence[WallBox], face_of: Callable[[Beacon], PrintedFace]
 ) -> None:
     """Add the static beacons: visible from the front, each with a plain back."""
     removed = {getattr(event, "remove", None) for event in world.run.events}
@@ -64,7 +64,7 @@ def add_hung_beacons(
     for item in hung(world):
         if not item.fixed:
             continue
-        beacon, (material, size) = item.beacon, look_of(item.beacon)
+        beacon, (material, size) = item.beacon, face_of(item.beacon)
         half = size * beacon.width / 2
         world_from_plane = _facing(item.place.heading, math.radians(beacon.tilt_deg))
         at = _before_the_wall(item, world_from_plane, solid)
@@ -88,12 +88,12 @@ def add_hung_beacons(
         _add_backs(spec, "beacon:backs", backs)
 
 
-def add_carried_beacons(spec: mujoco.MjSpec, world: World, look_of: Callable[[Beacon], PrintedFace]) -> None:
+def add_carried_beacons(spec: mujoco.MjSpec, world: World, face_of: Callable[[Beacon], PrintedFace]) -> None:
     """Add the beacons on robots and moving objects to their bodies, which must exist already."""
     for item in hung(world):
         if item.fixed or item.carrier is None:
             continue
-        beacon, (material, size) = item.beacon, look_of(item.beacon)
+        beacon, (material, size) = item.beacon, face_of(item.beacon)
         name, lift = f"{beacon.on}/base", 0.0
         if not isinstance(item.carrier, Robot):
             name, lift = f"obstacle/{beacon.on}", item.carrier.origin_height
@@ -130,9 +130,9 @@ def _face(beacon: Beacon) -> str | Marker | None:
     return beacon.image if beacon.image is not None else beacon.marker
 
 
-def _add_look(spec: mujoco.MjSpec, world: World, face: str | Marker | None, number: int) -> PrintedFace:
-    if number > MOST_PICTURES:
-        raise UsageError(f"more than {MOST_PICTURES} different pictures hang in this world; let some beacons share one")
+def _add_face(spec: mujoco.MjSpec, world: World, face: str | Marker | None, number: int) -> PrintedFace:
+    if number > MAX_PICTURES:
+        raise UsageError(f"more than {MAX_PICTURES} different pictures hang in this world; let some beacons share one")
     size = 1.0
     if face is None:
         picture = _reflector()

@@ -93,7 +93,7 @@ def _prism(spec: mujoco.MjSpec, outline: Array, half: float, name: str) -> dict[
 def _set_mass(base: mujoco.MjsBody, body: PlainBody, *, low: float, mass: float, balanced: bool) -> None:
     """Set the mass of the base, even over the outline; it lies low, like batteries, unless the body sets it."""
     half = (body.height - low) / 2
-    (x, y), (xx, yy, xy) = _spread(body)
+    (x, y), (xx, yy, xy) = _outline_moments(body)
     # The centre of mass is as high as a quarter of the body's width, and never above its middle.
     middle = min(low + half, max(low, math.sqrt(xx + yy) / math.sqrt(2.0)))
     upright = min(half, middle) ** 2 / 3
@@ -108,7 +108,7 @@ def _set_mass(base: mujoco.MjsBody, body: PlainBody, *, low: float, mass: float,
         base.fullinertia = [mass * (yy + upright), mass * (xx + upright), mass * (xx + yy), -mass * xy, 0.0, 0.0]
 
 
-def _spread(body: PlainBody) -> tuple[tuple[float, float], tuple[float, float, float]]:
+def _outline_moments(body: PlainBody) -> tuple[tuple[float, float], tuple[float, float, float]]:
     """Return the centroid of a body's outline [m], and the means of x^2, y^2 and x y about it [m^2]."""
     if isinstance(body, CylinderBody):
         return (0.0, 0.0), (body.radius**2 / 4, body.radius**2 / 4, 0.0)
@@ -154,10 +154,10 @@ def _add_heading_mark(base: mujoco.MjsBody, body: PlainBody) -> None:
     """Add a bar on top from the center to the rim, which shows the heading of the robot."""
     red, green, blue, _ = color_of(body.color)
     bright = 0.3 * red + 0.59 * green + 0.11 * blue > 0.6
-    ahead, aside = rims(body, np.array([0.0, math.pi / 2])).tolist()
+    ahead, left = rims(body, np.array([0.0, math.pi / 2])).tolist()
     mark = base.add_geom(
         type=mujoco.mjtGeom.mjGEOM_BOX,
         pos=[ahead / 2, 0.0, body.height],
-        size=[ahead * 0.46, min(ahead, aside) * 0.11, 0.004],
+        size=[ahead * 0.46, min(ahead, left) * 0.11, 0.004],
     )
     make_decor(mark, DARK if bright else PALE)

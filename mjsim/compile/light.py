@@ -26,13 +26,13 @@ GIVEN_BACK = 0.25
 where a lamp of high quality adds to them."""
 MEAN_LIGHT = 0.92
 """Light averaged over faces of all directions, in full general light."""
-NEAR_SHARE = 0.2
+LAMP_OFFSET = 0.2
 """A lamp lights in proportion to 1 / (0.2 + 0.2 d^2) at d metres: once at 2 m, never more than five times."""
 INDIRECT = 0.2
 """Proportion of a lamp's light that is ambient, as reflected by walls."""
-MOST_LIGHTS = 8
+MAX_LIGHTS = 8
 """Largest number of lights in OpenGL."""
-FINE, MOST_TRIANGLES = 0.4, 60_000
+FINE, MAX_TRIANGLES = 0.4, 60_000
 """Longest edge of a face lit by lamps [m], and the approximate limit of triangles above which it is coarser."""
 PICTURE_PARTS, QUADS = 6, 8
 """Subdivisions per side of a picture, and of the face of a box."""
@@ -82,7 +82,7 @@ def lamp_lights(model: mujoco.MjModel) -> NDArray[np.intp]:
 def lamps_drawn(model: mujoco.MjModel) -> int:
     """Return how many lamps can be drawn besides the general light."""
     directed = (model.light_type == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL) & (model.light_active != 0)
-    return MOST_LIGHTS - 1 - int(directed.sum())
+    return MAX_LIGHTS - 1 - int(directed.sum())
 
 
 def add_lamps(spec: mujoco.MjSpec, world: World) -> None:
@@ -97,7 +97,7 @@ def add_lamps(spec: mujoco.MjSpec, world: World) -> None:
             exponent=0.0,
             pos=[*lamp.at, lamp.height],
             dir=[0.0, 0.0, -1.0],
-            attenuation=[NEAR_SHARE, 0.0, (1.0 - NEAR_SHARE) / 4],
+            attenuation=[LAMP_OFFSET, 0.0, (1.0 - LAMP_OFFSET) / 4],
             range=lamp.range,
             diffuse=direct,
             ambient=indirect,
@@ -167,7 +167,7 @@ def divide_faces(spec: mujoco.MjSpec) -> None:
     meshes = [mesh for mesh in spec.meshes if len(mesh.uservert)]
     area = sum(_area(np.reshape(mesh.uservert, (-1, 3))[np.reshape(mesh.userface, (-1, 3))]) for mesh in meshes)
     # The area of a triangle whose edges are just short enough is about a third of their square.
-    longest = max(FINE, (3.0 * area / MOST_TRIANGLES) ** 0.5)
+    longest = max(FINE, (3.0 * area / MAX_TRIANGLES) ** 0.5)
     for mesh in meshes:
         _divide_mesh(mesh, longest)
     for geom in spec.geoms:

@@ -20,7 +20,7 @@ from mjsim.compile.models import LoadedFile, copy_geom
 from mjsim.compile.own_parts import exclude_parts
 from mjsim.compile.parts import DARK, DECOR, FITTINGS, RUNNING_GEAR, SEEN
 from mjsim.compile.running_gear import add_motor
-from mjsim.compile.sensors import NEAR
+from mjsim.compile.sensors import HOUSING_MARGIN
 from mjsim.compile.wheels import (
     FREE_INERTIA,
     SAGS,
@@ -97,7 +97,7 @@ def add_model_robot(
     steering = {joint: name for name, joint in body.steering.items()}
     for part in rest.parts:
         if part.parent in build.rolling:
-            _add_roller_looks(build, part)
+            _add_roller_visual(build, part)
             continue
         hinges = [original.model.joint(joint).name for joint in part.joints]
         found = next((name for name in hinges if name in wheels), None)
@@ -133,7 +133,7 @@ def _houses_camera(build: _Build, number: int) -> bool:
     low, high = _box(build, number)
     cameras = [np.array(sensor.at) for sensor in build.robot.sensors if isinstance(sensor, Camera)]
     small = float((high - low).max()) < LARGEST_FITTING
-    return small and any((low - NEAR < at).all() and (at < high + NEAR).all() for at in cameras)
+    return small and any((low - HOUSING_MARGIN < at).all() and (at < high + HOUSING_MARGIN).all() for at in cameras)
 
 
 def heavier_by(body: ModelBody, rest: AtRest) -> float:
@@ -271,7 +271,7 @@ def _add_roller_wheel(build: _Build, part: Rigid, wheel: Wheel, sizes: WheelSpec
     """Add a wheel with mjsim's rollers in place of one of the file, with its looks."""
     assert wheel.rollers is not None, "a wheel without rollers is a plain one"
     seen, _ = seen_and_touched(build.original.model, urdf=build.original.urdf)
-    looks = any(bool(seen[number]) for number in build.rest.geoms(part))
+    has_visual = any(bool(seen[number]) for number in build.rest.geoms(part))
     body = add_roller_wheel(
         build.spec,
         build.made[0],
@@ -279,7 +279,7 @@ def _add_roller_wheel(build: _Build, part: Rigid, wheel: Wheel, sizes: WheelSpec
         heading=wheel.heading,
         angle=wheel.rollers.angle,
         count=wheel.rollers.count,
-        seen=not looks,
+        seen=not has_visual,
     )
     c, s = math.cos(wheel.heading), math.sin(wheel.heading)
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
@@ -290,7 +290,7 @@ def _add_roller_wheel(build: _Build, part: Rigid, wheel: Wheel, sizes: WheelSpec
     add_motor(build.spec, build.robot.drive, sizes, wheel.motor, load=mass_of(build.body, build.rest))
 
 
-def _add_roller_looks(build: _Build, part: Rigid) -> None:
+def _add_roller_visual(build: _Build, part: Rigid) -> None:
     """Add the visual shape of a roller of the file to its wheel with mjsim's rollers."""
     build.made[part.root], build.frames[part.root] = build.made[part.parent], build.frames[part.parent]
     build.rolling.add(part.root)
@@ -357,13 +357,13 @@ def _add_geoms(build: _Build, part: Rigid, *, side: float = 0.0, touch: bool = T
             continue
         touches = touch and bool(touched[number]) and float(corners[:, 2].min()) > lowest
         housing = bool(seen[number]) and _houses_camera(build, number)
-        for keys in _ways(seen=bool(seen[number]), touches=touches, base=part.root == 0, housing=housing):
+        for keys in _geom_roles(seen=bool(seen[number]), touches=touches, base=part.root == 0, housing=housing):
             _add_geom(build, part, number, keys)
         any_seen |= bool(seen[number])
     return any_seen
 
 
-def _ways(*, seen: bool, touches: bool, base: bool, housing: bool) -> list[dict[str, Any]]:
+def _geom_roles(*, seen: bool, touches: bool, base: bool, housing: bool) -> list[dict[str, Any]]:
     """Return the roles of a geom of the file in the scene: visual, collision, or both."""
     solid = {"priority": 1, "friction": [BUMPER_FRICTION, 0.005, 0.0001], "solref": [0.01, 1.0]}
     decor = {"group": FITTINGS if housing else DECOR, "contype": 0, "conaffinity": 0}
@@ -379,9 +379,9 @@ def _add_geom(build: _Build, part: Rigid, number: int, keys: Mapping[str, Any]) 
     data = build.rest.data
     origin, axes = build.frames[part.root]
     turn = axes.T @ build.robot_from_file[:, :3] @ data.geom_xmat[number].reshape(3, 3)
-    look = {} if keys["group"] in (TOUCHED, RUNNING_GEAR) else build.original.looks.of_geom(number, plain=None)
+    appearance = {} if keys["group"] in (TOUCHED, RUNNING_GEAR) else build.original.looks.of_geom(number, plain=None)
     place = {"pos": axes.T @ (build.point(data.geom_xpos[number]) - origin), "quat": _quaternion(turn)}
-    own = {**place, **keys, **(look or {"rgba": DARK})}
+    own = {**place, **keys, **(appearance or {"rgba": DARK})}
     copy_geom(build.spec, build.made[part.root], build.original, number, scale=1.0, **own)
 
 

@@ -218,8 +218,8 @@ def _mesh_corners(model: mujoco.MjModel, number: int) -> tuple[Array, NDArray[np
     keys = np.zeros(3 * model.mesh_facenum[number], dtype=np.int64)
     for _, _, indices in kinds:
         keys = keys * (int(indices.max()) + 1) + indices.ravel()
-    _, where, triangles = np.unique(keys, return_index=True, return_inverse=True)
-    columns = [values[int(first) + indices.ravel()[where]] for values, first, indices in kinds]
+    _, first_rows, triangles = np.unique(keys, return_index=True, return_inverse=True)
+    columns = [values[int(first) + indices.ravel()[first_rows]] for values, first, indices in kinds]
     return np.hstack(columns).astype(float), triangles.reshape(-1, 3), textured
 
 

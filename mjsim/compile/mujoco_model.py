@@ -20,6 +20,6 @@ def compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
     except ValueError as error:
         text = str(error).removeprefix("Error: ")
         named = _NAMED.search(text)
-        what = f"'{named[1]}'" if named else "this world"
-        said = one_line(_NAMED.sub("", text))
-        raise UsageError(f"MuJoCo cannot compile {what}: {said}; make sizes and masses larger") from error
+        subject = f"'{named[1]}'" if named else "this world"
+        reason = one_line(_NAMED.sub("", text))
+        raise UsageError(f"MuJoCo cannot compile {subject}: {reason}; make sizes and masses larger") from error

@@ -41,7 +41,7 @@ def add_robot(spec: mujoco.MjSpec, robot: Robot, originals: dict[str, LoadedFile
     Raises:
         ValueError: MuJoCo refuses the file of the robot; the message is a sentence.
     """
-    looks: list[tuple[Array, Array]] = []
+    boxes: list[tuple[Array, Array]] = []
     if isinstance(robot.body, ModelBody) and not robot.body.ready:
         heading = math.radians(robot.heading_deg)
         quaternion = np.array([math.cos(heading / 2), 0.0, 0.0, math.sin(heading / 2)])
@@ -52,12 +52,12 @@ def add_robot(spec: mujoco.MjSpec, robot: Robot, originals: dict[str, LoadedFile
             if robot.body.model not in originals:
                 key = f"robot:model{len(originals) + 1}"
                 originals[robot.body.model] = original(spec, robot.body.shape, key=key)
-            looks = add_model_robot(spec, base, robot, robot.body, originals[robot.body.model])
+            boxes = add_model_robot(spec, base, robot, robot.body, originals[robot.body.model])
         elif not isinstance(robot.body, NoBody):
             _add_own(spec, base, robot, robot.body)
     add_arms(spec, base, robot, originals)
     for sensor in robot.sensors:
-        add_sensor(base, robot, sensor, looks)
+        add_sensor(base, robot, sensor, boxes)
 
 
 def add_robots(spec: mujoco.MjSpec, world: World) -> None:

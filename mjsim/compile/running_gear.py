@@ -32,7 +32,7 @@ RESERVE = 1.2
 """Traction of the motors, as a multiple of that for the largest acceleration."""
 CASTERS = 0.7
 """Distance of casters ahead and behind, relative to the body's reach."""
-MOST_CLEARANCE = 0.03
+MAX_CLEARANCE = 0.03
 """Largest ground clearance of a body [m]."""
 
 
@@ -50,7 +50,7 @@ def clearance(body: Body, drive: AnyDrive) -> float:
     """Return the height of the body's lower face above the floor [m]."""
     if isinstance(body, BoxBody) and body.middle is not None:
         return body.middle - body.box[2] / 2
-    return min(MOST_CLEARANCE, 0.4 * drive.driven_radius, 0.25 * body.height)
+    return min(MAX_CLEARANCE, 0.4 * drive.driven_radius, 0.25 * body.height)
 
 
 def _add_wheel(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, wheel: Wheel) -> None:

@@ -5,7 +5,7 @@ import math
 import mujoco
 import numpy as np
 
-from mjsim.compile.beacons import add_carried_beacons, add_hung_beacons, beacon_looks
+from mjsim.compile.beacons import add_carried_beacons, add_hung_beacons, face_maker
 from mjsim.compile.ceiling import add_ceiling
 from mjsim.compile.contacts import sort_contacts
 from mjsim.compile.doors import add_doors
@@ -22,7 +22,7 @@ from mjsim.compile.walls import add_walls, wall_boxes
 from mjsim.geometry import Array
 from mjsim.world import Camera, Robot, World, gc_paused
 
-NEAR = 0.02
+NEAR_CLIPPING = 0.02
 """Near clipping distance of cameras, independent of the size of the world [m]."""
 WIDEST, TALLEST = 1920, 1080
 """Least size of the offscreen buffer [px]."""
@@ -53,8 +53,8 @@ def compile_world(world: World) -> mujoco.MjSpec:
     add_lamps(spec, world)
     add_matte(spec, "matte")
     # Cameras draw geoms in this order; likely foreground comes first, so that less is painted over.
-    look_of = beacon_looks(spec, world)
-    add_hung_beacons(spec, world, boxes, look_of)
+    face_of = face_maker(spec, world)
+    add_hung_beacons(spec, world, boxes, face_of)
     add_obstacles(spec, world)
     add_doors(spec, world)
     add_walls(spec, world, boxes)
@@ -67,7 +67,7 @@ def compile_world(world: World) -> mujoco.MjSpec:
     add_robots(spec, world)
     for robot in world.robots:
         _add_chase(spec, robot)
-    add_carried_beacons(spec, world, look_of)
+    add_carried_beacons(spec, world, face_of)
     sort_contacts(spec)
     light_pictures(spec, world)
     if world.lamps:
@@ -80,7 +80,7 @@ def _set_visual(spec: mujoco.MjSpec, world: World, lower: Array, upper: Array) -
     diagonal = float(np.linalg.norm(upper - lower))
     spec.stat.center = (lower + upper) / 2
     spec.stat.extent = diagonal / 2
-    spec.visual.map.znear = NEAR / spec.stat.extent
+    spec.visual.map.znear = NEAR_CLIPPING / spec.stat.extent
     spec.visual.map.zfar = (4.0 * diagonal + 50.0) / spec.stat.extent
     spec.visual.map.shadowclip = 1.0
     cameras = [sensor for robot in world.robots for sensor in robot.sensors if isinstance(sensor, Camera)]

@@ -21,24 +21,26 @@ PUCK = (0.035, 0.02)
 
 Boxes = Sequence[tuple[Array, Array]]
 """Lowest and highest corners, robot frame, shape (3,) each [m]."""
-NEAR = 0.02
+HOUSING_MARGIN = 0.02
 """A visual geom this near to a sensor counts as the sensor [m]."""
 
 
-def add_sensor(base: mujoco.MjsBody, robot: Robot, sensor: Sensor, looks: Boxes = ()) -> None:
+def add_sensor(base: mujoco.MjsBody, robot: Robot, sensor: Sensor, boxes: Boxes = ()) -> None:
     """Add a sensor: a camera with its housing, or the dark housing of another.
 
     Args:
         base: Body that carries it.
         robot: From the world file.
         sensor: One of its sensors.
-        looks: Boxes of the robot's small visual geoms; a sensor inside one of these has a visual shape already.
+        boxes: Boxes of the robot's small visual geoms; a sensor inside one of these has a visual shape already.
     """
     name, frame = carrier_of(robot, sensor)
     below = () if name == "base" else base.find_all(mujoco.mjtObj.mjOBJ_BODY)
     carrier = next((body for body in below if body.name == f"{robot.name}/{name}"), base)
     place = np.array(sensor.at if isinstance(sensor, Camera) else sensor.housing or (np.inf,) * 3)
-    dressed = name == "base" and any((low - NEAR < place).all() and (place < high + NEAR).all() for low, high in looks)
+    dressed = name == "base" and any(
+        (low - HOUSING_MARGIN < place).all() and (place < high + HOUSING_MARGIN).all() for low, high in boxes
+    )
     if isinstance(sensor, Camera):
         _add_camera(carrier, robot, sensor, frame=frame, dressed=dressed)
     elif sensor.housing is not None and not dressed:

@@ -37,7 +37,7 @@ class Prisms:
     """Shape (n,) [m]."""
     high: Array
     """Shape (n,) [m]."""
-    look: Whole
+    material: Whole
     """Index of the colour or texture of each, shape (n,); where prisms overlap, the lowest index is visible."""
 
 
@@ -51,7 +51,7 @@ class Face:
     """Indices of corners, counter-clockwise seen from outside, shape (m, 3)."""
     normal: Array
     """Outwards, shape (3,)."""
-    look: int
+    material: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,7 +64,7 @@ class Faces:
     """Outward normal of the face of each corner, shape (n, 3)."""
     triangles: NDArray[np.int32]
     """Indices of corners, counter-clockwise seen from outside, shape (m, 3)."""
-    look: Whole
+    material: Whole
     """Look of each triangle, shape (m,)."""
 
     @classmethod
@@ -77,7 +77,7 @@ class Faces:
             np.concatenate(
                 [np.zeros((0, 3), np.int32), *(p.triangles + np.int32(f) for p, f in zip(parts, first, strict=False))]
             ),
-            np.concatenate([np.zeros(0, np.int64), *(part.look for part in parts)]),
+            np.concatenate([np.zeros(0, np.int64), *(part.material for part in parts)]),
         )
 
     @classmethod
@@ -89,7 +89,7 @@ class Faces:
                     face.points,
                     np.tile(face.normal, (len(face.points), 1)),
                     face.triangles,
-                    np.full(len(face.triangles), face.look),
+                    np.full(len(face.triangles), face.material),
                 )
                 for face in faces
             ]
@@ -102,7 +102,7 @@ class Faces:
             self.points[corners],
             self.normals[corners],
             triangles.reshape(-1, 3).astype(np.int32),
-            self.look[chosen],
+            self.material[chosen],
         )
 
 
@@ -128,7 +128,7 @@ def _cells(prisms: Prisms) -> tuple[NDArray[np.object_], list[Column], Whole]:
     cells = np.concatenate([pieces, outlines[~cut]])
     cell = np.concatenate([piece, len(pieces) + np.arange(np.count_nonzero(~cut))])
     outline = np.concatenate([np.flatnonzero(cut)[owner], np.flatnonzero(~cut)])
-    spans = np.column_stack([prisms.low.round(6), prisms.high.round(6), prisms.look])
+    spans = np.column_stack([prisms.low.round(6), prisms.high.round(6), prisms.material])
     kinds, kind_of = np.unique(spans, axis=0, return_inverse=True)
     # Each outline with the prisms on it.
     order = np.argsort(outline_of, kind="stable")
@@ -139,7 +139,7 @@ def _cells(prisms: Prisms) -> tuple[NDArray[np.object_], list[Column], Whole]:
     numbers: dict[tuple[int, ...], int] = {}
     keys = (tuple(owners[a:b]) for a, b in zip(first.tolist(), ends, strict=True))
     column_of = [numbers.setdefault(key, len(numbers)) for key in keys]
-    spans_of = [(low, high, int(look)) for low, high, look in kinds.tolist()]
+    spans_of = [(low, high, int(material)) for low, high, material in kinds.tolist()]
     columns = [_column([spans_of[kind] for kind in key]) for key in numbers]
     return cells[solid], columns, np.array(column_of, dtype=np.int64)
 
@@ -169,12 +169,12 @@ def _column(prisms: Sequence[Span]) -> Column:
     spans: list[Span] = []
     for low, high in itertools.pairwise(heights):
         middle = (low + high) / 2
-        look = min((look for bottom, top, look in prisms if bottom < middle < top), default=None)
-        if look is None:
+        material = min((material for bottom, top, material in prisms if bottom < middle < top), default=None)
+        if material is None:
             continue
-        if spans and spans[-1][1:] == (low, look):
+        if spans and spans[-1][1:] == (low, material):
             low = spans.pop()[0]
-        spans.append((low, high, look))
+        spans.append((low, high, material))
     return tuple(spans)
 
 
@@ -189,8 +189,8 @@ def _sides(cells: NDArray[np.object_], columns: Sequence[Column], column_of: Who
     edge, span = _expanded([len(spans) for spans in free], pair_of.ravel())
     if not len(edge):
         return Faces.joined([])
-    low, high, look = np.array([span for spans in free for span in spans]).reshape(-1, 3)[span].T
-    return _upright(places, start[edge], end[edge], low, high, look.astype(np.int64))
+    low, high, material = np.array([span for spans in free for span in spans]).reshape(-1, 3)[span].T
+    return _upright(places, start[edge], end[edge], low, high, material.astype(np.int64))
 
 
 def _edges(cells: NDArray[np.object_]) -> tuple[Array, Whole, Whole, Whole, Whole]:
@@ -212,19 +212,19 @@ def _edges(cells: NDArray[np.object_]) -> tuple[Array, Whole, Whole, Whole, Whol
 
 def _without(spans: Column, others: Column) -> Iterator[Span]:
     """Yield the parts of spans not covered by others."""
-    for low, high, look in spans:
+    for low, high, material in spans:
         free = low
         for other_low, other_high, _ in others:
             if other_high <= free or other_low >= high:
                 continue
             if other_low > free:
-                yield free, other_low, look
+                yield free, other_low, material
             free = max(free, other_high)
         if free < high:
-            yield free, high, look
+            yield free, high, material
 
 
-def _upright(places: Array, start: Whole, end: Whole, low: Array, high: Array, look: Whole) -> Faces:
+def _upright(places: Array, start: Whole, end: Whole, low: Array, high: Array, material: Whole) -> Faces:
     """Return side faces with a corner wherever a neighbour has one, so that no cracks are visible."""
     heights, level = np.unique(np.concatenate([low, high]), return_inverse=True)
     bottom, top = level.ravel().reshape(2, -1)
@@ -240,17 +240,17 @@ def _upright(places: Array, start: Whole, end: Whole, low: Array, high: Array, l
     along = places[end] - places[start]
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     normals = np.column_stack([along[:, 1], -along[:, 0], np.zeros(len(along))])
-    near, far = (np.cumsum(counts) - counts.ravel()).reshape(-1, 2).T
+    bottom_first, top_first = (np.cumsum(counts) - counts.ravel()).reshape(-1, 2).T
     # Fans: from the bottom of the last edge to all of the first, then from the top of the first to all of the last.
     left, i = _fan(counts[:, 0] - 1)
     right, j = _fan(counts[:, 1] - 1)
     triangles = np.concatenate(
         [
-            np.column_stack([near[left] + i, far[left], near[left] + i + 1]),
-            np.column_stack([far[right] - 1, far[right] + j, far[right] + j + 1]),
+            np.column_stack([bottom_first[left] + i, top_first[left], bottom_first[left] + i + 1]),
+            np.column_stack([top_first[right] - 1, top_first[right] + j, top_first[right] + j + 1]),
         ]
     )
-    return Faces(points, normals[edge // 2], triangles.astype(np.int32), look[np.concatenate([left, right])])
+    return Faces(points, normals[edge // 2], triangles.astype(np.int32), material[np.concatenate([left, right])])
 
 
 def _levels(cells: NDArray[np.object_], columns: Sequence[Column], column_of: Whole, floor: float) -> Faces:
@@ -261,23 +261,23 @@ def _levels(cells: NDArray[np.object_], columns: Sequence[Column], column_of: Wh
     corners = np.where((ax * by - ay * bx < 0.0)[:, None, None], corners[:, ::-1], corners)
     ends = [list(_ends(column, floor)) for column in columns]
     triangle, found = _expanded([len(faces) for faces in ends], column_of[cell])
-    height, up, look = np.array([face for faces in ends for face in faces]).reshape(-1, 3)[found].T
+    height, up, material = np.array([face for faces in ends for face in faces]).reshape(-1, 3)[found].T
     corners = corners[triangle]
     corners = np.where((up < 0.0)[:, None, None], corners[:, ::-1], corners)
     points = np.concatenate([corners, np.broadcast_to(height[:, None, None], (len(height), 3, 1))], axis=2)
     normals = np.column_stack([np.zeros((len(up), 2)), up]).repeat(3, axis=0)
     triangles = np.arange(3 * len(height), dtype=np.int32).reshape(-1, 3)
-    return Faces(points.reshape(-1, 3), normals, triangles, look.astype(np.int64))
+    return Faces(points.reshape(-1, 3), normals, triangles, material.astype(np.int64))
 
 
 def _ends(column: Column, floor: float) -> Iterator[tuple[float, float, int]]:
     """Yield the height of each level face of a column [m], 1 if it faces up and -1 if down, and its look."""
     lows, highs = {low for low, _, _ in column}, {high for _, high, _ in column}
-    for low, high, look in column:
+    for low, high, material in column:
         if high not in lows:
-            yield high, 1.0, look
+            yield high, 1.0, material
         if low > floor and low not in highs:
-            yield low, -1.0, look
+            yield low, -1.0, material
 
 
 def _expanded(counts: Sequence[int] | Whole, kinds: Whole) -> tuple[Whole, Whole]:

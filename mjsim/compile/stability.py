@@ -7,15 +7,15 @@ import numpy as np
 
 from mjsim.geometry import Array
 
-MOST_DAMPED = 2.0
+MAX_DAMPED = 2.0
 """Proportion of a speed that a servo may remove in one step; beyond it, the servo is unstable."""
-MOST_PULLED = 4.0
+MAX_PULLED = 4.0
 """The same for a position error, per step squared."""
 LIGHT = 1e-5
 """Inertia of a joint below which it counts as none [kg m^2] or [kg]."""
 STEPS = 125
 """Physics steps of a robot tested alone, for each motion."""
-WAYS = ((0.0, 0.0), (1.0, 1.0), (-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0))
+MANOEUVRES = ((0.0, 0.0), (1.0, 1.0), (-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0))
 """Factors of the speed of the left and right wheels: at rest, ahead, back, turning left and right."""
 
 
@@ -33,7 +33,7 @@ def drives(model: mujoco.MjModel, *, speed: float) -> bool:
     """
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    orders = [_orders(model, data, left * speed, right * speed) for left, right in WAYS]
+    orders = [_orders(model, data, left * speed, right * speed) for left, right in MANOEUVRES]
     before = mujoco.get_mju_user_warning()
     # Otherwise MuJoCo prints warnings; their counts are sufficient.
     mujoco.set_mju_user_warning(lambda _: None)
@@ -60,8 +60,8 @@ def _orders(model: mujoco.MjModel, data: mujoco.MjData, left: float, right: floa
         kp, kv = -float(model.actuator_biasprm[number][1]), -float(model.actuator_biasprm[number][2])
         if int(model.actuator_trntype[number]) == int(mujoco.mjtTrn.mjTRN_JOINT) and kv > 0.0 and kp == 0.0:
             root = int(model.body_rootid[model.jnt_bodyid[joint]])
-            _, aside, _ = data.xmat[root].reshape(3, 3).T @ (data.xanchor[joint] - data.xpos[root])
-            order[number] = left if aside > 0.0 else right
+            _, lateral, _ = data.xmat[root].reshape(3, 3).T @ (data.xanchor[joint] - data.xpos[root])
+            order[number] = left if lateral > 0.0 else right
             if model.actuator_ctrllimited[number]:
                 order[number] = np.clip(order[number], *model.actuator_ctrlrange[number])
     return order
@@ -79,12 +79,12 @@ def _suspicions(model: mujoco.MjModel) -> Iterator[tuple[float, str]]:
         kp, kv = -float(model.actuator_biasprm[number][1]), -float(model.actuator_biasprm[number][2])
         name = model.actuator(number).name or model.joint(joint).name
         damped, pulled = kv * step / inertia, kp * step**2 / inertia
-        most_kv, most_kp = MOST_DAMPED * inertia / step, MOST_PULLED * inertia / step**2
-        what = f"for joint '{model.joint(joint).name}', which has an inertia of {inertia:.2g} kg m^2{bare}"
-        if damped > MOST_DAMPED:
-            yield damped, f"servo '{name}' with kv={kv:g} is too stiff {what}: {most_kv:.2g} at most, or an armature"
-        if pulled > MOST_PULLED:
-            yield pulled, f"servo '{name}' with kp={kp:g} is too stiff {what}: {most_kp:.2g} at most, or an armature"
+        max_kv, max_kp = MAX_DAMPED * inertia / step, MAX_PULLED * inertia / step**2
+        target = f"for joint '{model.joint(joint).name}', which has an inertia of {inertia:.2g} kg m^2{bare}"
+        if damped > MAX_DAMPED:
+            yield damped, f"servo '{name}' with kv={kv:g} is too stiff {target}: {max_kv:.2g} at most, or an armature"
+        if pulled > MAX_PULLED:
+            yield pulled, f"servo '{name}' with kp={kp:g} is too stiff {target}: {max_kp:.2g} at most, or an armature"
     for joint in range(model.njnt):
         dof = int(model.jnt_dofadr[joint])
         single = int(model.jnt_type[joint]) in (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))

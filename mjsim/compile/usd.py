@@ -18,7 +18,7 @@ from mjsim.world import World
 
 KINDS = (".usda", ".usdc", ".usd")
 """Suffixes of files."""
-MOST_SHAPES = 100_000
+MAX_SHAPES = 100_000
 """Largest number of shapes for the exporter."""
 FACETS = 24
 """Facets around a round shape; the exporter's own 100 by 100 take 1 MB for each roller of a wheel."""
@@ -52,7 +52,7 @@ def write_usd(world: World, path: str | Path, *, overwrite: bool = False) -> Pat
     pictures = f"{path.stem}_pictures"
     with tempfile.TemporaryDirectory() as folder:
         exporter = USDExporter(
-            model, max_geom=MOST_SHAPES, output_directory="usd", output_directory_root=folder, verbose=False
+            model, max_geom=MAX_SHAPES, output_directory="usd", output_directory_root=folder, verbose=False
         )
         try:
             files = {

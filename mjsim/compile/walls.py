@@ -49,7 +49,7 @@ class WallBox:
     """Half sizes along the wall, across it and upwards, shape (3,) [m]."""
     heading: float
     """Heading of the wall [rad]."""
-    look: WallFinish
+    finish: WallFinish
 
     outline: Array
     """Outline of the segment from above, mitred at corners, counter-clockwise, shape (4, 2) [m]."""
@@ -67,7 +67,7 @@ def wall_boxes(walls: Sequence[Wall]) -> list[WallBox]:
     if not pieces:
         return []
     names = [f"wall/{n}/{k}" for n, wall in zip(item_names(walls), solids, strict=True) for k in range(len(wall))]
-    looks = [look for look, wall in zip(map(_look, walls), solids, strict=True) for _ in wall]
+    finishes = [finish for finish, wall in zip(map(_finish, walls), solids, strict=True) for _ in wall]
     outlines = np.array([piece.outline for piece in pieces])
     starts, ends = np.array([piece.start for piece in pieces]), np.array([piece.end for piece in pieces])
     along = (ends - starts) / np.linalg.norm(ends - starts, axis=1, keepdims=True)
@@ -81,10 +81,10 @@ def wall_boxes(walls: Sequence[Wall]) -> list[WallBox]:
     halves = np.column_stack([half, (levels[:, 1] - levels[:, 0]) / 2])
     headings = np.arctan2(along[:, 1], along[:, 0]).tolist()
     lines = np.stack([starts, ends], axis=1)
-    return [WallBox(*row) for row in zip(names, centers, halves, headings, looks, outlines, lines, strict=True)]
+    return [WallBox(*row) for row in zip(names, centers, halves, headings, finishes, outlines, lines, strict=True)]
 
 
-def _look(wall: Wall) -> WallFinish:
+def _finish(wall: Wall) -> WallFinish:
     return (wall.texture, "#ffffff", wall.tile) if wall.texture else (None, wall.color, 1.0)
 
 
@@ -92,13 +92,13 @@ def add_walls(spec: mujoco.MjSpec, world: World, boxes: Sequence[WallBox]) -> No
     """Add the walls of a world: a collision box for each segment, and the visual meshes."""
     _add_boxes(spec, boxes)
     _add_lines(spec, boxes)
-    looks = list(dict.fromkeys(box.look for box in boxes))
-    materials = [_material(spec, world, look, index) for index, look in enumerate(looks)]
-    for index, faces in enumerate(_chunks(visible_faces(_prisms(boxes, looks))), start=1):
-        kind = int(faces.look[0])
+    finishes = list(dict.fromkeys(box.finish for box in boxes))
+    materials = [_material(spec, world, finish, index) for index, finish in enumerate(finishes)]
+    for index, faces in enumerate(_chunks(visible_faces(_prisms(boxes, finishes))), start=1):
+        kind = int(faces.material[0])
         # An item's name cannot contain a colon, so this never equals the name of a box.
-        geom = _add_mesh(spec, f"wall/seen:{index}", faces, tile=looks[kind][2])
-        geom.material, geom.rgba = materials[kind], color_of(looks[kind][1])
+        geom = _add_mesh(spec, f"wall/seen:{index}", faces, tile=finishes[kind][2])
+        geom.material, geom.rgba = materials[kind], color_of(finishes[kind][1])
 
 
 def wall_lines(model: mujoco.MjModel) -> Array:
@@ -126,7 +126,7 @@ def _add_boxes(spec: mujoco.MjSpec, boxes: Sequence[WallBox]) -> None:
     """Add the collision boxes, many of them in separate specs: MuJoCo recounts the entire scene at each new geom."""
     centers = np.array([box.center for box in boxes]).tolist()
     sizes = [[along + LAP, across, up] for along, across, up in (box.half.tolist() for box in boxes)]
-    colors = {look: color_of(look[1]) for look in {box.look for box in boxes}}
+    colors = {finish: color_of(finish[1]) for finish in {box.finish for box in boxes}}
     for first in range(0, len(boxes), BATCH):
         part, batch = mujoco.MjSpec() if first else spec, range(first, min(first + BATCH, len(boxes)))
         geoms = [part.worldbody.add_geom() for _ in batch]
@@ -137,19 +137,19 @@ def _add_boxes(spec: mujoco.MjSpec, boxes: Sequence[WallBox]) -> None:
             # One by one and as lists, which takes half the time of arrays and keywords.
             geom.name, geom.type, geom.group = boxes[index].name, mujoco.mjtGeom.mjGEOM_BOX, COLLISION
             # Boxes are invisible, but a lidar reports their brightness (tests/sim/test_lidar.py).
-            geom.pos, geom.size, geom.rgba = centers[index], sizes[index], colors[boxes[index].look]
+            geom.pos, geom.size, geom.rgba = centers[index], sizes[index], colors[boxes[index].finish]
             geom.quat = [math.cos(heading / 2), 0.0, 0.0, math.sin(heading / 2)]
 
 
-def _prisms(boxes: Sequence[WallBox], looks: Sequence[WallFinish]) -> Prisms:
-    order = {look: index for index, look in enumerate(looks)}
+def _prisms(boxes: Sequence[WallBox], finishes: Sequence[WallFinish]) -> Prisms:
+    order = {finish: index for index, finish in enumerate(finishes)}
     middle, half = np.array([(box.center[2], box.half[2]) for box in boxes]).reshape(-1, 2).T
-    look = np.array([order[box.look] for box in boxes], dtype=np.int64)
-    return Prisms(np.array([box.outline for box in boxes]), middle - half, middle + half, look)
+    finish = np.array([order[box.finish] for box in boxes], dtype=np.int64)
+    return Prisms(np.array([box.outline for box in boxes]), middle - half, middle + half, finish)
 
 
-def _material(spec: mujoco.MjSpec, world: World, look: WallFinish, index: int) -> str:
-    texture = look[0]
+def _material(spec: mujoco.MjSpec, world: World, finish: WallFinish, index: int) -> str:
+    texture = finish[0]
     if texture is None:
         return "matte"
     name = f"wall/texture{index + 1}"
@@ -159,11 +159,11 @@ def _material(spec: mujoco.MjSpec, world: World, look: WallFinish, index: int) -
 
 def _chunks(faces: Faces) -> list[Faces]:
     """Return the faces by look and by square of the plane."""
-    if not len(faces.look):
+    if not len(faces.material):
         return []
     middles = faces.points[faces.triangles, :2].mean(axis=1)
     squares = np.floor((middles - middles.min(axis=0)) / CHUNK).astype(np.int64)
-    keys = np.column_stack([faces.look, squares])
+    keys = np.column_stack([faces.material, squares])
     order = np.lexsort(keys.T[::-1])
     ends = np.flatnonzero((keys[order][1:] != keys[order][:-1]).any(axis=1)) + 1
     return [_with_enough_corners(faces.some(triangles)) for triangles in np.split(order, ends)]
@@ -174,7 +174,7 @@ def _with_enough_corners(faces: Faces) -> Faces:
     if len(faces.points) >= LEAST_CORNERS:
         return faces
     points, normals = (np.vstack([each, each[-1:]]) for each in (faces.points, faces.normals))
-    return Faces(points, normals, faces.triangles, faces.look)
+    return Faces(points, normals, faces.triangles, faces.material)
 
 
 def add_mesh_geom(spec: mujoco.MjSpec, name: str, faces: Sequence[Face], *, tile: float) -> mujoco.MjsGeom:

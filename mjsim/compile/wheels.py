@@ -163,8 +163,8 @@ def add_roller_wheel(
         inertia = ROLLER_INERTIA * wheel.mass / WHEEL_SHARE * small**2
         roller = _add_roller(body, name, place=place, angle=angle, inertia=inertia, sizes=sizes)
         if seen:
-            look = [small * 0.98, small * 0.98, 0.62 * length]
-            make_decor(roller.add_geom(type=mujoco.mjtGeom.mjGEOM_ELLIPSOID, size=look), HUB_COLOR)
+            visual = [small * 0.98, small * 0.98, 0.62 * length]
+            make_decor(roller.add_geom(type=mujoco.mjtGeom.mjGEOM_ELLIPSOID, size=visual), HUB_COLOR)
         mass = 0.3 * wheel.mass / count
         _weigh(roller, mass, [mass * small**2 / 2] * 3)
         spec.add_exclude(bodyname1=base.name, bodyname2=name)

@@ -51,7 +51,7 @@ def bump(recording: Recording) -> Result:
             at_most("deepest penetration of a wall [m]", _deepest(recording), 0.005),
         ),
         pictures=(
-            plots.way("bump", "The path into the wall", recording),
+            plots.path_plot("bump", "The path into the wall", recording),
             plots.wriggling("bump", "Speed and heading: it stops, and wriggles", track, first),
         ),
     )
@@ -89,7 +89,7 @@ def odometry(recording: Recording, repeats: tuple[Array, Array, Array]) -> Resul
             ),
         ),
         pictures=(
-            plots.way("odometry", "Dead-reckoned and true path, with 95 % ellipses", recording),
+            plots.path_plot("odometry", "Dead-reckoned and true path, with 95 % ellipses", recording),
             plots.growth("odometry", f"Error of {runs} runs, and prediction", recording.time, repeats),
         ),
     )
@@ -152,7 +152,7 @@ def slam(recording: Recording) -> Result:
             at_most("error of the map, aligned [m]", figures["landmark_error_m"]["aligned_rms"], 0.05),
         ),
         pictures=(
-            plots.way("slam", "Whole view: path and map, with 95 % ellipses", recording),
+            plots.path_plot("slam", "Whole view: path and map, with 95 % ellipses", recording),
             plots.enlarged("slam", "Enlarged view: ellipses of robot and pictures, magnified four times", recording),
             plots.transient("slam", "Transient localization error, with 3-sigma bounds", track),
         ),
@@ -246,8 +246,8 @@ def _deepest(recording: Recording) -> float:
     import shapely
 
     radius = recording.world.robots[0].body.radius
-    apart = shapely.distance(solid(recording.world), shapely.points(recording.robots[ROBOT].truth[:, :2]))
-    return float(max(0.0, radius - apart.min()))
+    distances = shapely.distance(solid(recording.world), shapely.points(recording.robots[ROBOT].truth[:, :2]))
+    return float(max(0.0, radius - distances.min()))
 
 
 def _corners(world: World, track: Track) -> int:

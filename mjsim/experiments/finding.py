@@ -46,9 +46,9 @@ def at_least(what: str, value: float, least: float) -> Finding:
     return Finding(what=what, value=float(value), wanted=f"at least {least:g}", holds=bool(value >= least))
 
 
-def at_most(what: str, value: float, most: float) -> Finding:
+def at_most(what: str, value: float, bound: float) -> Finding:
     """Return a figure that must not be larger than a bound."""
-    return Finding(what=what, value=float(value), wanted=f"at most {most:g}", holds=bool(value <= most))
+    return Finding(what=what, value=float(value), wanted=f"at most {bound:g}", holds=bool(value <= bound))
 
 
 def exactly(what: str, value: float, wanted: float) -> Finding:

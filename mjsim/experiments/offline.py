@@ -52,9 +52,9 @@ def triangulated(recording: Recording, robot: str, camera: str) -> Fixes:
     rows, wrong = [], 0
     for stamp, image in recording.images(robot, camera):
         pose = track.truth[int(np.searchsorted(track.time, stamp - 1e-9))]
-        looks = sightings_from(finder.detect(image, sensor.intrinsics), sensor.robot_from_sensor, stamp=stamp)
-        wrong += sum(_off(look, pose, places[str(look.name)]) > GROSS for look in looks)
-        position = _position(looks, places)
+        sightings = sightings_from(finder.detect(image, sensor.intrinsics), sensor.robot_from_sensor, stamp=stamp)
+        wrong += sum(_bearing_error(sighting, pose, places[str(sighting.name)]) > GROSS for sighting in sightings)
+        position = _position(sightings, places)
         if position is not None:
             rows.append((stamp, *position, *pose[:2]))
     table = np.array(rows).reshape(-1, 5)
@@ -67,22 +67,22 @@ def triangulated(recording: Recording, robot: str, camera: str) -> Fixes:
     )
 
 
-def _position(looks: tuple[Sighting, ...], places: dict[str, Array]) -> tuple[float, float] | None:
+def _position(sightings: tuple[Sighting, ...], places: dict[str, Array]) -> tuple[float, float] | None:
     """Return the position at which bearings were taken; None if they do not determine it."""
-    if len(looks) < 3:
+    if len(sightings) < 3:
         return None
     try:
         pose, covariance = bearings_only(
-            [places[str(look.name)] for look in looks],
-            [look.bearing for look in looks],
-            np.sqrt([look.covariance[1, 1] for look in looks]),
+            [places[str(sighting.name)] for sighting in sightings],
+            [sighting.bearing for sighting in sightings],
+            np.sqrt([sighting.covariance[1, 1] for sighting in sightings]),
         )
     except ValueError:
         return None  # They lie on one circle with the robot.
     return (pose.x, pose.y) if np.sqrt(np.trace(covariance[:2, :2])) < VAGUE else None
 
 
-def _off(look: Sighting, pose: Array, place: Array) -> float:
+def _bearing_error(sighting: Sighting, pose: Array, place: Array) -> float:
     """Return the error of a bearing [rad]."""
     x, y = place - pose[:2]
-    return abs(float(wrap_angles(np.arctan2(y, x) - pose[2] - look.bearing)))
+    return abs(float(wrap_angles(np.arctan2(y, x) - pose[2] - sighting.bearing)))

@@ -33,11 +33,11 @@ def write_page(folder: Path, results: Sequence[Result], *, overwrite: bool = Fal
 
 def lines(results: Sequence[Result]) -> list[str]:
     """Return the figures of experiments as lines for a terminal."""
-    said = []
+    rows = []
     for result in results:
-        said.append(f"{result.title}: {verdict(result.holds)}")
-        said += [f"  {f.what:<56}{number(f):>9}  {f.wanted:<14}{verdict(f.holds)}" for f in result.findings]
-    return said
+        rows.append(f"{result.title}: {verdict(result.holds)}")
+        rows += [f"  {f.what:<56}{number(f):>9}  {f.wanted:<14}{verdict(f.holds)}" for f in result.findings]
+    return rows
 
 
 def verdict(holds: bool) -> str:

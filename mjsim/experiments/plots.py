@@ -21,7 +21,7 @@ AROUND = 1.6
 """Extent of the enlarged view to each side of the robot [m]."""
 
 
-def way(name: str, caption: str, recording: Recording) -> Plot:
+def path_plot(name: str, caption: str, recording: Recording) -> Plot:
     """Draw the plan with the true and the estimated path, and ellipses of the pose and of the landmarks."""
     (track,) = recording.robots.values()
     figure, axes = _plan(recording.world)
@@ -125,11 +125,11 @@ def enlarged(name: str, caption: str, recording: Recording) -> Plot:
     _draw_map(axes, track, larger=LARGER)
     every = max(1, round(0.5 / (track.time[1] - track.time[0])))
     late = np.arange(2 * len(track.time) // 3, len(track.time))
-    apart = np.linalg.norm(track.truth[late, None, :2] - beacons, axis=2)
-    row, near = np.unravel_index(int(np.argmin(apart)), apart.shape)
+    distances = np.linalg.norm(track.truth[late, None, :2] - beacons, axis=2)
+    row, nearest = np.unravel_index(int(np.argmin(distances)), distances.shape)
     around = slice(max(0, late[row] - 8 * every), late[row] + 8 * every, every)
     _draw_ellipses(axes, track.estimate[around], LARGER**2 * track.covariance[around], ESTIMATE)
-    x, y = (track.truth[late[row], :2] + beacons[near]) / 2.0
+    x, y = (track.truth[late[row], :2] + beacons[nearest]) / 2.0
     axes.set_xlim(x - 1.5 * AROUND, x + 1.5 * AROUND)
     axes.set_ylim(y - AROUND, y + AROUND)
     _draw_legend(axes)

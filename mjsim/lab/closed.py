@@ -8,7 +8,7 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.lab.design import Design
 from mjsim.lab.identify import fit
-from mjsim.lab.scene import MOST_SIMULATED, Law, ScenePlant, bound_of
+from mjsim.lab.scene import MAX_SIMULATED, Law, ScenePlant, bound_of
 from mjsim.lab.study import theory
 
 
@@ -53,7 +53,7 @@ def _simulated(scene: ScenePlant, design: Design, *, dry_friction: bool = False)
 
 def _count(scene: ScenePlant, design: Design) -> int:
     """Return the number of physics steps worth simulating."""
-    return min(math.ceil(float(design.time[-1]) / float(scene.model.opt.timestep)) + 1, MOST_SIMULATED)
+    return min(math.ceil(float(design.time[-1]) / float(scene.model.opt.timestep)) + 1, MAX_SIMULATED)
 
 
 def _law(design: Design, height: float, dt: float) -> Law:

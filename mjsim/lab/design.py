@@ -99,8 +99,8 @@ def lqr_design(plant: LinearPlant, weights: Sequence[float], effort: float) -> D
     """
     _check_states(plant)
     if len(weights) != len(plant.A) or min(weights) < 0.0 or effort <= 0.0:
-        wanted = f"{len(plant.A)} weights of 0 or more, of {', '.join(plant.states)}"
-        raise UsageError(f"LQR needs {wanted}, and an effort above 0, such as --lqr {','.join('1' * len(plant.A))}:1")
+        expected = f"{len(plant.A)} weights of 0 or more, of {', '.join(plant.states)}"
+        raise UsageError(f"LQR needs {expected}, and an effort above 0, such as --lqr {','.join('1' * len(plant.A))}:1")
     try:
         K, _, _ = theory().lqr(plant.A, plant.B, np.diag(weights), np.array([[effort]]))
     except (ValueError, np.linalg.LinAlgError) as error:
@@ -238,8 +238,8 @@ def _simc(loop: Any) -> Parameters:
         slope, dead = _ramp(loop)
         return 1.0 / (slope * 2.0 * dead), 8.0 * dead, 0.0
     gain, dead, constant = _reaction(loop)
-    wanted = max(dead, constant / 5.0)
-    return constant / (gain * (wanted + dead)), min(constant, 4.0 * (wanted + dead)), 0.0
+    time_constant = max(dead, constant / 5.0)
+    return constant / (gain * (time_constant + dead)), min(constant, 4.0 * (time_constant + dead)), 0.0
 
 
 def _ramp(loop: Any) -> tuple[float, float]:

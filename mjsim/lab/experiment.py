@@ -14,7 +14,7 @@ from mjsim.lab.effects import LedJoint
 from mjsim.lab.identify import Identified, Samples, fit, identified
 from mjsim.lab.linear import LinearPlant
 from mjsim.lab.recorded import recorded
-from mjsim.lab.scene import MOST_SIMULATED, ScenePlant, bound_of
+from mjsim.lab.scene import MAX_SIMULATED, ScenePlant, bound_of
 from mjsim.lab.study import Study, formula_plant, frequencies, study
 from mjsim.mechanics import Chirp, TimeSignal
 from mjsim.record import Recording
@@ -22,7 +22,7 @@ from mjsim.world import Plant, World
 
 SWEEP = 40.0
 """Duration of a sweep, in time constants of the slowest pole."""
-MOST_SAMPLES = 600
+MAX_SAMPLES = 600
 """Maximum number of samples of an identification."""
 Designer = Callable[[LinearPlant], Design]
 
@@ -160,7 +160,7 @@ def _simulated(
 
 def _count(scene: ScenePlant, seen: Study) -> int:
     """Return the number of physics steps worth simulating."""
-    return min(math.ceil(float(seen.time[-1]) / float(scene.model.opt.timestep)) + 1, MOST_SIMULATED)
+    return min(math.ceil(float(seen.time[-1]) / float(scene.model.opt.timestep)) + 1, MAX_SIMULATED)
 
 
 def _nearest(many: Array, poles: Array) -> Array:
@@ -176,8 +176,8 @@ def _swept(world: World, scene: ScenePlant, seen: Study, plant: Plant) -> Sample
     seconds = min(plant.seconds or (SWEEP / slowest if len(seen.poles) else SWEEP), 100.0)
     signal = _signal(world, seen, plant, seconds)
     dt = float(scene.model.opt.timestep)
-    stride = max(round(seconds / dt / MOST_SAMPLES), 1)
-    count = min(round(seconds / dt) // stride, MOST_SIMULATED // stride) * stride
+    stride = max(round(seconds / dt / MAX_SAMPLES), 1)
+    count = min(round(seconds / dt) // stride, MAX_SIMULATED // stride) * stride
     times = np.asarray(np.arange(count) * dt, dtype=float)
     held = not scene.leads_value
     inputs = np.repeat(signal.value(times[::stride]), stride) if held else np.asarray(signal.value(times))

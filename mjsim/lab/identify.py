@@ -61,9 +61,9 @@ def fit(measured: Array, model: Array) -> Array:
     References:
         Ljung, System Identification (1999), section 16.4: 100 (1 - |y - model| / |y - mean|).
     """
-    spread = np.linalg.norm(measured - measured.mean(axis=-1, keepdims=True), axis=-1)
+    deviation = np.linalg.norm(measured - measured.mean(axis=-1, keepdims=True), axis=-1)
     missed = np.linalg.norm(measured - model, axis=-1)
-    return np.asarray(100.0 * (1.0 - missed / np.maximum(spread, 1e-300)))
+    return np.asarray(100.0 * (1.0 - missed / np.maximum(deviation, 1e-300)))
 
 
 def identified(plant: LinearPlant, samples: Samples) -> Identified:

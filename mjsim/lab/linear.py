@@ -41,9 +41,9 @@ def slope(function: Callable[[float], Array], step: float = STEP) -> Array:
     References:
         Fornberg, Generation of Finite Difference Formulas on Arbitrarily Spaced Grids (1988), table 1.
     """
-    near = function(step) - function(-step)
-    far = function(2 * step) - function(-2 * step)
-    return np.asarray((8.0 * near - far) / (12.0 * step))
+    inner = function(step) - function(-step)
+    outer = function(2 * step) - function(-2 * step)
+    return np.asarray((8.0 * inner - outer) / (12.0 * step))
 
 
 def linearised(
@@ -82,7 +82,7 @@ def linearised(
     return A, B, np.array(Y).T.reshape(len(measure), n)
 
 
-def kept_states(A: Array, B: Array, C: Array, *, coupled: float = COUPLED) -> list[int]:
+def minimal_states(A: Array, B: Array, C: Array, *, coupled: float = COUPLED) -> list[int]:
     """Return the indices of the states that are reachable from the input and observable in an output, in order.
 
     Elements below `coupled` times the largest of their matrix count as zero.

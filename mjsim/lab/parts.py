@@ -124,8 +124,10 @@ def working_point(model: mujoco.MjModel, part: PlantPart, plant: Plant) -> dict[
     for key, value in plant.around.items():
         name = key.removesuffix("_deg")
         if name not in part.joints:
-            near = did_you_mean(name, part.joints)
-            raise UsageError(f"plant '{plant.name}': around has '{key}', but {plant.of} has no joint '{name}'{near}")
+            suggestion = did_you_mean(name, part.joints)
+            raise UsageError(
+                f"plant '{plant.name}': around has '{key}', but {plant.of} has no joint '{name}'{suggestion}"
+            )
         joint = part.joints[name]
         turns = JOINTS[int(model.jnt_type[joint])] == "rad"
         if turns != key.endswith("_deg"):

@@ -22,7 +22,7 @@ OTHERS = ((ODOMETRY, "--"), (MAP, ":"))
 """Colours and line styles of nonlinear responses."""
 QUIET = -40.0
 """Lower gains are left out of a Nichols chart [dB]."""
-NEAR = 3.0
+LOCUS_RANGE = 3.0
 """Range of a Nyquist or root locus plot, as a multiple of the distance of the critical point or the poles."""
 
 
@@ -151,11 +151,11 @@ def poles_plot(found: Study) -> Figure:
         axes.set_title(title, loc="left")
     sizes = np.abs(np.concatenate([found.poles, found.zeros]))
     limit = 1.3 * float(sizes.max(initial=0.0)) or 1.0
-    for axes, reach in ((plane, limit), (locus, NEAR * limit)):
+    for axes, reach in ((plane, limit), (locus, LOCUS_RANGE * limit)):
         axes.grid(visible=False)
         _damping_grid(axes, reach)
     plane.set(xlim=(-limit, limit), ylim=(-limit, limit))
-    locus.set(xlim=(-NEAR * limit, NEAR * limit), ylim=(-NEAR * limit, NEAR * limit))
+    locus.set(xlim=(-LOCUS_RANGE * limit, LOCUS_RANGE * limit), ylim=(-LOCUS_RANGE * limit, LOCUS_RANGE * limit))
     plane.legend(frameon=False, loc="upper right")
     return figure
 

@@ -53,8 +53,8 @@ def _inputs(recording: Recording, scene: ScenePlant, robot: Robot | None) -> tup
         raise UsageError(f"recordings do not contain {scene.plant.input} of {of}; use a joint's force as input")
     if robot is not None and "/" not in of:
         assert isinstance(effect, ForceEffect)
-        told = _motors(recording, scene.model, robot)
-        return told @ effect.ctrl / float(effect.ctrl @ effect.ctrl), True
+        controls = _motors(recording, scene.model, robot)
+        return controls @ effect.ctrl / float(effect.ctrl @ effect.ctrl), True
     track = recording.joints[of]
     column = _column(track, scene)
     if isinstance(effect, LedJoint):
@@ -77,22 +77,22 @@ def _column(track: JointTrack, scene: ScenePlant) -> int:
 
 def _motors(recording: Recording, model: mujoco.MjModel, robot: Robot) -> Array:
     """Return the commands of all motors of a base during each tick, shape (N, nu)."""
-    told = np.zeros((len(recording.time), model.nu))
+    controls = np.zeros((len(recording.time), model.nu))
     world, dt = recording.world, 1.0 / recording.world.run.rate_hz
     gear = gear_of(robot, dt=dt, seed=recording.seed, source=world.source, clock=lambda: 0.0)
     names = [model.actuator(f"{robot.name}/{part}").id for part in (*gear.wheels, *gear.steering)]
     if gear.wanted is not None:
         _check_rate(recording, robot.name, "drive")
-        told[:, names] = _next(recording.joints[f"{robot.name}/drive"].torques)
-        return told
+        controls[:, names] = _next(recording.joints[f"{robot.name}/drive"].torques)
+        return controls
     commands = recording.robots[robot.name].command
     if not np.isfinite(commands).all():
-        told[:] = np.nan
-        return told
-    for row, (forward, left, turn) in zip(told, commands.tolist(), strict=True):
+        controls[:] = np.nan
+        return controls
+    for row, (forward, left, turn) in zip(controls, commands.tolist(), strict=True):
         gear.profile.command(Command(forward, left, turn))
         row[names] = gear.profile.advance()
-    return told
+    return controls
 
 
 def _next(torques: Array) -> Array:

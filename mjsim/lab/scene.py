@@ -11,7 +11,7 @@ import numpy as np
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.lab.effects import LedJoint, PointsPush, led
-from mjsim.lab.linear import COUPLED, LinearPlant, kept_states, linearised, slope
+from mjsim.lab.linear import COUPLED, LinearPlant, linearised, minimal_states, slope
 from mjsim.lab.parts import JOINTS, Measure, PlantPart, base_of, moved_joint, part_of, settled, working_point
 from mjsim.lab.reduced import Reduced, Setting
 from mjsim.world import Plant, World
@@ -21,9 +21,9 @@ AT_REST = 1e-9
 larger."""
 LOCKED = 1e9
 """Inertia of a locked joint, which no force moves [kg, kg m^2]."""
-MOST_STEPS = 50
+MAX_STEPS = 50
 """Maximum number of steps of Newton's method."""
-MOST_SIMULATED = 50_000
+MAX_SIMULATED = 50_000
 """Maximum number of physics steps in a response of the nonlinear plant."""
 AWAY = 1e6
 """Default bound on an output, above which the plant has diverged."""
@@ -139,7 +139,7 @@ class ScenePlant:
     def _stepped(
         self,
         model: mujoco.MjModel,
-        told: Callable[[int, mujoco.MjData, Array], float],
+        input_of: Callable[[int, mujoco.MjData, Array], float],
         count: int,
         bound: float,
     ) -> Array:
@@ -147,7 +147,7 @@ class ScenePlant:
 
         Args:
             model: With or without dry friction.
-            told: Returns the value added to the input, for the index of a step, the state, and the outputs.
+            input_of: Returns the value added to the input, for the index of a step, the state, and the outputs.
             count: Number of steps.
             bound: Bound on the outputs.
         """
@@ -158,7 +158,7 @@ class ScenePlant:
             found[:, k] = self.outputs(data.qpos, data.qvel) - rest
             if k and (data.warning.number.any() or not np.abs(found[:, k]).max() < bound):
                 return found[:, :k]
-            self.effect.write(data, at.value + told(k, data, found[:, k]))
+            self.effect.write(data, at.value + input_of(k, data, found[:, k]))
             mujoco.mj_step(model, data)
         return found
 
@@ -213,7 +213,7 @@ class ScenePlant:
         """Return the setting with closed loops; the joints of the operating point stay fixed."""
         data, stay = mujoco.MjData(self.model), {*fixed, *locked}
         free = [dof for dof in part.dofs if dof not in stay]
-        for _ in range(MOST_STEPS):
+        for _ in range(MAX_STEPS):
             data.qpos[:] = setting.qpos
             mujoco.mj_fwdPosition(self.model, data)
             rows = np.flatnonzero(data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY)
@@ -252,7 +252,7 @@ class ScenePlant:
         reduced = self._reduced
         axes = np.eye(len(reduced.coordinates))[free]
         left = reduced.acceleration(setting)
-        for _ in range(MOST_STEPS if free else 3):
+        for _ in range(MAX_STEPS if free else 3):
             if self._is_small(setting, left):
                 break
             columns = [
@@ -289,7 +289,7 @@ class ScenePlant:
             C, D = np.zeros((len(outputs), len(A))), np.zeros((len(outputs), 1))
             C[rates, n : 2 * n], C[~rates, :n] = Y[rates], Y[~rates]
             names += [f"{name}.rate" for name in names] + [f"activation {k + 1}" for k in range(len(self.setting.act))]
-        keep = kept_states(A, B, C)
+        keep = minimal_states(A, B, C)
         if not len(keep) and not D.any():
             raise UsageError(
                 f"plant '{self.plant.name}': {self.plant.input} affects none of {', '.join(outputs)};"
@@ -354,8 +354,8 @@ def _in_outputs(keep: list[int], n: int, Y: Array, names: list[str], bases: list
     places, rates = [k for k in keep if k < n], [k - n for k in keep if n <= k < 2 * n]
     rows = list(dict.fromkeys(bases))
     S = Y[[bases.index(base) for base in rows]][:, rates]
-    alike = not places or places == rates
-    if len(rows) != len(rates) or not alike or np.linalg.cond(S) > 1e6:
+    same_order = not places or places == rates
+    if len(rows) != len(rates) or not same_order or np.linalg.cond(S) > 1e6:
         return np.eye(len(keep)), names
     T = np.eye(len(keep))
     at = len(places)
@@ -370,7 +370,7 @@ def _clean(matrix: Array) -> Array:
     return np.where(np.abs(matrix) > COUPLED * float(np.abs(matrix).max(initial=0.0)), matrix, 0.0)
 
 
-def _found(known: Mapping[str, T], name: str, what: str, plant: Plant) -> T:
+def _found(known: Mapping[str, T], name: str, kind: str, plant: Plant) -> T:
     if name not in known:
-        raise UsageError(f"plant '{plant.name}': no {what} '{name}' of {plant.of}{did_you_mean(name, known)}")
+        raise UsageError(f"plant '{plant.name}': no {kind} '{name}' of {plant.of}{did_you_mean(name, known)}")
     return known[name]

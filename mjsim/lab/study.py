@@ -8,12 +8,12 @@ import numpy as np
 
 from mjsim.errors import UsageError, how_to_install
 from mjsim.geometry import Array
-from mjsim.lab.linear import LinearPlant, kept_states
+from mjsim.lab.linear import LinearPlant, minimal_states
 from mjsim.world import Plant, TransferFunction
 
 POINTS = 400
 """Points of each curve, unless it oscillates many times."""
-MOST_POINTS = 4000
+MAX_POINTS = 4000
 """Maximum number of points of each curve."""
 A_SWING = 20
 """Points per period."""
@@ -58,7 +58,7 @@ def formula_plant(plant: Plant) -> LinearPlant:
         name, outputs = plant.input or plant.ss.inputs[0], list(plant.outputs or plant.ss.outputs)
         rows, column = [plant.ss.outputs.index(each) for each in outputs], [plant.ss.inputs.index(name)]
         B, C, D = B[:, column], C[rows], D[np.ix_(rows, column)]
-    if not kept_states(A, B, C, coupled=0.0) and not D.any():
+    if not minimal_states(A, B, C, coupled=0.0) and not D.any():
         raise UsageError(f"plant '{plant.name}': {name} affects none of {', '.join(outputs)}; name another input")
     states = tuple(f"x{k + 1}" for k in range(len(A)))
     units = ("",) * (1 + len(outputs))
@@ -167,7 +167,7 @@ def shown_seconds(poles: Array) -> float:
 def shown_times(poles: Array, seconds: float) -> Array:
     """Return evenly spaced times, close enough for the fastest oscillating pole, shape (k,) [s]."""
     swings = seconds * float(np.abs(poles.imag).max(initial=0.0)) / (2.0 * math.pi)
-    return np.linspace(0.0, seconds, min(max(POINTS, math.ceil(A_SWING * swings)), MOST_POINTS))
+    return np.linspace(0.0, seconds, min(max(POINTS, math.ceil(A_SWING * swings)), MAX_POINTS))
 
 
 def frequencies(poles: Array, zeros: Array) -> Array:

@@ -32,13 +32,13 @@ def check_joints(root: Element, path: str) -> None:
         kind = item.get("type", "")
         name = item.get("name", "")
         if item.tag == "freejoint" or (item.tag == "joint" and kind in ("free", "floating", "planar")):
-            what = "a free joint" if kind != "planar" else "a planar joint"
-            said = f" '{name}'" if name else ""
-            message = f"'{path}' has {what}{said}; an arm stands on its base, remove the joint"
+            kind_text = "a free joint" if kind != "planar" else "a planar joint"
+            label = f" '{name}'" if name else ""
+            message = f"'{path}' has {kind_text}{label}; an arm stands on its base, remove the joint"
             raise ArmFileError(message, name or (item.tag if item.tag == "freejoint" else kind))
         if item.tag == "joint" and kind in ("ball", "spherical"):
-            said = f" '{name}'" if name else ""
-            raise ArmFileError(f"'{path}' has a ball joint{said}; an arm has hinges and slides", name or kind)
+            label = f" '{name}'" if name else ""
+            raise ArmFileError(f"'{path}' has a ball joint{label}; an arm has hinges and slides", name or kind)
 
 
 def check_numbers(root: Element, path: str) -> None:
@@ -46,8 +46,8 @@ def check_numbers(root: Element, path: str) -> None:
     for item in root.iter():
         for key in EXPRESSED:
             if "${" in item.get(key, ""):
-                said = f"'{path}' has {item.get(key, '')[:40]!r} in '{key}', an expression of xacro"
-                raise ArmFileError(f"{said}; write the number, or expand the file with xacro", item.tag)
+                problem = f"'{path}' has {item.get(key, '')[:40]!r} in '{key}', an expression of xacro"
+                raise ArmFileError(f"{problem}; write the number, or expand the file with xacro", item.tag)
     for owner in (*root.iter("link"), *root.iter("body")):
         for inertial in owner.findall("inertial"):
             name = owner.get("name", "")
@@ -57,8 +57,8 @@ def check_numbers(root: Element, path: str) -> None:
                 low = min(values, default=0.0) if key in ("mass", "value") else 0.0
                 if key in NUMBERS and not (all(map(math.isfinite, values)) and low >= 0.0):
                     called = "mass" if key == "value" else key
-                    said = f"'{path}' has an impossible body: {called} of '{name}' is {text}"
-                    raise ArmFileError(f"{said}; give finite numbers, the mass not below 0", name)
+                    problem = f"'{path}' has an impossible body: {called} of '{name}' is {text}"
+                    raise ArmFileError(f"{problem}; give finite numbers, the mass not below 0", name)
     names = [joint.get("name", "") for joint in root.findall("joint")]
     for name in names:
         if names.count(name) > 1:
@@ -78,8 +78,8 @@ def checked_inertias(root: Element, path: str) -> list[str]:
     for note in notes:
         if any(words in note for words in UNFIT):
             name = note.partition("'")[2].partition("'")[0]
-            said = note.partition("; made")[0].removeprefix(f"{path}: ")
-            raise ArmFileError(f"'{path}' has an impossible body: {said}; correct it", name)
+            problem = note.partition("; made")[0].removeprefix(f"{path}: ")
+            raise ArmFileError(f"'{path}' has an impossible body: {problem}; correct it", name)
     # The mass of the base follows from its shapes, and may be 0.
     return [note.removeprefix(f"{path}: ") for note in notes if "body 'base'" not in note]
 
@@ -94,8 +94,8 @@ def text_place(data: bytes, element: str) -> tuple[int, int]:
         return 1, 1
     text = data.decode("utf-8", "replace")
     word = re.escape(element)
-    ways = (rf"<[^<>]*\bname\s*=\s*([\"']){word}\1", rf"<{word}\b", rf"<[^<>]*\btype\s*=\s*([\"']){word}\1")
-    found = next(filter(None, (re.search(way, text) for way in ways)), None) if element else None
+    patterns = (rf"<[^<>]*\bname\s*=\s*([\"']){word}\1", rf"<{word}\b", rf"<[^<>]*\btype\s*=\s*([\"']){word}\1")
+    found = next(filter(None, (re.search(pattern, text) for pattern in patterns)), None) if element else None
     if found is None:
         return 1, 1
     return text.count("\n", 0, found.start()) + 1, found.start() - text.rfind("\n", 0, found.start())

@@ -24,7 +24,7 @@ from mjsim.models.robot_files import without_shapes
 WEIGHTLESS = 1e-9
 """A link with a smaller mass has no mass in its file [kg]."""
 UNCOUPLED = "left out: couplings of joints, each has a motor of its own"
-SAID_OF = re.compile(r"(?:Element name|mesh|joint) '([^']+)'")
+ELEMENT_NAME = re.compile(r"(?:Element name|mesh|joint) '([^']+)'")
 """How MuJoCo names the element that it rejects."""
 
 
@@ -108,10 +108,10 @@ def read_arm(path: str, read: Read, end: str | None = None) -> FileArm:
     notes = checked_inertias(root, path)
     if root.find("joint/mimic") is not None:
         notes.append(UNCOUPLED)
-    said = motors_of(root)
+    motors = motors_of(root)
     gatherer.keep(root, ROBOT)
     if root.tag == "robot":
-        without_shapes(root, gatherer.gone)
+        without_shapes(root, gatherer.missing)
     for compiler in (*root.findall("compiler"), *root.findall("mujoco/compiler")):
         # Massless links are checked later; MuJoCo rejects them.
         compiler.set("boundmass", str(1e-3 * WEIGHTLESS))
@@ -120,7 +120,7 @@ def read_arm(path: str, read: Read, end: str | None = None) -> FileArm:
     model = _compiled(files)
     tree = tree_of(model)
     last, flange = _end(model, tree, path, end)
-    return _arm(files, model, tree, last, flange, said, [*notes, *gatherer.notes()])
+    return _arm(files, model, tree, last, flange, motors, [*notes, *gatherer.notes()])
 
 
 class _ArmGatherer(Gatherer):
@@ -128,12 +128,12 @@ class _ArmGatherer(Gatherer):
 
     def __init__(self, path: str, read: Read) -> None:
         super().__init__(path, read)
-        self.gone: set[str] = set()
+        self.missing: set[str] = set()
 
     def asset(self, name: str, kind: str, *, variant: str = "") -> str:
         """Read a mesh or a texture, and return its name in the text."""
         if kind == "mesh" and name.lower().endswith(".dae") and self.urdf:
-            self.gone.add(name)
+            self.missing.add(name)
             return name
         return super().asset(name, kind, variant=variant)
 
@@ -145,8 +145,8 @@ class _ArmGatherer(Gatherer):
     urdf = False
 
     def notes(self) -> Iterator[str]:
-        if self.gone:
-            yield f"left out: {len(self.gone)} meshes of Collada (.dae); collision shapes are used instead"
+        if self.missing:
+            yield f"left out: {len(self.missing)} meshes of Collada (.dae); collision shapes are used instead"
 
 
 def _compiled(files: ModelFiles) -> mujoco.MjModel:
@@ -154,10 +154,10 @@ def _compiled(files: ModelFiles) -> mujoco.MjModel:
     try:
         return compiled(files)
     except ValueError as error:
-        said = str(error)
-        found = SAID_OF.search(said)
+        message = str(error)
+        found = ELEMENT_NAME.search(message)
         # Line numbers refer to the text passed to MuJoCo, not to the file.
-        raise ArmFileError(re.sub(r",? (Element '\w+', )?line \d+$", "", said), found[1] if found else "") from None
+        raise ArmFileError(re.sub(r",? (Element '\w+', )?line \d+$", "", message), found[1] if found else "") from None
 
 
 def _end(model: mujoco.MjModel, tree: ArmTree, path: str, end: str | None) -> tuple[int, Array]:
@@ -165,9 +165,9 @@ def _end(model: mujoco.MjModel, tree: ArmTree, path: str, end: str | None) -> tu
     if not tree.moving:
         raise ArmFileError(f"'{path}' has no joint that turns or slides; an arm has at least one")
     if end is None:
-        last, ways = chain_to(tree)
-        if ways:
-            names = ", ".join(f"'{model.body(body).name}'" for body in ways)
+        last, branches = chain_to(tree)
+        if branches:
+            names = ", ".join(f"'{model.body(body).name}'" for body in branches)
             raise ArmFileError(f"'{path}' branches, to {names}; say with 'end' which of its bodies carries the tool")
         return last, np.eye(4)
     data = tree.data
@@ -202,7 +202,7 @@ def _arm(
     tree: ArmTree,
     last: int,
     flange: Array,
-    said: Motors,
+    motors: Motors,
     notes: list[str],
 ) -> FileArm:
     chain, fingers = tree.path_to(last), carried_by(tree, last)
@@ -218,7 +218,7 @@ def _arm(
     links: list[FileLink] = []
     number_of = {0: -1}
     for body in active:
-        links += _links_of(model, tree, body, number_of[tree.parent_of(body)], len(links), said)
+        links += _links_of(model, tree, body, number_of[tree.parent_of(body)], len(links), motors)
         number_of[body] = len(links) - 1
     bare = [link.name for link in links if link.mass is None]
     if bare:
@@ -232,13 +232,13 @@ def _arm(
         flange=flange,
         shapes=tuple(_shapes(model, tree, number_of)),
         base=weighed(model, tree.data, still or [0]),
-        apart=frozenset(_apart(model, tree, number_of)),
+        apart=frozenset(_separate_pairs(model, tree, number_of)),
         notes=tuple(notes),
     )
 
 
 def _links_of(
-    model: mujoco.MjModel, tree: ArmTree, body: int, parent: int, count: int, said: Motors
+    model: mujoco.MjModel, tree: ArmTree, body: int, parent: int, count: int, motors: Motors
 ) -> Iterator[FileLink]:
     """Yield a link for each joint of a body; if there are several, only the last has the body's mass."""
     ahead = _inverse(tree.frame(tree.parent_of(body))) @ tree.frame(body)
@@ -265,8 +265,8 @@ def _links_of(
             armature=float(model.dof_armature[dof]),
             damping=float(model.dof_damping[dof]),
             friction=float(model.dof_frictionloss[dof]),
-            max_torque=said.torque(model, joint),
-            max_velocity=said.velocities.get(name, np.inf),
+            max_torque=motors.torque(model, joint),
+            max_velocity=motors.velocities.get(name, np.inf),
         )
         ahead = np.eye(4)
 
@@ -306,7 +306,7 @@ def _shapes(model: mujoco.MjModel, tree: ArmTree, number_of: dict[int, int]) -> 
         yield FileShape(number, number_of[root], _inverse(tree.frame(root)) @ pose)
 
 
-def _apart(model: mujoco.MjModel, tree: ArmTree, number_of: dict[int, int]) -> Iterator[tuple[int, int]]:
+def _separate_pairs(model: mujoco.MjModel, tree: ArmTree, number_of: dict[int, int]) -> Iterator[tuple[int, int]]:
     """Yield pairs of links, lower index first, that the file excludes, or whose contact bit masks never match."""
     link_of = {body: number_of[root] for body, root in enumerate(tree.root_of)}
     for signature in model.exclude_signature.tolist():

@@ -25,9 +25,9 @@ class Motors:
         if model.jnt_actfrclimited[joint]:
             found = min(found, float(np.abs(model.jnt_actfrcrange[joint]).max()))
         shares = [
-            most * lever
+            limit * lever
             for number in range(model.nu)
-            if (lever := _lever(model, number, joint)) > 0.0 and (most := _most(model, number)) > 0.0
+            if (lever := _lever(model, number, joint)) > 0.0 and (limit := _max_force(model, number)) > 0.0
         ]
         return min(found, sum(shares)) if shares else found
 
@@ -66,7 +66,7 @@ def _lever(model: mujoco.MjModel, number: int, joint: int) -> float:
     return gear * sum(abs(float(model.wrap_prm[wrap])) for wrap in joints if int(model.wrap_objid[wrap]) == joint)
 
 
-def _most(model: mujoco.MjModel, number: int) -> float:
+def _max_force(model: mujoco.MjModel, number: int) -> float:
     """Return the maximum force of an actuator, infinite without a limit."""
     if model.actuator_forcelimited[number]:
         return float(np.abs(model.actuator_forcerange[number]).max())

@@ -22,15 +22,15 @@ Element = ElementTree.Element
 Sections = Mapping[str, Set[str]]
 """Sections of MJCF, and the elements kept in each."""
 
-MOST_ELEMENTS, DEEPEST = 20_000, 64
-MOST_INCLUDES = 16
+MAX_ELEMENTS, DEEPEST = 20_000, 64
+MAX_INCLUDES = 16
 """Maximum nesting of included files."""
-MOST_GEOMS = 2000
-MOST_BYTES = 100_000_000
+MAX_GEOMS = 2000
+MAX_BYTES = 100_000_000
 """Maximum size of all files of a model together [bytes]."""
-MOST_XML = 8_000_000
+MAX_XML = 8_000_000
 """Maximum size of all XML of a model together [bytes]."""
-MOST_PIXELS = 100_000_000
+MAX_PIXELS = 100_000_000
 """Maximum number of pixels of all textures of a model together."""
 CUBE_SIDES = 6
 FOREIGN = "foreign."
@@ -132,8 +132,8 @@ class Builder(ElementTree.TreeBuilder):
         self.count += 1
         if self._depth > DEEPEST:
             raise ValueError(f"'{self._path}' is nested more than {DEEPEST} deep; make it flatter")
-        if self.count > MOST_ELEMENTS:
-            raise ValueError(f"'{self._path}' has more than {MOST_ELEMENTS} elements; make it simpler")
+        if self.count > MAX_ELEMENTS:
+            raise ValueError(f"'{self._path}' has more than {MAX_ELEMENTS} elements; make it simpler")
         if tag.startswith("{"):
             tag = self._foreign(*tag[1:].rsplit("}", 1))
         return super().start(tag, {name: value for name, value in attrs.items() if not name.startswith("{")})
@@ -178,8 +178,8 @@ class Gatherer:
         """Return the root of an XML file."""
         data = self.file(path)
         self._xml += len(data)
-        if self._xml > MOST_XML:
-            raise ValueError(f"'{self._path}' has more than {MOST_XML // 10**6} MB of XML; make it simpler")
+        if self._xml > MAX_XML:
+            raise ValueError(f"'{self._path}' has more than {MAX_XML // 10**6} MB of XML; make it simpler")
         try:
             root, self._elements = _tree(path, data, self._elements)
         except ElementTree.ParseError as error:
@@ -193,8 +193,8 @@ class Gatherer:
         if path not in self.paths:
             self._bytes += len(data)
             self.paths.append(path)
-        if self._bytes > MOST_BYTES:
-            raise ValueError(f"the files of '{self._path}' have more than {MOST_BYTES // 10**6} MB; make them smaller")
+        if self._bytes > MAX_BYTES:
+            raise ValueError(f"the files of '{self._path}' have more than {MAX_BYTES // 10**6} MB; make them smaller")
         return data
 
     def keep(self, root: Element, sections: Sections) -> None:
@@ -216,17 +216,17 @@ class Gatherer:
                 raise ValueError(f"'{self._path}' has {_REFUSED[element.tag]} (<{element.tag}>); {instead}")
         compilers = [dict(section.attrib) for section in root.findall("compiler")]
         settings = {key: value for compiler in compilers for key, value in compiler.items()}
-        kept = ElementTree.Element("mujoco")
-        ElementTree.SubElement(kept, "compiler", {key: settings[key] for key in settings if key in _COMPILER})
+        reduced = ElementTree.Element("mujoco")
+        ElementTree.SubElement(reduced, "compiler", {key: settings[key] for key in settings if key in _COMPILER})
         for section in root:
             if section.tag in sections:
                 _keep(section, sections[section.tag])
-                kept.append(section)
-        worlds = kept.findall("worldbody")
+                reduced.append(section)
+        worlds = reduced.findall("worldbody")
         for world in worlds:
-            kept.remove(world)
+            reduced.remove(world)
         # A geom directly in the file's world has mass only as part of a body.
-        body = ElementTree.SubElement(ElementTree.SubElement(kept, "worldbody"), "body")
+        body = ElementTree.SubElement(ElementTree.SubElement(reduced, "worldbody"), "body")
         for world in worlds:
             world.tag, world.attrib = (
                 "frame",
@@ -234,14 +234,14 @@ class Gatherer:
             )
             body.append(world)
         _check_count(self._path, _geoms_in(body))
-        self._take_assets(kept, settings)
+        self._take_assets(reduced, settings)
         root.clear()
-        root.extend(kept)
+        root.extend(reduced)
 
     def put_includes_in(self, element: Element, depth: int) -> None:
         """Replace each <include file=.../> by the contents of the file."""
-        if depth > MOST_INCLUDES:
-            raise ValueError(f"'{self._path}' includes files more than {MOST_INCLUDES} deep; is it a loop?")
+        if depth > MAX_INCLUDES:
+            raise ValueError(f"'{self._path}' includes files more than {MAX_INCLUDES} deep; is it a loop?")
         for index, child in reversed(list(enumerate(element))):
             if child.tag != "include":
                 self.put_includes_in(child, depth)
@@ -303,9 +303,9 @@ class Gatherer:
 
     def _count_pixels(self, count: int) -> None:
         self._pixels += count
-        if self._pixels > MOST_PIXELS:
-            most = MOST_PIXELS // 10**6
-            raise ValueError(f"the textures of '{self._path}' have more than {most} megapixels; make them smaller")
+        if self._pixels > MAX_PIXELS:
+            limit = MAX_PIXELS // 10**6
+            raise ValueError(f"the textures of '{self._path}' have more than {limit} megapixels; make them smaller")
 
     def _resolved(self, name: str) -> str:
         """Return the path of a file that the model names; it must not leave the folder of the world."""
@@ -325,11 +325,11 @@ class Gatherer:
         likely = [base for base in around if posixpath.basename(base) == package]
         for base in [*likely, *(posixpath.join(base, package) for base in around), *around]:
             path = posixpath.normpath(posixpath.join(base, rest))
-            if not path.startswith(("/", "..")) and self._is_there(path):
+            if not path.startswith(("/", "..")) and self._exists(path):
                 return path
         raise ValueError(f"'{self._path}' names '{name}', which is not below any folder around it; put it there")
 
-    def _is_there(self, path: str) -> bool:
+    def _exists(self, path: str) -> bool:
         try:
             self._read(path)
         except ValueError:
@@ -388,5 +388,5 @@ def _geoms_in(element: Element) -> int:
 
 
 def _check_count(path: str, count: int) -> None:
-    if count > MOST_GEOMS:
-        raise ValueError(f"'{path}' has {count} parts; it must have at most {MOST_GEOMS}")
+    if count > MAX_GEOMS:
+        raise ValueError(f"'{path}' has {count} parts; it must have at most {MAX_GEOMS}")

@@ -17,7 +17,7 @@ GUESSED_RADIUS = 0.05
 """Radius of a ball that replaces a link [m]."""
 SPARE = 1.0001
 """Tolerance factor of the triangle inequality, because files are rounded."""
-MOST_MISSED = 0.25
+MAX_VIOLATION = 0.25
 """Maximum violation as a fraction of the largest moment: real arms reach this; larger violations are mistakes."""
 ROUNDED = 1e-8
 """Rounding tolerance as a fraction of the largest moment."""
@@ -72,11 +72,11 @@ def mended(inertia: Array) -> tuple[Array, str] | None:
         return vectors @ np.diag(values) @ vectors.T, f"has a principal moment of {low:.3g} kg m^2"
     if values[0] + values[1] < values[2] / SPARE:
         miss = values[2] - values[0] - values[1]
-        verb = "breaks" if miss > MOST_MISSED * values[2] else "slightly misses"
-        said = f"{verb} the triangle inequality ({values[0]:.3g} + {values[1]:.3g} < {values[2]:.3g} kg m^2)"
+        verb = "breaks" if miss > MAX_VIOLATION * values[2] else "slightly misses"
+        reason = f"{verb} the triangle inequality ({values[0]:.3g} + {values[1]:.3g} < {values[2]:.3g} kg m^2)"
         # Slightly more than required: it is rounded when it is written.
         spare = ROUNDED * values[2] * np.array([1.0, 1.0, -1.0])
-        return vectors @ np.diag(nearest_moments(values) + spare) @ vectors.T, said
+        return vectors @ np.diag(nearest_moments(values) + spare) @ vectors.T, reason
     return None
 
 

@@ -2,7 +2,7 @@
 
 import re
 
-MOST_CORNERS = 200_000
+MAX_CORNERS = 200_000
 """Maximum number of corners of a mesh; an STL has three per triangle."""
 _VERTEX = re.compile(rb"^[ \t]*v[ \t]", re.MULTILINE)
 _STL_HEAD, _STL_TRIANGLE = 84, 50
@@ -22,8 +22,8 @@ def check_mesh(path: str, data: bytes) -> None:
     count = {"obj": _obj_corners, "stl": _stl_corners, "msh": _msh_corners}[path.rpartition(".")[2].lower()](data)
     if count is None:
         raise ValueError(f"'{path}' cannot be read as a mesh; export it again as OBJ or binary STL")
-    if not 3 < count <= MOST_CORNERS:
-        raise ValueError(f"'{path}' has {count} corners; a mesh has 4 to {MOST_CORNERS}, simplify it")
+    if not 3 < count <= MAX_CORNERS:
+        raise ValueError(f"'{path}' has {count} corners; a mesh has 4 to {MAX_CORNERS}, simplify it")
 
 
 def _obj_corners(data: bytes) -> int:

@@ -30,16 +30,16 @@ def without_scenery(root: Element, path: str) -> Iterator[str]:
     robots = [body for world in worlds for body in world.findall("body") if _hinges(body) >= FEWEST_HINGES]
     if len(robots) != 1:
         return
-    gone = [
+    scenery = [
         (world, item)
         for world in worlds
         for item in world
         if item.tag in ("body", "geom") and item is not robots[0] and not _hinges(item)
     ]
-    for world, item in gone:
+    for world, item in scenery:
         world.remove(item)
-    _forget(root, [item for _, item in gone])
-    bodies = [item.get("name", "?") for _, item in gone if item.tag == "body"]
+    _forget(root, [item for _, item in scenery])
+    bodies = [item.get("name", "?") for _, item in scenery if item.tag == "body"]
     if bodies:
         shown = ", ".join(f"'{name}'" for name in bodies[:4]) + (" and more" if len(bodies) > 4 else "")
         yield f"left out: what is beside the robot in {path}, {len(bodies)} of them: {shown}"
@@ -72,9 +72,11 @@ def _hinges(item: Element) -> int:
     return sum(joint.get("type", "hinge") == "hinge" for joint in item.iter("joint"))
 
 
-def _forget(root: Element, gone: Sequence[Element]) -> None:
+def _forget(root: Element, removed: Sequence[Element]) -> None:
     """Remove references to removed elements, and references to those."""
-    names = {("joint" if part.tag in _JOINTS else part.tag, part.get("name")) for item in gone for part in item.iter()}
+    names = {
+        ("joint" if part.tag in _JOINTS else part.tag, part.get("name")) for item in removed for part in item.iter()
+    }
     while True:
         lost = [
             (section, item)

@@ -72,11 +72,11 @@ def element_of(error: str, root: Element) -> Element | None:
         root: The tree whose text MuJoCo was given.
     """
     elements = list(root.iter())
-    said = _LINE.search(error)
-    if said is not None:
+    position = _LINE.search(error)
+    if position is not None:
         begun = starts(ElementTree.tostring(root))
-        on_line = [number for number, start in enumerate(begun) if start.line == int(said["line"])]
-        same = [number for number in on_line if said["tag"] in (None, begun[number].tag)]
+        on_line = [number for number, start in enumerate(begun) if start.line == int(position["line"])]
+        same = [number for number in on_line if position["tag"] in (None, begun[number].tag)]
         return elements[same[0]] if len(same) == 1 and len(begun) == len(elements) else None
     named = _NAMED.search(error)
     return None if named is None else next((item for item in elements if item.get("name") == named["name"]), None)
@@ -84,11 +84,11 @@ def element_of(error: str, root: Element) -> Element | None:
 
 def plainly(error: str, element: Element) -> str:
     """Return MuJoCo's message about an element without its own description of the position."""
-    what = " ".join(error.split())
-    what = re.sub(r"^(?:XML Error|Error):? *", "", what)
-    what = re.sub(r",? *Element (?:name )?'[^']*'.*$", "", what).rstrip(" .,")
+    text = " ".join(error.split())
+    text = re.sub(r"^(?:XML Error|Error):? *", "", text)
+    text = re.sub(r",? *Element (?:name )?'[^']*'.*$", "", text).rstrip(" .,")
     name = element.get("name")
-    return f"<{element.tag}>{f' {name!r}' if name else ''}: {what}"
+    return f"<{element.tag}>{f' {name!r}' if name else ''}: {text}"
 
 
 def numbered(root: Element, path: str) -> dict[Element, ElementOrigin]:

@@ -40,5 +40,5 @@ def with_prefixes(data: bytes) -> bytes:
     # In other encodings, positions are not byte offsets.
     if not missing or not data[places[0] - 1 : places[0]].isascii() or b"\x00" in data[:4]:
         return data
-    told = "".join(f' xmlns:{prefix}="undeclared:{prefix}"' for prefix in missing)
-    return data[: places[0]] + told.encode() + data[places[0] :]
+    declarations = "".join(f' xmlns:{prefix}="undeclared:{prefix}"' for prefix in missing)
+    return data[: places[0]] + declarations.encode() + data[places[0] :]

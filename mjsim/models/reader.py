@@ -26,7 +26,7 @@ LARGEST = 1e6
 """Maximum extent of an object [units of its file]."""
 ROUND = 32
 """Number of corners of a circle."""
-MOST_CORNERS = 1_200_000
+MAX_CORNERS = 1_200_000
 """Maximum number of corners of all parts of a model together; a ball has 544."""
 _TURNS = np.arange(ROUND) * (2.0 * np.pi / ROUND)
 _ONE_AT_A_TIME = threading.Lock()
@@ -69,10 +69,10 @@ def _as_png(data: bytes) -> bytes:
 @contextmanager
 def no_warnings(path: str) -> Iterator[None]:
     """Raise ValueError, naming a file, for every MuJoCo error and every relevant warning."""
-    said: list[str] = []
+    messages: list[str] = []
     with _ONE_AT_A_TIME:
         before = mujoco.get_mju_user_warning()
-        mujoco.set_mju_user_warning(lambda line: None if _HARMLESS in line else said.append(line))
+        mujoco.set_mju_user_warning(lambda line: None if _HARMLESS in line else messages.append(line))
         try:
             with warnings.catch_warnings():
                 # A model that causes a warning on its own would fail in a room as well.
@@ -80,19 +80,19 @@ def no_warnings(path: str) -> Iterator[None]:
                 warnings.filterwarnings("ignore", message=f".*{_HARMLESS}")
                 yield
         except (ValueError, RuntimeError, UserWarning, mujoco.FatalError) as error:
-            said.append(str(error) or type(error).__name__)
+            messages.append(str(error) or type(error).__name__)
         finally:
             mujoco.set_mju_user_warning(before)
-    if said:
-        raise ValueError(f"MuJoCo cannot read '{path}': {' '.join(said[-1].split())[:200]}")
+    if messages:
+        raise ValueError(f"MuJoCo cannot read '{path}': {' '.join(messages[-1].split())[:200]}")
 
 
 def seen_and_touched(model: mujoco.MjModel, *, urdf: bool) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Return which geoms of a model are visible and which collide, two masks of shape (ngeom,)."""
     kinds = [int(getattr(mujoco.mjtGeom, f"mjGEOM_{shape.upper()}")) for shape in SHAPES]
-    there = np.isin(model.geom_type, kinds)
-    touched = there & ((model.geom_contype != 0) | (model.geom_conaffinity != 0))
-    seen = there & (model.geom_group <= LAST_SEEN_GROUP) & _opaque(model)
+    drawable = np.isin(model.geom_type, kinds)
+    touched = drawable & ((model.geom_contype != 0) | (model.geom_conaffinity != 0))
+    seen = drawable & (model.geom_group <= LAST_SEEN_GROUP) & _opaque(model)
     if urdf and (seen & ~touched).any():
         # URDF has separate visual and collision shapes, on top of each other.
         seen &= ~touched
@@ -117,8 +117,8 @@ def solid_parts(model: mujoco.MjModel, *, urdf: bool) -> list[Array]:
     for number in np.flatnonzero(seen_and_touched(model, urdf=urdf)[1]).tolist():
         corners = corners_of(model, number)
         count += len(corners)
-        if count > MOST_CORNERS:
-            raise ValueError(f"its parts have more than {MOST_CORNERS} corners; simplify its meshes")
+        if count > MAX_CORNERS:
+            raise ValueError(f"its parts have more than {MAX_CORNERS} corners; simplify its meshes")
         part = corners @ data.geom_xmat[number].reshape(3, 3).T + data.geom_xpos[number]
         # Written so that NaN is rejected, too.
         if not (np.abs(part) < LARGEST).all():

@@ -21,9 +21,9 @@ from mjsim.models.places import ElementOrigin, PlacedError, element_of, numbered
 from mjsim.models.reader import compiled
 from mjsim.models.scales import mend_scales, mend_sizes
 from mjsim.models.stl import tidy_stl
-from mjsim.models.urdf_joints import freed_wheels, said_speeds, without_rails
+from mjsim.models.urdf_joints import freed_wheels, joint_speeds, without_rails
 
-MOST_RETRIES = 64
+MAX_RETRIES = 64
 """Maximum number of meshes of a robot that MuJoCo may reject."""
 GHOST = {"type": "sphere", "size": "0.005", "contype": "0", "conaffinity": "0", "rgba": "0 0 0 0"}
 """Replaces a mesh that is left out, so that its mass stays."""
@@ -76,9 +76,9 @@ def gather_robot(path: str, read: Read) -> RobotFiles:
     if root.tag == "mujoco":
         gatherer.put_includes_in(root, 0)
     cleared = [*without_scenery(root, path), *without_mjcf_rails(root, path)]
-    said = tuple(_said_urdf(root) if root.tag == "robot" else _said_mjcf(root))
+    sensors = tuple(_urdf_sensors(root) if root.tag == "robot" else _mjcf_sensors(root))
     driven = frozenset(_driven(root))
-    speeds = dict(said_speeds(root))
+    speeds = dict(joint_speeds(root))
     mended = [*mend_scales(root), *mend_sizes(root, path), *mend_weightless(root, path)]
     mended += [*without_rails(root, path), *freed_wheels(root, path), *mend_inertias(root, path)]
     gatherer.keep(root, ROBOT)
@@ -90,7 +90,7 @@ def gather_robot(path: str, read: Read) -> RobotFiles:
     model = _compiled(files, gatherer)
     _check_finite(model, path)
     speeds |= dict(_servo_speeds(model))
-    return RobotFiles(files, model, said, driven, speeds, (*cleared, *mended, *gatherer.notes()))
+    return RobotFiles(files, model, sensors, driven, speeds, (*cleared, *mended, *gatherer.notes()))
 
 
 class _RobotGatherer(Gatherer):
@@ -101,7 +101,7 @@ class _RobotGatherer(Gatherer):
         self._origins: dict[Element, ElementOrigin] = {}
         self._amiss: Counter[str] = Counter()
         self._coarser: set[str] = set()
-        self.gone: set[str] = set()
+        self.missing: set[str] = set()
         """Names in the text that stand for files that are left out."""
 
     def parse(self, path: str) -> Element:
@@ -132,29 +132,29 @@ class _RobotGatherer(Gatherer):
         return tidy
 
     def asset(self, name: str, kind: str, *, variant: str = "") -> str:
-        """Read a mesh or a texture; for a faulty one return a name in `gone`."""
+        """Read a mesh or a texture; for a faulty one return a name in `missing`."""
         try:
             return super().asset(name, kind, variant=variant)
         except ValueError as error:
             if "more than" in str(error) and "the files of" in str(error):
                 raise
             self._amiss[_reason(name, str(error), kind)] += 1
-            flat = f"gone-{len(self.gone)}"
-            self.gone.add(flat)
+            flat = f"gone-{len(self.missing)}"
+            self.missing.add(flat)
             return flat
 
     def drop(self, flat: str, reason: str) -> None:
         """Leave out what MuJoCo rejects."""
         self._amiss[reason] += 1
-        self.gone.add(flat)
+        self.missing.add(flat)
         del self.assets[flat]
 
     def leave_out(self, root: Element) -> None:
         """Remove the elements that refer to files that are left out."""
         if root.tag == "robot":
-            without_shapes(root, self.gone)
+            without_shapes(root, self.missing)
         else:
-            _without_assets(root, self.gone)
+            _without_assets(root, self.missing)
 
     def notes(self) -> Iterator[str]:
         """Yield notes on what was left out or simplified."""
@@ -168,30 +168,30 @@ class _RobotGatherer(Gatherer):
 def _reason(name: str, error: str, kind: str) -> str:
     """Return why files are left out, as text that follows their number."""
     ending = name.rpartition(".")[2].lower() if "." in name else "?"
-    what = "meshes" if kind == "mesh" else "pictures"
+    plural = "meshes" if kind == "mesh" else "pictures"
     if "convert it to OBJ" in error:
-        return f"{what} of a format that cannot be read (.{ending})"
+        return f"{plural} of a format that cannot be read (.{ending})"
     if "corners" in error and "simplify" in error:
-        return f"{what} of too many corners"
+        return f"{plural} of too many corners"
     if any(word in error for word in ("cannot be read", "a damaged", "a truncated", "is not a PNG", "megapixels")):
-        return f"broken {what}"
-    return f"missing {what}"
+        return f"broken {plural}"
+    return f"missing {plural}"
 
 
-def without_shapes(root: Element, gone: set[str]) -> None:
+def without_shapes(root: Element, missing: set[str]) -> None:
     """Remove URDF shapes whose mesh is left out; a link without visual shapes shows its collision shapes."""
     for link in root.iter("link"):
-        looks = link.findall("visual")
-        for shape in [*looks, *link.findall("collision")]:
+        visuals = link.findall("visual")
+        for shape in [*visuals, *link.findall("collision")]:
             mesh = shape.find("geometry/mesh")
             geometry = shape.find("geometry")
-            if (mesh is not None and mesh.get("filename") in gone) or geometry is None or not len(geometry):
+            if (mesh is not None and mesh.get("filename") in missing) or geometry is None or not len(geometry):
                 link.remove(shape)
-        if looks and link.find("visual") is None:
-            link.extend(_looks_like(shape, looks[0].find("material")) for shape in link.findall("collision"))
+        if visuals and link.find("visual") is None:
+            link.extend(_visual_of(shape, visuals[0].find("material")) for shape in link.findall("collision"))
 
 
-def _looks_like(shape: Element, material: Element | None) -> Element:
+def _visual_of(shape: Element, material: Element | None) -> Element:
     """Return the visual shape for a collision shape."""
     seen = copy.deepcopy(shape)
     seen.tag = "visual"
@@ -200,12 +200,12 @@ def _looks_like(shape: Element, material: Element | None) -> Element:
     return seen
 
 
-def _without_assets(root: Element, gone: set[str]) -> None:
+def _without_assets(root: Element, missing: set[str]) -> None:
     """Remove MJCF assets that are left out, and replace their geoms by small ones of the same mass."""
     names: set[str] = set()
     for section in root.findall("asset"):
         for item in list(section):
-            if any(value in gone for key, value in item.attrib.items() if key.startswith("file")):
+            if any(value in missing for key, value in item.attrib.items() if key.startswith("file")):
                 names.add(f"{item.tag}:{item.get('name', '')}")
                 section.remove(item)
     for section in root.findall("asset"):
@@ -234,7 +234,7 @@ def _allow_light_links(root: Element) -> None:
 
 def _compiled(files: ModelFiles, gatherer: _RobotGatherer) -> mujoco.MjModel:
     """Return the compiled robot, without the meshes that MuJoCo rejects."""
-    for _ in range(MOST_RETRIES):
+    for _ in range(MAX_RETRIES):
         try:
             return compiled(files)
         except ValueError as error:
@@ -290,7 +290,7 @@ def _servo_speeds(model: mujoco.MjModel) -> Iterator[tuple[str, float]]:
             yield model.joint(int(model.actuator_trnid[number, 0])).name, gain / damping * top / gear
 
 
-def _said_urdf(root: Element) -> Iterator[SaidSensor]:
+def _urdf_sensors(root: Element) -> Iterator[SaidSensor]:
     """Yield the sensors that a URDF describes for Gazebo."""
     for gazebo in root.findall("gazebo"):
         link = gazebo.get("reference", "")
@@ -337,7 +337,7 @@ def _gazebo_keys(sensor: Element) -> dict[str, float]:
     return {key: value for key, value in found.items() if value is not None}
 
 
-def _said_mjcf(root: Element) -> Iterator[SaidSensor]:
+def _mjcf_sensors(root: Element) -> Iterator[SaidSensor]:
     """Yield the inertial sensors in an MJCF; the site that carries one serves as its link."""
     sites = {item.get("site", "") for kind in ("accelerometer", "gyro") for item in root.findall(f"sensor/{kind}")}
     for site in sorted(sites - {""}):

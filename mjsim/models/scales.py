@@ -28,13 +28,13 @@ def mend_sizes(root: Element, path: str) -> Iterator[str]:
     for link in root.findall("link"):
         for part in [*link.findall("visual"), *link.findall("collision")]:
             for shape in part.findall("geometry/*"):
-                if said := _mended_size(shape):
-                    yield f"{path}: a {shape.tag} of link '{link.get('name', '?')}' {said}"
-                if said == _GONE:
+                if note := _mended_size(shape):
+                    yield f"{path}: a {shape.tag} of link '{link.get('name', '?')}' {note}"
+                if note == _NO_SIZE:
                     link.remove(part)
 
 
-_GONE = "has no size; left out"
+_NO_SIZE = "has no size; left out"
 
 
 def _mended_size(shape: Element) -> str | None:
@@ -44,7 +44,7 @@ def _mended_size(shape: Element) -> str | None:
     if not numbers or any(number is None or number < 0.0 for number in numbers) or all(numbers):
         return None  # Values that are not numbers are reported, with their position, by the reader of the file.
     if not any(numbers):
-        return _GONE
+        return _NO_SIZE
     if shape.tag != "box" and not numbers[0]:
         return None  # A rod of radius 0 is a mistake.
     for key, side in sides.items():

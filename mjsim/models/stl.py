@@ -6,7 +6,7 @@ import numpy as np
 
 from mjsim.geometry import Array
 
-MOST_TRIANGLES = 60_000
+MAX_TRIANGLES = 60_000
 """Maximum number of triangles of a mesh; it is simplified until it has no more."""
 HEAD = 80
 FINEST = 400
@@ -24,10 +24,10 @@ def tidy_stl(data: bytes) -> bytes:
     Data that is not an STL file is returned unchanged.
     """
     triangles = _triangles(data)
-    if triangles is None or (len(triangles) <= MOST_TRIANGLES and _is_binary(data)):
+    if triangles is None or (len(triangles) <= MAX_TRIANGLES and _is_binary(data)):
         return data
     cells = float(FINEST)
-    while len(triangles) > MOST_TRIANGLES:
+    while len(triangles) > MAX_TRIANGLES:
         triangles = _coarser(triangles, cells)
         cells *= COARSER
     records = np.zeros(len(triangles), dtype=_RECORD)

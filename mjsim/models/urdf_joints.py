@@ -49,7 +49,7 @@ def freed_wheels(root: Element, path: str) -> Iterator[str]:
         yield f"{path}: joint '{joint.get('name', '?')}' of a wheel is fixed; made to turn"
 
 
-def said_speeds(root: Element) -> Iterator[tuple[str, float]]:
+def joint_speeds(root: Element) -> Iterator[tuple[str, float]]:
     """Yield the maximum speeds of joints of a URDF."""
     for joint in root.findall("joint"):
         limit = joint.find("limit")

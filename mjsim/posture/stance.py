@@ -142,7 +142,7 @@ def _floor_before(world_from_seat: Array, things: Sequence[Obstacle]) -> float:
     """
     spot, max_height = world_from_seat[:2] @ (FEET_AHEAD, 0.0, 0.0, 1.0), world_from_seat[2, 3] - LEAST_BELOW
     level = [each for each in things if not isinstance(each, RampObstacle | StepsObstacle)]
-    return height_under(level, spot, most=max_height)
+    return height_under(level, spot, limit=max_height)
 
 
 def _sides(pair: object) -> dict[str, str]:

@@ -97,10 +97,10 @@ class Compared:
     @property
     def sentence(self) -> str:
         """The result as a sentence."""
-        figure, told = self.figure, self.difference
-        if not told.verdict:
-            return f"{self.first} and {self.second} in {figure.title}: {told.reason}"
-        return f"{self.better} is better than {self.worse} in {figure.title}: by {self.size}, {told.pairs} pairs"
+        figure, difference = self.figure, self.difference
+        if not difference.verdict:
+            return f"{self.first} and {self.second} in {figure.title}: {difference.reason}"
+        return f"{self.better} is better than {self.worse} in {figure.title}: by {self.size}, {difference.pairs} pairs"
 
     @property
     def better(self) -> str:
@@ -115,9 +115,9 @@ class Compared:
     @property
     def size(self) -> str:
         """The difference with its interval and unit."""
-        told = self.difference
-        low, high = sorted(abs(value) for value in (told.low or 0.0, told.high or 0.0))
-        return f"{abs(told.mean or 0.0):.3g} [{low:.3g}, {high:.3g}] {self.figure.unit}".rstrip()
+        difference = self.difference
+        low, high = sorted(abs(value) for value in (difference.low or 0.0, difference.high or 0.0))
+        return f"{abs(difference.mean or 0.0):.3g} [{low:.3g}, {high:.3g}] {self.figure.unit}".rstrip()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -138,7 +138,7 @@ class Comparison:
     @property
     def consistency(self) -> tuple[str, ...]:
         """Consistency of the estimators of the groups, as sentences."""
-        return tuple(told for group in self.groups if (told := _consistency(group)))
+        return tuple(sentence for group in self.groups if (sentence := _consistency(group)))
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -153,13 +153,13 @@ def compare_tables(runs: Iterable[RunFigures], *, confidence: float = CONFIDENCE
     Raises:
         UsageError: There are no runs, or a label has a seed twice.
     """
-    kept = tuple(runs)
-    if not kept:
+    runs_listed = tuple(runs)
+    if not runs_listed:
         raise UsageError("nothing to compare; name at least one recording")
     if not 0.5 <= confidence < 1.0:
         raise UsageError(f"confidence is {confidence:g}; it must be at least 0.5 and below 1")
-    _require_once(kept)
-    groups = tuple(_group(label, robot, members) for label, robot, members in _members(kept))
+    _require_once(runs_listed)
+    groups = tuple(_group(label, robot, members) for label, robot, members in _members(runs_listed))
     pairs = [pair for pair in itertools.combinations(groups, 2) if _comparable(groups, *pair)]
     each = 1.0 - (1.0 - confidence) / max(len(pairs), 1)
     differences = [
@@ -221,7 +221,7 @@ def _group(label: str, robot: str, runs: Sequence[RunFigures]) -> Group:
         label=label,
         robot=robot,
         values=values,
-        spreads={key: _spread(list(found.values())) for key, found in values.items() if found},
+        spreads={key: _distribution(list(found.values())) for key, found in values.items() if found},
         failed=tuple(run.seed for run in runs if run.failed),
         series={run.seed: run.series[robot] for run in sound if robot in run.series},
         no_nees="" if values["nees.mean"] else _no_nees([run.robots[robot] for run in sound]),
@@ -234,7 +234,7 @@ def _no_nees(robots: Sequence[Mapping[str, Any]]) -> str:
     return str(reasons.pop()) if len(reasons) == 1 else ""
 
 
-def _spread(values: Sequence[float]) -> Spread:
+def _distribution(values: Sequence[float]) -> Spread:
     interval = mean_interval(values)
     return Spread(
         count=len(values),
@@ -257,17 +257,17 @@ def _difference(a: Group, b: Group, figure: ReportFigure, confidence: float) -> 
 
 def _consistency(group: Group) -> str:
     """Describe the consistency shown by the mean NEES of independent runs, or why there is none; '' for too few."""
-    spread = group.spreads.get("nees.mean")
+    summary = group.spreads.get("nees.mean")
     if group.no_nees:
         return f"{group.label} has no NEES: {group.no_nees}"
-    if spread is None or spread.low is None or spread.high is None:
+    if summary is None or summary.low is None or summary.high is None:
         return ""
-    told = f"NEES {spread.mean:.2f} [{spread.low:.2f}, {spread.high:.2f}], {STATES} expected"
-    if spread.low > STATES:
-        return f"{group.label} is overconfident: {told}"
-    if spread.high < STATES:
-        return f"{group.label} is conservative: {told}"
-    return f"{group.label} may well be consistent: {told}"
+    nees = f"NEES {summary.mean:.2f} [{summary.low:.2f}, {summary.high:.2f}], {STATES} expected"
+    if summary.low > STATES:
+        return f"{group.label} is overconfident: {nees}"
+    if summary.high < STATES:
+        return f"{group.label} is conservative: {nees}"
+    return f"{group.label} may well be consistent: {nees}"
 
 
 def _remarks(
@@ -279,12 +279,12 @@ def _remarks(
     for group in groups:
         if group.failed:
             seeds = ", ".join(map(str, group.failed[:10])) + (", ..." if len(group.failed) > 10 else "")
-            told = (
+            reason = (
                 "1 run ended before its time and is"
                 if len(group.failed) == 1
                 else (f"{len(group.failed)} runs ended before their time and are")
             )
-            yield f"{group.label}: {told} left out (seed {seeds})"
+            yield f"{group.label}: {reason} left out (seed {seeds})"
     if not pairs:
         yield "all runs have the same settings and differ only in their seed; there is nothing to compare"
     if len(pairs) > 1:

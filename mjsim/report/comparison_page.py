@@ -56,12 +56,12 @@ def write_comparison(
 
 
 def _page(comparison: Comparison, pictures: dict[str, bytes]) -> str:
-    know = "".join(f"<li>{html.escape(told)}</li>" for told in (*comparison.consistency, *comparison.remarks))
+    notes = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in (*comparison.consistency, *comparison.remarks))
     return html_page(
         " and ".join(group.label for group in comparison.groups[:4]),
         "mjsim compare",
         f"<h2>What is certain</h2>{_verdicts(comparison)}",
-        f"<h2>What to know</h2><ul>{know}</ul>" if know else "",
+        f"<h2>What to know</h2><ul>{notes}</ul>" if notes else "",
         f"<h2>Figures: {told_in_cells(comparison.groups)}</h2>{_table(comparison)}",
         *(picture(name, data) for name, data in pictures.items()),
     )

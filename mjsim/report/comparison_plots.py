@@ -13,7 +13,7 @@ from mjsim.report.figures import FIGURES, ReportFigure
 from mjsim.report.over_time import FEW, mean_of, middle_of, shared_seed
 from mjsim.report.plots import GROUPS, TRUTH, scale_nees, sheet
 
-MOST_PAIRS = 10
+MAX_PAIRS = 10
 """Maximum number of pairs of groups whose differences are drawn; tables have all."""
 BOXED = 5
 """Minimum number of runs for boxes."""
@@ -38,15 +38,15 @@ def nees_plot(comparison: Comparison) -> Drawing | None:
     drawn = [group for group in comparison.groups if group.series and not group.no_nees]
     if not drawn:
         return None
-    most = max(len(group.series) for group in drawn)
-    low, high = chi_square_bounds(STATES, count=most)
+    count = max(len(group.series) for group in drawn)
+    low, high = chi_square_bounds(STATES, count=count)
     axes.axhspan(low, high, color=TRUTH, alpha=0.12, lw=0, label=f"95 % band, {low:.2f} to {high:.2f}")
     axes.axhline(STATES, color=TRUTH, lw=0.8)
     for color, width, group in _styled(comparison.groups):
         time, values = mean_of(list(group.series.values()), lambda series: series.nees)
         if len(time) and not group.no_nees:
             axes.plot(time, values, color=color, lw=width, label=group.label)
-    averaged = "one run each" if most == 1 else f"averaged over up to {most} runs"
+    averaged = "one run each" if count == 1 else f"averaged over up to {count} runs"
     axes.set(xlabel="time [s]", ylabel="NEES", title=f"Consistency, {averaged}")
     scale_nees(axes)
     _legend(figure, axes)
@@ -65,13 +65,13 @@ def path_plot(comparison: Comparison) -> Drawing | None:
         if seed in group.series
     ]
     truths = [series.truth for *_, series in shown if series.truth is not None]
-    alike = all(np.array_equal(truths[0], other) for other in truths)
-    if alike:
+    same_truth = all(np.array_equal(truths[0], other) for other in truths)
+    if same_truth:
         axes.plot(*truths[0].T, color=TRUTH, lw=3.0, alpha=0.4, label="truth")
     for color, width, label, series in shown:
         if series.truth is None or series.estimate is None:
             continue
-        if not alike:
+        if not same_truth:
             axes.plot(*series.truth.T, color=color, lw=4.0, alpha=0.3, label=f"{label}: truth")
         axes.plot(*series.estimate.T, color=color, lw=width, label=label)
     axes.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", title=f"Paths of seed {seed}, not aligned")
@@ -96,7 +96,7 @@ def box_plot(comparison: Comparison) -> Drawing | None:
 def difference_plot(comparison: Comparison) -> Drawing | None:
     """Draw the mean differences of the errors of every two groups, with intervals, in per cent of the first's mean."""
     rows = [(item, scale) for item in comparison.differences if (scale := _scale(comparison, item)) is not None]
-    pairs = list(dict.fromkeys((item.first, item.second) for item, _ in rows))[:MOST_PAIRS]
+    pairs = list(dict.fromkeys((item.first, item.second) for item, _ in rows))[:MAX_PAIRS]
     if not pairs:
         return None
     own = [[(item, scale) for item, scale in rows if (item.first, item.second) == pair] for pair in pairs]
@@ -113,9 +113,11 @@ def difference_plot(comparison: Comparison) -> Drawing | None:
 def _draw_differences(axes: Axes, rows: Sequence[tuple[Compared, float]]) -> None:
     axes.axvline(0.0, color=TRUTH, lw=0.8)
     for row, (item, scale) in enumerate(rows):
-        told = item.difference
-        color = {"first": GROUPS[0], "second": GROUPS[1], "": "#888888"}[told.verdict]
-        low, mean, high = (100.0 * float(value or 0.0) / scale for value in (told.low, told.mean, told.high))
+        difference = item.difference
+        color = {"first": GROUPS[0], "second": GROUPS[1], "": "#888888"}[difference.verdict]
+        low, mean, high = (
+            100.0 * float(value or 0.0) / scale for value in (difference.low, difference.mean, difference.high)
+        )
         axes.plot([low, high], [row, row], color=color, lw=2.2, solid_capstyle="round")
         axes.plot(mean, row, "o", color=color, ms=5)
     axes.set_yticks(range(len(rows)), [item.figure.title for item, _ in rows])

@@ -23,15 +23,18 @@ def comparison_lines(comparison: Comparison) -> list[str]:
     lines += _verdict_lines(comparison)
     if comparison.differences and not comparison.verdicts:
         lines.append("No difference is significant.")
-    lines += [*(f"{told}." for told in comparison.consistency), *(f"Note: {told}." for told in comparison.remarks)]
+    lines += [
+        *(f"{sentence}." for sentence in comparison.consistency),
+        *(f"Note: {sentence}." for sentence in comparison.remarks),
+    ]
     return lines
 
 
 def _verdict_lines(comparison: Comparison) -> Iterator[str]:
     """Yield significant differences, grouped by pairs of groups."""
-    said = [item for item in comparison.differences if item.difference.verdict]
-    for better, worse in dict.fromkeys((item.better, item.worse) for item in said):
-        own = [item for item in said if (item.better, item.worse) == (better, worse)]
+    significant = [item for item in comparison.differences if item.difference.verdict]
+    for better, worse in dict.fromkeys((item.better, item.worse) for item in significant):
+        own = [item for item in significant if (item.better, item.worse) == (better, worse)]
         yield f"{better} is better than {worse} ({own[0].difference.pairs} pairs), by:"
         yield from (f"  {item.figure.title:<30}{item.size}" for item in own)
 
@@ -39,22 +42,22 @@ def _verdict_lines(comparison: Comparison) -> Iterator[str]:
 def comparison_csv(comparison: Comparison) -> str:
     """Return a row for each group and figure, then one for each difference, with all digits."""
     columns = ("kind", "label", "robot", "figure", "unit", "count", "mean", "low", "high", "confidence", "verdict")
-    spreads = [
+    rows = [
         (
             *("mean", group.label, group.robot, figure.key, figure.unit),
-            *(spread.count, spread.mean, spread.low, spread.high, CONFIDENCE, None),
+            *(summary.count, summary.mean, summary.low, summary.high, CONFIDENCE, None),
         )
         for group in comparison.groups
         for figure in FIGURES
-        if (spread := group.spreads.get(figure.key)) is not None
+        if (summary := group.spreads.get(figure.key)) is not None
     ]
-    return csv_text(columns, [*spreads, *map(_difference_row, comparison.differences)])
+    return csv_text(columns, [*rows, *map(_difference_row, comparison.differences)])
 
 
 def _difference_row(item: Compared) -> Sequence[Any]:
-    told, sentence = item.difference, item.sentence if item.difference.verdict else None
-    what = ("difference", f"{item.second} - {item.first}", None, item.figure.key, item.figure.unit)
-    return (*what, told.pairs, told.mean, told.low, told.high, told.confidence, sentence)
+    difference, sentence = item.difference, item.sentence if item.difference.verdict else None
+    head = ("difference", f"{item.second} - {item.first}", None, item.figure.key, item.figure.unit)
+    return (*head, difference.pairs, difference.mean, difference.low, difference.high, difference.confidence, sentence)
 
 
 def comparison_latex(comparison: Comparison) -> str:
@@ -72,7 +75,7 @@ def comparison_latex(comparison: Comparison) -> str:
         caption = f"{told_in_cells(groups).capitalize()}; {_counts(groups)}."
         tables.append(latex_float("l" + "r" * len(groups), heads, rows, caption=caption))
     # For the text; a caption has no space for them.
-    tables += [f"% {latex_text(told)}.\n" for told in comparison.verdicts]
+    tables += [f"% {latex_text(sentence)}.\n" for sentence in comparison.verdicts]
     return "\n".join(tables)
 
 
@@ -85,8 +88,8 @@ def comparison_json(comparison: Comparison) -> dict[str, Any]:
                 "robot": group.robot,
                 "failed": list(group.failed),
                 "figures": {
-                    key: {**asdict(spread), "values": {str(seed): value for seed, value in group.values[key].items()}}
-                    for key, spread in group.spreads.items()
+                    key: {**asdict(summary), "values": {str(seed): value for seed, value in group.values[key].items()}}
+                    for key, summary in group.spreads.items()
                 },
             }
             for group in comparison.groups
@@ -124,21 +127,21 @@ def verdict_rows(comparison: Comparison) -> list[tuple[str, ...]]:
 
 def interval_text(figure: ReportFigure, group: Group) -> str:
     """Return the mean of a statistic and its interval; for few runs its range, in round brackets."""
-    spread = group.spreads.get(figure.key)
-    if spread is None:
+    summary = group.spreads.get(figure.key)
+    if summary is None:
         return "-"
-    mean = figure.text(spread.mean) if figure.digits else f"{spread.mean:.3g}"
-    if spread.low is not None and spread.high is not None:
-        return f"{mean} [{_short(figure, spread.low)}, {_short(figure, spread.high)}]"
+    mean = figure.text(summary.mean) if figure.digits else f"{summary.mean:.3g}"
+    if summary.low is not None and summary.high is not None:
+        return f"{mean} [{_short(figure, summary.low)}, {_short(figure, summary.high)}]"
     values = group.values[figure.key].values()
-    return mean if spread.count == 1 else f"{mean} ({_short(figure, min(values))} to {_short(figure, max(values))})"
+    return mean if summary.count == 1 else f"{mean} ({_short(figure, min(values))} to {_short(figure, max(values))})"
 
 
 def told_in_cells(groups: Sequence[Group]) -> str:
     """Return the explanation of the brackets of `interval_text` in the cells of a table."""
-    spreads = [spread for group in groups for spread in group.spreads.values()]
-    sure = any(spread.low is not None for spread in spreads)
-    few = any(spread.low is None and spread.count > 1 for spread in spreads)
+    summaries = [summary for group in groups for summary in group.spreads.values()]
+    sure = any(summary.low is not None for summary in summaries)
+    few = any(summary.low is None and summary.count > 1 for summary in summaries)
     return "mean" + " [95 % interval]" * sure + " (least to largest)" * few
 
 
@@ -157,7 +160,7 @@ def _shown(groups: Sequence[Group]) -> Iterator[ReportFigure]:
 
 
 def _counted(group: Group) -> str:
-    count = max((spread.count for spread in group.spreads.values()), default=0)
+    count = max((summary.count for summary in group.spreads.values()), default=0)
     return "1 run" if count == 1 else f"{count} runs"
 
 

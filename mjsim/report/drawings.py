@@ -61,6 +61,6 @@ def drawing_files(
         formats: Formats in which each is written.
         pictures: Those that are already PNG, by the same names.
     """
-    there = {f"{name}.png": data for name, data in (pictures or {}).items()}
+    drawn = {f"{name}.png": data for name, data in (pictures or {}).items()}
     names = [(name, form, f"{name}.{form}") for name in figures for form in formats]
-    return {file: there.get(file) or drawing_as(figures[name], form) for name, form, file in names}
+    return {file: drawn.get(file) or drawing_as(figures[name], form) for name, form, file in names}

@@ -10,7 +10,7 @@ from typing import Any
 from mjsim.report.comparison import RunFigures
 from mjsim.world import World
 
-MOST_SETTINGS = 4
+MAX_SETTINGS = 4
 """Worlds that differ in more settings are labelled by their names."""
 PARTS = ("observer", "estimator", "navigator")
 """Parts of a driver whose classes are in a recording."""
@@ -43,10 +43,10 @@ def settings_of(world: World, metadata: Mapping[str, str]) -> dict[str, str]:
     """
     leaves = dict(_leaves(world.model_dump(mode="json"), ""))
     if "modules" in metadata:
-        told = json.loads(metadata["modules"])
-        for robot in {*told, *world.run.drivers}:
+        modules = json.loads(metadata["modules"])
+        for robot in {*modules, *world.run.drivers}:
             for part in PARTS:
-                _put_module(leaves, f"run.drivers.{robot}.{part}", told.get(robot, {}).get(part))
+                _put_module(leaves, f"run.drivers.{robot}.{part}", modules.get(robot, {}).get(part))
     for part in PARTS:
         if f"replayed {part}" in metadata:
             _put_module(leaves, f"run.drivers.{metadata['replayed robot']}.{part}", metadata[f"replayed {part}"])
@@ -98,10 +98,10 @@ def setting_labels(settings: Sequence[Mapping[str, str]], names: Sequence[str]) 
         Labels such as 'EkfSlam, jacobians=invariant', equal for equal settings; None if too much differs for that, and
         the names do not distinguish the worlds.
     """
-    told = (_told_by_class, _told_by_name)
-    keys = [key for key in _differing(settings) if not any(tells(key, settings) for tells in told)]
-    if len(keys) <= MOST_SETTINGS:
-        return [", ".join(_said(each, keys, settings)) for each in settings] if keys else list(names)
+    implied = (_implied_by_class, _implied_by_world)
+    keys = [key for key in _differing(settings) if not any(implies(key, settings) for implies in implied)]
+    if len(keys) <= MAX_SETTINGS:
+        return [", ".join(_label_parts(each, keys, settings)) for each in settings] if keys else list(names)
     kinds = {tuple(sorted(each.items())) for each in settings}
     return list(names) if len(set(names)) == len(kinds) else None
 
@@ -111,7 +111,7 @@ def _differing(settings: Sequence[Mapping[str, str]]) -> list[str]:
     return [key for key in everything if len({each.get(key) for each in settings}) > 1]
 
 
-def _told_by_class(key: str, settings: Sequence[Mapping[str, str]]) -> bool:
+def _implied_by_class(key: str, settings: Sequence[Mapping[str, str]]) -> bool:
     """Return whether an argument of a module is the same wherever its class is, so that the class implies it."""
     use = f"{key.rpartition('.')[0]}.use"
     if key.endswith(".use") or not any(use in each for each in settings):
@@ -120,7 +120,7 @@ def _told_by_class(key: str, settings: Sequence[Mapping[str, str]]) -> bool:
     return len(classes) > 1 and len({(each.get(use), each.get(key)) for each in settings}) == len(classes)
 
 
-def _told_by_name(key: str, settings: Sequence[Mapping[str, str]]) -> bool:
+def _implied_by_world(key: str, settings: Sequence[Mapping[str, str]]) -> bool:
     """Return whether a setting of the environment is implied by the name of the world."""
     names = {each.get("name") for each in settings}
     if key.partition(".")[0] in _OF_THE_RUN or None in names or len(names) == 1:
@@ -128,7 +128,7 @@ def _told_by_name(key: str, settings: Sequence[Mapping[str, str]]) -> bool:
     return len({(each.get("name"), each.get(key)) for each in settings}) == len(names)
 
 
-def _said(own: Mapping[str, str], keys: Sequence[str], settings: Sequence[Mapping[str, str]]) -> Iterable[str]:
+def _label_parts(own: Mapping[str, str], keys: Sequence[str], settings: Sequence[Mapping[str, str]]) -> Iterable[str]:
     """Yield the label text of each key; an argument that the class of the run never has is left out."""
     shorts = _short_keys(keys)
     for key in keys:
@@ -136,12 +136,12 @@ def _said(own: Mapping[str, str], keys: Sequence[str], settings: Sequence[Mappin
         if key == "name" and key in own:
             yield own[key]
         elif key.endswith(".use"):
-            yield _said_of_class(own.get(key), key, [each[key] for each in settings if key in each])
+            yield _class_name(own.get(key), key, [each[key] for each in settings if key in each])
         elif any(key in each and each.get(use) == own.get(use) for each in settings):
             yield f"{shorts[key]}={own.get(key, 'default')}"
 
 
-def _said_of_class(use: str | None, key: str, uses: Sequence[str]) -> str:
+def _class_name(use: str | None, key: str, uses: Sequence[str]) -> str:
     """Return a class without its module, if that is unique."""
     if use is None:
         return "odometry" if key.endswith(".estimator.use") else f"no {key.split('.')[-2]}"
@@ -197,7 +197,7 @@ def differing_worlds(found: Sequence[Found]) -> str:
     parts = sorted({part for key in keys if (part := key.partition(".")[0]) not in _OF_THE_RUN})
     if not parts:
         return ""
-    shown = ", ".join(parts[:MOST_SETTINGS]) + (", ..." if len(parts) > MOST_SETTINGS else "")
+    shown = ", ".join(parts[:MAX_SETTINGS]) + (", ..." if len(parts) > MAX_SETTINGS else "")
     return f"the worlds of these runs differ in {shown}; a difference between the runs may come from there"
 
 

@@ -7,7 +7,7 @@ from mjsim.geometry import Array
 from mjsim.record import JointTrack, SensorTrack
 from mjsim.report.plots import GROUPS, sheet
 
-MOST = 16
+MAX_LINES = 16
 """Maximum number of values in one panel, and of sensors in one sheet."""
 
 
@@ -43,7 +43,7 @@ def _joints(time: Array, track: JointTrack, slides: Array) -> Figure:
         (track.torques, f"actuators [{effort}]"),
     )
     for axes, (values, label) in zip(panels, rows, strict=True):
-        for number, name in enumerate(track.names[:MOST]):
+        for number, name in enumerate(track.names[:MAX_LINES]):
             axes.plot(time, values[:, number], color=GROUPS[number % len(GROUPS)], lw=1.2, label=name)
         axes.set_ylabel(label)
     panels[0].set_title("Joints", loc="left")
@@ -54,7 +54,7 @@ def _joints(time: Array, track: JointTrack, slides: Array) -> Figure:
 
 def _phase(track: JointTrack, slides: Array) -> Figure:
     """Draw speed over position of each joint."""
-    count = min(len(track.names), MOST)
+    count = min(len(track.names), MAX_LINES)
     columns = min(count, 4)
     rows = -(-count // columns)
     figure = Figure(figsize=(2.9 * columns + 0.4, 2.7 * rows + 0.3), dpi=110, layout="constrained")
@@ -77,7 +77,7 @@ def _sensors(time: Array, track: SensorTrack) -> list[tuple[str, Figure]]:
     found = []
     for unit, numbers in groups.items():
         names = {number: track.names[number].rpartition(".")[0] for number in numbers}
-        sensors = list(dict.fromkeys(names.values()))[:MOST]
+        sensors = list(dict.fromkeys(names.values()))[:MAX_LINES]
         figure, panels = sheet(len(sensors), height=0.8 + 1.9 * len(sensors))
         for axes, sensor in zip(panels, sensors, strict=True):
             own = [number for number in numbers if names[number] == sensor]

@@ -182,7 +182,7 @@ def summary(errors: Array) -> dict[str, float]:
     }
 
 
-def spread(errors: Array) -> dict[str, float | None]:
+def error_summary(errors: Array) -> dict[str, float | None]:
     """Return rmse, mean, median, max, min and std of errors, with evo's names; all None if there are none."""
     if not len(errors):
         return dict.fromkeys(("rmse", "mean", "median", "max", "min", "std"))

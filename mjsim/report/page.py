@@ -82,8 +82,8 @@ def _draw(world: World, track: Track, *, estimated: bool) -> dict[str, "Figure"]
     """Return the plots of a track by name; dead reckoning alone has no NEES."""
     from mjsim.report.plots import PLOTS
 
-    wanted = [(name, draw) for name, draw in PLOTS if estimated or name != "nees"]
-    return {name: figure for name, draw in wanted if (figure := draw(world, track)) is not None}
+    selected = [(name, draw) for name, draw in PLOTS if estimated or name != "nees"]
+    return {name: figure for name, draw in selected if (figure := draw(world, track)) is not None}
 
 
 def _drawn_arms(recording: Recording, robot: str) -> Iterator[tuple[str, dict[str, "Figure"]]]:

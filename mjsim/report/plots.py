@@ -21,7 +21,7 @@ FINAL = "#cc79a7"
 """Colour of the final trajectory of an estimator, from the same palette."""
 GROUPS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#8c6d1f", "#332288", "#882255")
 """Such colours for groups drawn together, without those of truth and odometry; more groups repeat them."""
-MOST_BARS = 30
+MAX_BARS = 30
 """Maximum number of landmarks in a plot."""
 
 
@@ -123,13 +123,13 @@ def landmark_plot(world: World, track: Track) -> Figure | None:
     errors = landmark_figures(world, track)
     if not errors.get("each"):
         return None
-    names = sorted(errors["each"], key=lambda name: -errors["each"][name])[:MOST_BARS]
+    names = sorted(errors["each"], key=lambda name: -errors["each"][name])[:MAX_BARS]
     figure, (axes,) = sheet(1, height=3.6)
     places = np.arange(len(names))
     for shift, key, color, label in ((-0.2, "each", ESTIMATE, "as estimated"), (0.2, "aligned_each", MAP, "aligned")):
         axes.bar(places + shift, [errors[key][name] for name in names], 0.4, color=color, label=label)
     axes.set_xticks(places, names, rotation=45 if len(names) > 8 else 0, ha="right" if len(names) > 8 else "center")
-    some = "" if len(names) == len(errors["each"]) else f", the worst {MOST_BARS} of {len(errors['each'])}"
+    some = "" if len(names) == len(errors["each"]) else f", the worst {MAX_BARS} of {len(errors['each'])}"
     axes.set(ylabel="error [m]", title=f"Landmarks at the end{some}")
     axes.grid(axis="x", visible=False)
     axes.legend(loc="upper right", frameon=False, ncols=2)

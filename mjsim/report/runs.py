@@ -17,7 +17,7 @@ from mjsim.report.paired import CONFIDENCE
 from mjsim.report.statistics import known_part, statistics_file
 from mjsim.report.sweep_runs import sweep_runs
 
-MOST_POINTS = 1000
+MAX_POINTS = 1000
 """Maximum number of points of a series kept for each run, for plots."""
 
 RunSource = str | Path | Recording
@@ -50,8 +50,8 @@ def compare(
         if progress is not None:
             progress(done / len(readers))
     comparison = compare_tables(labelled(found), confidence=confidence)
-    told = differing_worlds(found)
-    return replace(comparison, remarks=(told, *comparison.remarks)) if told else comparison
+    remark = differing_worlds(found)
+    return replace(comparison, remarks=(remark, *comparison.remarks)) if remark else comparison
 
 
 def _sources(
@@ -119,7 +119,7 @@ def run_of(recording: Recording) -> Found:
 
 
 def _series(track: Track, *, estimated: bool) -> Series:
-    rows = slice(None, None, -(-len(track.time) // MOST_POINTS))
+    rows = slice(None, None, -(-len(track.time) // MAX_POINTS))
     truth, estimate = track.truth[rows], track.estimate[rows]
     return Series(
         time=track.time[rows],

@@ -47,13 +47,13 @@ def statistics(recording: Recording, *, begin: float | None = None, end: float |
 def statistics_file(recording: Recording) -> dict[str, Any]:
     """Return the content of `statistics.json`: {"run": {...}, "robots": {name: {...}}}."""
     seconds = float(recording.time[-1] - recording.time[0]) + _period(recording)
-    asked = recording.metadata.get("seconds")
+    requested = recording.metadata.get("seconds")
     figures = {
         "run": {
             "world": recording.world.name,
             "seed": recording.seed,
             "sim_seconds": seconds,
-            "asked_seconds": None if asked is None else float(asked),
+            "asked_seconds": None if requested is None else float(requested),
             "whole": recording.whole,
             "wall_seconds": recording.wall_seconds,
             "real_time_factor": seconds / recording.wall_seconds if recording.wall_seconds > 0.0 else None,
@@ -135,7 +135,7 @@ def _pose_figures(poses: Array) -> dict[str, Any]:
     if not len(poses):
         return dict.fromkeys(keys)
     roll, pitch = np.degrees(roll_and_pitch(poses[:, 3:])).T
-    return dict(zip(keys, map(metrics.spread, (poses[:, 2], roll, pitch)), strict=True))
+    return dict(zip(keys, map(metrics.error_summary, (poses[:, 2], roll, pitch)), strict=True))
 
 
 def known_part(track: Track) -> Track | None:
@@ -166,7 +166,7 @@ def _estimate_figures(
         **_path_figures(part.truth, part.estimate, PATH_FIGURES),
         **({} if wheels is None else _path_figures(part.truth, wheels, ODOMETRY_FIGURES)),
         **_final_figures(part),
-        "rpe_deg": metrics.spread(np.degrees(metrics.relative_turn_errors(part.truth, part.estimate))),
+        "rpe_deg": metrics.error_summary(np.degrees(metrics.relative_turn_errors(part.truth, part.estimate))),
         "nees": nees_figures(
             metrics.normalised_errors(part.truth, part.estimate, part.covariance), estimated=estimated
         ),
@@ -182,8 +182,8 @@ def _path_figures(truth: Array, poses: Array, keys: tuple[str, str, str, str]) -
     figures = (
         metrics.summary(metrics.position_errors(truth, poses)),
         metrics.summary(np.degrees(metrics.heading_errors(truth, poses))),
-        metrics.spread(metrics.absolute_trajectory_errors(truth, poses)),
-        metrics.spread(metrics.relative_pose_errors(truth, poses)),
+        metrics.error_summary(metrics.absolute_trajectory_errors(truth, poses)),
+        metrics.error_summary(metrics.relative_pose_errors(truth, poses)),
     )
     return dict(zip(keys, figures, strict=True))
 

@@ -87,11 +87,11 @@ def sweep_runs(folder: Path, *, alone: bool) -> list[Found]:
         if outcome.case >= plan.cases:
             raise _unreadable(folder, f"{file.name}: case is {outcome.case}; cases are 0 to {plan.cases - 1}")
     numbers = sorted({outcome.case for outcome in files.values()})
-    settings = {number: _told(plan.case(number)) for number in numbers} if alone else _all(folder, plan, numbers)
+    settings = {number: _settings_of(plan.case(number)) for number in numbers} if alone else _all(folder, plan, numbers)
     return [_found(file, outcome, settings[outcome.case], plan.world) for file, outcome in files.items()]
 
 
-def _told(case: Mapping[str, Any]) -> dict[str, str]:
+def _settings_of(case: Mapping[str, Any]) -> dict[str, str]:
     return {key: value if isinstance(value, str) else json.dumps(value) for key, value in case.items()}
 
 

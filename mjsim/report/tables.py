@@ -45,7 +45,7 @@ def key_table(figures: dict[str, Any]) -> list[str]:
     for name, robot in figures["robots"].items():
         lines.append(f"{name:<34}{'estimate':>10}{'odometry':>10}")
         lines += [
-            f"  {what:<32}{estimate:>10}{odometry:>10}".rstrip() for what, estimate, odometry in key_figures(robot)
+            f"  {label:<32}{estimate:>10}{odometry:>10}".rstrip() for label, estimate, odometry in key_figures(robot)
         ]
         if robot.get("fault"):
             lines.append(f"  ended by a fault: {robot['fault']}")
@@ -79,7 +79,7 @@ def latex_table(figures: dict[str, Any]) -> str:
     for number, (name, robot) in enumerate(figures["robots"].items()):
         rows += ["\\midrule"] * (number > 0)
         rows.append(f"\\multicolumn{{3}}{{l}}{{\\textit{{{latex_text(name)}}}}} \\\\")
-        rows += [latex_row((latex_text(what), *numbers)) for what, *numbers in key_figures(robot)]
+        rows += [latex_row((latex_text(label), *numbers)) for label, *numbers in key_figures(robot)]
     run = figures["run"]
     caption = f"World {run['world']}, seed {run['seed']}, {run['sim_seconds']:.1f} s"
     return latex_float("lrr", ("", "estimate", "odometry"), rows, caption=caption)

@@ -102,9 +102,9 @@ def _work(bundle: Bundle, job: Job, keep: bool, expected: dict[str, str]) -> tup
     if worker.state.nthreads != 1:
         threads = worker.state.nthreads
         raise UsageError(f"Dask worker {worker.address} has {threads} threads; start it with --nthreads 1")
-    for name, here in versions().items():
-        if here != expected[name]:
-            raise UsageError(f"Dask worker {worker.address} has {name} {here}; the sweep needs {expected[name]}")
+    for name, installed in versions().items():
+        if installed != expected[name]:
+            raise UsageError(f"Dask worker {worker.address} has {name} {installed}; the sweep needs {expected[name]}")
     world_file = Path(_unpacked(bundle, worker.local_directory).name) / bundle.main
     with tempfile.TemporaryDirectory(dir=worker.local_directory) as folder:
         record = Path(folder) / "run.mcap"

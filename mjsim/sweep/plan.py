@@ -12,7 +12,7 @@ from ruamel.yaml.error import YAMLError
 
 from mjsim.errors import UsageError
 
-MOST_RUNS = 1_000_000
+MAX_RUNS = 1_000_000
 _SEEDS = re.compile(r"(\d+)(?::(\d+))?")
 
 
@@ -59,8 +59,8 @@ class SweepPlan:
             if not values:
                 raise UsageError(f"--set {key}: no value; write it as KEY=V1,V2")
             _require_once(f"value of {key}", values)
-        if len(self) > MOST_RUNS:
-            raise UsageError(f"this sweep has {len(self)} runs; it must have at most {MOST_RUNS}")
+        if len(self) > MAX_RUNS:
+            raise UsageError(f"this sweep has {len(self)} runs; it must have at most {MAX_RUNS}")
 
     def __len__(self) -> int:
         """Return the number of runs."""
@@ -100,8 +100,8 @@ def parse_seeds(text: str) -> tuple[int, ...]:
         after = int(match[2]) if match[2] else first + 1
         if after <= first:
             raise UsageError(f"--seeds {text}: '{part}' contains no seed; the second number is the one after the last")
-        if after - first > MOST_RUNS:
-            raise UsageError(f"--seeds {text}: there are {after - first} seeds; at most {MOST_RUNS} can be run")
+        if after - first > MAX_RUNS:
+            raise UsageError(f"--seeds {text}: there are {after - first} seeds; at most {MAX_RUNS} can be run")
         seeds += range(first, after)
     return tuple(seeds)
 
@@ -127,10 +127,10 @@ def parse_settings(texts: Iterable[str]) -> dict[str, tuple[Any, ...]]:
     return settings
 
 
-def _require_once(what: str, values: Sequence[Any]) -> None:
+def _require_once(label: str, values: Sequence[Any]) -> None:
     seen = set()
     for value in values:
         text = json.dumps(value)
         if text in seen:
-            raise UsageError(f"{what} {text} is given twice; leave one out")
+            raise UsageError(f"{label} {text} is given twice; leave one out")
         seen.add(text)

@@ -15,7 +15,7 @@ from mjsim.sweep.summary import interval_of_mean
 from mjsim.sweep.table import Row
 from mjsim.sweep.worker import Outcome
 
-MOST_SHADES = 3
+MAX_SHADES = 3
 """Maximum number of cases for which ranges are drawn beside medians."""
 ERROR, DEAD_RECKONING = "position_error_m.rmse", "odometry_error_m.rmse"
 Series = Mapping[str, Sequence[float | None]]
@@ -83,10 +83,10 @@ def error_plot(plan: SweepPlan, series: Sequence[Sequence[Series]]) -> Figure:
     for label, color, runs in drawn:
         time, values = _stacked(runs, "position_error_m")
         low, middle, high = np.nanquantile(values, (0.1, 0.5, 0.9), axis=0)
-        if len(drawn) <= MOST_SHADES:
+        if len(drawn) <= MAX_SHADES:
             axes.fill_between(time, low, high, color=color, alpha=0.15, lw=0)
         axes.plot(time, middle, color=color, lw=1.5, label=label or "estimate")
-    shade = ", 80 % of them in the shade" if len(drawn) <= MOST_SHADES else ""
+    shade = ", 80 % of them in the shade" if len(drawn) <= MAX_SHADES else ""
     if len(drawn) == 1:
         time, values = _stacked(drawn[0][2], "odometry_error_m")
         axes.plot(time, np.nanmedian(values, axis=0), color=ODOMETRY, lw=1.2, ls="--", label="odometry")
@@ -133,13 +133,13 @@ def _draw_lane(axes: Axes, places: Array, found: Sequence[Array], color: str, la
     """Draw one series of groups of values, each at its position: dots, mean and interval."""
     for place, values in zip(places, found, strict=True):
         # Side by side in order, so that runs with equal errors are all visible.
-        spread = np.linspace(-0.05, 0.05, len(values)) if len(values) > 1 else np.zeros(len(values))
-        axes.plot(place + spread, values, "o", color=color, ms=3.5, mew=0, alpha=0.35)
-    there = [n for n, values in enumerate(found) if len(values)]
-    means = np.array([found[n].mean() for n in there])
-    bounds = np.array([interval_of_mean(found[n]) or (found[n][0],) * 2 for n in there]).T
+        offsets = np.linspace(-0.05, 0.05, len(values)) if len(values) > 1 else np.zeros(len(values))
+        axes.plot(place + offsets, values, "o", color=color, ms=3.5, mew=0, alpha=0.35)
+    filled = [n for n, values in enumerate(found) if len(values)]
+    means = np.array([found[n].mean() for n in filled])
+    bounds = np.array([interval_of_mean(found[n]) or (found[n][0],) * 2 for n in filled]).T
     axes.errorbar(
-        places[there], means, yerr=np.abs(bounds - means), color=color, fmt="D-", ms=5, lw=1.0, elinewidth=1.8,
+        places[filled], means, yerr=np.abs(bounds - means), color=color, fmt="D-", ms=5, lw=1.0, elinewidth=1.8,
         capsize=4, mec="white", mew=0.6, label=label,
     )  # fmt: skip
 

@@ -18,7 +18,7 @@ from mjsim.sweep.plan import Job
 from mjsim.sweep.store import Store
 from mjsim.sweep.worker import Outcome, died, run_job
 
-MOST_DEATHS = 3
+MAX_DEATHS = 3
 """Maximum number of attempts at a run whose process dies."""
 
 
@@ -52,11 +52,11 @@ def run_on_processes(
                     worker.close()
                     worker = undo.enter_context(_Worker())
                     deaths[job] += 1
-                    if deaths[job] < MOST_DEATHS:
+                    if deaths[job] < MAX_DEATHS:
                         waiting.append(job)
                         outcome = None
                     else:
-                        outcome = died(job, MOST_DEATHS)
+                        outcome = died(job, MAX_DEATHS)
                 free.append(worker)
                 if outcome is not None:
                     yield job, outcome

@@ -150,19 +150,19 @@ def _identity(plan: SweepPlan, bundle: Bundle) -> dict[str, Any]:
     }
 
 
-def _require_same(folder: Path, there: Mapping[str, Any], here: Mapping[str, Any]) -> None:
+def _require_same(folder: Path, stored: Mapping[str, Any], given: Mapping[str, Any]) -> None:
     """Check that two sweeps are the same; the UsageError names the first difference."""
-    for key, value in json.loads(_json(here)).items():
-        was = there.get(key)
+    for key, value in json.loads(_json(given)).items():
+        was = stored.get(key)
         if was == value:
             continue
         if isinstance(was, dict) and isinstance(value, dict):
             part = next(name for name in sorted({*was, *value}) if was.get(name) != value.get(name))
             was, value = was.get(part), value.get(part)
-            what = f"{part} has changed" if key == "files" else f"{part} was {_short(was)} and is {_short(value)}"
+            change = f"{part} has changed" if key == "files" else f"{part} was {_short(was)} and is {_short(value)}"
         else:
-            what = f"{key} was {_short(was)} and is {_short(value)}"
-        raise UsageError(f"'{folder}' holds another sweep: {what}; name another folder")
+            change = f"{key} was {_short(was)} and is {_short(value)}"
+        raise UsageError(f"'{folder}' holds another sweep: {change}; name another folder")
 
 
 def _short(value: Any) -> str:

@@ -19,7 +19,7 @@ INTERVAL = (
 """Description of the intervals of a summary."""
 
 
-def interval_of_mean(values: Array, *, most: float = np.inf) -> tuple[float, float] | None:
+def interval_of_mean(values: Array, *, upper: float = np.inf) -> tuple[float, float] | None:
     """Return the 95 % confidence interval of the mean; None for a single value.
 
     No statistic can be negative. A bootstrap interval never leaves the range of the values; Student's interval is cut
@@ -27,7 +27,7 @@ def interval_of_mean(values: Array, *, most: float = np.inf) -> tuple[float, flo
 
     Args:
         values: Independent, one per seed, shape (n,).
-        most: Maximum of the statistic, such as 1 for coverage.
+        upper: Maximum of the statistic, such as 1 for coverage.
 
     References:
         `mjsim.report.paired` for the bootstrap, as in comparisons; Student, The Probable Error of a Mean, Biometrika
@@ -41,12 +41,12 @@ def interval_of_mean(values: Array, *, most: float = np.inf) -> tuple[float, flo
         return drawn
     mean = float(values.mean())
     half = float(stdtrit(n - 1, 0.5 + CONFIDENCE / 2)) * float(values.std(ddof=1)) / n**0.5
-    return max(mean - half, 0.0), min(mean + half, most)
+    return max(mean - half, 0.0), min(mean + half, upper)
 
 
-def spread(values: Array, *, most: float = np.inf) -> dict[str, float | int | None]:
+def distribution(values: Array, *, upper: float = np.inf) -> dict[str, float | int | None]:
     """Return count, mean with its interval, standard deviation, median, min and max of values, shape (n,)."""
-    low, high = interval_of_mean(values, most=most) or (None, None)
+    low, high = interval_of_mean(values, upper=upper) or (None, None)
     return {
         "count": len(values),
         "mean": float(values.mean()),
@@ -99,4 +99,6 @@ def summary_rows(summary: Mapping[str, Any]) -> list[Row]:
 
 def _figures(rows: Sequence[Row], names: Sequence[str]) -> dict[str, Any]:
     columns = {name: [row[name] for row in rows if row[name] is not None] for name in names}
-    return {name: spread(np.array(each, dtype=float), most=largest(name)) for name, each in columns.items() if each}
+    return {
+        name: distribution(np.array(each, dtype=float), upper=largest(name)) for name, each in columns.items() if each
+    }

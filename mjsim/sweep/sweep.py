@@ -115,14 +115,14 @@ def _values(key: str, values: Sequence[Any]) -> tuple[Any, ...]:
     return tuple(value.item() if isinstance(value, np.generic) else value for value in values)
 
 
-def _robots(world: World, wanted: str | None) -> list[str]:
+def _robots(world: World, requested: str | None) -> list[str]:
     """Return the names of the robots in the table."""
     names = [robot.name for robot in world.robots]
     if not names:
         raise UsageError(f"no robots in world '{world.name}'; a sweep is about at least one")
-    if wanted is not None and wanted not in names:
-        raise UsageError(f"no robot '{wanted}' in this world{did_you_mean(wanted, names)}")
-    return names if wanted is None else [wanted]
+    if requested is not None and requested not in names:
+        raise UsageError(f"no robot '{requested}' in this world{did_you_mean(requested, names)}")
+    return names if requested is None else [requested]
 
 
 def _cases(world: World, plan: SweepPlan) -> Iterator[World]:

@@ -14,7 +14,7 @@ from mjsim.run import run
 from mjsim.sweep.bench import bench, own_modules, seed_the_rest, settle
 from mjsim.sweep.plan import Job
 
-MOST_POINTS = 400
+MAX_POINTS = 400
 """Maximum number of points of a time series kept for each run."""
 Outcome = dict[str, Any]
 """Outcome of a job, as JSON values: `case`, `seed`, `error` (None on success), `run` and `robots` as in
@@ -71,7 +71,7 @@ def _figures(recording: Recording) -> Outcome:
 
 def _series(track: Track, *, estimated: bool) -> dict[str, Any]:
     """Return NEES, errors and paths over time, at MOST_POINTS ticks at most; dead reckoning has no NEES."""
-    rows = slice(None, None, -(-len(track.time) // MOST_POINTS))
+    rows = slice(None, None, -(-len(track.time) // MAX_POINTS))
     truth, estimate = track.truth[rows], track.estimate[rows]
     columns = {
         "time": track.time[rows],

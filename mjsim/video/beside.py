@@ -141,5 +141,5 @@ def _draw_picture(plan: Paper, picture: Picture, original: Original) -> None:
     matrix = cv2.getAffineTransform(source, target)
     size = (plan.image.shape[1], plan.image.shape[0])
     flags = cv2.INTER_AREA if plan.view.scale * original.cell < 1.0 else cv2.INTER_NEAREST
-    laid = cv2.warpAffine(picture, matrix, size, flags=flags, borderValue=PAPER)
-    np.minimum(plan.image, laid, out=plan.image)  # the grid is visible where the map is light
+    warped = cv2.warpAffine(picture, matrix, size, flags=flags, borderValue=PAPER)
+    np.minimum(plan.image, warped, out=plan.image)  # the grid is visible where the map is light

@@ -89,9 +89,9 @@ class ErrorChart:
         self._curves_to = len(self._times) - 1
         columns = self._column(self._times[first:])
         # The first of every few pixels, and the newest: shorter segments would look like beads.
-        kept = np.append(np.diff(np.floor(columns / STEP), prepend=-1.0)[:-1] > 0.0, True)
+        drawn = np.append(np.diff(np.floor(columns / STEP), prepend=-1.0)[:-1] > 0.0, True)
         for errors, color in zip(self._errors, (ODOMETRY, ESTIMATE), strict=True):
-            points = np.stack([columns, self._row(errors[first:])], axis=-1)[kept]
+            points = np.stack([columns, self._row(errors[first:])], axis=-1)[drawn]
             draw_polyline(self._page, points, color, width=2)
 
     def _column(self, time: ArrayLike) -> Array:

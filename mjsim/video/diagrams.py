@@ -44,13 +44,13 @@ def best_look(mechanism: Mechanism) -> Array:
     if len(turns):
         sizes, directions = np.linalg.eigh(turns.T @ turns)
         if sizes[-1] > PLANE * len(turns) and np.all(np.abs(slides @ directions[:, -1]) < ACROSS):
-            return _look_along(directions[:, -1])
+            return _view_along(directions[:, -1])
         azimuth, elevation = OBLIQUE
         toward = np.array([math.cos(azimuth), math.sin(azimuth), math.tan(elevation)])
-    return _look_along(toward / np.linalg.norm(toward))
+    return _view_along(toward / np.linalg.norm(toward))
 
 
-def _look_along(toward: Array) -> Array:
+def _view_along(toward: Array) -> Array:
     """Return drawing_from_world for a direction towards the viewer, shape (3, 4) [m]: x to the right, or z up."""
     if abs(toward[2]) > STEEP:
         return np.eye(4)[:3]
@@ -73,16 +73,16 @@ class Diagram:
             width: Width of the panel [px].
             height: Height of the panel [px].
         """
-        self.mechanism, self._look = mechanism, best_look(mechanism)
+        self.mechanism, self._view_matrix = mechanism, best_look(mechanism)
         self._width, self._height = width, height
         margin, head = round(px(MARGIN)), round(px(HEAD))
-        view = PlanView.fit(_bounds(mechanism, postures, self._look), width, height - head, margin=margin)
+        view = PlanView.fit(_bounds(mechanism, postures, self._view_matrix), width, height - head, margin=margin)
         self._view = PlanView(view.left, view.top + head / view.scale, view.scale, width, height)
 
     def draw(self, letters: Letters, values: Array, *, names: bool) -> Picture:
         """Return the panel for given joint values, RGB, shape (height, width, 3)."""
         image = np.full((self._height, self._width, 3), PAPER, np.uint8)
-        drawing, drawn = Paper(image, self._view, letters), posed(self.mechanism, values, self._look)
+        drawing, drawn = Paper(image, self._view, letters), posed(self.mechanism, values, self._view_matrix)
         draw_mechanism(drawing, drawn)
         if names:
             write_tags(drawing, joint_tags(drawing, drawn))
@@ -95,17 +95,17 @@ class Diagram:
         """Draw the directions of the world's x, y and z in the lower left corner."""
         foot = self._view.world([px(4.0), self._height - px(4.0)])
         for number, name in enumerate("xyz"):
-            way = self._look[:2, number]
-            if np.hypot(*way) > 0.2:
-                tip = foot + way * drawing.metres(5.0)
+            axis = self._view_matrix[:2, number]
+            if np.hypot(*axis) > 0.2:
+                tip = foot + axis * drawing.metres(5.0)
                 drawing.arrow([foot, tip], MUTED, 0.2)
-                at = self._view.pixels(tip + way / np.hypot(*way) * drawing.metres(1.6))
+                at = self._view.pixels(tip + axis / np.hypot(*axis) * drawing.metres(1.6))
                 drawing.letters.write(drawing.image, name, (at[0], at[1] + px(0.7)), round(px(2.0)), MUTED, align=0.5)
 
 
-def _bounds(mechanism: Mechanism, postures: Sequence[Array], look: Array) -> Array:
+def _bounds(mechanism: Mechanism, postures: Sequence[Array], drawing_from_world: Array) -> Array:
     """Return the bounding box of all postures in the drawing, shape (2, 2) [m]."""
-    drawn = [posed(mechanism, values, look) for values in postures]
+    drawn = [posed(mechanism, values, drawing_from_world) for values in postures]
     parts = [outline for each in drawn for _, outline in body_outlines(each)]
     parts += [curve for each in drawn for curve in curves(each)]
     parts += [np.array([each.joint(joint)[:2]]) for each in drawn for joint in mechanism.joints]

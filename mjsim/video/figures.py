@@ -47,14 +47,14 @@ class PersonView:
         return np.stack([points.min(axis=0) - around, points.max(axis=0) + around])
 
 
-def person_view(world: World, person: Person, poses: Mapping[str, Array], look: Array) -> PersonView:
+def person_view(world: World, person: Person, poses: Mapping[str, Array], drawing_from_world: Array) -> PersonView:
     """Return the view of a person and of the targets of hands, feet and eyes.
 
     Args:
         world: World that contains the person.
         person: The person.
         poses: world_from_segment, shape (4, 4) each [m].
-        look: drawing_from_world, shape (3, 4) [m]: `look_beside(poses)` or `look_over(poses)`.
+        drawing_from_world: View, shape (3, 4) [m]: `look_beside(poses)` or `look_over(poses)`.
     """
     named = {person.hands.left, person.hands.right, person.feet.left, person.feet.right, person.gaze}
     targets = [each for each in placed_targets(world) if each.name in named]
@@ -63,26 +63,26 @@ def person_view(world: World, person: Person, poses: Mapping[str, Array], look: 
     held = [prism for name, thing in things.items() if name in used for prism in prisms(thing)]
     places = np.array([each.world_from_target[:3, 3] for each in targets]).reshape(-1, 3)
     return PersonView(
-        body=list(person_outlines(person, poses, look)),
-        things=[_prism_outline(*prism, look) for prism in held],
-        targets=_seen(places, look),
+        body=list(person_outlines(person, poses, drawing_from_world)),
+        things=[_prism_outline(*prism, drawing_from_world) for prism in held],
+        targets=_seen(places, drawing_from_world),
     )
 
 
-def _prism_outline(outline: Array, low: float, high: float, look: Array) -> Array:
+def _prism_outline(outline: Array, low: float, high: float, drawing_from_world: Array) -> Array:
     """Return the convex hull of a vertical prism in a drawing, shape (n, 2) [m]."""
     corners = np.concatenate([np.insert(outline, 2, height, axis=1) for height in (low, high)])
-    return np.asarray(cv2.convexHull(_seen(corners, look).astype(np.float32))[:, 0], dtype=float)
+    return np.asarray(cv2.convexHull(_seen(corners, drawing_from_world).astype(np.float32))[:, 0], dtype=float)
 
 
-def _seen(points: Array, look: Array) -> Array:
+def _seen(points: Array, drawing_from_world: Array) -> Array:
     """Return points of the world, shape (n, 3) [m], in a drawing, shape (n, 2) [m]."""
-    return np.asarray(points @ look[:2, :3].T + look[:2, 3])
+    return np.asarray(points @ drawing_from_world[:2, :3].T + drawing_from_world[:2, 3])
 
 
-def draw_figure(drawing: Paper, person: Person, poses: Mapping[str, Array], look: Array) -> None:
+def draw_figure(drawing: Paper, person: Person, poses: Mapping[str, Array], drawing_from_world: Array) -> None:
     """Draw a person in a posture from a direction, in muted colours of the clothes; see `person_outlines`."""
-    for outline, color in person_outlines(person, poses, look):
+    for outline, color in person_outlines(person, poses, drawing_from_world):
         _draw_outline(drawing, outline, color)
 
 
@@ -158,7 +158,7 @@ def _floor(person: Person, poses: Mapping[str, Array]) -> float:
 def _panel(world: World, person: Person, ratio: float, letters: Letters, *, names: bool) -> Picture:
     """Return a person from the right, with the floor as a line, and below that from above."""
     poses, scale = poses_of(world, person), px(1000.0) / ratio
-    views = [person_view(world, person, poses, look(poses)) for look in (look_beside, look_over)]
+    views = [person_view(world, person, poses, view_of(poses)) for view_of in (look_beside, look_over)]
     bounds = [view.bounds for view in views]
     floor = _floor(person, poses)
     bounds[0][0, 1] = min(bounds[0][0, 1], floor)

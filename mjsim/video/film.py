@@ -71,8 +71,8 @@ def make_video(
     if view == DIAGRAMS and recording.world.mechanisms:
         pictures = diagram_pictures(recording, rows)
     elif view is None or view == "plan":
-        look = look_of(recording.world.run.view, follow, sightings, ellipses, trails)
-        pictures = (composed_pictures if view is None else plan_pictures)(recording, rows, look)
+        display = display_of(recording.world.run.view, follow, sightings, ellipses, trails)
+        pictures = (composed_pictures if view is None else plan_pictures)(recording, rows, display)
     else:
         pictures = scene_pictures(recording, rows, view)
     # The first frame reveals what is impossible before a file is created.
@@ -87,12 +87,14 @@ def require_film_name(path: Path) -> None:
         raise UsageError(f"cannot write a video as '{path.name}'; name it .mp4")
 
 
-def look_of(look: View, follow: str | None, sightings: bool | None, ellipses: bool | None, trails: bool | None) -> View:
+def display_of(
+    view: View, follow: str | None, sightings: bool | None, ellipses: bool | None, trails: bool | None
+) -> View:
     """Return the display settings of a world, overridden by the given ones."""
     if follow is not None and follow not in ("truth", "estimate", "nothing"):
         raise UsageError(f"follow is '{follow}'; it must be truth, estimate or nothing")
     given = {"follow": follow, "sightings": sightings, "ellipses": ellipses, "trails": trails}
-    return look.model_copy(update={name: value for name, value in given.items() if value is not None})
+    return view.model_copy(update={name: value for name, value in given.items() if value is not None})
 
 
 def frames_between(recording: Recording, begin: float | None = None, end: float | None = None) -> list[int]:

@@ -55,10 +55,12 @@ LEGEND: tuple[tuple[str, Color], ...] = (
 class Panel:
     """A plan with moving objects; the whole plan is cached, and a window of it is shown."""
 
-    def __init__(self, world: World, view: PlanView, *, look: View, robot: str, letters: Letters | None = None) -> None:
+    def __init__(
+        self, world: World, view: PlanView, *, display: View, robot: str, letters: Letters | None = None
+    ) -> None:
         """Draw the plan once, with names if letters are given."""
         self._world, self._letters = world, letters
-        self._look = look
+        self._display = display
         self.view = view
         self._robot = robot
         self._radii = {item.name: item.body.radius for item in world.robots}
@@ -69,7 +71,7 @@ class Panel:
 
     def add(self, moment: Moment) -> None:
         """Extend the trails."""
-        if self._look.trails:
+        if self._display.trails:
             self._trails.add(moment)
 
     def _background(self) -> Picture:
@@ -102,7 +104,7 @@ class Panel:
         self._things.draw(image, view, moment, robot=self._robot)
         self._draw_mechanisms(image, view, moment)
         draw_others(image, view, moment, self._radii)
-        draw_moment(image, view, moment, look=self._look, radius=self._radii[self._robot])
+        draw_moment(image, view, moment, display=self._display, radius=self._radii[self._robot])
         self._arms.draw(image, view, moment, robot=self._robot)
         return view
 
@@ -122,7 +124,7 @@ class Frame:
         world: World,
         robot: str | None = None,
         *,
-        look: View | None = None,
+        display: View | None = None,
         seconds: float | None = None,
         reach: Array | None = None,
     ) -> None:
@@ -131,7 +133,7 @@ class Frame:
         Args:
             world: World of the run.
             robot: Name of the robot; by default the first one.
-            look: Display settings; by default those of the world.
+            display: Display settings; by default those of the world.
             seconds: Time at the right edge of the chart [s]; by default that of the world's run.
             reach: Points that the plan must show even if they lie outside the world, shape (n, 2) [m].
 
@@ -142,7 +144,7 @@ class Frame:
         self.robot = robot if robot is not None else next(iter(robots), "")
         if self.robot not in robots:
             raise UsageError(f"no robot '{self.robot}' to show in this world{did_you_mean(self.robot, robots)}")
-        self._look = look or world.run.view
+        self._display = display or world.run.view
         self._letters = Letters()
         self._page = np.empty((HEIGHT, WIDTH, 3), np.uint8)
         self._page[:] = PAGE
@@ -156,9 +158,9 @@ class Frame:
         self._close_part = self._part(layout.close_up)
         self._seen_part = self._part(layout.onboard) if layout.onboard else None
         whole = PlanView.fit(bounds, layout.plan.width, layout.plan.height, margin=14)
-        self._whole = Panel(world, whole, look=self._look, robot=self.robot)
+        self._whole = Panel(world, whole, display=self._display, robot=self.robot)
         close_view = _close_view(bounds, layout.close_up)
-        self._close = Panel(world, close_view, look=self._look, robot=self.robot, letters=self._letters)
+        self._close = Panel(world, close_view, display=self._display, robot=self.robot, letters=self._letters)
         seconds = seconds or world.run.seconds
         self._chart = ErrorChart(layout.chart.width, layout.chart.height, self._letters, seconds=seconds)
         self._shown: Picture | None = None
@@ -199,8 +201,8 @@ class Frame:
 
     def _draw_close_up(self, moment: Moment) -> None:
         middles = {"truth": moment.truth, "estimate": moment.estimate, "nothing": self._middle}
-        wanted = (middles[self._look.follow], moment.truth, moment.estimate, moment.odometry, self._middle)
-        middle = next(place for place in wanted if np.isfinite(place).all())
+        candidates = (middles[self._display.follow], moment.truth, moment.estimate, moment.odometry, self._middle)
+        middle = next(place for place in candidates if np.isfinite(place).all())
         height, width = self._close_part.shape[:2]
         view = self._close.draw(self._close_part, moment, around=middle[:2])
         draw_scale_bar(self._close_part, view.scale, self._letters, (width - 12, height - 12))
@@ -231,11 +233,11 @@ class Frame:
 class PlanFrame:
     """Only the plan, 1280 x 720: call `add` for every moment, `draw` for those to show."""
 
-    def __init__(self, world: World, robot: str, *, look: View, reach: Array | None = None) -> None:
+    def __init__(self, world: World, robot: str, *, display: View, reach: Array | None = None) -> None:
         """Draw the plan once; it also shows the points of `reach`, shape (n, 2) [m]."""
         self._page = np.empty((HEIGHT, WIDTH, 3), np.uint8)
         view = PlanView.fit(bounds_with(world, reach), WIDTH, HEIGHT, margin=MARGIN)
-        self._panel = Panel(world, view, look=look, robot=robot)
+        self._panel = Panel(world, view, display=display, robot=robot)
         self._letters = Letters()
 
     def add(self, moment: Moment) -> None:

@@ -45,8 +45,8 @@ def draw_ground(drawing: Paper, place: Pose) -> None:
 
 def draw_turning(drawing: Paper, place: Pose) -> None:
     """Draw the arrow of an actuator that rotates a joint."""
-    way = arc((0.0, 0.0), 2.3, -0.6, 3.6)
-    points = place.transform(way * drawing.metres(1.0))
+    curve = arc((0.0, 0.0), 2.3, -0.6, 3.6)
+    points = place.transform(curve * drawing.metres(1.0))
     drawing.line(points[:-3], ESTIMATE, BOLD)
     drawing.arrow(points[[-4, -1]], ESTIMATE, BOLD)
 

@@ -55,18 +55,18 @@ class Drawn:
         return np.asarray(self.look[:, :3] @ axis)
 
 
-def posed(mechanism: Mechanism, values: Array, look: Array = ABOVE) -> Drawn:
+def posed(mechanism: Mechanism, values: Array, drawing_from_world: Array = ABOVE) -> Drawn:
     """Return a mechanism prepared for drawing.
 
     Args:
         mechanism: The mechanism.
         values: Joint values, shape (values,) [rad, m].
-        look: The view, as `Drawn.look`.
+        drawing_from_world: The view, as `Drawn.look`.
     """
     placed = mechanism.assembly.linkage.place(values)
     ground = mechanism.world_from_ground
     poses = {name: ground @ placed.poses[k] for k, name in enumerate(mechanism.assembly.bodies) if name}
-    return Drawn(mechanism, look, poses, placed.axes @ ground[:3, :3].T)
+    return Drawn(mechanism, drawing_from_world, poses, placed.axes @ ground[:3, :3].T)
 
 
 def draw_mechanism(drawing: Paper, drawn: Drawn) -> None:
@@ -107,8 +107,8 @@ def body_outlines(drawn: Drawn) -> Iterator[tuple[str, Array]]:
 def _placed(drawn: Drawn, joint: MechanismJoint) -> tuple[Pose, bool]:
     """Return position and axis direction of a joint in the drawing, and whether the view is along the axis."""
     x, y, _ = drawn.joint(joint).tolist()
-    right, up, near = drawn.axis(joint).tolist()
-    along = abs(near) > END_ON
+    right, up, toward = drawn.axis(joint).tolist()
+    along = abs(toward) > END_ON
     return Pose(x, y, 0.0 if along else math.atan2(up, right)), along
 
 
@@ -139,12 +139,12 @@ def _ties(drawn: Drawn) -> Iterator[Array]:
             continue
         places = [_placed(drawn, joint) for joint in (first, second)]
         middles = np.array([[place.x, place.y] for place, _ in places])
-        apart = float(np.hypot(*(middles[1] - middles[0])))
+        distance = float(np.hypot(*(middles[1] - middles[0])))
         if all(along for _, along in places) and not (assembly.slides[each.first] or assembly.slides[each.second]):
             # Radii are inversely proportional to rotations; wheels that turn in the same direction are inside each
             # other.
             share = 1.0 + abs(each.ratio) if each.ratio < 0 else abs(abs(each.ratio) - 1.0)
-            radius = apart / max(share, 1e-9)
+            radius = distance / max(share, 1e-9)
             for middle, size in zip(middles, (radius, radius * abs(each.ratio)), strict=True):
                 yield arc(middle, size, 0.0, 2.0 * math.pi)
         else:
@@ -165,9 +165,9 @@ def curves(drawn: Drawn) -> Iterator[Array]:
 def distances(drawn: Drawn, *, led: bool) -> Iterator[Array]:
     """Yield the ends of distances, shape (2, 2) [m]: those prescribed by motions, or rods and springs."""
     assembly = drawn.mechanism.assembly
-    kept = [rod.ends for rod in assembly.rods] + [spring.ends for spring in assembly.springs]
+    passive = [rod.ends for rod in assembly.rods] + [spring.ends for spring in assembly.springs]
     moved = [drive.ends for drive in assembly.drives if drive.ends]
-    for ends in moved if led else kept:
+    for ends in moved if led else passive:
         yield np.array([drawn.points(assembly.bodies[spot.body], spot.at)[:2] for spot in ends])
 
 

@@ -65,7 +65,7 @@ def moment_of(
     order, seen = tick.orders[robot], tick.seen[robot]
     belief = order.estimate
     frame = next(iter(seen.cameras.values()), None)
-    looked = frame is not None or bool(order.sightings) or before is None
+    renewed = frame is not None or bool(order.sightings) or before is None
     return Moment(
         time=tick.time,
         truth=tick.truth[robot].as_array(),
@@ -75,7 +75,7 @@ def moment_of(
         names=tuple(map(str, belief.landmarks)),
         means=np.reshape([mean for mean, _ in belief.landmarks.values()], (-1, 2)),
         covariances=np.reshape([covariance for _, covariance in belief.landmarks.values()], (-1, 2, 2)),
-        sightings=order.sightings if looked or before is None else before.sightings,
+        sightings=order.sightings if renewed or before is None else before.sightings,
         picture=frame.image if frame is not None else before.picture if before is not None else None,
         others={name: pose.as_array() for name, pose in tick.truth.items() if name != robot},
         touched=bool(seen.bump),
@@ -94,7 +94,7 @@ def moments(recording: Recording, robot: str, rows: Sequence[int]) -> Iterator[M
     stamp, picture = next(pictures, (np.inf, None))
     shown: Picture | None = None
     bumps = np.array([event.time for event in track.events if event.kind == "bump"])
-    looked: Sequence[Sighting] = ()
+    sightings: Sequence[Sighting] = ()
     changes = [event.time for event in recording.events]
     past, looks = -1, recording.looks(0)
     first = 0
@@ -109,7 +109,7 @@ def moments(recording: Recording, robot: str, rows: Sequence[int]) -> Iterator[M
             stamp, picture = next(pictures, (np.inf, None))
         recent = next((track.sightings[k] for k in range(row, first - 1, -1) if track.sightings[k]), ())
         first = row + 1
-        looked = recent if recent or renewed else looked
+        sightings = recent if recent or renewed else sightings
         mapped = np.isfinite(track.landmarks.mean[row]).all(axis=1)
         yield Moment(
             time=now,
@@ -117,10 +117,10 @@ def moments(recording: Recording, robot: str, rows: Sequence[int]) -> Iterator[M
             estimate=track.estimate[row],
             covariance=track.covariance[row],
             odometry=track.odometry[row],
-            names=tuple(str(n) for n, there in zip(track.landmarks.names, mapped, strict=True) if there),
+            names=tuple(str(n) for n, is_mapped in zip(track.landmarks.names, mapped, strict=True) if is_mapped),
             means=track.landmarks.mean[row, mapped],
             covariances=track.landmarks.covariance[row, mapped],
-            sightings=looked,
+            sightings=sightings,
             picture=shown,
             others={name: other.truth[row] for name, other in recording.robots.items() if name != robot},
             scans=next((points for number, points in scans if number == row), {}),

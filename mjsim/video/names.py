@@ -70,8 +70,8 @@ def _places(drawing: Paper, tag: Tag, size: Array) -> tuple[Array, Array]:
             c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
             toward = np.array([c * side[0] - s * side[1], s * side[0] + c * side[1]])
             # Far enough for the name to be beside the object, or above or below it.
-            apart = np.min((reach + px(away) + half) / np.maximum(np.abs(toward), 1e-9))
-            around.append((at + toward * apart, 0.02 * rank + 0.0006 * abs(turn)))
+            distance = np.min((reach + px(away) + half) / np.maximum(np.abs(toward), 1e-9))
+            around.append((at + toward * distance, 0.02 * rank + 0.0006 * abs(turn)))
     middles = np.array([middle for middle, _ in right_on + around])
     boxes = np.stack([middles - half, middles + half], axis=1)
     return boxes, np.array([cost for _, cost in right_on + around])
@@ -80,7 +80,7 @@ def _places(drawing: Paper, tag: Tag, size: Array) -> tuple[Array, Array]:
 def _covered(places: Array, ink: Array, taken: Sequence[Array]) -> Array:
     """Return the cost of covering the ink under boxes; infinite over another name or outside the sheet."""
     height, width = ink.shape[0] - 1, ink.shape[1] - 1
-    off = (places[:, 0] < 0).any(axis=1) | (places[:, 1] > (width, height)).any(axis=1)
+    rejected = (places[:, 0] < 0).any(axis=1) | (places[:, 1] > (width, height)).any(axis=1)
     low = np.clip(np.floor(places[:, 0]), 0, (width, height)).astype(int)
     high = np.clip(np.ceil(places[:, 1]), 0, (width, height)).astype(int)
     (x0, y0), (x1, y1) = low.T, high.T
@@ -89,8 +89,8 @@ def _covered(places: Array, ink: Array, taken: Sequence[Array]) -> Array:
     if taken:
         low_others, high_others = np.array(taken).transpose(1, 0, 2)
         overlap = np.minimum(places[:, None, 1], high_others) - np.maximum(places[:, None, 0], low_others)
-        off = off | (overlap > -px(0.3)).all(axis=-1).any(axis=1)
-    return np.where(off, np.inf, share)
+        rejected = rejected | (overlap > -px(0.3)).all(axis=-1).any(axis=1)
+    return np.where(rejected, np.inf, share)
 
 
 def _write(drawing: Paper, tag: Tag, box: Array) -> None:

@@ -51,16 +51,16 @@ class Trails:
     def add(self, moment: Moment) -> None:
         """Extend the trails to the robot's current position."""
         for name, color, width, again in TRAILS:
-            here = self._view.pixels(getattr(moment, name)[:2])
-            if not np.isfinite(here).all():
+            pixel = self._view.pixels(getattr(moment, name)[:2])
+            if not np.isfinite(pixel).all():
                 continue
-            last = self._last.setdefault(name, [here])
-            if name == "truth" and np.abs(here - last[-1]).max() > LIFTED * self._view.scale:
-                self._last[name] = [here]
+            last = self._last.setdefault(name, [pixel])
+            if name == "truth" and np.abs(pixel - last[-1]).max() > LIFTED * self._view.scale:
+                self._last[name] = [pixel]
                 continue
-            if np.abs(here - last[-1]).max() >= STEP:
-                draw_polyline(self._plan, np.stack([*last, here]), color, width=width)
-                self._last[name] = [*last, here][-again:]
+            if np.abs(pixel - last[-1]).max() >= STEP:
+                draw_polyline(self._plan, np.stack([*last, pixel]), color, width=width)
+                self._last[name] = [*last, pixel][-again:]
 
 
 def draw_others(image: Picture, view: PlanView, moment: Moment, radii: Mapping[str, float]) -> None:
@@ -71,30 +71,30 @@ def draw_others(image: Picture, view: PlanView, moment: Moment, radii: Mapping[s
         _draw_robot(image, view, pose, max(radii[name], 5.0 / view.scale), MUTED, filled=True)
 
 
-def draw_moment(image: Picture, view: PlanView, moment: Moment, *, look: View, radius: float) -> None:
+def draw_moment(image: Picture, view: PlanView, moment: Moment, *, display: View, radius: float) -> None:
     """Draw one robot, its estimate and its map on a plan.
 
     Args:
         image: The plan; modified.
         view: View of the plan.
         moment: The data to draw.
-        look: Whether to draw ellipses and sightings.
+        display: Whether to draw ellipses and sightings.
         radius: Radius of the robot's body [m].
     """
     believes = bool(np.isfinite(moment.estimate).all())
-    if look.scans:
+    if display.scans:
         for points in moment.scans.values():
             draw_dots(image, view.pixels(points), SCANNED)
-    if look.sightings and believes:
+    if display.sightings and believes:
         _draw_sightings(image, view, moment)
-    _draw_map(image, view, moment, ellipses=look.ellipses)
+    _draw_map(image, view, moment, ellipses=display.ellipses)
     # The true robot is a filled disc, the estimated one an outline on top: where they coincide, both are visible.
     size = max(radius, 5.0 / view.scale)
     if np.isfinite(moment.truth).all():
         _draw_robot(image, view, moment.truth, size, TRUTH, filled=True)
     if believes:
         _draw_robot(image, view, moment.estimate, size, ESTIMATE, filled=False)
-    if believes and look.ellipses:
+    if believes and display.ellipses:
         outline = ellipse_points(moment.estimate[:2], moment.covariance[:2, :2])
         draw_polyline(image, view.pixels(outline), ESTIMATE, closed=True)
 

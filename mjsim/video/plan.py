@@ -26,7 +26,7 @@ from mjsim.video.view import PlanView, format_metres, round_step
 from mjsim.world import Beacon, Obstacle, World, extent, footprint, solid_pieces, stays, wall_polygons
 from mjsim.world import hung as beacons_of
 
-MOST_NAMES = 1000
+MAX_NAMES = 1000
 """With more objects than this, the plan is drawn without names, which would be unreadable."""
 EYE = 1.5
 """Walls that end below this height are drawn light: below a window, or a low wall [m]."""
@@ -132,7 +132,7 @@ def beacon_stroke(beacon: Beacon, view: PlanView) -> tuple[Array, Array]:
 
 def _draw_names(image: Picture, world: World, view: PlanView, letters: Letters, removed: frozenset[str]) -> None:
     """Write the names of beacons and obstacles beside them."""
-    if len(world.beacons) + len(world.obstacles) > MOST_NAMES:
+    if len(world.beacons) + len(world.obstacles) > MAX_NAMES:
         return
     place_labels(image, _labels(world, view, letters, removed), letters, _obstructions(world, view))
 

@@ -18,7 +18,7 @@ from mjsim.video.legend import draw_legend
 from mjsim.video.mechanisms import ABOVE, draw_mechanism, posed
 from mjsim.video.names import Tag, write_tags
 from mjsim.video.paper import Paper, blank, px, write_sheet
-from mjsim.video.plan import MOST_NAMES, world_bounds
+from mjsim.video.plan import MAX_NAMES, world_bounds
 from mjsim.video.symbols import (
     LEAST_ROBOT,
     draw_beacon,
@@ -30,7 +30,7 @@ from mjsim.video.symbols import (
     draw_path,
     draw_robot,
     draw_wall,
-    leaf_way,
+    leaf_path,
     swing,
 )
 from mjsim.video.view import PlanView, format_metres, round_step
@@ -107,7 +107,7 @@ def plan_page(world: World, bounds: Array, *, labels: Labels | None = None) -> P
 
 def _chosen_tags(plan: Paper, world: World, labels: Labels | None) -> list[Tag]:
     """Return the names to write."""
-    if labels == "none" or len(world.beacons) + len(world.obstacles) > MOST_NAMES:
+    if labels == "none" or len(world.beacons) + len(world.obstacles) > MAX_NAMES:
         return []
     walls = [_wall_tag(plan, wall) for wall in world.walls if wall.name is not None]
     if labels == "walls":
@@ -134,7 +134,7 @@ def scale_for(bounds: Array) -> float:
 def bounds_of(world: World) -> Array:
     """Return minimum and maximum of (x, y) of everything drawn, shape (2, 2) [m]."""
     points = [world_bounds(world)]
-    points += [leaf_way(leaf, swing(world, leaf)) for leaf in leaves(world)]
+    points += [leaf_path(leaf, swing(world, leaf)) for leaf in leaves(world)]
     points += [np.array([lamp.at]) for lamp in world.lamps] + [patch.outline() for patch in world.floor.patches]
     points += [np.array(item.path.points) for item in world.obstacles if item.path is not None]
     found = np.concatenate(points)
@@ -195,7 +195,7 @@ def _tags(plan: Paper, world: World) -> list[Tag]:
     named = {opening.name for wall in world.walls for opening in wall.openings}
     for leaf in leaves(world):
         if leaf.name in named:
-            middle = leaf_way(leaf, 0.0)[0] / 2 + np.array(leaf.hinge) / 2
+            middle = leaf_path(leaf, 0.0)[0] / 2 + np.array(leaf.hinge) / 2
             left = leaf.turn * np.array([-math.sin(leaf.closed), math.cos(leaf.closed)])
             tags.append(Tag(text=leaf.name, at=middle, side=left, reach=(0.06, 0.06), color=MUTED))
     for mechanism in world.mechanisms:

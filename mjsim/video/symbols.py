@@ -67,13 +67,13 @@ def draw_wall(drawing: Paper, wall: Wall) -> None:
 
 def draw_door(drawing: Paper, leaf: Leaf, *, opens_to: float) -> None:
     """Draw a door's leaf in its initial position, and the arc of its swing to an angle [deg]."""
-    way, stands = leaf_way(leaf, opens_to), leaf_way(leaf, leaf.door.angle_deg)
-    drawing.line(way, MUTED, 0.12)
-    drawing.line(np.stack([leaf.hinge, way[-1]]), MUTED, 0.12)
+    path, stands = leaf_path(leaf, opens_to), leaf_path(leaf, leaf.door.angle_deg)
+    drawing.line(path, MUTED, 0.12)
+    drawing.line(np.stack([leaf.hinge, path[-1]]), MUTED, 0.12)
     drawing.line(np.stack([leaf.hinge, stands[-1]]), blend(parse_color(leaf.door.color), INK, 0.25), 0.5)
 
 
-def leaf_way(leaf: Leaf, angle_deg: float) -> Array:
+def leaf_path(leaf: Leaf, angle_deg: float) -> Array:
     """Return the path of a leaf's free edge from closed to an angle, world frame, shape (n, 2) [m]."""
     return arc(leaf.hinge, leaf.width, leaf.closed, leaf.closed + leaf.turn * math.radians(angle_deg))
 
@@ -143,14 +143,14 @@ def draw_path(drawing: Paper, obstacle: Obstacle) -> None:
 def draw_beacon(drawing: Paper, beacon: Beacon, place: Pose) -> None:
     """Draw a beacon as a line of its width with a tick in the direction that it faces; a reflector is a ring."""
     half = max(beacon.width / 2, drawing.metres(0.6))
-    ahead, off = drawing.metres(1.3), drawing.metres(0.35)
+    ahead, depth = drawing.metres(1.3), drawing.metres(0.35)
     if not beacon.has_face:
         drawing.disc((place.x, place.y), drawing.metres(0.7), PAPER)
         drawing.disc((place.x, place.y), drawing.metres(0.7), SEEN if beacon.anchor else TRUTH, thickness=0.3)
         return
     color = BEACON if beacon.image is not None else SEEN
-    drawing.line(place.transform([[off, 0.0], [ahead, 0.0]]), color, 0.35)
-    drawing.fill(place.transform([[0.0, -half], [2 * off, -half], [2 * off, half], [0.0, half]]), color)
+    drawing.line(place.transform([[depth, 0.0], [ahead, 0.0]]), color, 0.35)
+    drawing.fill(place.transform([[0.0, -half], [2 * depth, -half], [2 * depth, half], [0.0, half]]), color)
 
 
 def draw_lamp(drawing: Paper, lamp: Lamp) -> None:

@@ -47,8 +47,8 @@ class Things:
         for name, _, outline, color in self._obstacles:
             if name not in looks.removed:
                 draw_outline(image, view.pixels(places[name].transform(outline)), color)
-        for part, said in chain.from_iterable(self._people.outlines(looks).values()):
-            draw_outline(image, view.pixels(part), parse_color(said))
+        for part, clothing in chain.from_iterable(self._people.outlines(looks).values()):
+            draw_outline(image, view.pixels(part), parse_color(clothing))
         for leaf in self._leaves:
             place = _pose(moment, f"door/{leaf.name}", leaf.pose(math.radians(leaf.door.angle_deg)))
             ends = view.pixels(place.transform([[0.0, 0.0], [leaf.width, 0.0]]))
@@ -65,8 +65,8 @@ class Things:
     def _places(self, moment: Moment, robot: str) -> dict[str, Pose]:
         """Return the pose of each object except doors, by name, and the true poses of robots."""
         things = {name: _pose(moment, f"obstacle/{name}", start) for name, start, *_ in self._obstacles}
-        told = {**moment.others, robot: moment.truth}
-        robots = {name: Pose.from_array(pose) for name, pose in told.items() if np.isfinite(pose).all()}
+        poses = {**moment.others, robot: moment.truth}
+        robots = {name: Pose.from_array(pose) for name, pose in poses.items() if np.isfinite(pose).all()}
         return self._starts | things | robots
 
 

@@ -34,18 +34,18 @@ def known_views(recording: Recording) -> list[str]:
     ]
 
 
-def composed_pictures(recording: Recording, rows: Sequence[int], look: View) -> Iterator[Picture]:
+def composed_pictures(recording: Recording, rows: Sequence[int], display: View) -> Iterator[Picture]:
     """Yield the plan with close-up, onboard picture and error at ascending rows of a recording."""
     seconds = float(recording.time[-1]) + 1e-3
     robot = _first_robot(recording)
-    frame = Frame(recording.world, robot, look=look, seconds=seconds, reach=_reach(recording))
+    frame = Frame(recording.world, robot, display=display, seconds=seconds, reach=_reach(recording))
     yield from _drawn(frame, recording, rows)
 
 
-def plan_pictures(recording: Recording, rows: Sequence[int], look: View) -> Iterator[Picture]:
+def plan_pictures(recording: Recording, rows: Sequence[int], display: View) -> Iterator[Picture]:
     """Yield the plan at ascending rows of a recording."""
     robot = _first_robot(recording)
-    yield from _drawn(PlanFrame(recording.world, robot, look=look, reach=_reach(recording)), recording, rows)
+    yield from _drawn(PlanFrame(recording.world, robot, display=display, reach=_reach(recording)), recording, rows)
 
 
 def scene_pictures(recording: Recording, rows: Sequence[int], view: str) -> Iterator[Picture]:
@@ -136,11 +136,11 @@ def _first_robot(recording: Recording) -> str:
 
 def _reach(recording: Recording) -> Array:
     """Return the true positions of robots, shape (n, 2) [m]; estimated ones for robots without ground truth."""
-    ways = []
+    paths = []
     for track in recording.robots.values():
         known = [places[np.isfinite(places).all(axis=1), :2] for places in (track.truth, track.odometry)]
-        ways.append(known[0] if len(known[0]) else known[1])
-    return np.concatenate([*ways, _mechanisms_reach(recording)[:, :2]])
+        paths.append(known[0] if len(known[0]) else known[1])
+    return np.concatenate([*paths, _mechanisms_reach(recording)[:, :2]])
 
 
 def _mechanisms_reach(recording: Recording) -> Array:

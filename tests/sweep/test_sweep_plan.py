@@ -176,7 +176,7 @@ def test_the_interval_of_a_mean_is_students_of_few_runs_and_the_bootstrap_of_com
 def test_no_interval_holds_what_a_figure_cannot_be():
     assert stats.ttest_1samp([0.1, 0.1, 1.0], 0.0).confidence_interval(0.95).low < -0.8
     assert interval_of_mean(np.array([0.1, 0.1, 1.0]))[0] == 0.0
-    assert interval_of_mean(np.array([0.9, 0.9, 1.0]), most=largest("nees.in_band"))[1] == 1.0
+    assert interval_of_mean(np.array([0.9, 0.9, 1.0]), upper=largest("nees.in_band"))[1] == 1.0
     assert interval_of_mean(np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0]))[0] >= 0.0
 
 

@@ -13,7 +13,7 @@ from mjsim.video.ink import BEACON, SEEN, TRUTH, WALL
 from mjsim.video.names import Tag, write_tags
 from mjsim.video.paper import DPI, arc, blank, px
 from mjsim.video.sheet import A4, scale_for
-from mjsim.video.symbols import leaf_way
+from mjsim.video.symbols import leaf_path
 from mjsim.video.view import PlanView
 from mjsim.world import leaves, parse_world
 
@@ -129,7 +129,7 @@ walls:
     openings: [{{at: 2, width: 0.9, door: {{hinge: {hinge}, angle_deg: {angle}}}}}]
 """
     (leaf,) = leaves(parse_world(walls))
-    way = leaf_way(leaf, angle)
+    way = leaf_path(leaf, angle)
     hinge_y, free_y = (3.0, 3.9) if hinge == "left" else (3.9, 3.0)
     np.testing.assert_allclose(way[0], (1.0, free_y), atol=1e-9)
     np.testing.assert_allclose(np.hypot(*(way - (1.0, hinge_y)).T), 0.9, atol=1e-9)

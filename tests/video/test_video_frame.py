@@ -47,7 +47,7 @@ NOW = Moment(
 
 
 def plan_of(moment, **look):
-    return PlanFrame(HALL, "scout", look=View(**look)).draw(moment)
+    return PlanFrame(HALL, "scout", display=View(**look)).draw(moment)
 
 
 def places_of(image, color, near):
@@ -90,7 +90,7 @@ def test_a_sighting_is_a_line_as_long_as_it_was_measured():
 
 
 def test_trails_stay_where_the_robot_was():
-    frame = PlanFrame(HALL, "scout", look=View(ellipses=False, sightings=False))
+    frame = PlanFrame(HALL, "scout", display=View(ellipses=False, sightings=False))
     for x in np.linspace(1.0, 3.0, 60):
         last = replace(NOW, truth=np.array([x, 1.0, 0.0]), odometry=np.array([x, 4.0, 0.0]))
         frame.add(last)
@@ -103,7 +103,7 @@ def test_trails_stay_where_the_robot_was():
 
 
 def test_without_trails_there_are_none():
-    frame = PlanFrame(HALL, "scout", look=View(trails=False))
+    frame = PlanFrame(HALL, "scout", display=View(trails=False))
     for x in np.linspace(1.0, 2.0, 30):
         frame.add(replace(NOW, truth=np.array([x, 2.0, 0.0])))
     np.testing.assert_array_equal(frame.draw(NOW), plan_of(NOW))
@@ -112,7 +112,7 @@ def test_without_trails_there_are_none():
 @pytest.mark.parametrize(("follow", "color"), [("truth", TRUTH), ("estimate", ESTIMATE)])
 def test_the_close_up_follows_the_given_robot(follow, color):
     moment = replace(NOW, estimate=np.array([5.0, 3.0, 0.0]), truth=np.array([3.5, 2.5, 0.0]))
-    frame = Frame(HALL, look=View(follow=follow, ellipses=False, sightings=False))
+    frame = Frame(HALL, display=View(follow=follow, ellipses=False, sightings=False))
     box = arrange(world_bounds(HALL), camera=4 / 3).close_up
     part = frame.draw(moment)[box.y : box.y + box.height, box.x : box.x + box.width]
     rows, columns = np.nonzero((part == color).all(axis=-1))
@@ -164,7 +164,7 @@ def test_a_robot_without_driver_and_camera_is_drawn_where_it_truly_is(follow):
     world = parse_world(TEXT.replace(", sensors: [{camera: front}]", ""))
     nothing = np.full(3, np.nan)
     alone = replace(NOW, estimate=nothing, odometry=nothing, covariance=np.full((3, 3), np.nan), picture=None)
-    frame = Frame(world, look=View(follow=follow))
+    frame = Frame(world, display=View(follow=follow))
     for k in range(10):
         frame.add(replace(alone, time=0.04 * k))
     assert (frame.draw(alone) == TRUTH).all(axis=-1).sum() > 500
@@ -193,7 +193,7 @@ robots: [{name: scout, at: [1, 2]}, {name: other, at: [7, 4]}]
 
 def test_movers_doors_and_lamps_stand_where_they_are_now_and_what_was_taken_away_does_not():
     view = PlanView.fit(world_bounds(MOVING), WIDTH, HEIGHT, margin=MARGIN)
-    frame = PlanFrame(MOVING, "scout", look=View())
+    frame = PlanFrame(MOVING, "scout", display=View())
 
     def color(image, place):
         column, row = np.rint(view.pixels(np.array(place))).astype(int)
@@ -222,11 +222,11 @@ def test_movers_doors_and_lamps_stand_where_they_are_now_and_what_was_taken_away
 
 
 def test_a_robot_that_is_lifted_leaves_no_trail():
-    frame = PlanFrame(HALL, "scout", look=View(sightings=False, ellipses=False))
+    frame = PlanFrame(HALL, "scout", display=View(sightings=False, ellipses=False))
     for x, y in ((2.0, 2.0), (2.0, 2.5), (6.0, 1.0), (6.0, 1.5)):
         frame.add(replace(NOW, truth=np.array([x, y, 0.0]), odometry=np.full(3, np.nan), estimate=np.full(3, np.nan)))
     image = frame.draw(replace(NOW, truth=np.array([1.0, 4.0, 0.0]), means=np.zeros((0, 2)), names=()))
-    plain = PlanFrame(HALL, "scout", look=View(sightings=False, ellipses=False)).draw(
+    plain = PlanFrame(HALL, "scout", display=View(sightings=False, ellipses=False)).draw(
         replace(NOW, truth=np.array([1.0, 4.0, 0.0]), means=np.zeros((0, 2)), names=())
     )
     changed = np.nonzero((image != plain).any(axis=-1))

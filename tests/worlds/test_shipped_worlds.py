@@ -17,7 +17,7 @@ import mjsim
 from mjsim.geometry import Array
 from mjsim.modules import check_modules, load_runnable
 from mjsim.run import drivers_of
-from mjsim.video.symbols import leaf_way
+from mjsim.video.symbols import leaf_path
 from mjsim.world import Camera, Leaf, footprint, leaves, solid, wall_polygons
 
 FOLDER = Path(__file__).parents[2] / "worlds"
@@ -107,7 +107,7 @@ def test_there_are_twelve_worlds_and_each_names_the_schema():
 
 def shut_by(leaf: Leaf, angle_deg: float) -> shapely.LineString:
     """Return where a door's leaf stands at an angle."""
-    return shapely.LineString([leaf.hinge, leaf_way(leaf, angle_deg)[-1]])
+    return shapely.LineString([leaf.hinge, leaf_path(leaf, angle_deg)[-1]])
 
 
 def test_the_page_of_worlds_shows_every_one_of_them_as_it_is_now():

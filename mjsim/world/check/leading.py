@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 
 from mjsim.errors import did_you_mean
-from mjsim.world.check.standing import Doubt
+from mjsim.world.check.standing import Finding
 from mjsim.world.items import LeadEvent, Mechanism, ReleaseEvent, World
 
 ROUNDED = 1e-6
@@ -13,7 +13,7 @@ Led = tuple[bool, float, float]
 """Of a value that can be led: whether it is a length, and the limits of its range [rad, m]."""
 
 
-def misled_joints(world: World) -> Iterator[Doubt]:
+def misled_joints(world: World) -> Iterator[Finding]:
     """Yield the problems of events that lead joints of mechanisms."""
     for index, event in enumerate(world.run.events):
         try:

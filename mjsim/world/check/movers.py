@@ -6,12 +6,12 @@ from itertools import pairwise
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.world.check.standing import SPARE, Doubt, Solids, called, disc, pair
+from mjsim.world.check.standing import SPARE, Finding, Solids, called, disc, pair
 from mjsim.world.items import MoveEvent, Obstacle, RemoveEvent, World
 from mjsim.world.plan import prisms, stays
 
 
-def misled(world: World, solids: Solids) -> Iterator[Doubt]:
+def misled(world: World, solids: Solids) -> Iterator[Finding]:
     """Yield the problems of the paths of movers and of the target poses of events."""
     removed = {event.remove for event in world.run.events if isinstance(event, RemoveEvent)}
     numbered = list(enumerate(world.obstacles))
@@ -22,7 +22,7 @@ def misled(world: World, solids: Solids) -> Iterator[Doubt]:
     yield from _put_into_things(world, solids, loose)
 
 
-def _through_things(obstacle: Obstacle, number: int, solids: Solids, loose: Collection[str]) -> Iterator[Doubt]:
+def _through_things(obstacle: Obstacle, number: int, solids: Solids, loose: Collection[str]) -> Iterator[Finding]:
     """Yield the first section of a mover's path on which it hits something static."""
     assert obstacle.path is not None
     stops = [obstacle.at, *obstacle.path.points, *([obstacle.at] if obstacle.path.closed else [])]
@@ -58,7 +58,7 @@ def _within(place: tuple[float, ...], points: Array) -> bool:
     return bool((points.min(axis=0) <= place).all() and (points.max(axis=0) >= place).all())
 
 
-def _put_into_things(world: World, solids: Solids, loose: Collection[str]) -> Iterator[Doubt]:
+def _put_into_things(world: World, solids: Solids, loose: Collection[str]) -> Iterator[Finding]:
     """Yield the events that place a robot or an obstacle inside something static."""
     for index, event in enumerate(world.run.events):
         message = _inside(world, event, solids, loose) if isinstance(event, MoveEvent) else None

@@ -11,7 +11,7 @@ from mjsim.errors import Problem, UsageError
 from mjsim.world.check.leading import misled_joints
 from mjsim.world.check.movers import misled
 from mjsim.world.check.reaching import beyond_reach
-from mjsim.world.check.standing import SPARE, Doubt, Solids, called, disc, pair
+from mjsim.world.check.standing import SPARE, Finding, Solids, called, disc, pair
 from mjsim.world.items import NoiseEvent, Robot, Wall, World, sensors, with_noise
 from mjsim.world.plan import Hung, hung
 from mjsim.world.yaml import problems_at
@@ -24,16 +24,16 @@ IN_FRONT = 0.05
 
 def check_world(world: World) -> list[Problem]:
     """Return the implausible values of a valid world, sorted by position; no user code is run."""
-    doubts = itertools.chain(
+    findings = itertools.chain(
         *(_openings(world), _crowded(world), _deaf_tags(world), beyond_reach(world), _noise_of_nothing(world)),
         misled_joints(world),
     )
     source = world.source
-    faults = ((path, partial(str, message)) for message, path in doubts)
+    faults = ((path, partial(str, message)) for message, path in findings)
     return sorted(problems_at(source.written, source.file, faults))
 
 
-def _noise_of_nothing(world: World) -> Iterator[Doubt]:
+def _noise_of_nothing(world: World) -> Iterator[Finding]:
     for index, event in enumerate(world.run.events):
         if isinstance(event, NoiseEvent):
             try:
@@ -42,14 +42,14 @@ def _noise_of_nothing(world: World) -> Iterator[Doubt]:
                 yield str(error), ("run", "events", index, "noise")
 
 
-def _openings(world: World) -> Iterator[Doubt]:
+def _openings(world: World) -> Iterator[Finding]:
     for number, wall in enumerate(world.walls):
         if wall.openings:
             for message, path in _openings_of(wall):
                 yield message, ("walls", number, "openings", *path)
 
 
-def _openings_of(wall: Wall) -> Iterator[Doubt]:
+def _openings_of(wall: Wall) -> Iterator[Finding]:
     segments = wall.segments()
     for index, opening in enumerate(wall.openings):
         length = math.dist(*segments[opening.segment])
@@ -72,7 +72,7 @@ def _openings_of(wall: Wall) -> Iterator[Doubt]:
                 yield f"this opening overlaps openings[{other_index}] of its wall; move or narrow it", (index,)
 
 
-def _crowded(world: World) -> Iterator[Doubt]:
+def _crowded(world: World) -> Iterator[Finding]:
     if not (world.robots or world.beacons or world.people or any(item.path is not None for item in world.obstacles)):
         return
     solids = Solids(world)
@@ -84,7 +84,7 @@ def _crowded(world: World) -> Iterator[Doubt]:
             yield message, ("beacons", index, "at")
 
 
-def _robots_in_things(world: World, solids: Solids) -> Iterator[Doubt]:
+def _robots_in_things(world: World, solids: Solids) -> Iterator[Finding]:
     for index, robot in enumerate(world.robots):
         radius = robot.body.radius
         found = solids.reached(disc(robot.at, radius - SPARE), depth=0.0, low=0.0, high=robot.body.height)
@@ -99,7 +99,7 @@ def _robots_in_things(world: World, solids: Solids) -> Iterator[Doubt]:
             )
 
 
-def _people_in_things(world: World, solids: Solids) -> Iterator[Doubt]:
+def _people_in_things(world: World, solids: Solids) -> Iterator[Finding]:
     for index, person in enumerate(world.people):
         if person.seat is not None:
             continue  # on a seat and among its controls; `mjsim ergonomics` reports the clearances
@@ -118,7 +118,7 @@ def _people_in_things(world: World, solids: Solids) -> Iterator[Doubt]:
             )
 
 
-def _deaf_tags(world: World) -> Iterator[Doubt]:
+def _deaf_tags(world: World) -> Iterator[Finding]:
     """Yield the radio tags without an anchor in range; anchors on a tag's own robot do not count."""
     for index, robot in enumerate(world.robots):
         if any(beacon.anchor and beacon.on != robot.name for beacon in world.beacons):

@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 
 from mjsim.errors import did_you_mean
-from mjsim.world.check.standing import Doubt
+from mjsim.world.check.standing import Finding
 from mjsim.world.items import ReachEvent, ReleaseEvent, RobotArm, World, reached_joints
 
 
-def beyond_reach(world: World) -> Iterator[Doubt]:
+def beyond_reach(world: World) -> Iterator[Finding]:
     """Yield the problems of events that move arms; inverse kinematics of tool poses starts at the arms' start."""
     for index, event in enumerate(world.run.events):
         if isinstance(event, ReachEvent) or (isinstance(event, ReleaseEvent) and event.joint is None):

@@ -8,7 +8,7 @@ from mjsim.geometry import Array
 from mjsim.world.items import Obstacle, Wall, World
 from mjsim.world.plan import prisms, wall_pieces
 
-Doubt = tuple[str, tuple[str | int, ...]]
+Finding = tuple[str, tuple[str | int, ...]]
 """A message, and the path of the value to which it refers."""
 
 SPARE = 1e-3
@@ -51,12 +51,12 @@ class Solids:
             high: Upper height of the shape [m].
             but: Names of objects to ignore.
         """
-        for name, outline, bottom, top in self._near(shape):
+        for name, outline, bottom, top in self._candidates(shape):
             if bottom < high and top > low and name not in but and _meet(outline, shape, depth):
                 return name
         return None
 
-    def _near(self, shape: Array) -> Iterator["_Prism"]:
+    def _candidates(self, shape: Array) -> Iterator["_Prism"]:
         box = _box(shape)
         for number in _overlapping(self._wall_boxes, box):
             if number not in self._pieces:

@@ -13,7 +13,7 @@ from mjsim.world.yaml import Node
 
 COUNTERS = "ijk"
 """Names of the indices of a repetition, outermost first."""
-NEAR = 1e-8
+TOLERANCE = 1e-8
 """Tolerance for positions rotated about a point, which are rounded to 9 decimals [m, deg]."""
 
 
@@ -27,7 +27,7 @@ class _Part:
     """Number of repetitions in each repeat."""
 
     @property
-    def kept(self) -> list[int]:
+    def repeats(self) -> list[int]:
         """Indices of the repeats that it still has."""
         return [number for number, count in enumerate(self.times) if count > 1]
 
@@ -35,8 +35,8 @@ class _Part:
 def take_apart(draft: EditedText, path: Path) -> None:
     """Write one repetition of an item as a separate item, in its place; the others stay repeated.
 
-    The world stays the same, except that positions rotated about a point are rounded again (`NEAR`). An included item
-    is first written into the text as by `make_single`.
+    The world stays the same, except that positions rotated about a point are rounded again (`TOLERANCE`). An included
+    item is first written into the text as by `make_single`.
 
     Args:
         draft: The text.
@@ -54,13 +54,13 @@ def take_apart(draft: EditedText, path: Path) -> None:
         return
     raw, written = before
     siblings = node_at(written, item[:-1])
-    where = siblings.items[item[-1]].line, siblings.items[item[-1]].column
-    copies = [index for index, each in siblings.items.items() if (each.line, each.column) == where]
+    start = siblings.items[item[-1]].line, siblings.items[item[-1]].column
+    copies = [index for index, each in siblings.items.items() if (each.line, each.column) == start]
     parts = list(_parts(_shape([siblings.items[index] for index in copies]), origin.repetition))
     _write(draft, raw, siblings, (item, copies), parts)
     draft.settle()
     after = draft.plain if draft.nodes is None else draft.nodes[1].value
-    if not same(after, written.value, within=NEAR):
+    if not same(after, written.value, within=TOLERANCE):
         raise UnwritableError(item, "cannot be taken out of its repeat alone; make all of them single")
 
 
@@ -95,8 +95,8 @@ def _write(draft: EditedText, raw: Node, siblings: Node, found: tuple[Path, list
     draft.take_out(repeated)
     first = (*outer, copies[0])
     alone = draft.place(first)
-    plain, says = alone.span.plain, alone.value
-    texts = [_text_of(part, plain, says, values[part.first], steps) for part in parts]
+    plain, expanded = alone.span.plain, alone.value
+    texts = [_text_of(part, plain, expanded, values[part.first], steps) for part in parts]
     again = texts[0].pop("repeat", None)
     rewrite(draft, first, texts[0])
     if again is not None:
@@ -111,19 +111,19 @@ def _index_of(node: Node) -> tuple[int, ...]:
     return () if node.origin is None else node.origin.repetition
 
 
-def _text_of(part: _Part, plain: Any, says: Any, wanted: Any, steps: Any) -> dict[str, Any]:
+def _text_of(part: _Part, plain: Any, expanded: Any, required: Any, steps: Any) -> dict[str, Any]:
     """Return the keys of a part as they will be written in the text."""
-    counting = {key for key, value in plain.items() if part.kept and _counts(value)}
+    counting = {key for key, value in plain.items() if part.repeats and _counts(value)}
     keys = {
-        key: _renumbered(plain[key], part) if key in counting else as_written(plain.get(key), says.get(key), value)
-        for key, value in wanted.items()
+        key: _renumbered(plain[key], part) if key in counting else as_written(plain.get(key), expanded.get(key), value)
+        for key, value in required.items()
     }
     numbers = "-".join(str(number + 1) for number in part.first)
-    for key, value in wanted.items() if part.kept else ():
+    for key, value in required.items() if part.repeats else ():
         # The name of a repeated item: 'desk' became 'desk-1', 'desk-2'.
         if isinstance(value, str) and value == f"{plain.get(key)}-{numbers}":
             keys[key] = f"{plain[key]}-" + "-".join(_number(part, number, 1) for number in range(len(part.first)))
-    left = [{**_step(steps, number), "times": part.times[number]} for number in part.kept]
+    left = [{**_step(steps, number), "times": part.times[number]} for number in part.repeats]
     if left:
         keys["repeat"] = left[0] if len(left) == 1 else left
     return keys
@@ -137,9 +137,9 @@ def _step(steps: Any, number: int) -> dict[str, Any]:
 def _number(part: _Part, number: int, more: int) -> str:
     """Return the text of a repetition index of the part, with a number added."""
     begin = part.first[number] + more
-    if number not in part.kept:
+    if number not in part.repeats:
         return str(begin)
-    name = COUNTERS[part.kept.index(number)]
+    name = COUNTERS[part.repeats.index(number)]
     return f"${{{name} + {begin}}}" if begin else f"${{{name}}}"
 
 

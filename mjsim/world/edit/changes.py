@@ -20,7 +20,7 @@ __all__ = ["Change", "UnwritableError", "edit_text", "edited", "shown_path"]
 
 DEEPEST = 20
 """Maximum nesting of a value to set."""
-MOST = 10**18
+LARGEST = 10**18
 """Maximum absolute value of an integer."""
 
 
@@ -123,7 +123,7 @@ class _Editor:
     def unset(self, paths: Sequence[Path]) -> None:
         """Unset keys; those of different items are read and removed at once."""
         self._settle()
-        places = [self.draft.place(path) for path in paths] if len(paths) > 1 and _are_apart(paths) else []
+        places = [self.draft.place(path) for path in paths] if len(paths) > 1 and _are_disjoint(paths) else []
         if places and all(_goes_alone(place) for place in places):
             self.draft.take_out(*places)
             return
@@ -188,7 +188,7 @@ class _Editor:
         if isinstance(path[-1], int) != (op == "remove"):
             right = "an item; remove it" if isinstance(path[-1], int) else "a key; unset it"
             raise UnwritableError(path, f"is {right}")
-        while op == "unset" and not place.rest and _says_nothing_empty(place.path[:-1]):
+        while op == "unset" and not place.rest and _is_default_when_empty(place.path[:-1]):
             outer = self.draft.place(place.path[:-1])
             if outer.count > 1:
                 break
@@ -206,7 +206,7 @@ class _Editor:
             self.draft.rename(place, name)
 
 
-def _are_apart(paths: Sequence[Path]) -> bool:
+def _are_disjoint(paths: Sequence[Path]) -> bool:
     """Return whether keys are in different mappings, none of which contains another."""
     outer = {path[:-1] for path in paths}
     within = any(path[:count] in outer for path in outer for count in range(len(path)))
@@ -216,7 +216,7 @@ def _are_apart(paths: Sequence[Path]) -> bool:
 def _goes_alone(place: TextPlace) -> bool:
     """Return whether a key is written and has siblings, so that removing it leaves its parent."""
     written = not place.rest and place.elsewhere is None and isinstance(place.path[-1], str)
-    return written and len(place.chain[-2].entries) > 1 and not _says_nothing_empty(place.path[:-1])
+    return written and len(place.chain[-2].entries) > 1 and not _is_default_when_empty(place.path[:-1])
 
 
 def _joined(changes: Iterable[Change]) -> list[tuple[str, Path, Any]]:
@@ -236,7 +236,7 @@ def _joined(changes: Iterable[Change]) -> list[tuple[str, Path, Any]]:
     return joined
 
 
-def _says_nothing_empty(path: Path) -> bool:
+def _is_default_when_empty(path: Path) -> bool:
     """Return whether a key with an empty mapping means the same as no key: true for `noise: {}`, not for `door: {}`."""
     kinds = models_at(World, path[:-1]) if path and isinstance(path[-1], str) else []
     fields = [kind.model_fields[str(path[-1])] for kind in kinds if path[-1] in kind.model_fields]
@@ -256,5 +256,5 @@ def _is_writable(value: Any, deepest: int) -> bool:
     if isinstance(value, float):
         return math.isfinite(value)
     if isinstance(value, int):
-        return abs(value) < MOST
+        return abs(value) < LARGEST
     return value is None or isinstance(value, str)

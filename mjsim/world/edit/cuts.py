@@ -214,16 +214,16 @@ def _into_lines(text: str, parent: Span, index: int, lines: Sequence[str]) -> li
     if index == 0 and not _leads(text, first.start):
         space = " " * parent.column
         return [(first.start, first.start, end.join(lines).lstrip() + end + space)]
-    apart = _apart(text, entries, index)
+    spaced = _has_blank_lines(text, entries, index)
     if index == 0:
         at = line_start(text, first.start)
-        return [(at, at, end.join(lines) + end + (end if apart else ""))]
+        return [(at, at, end.join(lines) + end + (end if spaced else ""))]
     at = _behind(text, entries[index - 1], parent.column)
-    written = (end if apart else "") + end.join(lines)
+    written = (end if spaced else "") + end.join(lines)
     return [(at, at, f"{written}{end}" if not at or text[at - 1] == "\n" else f"{end}{written}")]
 
 
-def _apart(text: str, entries: Sequence[Entry], index: int) -> bool:
+def _has_blank_lines(text: str, entries: Sequence[Entry], index: int) -> bool:
     """Return whether empty lines separate the entries around an insertion."""
     pairs = list(pairwise(entries))
     if not pairs:

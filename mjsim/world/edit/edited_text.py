@@ -37,7 +37,7 @@ class EditedText:
         """Mappings that get a new key by the pending cuts."""
         self._lines: set[int] = set()
         """Starts of the lines in which they get it."""
-        self._wanted = self._root.plain  # created anew at each access
+        self._required = self._root.plain  # created anew at each access
 
     def finished(self) -> tuple[str, Node]:
         """Return the new text, and its value.
@@ -48,7 +48,7 @@ class EditedText:
         self._text, self._cuts = applied(self._text, self._cuts), []
         self._check_size()
         node, problems = read_text(self._text, file=self.source.file)
-        if problems or node is None or not same(node.value, self._wanted):
+        if problems or node is None or not same(node.value, self._required):
             raise UnwritableError((), "this cannot be changed without touching the rest; change the text itself")
         return self._text, node
 
@@ -84,27 +84,27 @@ class EditedText:
             self.settle()
         self._refresh()
         raw = self._raw
-        said = None if self._written is None else self._written.value
-        place = TextPlace(path, [], [self._root], [], self._written, said, [])
+        expanded = None if self._written is None else self._written.value
+        place = TextPlace(path, [], [self._root], [], self._written, expanded, [])
         for number, step in enumerate(path):
-            here, span = path[: number + 1], place.span
+            prefix, span = path[: number + 1], place.span
             if span.shared:
                 raise UnwritableError(path[:number], _SHARED)
             inner = None if place.node is None else place.node.items.get(step)
-            own = self._own_index(place, raw, here) if isinstance(step, int) else step
+            own = self._own_index(place, raw, prefix) if isinstance(step, int) else step
             entry = span.entry(own)
             if entry is None:
-                _check_free(here, path, inner)
+                _check_free(prefix, path, inner)
                 place.rest = list(path[number:])
                 return place
             if span.kind == "map" and sum(each.name == own for each in span.entries) > 1:
-                raise UnwritableError(here, _TWICE)
+                raise UnwritableError(prefix, _TWICE)
             raw = None if raw is None else raw.items.get(own)
             place.own.append(own)
             place.entries.append(entry)
             place.chain.append(entry.value)
             # In an item that is not repeated only values are computed; below it, nodes hold what is written.
-            place.said = None if inner is None else place.said[step]
+            place.expanded = None if inner is None else place.expanded[step]
             place.node = inner
         return place
 
@@ -134,8 +134,8 @@ class EditedText:
             self._cuts.append((span.start, span.end, _written(value, span)))
         else:
             first, last = line_start(self._text, span.start), self._text.find("\n", span.end)
-            gone = (first, len(self._text) if last < 0 else last + 1, "")
-            self._cuts += [(mark, mark, f" {_written(value, span)}"), gone]
+            removal = (first, len(self._text) if last < 0 else last + 1, "")
+            self._cuts += [(mark, mark, f" {_written(value, span)}"), removal]
         self.settle()
 
     def insert(self, place: TextPlace, index: int, values: Sequence[Any]) -> None:
@@ -238,7 +238,12 @@ class EditedText:
         if self._cuts:
             self.settle()
             again = self.place(place.path)
-            place.chain, place.entries, place.node, place.said = again.chain, again.entries, again.node, again.said
+            place.chain, place.entries, place.node, place.expanded = (
+                again.chain,
+                again.entries,
+                again.node,
+                again.expanded,
+            )
 
     def _refresh(self) -> None:
         if self._stale:
@@ -312,7 +317,7 @@ class EditedText:
 
     def _at(self, own: Sequence[str | int]) -> Any:
         """Return the intended value at a place of the text."""
-        found = self._wanted
+        found = self._required
         for step in own:
             found = found[step]
         return found

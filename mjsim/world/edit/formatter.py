@@ -51,22 +51,27 @@ def format_text(text: str, *, file: str) -> str:
     if node is None or problems:
         raise WorldError(problems)
     refused = WorldError([Problem(file, 1, 1, "this text cannot be formatted without loss; format it by hand")])
-    laid, before, found = text, "", []
+    formatted, before, found = text, "", []
     try:
         # Repeat if a comment has left brackets, which may then fit on one line.
         for _ in range(_MOST_ROUNDS):
-            root, comments = read_tree(laid)
+            root, comments = read_tree(formatted)
             found.append(comments)
-            before, laid = laid, _Formatter(ordered="&" not in text).whole(root)
-            if laid == before:
+            before, formatted = formatted, _Formatter(ordered="&" not in text).whole(root)
+            if formatted == before:
                 break
     except UnformattableError:
         raise refused from None
-    again, _ = read_text(laid, file=file)
+    again, _ = read_text(formatted, file=file)
     # Nothing may be lost, however unusual the text.
-    if laid != before or again is None or _canonical(again.value) != _canonical(node.value) or found[0] != found[-1]:
+    if (
+        formatted != before
+        or again is None
+        or _canonical(again.value) != _canonical(node.value)
+        or found[0] != found[-1]
+    ):
         raise refused
-    return laid
+    return formatted
 
 
 def format_file(path: str | Path, *, write: bool) -> bool:
@@ -82,11 +87,11 @@ def format_file(path: str | Path, *, write: bool) -> bool:
     """
     path = world_path(path)
     text = read_file(path)
-    laid = format_text(text, file=str(path))
-    if laid == text or not write:
-        return laid != text
+    formatted = format_text(text, file=str(path))
+    if formatted == text or not write:
+        return formatted != text
     try:
-        write_whole(path.resolve(), laid.encode("utf-8"))
+        write_whole(path.resolve(), formatted.encode("utf-8"))
     except OSError as error:
         raise UsageError(f"cannot write '{path}': {error.strerror}") from None
     return True
@@ -121,19 +126,19 @@ class _Formatter:
         for item in part.items:
             assert item.key is not None
             key = _key(item.key)
-            above, said = _indented(item.before, space), f"{space}{key}:"
-            value = self._inline(item.part, len(said) + 1)
+            above, lead = _indented(item.before, space), f"{space}{key}:"
+            value = self._inline(item.part, len(lead) + 1)
             if value is not None:
                 more, after = _beside(item)
                 first, *rest = value
                 lines += [*above, *_indented(more, space)]
-                lines += [f"{said} {first}".rstrip(), *rest] if first else [said]
+                lines += [f"{lead} {first}".rstrip(), *rest] if first else [lead]
                 lines[-1] = _with_comment(lines[-1], after)
                 continue
             head = item.head or item.after
             more = [item.after.text] if item.head is not None and item.after is not None else []
             lines += [*above, *_indented(more, space)]
-            opening = f"{said} {_opening(item.part)}".rstrip()
+            opening = f"{lead} {_opening(item.part)}".rstrip()
             lines += [_with_comment(opening, head), *self._below(item.part, indent + _STEP)]
         return lines
 
@@ -309,10 +314,10 @@ def _indented(lines: list[str], space: str) -> list[str]:
 
 def _without_empty_ends(lines: list[str]) -> list[str]:
     """Return lines without empty lines at both ends and without consecutive empty lines."""
-    kept: list[str] = []
+    trimmed: list[str] = []
     for line in lines:
-        if line or (kept and kept[-1]):
-            kept.append(line)
-    while kept and not kept[-1]:
-        kept.pop()
-    return kept
+        if line or (trimmed and trimmed[-1]):
+            trimmed.append(line)
+    while trimmed and not trimmed[-1]:
+        trimmed.pop()
+    return trimmed

@@ -45,14 +45,14 @@ def styled(value: Any, *, depth: int = 0) -> Any:
     inner = value.values() if isinstance(value, dict) else value
     flat = isinstance(value, list) and not any(isinstance(item, dict) for item in inner)
     short = depth > 1 and len(str(value)) <= _LINE and not any(isinstance(item, dict) and item for item in inner)
-    laid: CommentedMap | CommentedSeq
+    styled_value: CommentedMap | CommentedSeq
     if isinstance(value, dict):
-        laid = CommentedMap({_text(key): styled(item, depth=depth + 1) for key, item in value.items()})
+        styled_value = CommentedMap({_text(key): styled(item, depth=depth + 1) for key, item in value.items()})
     else:
-        laid = CommentedSeq([styled(item, depth=depth + 1) for item in value])
+        styled_value = CommentedSeq([styled(item, depth=depth + 1) for item in value])
     if flat or short or not value:
-        laid.fa.set_flow_style()
-    return laid
+        styled_value.fa.set_flow_style()
+    return styled_value
 
 
 def escaped(text: str) -> str:

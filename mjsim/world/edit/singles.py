@@ -52,46 +52,46 @@ def _unroll(draft: EditedText, raw: Node, siblings: Node, path: Path) -> None:
     values = [siblings.items[index].value for index in copies]
     draft.take_out(draft.below(place, own, "repeat"))
     first = draft.place((*path[:-1], copies[0]))
-    plain, says = first.span.plain, first.value
-    rewrite(draft, (*path[:-1], copies[0]), as_written(plain, says, values[0]))
+    plain, expanded = first.span.plain, first.value
+    rewrite(draft, (*path[:-1], copies[0]), as_written(plain, expanded, values[0]))
     if values[1:]:
         draft.settle()
-        more = [as_written(plain, says, value) for value in values[1:]]
+        more = [as_written(plain, expanded, value) for value in values[1:]]
         draft.insert(draft.place(path[:-1]), own + 1, more)
 
 
-def as_written(plain: Any, says: Any, wanted: Any) -> Any:
+def as_written(plain: Any, expanded: Any, required: Any) -> Any:
     """Return the form in which to write a value: as in the text where that gives the same value, otherwise literally.
 
     Args:
         plain: The value as written in the text.
-        says: The value that this expands to.
-        wanted: The value that it must expand to.
+        expanded: The value that this expands to.
+        required: The value that it must expand to.
     """
-    if same(says, wanted):
+    if same(expanded, required):
         return plain
-    if isinstance(plain, dict) and isinstance(wanted, dict):
-        return {key: as_written(plain.get(key), says.get(key), value) for key, value in wanted.items()}
-    if isinstance(plain, list) and isinstance(wanted, list) and len(plain) == len(says) == len(wanted):
-        return [as_written(*each) for each in zip(plain, says, wanted, strict=True)]
-    return _literal(wanted)
+    if isinstance(plain, dict) and isinstance(required, dict):
+        return {key: as_written(plain.get(key), expanded.get(key), value) for key, value in required.items()}
+    if isinstance(plain, list) and isinstance(required, list) and len(plain) == len(expanded) == len(required):
+        return [as_written(*each) for each in zip(plain, expanded, required, strict=True)]
+    return _literal(required)
 
 
-def rewrite(draft: EditedText, path: Path, wanted: Any) -> None:
+def rewrite(draft: EditedText, path: Path, required: Any) -> None:
     """Replace a value, leaving equal parts unchanged."""
     place = draft.place(path)
     if place.rest:
-        draft.insert_key(place, wanted)
+        draft.insert_key(place, required)
         return
     plain = place.span.plain
-    if isinstance(plain, dict) and isinstance(wanted, dict):
-        for key in [key for key in wanted if key not in plain or not same(plain[key], wanted[key])]:
-            rewrite(draft, (*path, key), wanted[key])
-    elif isinstance(plain, list) and isinstance(wanted, list) and len(plain) == place.count == len(wanted):
-        for index in range(len(wanted)):
-            rewrite(draft, (*path, index), wanted[index])
-    elif not same(plain, wanted):
-        draft.replace(place, wanted)
+    if isinstance(plain, dict) and isinstance(required, dict):
+        for key in [key for key in required if key not in plain or not same(plain[key], required[key])]:
+            rewrite(draft, (*path, key), required[key])
+    elif isinstance(plain, list) and isinstance(required, list) and len(plain) == place.count == len(required):
+        for index in range(len(required)):
+            rewrite(draft, (*path, index), required[index])
+    elif not same(plain, required):
+        draft.replace(place, required)
 
 
 def _bring_in(draft: EditedText, raw: Node, path: Path) -> None:

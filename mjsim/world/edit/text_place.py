@@ -37,7 +37,7 @@ class TextPlace:
     """The entries that contain them; one fewer than values."""
     node: Node | None
     """Node of the last value; None if the text uses nothing that must be expanded."""
-    said: Any
+    expanded: Any
     """Expanded value of that node."""
     rest: list[str | int]
     """Steps that are not written."""
@@ -50,12 +50,12 @@ class TextPlace:
     @property
     def value(self) -> Any:
         """Its value, with expressions computed."""
-        return self.span.plain if self.node is None else self.said
+        return self.span.plain if self.node is None else self.expanded
 
     @property
     def count(self) -> int:
         """Its number of items in the world."""
-        return len(self.span.entries) if self.node is None else len(self.said)
+        return len(self.span.entries) if self.node is None else len(self.expanded)
 
     @property
     def elsewhere(self) -> str | None:

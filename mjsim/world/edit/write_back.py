@@ -46,18 +46,18 @@ def _mapping(
     tree: Any, before: Mapping[str, Any], after: Mapping[str, Any], written: Node | None, raw: Node | None, path: Path
 ) -> None:
     for key in before.keys() - after.keys():
-        gone = tree.pop(key, CommentedSeq())
+        removed = tree.pop(key, CommentedSeq())
         if written is not None and isinstance(before[key], list):
-            _list(gone, before[key], [], _child(written, key), _child(raw, key), (*path, key))
+            _list(removed, before[key], [], _child(written, key), _child(raw, key), (*path, key))
     for key, value in after.items():
         if key in before and before[key] == value:
             continue
         inner, own = _child(written, key), _child(raw, key)
-        here = (*path, key)
-        if key not in tree and inner is not None and (isinstance(value, list) or here in OPEN):
+        inner_path = (*path, key)
+        if key not in tree and inner is not None and (isinstance(value, list) or inner_path in OPEN):
             tree[key] = CommentedSeq() if isinstance(value, list) else CommentedMap()
         if key in tree and type(before.get(key)) is type(value) and isinstance(value, (dict, list)):
-            _inside(tree[key], before[key], value, inner, own, here)
+            _inside(tree[key], before[key], value, inner, own, inner_path)
         else:
             tree[key] = styled(value, depth=2)
 
@@ -71,24 +71,24 @@ def _list(
     tree: Any, before: Sequence[Any], after: Sequence[Any], written: Node | None, raw: Node | None, path: Path
 ) -> None:
     own = _own_places(written, raw, len(before))
-    kept = list(range(len(before)))
-    gone: list[int] = []
+    remaining = list(range(len(before)))
+    removed: list[int] = []
     for index in reversed(range(len(before))):
-        if len(kept) > len(after) and not any(_same(before[index], item) for item in after):
-            gone.append(kept.pop(index))
-    gone += kept[len(after) :]
-    for number, value in zip(kept, after, strict=False):
+        if len(remaining) > len(after) and not any(_same(before[index], item) for item in after):
+            removed.append(remaining.pop(index))
+    removed += remaining[len(after) :]
+    for number, value in zip(remaining, after, strict=False):
         if before[number] == value:
             continue
         place = _place(own, number, written, path)
         if isinstance(value, (dict, list)) and type(before[number]) is type(value) and _same(before[number], value):
-            here = (*path, number)
-            _inside(tree[place], before[number], value, _child(written, number), _child(raw, place), here)
+            inner_path = (*path, number)
+            _inside(tree[place], before[number], value, _child(written, number), _child(raw, place), inner_path)
         else:
             tree[place] = styled(value, depth=2)
-    for place in sorted((_place(own, number, written, path) for number in gone), reverse=True):
+    for place in sorted((_place(own, number, written, path) for number in removed), reverse=True):
         del tree[place]
-    for value in after[len(kept) :]:
+    for value in after[len(remaining) :]:
         tree.append(styled(value, depth=2))
 
 

@@ -108,11 +108,11 @@ def _differing(value: Model, base: Model) -> dict[str, Any]:
     """Return the keys of a model whose values differ from those of another model of its kind."""
     found = {}
     for key in type(value).model_fields:
-        here, there = getattr(value, key), getattr(base, key)
-        if here == there:
+        own, other = getattr(value, key), getattr(base, key)
+        if own == other:
             continue
-        if isinstance(here, Model) and type(here) is type(there):
-            found[key] = _differing(here, there)
+        if isinstance(own, Model) and type(own) is type(other):
+            found[key] = _differing(own, other)
         else:
-            found[key] = value.model_dump(mode="json", include={key}, exclude_defaults=True).get(key, here)
+            found[key] = value.model_dump(mode="json", include={key}, exclude_defaults=True).get(key, own)
     return found

@@ -57,7 +57,7 @@ def has_asset(name: str, source: Source) -> bool:
     if _leaves(path, name):
         return False
     beside = None if source.folder is None else _resolved(source.folder.resolve() / path)
-    return (beside is not None and beside.is_file()) or _is_there(resources.files("mjsim.assets").joinpath(name))
+    return (beside is not None and beside.is_file()) or _exists(resources.files("mjsim.assets").joinpath(name))
 
 
 def read_asset(name: str, source: Source) -> bytes:
@@ -79,9 +79,9 @@ def read_asset(name: str, source: Source) -> bytes:
                 raise ValueError(_LEAVES.format(name=name))
             return _read(beside, name)
     shipped = resources.files("mjsim.assets").joinpath(name)
-    if _is_there(shipped):
+    if _exists(shipped):
         return shipped.read_bytes()
-    raise ValueError(f"no file '{name}' beside the world file or in assets{_near(name, source)}")
+    raise ValueError(f"no file '{name}' beside the world file or in assets{_suggestion(name, source)}")
 
 
 def check_picture(name: str, source: Source) -> None:
@@ -101,7 +101,7 @@ def _leaves(path: PurePosixPath, name: str) -> bool:
     return path.is_absolute() or ".." in path.parts or "\\" in name or not name.isprintable()
 
 
-def _is_there(file: Traversable) -> bool:
+def _exists(file: Traversable) -> bool:
     try:
         return file.is_file()
     except OSError:  # its name is too long for the system
@@ -126,7 +126,7 @@ def _read(path: Path, name: str) -> bytes:
         raise ValueError(f"'{name}' cannot be read: {error.strerror}; change its permissions") from None
 
 
-def _near(name: str, source: Source) -> str:
+def _suggestion(name: str, source: Source) -> str:
     """Return '; did you mean ...?' if a file in the same folder has a similar name, otherwise ''."""
     folder = PurePosixPath(name).parent
     known: list[str] = []
@@ -136,8 +136,8 @@ def _near(name: str, source: Source) -> str:
         shipped = resources.files("mjsim.assets").joinpath(str(folder))
         if shipped.is_dir():
             known += [str(folder / item.name) for item in shipped.iterdir()]
-    near = difflib.get_close_matches(name, known, n=1)
-    return f"; did you mean '{near[0]}'?" if near else ""
+    matches = difflib.get_close_matches(name, known, n=1)
+    return f"; did you mean '{matches[0]}'?" if matches else ""
 
 
 def _names_in(base: Path, folder: PurePosixPath) -> list[str]:

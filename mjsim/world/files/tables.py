@@ -76,9 +76,9 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _number(cells: Sequence[str], place: int, where: str) -> float:
+def _number(cells: Sequence[str], place: int, line: str) -> float:
     if place >= len(cells):
-        raise ValueError(f"{where}: the line has {len(cells)} columns; it must have {place + 1} or more")
+        raise ValueError(f"{line}: the line has {len(cells)} columns; it must have {place + 1} or more")
     if not _is_number(cells[place]) or not math.isfinite(value := float(cells[place])):
-        raise ValueError(f"{where}: '{cells[place]:.20}' is not a finite number")
+        raise ValueError(f"{line}: '{cells[place]:.20}' is not a finite number")
     return value

@@ -42,7 +42,7 @@ def fault(message: str, *path: str | int) -> PydanticCustomError:
     return PydanticCustomError("mjsim", "{text}", {"text": message, "path": path})
 
 
-def _there(name: str, info: ValidationInfo) -> str:
+def _existing_picture(name: str, info: ValidationInfo) -> str:
     """Check that a picture exists, if the reader of a file provides the source."""
     source = (info.context or {}).get("source")
     if isinstance(source, Source):
@@ -50,7 +50,7 @@ def _there(name: str, info: ValidationInfo) -> str:
     return name
 
 
-def _model_there(name: str, info: ValidationInfo) -> str:
+def _existing_model(name: str, info: ValidationInfo) -> str:
     """Check that an MJCF or URDF file exists, if the reader of a file provides the source."""
     if not name.lower().endswith((".xml", ".mjcf", ".urdf")):
         raise ValueError(f"'{name}' is not a model; name an MJCF (.xml) or URDF (.urdf) file")
@@ -90,7 +90,7 @@ RollPitchYaw = Annotated[tuple[Degrees, ...], Field(strict=False, min_length=3, 
 """[roll, pitch, yaw], right-handed, in this order."""
 Color = Annotated[str, Field(pattern=COLOR_PATTERN)]
 """'#rrggbb'."""
-AssetPath = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_there)]
+AssetPath = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_existing_picture)]
 """A picture, looked for beside the world file, then among the assets that come with mjsim."""
-ModelPath = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_model_there)]
+ModelPath = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_existing_model)]
 """A file of MJCF or URDF, looked for as pictures are."""

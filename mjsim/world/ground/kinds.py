@@ -32,7 +32,7 @@ class OneOf:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Return the validation schema of an item."""
-        choices = {f"<{kind}>": _when_met(model) for kind, model in self.kinds.items()}
+        choices = {f"<{kind}>": _lazy_schema(model) for kind, model in self.kinds.items()}
         return core_schema.tagged_union_schema(
             choices,
             self._tag,
@@ -53,7 +53,7 @@ class OneOf:
         return None if kind is None else f"<{kind}>"
 
 
-def _when_met(model: type[BaseModel]) -> CoreSchema:
+def _lazy_schema(model: type[BaseModel]) -> CoreSchema:
     """Return a validation schema that builds the model's validator on first use: a world uses few kinds."""
 
     def check(item: Any, info: ValidationInfo) -> BaseModel:

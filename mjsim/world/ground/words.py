@@ -99,8 +99,10 @@ def _right(kind: str, context: Mapping[str, Any], value: Any, otherwise: str) ->
     if kind == "string_pattern_mismatch":
         return f"it must be {_PATTERNS[context['pattern']]}"
     if kind == "literal_error":
-        near = did_you_mean(value, re.findall(r"'([^']*)'", context["expected"])) if isinstance(value, str) else ""
-        return f"it must be {context['expected']}" + (near if near.startswith("; did") else "")
+        suggestion = (
+            did_you_mean(value, re.findall(r"'([^']*)'", context["expected"])) if isinstance(value, str) else ""
+        )
+        return f"it must be {context['expected']}" + (suggestion if suggestion.startswith("; did") else "")
     return otherwise[0].lower() + otherwise[1:]
 
 

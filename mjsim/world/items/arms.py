@@ -21,7 +21,7 @@ if TYPE_CHECKING:  # Imported again where it is used, so that worlds that do not
 
 MOST_JOINTS = 32
 """Largest number of joints of an arm."""
-IN_DOUBT = (("friction", "coulomb"), ("center",), ("inertia",), ("gear",))
+LIKELY_KEYS = (("friction", "coulomb"), ("center",), ("inertia",), ("gear",))
 """Keys of a row that `mjsim.mechanics` may reject."""
 InUnit = Annotated[float, Field(ge=-1e6, le=1e6)]
 """A length in the unit of the table."""
@@ -35,7 +35,7 @@ def _ascending(bounds: tuple[float, ...]) -> tuple[float, ...]:
     return bounds
 
 
-def _both_ways(value: Any) -> Any:
+def _coulomb_pair(value: Any) -> Any:
     """Return dry friction in both directions as a list; a single number applies to both."""
     return [value, -value] if isinstance(value, int | float) and not isinstance(value, bool) else value
 
@@ -47,7 +47,7 @@ class Friction(Model):
     """[N m s/rad]"""
     coulomb: Annotated[
         tuple[Annotated[float, Field(ge=-1e6, le=1e6)], ...],
-        BeforeValidator(_both_ways),
+        BeforeValidator(_coulomb_pair),
         Field(strict=False, min_length=2, max_length=2),
     ] = (0.0, 0.0)
     """Dry friction, one number, or [plus, minus] by direction, the second not above 0 [N m]."""
@@ -112,7 +112,7 @@ class DhRow(Model):
             Arm.from_dh([self.as_row()])
         except ValueError as error:
             message = str(error).removeprefix("row 1: ")
-            raise fault(message, *next((path for path in IN_DOUBT if path[-1] in message), ())) from None
+            raise fault(message, *next((path for path in LIKELY_KEYS if path[-1] in message), ())) from None
         return self
 
     def as_row(self) -> dict[str, Any]:
@@ -203,9 +203,9 @@ class RobotArm(Model):
     @model_validator(mode="after")
     def _has_joints(self, info: ValidationInfo) -> Self:
         if (self.dh is None) == (self.model is None):
-            what = "an arm has a table of joints or a model, not both; leave one out"
+            conflict = "an arm has a table of joints or a model, not both; leave one out"
             none = "an arm has joints; give dh: {rows: [...]}, a preset, or model: FILE"
-            raise fault(none) if self.dh is None else fault(what, "model")
+            raise fault(none) if self.dh is None else fault(conflict, "model")
         if self.model is None:
             if self.end is not None:
                 raise fault("end names a part of a model; an arm of a table ends at its last row", "end")
@@ -249,11 +249,11 @@ class RobotArm(Model):
         links = self.arm.links
         if self.start_deg and len(self.start_deg) != len(links):
             raise fault(f"start_deg holds {len(self.start_deg)} values; the arm has {len(links)} joints", "start_deg")
-        for number, (link, value, said) in enumerate(zip(links, self.start(), self.start_deg, strict=False)):
+        for number, (link, value, given) in enumerate(zip(links, self.start(), self.start_deg, strict=False)):
             if not link.lower - 1e-9 <= value <= link.upper + 1e-9:
                 scale = 1.0 if link.slide else 180.0 / math.pi
                 bounds = f"[{link.lower * scale:g}, {link.upper * scale:g}]"
-                raise fault(f"joint{number + 1} starts at {said:g}; its range is {bounds}", "start_deg", number)
+                raise fault(f"joint{number + 1} starts at {given:g}; its range is {bounds}", "start_deg", number)
         return self
 
     @cached_property

@@ -321,8 +321,8 @@ def rims(body: "Body", bearings: Array) -> Array:
     safe = np.where(across == 0.0, np.inf, across)
     t = (start[:, 0] * edge[:, 1] - start[:, 1] * edge[:, 0]) / safe
     s = (start[:, 0] * ahead[..., 1] - start[:, 1] * ahead[..., 0]) / safe
-    met = (across != 0.0) & (s >= -1e-9) & (s <= 1 + 1e-9) & (t >= 0.0)
-    return np.asarray(np.where(met, t, 0.0).max(axis=-1), dtype=float)
+    hit = (across != 0.0) & (s >= -1e-9) & (s <= 1 + 1e-9) & (t >= 0.0)
+    return np.asarray(np.where(hit, t, 0.0).max(axis=-1), dtype=float)
 
 
 BODY_KINDS: Mapping[str, type[_Body]] = {

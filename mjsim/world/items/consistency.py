@@ -185,16 +185,16 @@ def _events_without_target(run: Mapping[str, Any], keys: Mapping[str, Any]) -> I
     targets, people = _event_targets(keys), _names(_items(keys, "people"))
     mechanisms = _names(_items(keys, "mechanisms"))
     for index, event in events:
-        for key, (what, names) in targets.items():
+        for key, (kind, names) in targets.items():
             name = event.get(key)
             if not isinstance(name, str):
                 continue
             if key in ("reach", "release") and (event.get("hand") is not None or name in people):
-                what, names = "person", people
+                kind, names = "person", people
             elif key == "release" and (event.get("joint") is not None or name in mechanisms):
-                what, names = "mechanism", mechanisms
+                kind, names = "mechanism", mechanisms
             if name not in names:
-                yield f"no {what} '{name}' in this world{did_you_mean(name, names)}", ("run", "events", index, key)
+                yield f"no {kind} '{name}' in this world{did_you_mean(name, names)}", ("run", "events", index, key)
     yield from _opened_too_far(events, keys)
 
 

@@ -165,16 +165,16 @@ class ReachEvent(_Event):
         return copy
 
     @model_validator(mode="after")
-    def _says_where(self) -> Self:
+    def _has_goal(self) -> Self:
         if self.hand is not None or self.to is not None:
-            return self._says_where_the_hand_is()
+            return self._has_hand_goal()
         if (self.joints_deg is None) == (self.tool is None):
             raise fault("an arm reaches for joint values or with its tool; give joints_deg or tool: [x, y, z]")
         if self.rpy_deg is not None and self.tool is None:
             raise fault("rpy_deg turns a tool; give tool: [x, y, z] with it", "rpy_deg")
         return self
 
-    def _says_where_the_hand_is(self) -> Self:
+    def _has_hand_goal(self) -> Self:
         if self.hand is None or self.to is None:
             raise fault("a person reaches with a hand; give hand: left or right, and to: [x, y, z]")
         _refuse_of_arms(self, "arm", "joints_deg", "tool", "rpy_deg")
@@ -285,8 +285,8 @@ def event_from(keys: Mapping[str, object]) -> WorldEvent:
     """
     kind = kind_of(dict(keys), EVENT_KINDS)
     if kind is None:
-        said = next((key for key in keys if key != "time"), "")
-        raise UsageError(f"an event needs an action{did_you_mean(said, EVENT_KINDS)}")
+        key = next((key for key in keys if key != "time"), "")
+        raise UsageError(f"an event needs an action{did_you_mean(key, EVENT_KINDS)}")
     try:
         event: WorldEvent = _EVENT.validate_python(dict(keys))
     except ValidationError as error:
@@ -325,7 +325,7 @@ def said_of(event: WorldEvent) -> str:
             short = f", which is {event.short:.2g} m out of reach" if event.short else ""
             return f"the {event.hand} hand of {event.reach} reaches for [{to[0]:g}, {to[1]:g}, {to[2]:g}]{short}"
         case ReachEvent():
-            return f"{event.arm} of {event.reach} goes to {_goal_said(event)}"
+            return f"{event.arm} of {event.reach} goes to {_goal_text(event)}"
         case ReleaseEvent(hand=str(hand)):
             return f"the {hand} hand of {event.release} returns to its initial position"
         case ReleaseEvent(joint=str(joint)):
@@ -337,7 +337,7 @@ def said_of(event: WorldEvent) -> str:
             return f"joint {event.joint} of {event.lead} goes to {f'[{turned}]' if turned else f'{event.to_deg:g}'}"
 
 
-def _goal_said(event: ReachEvent) -> str:
+def _goal_text(event: ReachEvent) -> str:
     values = event.tool or event.joints_deg or ()
     listed = ", ".join(f"{value:g}" for value in values)
     return f"joints [{listed}]" if event.tool is None else f"[{listed}] with its tool"

@@ -83,15 +83,15 @@ def _figures(key: str, model: BaseModel, fields: tuple[str, ...], about: str = "
     for name in fields:
         value, text = getattr(model, name), description_of(type(model), name)
         unit = _UNIT.search(text)
-        told = _UNIT.sub("", text).strip(" ,.;")
-        told = f"{told}." if told else about
+        description = _UNIT.sub("", text).strip(" ,.;")
+        description = f"{description}." if description else about
         if isinstance(value, Depth):
-            yield from _figures(f"{key}.{name}", value, ("noise",), told)
+            yield from _figures(f"{key}.{name}", value, ("noise",), description)
         elif isinstance(value, BaseModel):
-            yield from _figures(f"{key}.{name}", value, tuple(type(value).model_fields), told)
+            yield from _figures(f"{key}.{name}", value, tuple(type(value).model_fields), description)
         elif isinstance(value, float | int) and not isinstance(value, bool):
             slider = next((each for each in type(model).model_fields[name].metadata if isinstance(each, Slider)), None)
-            yield NoiseFigure(f"{key}.{name}", float(value), unit[1] if unit else None, told, slider)
+            yield NoiseFigure(f"{key}.{name}", float(value), unit[1] if unit else None, description, slider)
 
 
 def _quiet(world: World) -> dict[str, Any]:

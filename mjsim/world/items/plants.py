@@ -58,8 +58,8 @@ class StateSpace(Model):
     @model_validator(mode="after")
     def _shapes_fit(self) -> Self:
         states, inputs, outputs = len(self.a), len(self.b[0]), len(self.c)
-        wanted = {"a": (states, states), "b": (states, inputs), "c": (outputs, states), "d": (outputs, inputs)}
-        for key, shape in wanted.items():
+        expected = {"a": (states, states), "b": (states, inputs), "c": (outputs, states), "d": (outputs, inputs)}
+        for key, shape in expected.items():
             rows = getattr(self, key)
             found = None if rows is None else {(len(rows), len(row)) for row in rows}
             if found is not None and found != {shape}:

@@ -47,11 +47,11 @@ def _check_drive(name: str, below: Mapping[str, Any], above: Any) -> None:
     """Raise ValueError if the user's keys describe another kind of drive than the preset."""
     if not isinstance(above, Mapping):
         return
-    kind, wanted = below.get("type", "differential"), above.get("type")
+    kind, requested = below.get("type", "differential"), above.get("type")
     if "use" in above:
         raise ValueError(f"preset '{name}' has a drive of its own, {kind}; leave out the preset to use yours")
-    if wanted is not None and wanted != kind:
-        raise ValueError(f"preset '{name}' has the drive {kind}, not {wanted}; leave out 'type' or the preset")
+    if requested is not None and requested != kind:
+        raise ValueError(f"preset '{name}' has the drive {kind}, not {requested}; leave out 'type' or the preset")
 
 
 def is_preset_file(name: str) -> bool:

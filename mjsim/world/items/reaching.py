@@ -48,8 +48,8 @@ def _joints(item: RobotArm, given: Sequence[float], start: Array) -> tuple[Array
         return within, None
     k = int(beyond[0])
     low, high = (float(bound[k] / scales[k]) for bound in (lower, upper))
-    said = f"joint {k + 1} of arm '{item.name}' cannot go to {given[k]:g}; its range is {low:g} to {high:g}"
-    return start, UsageError(said)
+    message = f"joint {k + 1} of arm '{item.name}' cannot go to {given[k]:g}; its range is {low:g} to {high:g}"
+    return start, UsageError(message)
 
 
 def _inverse(item: RobotArm, event: ReachEvent, start: Array) -> tuple[Array, UsageError | None]:

@@ -161,13 +161,13 @@ def _model_misfit(body: ModelBody, drive: AnyDrive) -> str | None:
             f"it does not say which joints of '{body.model}' are its wheels;"
             f" mjsim new --robot-from {body.model} -o ROBOT.yaml finds them"
         )
-    for key, given, wanted in (
+    for key, given, expected in (
         ("wheels", body.wheels, [wheel.name for wheel in drive.wheels]),
         ("steering", body.steering, list(drive.steering)),
     ):
-        if sorted(given) != sorted(wanted):
-            there = f"{key} are {', '.join(given)}" if given else f"it has no {key}"
-            return f"{there}; this drive has {', '.join(wanted) or 'none'}"
+        if sorted(given) != sorted(expected):
+            joints_listed = f"{key} are {', '.join(given)}" if given else f"it has no {key}"
+            return f"{joints_listed}; this drive has {', '.join(expected) or 'none'}"
     return None
 
 

@@ -78,21 +78,21 @@ def whole_steps(rate_hz: float, step: float) -> bool:
     return steps > 0.5 and abs(steps - round(steps)) < 1e-9
 
 
-def step_misfit(what: str, rate_hz: float, step: float) -> str | None:
+def step_misfit(label: str, rate_hz: float, step: float) -> str | None:
     """Return why a period at this rate is not a whole number of physics steps, as a message, or None."""
     if whole_steps(rate_hz, step):
         return None
     nearest = nearest_divisor(1.0 / step, rate_hz)
     return (
-        f"rate_hz is {rate_hz:g} Hz; {what} must be a whole number of {step * 1e3:g} ms steps,"
+        f"rate_hz is {rate_hz:g} Hz; {label} must be a whole number of {step * 1e3:g} ms steps,"
         f" the nearest rate is {nearest:g} Hz"
     )
 
 
-def nearest_divisor(fast_hz: float, wanted_hz: float) -> float:
+def nearest_divisor(fast_hz: float, requested_hz: float) -> float:
     """Return the rate nearest to a requested one that divides a faster rate [Hz]."""
-    times = max(math.floor(fast_hz / wanted_hz), 1)
-    return min((fast_hz / times, fast_hz / (times + 1)), key=lambda rate: abs(rate - wanted_hz))
+    times = max(math.floor(fast_hz / requested_hz), 1)
+    return min((fast_hz / times, fast_hz / (times + 1)), key=lambda rate: abs(rate - requested_hz))
 
 
 class Run(Model):

@@ -81,8 +81,8 @@ class Signal(Model):
             return None
         key = next(key for key in self.shape.given() if key.endswith("_deg") == given)
         right = f"{key}_deg" if angle else key.removesuffix("_deg")
-        what = "this is an angle, in degrees" if angle else "this is not an angle"
-        return f"{what}; write {right} for {key}", (self.kind, key)
+        statement = "this is an angle, in degrees" if angle else "this is not an angle"
+        return f"{statement}; write {right} for {key}", (self.kind, key)
 
     def made(self, read: Read, rng: "Generator | None" = None, *, angle: bool = False) -> "TimeSignal":
         """Return the signal, with its value and derivatives at any time.

@@ -7,7 +7,7 @@ from mjsim.errors import did_you_mean
 from mjsim.world.items.targets import TARGET_KINDS
 
 SIDES = ("left", "right")
-LOOKED_AT = ("sight", "display", "grip", "pedal")
+GAZE_TARGETS = ("sight", "display", "grip", "pedal")
 """Kinds of targets for the gaze: all."""
 Misfit = tuple[str, tuple[str | int, ...]]
 
@@ -54,7 +54,7 @@ def _named(person: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], tuple[s
         held = pair if isinstance(pair, Mapping) else {}
         yield from (((key, side), (kind,), held[side]) for side in SIDES if isinstance(held.get(side), str))
     if isinstance(person.get("gaze"), str):
-        yield ("gaze",), LOOKED_AT, person["gaze"]
+        yield ("gaze",), GAZE_TARGETS, person["gaze"]
 
 
 def _wrong_target(name: str, kinds: tuple[str, ...], things: Mapping[str, Mapping[str, Any]]) -> str | None:

@@ -188,7 +188,7 @@ class Marker(Model):
     """Number in the dictionary."""
 
     @model_validator(mode="after")
-    def _there_is_one(self) -> Self:
+    def _has_shape(self) -> Self:
         wrong = check_marker(self.dictionary, self.id)
         if wrong is not None:
             raise fault(*wrong)

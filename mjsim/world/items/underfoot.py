@@ -27,15 +27,15 @@ def floors(things: Iterable[Obstacle]) -> tuple[Obstacle, ...]:
     return tuple(thing for thing in things if not thing.movable and thing.path is None and _is_floor(thing))
 
 
-def height_under(things: Sequence[Obstacle], spot: Array, *, most: float = math.inf) -> float:
+def height_under(things: Sequence[Obstacle], spot: Array, *, limit: float = math.inf) -> float:
     """Return the height of the floor, or of the highest of the things on it, at a place [m].
 
     Args:
         things: On the floor.
         spot: World frame, shape (2,) [m].
-        most: Things that are higher there are ignored [m].
+        limit: Things that are higher there are ignored [m].
     """
-    return max((top for thing in things for top in _tops(thing, spot) if top <= most), default=0.0)
+    return max((top for thing in things for top in _tops(thing, spot) if top <= limit), default=0.0)
 
 
 def _is_floor(thing: Obstacle) -> bool:

@@ -21,13 +21,13 @@ def with_values(world: World, values: Mapping[str, Any]) -> World:
     return with_parts(world, parts, ", ".join(values))
 
 
-def with_parts(world: World, given: Sequence[tuple[list[str], Any, str]], what: str) -> World:
+def with_parts(world: World, given: Sequence[tuple[list[str], Any, str]], label: str) -> World:
     """Return the world with values changed.
 
     Args:
         world: Not modified.
         given: For each value its path, the value, and its name in errors.
-        what: The name in errors of all of them.
+        label: The name in errors of all of them.
 
     Raises:
         UsageError: The key does not exist, or the value is not allowed.
@@ -40,7 +40,7 @@ def with_parts(world: World, given: Sequence[tuple[list[str], Any, str]], what: 
         changed = World.model_validate(tree, context={"source": world.source})
     except ValidationError as error:
         first = error.errors()[0]
-        raise UsageError(f"{what}: {sentence(first, path_of(first), World)}") from None
+        raise UsageError(f"{label}: {sentence(first, path_of(first), World)}") from None
     changed._source = world.source
     return changed
 

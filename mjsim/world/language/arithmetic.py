@@ -37,7 +37,7 @@ def _rounded(value: Number, digits: Number = 0) -> Number:
 class _Function(NamedTuple):
     call: Callable[..., Number]
     fewest: int
-    most: int
+    max_arguments: int
 
 
 FUNCTIONS: Mapping[str, _Function] = {
@@ -112,9 +112,9 @@ class _Parser:
             raise self._unexpected()
         return compute
 
-    def _next(self, *wanted: str) -> str | None:
+    def _next(self, *tokens: str) -> str | None:
         """Consume the next token if it is one of those wanted."""
-        if self._at < len(self._tokens) and self._tokens[self._at] in wanted:
+        if self._at < len(self._tokens) and self._tokens[self._at] in tokens:
             self._at += 1
             return self._tokens[self._at - 1]
         return None
@@ -188,10 +188,10 @@ class _Parser:
             inner.append(self._sum())
         if not self._next(")"):
             raise self._unexpected()
-        function, fewest, most = FUNCTIONS[name]
-        if not fewest <= len(inner) <= most:
-            wanted = str(fewest) if fewest == most else f"{fewest} to {most}"
-            raise ValueError(f"{name}() got {len(inner)} values; it takes {wanted}")
+        function, fewest, max_arguments = FUNCTIONS[name]
+        if not fewest <= len(inner) <= max_arguments:
+            expected = str(fewest) if fewest == max_arguments else f"{fewest} to {max_arguments}"
+            raise ValueError(f"{name}() got {len(inner)} values; it takes {expected}")
         return _application(name, function, inner)
 
 
@@ -302,11 +302,11 @@ def _number(value: Value) -> Number:
     return value
 
 
-def _bounded(value: Number, said: str) -> Number:
+def _bounded(value: Number, text: str) -> Number:
     if not -LARGEST <= value <= LARGEST:
-        raise ValueError(_too_large(said))
+        raise ValueError(_too_large(text))
     return value
 
 
-def _too_large(said: str) -> str:
-    return f"{said:.60} is too large; results are at most {LARGEST:g}"
+def _too_large(text: str) -> str:
+    return f"{text:.60} is too large; results are at most {LARGEST:g}"

@@ -75,7 +75,7 @@ class _File:
     chain: tuple[str, ...]
     """Names of the including files, and its own."""
 
-    def where(self) -> str:
+    def origin(self) -> str:
         return f" ({self.how})" if self.how else ""
 
 
@@ -98,7 +98,7 @@ class _Expander:
             if found is not None:
                 below = found if below is None else merged(below, found)
         own = without(node, ("variables", "include"))
-        template = Template(self.budget, file.shown, file.where(), asset=self._near(file))
+        template = Template(self.budget, file.shown, file.origin(), asset=self._asset_resolver(file))
         own = template.whole(own, names)
         outer |= {name: value for name, value in names.items() if name not in outer}
         return own if below is None else merged(below, own)
@@ -110,7 +110,7 @@ class _Expander:
         if not isinstance(node.value, dict):
             self._report(file, node, "variables are written as names with values, such as variables: {width: 1.2}")
             return names
-        template = Template(self.budget, file.shown, file.where())
+        template = Template(self.budget, file.shown, file.origin())
         for name, value in node.items.items():
             wrong = _not_a_name(str(name))
             if wrong is not None or len(names) >= MOST_VARIABLES:
@@ -172,21 +172,21 @@ class _Expander:
         self.included[name] = data
         node, problems = read_text(data.decode("utf-8-sig", "surrogateescape"), file=file.shown)
         for problem in problems:
-            self.budget.report(file.shown, problem.line, problem.column, problem.message + file.where())
+            self.budget.report(file.shown, problem.line, problem.column, problem.message + file.origin())
         self.budget.allow(time.process_time() - start)
         if node is not None and not isinstance(node.value, dict):
             self._report(file, node, "this is not a world file; one begins with 'mjsim: 1'")
             return None
         return node
 
-    def _near(self, file: _File) -> Callable[[str], str] | None:
+    def _asset_resolver(self, file: _File) -> Callable[[str], str] | None:
         """Return a function that converts asset paths of a file to paths relative to the folder of the world."""
         return None if not file.folder else lambda path: self._resolved(path, file.folder)
 
     def _resolved(self, path: str, folder: str) -> str:
         """Return a path relative to the folder of the world: beside the file that names it if it exists there."""
-        near = posixpath.normpath(posixpath.join(folder, path)) if path.strip() else path
-        return near if not folder or has_asset(near, self._source) else path
+        normalised = posixpath.normpath(posixpath.join(folder, path)) if path.strip() else path
+        return normalised if not folder or has_asset(normalised, self._source) else path
 
     def _shown(self, name: str) -> str:
         """Return the name of an included file in messages."""
@@ -195,7 +195,7 @@ class _Expander:
 
     def _report(self, file: _File, place: Node | tuple[int, int], message: str) -> None:
         line, column = place if isinstance(place, tuple) else (place.line, place.column)
-        self.budget.report(file.shown, line, column, message + file.where())
+        self.budget.report(file.shown, line, column, message + file.origin())
 
 
 def _own_name(source: Source) -> str:

@@ -98,8 +98,8 @@ def _check_place(keys: Mapping[str, Any], step: Repeat) -> None:
     if step.offset is None or not (single or isinstance(at, list) or "points" in keys):
         return
     if single != _is_number(step.offset):
-        wanted = "one number as 'at' has" if single else "[x, y] as 'at' has"
-        raise ValueError(f"offset is {_shown(step.offset)}; it must be {wanted}")
+        expected = "one number as 'at' has" if single else "[x, y] as 'at' has"
+        raise ValueError(f"offset is {_shown(step.offset)}; it must be {expected}")
 
 
 def _move(keys: Keys, step: Repeat, number: int, within: str) -> None:

@@ -90,8 +90,11 @@ def _with_expressions(part: Any) -> Any:
     if not isinstance(part, dict):
         return part
     if _is_scalar(part):
-        said = {key: part[key] for key in ("title", "description", "default", "examples") if key in part}
-        return {**said, "anyOf": [{key: value for key, value in part.items() if key not in said}, _EXPRESSION]}
+        annotations = {key: part[key] for key in ("title", "description", "default", "examples") if key in part}
+        return {
+            **annotations,
+            "anyOf": [{key: value for key, value in part.items() if key not in annotations}, _EXPRESSION],
+        }
     for word in ("anyOf", "oneOf"):
         if any(_is_scalar(choice) for choice in part.get(word, ())):
             choices = [choice if _is_scalar(choice) else _with_expressions(choice) for choice in part[word]]

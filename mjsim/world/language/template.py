@@ -117,8 +117,8 @@ class Template:
         foreign = foreign or (isinstance(node.value, dict) and "use" in node.items)
         found = False
         for item in node.items.values():
-            here = isinstance(node.value, list) and _is_repeated(item) and not foreign
-            if item.items and self._mark_repeating(item, foreign=foreign) | here:
+            own = isinstance(node.value, list) and _is_repeated(item) and not foreign
+            if item.items and self._mark_repeating(item, foreign=foreign) | own:
                 found = True
         if found:
             self._renewed.add(id(node))
@@ -362,5 +362,5 @@ def _name_to_number(node: Node) -> str | None:
         pieces = [] if key is None else _pieces(node.value[key])
     except ValueError:
         return None
-    told = any(isinstance(piece, Expression) and not piece.names.isdisjoint(INDICES) for piece in pieces)
-    return None if told else key
+    numbered = any(isinstance(piece, Expression) and not piece.names.isdisjoint(INDICES) for piece in pieces)
+    return None if numbered else key

@@ -62,7 +62,7 @@ def solid_pieces(walls: Sequence[Wall]) -> list[list[Piece]]:
     pieces = [wall_pieces(wall) for wall in walls]
     lines = [line for number, wall in enumerate(walls) for line in _lines(number, wall)]
     ends = [end for line in lines for end in _ends(line, pieces[line.wall])]
-    for end, line in _near(ends, lines):
+    for end, line in _touching(ends, lines):
         pieces[end.line.wall] += _joined(end, line, walls[line.wall])
     return pieces
 
@@ -89,7 +89,7 @@ def _ends(line: _Line, pieces: Sequence[Piece]) -> Iterator[_End]:
         yield _End(line, at, (ux, uy), levels)
 
 
-def _near(ends: Sequence[_End], lines: Sequence[_Line]) -> Iterator[tuple[_End, _Line]]:
+def _touching(ends: Sequence[_End], lines: Sequence[_Line]) -> Iterator[tuple[_End, _Line]]:
     """Yield each end with each segment that it may meet, except those that its own corners already join."""
     if not ends or len(lines) < 2:
         return

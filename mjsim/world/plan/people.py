@@ -8,21 +8,23 @@ from mjsim.geometry import Array
 from mjsim.world.items import Person
 
 
-def person_outlines(person: Person, poses: Mapping[str, Array], look: Array) -> Iterator[tuple[Array, str]]:
+def person_outlines(
+    person: Person, poses: Mapping[str, Array], drawing_from_world: Array
+) -> Iterator[tuple[Array, str]]:
     """Yield outlines of a person in a posture, seen from a direction, farthest first, each with its colour.
 
     Args:
         person: The person.
         poses: world_from_segment by the segment's name, shape (4, 4) each [m]: `Person.poses()`, or for a seated person
             `mjsim.posture.poses_of`.
-        look: drawing_from_world: right, up, towards the viewer, shape (3, 4) [m]; see `look_beside`.
+        drawing_from_world: Axes right, up, towards the viewer, shape (3, 4) [m]; see `look_beside`.
 
     Yields:
         Convex outline in the drawing, counter-clockwise, shape (n, 2) [m], and a colour, '#rrggbb'.
     """
     from mjsim.people import silhouettes
 
-    for segment, outline in silhouettes(person.skins, poses, look):
+    for segment, outline in silhouettes(person.skins, poses, drawing_from_world):
         yield outline, person.color_of(segment)
 
 

@@ -51,9 +51,9 @@ def solid(world: World, *, height: float = SLICE) -> "BaseGeometry":
     parts = shapely.get_parts(shapely.disjoint_subset_union_all(outlines))
     # Snapped to a grid, so that joints leave no gaps: each part separately unless another is this close.
     one, other = shapely.STRtree(parts).query(parts, predicate="dwithin", distance=2 * GRID)
-    near = np.isin(np.arange(len(parts)), one[one != other])
-    joined = shapely.set_precision(shapely.multipolygons(parts[near]), GRID)
-    return shapely.multipolygons(shapely.get_parts([*shapely.set_precision(parts[~near], GRID), joined]))
+    touching = np.isin(np.arange(len(parts)), one[one != other])
+    joined = shapely.set_precision(shapely.multipolygons(parts[touching]), GRID)
+    return shapely.multipolygons(shapely.get_parts([*shapely.set_precision(parts[~touching], GRID), joined]))
 
 
 def segments(world: World, *, height: float = SLICE) -> Array:

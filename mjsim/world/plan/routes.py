@@ -54,10 +54,10 @@ def route_of(obstacle: Obstacle) -> Route | None:
     path = obstacle.path
     if path is None:
         return None
-    there: list[Place] = [(x, y) for x, y in (obstacle.at, *path.points)]
-    stops = [*there, there[0]] if path.closed else [*there, *there[-2::-1]]
-    ways = (math.dist(start, end) / path.speed for start, end in pairwise(stops))
-    arrives = accumulate((path.wait + seconds for seconds in ways), initial=0.0)
+    points: list[Place] = [(x, y) for x, y in (obstacle.at, *path.points)]
+    stops = [*points, points[0]] if path.closed else [*points, *points[-2::-1]]
+    durations = (math.dist(start, end) / path.speed for start, end in pairwise(stops))
+    arrives = accumulate((path.wait + seconds for seconds in durations), initial=0.0)
     return Route(tuple(stops), tuple(arrives), path.wait)
 
 

@@ -65,9 +65,9 @@ def parse_world(
         faults = list(faults_of(error, World, whole=not amiss))
         if not amiss:  # inconsistencies may vanish once the rest is valid
             faults += [(path, partial(str, message)) for message, path in islice(misfits(node.value), MOST)]
-        told = {(problem.file, problem.line, problem.column) for problem in problems}
+        reported = {(problem.file, problem.line, problem.column) for problem in problems}
         more = set(problems_at(node, source.file, faults))
-        problems += [problem for problem in more if (problem.file, problem.line, problem.column) not in told]
+        problems += [problem for problem in more if (problem.file, problem.line, problem.column) not in reported]
         raise WorldError(problems) from None
     if problems:
         raise WorldError(problems)
@@ -148,9 +148,9 @@ def faults_of(error: ValidationError, model: type[Model], *, whole: bool = True)
     faults = [(path_of(details), details) for details in error.errors(include_url=False)]
     unknown = {path for path, details in faults if details["type"] == "extra_forbidden"}
     # Finding a similar word takes long, and the items of a list have the same keys.
-    near = cache(lambda keys: meant_key(keys, model))
-    meant = {(*path[:-1], near(_keys_in(path))) for path in unknown}
-    near_kind = cache(lambda keys, given: misspelt_kind(given, keys, model))
+    suggest = cache(lambda keys: meant_key(keys, model))
+    meant = {(*path[:-1], suggest(_keys_in(path))) for path in unknown}
+    suggest_kind = cache(lambda keys, given: misspelt_kind(given, keys, model))
     for path, details in faults:
         if not (whole or details["loc"]):
             continue
@@ -159,7 +159,7 @@ def faults_of(error: ValidationError, model: type[Model], *, whole: bool = True)
         if details["type"] == "too_short" and len(details["input"]) >= details["ctx"]["min_length"]:
             continue  # pydantic counts only valid items; the invalid one is reported
         given = tuple(details["input"]) if details["type"] == "kind" and isinstance(details["input"], Mapping) else ()
-        if misspelt := near_kind(_keys_in(path), given):
+        if misspelt := suggest_kind(_keys_in(path), given):
             yield (*path, misspelt[0], KEY), partial(str, misspelt[1])
         else:
             yield (*path, KEY) if path in unknown else path, partial(sentence, details, path, model)

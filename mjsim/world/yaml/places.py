@@ -20,7 +20,7 @@ def place_of(node: Node | None, path: Sequence[str | int]) -> tuple[int, int]:
     """
     if node is None:
         return 1, 1
-    nodes, steps = _way(node, path)
+    nodes, steps = _walk(node, path)
     # A key of an included file has its position in that file.
     if steps[-1:] == [KEY] and len(nodes) == len(steps) and steps[:-1] and steps[-2] in nodes[-2].keys:
         return nodes[-2].keys[str(steps[-2])]
@@ -38,34 +38,34 @@ def problems_at(node: Node | None, file: str, faults: Iterable[Fault]) -> Iterat
         faults: The problems.
     """
     repeated: dict[tuple[object, ...], list[tuple[Origin, Fault]]] = {}
-    for path, say in faults:
-        nodes, steps = ([], []) if node is None else _way(node, path)
+    for path, message in faults:
+        nodes, steps = ([], []) if node is None else _walk(node, path)
         origins = [(index, item.origin) for index, item in enumerate(nodes) if item.origin is not None]
         copies = [(index, origin) for index, origin in origins if origin.repetition]
         if not copies:
             origin = origins[-1][1] if origins else Origin()
-            yield _problem(node, file, (path, say), origin)
+            yield _problem(node, file, (path, message), origin)
             continue
         depth, copy = copies[-1]
         outer = next((origin for _, origin in reversed(origins) if origin.file is not None), Origin())
         all_of_them = math.prod(origin.copies for _, origin in copies)
         origin = Origin(outer.file, outer.how, copy.repetition, all_of_them)
         place = (origin.file, *place_of(node, path), *steps[depth:])
-        repeated.setdefault(place, []).append((origin, (path, say)))
+        repeated.setdefault(place, []).append((origin, (path, message)))
     for found in repeated.values():
         origin, fault = found[0]
         number = ", ".join(str(index + 1) for index in origin.repetition)
-        where = f"in repetition {number}" if len(found) < origin.copies else ""
-        yield _problem(node, file, fault, origin, where)
+        repetition = f"in repetition {number}" if len(found) < origin.copies else ""
+        yield _problem(node, file, fault, origin, repetition)
 
 
-def _problem(node: Node | None, file: str, fault: Fault, origin: Origin, where: str = "") -> Problem:
-    path, say = fault
-    ways = ", ".join(way for way in (where, origin.how) if way)
-    return Problem(origin.file or file, *place_of(node, path), f"{say()} ({ways})" if ways else say())
+def _problem(node: Node | None, file: str, fault: Fault, origin: Origin, repetition: str = "") -> Problem:
+    path, message = fault
+    details = ", ".join(detail for detail in (repetition, origin.how) if detail)
+    return Problem(origin.file or file, *place_of(node, path), f"{message()} ({details})" if details else message())
 
 
-def _way(node: Node, path: Sequence[str | int]) -> tuple[list[Node], list[str | int]]:
+def _walk(node: Node, path: Sequence[str | int]) -> tuple[list[Node], list[str | int]]:
     """Return the values along a path as far as they are written, starting with the whole, and the steps of the path."""
     steps = [step for step in path if isinstance(step, int) or not step.startswith("<")]
     nodes = [node]

@@ -126,9 +126,9 @@ class Assembly:
     def free(self, rows: Sequence[Rows]) -> frozenset[int]:
         """Return the columns of values that can move at the start while equations hold."""
         matrix = jacobian(self.linkage, rows, self.start)
-        *_, singular, ways = np.linalg.svd(np.concatenate([matrix, np.zeros((1, self.linkage.size))]))
+        *_, singular, directions = np.linalg.svd(np.concatenate([matrix, np.zeros((1, self.linkage.size))]))
         rank = int((singular > NO_RANK * singular.max(initial=1.0)).sum())
-        return frozenset(np.flatnonzero(np.abs(ways[rank:]).max(axis=0, initial=0.0) > NO_RANK).tolist())
+        return frozenset(np.flatnonzero(np.abs(directions[rank:]).max(axis=0, initial=0.0) > NO_RANK).tolist())
 
     def undriven(self) -> frozenset[int]:
         """Return the columns of values that forces can move: no motion prescribes them, directly or through loops."""
@@ -180,9 +180,9 @@ class Assembly:
             at = Coincide(ghost, body).jacobian(self.linkage, placement, values)
             point = np.concatenate([jacobian(self.linkage, others, values), at[:3]])
             own = list(self.columns[name])
-            kept = np.setdiff1d(np.arange(self.linkage.size), own)
+            others_columns = np.setdiff1d(np.arange(self.linkage.size), own)
             # The rotation of the joint itself is free in any case.
-            if rank_of(point[:, kept]) + len(own) < rank_of(whole):
+            if rank_of(point[:, others_columns]) + len(own) < rank_of(whole):
                 return True
         return False
 
@@ -200,11 +200,11 @@ class Assembly:
             whole, placement = jacobian(self.linkage, self.rows, values), self.linkage.place(values)
             turned = placement.poses[joint.parent, :3, :3] @ joint.before[:3, :3]
             along = float(values[track.column])
-            ways = np.concatenate([curve.normals(along), curve.at(along)[1][None]]) @ turned.T
-            own = ways @ Meet(track.ghost, track.spot).jacobian(self.linkage, placement, values)
-            apart = jacobian(self.linkage, others, values)
+            directions = np.concatenate([curve.normals(along), curve.at(along)[1][None]]) @ turned.T
+            own = directions @ Meet(track.ghost, track.spot).jacobian(self.linkage, placement, values)
+            others_jacobian = jacobian(self.linkage, others, values)
             rank = rank_of(whole)
-            enough = {way for way in (0, 1) if rank_of(np.concatenate([apart, own[[way, 2]]])) == rank}
+            enough = {axis for axis in (0, 1) if rank_of(np.concatenate([others_jacobian, own[[axis, 2]]])) == rank}
             needed &= enough
         return (min(needed),) if needed else (0, 1)
 

@@ -71,7 +71,7 @@ def _started(mechanism: MechanismParts, found: Assembly) -> Assembly:
     begin_tracks(mechanism, found, begin, held)
     rows = first_rows(found)
     # Where a loop is cut, the joint follows from the other values.
-    begin = tracked(found.linkage, rows, begin, columns=_unsaid_at_cuts(mechanism, found, held))
+    begin = tracked(found.linkage, rows, begin, columns=_unset_at_cuts(mechanism, found, held))
     closed = close(found.linkage, rows, begin, held=sorted(held))
     if not closed.good:
         raise _open(mechanism, found, closed.values, closed.miss)
@@ -85,7 +85,7 @@ def _started(mechanism: MechanismParts, found: Assembly) -> Assembly:
     return dataclasses.replace(found, start=closed.values, speeds=speeds)
 
 
-def _unsaid_at_cuts(mechanism: MechanismParts, found: Assembly, held: set[int]) -> list[int]:
+def _unset_at_cuts(mechanism: MechanismParts, found: Assembly, held: set[int]) -> list[int]:
     """Return the columns of joints at cuts whose values are neither given nor given approximately."""
     columns = list[int]()
     for joint in mechanism.all_joints:
@@ -223,12 +223,12 @@ def _speeds(mechanism: MechanismParts, found: Assembly, values: Array) -> Array:
                 owners = [n for n, each in enumerate(mechanism.all_joints) if drive.column in found.columns[each.name]]
                 raise fault("the speed at the start contradicts the joint's actuator; leave it out", "joints", *owners)
             held[drive.column] = float(rate)
-    rows, wanted = list(found.rows), [np.zeros(len(jacobian(found.linkage, found.rows, values)))]
+    rows, targets = list(found.rows), [np.zeros(len(jacobian(found.linkage, found.rows, values)))]
     for drive in found.drives:
         if drive.ends is not None:
             rows.append(_drive_row(found, drive))
-            wanted.append(np.atleast_1d(drive.signal.rate(0.0)))
-    speeds, missed = rates(found.linkage, rows, values, held=held, targets=np.concatenate(wanted))
+            targets.append(np.atleast_1d(drive.signal.rate(0.0)))
+    speeds, missed = rates(found.linkage, rows, values, held=held, targets=np.concatenate(targets))
     if missed > SAME:
         raise fault(f"the initial speeds violate the constraints by {missed:.4g} m/s; leave some of them out", "joints")
     return speeds

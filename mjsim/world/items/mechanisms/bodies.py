@@ -269,9 +269,9 @@ class MechanismModel(FromFile, _Body):
 
     @model_validator(mode="after")
     def _weighs(self) -> Self:
-        said = None not in (self.mass, self.center, self.inertia)
+        has_inertia = None not in (self.mass, self.center, self.inertia)
         # The file is known to exist only if it was read with its world.
-        if not said and "shape" in vars(self) and self.shape.whole.mass <= 0.0:
+        if not has_inertia and "shape" in vars(self) and self.shape.whole.mass <= 0.0:
             raise fault(f"'{self.model}' has no mass; give the body mass, center and inertia", "model")
         return self
 

@@ -92,8 +92,8 @@ class MechanismJoint(Model):
     def _lists_fit(self) -> Self:
         slides, turns = self._counts()
         for key, value in self._lists():
-            wanted = turns if key.endswith("_deg") else slides
-            if not wanted:
+            expected = turns if key.endswith("_deg") else slides
+            if not expected:
                 other = key.removesuffix("_deg") if key.endswith("_deg") else f"{key}_deg"
                 moves = "turns" if slides else "slides"
                 raise fault(
@@ -102,8 +102,8 @@ class MechanismJoint(Model):
                     else f"a weld does not move; leave out {key}",
                     key,
                 )
-            if key not in ("range", "range_deg") and len(value) != wanted:
-                raise fault(f"{key} has {len(value)} numbers; this joint needs {wanted}", key)
+            if key not in ("range", "range_deg") and len(value) != expected:
+                raise fault(f"{key} has {len(value)} numbers; this joint needs {expected}", key)
         for key in ("stiffness", "damping", "friction"):
             value = getattr(self, key)
             if value is not None and not slides + turns:

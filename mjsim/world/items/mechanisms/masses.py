@@ -27,10 +27,10 @@ def check_inertias(mechanism: MechanismParts, found: Assembly, values: Array) ->
     matrix = matrix[np.ix_(own, own)]
     scale = np.diag(matrix)
     if len(own) and scale.min() >= LEAST:
-        sizes, ways = np.linalg.eigh(matrix / np.sqrt(np.outer(scale, scale)))
+        sizes, vectors = np.linalg.eigh(matrix / np.sqrt(np.outer(scale, scale)))
         if sizes[0] >= SINGULAR:
             return
-        scale = -np.abs(ways[:, 0])
+        scale = -np.abs(vectors[:, 0])
     if len(own):
         _refuse(mechanism, found, own[int(np.argmin(scale))])
 

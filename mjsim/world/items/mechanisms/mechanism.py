@@ -138,9 +138,9 @@ class Mechanism(MechanismParts):
         lows, highs = [], []
         for name, pose in self.poses(values).items():
             points, radius = self.body(name).hull()
-            there = points @ pose[:3, :3].T + pose[:3, 3]
-            lows.append(there.min(axis=0) - radius)
-            highs.append(there.max(axis=0) + radius)
+            placed = points @ pose[:3, :3].T + pose[:3, 3]
+            lows.append(placed.min(axis=0) - radius)
+            highs.append(placed.max(axis=0) + radius)
         for points in self._curves(values):
             lows.append(points.min(axis=0))
             highs.append(points.max(axis=0))

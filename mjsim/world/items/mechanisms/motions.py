@@ -89,8 +89,8 @@ def _actuated(
         raise fault(str(error), *path) from None
     if getattr(actuator, "axis", None) is not None:
         raise fault(f"a {kind} on a joint acts along the joint's own axis; leave out axis", "actuators", number, "axis")
-    slides, wanted = found.slides[column], {"angle": False, "torque": False, "position": True, "force": True}
-    if kind in wanted and wanted[kind] != slides:
+    slides, needs_slide = found.slides[column], {"angle": False, "torque": False, "position": True, "force": True}
+    if kind in needs_slide and needs_slide[kind] != slides:
         right = {"angle": "position", "torque": "force", "position": "angle", "force": "torque"}[kind]
         raise fault(f"joint '{target}' {'slides' if slides else 'turns'}; write {right}: {target}", *path)
     return column

@@ -10,7 +10,7 @@ from mjsim.world.ground import fault
 from mjsim.world.items.mechanisms.actuators import ForceActuator, TorqueActuator
 from mjsim.world.items.mechanisms.assembly import Assembly
 from mjsim.world.items.mechanisms.parts import MechanismParts
-from mjsim.world.items.mechanisms.ties import apart
+from mjsim.world.items.mechanisms.ties import end_distance
 
 GRAVITY = 9.81
 """MuJoCo's default [m/s^2]."""
@@ -95,7 +95,7 @@ class _Balance:
             rise = linkage.point_jacobian(placement, center.body, center.place(placement))[2]
             total = total - GRAVITY * mass * rise
         for spring in self._found.springs:
-            rest = apart(self._found, spring.ends, self._found.start) if spring.rest is None else spring.rest
+            rest = end_distance(self._found, spring.ends, self._found.start) if spring.rest is None else spring.rest
             stretched = Apart(spring.ends, rest)
             by = stretched.jacobian(linkage, placement, values)[0]
             total = total - spring.stiffness * stretched.residual(linkage, placement, values)[0] * by
@@ -129,16 +129,16 @@ def _newton(balance: _Balance, values: Array, free: Array) -> tuple[Array, Array
         return balance.left(whole, unknown[len(free) : len(free) + count], unknown[len(free) + count :])
 
     for _ in range(ROUNDS):
-        here = left(unknown)
+        residual = left(unknown)
         slopes = []
         for place in range(len(unknown)):
             step = np.zeros(len(unknown))
             step[place] = STEP
             slopes.append((left(unknown + step) - left(unknown - step)) / (2.0 * STEP))
-        change = solved(np.column_stack(slopes), -here)
+        change = solved(np.column_stack(slopes), -residual)
         largest = float(np.abs(change[: len(free)]).max(initial=0.0))
         unknown = unknown + change * min(1.0, LONGEST / max(largest, 1e-300))
-        if largest < 1e-13 and np.abs(here).max() < AT_REST * balance.weight:
+        if largest < 1e-13 and np.abs(residual).max() < AT_REST * balance.weight:
             break
     whole = values.copy()
     whole[free] = unknown[: len(free)]

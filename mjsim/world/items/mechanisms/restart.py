@@ -44,18 +44,18 @@ def free_columns(mechanism: Mechanism) -> set[int]:
     return set(found.free(first_rows(found)))
 
 
-def restarted(mechanism: Mechanism, wanted: Mapping[int, float]) -> Restart:
+def restarted(mechanism: Mechanism, targets: Mapping[int, float]) -> Restart:
     """Return a mechanism with some start values changed; loops follow.
 
     Args:
         mechanism: As it starts now.
-        wanted: Values by column [rad, m].
+        targets: Values by column [rad, m].
 
     Raises:
         ValueError: It cannot start there; the message says why, and by how much a loop does not close.
     """
-    values = _followed(mechanism, wanted)
-    changed = _changed(mechanism, values, own=wanted)
+    values = _followed(mechanism, targets)
+    changed = _changed(mechanism, values, own=targets)
     keys = dict(_written(mechanism, values, changed, key="start"))
     try:
         begun = _with(mechanism, keys)
@@ -65,7 +65,7 @@ def restarted(mechanism: Mechanism, wanted: Mapping[int, float]) -> Restart:
         begun = _with(mechanism, keys)
     if np.abs(begun.assembly.start - values).max(initial=0.0) > ASTRAY:
         # Write approximate values of the others, so that the loop closes in the same configuration.
-        keys = {**keys, **_nearby(mechanism, values, own=wanted)}
+        keys = {**keys, **_nearby(mechanism, values, own=targets)}
         begun = _with(mechanism, keys)
     return Restart(mechanism=begun, keys=keys)
 
@@ -153,25 +153,25 @@ def _clamped(joint: MechanismJoint, found: Assembly, column: int, value: float) 
     return min(max(value, lower), upper)
 
 
-def _followed(mechanism: Mechanism, wanted: Mapping[int, float]) -> Array:
+def _followed(mechanism: Mechanism, targets: Mapping[int, float]) -> Array:
     """Return all values after some are changed, shape (values,) [rad, m]; as few others as possible move."""
     found, free = mechanism.assembly, free_columns(mechanism)
-    for column in wanted:
+    for column in targets:
         if column not in free:
             raise ValueError(f"'{found.names[column]}' has a start prescribed by the actuators; change those")
     begin = found.start.copy()
-    begin[list(wanted)] = list(wanted.values())
+    begin[list(targets)] = list(targets.values())
     rows = first_rows(found)
-    for held in ({*wanted, *_told(mechanism)}, set(wanted)):
+    for held in ({*targets, *_given(mechanism)}, set(targets)):
         closed = followed(found.linkage, rows, begin, held=sorted(held))
         if closed.good:
             return closed.values
     worst, how = found.gap(closed.values)
-    what = f"the loop at '{worst}' does not close" if worst else "the constraints do not hold"
-    raise ValueError(f"{what} there: it misses by {how or f'{closed.miss:.4g}'}")
+    problem = f"the loop at '{worst}' does not close" if worst else "the constraints do not hold"
+    raise ValueError(f"{problem} there: it misses by {how or f'{closed.miss:.4g}'}")
 
 
-def _told(mechanism: Mechanism) -> Iterator[int]:
+def _given(mechanism: Mechanism) -> Iterator[int]:
     """Yield the columns of values that the text gives."""
     for joint in mechanism.joints:
         for column, start in zip(mechanism.assembly.columns[joint.name], joint.spread("start"), strict=True):
@@ -182,13 +182,13 @@ def _told(mechanism: Mechanism) -> Iterator[int]:
 def _changed(mechanism: Mechanism, values: Array, *, own: Collection[int]) -> set[int]:
     """Return the columns to write: of values that the text gives already, otherwise of those moved by hand."""
     moved = set(np.flatnonzero(np.abs(values - mechanism.assembly.start) > MOVED).tolist())
-    return moved & set(_told(mechanism)) or moved & set(own)
+    return moved & set(_given(mechanism)) or moved & set(own)
 
 
 def _nearby(mechanism: Mechanism, values: Array, *, own: Collection[int]) -> Keys:
     found = mechanism.assembly
     led = {drive.column for drive in found.drives}
-    follow = set(range(found.linkage.size)) - set(_told(mechanism)) - set(own) - led
+    follow = set(range(found.linkage.size)) - set(_given(mechanism)) - set(own) - led
     return dict(_written(mechanism, values, follow, key="near"))
 
 

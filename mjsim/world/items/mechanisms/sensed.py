@@ -16,9 +16,9 @@ def check_sensors(mechanism: MechanismParts, found: Assembly, points: Points) ->
         kind = next(key for key, model in SENSORS.items() if isinstance(sensor, model))
         called = sensor.called if isinstance(sensor, BodySensor) else str(getattr(sensor, kind))
         if (kind, called) in taken:
-            wanted = "give this one a name, or leave it out" if kind == "body" else "leave one out"
+            remedy = "give this one a name, or leave it out" if kind == "body" else "leave one out"
             other = taken[kind, called]
-            raise fault(f"'{called}' has this sensor already, sensors[{other}]; {wanted}", "sensors", number, kind)
+            raise fault(f"'{called}' has this sensor already, sensors[{other}]; {remedy}", "sensors", number, kind)
         taken[kind, called] = number
     for number, sensor in enumerate(mechanism.sensors):
         path = ("sensors", number)

@@ -101,11 +101,11 @@ def tied_rows(found: Assembly, start: Array | None) -> list[Rows]:
         if rod.length is not None:
             rows.append(Apart(rod.ends, rod.length))
         elif start is not None:
-            rows.append(Apart(rod.ends, apart(found, rod.ends, start)))
+            rows.append(Apart(rod.ends, end_distance(found, rod.ends, start)))
     return rows
 
 
-def apart(found: Assembly, ends: tuple[BodyPoint, BodyPoint], values: Array) -> float:
+def end_distance(found: Assembly, ends: tuple[BodyPoint, BodyPoint], values: Array) -> float:
     """Return the distance of two points [m]."""
     placement = found.linkage.place(values)
     return float(np.linalg.norm(ends[1].place(placement) - ends[0].place(placement)))
