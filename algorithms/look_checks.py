@@ -32,13 +32,13 @@ class LookChecks:
 
     def __init__(self) -> None:
         """Start where the map begins."""
-        self._spread = np.zeros((3, 3))
+        self._covariance = np.zeros((3, 3))
         self._waiting: dict[str, deque[Look]] = {}
         self._counted: Counter[str] = Counter()
 
     def move(self, F: Array, covariance: Array) -> None:
         """Propagate through a step: Jacobian of the new pose by the old one and the added covariance, (3, 3) each."""
-        self._spread = F @ self._spread @ F.T + covariance
+        self._covariance = F @ self._covariance @ F.T + covariance
 
     def begin(self, name: str) -> None:
         """Register the first sighting of a landmark."""
@@ -48,39 +48,39 @@ class LookChecks:
         """Return whether so few sightings support a landmark that the first one may have been wrong."""
         return self._counted[name] < NEEDED
 
-    def agrees(self, pose: Array, landmark: Array, look: Sighting) -> bool:
+    def agrees(self, pose: Array, landmark: Array, sighting: Sighting) -> bool:
         """Return whether a sighting agrees with the map; if so, reduce the uncertainty of the pose.
 
         Args:
             pose: Of the robot at the sighting, map frame, shape (3,).
             landmark: Its position in the map, shape (2,) [m].
-            look: The sighting of this landmark.
+            sighting: The sighting of this landmark.
         """
         expected, H_pose, _ = range_bearing(pose, landmark[None])
-        nu, H = apart(np.array([[look.range, look.bearing]]), expected)[0], H_pose[0]
+        nu, H = apart(np.array([[sighting.range, sighting.bearing]]), expected)[0], H_pose[0]
         # A landmark is about as uncertain as a single sighting of it.
-        S = H @ self._spread @ H.T + 2.0 * look.covariance
+        S = H @ self._covariance @ H.T + 2.0 * sighting.covariance
         if nu @ np.linalg.solve(S, nu) > GATE:
             return False
-        self._spread = self._spread - self._spread @ H.T @ np.linalg.solve(S, H @ self._spread)
-        self._counted[look.name or ""] += 1
+        self._covariance = self._covariance - self._covariance @ H.T @ np.linalg.solve(S, H @ self._covariance)
+        self._counted[sighting.name or ""] += 1
         return True
 
-    def wait(self, number: int, look: Sighting, recent: RecentMotion, time: float) -> list[Look]:
+    def wait(self, number: int, sighting: Sighting, recent: RecentMotion, time: float) -> list[Look]:
         """Add a sighting to those that wait; return all that agree with it, including itself, if there are enough.
 
         Args:
             number: Index of the pose that it was taken from.
-            look: The sighting from that pose.
+            sighting: The sighting from that pose.
             recent: Motion of the last seconds.
             time: Current time [s].
         """
-        name, look = look.name or "", replace(look, stamp=time)
+        name, sighting = sighting.name or "", replace(sighting, stamp=time)
         waiting = self._waiting.setdefault(name, deque())
         while waiting and waiting[0][1].stamp < time - MEMORY:
             waiting.popleft()
-        waiting.append((number, look))
-        agreeing = [each for each in waiting if _same(look, recent.to_now(each[1]))]
+        waiting.append((number, sighting))
+        agreeing = [each for each in waiting if _same(sighting, recent.to_now(each[1]))]
         if len(agreeing) < min(self._counted[name] + 1, NEEDED):
             return []
         del self._waiting[name]

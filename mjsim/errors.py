@@ -118,7 +118,7 @@ def _printable(character: str) -> str:
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """Return '; did you mean ...?' if a known word is similar, else a list of the known words.
 
-    Only the first `MOST_WORDS` words are considered.
+    Only the first `MAX_WORDS` words are considered.
     """
     words = sorted(known)[:MAX_WORDS]
     matches = difflib.get_close_matches(word, words, n=1)

@@ -62,7 +62,7 @@ def import_log(
     from mjsim.logs import import_log as recorded
 
     motion = {"distance": distance_noise, "turn": turn_noise, "veer": veer_noise}
-    wishes = Wishes(
+    options = Wishes(
         rate_hz=rate,
         begin=begin,
         seconds=seconds,
@@ -74,9 +74,9 @@ def import_log(
         bearing_noise=None if bearing_noise_deg is None else math.radians(bearing_noise_deg),
     )
     if noise is not None:
-        wishes = wishes.measured_by(noise)
+        options = options.measured_by(noise)
     with tracked(f"import {source.name}", total=100.0, unit="%") as advance:
-        recording = recorded(source, wishes=wishes, record=output, progress=advance, overwrite=overwrite)
+        recording = recorded(source, wishes=options, record=output, progress=advance, overwrite=overwrite)
     for fact, value in recording.metadata.items():
         if fact.startswith(PRINTED) or "breaks off" in fact or ("left out" in fact and value != "0"):
             say(f"{fact}: {value}")

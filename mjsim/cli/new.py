@@ -12,9 +12,9 @@ from mjsim.cli.robots import (
     LeftWheel,
     Package,
     RightWheel,
+    RobotArguments,
     RobotFrom,
     Steering,
-    Wished,
     XacroArgument,
     write_robot,
 )
@@ -143,10 +143,12 @@ def new(
     if robot_from is not None:
         if any(value is not None for value in (source, maze, clutter, template, robot)):
             raise UsageError("--robot-from creates the preset of a robot; create the world with a separate command")
-        wished = Wished(left_wheel or (), right_wheel or (), steering or (), drive, forward, package or (), arg or ())
-        write_robot(robot_from, output, wished, overwrite=overwrite)
+        arguments = RobotArguments(
+            left_wheel or (), right_wheel or (), steering or (), drive, forward, package or (), arg or ()
+        )
+        write_robot(robot_from, output, arguments, overwrite=overwrite)
         return
-    wanted = _Options(
+    options = _Options(
         source=source,
         maze=maze,
         clutter=clutter,
@@ -162,9 +164,9 @@ def new(
     if source is not None:
         from mjsim.exchange import Reading
 
-        brought = _from_file(source, wanted, Reading(scale, thickness, layer or (), furniture == "keep"))
+        brought = _from_file(source, options, Reading(scale, thickness, layer or (), furniture == "keep"))
     else:
-        brought = _made(wanted, seed=seed, cell=cell, beacons=beacons)
+        brought = _made(options, seed=seed, cell=cell, beacons=beacons)
     _write(brought, output, overwrite=overwrite)
 
 

@@ -31,7 +31,7 @@ XacroArgument = Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", h
 
 
 @dataclass(frozen=True, slots=True)
-class Wished:
+class RobotArguments:
     """Options of the command for a robot."""
 
     left: Sequence[str]
@@ -43,7 +43,7 @@ class Wished:
     arguments: Sequence[str]
 
 
-def write_robot(path: Path, output: Path | None, wished: Wished, *, overwrite: bool) -> None:
+def write_robot(path: Path, output: Path | None, options: RobotArguments, *, overwrite: bool) -> None:
     """Write the preset of a robot, with its model in a folder beside it, and print a report.
 
     Raises:
@@ -54,20 +54,20 @@ def write_robot(path: Path, output: Path | None, wished: Wished, *, overwrite: b
     if output is None or output.suffix not in (".yaml", ".yml"):
         raise UsageError("a robot needs a preset file; name it with -o ROBOT.yaml")
     name = re.sub(r"[^A-Za-z0-9_-]+", "_", output.stem).strip("_-") or "robot"
-    packages = {key: _folder(key, value) for key, value in _pairs(wished.packages, "--package NAME=DIR").items()}
+    packages = {key: _folder(key, value) for key, value in _pairs(options.packages, "--package NAME=DIR").items()}
     require_free(output, overwrite=overwrite)
     brought = bring_robot(
         path,
         name=name,
         options=RobotOptions(
-            left=wished.left,
-            right=wished.right,
-            steering=wished.steering,
-            drive=wished.drive,
-            forward=wished.forward,
+            left=options.left,
+            right=options.right,
+            steering=options.steering,
+            drive=options.drive,
+            forward=options.forward,
         ),
         packages=packages,
-        arguments=_pairs(wished.arguments, "--arg NAME=VALUE"),
+        arguments=_pairs(options.arguments, "--arg NAME=VALUE"),
     )
     for line in brought.report:
         say(line)

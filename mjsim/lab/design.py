@@ -249,9 +249,9 @@ def _ramp(loop: Any) -> tuple[float, float]:
     """
     moving = np.abs(loop.poles())[np.abs(loop.poles()) > INTEGRATOR]
     s = 1e-4 * float(moving.min(initial=1.0))
-    near, far = (float(np.real(at * loop(at))) for at in (s, 2 * s))
-    slope = 2.0 * near - far
-    dead = (near - far) / s / slope if slope else 0.0
+    inner, outer = (float(np.real(at * loop(at))) for at in (s, 2 * s))
+    slope = 2.0 * inner - outer
+    dead = (inner - outer) / s / slope if slope else 0.0
     if not dead > 1e-6 * s:
         raise UsageError(f"the plant is an integrator without a lag, so any gain stabilises it; {OTHERWISE}")
     return slope, dead

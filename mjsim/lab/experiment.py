@@ -114,16 +114,16 @@ def experiment(
 
 def _of_scene(world: World, scene: ScenePlant, recording: Recording | None) -> Experiment:
     plant = scene.plant
-    seen = study(scene.linear, seconds=plant.seconds)
-    samples = recorded(recording, scene) if recording is not None else _swept(world, scene, seen, plant)
+    linear_study = study(scene.linear, seconds=plant.seconds)
+    samples = recorded(recording, scene) if recording is not None else _swept(world, scene, linear_study, plant)
     found = Experiment(
         plant=plant,
-        study=seen,
+        study=linear_study,
         about=f"{plant.of}, from {plant.input} to {', '.join(plant.outputs or ())}; {scene.held} keeps it at its"
         " working point",
         held=scene.setting.value,
         dry_friction=scene.dry_friction,
-        step_poles=_nearest(scene.step_poles(), seen.poles),
+        step_poles=_nearest(scene.step_poles(), linear_study.poles),
         identified=None if samples is None else identified(scene.linear, samples),
     )
     # No mass can follow a joint that jumps.
@@ -132,35 +132,35 @@ def _of_scene(world: World, scene: ScenePlant, recording: Recording | None) -> E
 
 def _with_responses(found: Experiment, scene: ScenePlant) -> Experiment:
     """Add the responses of the nonlinear plant, and the fit of the linear one."""
-    seen, amplitude = found.study, found.amplitude
-    time, step = _simulated(scene, seen, amplitude)
-    linear = np.array([np.interp(time, seen.time, row * amplitude) for row in seen.step])
-    rough = _simulated(scene, seen, amplitude, dry_friction=True) if found.dry_friction else None
+    study, amplitude = found.study, found.amplitude
+    time, step = _simulated(scene, study, amplitude)
+    linear = np.array([np.interp(time, study.time, row * amplitude) for row in study.step])
+    rough = _simulated(scene, study, amplitude, dry_friction=True) if found.dry_friction else None
     return replace(
         found,
         nonlinear=(time, step),
-        nonlinear_impulse=_simulated(scene, seen, amplitude, impulse=True),
-        nonlinear_fit=fit(step, linear).tolist() if len(time) == _count(scene, seen) else None,
+        nonlinear_impulse=_simulated(scene, study, amplitude, impulse=True),
+        nonlinear_fit=fit(step, linear).tolist() if len(time) == _count(scene, study) else None,
         rough=rough,
     )
 
 
 def _simulated(
-    scene: ScenePlant, seen: Study, amplitude: float, *, impulse: bool = False, dry_friction: bool = False
+    scene: ScenePlant, study: Study, amplitude: float, *, impulse: bool = False, dry_friction: bool = False
 ) -> tuple[Array, Array]:
-    dt, count = float(scene.model.opt.timestep), _count(scene, seen)
+    dt, count = float(scene.model.opt.timestep), _count(scene, study)
     inputs = np.full(count, amplitude)
     if impulse:
         inputs[:] = 0.0
         inputs[0] = amplitude / dt
-    bound = bound_of((seen.impulse if impulse else seen.step) * amplitude)
+    bound = bound_of((study.impulse if impulse else study.step) * amplitude)
     outputs = scene.simulated(inputs, dry_friction=dry_friction, bound=bound)
     return np.asarray(np.arange(outputs.shape[1]) * dt, dtype=float), outputs
 
 
-def _count(scene: ScenePlant, seen: Study) -> int:
+def _count(scene: ScenePlant, study: Study) -> int:
     """Return the number of physics steps worth simulating."""
-    return min(math.ceil(float(seen.time[-1]) / float(scene.model.opt.timestep)) + 1, MAX_SIMULATED)
+    return min(math.ceil(float(study.time[-1]) / float(scene.model.opt.timestep)) + 1, MAX_SIMULATED)
 
 
 def _nearest(many: Array, poles: Array) -> Array:
@@ -168,13 +168,13 @@ def _nearest(many: Array, poles: Array) -> Array:
     return np.array([many[int(np.argmin(np.abs(many - pole)))] for pole in poles])
 
 
-def _swept(world: World, scene: ScenePlant, seen: Study, plant: Plant) -> Samples | None:
+def _swept(world: World, scene: ScenePlant, study: Study, plant: Plant) -> Samples | None:
     """Return samples of the nonlinear plant for its signal, or a chirp; None if it diverges."""
-    if not (seen.poles.real < -1e-9).all():
+    if not (study.poles.real < -1e-9).all():
         return None
-    slowest = float(np.abs(seen.poles.real).min(initial=np.inf))
-    seconds = min(plant.seconds or (SWEEP / slowest if len(seen.poles) else SWEEP), 100.0)
-    signal = _signal(world, seen, plant, seconds)
+    slowest = float(np.abs(study.poles.real).min(initial=np.inf))
+    seconds = min(plant.seconds or (SWEEP / slowest if len(study.poles) else SWEEP), 100.0)
+    signal = _signal(world, study, plant, seconds)
     dt = float(scene.model.opt.timestep)
     stride = max(round(seconds / dt / MAX_SAMPLES), 1)
     count = min(round(seconds / dt) // stride, MAX_SIMULATED // stride) * stride
@@ -188,10 +188,10 @@ def _swept(world: World, scene: ScenePlant, seen: Study, plant: Plant) -> Sample
     return Samples(time=times[::stride], inputs=inputs[::stride], outputs=outputs, source=source, held=held)
 
 
-def _signal(world: World, seen: Study, plant: Plant, seconds: float) -> TimeSignal:
+def _signal(world: World, study: Study, plant: Plant, seconds: float) -> TimeSignal:
     if plant.signal is not None:
         return plant.signal.made(world.read_asset, np.random.default_rng([world.run.seed, *plant.name.encode()]))
-    omega = frequencies(seen.poles, seen.zeros)
+    omega = frequencies(study.poles, study.zeros)
     low = max(float(omega[0]) * 10.0 / (2 * math.pi), 1.0 / seconds)
     high = max(float(omega[-1]) / 100.0 / (2 * math.pi) * 2.0, 2.0 * low)
     return Chirp(amplitude=plant.amplitude, first=low, last=high, seconds=seconds)

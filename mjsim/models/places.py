@@ -36,16 +36,16 @@ class ElementOrigin:
 class PlacedError(ValueError):
     """An error in a file, with its position."""
 
-    def __init__(self, path: str, start: ElementStart, what: str) -> None:
+    def __init__(self, path: str, start: ElementStart, message: str) -> None:
         """Store a position.
 
         Args:
             path: Path of the file.
             start: Start of the element.
-            what: The message, without the position.
+            message: The message, without the position.
         """
-        super().__init__(f"'{path}':{start.line}:{start.column}: {what}")
-        self.path, self.start, self.what = path, start, what
+        super().__init__(f"'{path}':{start.line}:{start.column}: {message}")
+        self.path, self.start, self.what = path, start, message
 
 
 def starts(data: bytes) -> list[ElementStart]:

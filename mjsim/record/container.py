@@ -23,11 +23,11 @@ from mjsim.errors import RecordingError, UsageError
 
 MAGIC = b"\x89MCAP0\r\n"
 """Begins and ends every MCAP file."""
-MOST_RECORD = 1 << 28
+MAX_RECORD = 1 << 28
 """Maximum size of one record, as stored in the file and decompressed [bytes]."""
-MOST_CHUNK = 1 << 27
+MAX_CHUNK = 1 << 27
 """Maximum content of a chunk [bytes]; ours hold 1 MB, or one larger picture."""
-MOST_HELD = 1 << 30
+MAX_HELD = 1 << 30
 """Maximum size of all attachments, metadata, schemas and channels together [bytes]."""
 LEAST_BYTES, GROWTH = 1 << 26, 32
 """Maximum decompressed size of a file: the sum of a constant [bytes] and a multiple of its size; ours have at most 8
@@ -108,7 +108,7 @@ class _Budget:
         self._path = path
         self._bytes = LEAST_BYTES + GROWTH * size
         self._messages = LEAST_MESSAGES + size // MESSAGE_BYTES
-        self._held = MOST_HELD
+        self._held = MAX_HELD
 
     def unpack(self, size: int) -> None:
         """Count decompressed bytes."""
@@ -126,9 +126,9 @@ class _Budget:
         """Count bytes that stay in memory."""
         self._held -= size
         if self._held < 0:
-            raise self.exceeded(f"has attachments and names of more than {MOST_HELD / 1e9:.1f} GB")
+            raise self.exceeded(f"has attachments and names of more than {MAX_HELD / 1e9:.1f} GB")
 
-    def record(self, size: int, *, limit: int = MOST_RECORD) -> None:
+    def record(self, size: int, *, limit: int = MAX_RECORD) -> None:
         """Check the size of one record."""
         if size > limit:
             raise self.exceeded(f"has a record of more than {limit / 1e6:.0f} MB")
@@ -242,7 +242,7 @@ def _unpacked(chunk: Chunk, budget: _Budget) -> Iterator[McapRecord]:
 
 def _decompressed(chunk: Chunk, budget: _Budget) -> bytes:
     """Return the content of a chunk; never decompress more than its stated size or the limit."""
-    limit = min(chunk.uncompressed_size, MOST_CHUNK) + 1
+    limit = min(chunk.uncompressed_size, MAX_CHUNK) + 1
     if chunk.compression == "zstd":
         content = zstandard.ZstdDecompressor().stream_reader(chunk.data).read(limit)
     elif chunk.compression == "lz4":
@@ -251,7 +251,7 @@ def _decompressed(chunk: Chunk, budget: _Budget) -> bytes:
         content = chunk.data[:limit]
     else:
         raise budget.exceeded(f"is compressed by '{chunk.compression:.20}', not by zstd or lz4")
-    budget.record(len(content), limit=MOST_CHUNK)
+    budget.record(len(content), limit=MAX_CHUNK)
     budget.unpack(len(content))
     if len(content) != chunk.uncompressed_size:
         raise _BrokenError

@@ -119,11 +119,11 @@ def timestamp_of(data: bytes) -> int:
     Raises:
         ValueError: It is not valid.
     """
-    told = next((value for number, value, _ in parts_of(data) if number == 1), b"")
+    timestamp = next((value for number, value, _ in parts_of(data) if number == 1), b"")
     place, numbers = 0, {}
-    while place < len(told):
-        key, place = _varint(told, place)
-        numbers[key >> 3], place = _varint(told, place)
+    while place < len(timestamp):
+        key, place = _varint(timestamp, place)
+        numbers[key >> 3], place = _varint(timestamp, place)
     return numbers.get(1, 0) * 1_000_000_000 + numbers.get(2, 0)
 
 

@@ -8,7 +8,7 @@ from mjsim.errors import UsageError
 from mjsim.record.scene import stamp
 from mjsim.world import World, grid_of
 
-MOST_CELLS = 1_000_000
+MAX_CELLS = 1_000_000
 """Maximum number of cells; larger worlds have cells larger than 0.05 m."""
 OCCUPIED, FREE, UNKNOWN = 100, 0, -1
 """As in `nav_msgs/OccupancyGrid`."""
@@ -25,7 +25,7 @@ def grid_message(world: World) -> Grid | None:
     None if nothing is solid. The first cell has the smallest x and y; x varies fastest.
     """
     try:
-        grid = grid_of(world, most_cells=MOST_CELLS)
+        grid = grid_of(world, most_cells=MAX_CELLS)
     except UsageError:
         return None
     # A row of bytes for unknown, free and occupied; the last one is signed.

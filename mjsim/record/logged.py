@@ -130,6 +130,6 @@ class LoggedPictures:
         if "depth" in found:
             with reading(found["depth"], path=self._path):
                 depth = depth_of(found["depth"].data, shape=(intrinsics.height, intrinsics.width))
-                told = timestamp_of(found["depth"].data)
-            taken = None if told == nanoseconds(stamp) else told * 1e-9
+                timestamp = timestamp_of(found["depth"].data)
+            taken = None if timestamp == nanoseconds(stamp) else timestamp * 1e-9
         return LoggedFrame(stamp, image, intrinsics, depth, depth_stamp=taken, encoded=data, form=form)

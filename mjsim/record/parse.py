@@ -21,7 +21,7 @@ LONG = 1 << 20
 """Length of messages above which the values are counted before parsing [bytes]."""
 LONGEST = 1 << 25
 """Maximum length of a message [bytes]; its strings take up to four times as much while it is parsed."""
-MOST_VALUES = 1_000_000
+MAX_VALUES = 1_000_000
 """Maximum number of values in a message; each takes up to 300 bytes while it is parsed."""
 FAULTS = (ArithmeticError, LookupError, TypeError, ValueError)
 """Exceptions raised by messages whose numbers have the right type, but are too few, too many or too large."""
@@ -40,8 +40,8 @@ def content_of(raw: RawMessage, *, path: Path) -> Message:
     data = raw.data
     if len(data) > LONGEST:
         raise misfit(raw, f"more than {LONGEST / 1e6:.0f} MB", path=path)
-    if len(data) > LONG and sum(map(data.count, (b",", b"[", b"{"))) > MOST_VALUES:
-        raise misfit(raw, f"more than {MOST_VALUES} values", path=path)
+    if len(data) > LONG and sum(map(data.count, (b",", b"[", b"{"))) > MAX_VALUES:
+        raise misfit(raw, f"more than {MAX_VALUES} values", path=path)
     try:
         content: Message = _validators()[raw.topic if raw.topic in WORLD_TOPICS else _kind(raw)].validate_json(data)
     except ValidationError as error:

@@ -275,8 +275,8 @@ class Recording:
         """
         for message, stamp in self._taken(robot, camera, "depth"):
             with reading(message, path=self.path):
-                pixels, told = depth_pixels(message.data), timestamp_of(message.data)
-            yield stamp if told == nanoseconds(stamp) else told * 1e-9, pixels
+                pixels, timestamp = depth_pixels(message.data), timestamp_of(message.data)
+            yield stamp if timestamp == nanoseconds(stamp) else timestamp * 1e-9, pixels
 
     def observations(self, robot: str) -> Iterator[Observation]:
         """Yield the exact observations that a robot's modules received, without pictures; none without a driver.

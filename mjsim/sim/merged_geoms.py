@@ -33,9 +33,9 @@ class MergedSurface:
     colors: Array
     """RGBA of each corner as it is displayed, in [0, 1], shape (n, 4)."""
     texture: int | None
-    """As in `Look`."""
+    """As in `Material`."""
     clear: bool
-    """As in `Look`."""
+    """As in `Material`."""
     things: tuple[tuple[str, int], ...]
     """Names of geoms with how many triangles each has, in their order."""
 

@@ -35,7 +35,7 @@ SEGMENTS, BEACONS, ROBOTS, LANDMARKS = (100, 1000, 10_000), (10, 100, 1000), (1,
 CAMERA = f"{{camera: front, at: [0.1, 0, 1], width: {WIDTH}, height: {HEIGHT}, rate_hz: 25}}"
 SMALL = "{camera: front, at: [0.1, 0, 1], width: 320, height: 240, rate_hz: 25}"
 LIDAR = "{lidar: scan, beams: 180, rate_hz: 25}"
-ASKED, NEVER = hiding.WORTH, 10**9
+ASKED, NEVER = hiding.LEAST_GEOMS, 10**9
 """From how many geoms on it is asked which of them walls hide."""
 SPOTS = ((0.07, 1.0, 0), (0.07, 2.0, 0), (5.93, 2.0, 180), (5.93, 3.5, 180), (5.0, 4.93, -90))
 """Of beacons in a room of the office: x, y [m], heading [deg]."""
@@ -72,16 +72,16 @@ def pictures_of(make: Callable[[], World], places: Callable[[], Sequence[Pose]],
             looked = places()
 
             def once(clock: Clock) -> float:
-                seconds, hiding.WORTH = 0.0, worth
+                seconds, hiding.LEAST_GEOMS = 0.0, worth
                 for place in looked:
                     sim.move("scout", place)
                     began = clock()
                     renderer.render(sim.data, "scout/front")
                     seconds += clock() - began
-                hiding.WORTH = usual
+                hiding.LEAST_GEOMS = usual
                 return len(looked) / seconds
 
-            usual = hiding.WORTH
+            usual = hiding.LEAST_GEOMS
             once(time.process_time)
             yield once
 

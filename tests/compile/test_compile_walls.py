@@ -40,7 +40,7 @@ def area(faces: Faces) -> float:
 
 def looks(faces: Faces, chosen: NDArray[np.bool_]) -> set[int]:
     """Return the looks that some of the triangles have."""
-    return set(faces.look[chosen].tolist())
+    return set(faces.material[chosen].tolist())
 
 
 def blocks(*sides: tuple[tuple[float, float], tuple[float, float], tuple[float, float], int]) -> Prisms:

@@ -171,7 +171,7 @@ def test_no_beam_leaves_a_random_room(many):
 def faces_of(walls: list[Wall]) -> Faces:
     boxes = wall_boxes(walls)
     low, high = np.array([(box.center[2] - box.half[2], box.center[2] + box.half[2]) for box in boxes]).T
-    look = np.array([COLORS.index(box.look[1]) for box in boxes])
+    look = np.array([COLORS.index(box.finish[1]) for box in boxes])
     return visible_faces(Prisms(np.array([box.outline for box in boxes]), low, high, look))
 
 

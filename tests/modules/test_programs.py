@@ -387,9 +387,9 @@ def test_what_a_program_prints_is_shown_with_its_robot_within_bounds(tmp_path, c
 class Preempted(Process):
     """A process that has ended by the time it is found that it says nothing: a busy machine ran it in between."""
 
-    def _is_gone(self) -> bool:
+    def _has_ended(self) -> bool:
         time.sleep(0.5)
-        return super()._is_gone()
+        return super()._has_ended()
 
 
 def test_an_answer_that_comes_with_the_end_of_a_program_counts(tmp_path):

@@ -12,7 +12,7 @@ PATIENCE = 10.0
 """Default time limit for a module to start, or to answer [s]."""
 OWN_KEYS = ("patience", "paths")
 """Keys beside `use` that are not for the module."""
-MOST_FILES, MOST_BYTES = 1000, 100_000_000
+MAX_FILES, MAX_BYTES = 1000, 100_000_000
 """Limits of the number and the size of files of a module."""
 
 
@@ -98,9 +98,9 @@ def read_files(paths: Sequence[Path], source: Source) -> dict[str, bytes]:
     home = folder_of(source)
     files: dict[str, bytes] = {}
     try:
-        if len(paths) > MOST_FILES or sum(path.stat().st_size for path in paths) > MOST_BYTES:
+        if len(paths) > MAX_FILES or sum(path.stat().st_size for path in paths) > MAX_BYTES:
             raise UsageError(
-                f"the modules of '{source.file}' have over {MOST_FILES} files or {MOST_BYTES >> 20} MB in their folders"
+                f"the modules of '{source.file}' have over {MAX_FILES} files or {MAX_BYTES >> 20} MB in their folders"
             )
         for path in paths:
             files[path.relative_to(home).as_posix()] = path.read_bytes()

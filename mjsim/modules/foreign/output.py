@@ -3,7 +3,7 @@
 from mjsim.errors import printable
 from mjsim.progress import show
 
-MOST_LINES = 200
+MAX_LINES = 200
 """Maximum number of lines of one module in one run."""
 LONGEST_LINE = 300
 """Maximum length of a line [characters]."""
@@ -24,7 +24,7 @@ class ShownOutput:
         # An incomplete line is kept up to the length that may be shown.
         *lines, rest = (self._rest + data).split(b"\n") if data else (self._rest,)
         self._rest = rest[: 4 * LONGEST_LINE]
-        left = max(0, MOST_LINES + 1 - self._lines)
+        left = max(0, MAX_LINES + 1 - self._lines)
         for line in (*lines[:left], *lines[left:][-1:]):
             self._show(line)
 
@@ -43,7 +43,7 @@ class ShownOutput:
         text = printable(line[: 4 * LONGEST_LINE].decode(errors="replace").expandtabs().rstrip())[:LONGEST_LINE]
         self._last = text or self._last
         self._lines += 1
-        if self._lines <= MOST_LINES:
+        if self._lines <= MAX_LINES:
             show(f"{self._who}: {text}")
-        elif self._lines == MOST_LINES + 1:
-            show(f"{self._who}: (what it prints after {MOST_LINES} lines is not shown)")
+        elif self._lines == MAX_LINES + 1:
+            show(f"{self._who}: (what it prints after {MAX_LINES} lines is not shown)")

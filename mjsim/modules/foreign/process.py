@@ -15,7 +15,7 @@ from mjsim.modules.foreign.output import ShownOutput
 
 GRACE = 0.5
 """Time for a process to end by itself after the last request [s]."""
-MOST_BYTES = 1 << 28
+MAX_BYTES = 1 << 28
 """Maximum size of one answer."""
 _PIPE = 1 << 20
 """Capacity of a pipe, if the system allows it [bytes]; enough for a picture."""
@@ -133,8 +133,8 @@ class Process(Closes):
         came = self._take(min(_POLL, deadline - time.monotonic()))
         if writes:
             self._poll.unregister(self._request)
-        if len(self._rest) > MOST_BYTES:
-            self._stop(f"answered more than {MOST_BYTES >> 20} MB")
+        if len(self._rest) > MAX_BYTES:
+            self._stop(f"answered more than {MAX_BYTES >> 20} MB")
         # What it wrote between the last check and its end is still in the pipe.
         if not came and self._has_ended() and not self._take(0.0):
             self._stop(self._end())

@@ -23,7 +23,7 @@ STARTING = 30.0
 """Minimum time limit for the start of Octave, which reads its own files first: seconds on a busy machine [s]."""
 LONGEST_TEXT = 240
 """Maximum length of an error text [characters]."""
-_MOST_LAYOUTS = 250
+_MAX_LAYOUTS = 250
 """Maximum number of layouts that Octave caches."""
 _SEEDS = 16
 """Number of values that seed each random generator."""
@@ -107,7 +107,7 @@ class OctaveEngine(Engine):
             raise Failed(f"cannot receive the data sheet of its robot: {error}") from error
         code = b""
         if made.code not in self._layouts:
-            if len(self._layouts) == _MOST_LAYOUTS:
+            if len(self._layouts) == _MAX_LAYOUTS:
                 self._layouts = {}
             self._layouts[made.code] = len(self._layouts) + 1
             code = made.code.encode()

@@ -17,7 +17,7 @@ from mjsim.modules.foreign import (
 )
 from mjsim.modules.hosts import Defect, Host, Key, Offer, Provenance
 from mjsim.modules.octave.installed import find_octave
-from mjsim.modules.octave.text import MOST_BYTES, FunctionFile, is_name, read_function
+from mjsim.modules.octave.text import MAX_BYTES, FunctionFile, is_name, read_function
 from mjsim.world import Source, Use
 
 HEADS: Mapping[str, tuple[str, Sequence[str]]] = {
@@ -30,7 +30,7 @@ HEADS: Mapping[str, tuple[str, Sequence[str]]] = {
 """Role -> what its function returns in addition to the state, and its arguments."""
 _CODE = (".m", ".oct", ".mex", ".mexa64", ".mexmaci64", ".mexmaca64", ".mexw64", ".p")
 _TEXT = re.compile(rb"['\"]([\w./ -]+\.\w+)['\"]")
-_MOST_OFFERED = 1_000_000
+_MAX_OFFERED = 1_000_000
 
 
 class OctaveHost(Host):
@@ -146,7 +146,7 @@ def _counted(names: Sequence[str], noun: str) -> str:
 
 def _role_of(path: Path) -> str | None:
     try:
-        if path.stat().st_size > _MOST_OFFERED or not is_name(path.stem):
+        if path.stat().st_size > _MAX_OFFERED or not is_name(path.stem):
             return None
         found = read_function(path)
     except (OSError, ValueError):
@@ -168,7 +168,7 @@ def _functions(folder: Path) -> Iterator[Path]:
 
 def _data(path: Path, home: Path) -> Iterator[Path]:
     """Yield the files that a function names in its text, relative to the folder of the world or its own."""
-    small = path.suffix == ".m" and path.stat().st_size <= MOST_BYTES
+    small = path.suffix == ".m" and path.stat().st_size <= MAX_BYTES
     for name in _TEXT.findall(path.read_bytes()) if small else ():
         for folder in (home, path.parent):
             named = folder / name.decode()

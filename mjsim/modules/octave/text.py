@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-MOST_BYTES = 5_000_000
+MAX_BYTES = 5_000_000
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _HEAD = re.compile(
     r"^function\b\s*(?:(?:\[(?P<many>[^\]]*)\]|(?P<one>[A-Za-z]\w*))\s*=\s*)?(?P<name>[A-Za-z][\w.]*)\s*(?:\((?P<in>[^)]*)\))?"
@@ -47,7 +47,7 @@ def read_function(path: Path) -> FunctionFile:
         ValueError: It contains no function, or cannot be read; the message says why.
     """
     try:
-        if path.stat().st_size > MOST_BYTES:
+        if path.stat().st_size > MAX_BYTES:
             raise ValueError(f"'{path.name}' is too large to be a module")
         text = path.read_bytes().decode(errors="replace")
     except OSError as error:

@@ -10,7 +10,7 @@ from mjsim.modules.hosts import Key, Offer
 from mjsim.modules.python.outline import UnreadableError, methods_of, tree_of
 from mjsim.modules.roles import ROLES
 
-MOST_BYTES = 1_000_000
+MAX_BYTES = 1_000_000
 _ARGUMENT = re.compile(r"^ {4}(\w+): (.*(?:\n {6,}.*)*)", re.MULTILINE)
 
 
@@ -44,7 +44,7 @@ def keys_of(made: ast.FunctionDef) -> Iterator[Key]:
 
 def _classes(path: Path) -> list[ast.ClassDef]:
     try:
-        if path.stat().st_size > MOST_BYTES:
+        if path.stat().st_size > MAX_BYTES:
             return []
         return [item for item in tree_of(path).body if isinstance(item, ast.ClassDef)]
     except (OSError, UnreadableError):

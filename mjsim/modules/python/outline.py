@@ -7,8 +7,8 @@ from pathlib import Path
 
 from mjsim.syntax import parse_python
 
-MOST_BYTES = 5_000_000
-_MOST_BASES = 8
+MAX_BYTES = 5_000_000
+_MAX_BASES = 8
 """Maximum depth to which the bases of a class are followed."""
 
 
@@ -63,7 +63,7 @@ def tree_of(path: Path) -> ast.Module:
         UnreadableError: It is not Python, or too large.
     """
     try:
-        if path.stat().st_size > MOST_BYTES:
+        if path.stat().st_size > MAX_BYTES:
             raise UnreadableError(f"'{path.name}' is too large to be a module")
         return parse_python(path.read_bytes(), file=path.name)
     except SyntaxError as error:
@@ -78,7 +78,7 @@ def tree_of(path: Path) -> ast.Module:
         raise UnreadableError(f"{path.name} is not Python: {error}") from None
 
 
-def methods_of(item: ast.ClassDef, known: Mapping[str, ast.ClassDef], depth: int = _MOST_BASES) -> Methods:
+def methods_of(item: ast.ClassDef, known: Mapping[str, ast.ClassDef], depth: int = _MAX_BASES) -> Methods:
     """Return the names that a class binds, including inherited ones.
 
     Args:

@@ -28,9 +28,9 @@ _STEP = 2
 """Indentation per level [spaces]."""
 _GAP = 2
 """Minimum number of spaces before a comment."""
-_MOST_LINES = 3
+_MAX_LINES = 3
 """Maximum number of lines of an item in brackets; a longer one gets a line per key."""
-_MOST_ROUNDS = 8
+_MAX_ROUNDS = 8
 _UNORDERED = ((), ("variables",), ("run", "drivers"))
 """Paths of mappings whose keys are not reordered."""
 
@@ -54,7 +54,7 @@ def format_text(text: str, *, file: str) -> str:
     formatted, before, found = text, "", []
     try:
         # Repeat if a comment has left brackets, which may then fit on one line.
-        for _ in range(_MOST_ROUNDS):
+        for _ in range(_MAX_ROUNDS):
             root, comments = read_tree(formatted)
             found.append(comments)
             before, formatted = formatted, _Formatter(ordered="&" not in text).whole(root)
@@ -192,7 +192,7 @@ class _Formatter:
         if column + len(line) <= WIDTH or not part.items:
             return [line]
         lines = _filled(part, column)
-        fits = len(lines) <= _MOST_LINES and all(len(line) <= WIDTH for line in [" " * column + lines[0], *lines[1:]])
+        fits = len(lines) <= _MAX_LINES and all(len(line) <= WIDTH for line in [" " * column + lines[0], *lines[1:]])
         return lines if flat or fits else None
 
 

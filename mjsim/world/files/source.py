@@ -11,7 +11,7 @@ from typing import Any, Self
 
 from mjsim.models import picture_size
 
-MOST_BYTES = 64_000_000
+MAX_BYTES = 64_000_000
 """Maximum size of a picture [bytes]."""
 _LEAVES = "path '{name}' leaves its folder; name a file beside the world file or in assets"
 
@@ -119,8 +119,8 @@ def _resolved(path: Path) -> Path | None:
 def _read(path: Path, name: str) -> bytes:
     try:
         size = path.stat().st_size
-        if size > MOST_BYTES:
-            raise ValueError(f"'{name}' has {size / 1e6:.0f} MB; it must have at most {MOST_BYTES / 1e6:.0f} MB")
+        if size > MAX_BYTES:
+            raise ValueError(f"'{name}' has {size / 1e6:.0f} MB; it must have at most {MAX_BYTES / 1e6:.0f} MB")
         return path.read_bytes()
     except OSError as error:
         raise ValueError(f"'{name}' cannot be read: {error.strerror}; change its permissions") from None

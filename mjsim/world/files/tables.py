@@ -11,8 +11,8 @@ import numpy as np
 from mjsim.errors import did_you_mean
 from mjsim.geometry import Array
 
-MOST_BYTES = 20_000_000
-MOST_ROWS = 200_000
+MAX_BYTES = 20_000_000
+MAX_ROWS = 200_000
 
 
 def read_columns(data: bytes, name: str, columns: Sequence[str | int]) -> Array:
@@ -27,8 +27,8 @@ def read_columns(data: bytes, name: str, columns: Sequence[str | int]) -> Array:
     Raises:
         ValueError: It is not such a table; the message gives the line.
     """
-    if len(data) > MOST_BYTES:
-        raise ValueError(f"'{name}' has {len(data) / 1e6:.0f} MB; a table has at most {MOST_BYTES // 1_000_000} MB")
+    if len(data) > MAX_BYTES:
+        raise ValueError(f"'{name}' has {len(data) / 1e6:.0f} MB; a table has at most {MAX_BYTES // 1_000_000} MB")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -39,9 +39,9 @@ def read_columns(data: bytes, name: str, columns: Sequence[str | int]) -> Array:
         raise ValueError(f"'{name}' is empty; write lines such as '0.0, 1.5'")
     named = not all(map(_is_number, first[1]))
     places = [_place(column, first[1] if named else None, len(first[1]), name) for column in columns]
-    rows = list(islice(lines, MOST_ROWS + 1)) if named else [first, *islice(lines, MOST_ROWS)]
-    if len(rows) > MOST_ROWS:
-        raise ValueError(f"'{name}' has over {MOST_ROWS} lines; a table has at most that many")
+    rows = list(islice(lines, MAX_ROWS + 1)) if named else [first, *islice(lines, MAX_ROWS)]
+    if len(rows) > MAX_ROWS:
+        raise ValueError(f"'{name}' has over {MAX_ROWS} lines; a table has at most that many")
     if not rows:
         raise ValueError(f"'{name}' has no line of numbers; write lines such as '0.0, 1.5'")
     return np.array([[_number(cells, place, f"{name}:{line}") for place in places] for line, cells in rows])

@@ -19,7 +19,7 @@ if TYPE_CHECKING:  # Imported again where it is used, so that worlds that do not
     from mjsim.mechanics import Arm
     from mjsim.models import FileArm
 
-MOST_JOINTS = 32
+MAX_JOINTS = 32
 """Largest number of joints of an arm."""
 LIKELY_KEYS = (("friction", "coulomb"), ("center",), ("inertia",), ("gear",))
 """Keys of a row that `mjsim.mechanics` may reject."""
@@ -127,7 +127,7 @@ class DhTable(Model):
     """A row is Rz(theta) Tz(d) Tx(a) Rx(alpha); modified (Craig): Rx(alpha) Tx(a) Rz(theta) Tz(d)."""
     unit: Literal["m", "mm"] = "m"
     """Unit of all lengths in the table."""
-    rows: Annotated[tuple[DhRow, ...], Field(strict=False, min_length=1, max_length=MOST_JOINTS)]
+    rows: Annotated[tuple[DhRow, ...], Field(strict=False, min_length=1, max_length=MAX_JOINTS)]
     """One row per joint, from the base outwards."""
 
     @model_validator(mode="after")
@@ -184,7 +184,7 @@ class RobotArm(Model):
     """Rotation [roll, pitch, yaw] of its base about the axes of the robot, right-handed, in this order."""
     tool: Tool = Tool()
     """The tool on the flange."""
-    start_deg: Annotated[tuple[Metres, ...], Field(strict=False, max_length=MOST_JOINTS)] = ()
+    start_deg: Annotated[tuple[Metres, ...], Field(strict=False, max_length=MAX_JOINTS)] = ()
     """Initial joint values [deg, m]; default: 0, or the nearest value within limits."""
     color: Color = "#e8a33d"
     """'#rrggbb'; default for a model: its own."""
@@ -229,8 +229,8 @@ class RobotArm(Model):
     def _check_joints(self) -> None:
         """Raise ValueError if the file has too many joints, or one that moves no mass."""
         arm = self.arm
-        if arm.n > MOST_JOINTS:
-            raise ValueError(f"'{self.model}' has {arm.n} joints; an arm has at most {MOST_JOINTS}")
+        if arm.n > MAX_JOINTS:
+            raise ValueError(f"'{self.model}' has {arm.n} joints; an arm has at most {MAX_JOINTS}")
         number = faulty_joint(arm)
         if number is not None:
             name = arm.links[number].label

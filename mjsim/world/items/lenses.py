@@ -9,7 +9,7 @@ from mjsim.geometry import Array
 from mjsim.world.ground import Model, fault
 
 Coefficient = Annotated[float, Field(ge=-100, le=100)]
-MOST_ITERATIONS, EXACT = 50, 1e-12
+MAX_ITERATIONS, EXACT = 50, 1e-12
 """Iterations of Newton's method."""
 
 
@@ -58,7 +58,7 @@ class Lens(Model):
     def _angles_straight(self, bent: Array) -> Array:
         radii = np.hypot(bent[:, 0], bent[:, 1])
         angles = radii.copy()
-        for _ in range(MOST_ITERATIONS):
+        for _ in range(MAX_ITERATIONS):
             value, slope = _angle_bent(angles, self.fisheye or ())
             step = (value - radii) / np.where(slope > 0.0, slope, np.nan)
             angles = angles - step
@@ -73,7 +73,7 @@ class Lens(Model):
         k1, k2, p1, p2, k3 = self._brown()
         points = bent.copy()
         with np.errstate(over="ignore", invalid="ignore"):
-            for _ in range(MOST_ITERATIONS):
+            for _ in range(MAX_ITERATIONS):
                 x, y = points.T
                 r2 = x * x + y * y
                 radial, slope = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3)), 2 * (k1 + r2 * (2 * k2 + 3 * r2 * k3))

@@ -58,7 +58,7 @@ class Lidar(Bought):
         return self.at
 
 
-MOST_RAYS = 300_000
+MAX_RAYS = 300_000
 """Largest number of points in one turn of a lidar."""
 Elevation = Annotated[float, Field(ge=-90, le=90)]
 Speed = Annotated[float, Field(ge=-100_000, le=100_000)]
@@ -69,7 +69,7 @@ class Rosette(Model):
 
     fov_deg: Annotated[float, Field(gt=0, le=120)] = 38.4
     """Full angle of the cone."""
-    points: Annotated[int, Field(ge=2, le=MOST_RAYS)] = 8_000
+    points: Annotated[int, Field(ge=2, le=MAX_RAYS)] = 8_000
     """Beams per reading, evenly spaced in time."""
     rpm: Annotated[tuple[Speed, ...], Field(strict=False, min_length=2, max_length=2)] = (7294.0, -4664.0)
     """Speeds of the prisms, to the left [1/min]."""
@@ -138,8 +138,6 @@ class Lidar3d(Bought):
             raise fault(f"elevation_deg has {len(given)} elevations; {right}", "elevation_deg")
         if any(low >= high for low, high in pairwise(given)):
             raise fault("each elevation must be above the one before", "elevation_deg")
-        if self.rays > MOST_RAYS:
-            raise fault(
-                f"a turn has {self.rays:,} beams; at most {MOST_RAYS:,}, make columns or rings fewer", "columns"
-            )
+        if self.rays > MAX_RAYS:
+            raise fault(f"a turn has {self.rays:,} beams; at most {MAX_RAYS:,}, make columns or rings fewer", "columns")
         return self

@@ -8,13 +8,13 @@ from pydantic import BeforeValidator, Field, model_validator
 from mjsim.world.ground import Model, Name, fault
 from mjsim.world.items.signals import Signal
 
-MOST_STATES = 50
+MAX_STATES = 50
 """Largest number of states of a mathematical model."""
 PART_OF_PLANT = r"^[A-Za-z0-9_][A-Za-z0-9_.-]*(/[A-Za-z0-9_][A-Za-z0-9_.-]*)?$"
 Figure = Annotated[float, Field(ge=-1e12, le=1e12)]
-Coefficients = Annotated[tuple[Figure, ...], Field(strict=False, min_length=1, max_length=MOST_STATES + 1)]
-Row = Annotated[tuple[Figure, ...], Field(strict=False, min_length=1, max_length=MOST_STATES)]
-Matrix = Annotated[tuple[Row, ...], Field(strict=False, min_length=1, max_length=MOST_STATES)]
+Coefficients = Annotated[tuple[Figure, ...], Field(strict=False, min_length=1, max_length=MAX_STATES + 1)]
+Row = Annotated[tuple[Figure, ...], Field(strict=False, min_length=1, max_length=MAX_STATES)]
+Matrix = Annotated[tuple[Row, ...], Field(strict=False, min_length=1, max_length=MAX_STATES)]
 Names = Annotated[
     tuple[Name, ...],
     BeforeValidator(lambda value: (value,) if isinstance(value, str) else value),

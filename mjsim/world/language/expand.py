@@ -17,9 +17,9 @@ from mjsim.world.yaml import MOST_BYTES, Node, Origin, read_text
 
 DEEPEST = 16
 """Maximum nesting of includes."""
-MOST_FILES = 1000
+MAX_FILES = 1000
 """Maximum number of included files; a file counts each time."""
-MOST_VARIABLES = 1000
+MAX_VARIABLES = 1000
 _SIGNS = ("${", "include", "variables", "repeat", "\\")
 """What a text contains if it uses any of the three; a backslash may escape a letter."""
 
@@ -113,8 +113,8 @@ class _Expander:
         template = Template(self.budget, file.shown, file.origin())
         for name, value in node.items.items():
             wrong = _not_a_name(str(name))
-            if wrong is not None or len(names) >= MOST_VARIABLES:
-                self._report(file, node.keys[str(name)], wrong or f"more than {MOST_VARIABLES} variables; write fewer")
+            if wrong is not None or len(names) >= MAX_VARIABLES:
+                self._report(file, node.keys[str(name)], wrong or f"more than {MAX_VARIABLES} variables; write fewer")
             elif not isinstance(value.value, (bool, int, float, str)):
                 self._report(
                     file, value, f"variable '{name}' is not a single value; give a number, a text, true or false"
@@ -146,8 +146,8 @@ class _Expander:
             return None
         self.budget.check_time(entry)
         self._files += 1
-        if self._files > MOST_FILES:
-            raise TooMuchError(f"files are included more than {MOST_FILES} times; include fewer", entry)
+        if self._files > MAX_FILES:
+            raise TooMuchError(f"files are included more than {MAX_FILES} times; include fewer", entry)
         how = f"included by {around.shown}:{entry.line}:{entry.column}" + (f", {around.how}" if around.how else "")
         folder = posixpath.dirname(name)
         file = _File(name, folder, self._shown(name), how, (*around.chain, name))

@@ -10,8 +10,8 @@ from pydantic import Discriminator, Field, Tag, model_validator
 from mjsim.world.ground import Degrees, Metres, Model, Point, fault
 from mjsim.world.items import SENSOR_KINDS
 
-MOST_TIMES = 100_000
-MOST_REPEATS = 3
+MAX_TIMES = 100_000
+MAX_REPEATS = 3
 """Maximum number of nested repeats, with the indices i, j and k."""
 NAMES = ("name", *SENSOR_KINDS)
 """Keys that contain the name of an item."""
@@ -31,7 +31,7 @@ Numbers = Annotated[tuple[Metres, ...], Field(strict=False, min_length=2, max_le
 class Repeat(Model):
     """Several copies of an item; the first is at the written position."""
 
-    times: Annotated[int, Field(ge=0, le=MOST_TIMES)]
+    times: Annotated[int, Field(ge=0, le=MAX_TIMES)]
     """Number of copies, including the first."""
     offset: (
         Annotated[

@@ -6,7 +6,7 @@ from typing import Any
 from mjsim.world.ground import unit_of
 from mjsim.world.items import World
 from mjsim.world.language.arithmetic import NAME
-from mjsim.world.language.repeats import MOST_REPEATS, Repeat
+from mjsim.world.language.repeats import MAX_REPEATS, Repeat
 
 Schema = dict[str, Any]
 
@@ -29,7 +29,7 @@ def editor_schema() -> Schema:
         kinds[name]["properties"]["repeat"] = {
             "anyOf": [
                 {"$ref": "#/$defs/Repeat"},
-                {"type": "array", "minItems": 1, "maxItems": MOST_REPEATS, "items": {"$ref": "#/$defs/Repeat"}},
+                {"type": "array", "minItems": 1, "maxItems": MAX_REPEATS, "items": {"$ref": "#/$defs/Repeat"}},
             ],
             "description": "The item several times over; a list of repeats within each other makes a grid.",
         }

@@ -12,12 +12,12 @@ from mjsim.errors import Problem
 from mjsim.world.ground import KEY, path_of, sentence
 from mjsim.world.language.arithmetic import INDICES, Expression, Value, shown_number
 from mjsim.world.language.merge import mergeable, without
-from mjsim.world.language.repeats import MOST_REPEATS, NAMES, Place, Repeat, indices, placing
+from mjsim.world.language.repeats import MAX_REPEATS, NAMES, Place, Repeat, indices, placing
 from mjsim.world.yaml import Node, Origin, place_of
 
-MOST_ITEMS = 100_000
+MAX_ITEMS = 100_000
 """Maximum number of repeated items."""
-MOST_VALUES = 2_000_000
+MAX_VALUES = 2_000_000
 """Maximum number of keys and values produced by repetitions."""
 LONGEST_TIME = 2.0
 """Time limit of the expansion, without reading files [s]."""
@@ -61,15 +61,15 @@ class Budget:
 
     def check_items(self, node: Node, copies: int) -> None:
         """Raise TooMuchError if this many more items exceed the limit."""
-        if self._items + copies > MOST_ITEMS:
-            raise TooMuchError(f"repeating produces more than {MOST_ITEMS} items; repeat less", node)
+        if self._items + copies > MAX_ITEMS:
+            raise TooMuchError(f"repeating produces more than {MAX_ITEMS} items; repeat less", node)
 
     def take(self, node: Node, size: int) -> None:
         """Count one more item, with a number of values."""
         self._items += 1
         self._values += size
-        if self._values > MOST_VALUES:
-            raise TooMuchError(f"repeating produces more than {MOST_VALUES} values; repeat less", node)
+        if self._values > MAX_VALUES:
+            raise TooMuchError(f"repeating produces more than {MAX_VALUES} values; repeat less", node)
         if self._items % 256 == 0:
             self.check_time(node)
 
@@ -249,8 +249,8 @@ class Template:
     def _steps(self, node: Node, value: Any) -> list[Repeat]:
         """Return the repeats of an item, outermost first; none if one of them is invalid, which is reported."""
         parts = list(value) if isinstance(value, list) else [value]
-        if not 1 <= len(parts) <= MOST_REPEATS:
-            self._report(node, f"repeat is a list of {len(parts)}; it must be one repeat or 2 to {MOST_REPEATS}")
+        if not 1 <= len(parts) <= MAX_REPEATS:
+            self._report(node, f"repeat is a list of {len(parts)}; it must be one repeat or 2 to {MAX_REPEATS}")
             return []
         steps = []
         for index, part in enumerate(parts):

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ruamel.yaml.error import MarkedYAMLError
 
 MOST_BYTES = 5_000_000
-MOST_NODES = 250_000
+MAX_NODES = 250_000
 """Maximum number of keys and values of a text, including those that aliases repeat."""
 DEEPEST = 50
 
@@ -33,7 +33,7 @@ _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff\ufffe\uffff
 _SEPARATORS = re.compile(r"""\"(?:[^\"\\]|\\.)*\"|'(?:[^']|'')*'|#[^\n]*|([,\[{]|- )""", re.DOTALL)
 """Separators of values in brackets, and of list items, one per line; quoted texts and comments are excluded."""
 _TAG = "tag:yaml.org,2002:"
-_MOST_DIGITS = 30
+_MAX_DIGITS = 30
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +80,7 @@ class _TooManyError(_BrokenTextError):
     """The text has more values than allowed; it need not be read again by the exact parser."""
 
     def __init__(self, line: int, column: int) -> None:
-        super().__init__(line, column, f"the text holds more than {MOST_NODES} values, aliases written out")
+        super().__init__(line, column, f"the text holds more than {MAX_NODES} values, aliases written out")
 
 
 def read_text(text: str, *, file: str) -> tuple[Node | None, list[Problem]]:
@@ -102,9 +102,9 @@ def read_text(text: str, *, file: str) -> tuple[Node | None, list[Problem]]:
 
 def _check_size(text: str) -> None:
     """Raise at once for a text whose brackets, commas and dashes show that it has too many values."""
-    if sum(map(text.count, (",", "[", "{", "- "))) > MOST_NODES:
+    if sum(map(text.count, (",", "[", "{", "- "))) > MAX_NODES:
         opened = (match for match in _SEPARATORS.finditer(text) if match.group(1))
-        if (last := next(itertools.islice(opened, MOST_NODES, None), None)) is not None:
+        if (last := next(itertools.islice(opened, MAX_NODES, None), None)) is not None:
             raise _TooManyError(*line_and_column(text, last.start()))
 
 
@@ -161,8 +161,8 @@ def plain_value(text: str) -> Any:
     if text[0] not in "+-.0123456789":
         return text
     if _INT.fullmatch(text):
-        if len(text) > _MOST_DIGITS:
-            raise ValueError(f"a number of {len(text)} digits; write at most {_MOST_DIGITS}")
+        if len(text) > _MAX_DIGITS:
+            raise ValueError(f"a number of {len(text)} digits; write at most {_MAX_DIGITS}")
         base = {"0o": 8, "0x": 16}.get(text[:2], 10)
         return int(text, base)
     if _FLOAT.fullmatch(text):
@@ -228,7 +228,7 @@ class _Composer:
 
     def _grow(self, size: int) -> None:
         self._count += size
-        if self._count > MOST_NODES:
+        if self._count > MAX_NODES:
             raise _TooManyError(*self.place)
 
     def _list(self, start: YamlEvent) -> Node:
