@@ -3,7 +3,9 @@
 gtsam's iSAM2 updates the solution of the graph at each new pose. gtsam is optional: `pip install gtsam`.
 """
 
+import math
 from collections.abc import Hashable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -12,16 +14,24 @@ from numpy.random import Generator
 from mjsim.geometry import Array, Pose
 from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Sighting
 
-from .ekf_models import landmark_from, odometry_motion
-from .graph_factors import leg_factor, look_factor, prior_factor, turned_covariance
+from .ekf_models import corrected, landmark_from, odometry_motion
+from .graph_factors import (
+    HUBER,
+    Looks,
+    SharedPrior,
+    leg_factor,
+    look_factor,
+    pose_factor,
+    prior_factor,
+    shared_look_factor,
+    turned_covariance,
+)
 from .graph_refinement import Leg, MeasuredGraph, refined_poses
 from .held_frame import HeldFrame
 from .look_checks import Look, LookChecks
 from .odometry_errors import COUNT, OdometryErrors
+from .range_errors import RANGE_ERRORS, RangeErrors
 from .recent_motion import RecentMotion
-
-HUBER = 1.345
-"""Scale of Huber's loss in standard deviations: 95 % efficient on clean data."""
 
 FLOOR = 1e-3
 """Minimum standard deviation of the position of a robot that turns by one radian [m/sqrt(rad)]. With odometry that is
@@ -32,17 +42,17 @@ mm and 0.002 degrees."""
 RELINEARISED = 0.01
 """A pose or landmark whose solution has moved by more is linearised again [m, rad]. With ten times that, gtsam's
 default, a corridor of 14 m bends by 0.1 m more."""
-GROWN = 1.2
-"""The prior of the systematic errors is replaced when their variances have grown by this factor."""
+CHANGED = 1.2
+"""The prior of systematic errors is replaced when a variance has changed by this factor."""
 
 
 class GraphSlam:
     """Estimates the pose and a map of named beacons by incremental smoothing.
 
     A pose is added to the graph when something is seen and the robot has moved far enough since the last one. The graph
-    also contains the systematic errors of odometry. Sightings have a robust loss, which bounds the influence of wrong
-    ones. The final path is that of the whole graph, solved again with the estimated systematic errors of odometry and
-    noise of sightings.
+    also contains the systematic errors of odometry and, where ranges scatter by less than their stated noise, those of
+    ranges. Sightings have a robust loss, which bounds the influence of wrong ones. The final path is that of the whole
+    graph, solved again with the estimated systematic errors and noise of sightings.
 
     References:
         Kaess et al., iSAM2: Incremental Smoothing and Mapping Using the Bayes Tree, IJRR 31(2), 2012. Grisetti et
@@ -65,7 +75,7 @@ class GraphSlam:
             turn_deg: Or turn between them.
             sighting_scale: Factor on the standard deviation of sightings.
             systematic: Distance over which systematic errors of odometry are assumed to equal its noise [m]; infinite
-                for none.
+                for none, also of ranges.
             frame: What stays fixed if the rotation of the map relative to the start is corrected later: 'map' for the
                 published map and path, 'start' for the first pose (`held_frame`). The final path is in the frame of the
                 start.
@@ -90,10 +100,10 @@ class GraphSlam:
         """Start the graph with the robot's prior."""
         gtsam = self._gtsam
         parameters = gtsam.ISAM2Params()
-        parameters.setRelinearizeThreshold(RELINEARISED)
+        parameters.setRelinearizeThreshold(_thresholds(gtsam))
         parameters.setFactorization("QR")  # Legs of a robot that hardly moves are hundred times as stiff as sightings.
         self._solver = gtsam.ISAM2(parameters)
-        self._common = gtsam.symbol("e", 0)
+        self._common, self._ranges = gtsam.symbol("e", 0), gtsam.symbol("r", 0)
         self._motion = odometry_motion()
         self._recent = RecentMotion()
         self._checks = LookChecks()
@@ -105,7 +115,9 @@ class GraphSlam:
         self._legs: list[Leg] = []
         self._looks: list[tuple[int, Sighting]] = []
         self._odometry_errors, self._doubt = OdometryErrors(self._systematic), np.zeros(COUNT)
-        self._told_doubt, self._doubt_factor = np.zeros(COUNT), -1
+        self._doubt_prior = SharedPrior(gtsam, self._common, changed=CHANGED)
+        self._range_prior = SharedPrior(gtsam, self._ranges, changed=CHANGED)
+        self._range_errors, self._range_mean = RangeErrors(scale=self._scale), np.zeros(RANGE_ERRORS)
         self._errors, self._error_covariance = np.zeros(COUNT), np.zeros((COUNT, COUNT))
         self._pose = robot.prior.as_array()
         self._poses = self._pose[None]
@@ -116,6 +128,8 @@ class GraphSlam:
         graph.add(prior_factor(gtsam, self._key(), self._pose, spread))
         first.insert(self._key(), gtsam.Pose2(*self._pose))
         first.insert(self._common, self._errors)
+        if self._ranges_may_err:
+            first.insert(self._ranges, self._range_mean)
         self._solver.update(graph, first)
         self._covariance = self._first_covariance = spread
         self._map: dict[Hashable, tuple[Array, Array]] = {}
@@ -134,11 +148,22 @@ class GraphSlam:
         self._step_covariance = F @ self._step_covariance @ F.T + G @ moved.covariance @ G.T + floor
         step = self._mended_step()
         far = np.hypot(*step[:2]) > self._distance or abs(step[2]) > self._turn
-        named = [self._recent.to_now(sighting) for sighting in seen.sightings if sighting.name is not None]
+        looks = [sighting for sighting in seen.sightings if sighting.name is not None]
+        if self._ranges_may_err:
+            self._range_errors.begin(looks)
+            self._range_errors.constraint(looks, self._recent)
+        named = [self._recent.to_now(look) for look in looks]
         if named and (far or not self._names):
             self._extend(named, seen.time)
         self._steps.append((seen.time, self._number, self._step, self._slopes))
         return self._belief()
+
+    @property
+    def range_errors(self) -> tuple[Array, Array]:
+        """Estimated offset [m] and relative error of ranges, (2,), and their covariance; (0,) without such errors."""
+        if not (self._ranges_may_err and self._names):
+            return np.zeros(0), np.zeros((0, 0))
+        return self._range_mean.copy(), np.asarray(self._solver.marginalCovariance(self._ranges))
 
     def path(self) -> Sequence[tuple[float, Pose]]:
         """Return the final trajectory: time [s] and pose of each tick, from solving the whole graph again."""
@@ -157,7 +182,7 @@ class GraphSlam:
             landmarks=dict(self._places),
             first_covariance=self._first_covariance,
             legs=self._legs,
-            looks=self._looks,
+            looks=[(number, self._mended(look)) for number, look in self._looks],
             doubt=self._doubt,
         )
 
@@ -170,13 +195,11 @@ class GraphSlam:
         self._number += 1
         spread = self._step_covariance + SOFT * np.eye(3)
         self._legs.append(Leg(self._step, spread, self._slopes))
-        keys = (before, self._key(), self._common)
-        graph.add(leg_factor(gtsam, keys, self._step, spread, self._slopes))
         values.insert(self._key(), gtsam.Pose2(*pose))
         self._poses = np.concatenate([self._poses, pose[None]])
         self._checks.move(F, G @ (spread + self._slopes @ self._error_covariance @ self._slopes.T) @ G.T)
-        for look in self._believed(sightings, time):
-            graph.add(self._look_factor(look, values))
+        looks = [(self._place_key(look, values), *look) for look in self._believed(sightings, time)]
+        self._add_factors(graph, (before, self._key(), self._common), (self._step, spread, self._slopes), looks)
         self._solve(graph, values)
         self._read()
         self._forget_step()
@@ -188,7 +211,7 @@ class GraphSlam:
             if name not in self._names:
                 self._checks.begin(name)
                 yield self._number, sighting
-            elif self._checks.agrees(self._poses[-1], self._places[name], sighting):
+            elif self._checks.agrees(self._poses[-1], self._places[name], self._mended(sighting)):
                 yield self._number, sighting
             elif looks := self._checks.wait(self._number, sighting, self._recent, time):
                 if self._checks.is_young(name):
@@ -198,34 +221,67 @@ class GraphSlam:
                     self._looks = [look for look in self._looks if look[1].name != name]
                 yield from looks
 
-    def _look_factor(self, look: Look, values: Any) -> Any:
-        """Return the factor of a look; a new landmark is added to the values."""
+    def _place_key(self, look: Look, values: Any) -> int:
+        """Return the key of the landmark of a look; a new landmark is added to the values."""
         gtsam, (number, sighting) = self._gtsam, look
         name = sighting.name or ""
         if name not in self._names:
             self._names[name] = gtsam.symbol("l", self._landmarks)
             self._landmarks += 1
-            measured = np.array([sighting.range, sighting.bearing])
-            self._places[name], _ = landmark_from(self._poses[number], measured)
+            mended = self._mended(sighting)
+            self._places[name], _ = landmark_from(self._poses[number], np.array([mended.range, mended.bearing]))
             values.insert(self._names[name], self._places[name])
         self._looks.append(look)
+        return self._names[name]
+
+    def _add_factors(
+        self,
+        graph: Any,
+        keys: tuple[int, int, int],
+        leg: tuple[Array, Array, Array],
+        looks: list[tuple[int, int, Sighting]],
+    ) -> None:
+        """Add the factors of odometry to the newest pose and of looks.
+
+        Args:
+            graph: To which they are added.
+            keys: Keys of the pose before, the newest pose and the systematic errors of odometry.
+            leg: Step of odometry between both, its covariance and its slopes.
+            looks: Key of the landmark, number of the pose and sighting of each.
+        """
+        gtsam, may_err = self._gtsam, self._ranges_may_err and self._range_errors.is_possible
         loss = gtsam.noiseModel.mEstimator.Huber.Create(HUBER)
-        keys = gtsam.symbol("x", number), self._names[name]
-        return look_factor(gtsam, keys, sighting, sighting.covariance * self._scale**2, loss)
+        newest = [(place, look) for place, number, look in looks if may_err and number == self._number]
+        if newest:
+            covariances = [look.covariance * self._scale**2 for _, look in newest]
+            seen = Looks(self._ranges, [place for place, _ in newest], [look for _, look in newest], covariances)
+            graph.add(pose_factor(gtsam, keys, leg, seen))
+        else:
+            graph.add(leg_factor(gtsam, keys, *leg))
+        for place, number, look in looks:
+            at, covariance = gtsam.symbol("x", number), look.covariance * self._scale**2
+            if not may_err:
+                graph.add(look_factor(gtsam, (at, place), look, covariance, loss))
+            elif number != self._number:
+                graph.add(shared_look_factor(gtsam, (at, place, self._ranges), look, covariance, loss))
+
+    def _mended(self, look: Sighting) -> Sighting:
+        """Return a sighting corrected for the systematic errors of ranges."""
+        true, _, _ = corrected(np.array([look.range, look.bearing]), self._range_mean)
+        return replace(look, range=float(true[0]))
+
+    @property
+    def _ranges_may_err(self) -> bool:
+        return not math.isinf(self._systematic)
 
     def _solve(self, graph: Any, values: Any) -> None:
-        """Add new factors and values, and replace the prior of the systematic errors if it has changed."""
-        gtsam, outdated = self._gtsam, []
-        changed = self._doubt_factor < 0 or bool(np.any(self._doubt > GROWN * self._told_doubt))
-        if changed:
-            if self._doubt_factor >= 0:
-                outdated = [self._doubt_factor]
-            self._told_doubt = self._doubt
-            noise = gtsam.noiseModel.Diagonal.Variances(self._doubt + SOFT)
-            graph.add(gtsam.PriorFactorVector(self._common, np.zeros(COUNT), noise))
-        result = self._solver.update(graph, values, outdated)
-        if changed:
-            self._doubt_factor = result.getNewFactorsIndices()[graph.size() - 1]
+        """Add new factors and values, and replace priors of the systematic errors that have changed."""
+        outdated = self._doubt_prior.renew(graph, self._doubt + SOFT)
+        if self._ranges_may_err:
+            outdated += self._range_prior.renew(graph, self._range_errors.variances + SOFT)
+        added = self._solver.update(graph, values, outdated).getNewFactorsIndices()
+        self._doubt_prior.added(added)
+        self._range_prior.added(added)
 
     def _read(self) -> None:
         """Read pose, map and systematic errors from the solver."""
@@ -236,6 +292,8 @@ class GraphSlam:
         # The covariance of a pose is given in the pose's own axes.
         self._covariance = turned_covariance(self._solver.marginalCovariance(self._key()), self._pose[2])
         self._errors = np.asarray(values.atVector(self._common))
+        if self._ranges_may_err:
+            self._range_mean = np.asarray(values.atVector(self._ranges))
         self._error_covariance = np.asarray(self._solver.marginalCovariance(self._common))
         if self._held:
             self._frame.add(self._poses, float(np.sqrt(self._covariance[2, 2])))
@@ -262,3 +320,15 @@ class GraphSlam:
 
     def _key(self) -> int:
         return int(self._gtsam.symbol("x", self._number))
+
+
+def _thresholds(gtsam: Any) -> Any:
+    """Return by how much each kind of variable moves before it is linearised again.
+
+    Errors of ranges never are: a range is linear in them, and in the position but for their product.
+    """
+    thresholds = gtsam.ISAM2ThresholdMap()
+    for kind, size in (("x", 3), ("l", 2), ("e", COUNT)):
+        thresholds.insert((kind, np.full(size, RELINEARISED)))
+    thresholds.insert(("r", np.full(RANGE_ERRORS, np.inf)))
+    return thresholds

@@ -44,6 +44,16 @@ class RangeErrors:
         self._scatter, self._stated, self._pairs = 0.0, 0.0, 0
         self._prior, self._part = np.zeros(RANGE_ERRORS), 1.0
 
+    @property
+    def variances(self) -> Array:
+        """Variances that offset [m] and relative error may have, shape (2,); zeros before the first sighting."""
+        return np.asarray(self._part * self._prior)
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether there may be such errors, as far as sightings have shown."""
+        return self._part > LEFT
+
     def begin(self, sightings: Sequence[Sighting]) -> Array:
         """Return the prior variances, shape (2,), at the first sightings; before and after that zeros."""
         if self._prior.any() or not sightings:

@@ -1,4 +1,4 @@
-"""Parts of GraphSlam: the frame that is held, sightings that wait, and the factor of odometry."""
+"""Parts of GraphSlam: the frame that is held, sightings that wait, and the factors of odometry and sightings."""
 
 import dataclasses
 
@@ -140,3 +140,68 @@ def test_the_derivatives_of_the_factor_of_odometry_match_central_differences():
         for column, offset in enumerate(np.eye(10) * step):
             slope = (off(offset)[1] - off(-offset)[1]) / (2 * step)
             np.testing.assert_allclose(slope, A[:, column], atol=1e-6)
+
+
+def test_the_derivatives_of_the_factor_of_a_look_match_central_differences():
+    gtsam = pytest.importorskip("gtsam", reason="an extra")
+    from mjsim.algorithms.graph_factors import look_factor, shared_look_factor
+
+    rng, step = np.random.default_rng(1), 1e-6
+    at, place, common = gtsam.symbol("x", 0), gtsam.symbol("l", 0), gtsam.symbol("r", 0)
+    loss = gtsam.noiseModel.mEstimator.Huber.Create(1e6)  # so large that all residuals count in full
+    for _ in range(20):
+        pose, landmark, errors = rng.uniform(-2.0, 2.0, 3), rng.uniform(3.0, 4.0, 2), rng.uniform(-0.1, 0.1, 2)
+        seen = dataclasses.replace(look("post", 0.5), range=2.0)
+        factor = shared_look_factor(gtsam, (at, place, common), seen, np.eye(2), loss)
+
+        def off(delta, factor=factor, pose=pose, landmark=landmark, errors=errors):
+            values = gtsam.Values()
+            values.insert(at, gtsam.Pose2(*pose).retract(delta[:3]))
+            values.insert(place, landmark + delta[3:5])
+            values.insert(common, errors + delta[5:])
+            linear = factor.linearize(values)
+            return np.array(linear.getA()), -np.array(linear.getb())
+
+        A, _ = off(np.zeros(7))
+        for column, offset in enumerate(np.eye(7) * step):
+            slope = (off(offset)[1] - off(-offset)[1]) / (2 * step)
+            np.testing.assert_allclose(slope, A[:, column], atol=1e-6)
+
+        # Without errors it is gtsam's own.
+        values = gtsam.Values()
+        values.insert(at, gtsam.Pose2(*pose))
+        values.insert(place, landmark)
+        values.insert(common, np.zeros(2))
+        own = look_factor(gtsam, (at, place), seen, np.diag([0.1, 0.2]), loss)
+        ours = shared_look_factor(gtsam, (at, place, common), seen, np.diag([0.1, 0.2]), loss)
+        assert ours.error(values) == pytest.approx(own.error(values), rel=1e-9)
+
+
+def test_one_factor_of_a_pose_is_those_of_odometry_and_of_each_look_with_its_robust_loss():
+    gtsam = pytest.importorskip("gtsam", reason="an extra")
+    from mjsim.algorithms.graph_factors import HUBER, Looks, leg_factor, pose_factor, shared_look_factor
+
+    rng = np.random.default_rng(2)
+    keys = gtsam.symbol("x", 0), gtsam.symbol("x", 1), gtsam.symbol("e", 0)
+    ranges, posts = gtsam.symbol("r", 0), [gtsam.symbol("l", number) for number in (0, 1, 0)]
+    # The second look is an outlier; the third is of the first landmark again.
+    looks = [dataclasses.replace(look("post", bearing), range=3.0) for bearing in (0.3, 1.5, 0.2)]
+    spreads = [np.array([[0.02, 0.003], [0.003, 0.01]])] * len(looks)
+    leg = rng.uniform(-0.1, 0.1, 3), np.diag([0.01, 0.02, 0.03]), rng.uniform(-1.0, 1.0, (3, 4))
+    values = gtsam.Values()
+    for key, pose in zip(keys, rng.uniform(-0.2, 0.2, (2, 3)), strict=False):
+        values.insert(key, gtsam.Pose2(*pose))
+    values.insert(keys[2], rng.uniform(-0.1, 0.1, 4))
+    values.insert(ranges, np.array([0.05, 0.02]))
+    for key, place in zip(posts[:2], ((2.8, 1.0), (1.0, 2.8)), strict=True):
+        values.insert(key, np.array(place))
+
+    apart, one = gtsam.NonlinearFactorGraph(), gtsam.NonlinearFactorGraph()
+    apart.add(leg_factor(gtsam, keys, *leg))
+    loss = gtsam.noiseModel.mEstimator.Huber.Create(HUBER)
+    for key, seen, spread in zip(posts, looks, spreads, strict=True):
+        apart.add(shared_look_factor(gtsam, (keys[1], key, ranges), seen, spread, loss))
+    one.add(pose_factor(gtsam, keys, leg, Looks(ranges, posts, looks, spreads)))
+    (A, b), (B, c) = (graph.linearize(values).hessian() for graph in (apart, one))
+    np.testing.assert_allclose(B, A, atol=1e-9 * np.abs(A).max())
+    np.testing.assert_allclose(c, b, atol=1e-9 * np.abs(b).max())

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -97,13 +98,23 @@ def test_what_does_not_scatter_is_an_error_in_common(scatter, part):
     np.testing.assert_allclose(1.0 / left, part * prior, rtol=0.05)
 
 
+def estimator(kind: str, **options: float) -> Any:
+    """Return GraphSlam or a variant of EkfSlam."""
+    if kind == "graph":
+        pytest.importorskip("gtsam", reason="an extra")
+        from mjsim.algorithms.graph_slam import GraphSlam
+
+        return GraphSlam(**options)
+    return EkfSlam(jacobians=kind, **options)
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("jacobians", ["standard", "first-estimates", "invariant"])
+@pytest.mark.parametrize("kind", ["standard", "first-estimates", "invariant", "graph"])
 @pytest.mark.parametrize(("scatter", "errors"), [(0.02, ERRORS), (STATED, np.zeros(2))])
-def test_errors_in_common_are_learnt_and_noise_is_not_taken_for_one(jacobians, scatter, errors):
+def test_errors_in_common_are_learnt_and_noise_is_not_taken_for_one(kind, scatter, errors):
     """The robot drives a circle of 1 m with odometry that is good enough to tell how large the map is."""
     rng, step, truth = np.random.default_rng(2), Pose(0.05, 0.0, 0.05), Pose(0.0, 0.0, 0.0)
-    slam = EkfSlam(jacobians=jacobians)
+    slam = estimator(kind)
     slam.start(pioneer(prior=truth), {}, rng)
     noise = np.array([0.005, 0.0, 0.005]) * np.sqrt(0.05)
     for tick in range(600):
@@ -122,8 +133,9 @@ def test_errors_in_common_are_learnt_and_noise_is_not_taken_for_one(jacobians, s
     assert deviations[1] < 0.02 if scatter < STATED else (deviations < 1e-3).all()
 
 
-def test_without_systematic_errors_there_are_none_of_ranges():
-    slam = EkfSlam(systematic=math.inf)
+@pytest.mark.parametrize("kind", ["invariant", "graph"])
+def test_without_systematic_errors_there_are_none_of_ranges(kind):
+    slam = estimator(kind, systematic=math.inf)
     slam.start(pioneer(prior=Pose(0.0, 0.0, 0.0)), {}, np.random.default_rng(0))
     mean, covariance = slam.range_errors
     assert (mean.shape, covariance.shape) == ((0,), (0, 0))
