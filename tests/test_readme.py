@@ -1,4 +1,5 @@
 import re
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -67,5 +68,15 @@ def test_the_readme_lists_commands_that_there_are():
 
 def test_what_the_readme_links_to_is_there():
     links = re.findall(r"\]\(([^)]+)\)", README)
-    files = [link for link in links if "://" not in link]
+    files = [link.partition("#")[0] for link in links if "://" not in link]
     assert not [link for link in files if not (Path(__file__).parent.parent / link).exists()]
+
+
+def test_the_readme_lists_every_extra_with_its_packages():
+    project = tomllib.loads((Path(__file__).parent.parent / "pyproject.toml").read_text())["project"]
+    # evo is for tests and comparisons, peers for measurements.
+    extras = {name: needs for name, needs in project["optional-dependencies"].items() if name not in ("evo", "peers")}
+    listed = {}
+    for packages, names in re.findall(r"^\| .* \| ([a-z, ;-]+) \| (`[`a-z\d; ]+) \|$", README, re.MULTILINE):
+        listed |= dict(zip(re.findall(r"`(\w+)`", names), packages.split("; "), strict=True))
+    assert listed == {name: ", ".join(re.split("[>=;]", need)[0] for need in needs) for name, needs in extras.items()}
