@@ -28,9 +28,9 @@ from mjsim.logs.bag_messages import UPSIDE_DOWN, assumed_intrinsics, intrinsics_
 from mjsim.logs.bag_pictures import depth_of, frame_of, shown_depth
 from mjsim.logs.bag_topics import INFO, ODOMETRY, TRANSFORMS, RobotTopics, plain_topic, robots_of
 from mjsim.logs.log import AHEAD, Log, Mount, Wishes
-from mjsim.logs.merge import jumps_of, longest_gap, track_of, without_jumps
+from mjsim.logs.merge import continuous, longest_gap, track_of
 from mjsim.logs.readings import TOGETHER, Readings, partners
-from mjsim.logs.robot_log import NO_ODOMETRY, RobotLog
+from mjsim.logs.robot_log import NO_ODOMETRY, RESTARTS, RobotLog
 from mjsim.record import LoggedCamera, LoggedFrame, logged_frame
 
 __all__ = ["is_bag", "read_bag"]
@@ -97,10 +97,9 @@ class _Robot:
         self._notes: dict[str, str] = {}
         self._odometry = self._moves(topics.odometry) or self._transformed()
         self._track = None if self._odometry is None else self._odometry.planar()
-        if self._track is not None and len(jumps := jumps_of(self._track)):
-            self._track = without_jumps(self._track, jumps)
-            at = ", ".join(f"{self._track[row, 0]:.3f}" for row in jumps[:5].tolist())
-            self._notes["jumps of odometry left out"] = f"{len(jumps)}, as when a driver starts again; at {at} s"
+        if self._track is not None:
+            self._track, restarted = continuous(self._track)
+            self._notes |= {RESTARTS: restarted} if restarted else {}
         if self._track is None:
             self._notes.setdefault("odometry", NO_ODOMETRY)
         elif self._odometry is not None and self._odometry.by_twists():

@@ -11,10 +11,10 @@ import numpy as np
 from mjsim.errors import LONGEST_MESSAGE, UsageError, WorldError
 from mjsim.geometry import Pose, Pose3, places_at, poses_at
 from mjsim.interface import PointCloud, Scan
-from mjsim.logs.merge import MotionNoise
+from mjsim.logs.merge import MotionNoise, continuous
 from mjsim.logs.noise_file import UNBIASED, Bias, read_noise
 from mjsim.logs.origin import near_origin
-from mjsim.logs.robot_log import NO_ODOMETRY, RobotLog, write_robot_logs
+from mjsim.logs.robot_log import NO_ODOMETRY, RESTARTS, RobotLog, write_robot_logs
 from mjsim.logs.ticks import cut, name_from
 from mjsim.output import require_free
 from mjsim.record import LoggedCamera, Recording
@@ -162,6 +162,7 @@ def record_logs(
     """
     if record is not None:
         require_free(Path(record), overwrite=overwrite)
+    logs = [_continuous(log, f"{RESTARTS} of {log.name}" if len(logs) > 1 else RESTARTS) for log in logs]
     robots, marks, origin = near_origin([log.robot for log in logs], [log.landmarks for log in logs])
     logs = [replace(log, robot=robot, landmarks=near) for log, robot, near in zip(logs, robots, marks, strict=True)]
     firsts, lasts = zip(*(log.times() for log in logs), strict=True)
@@ -194,6 +195,16 @@ def record_logs(
         overwrite=overwrite,
         progress=progress,
     )
+
+
+def _continuous(log: Log, fact: str) -> Log:
+    """Return a log whose odometry is continuous; restarts are noted as a fact."""
+    if log.robot.track is None:
+        return log
+    track, restarted = continuous(log.robot.track)
+    if not restarted:
+        return log
+    return replace(log, robot=replace(log.robot, track=track), notes={**log.notes, fact: restarted})
 
 
 def _require_sizes(logs: Sequence[Log], source: Path) -> None:

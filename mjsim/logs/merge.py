@@ -20,6 +20,8 @@ UNKNOWN = np.array([1.0, 1.0, 1.0])
 LEAST_JUMP, FASTEST, TIMES_USUAL = (0.5, 0.5), (5.0, 2.0 * math.pi), 10.0
 """Steps of odometry that exceed the first, faster than the second and than this many times its usual speed, are jumps;
 of position and of heading [m, rad], [m/s, rad/s], [1]."""
+AT_START = 0.1
+"""After a restart, odometry is within this of its start [m, rad]."""
 
 GAP, STEPS = 0.1, 1.5
 """The truth is unknown between two poses farther apart than both of these [s, usual steps of the truth]."""
@@ -138,8 +140,10 @@ def _least(way: float, turned: float, noise: MotionNoise) -> Array:
     return np.diag([pivot, noise.aside**2 * way + pivot, 0.0])
 
 
-def jumps_of(track: Array) -> NDArray[np.intp]:
-    """Return the rows of odometry before which it jumped, as when a driver starts again at the origin.
+def restarts_of(track: Array) -> NDArray[np.intp]:
+    """Return the rows at which odometry starts again: it jumps to the origin, or to where the log begins.
+
+    Other jumps stay: times of old logs come in bursts, so that a fast step may be a real motion.
 
     Args:
         track: Rows of time [s], x, y [m] and heading [rad], in order of time, shape (K, 4).
@@ -147,33 +151,46 @@ def jumps_of(track: Array) -> NDArray[np.intp]:
     if len(track) < 3:
         return np.zeros(0, dtype=np.intp)
     steps = np.diff(track, axis=0)
-    lasting = np.maximum(steps[:, 0], float(np.median(steps[:, 0])) or 1e-3)
-    amounts = np.hypot(steps[:, 1], steps[:, 2]), np.abs(wrap_angles(steps[:, 3]))
+    lasting = np.maximum(steps[:, 0], float(steps[:, 0].mean()) or 1e-3)
     jumped = np.zeros(len(steps), dtype=bool)
+    amounts = np.hypot(steps[:, 1], steps[:, 2]), np.abs(wrap_angles(steps[:, 3]))
     for amount, least, fastest in zip(amounts, LEAST_JUMP, FASTEST, strict=True):
         rates = amount / lasting
         # Most robots are seldom fast: what is usual is taken from the steps in which they move at all.
         usual = float(np.quantile(rates[rates > 0.0], 0.9)) if rates.any() else 0.0
         jumped |= (amount > least) & (rates > fastest) & (rates > TIMES_USUAL * usual)
-    return np.asarray(np.flatnonzero(jumped) + 1, dtype=np.intp)
+    begins = np.zeros(len(steps), dtype=bool)
+    for start in (np.zeros(3), track[0, 1:]):
+        off = track[1:, 1:] - start
+        begins |= (np.hypot(off[:, 0], off[:, 1]) < AT_START) & (np.abs(wrap_angles(off[:, 2])) < AT_START)
+    return np.asarray(np.flatnonzero(jumped & begins) + 1, dtype=np.intp)
 
 
-def without_jumps(track: Array, jumps: NDArray[np.intp]) -> Array:
-    """Return odometry that goes on where it was before each jump, shape (K, 4).
+def continuous(track: Array) -> tuple[Array, str]:
+    """Return odometry without restarts, and a note about them, '' if there are none."""
+    restarts = restarts_of(track)
+    if not len(restarts):
+        return track, ""
+    at = ", ".join(f"{track[row, 0]:.3f}" for row in restarts[:5].tolist())
+    return joined(track, restarts), f"{len(restarts)}; it begins again at {at} s"
+
+
+def joined(track: Array, restarts: NDArray[np.intp]) -> Array:
+    """Return odometry that goes on where it was before each restart, shape (K, 4).
 
     Args:
-        track: As in `jumps_of`.
-        jumps: Rows before which it jumped.
+        track: As in `restarts_of`.
+        restarts: Rows at which it starts again.
     """
-    joined = track.copy()
-    for row in jumps.tolist():
-        before, after = Pose.from_array(joined[row - 1, 1:]), Pose.from_array(joined[row, 1:])
+    whole = track.copy()
+    for row in restarts.tolist():
+        before, after = Pose.from_array(whole[row - 1, 1:]), Pose.from_array(whole[row, 1:])
         moved = before @ after.inverse()
         c, s = math.cos(moved.heading), math.sin(moved.heading)
-        x, y = joined[row:, 1].copy(), joined[row:, 2].copy()
-        joined[row:, 1], joined[row:, 2] = moved.x + c * x - s * y, moved.y + s * x + c * y
-        joined[row:, 3] = wrap_angles(joined[row:, 3] + moved.heading)
-    return joined
+        x, y = whole[row:, 1].copy(), whole[row:, 2].copy()
+        whole[row:, 1], whole[row:, 2] = moved.x + c * x - s * y, moved.y + s * x + c * y
+        whole[row:, 3] = wrap_angles(whole[row:, 3] + moved.heading)
+    return whole
 
 
 def longest_gap(truth: Array | None) -> float:

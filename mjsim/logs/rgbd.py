@@ -31,10 +31,12 @@ from mjsim.logs.merge import longest_gap
 from mjsim.logs.picture_files import frame_in, listed_pictures, paired_pictures, size_in
 from mjsim.logs.readings import TOGETHER, Readings, partners
 from mjsim.logs.robot_log import RobotLog
-from mjsim.logs.table import TIME, read_table, with_unit_quaternions
+from mjsim.logs.table import read_table, with_unit_quaternions
 from mjsim.logs.text import lines_of
 from mjsim.record import LoggedCamera, LoggedFrame
 
+ANY_TIME = "timestamp"
+"""Column of times in any order: several programs write such folders."""
 CAMERA = "camera"
 PER_METRE = np.float32(5000.0)
 """Depth values per metre."""
@@ -152,8 +154,8 @@ def _truth(path: Path, notes: dict[str, str]) -> Array | None:
     file = path / "groundtruth.txt"
     if not file.is_file():
         return None
-    rows = read_table(file, (TIME, "x", "y", "z", "qx", "qy", "qz", "qw"), notes=notes)
-    rows = with_unit_quaternions(file, rows)
+    rows = read_table(file, (ANY_TIME, "x", "y", "z", "qx", "qy", "qz", "qw"), notes=notes)
+    rows = with_unit_quaternions(file, rows[np.argsort(rows[:, 0], kind="stable")])
     optical_from_body = np.linalg.inv(np.vstack([np.column_stack([AHEAD[:3, :3], np.zeros(3)]), [0.0, 0.0, 0.0, 1.0]]))
     for row in rows:
         row[1:] = Pose3.from_matrix(Pose3(*row[1:].tolist()).matrix() @ optical_from_body).as_array()
@@ -166,5 +168,6 @@ def _accelerations(path: Path, notes: dict[str, str]) -> list[ImuReading]:
     file = path / "accelerometer.txt"
     if not file.is_file():
         return []
-    rows = read_table(file, (TIME, "x", "y", "z"), notes=notes)
+    rows = read_table(file, (ANY_TIME, "x", "y", "z"), notes=notes)
+    rows = rows[np.argsort(rows[:, 0], kind="stable")]
     return [ImuReading(float(row[0]), row[1:].copy(), np.full(3, np.nan), "accelerometer") for row in rows]

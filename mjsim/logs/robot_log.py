@@ -26,6 +26,8 @@ LONGEST_WAIT = 2.0
 """Maximum time that a scan waits for its own tick; later scans are left out [s]."""
 NO_ODOMETRY = "none; the motion of each tick is unknown"
 """Entry of the metadata for a log without odometry."""
+RESTARTS = "restarts of odometry left out"
+"""Entry of the metadata with their number and times."""
 Taken = TypeVar("Taken", Scan, LoggedFrame, PointCloud)
 
 

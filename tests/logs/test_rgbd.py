@@ -231,3 +231,17 @@ def test_cameras_of_tum_vi_are_calibrated_by_kalibr(folder, tmp_path):
     chain.write_text(f"cam0:\n  T_cam_imu:\n{rows[: rows.rindex('  -')]}  intrinsics: [19.0, 19.1, 31.2, 23.9]\n")
     with pytest.raises(UsageError, match=r"camchain\.yaml': T_cam_imu of cam0 is no pose; it is a rigid transform"):
         mjsim.import_log(place)
+
+
+@pytest.mark.slow
+def test_lines_of_a_folder_may_be_in_any_order(folder, tmp_path):
+    shutil.copytree(folder[0], tmp_path / "tum")
+    for file in ("rgb.txt", "depth.txt", "groundtruth.txt", "accelerometer.txt"):
+        lines = (tmp_path / "tum" / file).read_text().splitlines()
+        np.random.default_rng(0).shuffle(lines)
+        (tmp_path / "tum" / file).write_text("\n".join(lines))
+    shuffled, ordered = (mjsim.import_log(place) for place in (tmp_path / "tum", folder[0]))
+    np.testing.assert_array_equal(shuffled.robots["robot"].truth_pose, ordered.robots["robot"].truth_pose)
+    for one, other in zip(shuffled.observations("robot"), ordered.observations("robot"), strict=True):
+        assert [each.stamp for each in one.imu] == [each.stamp for each in other.imu]
+    assert list(shuffled.pictures("robot", "camera")) == list(ordered.pictures("robot", "camera"))

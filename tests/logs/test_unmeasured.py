@@ -10,7 +10,7 @@ from rosbags.highlevel import AnyReader
 import mjsim
 from mjsim.datasets import export_rosbag2, export_tum_rgbd
 from mjsim.geometry import Pose, Pose3
-from mjsim.logs.merge import jumps_of, without_jumps
+from mjsim.logs.merge import joined, restarts_of
 from tests.bags import START, new_bag
 
 NOT_MEASURED = -1.0
@@ -67,19 +67,21 @@ def test_odometry_that_starts_again_goes_on_where_it_was():
     track = driven()
     again = np.concatenate([track[:25], track[:35]])
     again[:, 0] = track[:, 0]
-    (row,) = jumps_of(again)
+    (row,) = restarts_of(again)
     assert row == 25
-    steps = steps_of(without_jumps(again, jumps_of(again)))
+    steps = steps_of(joined(again, restarts_of(again)))
     np.testing.assert_allclose(steps[24], 0.0, atol=1e-12)
     np.testing.assert_allclose(np.delete(steps, 24, axis=0), [[0.05, 0.0, 0.01]] * 58, atol=1e-12)
 
 
 def test_odometry_whose_heading_starts_again_goes_on_as_it_was():
-    track = driven()
-    track[30:, 3] += 2.0
-    assert jumps_of(track).tolist() == [30]
-    joined = without_jumps(track, jumps_of(track))
-    np.testing.assert_allclose(joined[30, 3], joined[29, 3], atol=1e-12)
+    # A robot that turned on the spot, and whose driver starts again.
+    track = np.tile(driven(1), (60, 1))
+    track[:, 0], track[:, 1:] = 0.1 * np.arange(60), 0.0
+    track[:30, 3], track[30:, 3] = 0.1 * np.arange(30), 0.1 * np.arange(30)
+    assert restarts_of(track).tolist() == [30]
+    whole = joined(track, restarts_of(track))
+    np.testing.assert_allclose(whole[30, 3], whole[29, 3], atol=1e-12)
 
 
 def test_what_moves_fast_or_has_gaps_does_not_jump():
@@ -90,8 +92,11 @@ def test_what_moves_fast_or_has_gaps_does_not_jump():
     still[:, 0] = 0.1 * np.arange(200)
     starts = np.concatenate([still[:150], driven(50)])
     starts[150:, 0] += 15.0
-    for track in (fast, gap, starts, still, still[:2]):
-        assert not len(jumps_of(track))
+    # Odometry that slips, or whose time comes in bursts: it is not where it began.
+    elsewhere = driven()
+    elsewhere[30:, 3] += 2.0
+    for track in (fast, gap, starts, elsewhere, still, still[:2]):
+        assert not len(restarts_of(track))
 
 
 @pytest.mark.slow
@@ -105,7 +110,7 @@ def test_a_restart_of_odometry_in_a_bag_is_no_motion_and_is_said(tmp_path):
     moved = [seen.odometry.forward for seen in run.observations("robot")]
     assert sum(moved) == pytest.approx(0.05 * 58, abs=1e-6)
     assert min(moved) > -1e-9
-    assert run.metadata["jumps of odometry left out"].startswith("1, as when a driver starts again; at 17000000")
+    assert run.metadata["restarts of odometry left out"].startswith("1; it begins again at 17000000")
 
 
 @pytest.mark.slow
@@ -135,3 +140,29 @@ def test_the_first_message_that_is_left_out_says_why(tmp_path):
     run = mjsim.import_log(tmp_path / "bag")
     assert run.metadata["/eye/image_raw messages left out"] == "10"
     assert run.metadata["first message of /eye/image_raw left out"] == "pictures of encoding 'nv99' are not read"
+
+
+def write_carmen(folder) -> None:
+    lines = [
+        f"ODOM {0.05 * (k % 30)} 0 0 0.5 0 0 {100.0 + 0.1 * k} h {0.1 * k}\n"
+        f"FLASER 5 1 1 1 1 1 0 0 0 {0.05 * (k % 30)} 0 0 {100.0 + 0.1 * k} h {0.1 * k}\n"
+        for k in range(60)
+    ]
+    (folder / "log.clf").write_text("".join(lines))
+
+
+def write_tables(folder) -> None:
+    (folder / "log.yaml").write_text("log: tables\nodometry: {file: o.csv, time: t, x: x, y: y, heading: h}\n")
+    rows = "".join(f"{100.0 + 0.1 * k},{0.05 * (k % 30)},0,0\n" for k in range(60))
+    (folder / "o.csv").write_text(f"t,x,y,h\n{rows}")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("write", "name"), [(write_carmen, "log.clf"), (write_tables, "log.yaml")])
+def test_a_restart_of_odometry_in_a_log_of_text_is_no_motion(write, name, tmp_path):
+    write(tmp_path)
+    run = mjsim.import_log(tmp_path / name)
+    moved = [seen.odometry.forward for seen in run.observations("robot")]
+    assert sum(moved) == pytest.approx(0.05 * 58, abs=1e-6)
+    assert min(moved) > -1e-9
+    assert run.metadata["restarts of odometry left out"] == "1; it begins again at 103.000 s"
