@@ -82,6 +82,8 @@ export class Plotter {
       this.list();
       await this.draw(turn);
     } catch (error) {
+      if (turn !== this.turn) return;
+      this.note.textContent = "";
       this.fail(error);
     }
   }
@@ -97,7 +99,11 @@ export class Plotter {
         return this.draw(this.turn);
       }
     }
-    for (const { plot, fields } of [...this.drawn]) plot.show(await this.columns(fields));
+    for (const each of [...this.drawn]) {
+      const columns = await this.columns(each.fields);
+      // It may have been closed meanwhile.
+      if (this.drawn.includes(each)) each.plot.show(columns);
+    }
   }
 
   mark(marks: Marks): void {

@@ -252,8 +252,9 @@ class EditView {
     if (!file || !this.studio.document.isOpen) return;
     const box = this.host.getBoundingClientRect();
     const screen: [number, number] = [event.clientX - box.left, event.clientY - box.top];
+    const { path: world } = this.studio.document;
     const path = await uploadPicture(this.studio, file);
-    if (!path) return;
+    if (!path || this.studio.document.path !== world) return;
     const spot = { world: this.plan.toWorld(screen), screen, shift: false, alt: false, command: false, touch: false };
     const hang = this.tools.beaconOf(path);
     hang.down(spot);

@@ -16,6 +16,8 @@ export class Preview {
   private readonly choice = el("select", { "aria-label": word("edit.camera") });
   private readonly wanted: (ask: PreviewAsk) => void;
   private last = "";
+  /** Whose camera the picture is of, or will be. */
+  private subject = "";
   private ghosts: Item[] = [];
 
   constructor(private readonly editor: Editor) {
@@ -54,9 +56,18 @@ export class Preview {
     const key = JSON.stringify([ask, this.editor.studio.api.version]);
     if (key === this.last) return;
     this.last = key;
-    if (!this.picture.src) fill(this.caption, word("edit.drawing"));
+    const subject = subjectOf(ask);
+    if (subject !== this.subject) this.clear();
+    this.subject = subject;
+    if (!this.picture.hasAttribute("src")) fill(this.caption, word("edit.drawing"));
     this.picture.alt = word("edit.whatCameraOfSees", { camera, name: robot.name });
     this.wanted(ask);
+  }
+
+  /** Take away a picture of another camera. */
+  private clear(): void {
+    if (this.picture.src.startsWith("blob:")) URL.revokeObjectURL(this.picture.src);
+    this.picture.removeAttribute("src");
   }
 
   private robot(): Item | null {
@@ -73,13 +84,15 @@ export class Preview {
 
   private async load(ask: PreviewAsk): Promise<void> {
     try {
-      const picture = URL.createObjectURL(await this.editor.studio.api.preview(ask));
-      const old = this.picture.src;
-      this.picture.src = picture;
+      const picture = await this.editor.studio.api.preview(ask);
+      if (subjectOf(ask) !== this.subject) return;
+      this.clear();
+      this.picture.src = URL.createObjectURL(picture);
       fill(this.caption);
-      if (old.startsWith("blob:")) URL.revokeObjectURL(old);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
+      if (subjectOf(ask) !== this.subject) return;
+      this.last = ""; // asked for again when something changes
       this.explain(error, ask);
     }
   }
@@ -96,6 +109,10 @@ export class Preview {
       needsTrust && el("button", { onclick: () => void allow() }, word("edit.lookAtWhatItIs")),
     );
   }
+}
+
+function subjectOf({ path, robot, camera }: PreviewAsk): string {
+  return JSON.stringify([path, robot, camera]);
 }
 
 export function camerasOf(values: Values): string[] {

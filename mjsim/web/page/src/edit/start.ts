@@ -1,5 +1,6 @@
 /** What the Edit view shows before a world is open: how to begin. */
 
+import type { Opened } from "../api";
 import { el, icon } from "../dom";
 import { ICONS } from "../shell/icons";
 import { isNew, takeTour } from "../shell/tour";
@@ -8,20 +9,17 @@ import { word } from "../words/words";
 
 export function emptyState(studio: Studio): HTMLElement {
   const { worlds, shipped, folder } = studio.folder;
-  const open = async (path: string): Promise<void> => {
+  const begin = async (get: () => Promise<Opened>, isNew: boolean): Promise<void> => {
     try {
-      studio.document.take(await studio.api.open(path));
+      const world = await get();
+      // Another one may have been opened meanwhile.
+      if (!studio.document.isOpen) studio.document.take(world, isNew);
     } catch (error) {
       studio.toasts.error(error);
     }
   };
-  const create = async (): Promise<void> => {
-    try {
-      studio.document.take(await studio.api.create(), true);
-    } catch (error) {
-      studio.toasts.error(error);
-    }
-  };
+  const open = (path: string): Promise<void> => begin(() => studio.api.open(path), false);
+  const create = (): Promise<void> => begin(() => studio.api.create(), true);
   const own = worlds.slice(0, 6).map((world) => el("button", { onclick: () => void open(world) }, world));
   const example = shipped.worlds.includes("gallery") ? "gallery" : shipped.worlds[0];
   return el(

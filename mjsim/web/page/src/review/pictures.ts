@@ -55,6 +55,7 @@ export class Pictures {
     this.recording = recording;
     this.turned = false;
     this.tick = null;
+    for (const { plain } of this.views.values()) plain?.bitmap.close();
     this.views.clear();
     this.outside = overlook(recording.scene.bounds);
   }

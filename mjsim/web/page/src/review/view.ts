@@ -84,6 +84,8 @@ export class ReviewView implements View {
   private chosen = "";
   private part: Part = { from: null, to: null };
   private tick: TickNews | null = null;
+  /** When something happened [s]. */
+  private eventTimes: number[] = [];
   /** How many recordings have been asked for. */
   private turn = 0;
   private readonly askTick = newestWins((time: number) => this.fetchTick(time));
@@ -236,6 +238,7 @@ export class ReviewView implements View {
   private take(recording: Recording): void {
     this.recording = recording;
     this.tick = null;
+    this.eventTimes = recording.events.map((event) => event.time);
     write(this.title, recording.path);
     this.cut.hidden = recording.whole;
     this.empty.remove();
@@ -286,8 +289,7 @@ export class ReviewView implements View {
   }
 
   private marks(): Marks {
-    const events = this.recording?.events.map((event) => event.time) ?? [];
-    return { now: this.recording ? this.player.time : null, ...this.part, events };
+    return { now: this.recording ? this.player.time : null, ...this.part, events: this.eventTimes };
   }
 
   private show(time: number): void {
@@ -364,13 +366,13 @@ export class ReviewView implements View {
   private async fetchFigures([from, to]: [number, number]): Promise<void> {
     const recording = this.recording;
     if (!recording) return;
+    const isWanted = (): boolean => this.recording === recording && this.part.from === from && this.part.to === to;
     try {
       const figures = await recordings.statistics(recording.path, from, to);
-      if (this.recording === recording && this.part.from === from && this.part.to === to)
-        this.table.show(figures, from, to);
+      if (isWanted()) this.table.show(figures, from, to);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
-      this.table.fail(error.message);
+      if (isWanted()) this.table.fail(error.message);
     }
   }
 

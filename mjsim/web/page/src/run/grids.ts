@@ -21,7 +21,12 @@ export class Grids {
   of({ png = "", color }: ShownNews): HTMLCanvasElement | null {
     const key = color + png;
     const found = this.made.get(key);
-    if (found !== undefined) return found;
+    if (found !== undefined) {
+      // What was not shown for longest goes first.
+      this.made.delete(key);
+      this.made.set(key, found);
+      return found;
+    }
     this.made.set(key, null);
     const [oldest] = this.made.keys();
     if (this.made.size > MOST && oldest !== undefined) this.made.delete(oldest);

@@ -107,7 +107,7 @@ export class RunView implements View {
     studio.document.parsedChanged.on(() => this.visible && this.takeWorld());
     studio.document.opened.on(() => this.leave());
     this.floor.layers.changed.on(() => this.soon());
-    window.setInterval(() => this.bar.rate(this.cameras.rate()), 500);
+    window.setInterval(() => this.visible && this.bar.rate(this.cameras.rate()), 500);
   }
 
   shown(): void {
@@ -323,8 +323,11 @@ export class RunView implements View {
     this.offered = path;
     const saved = path !== "" && !path.startsWith("shipped:");
     try {
-      this.setup.offer(await getJson<Modules>(`/api/modules${saved ? `?${new URLSearchParams({ path })}` : ""}`));
+      const modules = await getJson<Modules>(`/api/modules${saved ? `?${new URLSearchParams({ path })}` : ""}`);
+      // Those of a world that was opened later may have come before.
+      if (this.offered === path) this.setup.offer(modules);
     } catch (error) {
+      if (this.offered !== path) return;
       this.offered = null;
       this.studio.toasts.error(error);
     }

@@ -29,6 +29,8 @@ export class Door {
   private view: SceneView | null = null;
   private open = false;
   private loaded: unknown = null;
+  /** The scene that is on its way, or there. */
+  private asked: unknown = null;
   private order: (() => Promise<ArrayBuffer>) | null = null;
   private shown: [Item[], Item[]] = [[], []];
   private thought: Thoughts | null = null;
@@ -68,6 +70,7 @@ export class Door {
   /** The scene of this key is to be seen; it is asked for unless it is there. */
   want(key: unknown): void {
     if (!this.open) return;
+    this.asked = key;
     if (this.loaded === key && this.view) this.view.shown();
     else {
       this.order = this.loaded = null;
@@ -116,13 +119,18 @@ export class Door {
     if (!this.open || this.loaded === key) return;
     try {
       const view = await this.made();
-      await view.load(await this.scene());
+      const scene = await this.scene();
+      // Bodies of a later scene have other places.
+      if (this.asked !== key) return;
+      await view.load(scene);
+      if (this.asked !== key) return;
       this.loaded = key;
       if (this.order) this.moved(this.order);
       this.element.dataset["scene"] = "there";
       this.ready.emit();
     } catch (error) {
       if (!(error instanceof Error)) throw error;
+      if (this.asked !== key) return;
       this.view?.say(error.message);
       if (!this.view) this.element.replaceChildren(el("p", { class: "hint scene-none", role: "status" }, error.message));
       const asks = error instanceof ApiError && error.data["needs_trust"] !== undefined;

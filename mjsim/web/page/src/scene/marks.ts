@@ -49,15 +49,33 @@ export function isOf(thing: string, item: Item): boolean {
   return kind === item.kind && own === called;
 }
 
+/** How marks are drawn: shared by all of them, as a program that no material uses is compiled anew. */
+export class MarkInk {
+  readonly edges = new LineBasicMaterial({ depthTest: false });
+  readonly veil = new MeshBasicMaterial({ transparent: true, opacity: 0.3, side: DoubleSide, depthWrite: false });
+
+  constructor() {
+    this.recolor();
+  }
+
+  recolor(): void {
+    for (const each of [this.edges, this.veil]) each.color.set(color("--accent"));
+  }
+
+  dispose(): void {
+    for (const each of [this.edges, this.veil]) each.dispose();
+  }
+}
+
 /** Mark items in a scene, the first ones of very many, where a drag has them meanwhile. */
-export function markOf(items: Item[], root: Object3D, asDragged: AsDragged): Group {
+export function markOf(items: Item[], root: Object3D, asDragged: AsDragged, ink: MarkInk): Group {
   const group = new Group();
   for (const item of items.slice(0, MOST)) {
     const [low, high] = heights(item, root);
     const now = asDragged(item);
     const rise = heightOf(now) - heightOf(item);
     for (const polygon of now.polygons)
-      if (polygon.length > 1) group.add(...prism(polygon, low + rise - OFF, high + rise + OFF));
+      if (polygon.length > 1) group.add(...prism(polygon, low + rise - OFF, high + rise + OFF, ink));
   }
   return group;
 }
@@ -116,7 +134,7 @@ function areaOf(polygon: Point[]): number {
 }
 
 /** The sides of an upright prism as a veil, and its edges, which are seen through everything. */
-function prism(polygon: Point[], low: number, high: number): Object3D[] {
+function prism(polygon: Point[], low: number, high: number, ink: MarkInk): Object3D[] {
   const lines: number[] = [];
   const sides: number[] = [];
   polygon.forEach(([x, y], k) => {
@@ -124,11 +142,15 @@ function prism(polygon: Point[], low: number, high: number): Object3D[] {
     lines.push(x, y, low, u, v, low, x, y, high, u, v, high, x, y, low, x, y, high);
     sides.push(x, y, low, u, v, low, u, v, high, x, y, low, u, v, high, x, y, high);
   });
-  const accent = color("--accent");
-  const edges = new LineSegments(points(lines), new LineBasicMaterial({ color: accent, depthTest: false }));
-  const veil = new MeshBasicMaterial({ color: accent, transparent: true, opacity: 0.3, side: DoubleSide, depthWrite: false });
+  const edges = new LineSegments(points(lines), ink.edges);
   edges.renderOrder = 2;
-  return [new Mesh(points(sides), veil), edges];
+  return [new Mesh(points(sides), ink.veil), edges];
+}
+
+/** Take all marks out of a group, and give back what the graphics card holds of their shapes. */
+export function clearMarks(group: Group): void {
+  group.traverse((part) => (part as Partial<Mesh>).geometry?.dispose());
+  group.clear();
 }
 
 export function points(numbers: number[]): BufferGeometry {

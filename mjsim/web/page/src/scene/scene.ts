@@ -10,7 +10,7 @@ import { takeAway } from "./away";
 import type { Grip, Lead } from "./grip";
 import { Handles } from "./handles";
 import { Leads } from "./leads";
-import { type AsDragged, heights, itemAt, markOf, points } from "./marks";
+import { type AsDragged, clearMarks, heights, itemAt, MarkInk, markOf, points } from "./marks";
 import { countThings, dispose, pose, readSolids, thingOf, type Solids } from "./solids";
 import { ABOVE, Stage3d } from "./stage";
 import { forget, thoughtsOf, type Thoughts } from "./thoughts";
@@ -39,6 +39,7 @@ export class SceneView {
   /** Told with the pictures a second when those are too few. */
   readonly slow: Signal<number>;
   private readonly marks = new Group();
+  private readonly ink = new MarkInk();
   private readonly measure = new Group();
   private readonly touching = new Touching();
   /** How often bodies were put where they are. */
@@ -165,6 +166,7 @@ export class SceneView {
     this.stage.recolor();
     this.touching.recolor();
     this.leads.recolor();
+    this.ink.recolor();
     this.think(this.thought);
     this.mark();
   }
@@ -174,6 +176,8 @@ export class SceneView {
     this.handles.dispose();
     this.leads.dispose();
     this.touching.dispose();
+    clearMarks(this.marks);
+    this.ink.dispose();
     for (const each of this.retired) each.dispose();
     this.stage.dispose();
   }
@@ -192,8 +196,8 @@ export class SceneView {
   }
 
   private mark(): void {
-    this.marks.clear();
-    if (this.solids && this.selected.length) this.marks.add(markOf(this.selected, this.solids.root, this.dragged ?? ((item) => item)));
+    clearMarks(this.marks);
+    if (this.solids && this.selected.length) this.marks.add(markOf(this.selected, this.solids.root, this.dragged ?? ((item) => item), this.ink));
     if (!this.dragged) this.handles.hold(this.measuring ? null : this.grip, this.middle());
     this.canvas.dataset["selected"] = this.selected.map((item) => item.label).join();
     this.stage.soon();
@@ -216,7 +220,7 @@ export class SceneView {
   private setRuler(on: boolean): void {
     this.ruler.setAttribute("aria-pressed", String(on));
     this.ends = [];
-    this.measure.clear();
+    clearMarks(this.measure);
     this.said.value = on ? this.word("scene.pressTwoPlaces") : "";
     this.mark();
   }
@@ -226,7 +230,7 @@ export class SceneView {
     if (!hit) return;
     if (this.ends.length > 1) this.ends = [];
     this.ends.push(hit.point.clone());
-    this.measure.clear();
+    clearMarks(this.measure);
     const [from, to] = this.ends;
     if (!from || !to) {
       this.said.value = this.word("scene.pressTheOtherPlace");

@@ -222,7 +222,12 @@ export class WorldDocument {
       this.parsedChanged.emit(); // what was dragged goes back to where it is
       return false;
     }
-    if (this.text !== text) return false;
+    if (this.text !== text) {
+      // Somebody typed meanwhile: the change is of another text.
+      this.failed.emit(new ApiError(409, word("step.wasTyped")));
+      this.parsedChanged.emit();
+      return false;
+    }
     this.asked++;
     this.typedAt = 0;
     this.push(edited.text, false, named(changes, (at) => this.itemAround(at)));

@@ -15,6 +15,8 @@ export class Files {
   readonly drafts: Drafts;
   /** Whether a save is under way: what the disk has then is not news. */
   isSaving = false;
+  /** How many worlds have been asked for. */
+  private turn = 0;
 
   constructor(
     private readonly studio: Studio,
@@ -93,11 +95,17 @@ export class Files {
   /** Take up a world; false: the person would rather stay, or it cannot be read. */
   private async load(get: () => Promise<Opened>, isNew: boolean): Promise<boolean> {
     if (!(await this.mayLeave())) return false;
+    const { document: world, toasts } = this.studio;
+    const { text } = world;
+    const turn = ++this.turn;
     try {
-      this.studio.document.take(await get(), isNew);
+      const opened = await get();
+      // What was asked for last is shown, whichever comes first; and what was changed meanwhile is not lost.
+      if (turn !== this.turn || (world.text !== text && !(await this.mayLeave()))) return false;
+      world.take(opened, isNew);
       return true;
     } catch (error) {
-      this.studio.toasts.error(error);
+      if (turn === this.turn) toasts.error(error);
       return false;
     }
   }

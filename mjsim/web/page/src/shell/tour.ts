@@ -66,7 +66,10 @@ export async function takeTour(studio: Studio): Promise<void> {
   const { document: world, api, folder } = studio;
   const example = folder.shipped.worlds.includes("gallery") ? "gallery" : folder.shipped.worlds[0];
   try {
-    if (!world.isOpen && example) world.take(await api.open(`shipped:${example}`));
+    if (!world.isOpen && example) {
+      const opened = await api.open(`shipped:${example}`);
+      if (!world.isOpen) world.take(opened);
+    }
   } catch (error) {
     return studio.toasts.error(error);
   }

@@ -185,10 +185,8 @@ export class TextPane {
   /** Mark the lines of what is selected on the plan, and bring the first into view. */
   private showSelection(scroll: boolean): void {
     const own = this.world.selectedItems.filter((item) => item.origin !== "include");
-    const ranges = own.map((item): [number, number] => [
-      item.line,
-      lastLine(item, this.world.items, this.world.shown),
-    ]);
+    const lines = own.length ? this.world.shown.split("\n") : [];
+    const ranges = own.map((item): [number, number] => [item.line, lastLine(item, lines)]);
     const effects: StateEffect<unknown>[] = [markLines.of(ranges)];
     const [first] = ranges;
     const { doc } = this.view.state;
@@ -207,16 +205,15 @@ export class TextPane {
 
 /** The innermost item whose text a line belongs to. */
 export function itemAtLine(line: number, items: Item[], text: string): Item | null {
-  const before = items.filter((item) => !item.fixed && item.line <= line && lastLine(item, items, text) >= line);
+  const lines = text.split("\n");
+  const before = items.filter((item) => !item.fixed && item.line <= line && lastLine(item, lines) >= line);
   return before.sort((a, b) => b.line - a.line || b.path.length - a.path.length)[0] ?? null;
 }
 
 /** Where an item's text ends: as far as lines are further in than its first key, comments and blank lines left out. */
-function lastLine(item: Item, items: Item[], text: string): number {
-  const lines = text.split("\n");
+function lastLine(item: Item, lines: string[]): number {
   const first = lines[item.line - 1] ?? "";
-  const indent =
-    first.search(/\S/) + (/^\s*-\s/.test(first) && items.some((other) => other.line === item.line) ? 1 : 0);
+  const indent = first.search(/\S/) + (/^\s*-\s/.test(first) ? 1 : 0);
   let last = item.line;
   for (let number = item.line + 1; number <= lines.length; number++) {
     const line = lines[number - 1] ?? "";

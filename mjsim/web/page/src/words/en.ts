@@ -694,6 +694,7 @@ export const EN = {
   "step.type": "Type in line {line}",
   "step.ungroup": "Ungroup {things}",
   "step.wasReloaded": "the world was reloaded in the meantime; make this change again",
+  "step.wasTyped": "the text was changed in the meantime; make this change again",
   "text.all": "all",
   "text.byWord": "by word",
   "text.close": "close",

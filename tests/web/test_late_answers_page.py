@@ -1,0 +1,206 @@
+"""Answers of the server that come late belong to what was asked before: the page goes on with what was asked last."""
+
+import json
+
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+import mjsim
+from mjsim.web import Studio
+from tests.windows import PATIENCE, page_at
+
+pytestmark = pytest.mark.slow
+ROOM = """\
+mjsim: 1
+name: NAME
+walls: [{points: [[0, 0], [4, 0], [4, 4], [0, 4]], closed: true}]
+obstacles: [{name: crate, box: [1, 1, 1], at: [2, 2]}]
+robots: [{name: NAME, at: [1, 1], sensors: [{camera: eye, width: 64, height: 48}]}]
+run: {seconds: 1}
+"""
+
+
+class Held:
+    """Answers to requests with a text in them wait until they are let go."""
+
+    def __init__(self, page, address, text) -> None:
+        self.page, self.address, self.text, self.waiting = page, address, text, []
+        page.route(address, self._take)
+
+    def _take(self, route) -> None:
+        if self.text in (route.request.post_data or "") + route.request.url:
+            self.waiting.append(route)
+        else:
+            route.continue_()
+
+    def until_asked(self) -> None:
+        """Wait until a request is held."""
+        for _ in range(int(PATIENCE / 20)):
+            if self.waiting:
+                return
+            self.page.wait_for_timeout(20)
+        raise AssertionError(f"nothing asked {self.address} for {self.text}")
+
+    def let_go(self) -> None:
+        """Let the held requests through, and wait until the page has the answers."""
+        for route in self.waiting:
+            with self.page.expect_response(lambda each, url=route.request.url: each.url == url) as answer:
+                route.continue_()
+            answer.value.finished()
+        self.page.wait_for_timeout(200)  # what the page does with them
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A folder with two worlds."""
+    for name in ("slow", "quick"):
+        (tmp_path / f"{name}.yaml").write_text(ROOM.replace("NAME", name))
+    return tmp_path
+
+
+def choose(page, world) -> None:
+    """Open a world of the folder."""
+    page.keyboard.press("Control+o")
+    page.get_by_role("dialog").get_by_role("button", name=f"{world}.yaml", exact=True).click()
+
+
+def test_the_world_that_was_chosen_last_stays_open_whichever_comes_first(browser, folder):
+    with Studio(folder) as studio, page_at(browser, studio.url) as page:
+        page.get_by_role("button", name="quick.yaml", exact=True).wait_for()
+        slow = Held(page, "**/api/open", "slow.yaml")
+        choose(page, "slow")
+        slow.until_asked()
+        choose(page, "quick")
+        expect(page.locator(".world .name")).to_have_text("quick.yaml")
+        slow.let_go()
+        expect(page.locator(".world .name")).to_have_text("quick.yaml")
+
+
+def test_what_is_typed_while_another_world_is_on_its_way_is_not_lost(browser, folder):
+    with Studio(folder, world="quick.yaml") as studio, page_at(browser, studio.url) as page:
+        expect(page.locator(".world .name")).to_have_text("quick.yaml")
+        slow = Held(page, "**/api/open", "slow.yaml")
+        choose(page, "slow")
+        slow.until_asked()
+        page.locator(".cm-content").click()
+        page.keyboard.type("# a note")
+        slow.let_go()
+        dialog = page.get_by_role("dialog")
+        expect(dialog).to_contain_text("quick.yaml")
+        dialog.get_by_role("button", name="Cancel").click()
+        expect(page.locator(".cm-content")).to_contain_text("# a note")
+
+
+def test_modules_of_a_world_that_was_left_are_not_offered(browser, folder):
+    with Studio(folder, world="slow.yaml") as studio, page_at(browser, studio.url) as page:
+        expect(page.locator(".world .name")).to_have_text("slow.yaml")
+        late = Held(page, "**/api/modules?*", "slow.yaml")
+
+        def answered(route) -> None:
+            # As if each world had a module of its own beside it.
+            answer = route.fetch()
+            name = "slow" if "slow.yaml" in route.request.url else "quick"
+            told = answer.json()
+            told["navigators"].append({"use": f"{name}.py:Own", "title": f"Own of {name}", "about": "", "keys": []})
+            route.fulfill(response=answer, body=json.dumps(told))
+
+        page.route(
+            "**/api/modules?*", lambda route: late._take(route) if "slow" in route.request.url else answered(route)
+        )
+        page.get_by_role("tab", name="Run", exact=True).click()
+        late.until_asked()
+        choose(page, "quick")
+        page.get_by_role("tab", name="Run", exact=True).click()
+        options = page.locator("[data-part='quick/navigator'] option")
+        expect(options.filter(has_text="Own of quick")).to_have_count(1)
+        for route in late.waiting:
+            answered(route)
+        page.wait_for_timeout(300)
+        expect(options.filter(has_text="Own of slow")).to_have_count(0)
+        expect(options.filter(has_text="Own of quick")).to_have_count(1)
+
+
+def test_a_change_whose_text_was_typed_over_meanwhile_says_so(browser, folder):
+    with Studio(folder, world="quick.yaml") as studio, page_at(browser, studio.url) as page:
+        page.get_by_role("treeitem", name="crate").click()
+        late = Held(page, "**/api/edit", "remove")
+        page.get_by_role("button", name="Delete (Del)").click()
+        late.until_asked()
+        page.locator(".cm-content").click()
+        page.keyboard.press("Control+Home")
+        page.keyboard.type("# a note ")
+        late.let_go()
+        expect(page.locator(".toasts")).to_contain_text("he text was changed in the meantime; make this change again")
+        expect(page.get_by_role("treeitem", name="crate")).to_be_visible()
+
+
+def test_figures_that_fail_late_do_not_stand_in_the_place_of_others(browser, folder):
+    with mjsim.Simulation(mjsim.load_world(folder / "quick.yaml")) as sim:
+        mjsim.run(sim, record=folder / "run.mcap")
+    with Studio(folder) as studio, page_at(browser, studio.url) as page:
+        page.get_by_role("tab", name="Review", exact=True).click()
+        review = page.locator("#view-review")
+        review.locator("[data-path='run.mcap']").click()
+        expect(review.locator(".run-time")).to_contain_text("of 0.96 s")
+        late = Held(page, "**/api/recording/statistics?*", "")
+        review.get_by_role("button", name="Mark start").click()
+        page.keyboard.press("End")
+        review.get_by_role("button", name="Mark end").click()
+        late.until_asked()
+        review.get_by_role("button", name="Clear").click()
+        review.get_by_role("tab", name="Figures").click()
+        for route in late.waiting:
+            route.fulfill(status=409, content_type="application/json", body='{"error": "lost its way"}')
+        page.wait_for_timeout(300)
+        expect(review.locator(".run-side")).not_to_contain_text("lost its way")
+
+
+BUFFERS = """() => {
+  const kept = window.buffers = {now: 0};
+  for (const [name, by] of [["createBuffer", 1], ["deleteBuffer", -1]]) {
+    const own = WebGL2RenderingContext.prototype[name];
+    WebGL2RenderingContext.prototype[name] = function (...given) {
+      kept.now += by;
+      return own.apply(this, given);
+    };
+  }
+}"""
+
+
+def test_marks_in_3d_give_their_shapes_back(browser, folder):
+    with Studio(folder, world="quick.yaml") as studio, page_at(browser, studio.url) as page:
+        page.evaluate(BUFFERS)
+        page.get_by_role("button", name="3-D").click()
+        expect(page.locator(".scene")).to_have_attribute("data-filled", "", timeout=PATIENCE)
+        things = [page.get_by_role("treeitem", name=name) for name in ("crate", "wall 1")]
+        counts = []
+        for _ in range(8):
+            for thing in things:
+                thing.click()
+                page.wait_for_timeout(150)  # it is drawn meanwhile
+            counts.append(page.evaluate("window.buffers.now"))
+        assert np.ptp(counts[2:]) <= 2, counts
+
+
+SPLITS = """() => {
+  const own = String.prototype.split;
+  window.splits = 0;
+  String.prototype.split = function (by, ...more) {
+    if (by === "\\n" && this.length > 2000) window.splits += 1;
+    return own.call(this, by, ...more);
+  };
+}"""
+
+
+def test_the_text_is_not_cut_into_lines_for_each_thing_in_it(browser, tmp_path):
+    crates = "\n".join(f"  - {{name: c{k}, box: [0.1, 0.1, 0.1], at: [{k}, 0]}}" for k in range(200))
+    (tmp_path / "many.yaml").write_text(f"mjsim: 1\nname: many\nobstacles:\n{crates}\n")
+    with Studio(tmp_path, world="many.yaml") as studio, page_at(browser, studio.url) as page:
+        page.get_by_role("treeitem", name="c3 ").wait_for()
+        page.evaluate(SPLITS)
+        page.locator(".cm-line").nth(1).click()
+        page.keyboard.press("Control+End")
+        page.keyboard.press("ArrowUp")
+        expect(page.get_by_role("treeitem", name="c199 ")).to_have_attribute("aria-selected", "true")
+        assert page.evaluate("window.splits") <= 4
