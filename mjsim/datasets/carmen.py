@@ -56,7 +56,7 @@ def export_carmen(recording: Recording, file: str | Path, *, overwrite: bool = F
 def _lines(recorded: RecordedRobots, robot: str) -> Iterator[str]:
     lidars = [name for name, sensor in recorded.infos[robot].sensors.items() if sensor.kind == "lidar"]
     if len(lidars) > MOST_LASERS:
-        raise UsageError(f"robot '{robot}' has {len(lidars)} lidars; CARMEN knows {MOST_LASERS}")
+        raise UsageError(f"robot '{robot}' has {len(lidars)} lidars; CARMEN supports at most {MOST_LASERS}")
     if moving := recorded.on_arms(robot) & {*lidars}:
         raise UsageError(f"lidar '{min(moving)}' of robot '{robot}' moves with an arm; CARMEN has only fixed ones")
     yield "# CARMEN Logfile"

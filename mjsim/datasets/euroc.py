@@ -64,7 +64,7 @@ def export_euroc(
         if not robots and carried:
             raise UsageError(f"{carried[0]} moves with an arm; EuRoC has only sensors that are fixed")
         if not robots:
-            raise UsageError(f"'{recording.path}' has neither a camera nor an inertial sensor; EuRoC is made of these")
+            raise UsageError(f"'{recording.path}' has no camera and no inertial sensor; a EuRoC data set needs one")
         for each in carried:
             say(f"{each} moves with an arm; EuRoC has only sensors that are fixed: it is left out")
         places = [Path(folder) / robot for robot in robots]
@@ -181,7 +181,7 @@ def _camera_yaml(name: str, sheet: SensorInfo, T_BS: Array) -> str:
     assert camera is not None, "it is a camera"
     fisheye = camera.lens == "fisheye"
     if camera.is_rational():
-        raise UsageError(f"the lens of camera '{name}' is a rational one of 8 coefficients; EuRoC has up to 5")
+        raise UsageError(f"camera '{name}' has a rational lens model with 8 coefficients; EuRoC supports up to 5")
     lens = camera.coefficients()
     more = {
         "rate_hz": f"{sheet.rate_hz:g}",

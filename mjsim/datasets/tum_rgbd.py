@@ -49,7 +49,7 @@ def export_tum_rgbd(
     """
     cameras = recording.cameras()
     if not cameras:
-        raise UsageError(f"'{recording.path}' has no camera; TUM RGB-D is made of pictures")
+        raise UsageError(f"'{recording.path}' has no camera; a TUM RGB-D data set consists of pictures")
     places = [Path(folder) / f"{robot}_{camera}" for robot, camera in cameras]
     with (
         new_folders(places, files=FILES, overwrite=overwrite) as parts,
@@ -141,7 +141,7 @@ def _calibration(camera: Intrinsics, *, rate_hz: float) -> str:
     fisheye = camera.lens == "fisheye"
     keys = ("k1", "k2", "k3", "k4") if fisheye else ("k1", "k2", "p1", "p2", "k3")
     if camera.is_rational():
-        raise UsageError("the lens is a rational one of 8 coefficients; calibrations of ORB-SLAM have up to 5")
+        raise UsageError("the lens has a rational model with 8 coefficients; calibrations of ORB-SLAM support up to 5")
     numbers = {
         "fx": camera.fx,
         "fy": camera.fy,

@@ -142,7 +142,7 @@ def _lines(document: Any, hidden: set[str], *, walls: set[str], path: Path) -> t
     corners = 0
     for number, placed in enumerate(_entities(document.modelspace(), _Place(), itertools.count(1))):
         if number >= MOST_ENTITIES or corners > 4 * MOST_CORNERS:
-            raise UsageError(f"'{path}' has too many lines to be walls; name their --layer")
+            raise UsageError(f"'{path}' has too many lines to be walls; select those of walls with --layer")
         if placed.layer in hidden:
             continue
         kind, role = _kind(placed.entity), _role(placed, walls)

@@ -112,7 +112,7 @@ def read_svg(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
             lines += found
             corners += sum(len(line.points) for line in found)
             if corners > 2 * MOST_CORNERS:
-                raise UsageError(f"'{path}' has too many lines to be walls; name their --layer")
+                raise UsageError(f"'{path}' has too many lines to be walls; select those of walls with --layer")
     counts = Counter(tag_of(element) for element in root.iter())
     left = [f"{counts[tag]} <{tag}>" for tag in ("use", "image", "text") if counts[tag]]
     left += [f"{odd} shapes in percent"] if odd else []

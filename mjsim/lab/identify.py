@@ -83,7 +83,7 @@ def identified(plant: LinearPlant, samples: Samples) -> Identified:
         raise UsageError(f"{samples.source} has {count} samples of an input that changes too little to identify from")
     dt = float(samples.time[1] - samples.time[0])
     if (np.linalg.eigvals(plant.A).real > UNSTABLE).any():
-        raise UsageError("the plant is not stable, so that no model without its controller can follow a recording")
+        raise UsageError("the plant is not stable, so no model without its controller can follow a recording")
     y = samples.outputs - samples.outputs[:, :1]
     direct = (plant.D != 0.0).any(axis=1) | (not samples.held)
     models = [_output_error(samples.inputs, row, len(plant.A), int(now)) for row, now in zip(y, direct, strict=True)]

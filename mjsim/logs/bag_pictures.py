@@ -64,7 +64,7 @@ def size_of(message: Any) -> tuple[int, int]:
     """
     if hasattr(message, "encoding"):
         if not is_read(message.encoding):
-            raise ValueError(f"pictures of encoding '{message.encoding}' are not read")
+            raise ValueError(f"pictures with the encoding '{message.encoding}' are not supported")
         return int(message.width), int(message.height)
     _, data = _unpacked(message)
     return any_picture_size(data)
@@ -132,7 +132,7 @@ def _picture(message: Any) -> Picture:
     if encoding in YUV:
         pairs = _channels(message, 2, "u1")
         return np.asarray(cv2.cvtColor(pairs, getattr(cv2, f"COLOR_YUV2RGB_{YUV[encoding]}")))
-    raise ValueError(f"pictures of encoding '{message.encoding}' are not read")
+    raise ValueError(f"pictures with the encoding '{message.encoding}' are not supported")
 
 
 def _channels(message: Any, count: int, kind: str) -> Any:
@@ -165,5 +165,5 @@ def _decoded(data: bytes) -> Any:
     """Return the pixels of a single-channel picture, shape (height, width)."""
     picture = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
     if picture is None or picture.ndim != 2:
-        raise ValueError("a broken picture of depth")
+        raise ValueError("a damaged depth picture")
     return picture

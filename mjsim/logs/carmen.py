@@ -279,7 +279,7 @@ def _numbers(words: Sequence[str], begin: int, end: int) -> list[float]:
 
 def _count(word: str, *, least: int) -> int:
     if not word.isdecimal() or not least <= int(word) <= MOST_BEAMS:
-        raise ValueError(f"a laser of {word[:40]} values; it must have {least} to {MOST_BEAMS}")
+        raise ValueError(f"a laser scan has {word[:40]} values; it must have {least} to {MOST_BEAMS}")
     return int(word)
 
 

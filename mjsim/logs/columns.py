@@ -347,7 +347,7 @@ class _Tables:
             if not word:
                 raise UsageError(f"{table.path}:{line}: a landmark has no name; give it one, or leave the line out")
             if name in places:
-                raise UsageError(f"{table.path}:{line}: landmark '{name}' stands at two places; each has one line")
+                raise UsageError(f"{table.path}:{line}: landmark '{name}' has two positions; each must have one line")
             places[name] = float(x[k]), float(y[k])
         return places
 

@@ -165,7 +165,7 @@ def _subjects(folder: Path) -> dict[int, int]:
     subjects, barcodes = (whole_numbers(path, table[:, k], name) for k, name in enumerate(("subject", "barcode")))
     if len(set(barcodes)) < len(barcodes):
         twice = next(code for code in barcodes if barcodes.count(code) > 1)
-        raise UsageError(f"'{path}': barcode {twice} stands for two subjects; each has its own")
+        raise UsageError(f"'{path}': barcode {twice} is used for two subjects; each needs its own")
     return dict(zip(barcodes, subjects, strict=True))
 
 
@@ -177,7 +177,7 @@ def _landmarks(folder: Path) -> dict[int, tuple[float, float]] | None:
     table = read_table(path, ("subject", "x", "y", "x deviation", "y deviation"))
     numbers = whole_numbers(path, table[:, 0], "subject")
     if len(set(numbers)) < len(numbers):
-        raise UsageError(f"'{path}': a landmark stands at two places; each subject has one line")
+        raise UsageError(f"'{path}': a landmark has two positions; each subject must have one line")
     return {number: (float(x), float(y)) for number, (x, y) in zip(numbers, table[:, 1:3], strict=True)}
 
 

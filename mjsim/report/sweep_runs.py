@@ -82,7 +82,7 @@ def sweep_runs(folder: Path, *, alone: bool) -> list[Found]:
     plan = _read(folder, folder / "sweep.json", _Plan)
     files = {file: _read(folder, file, _Outcome) for file in sorted((folder / "runs").glob("*.json"))}
     if not files:
-        raise UsageError(f"no run in '{folder}' is done yet; continue it with mjsim sweep")
+        raise UsageError(f"no run of the sweep in '{folder}' has finished; continue it with mjsim sweep")
     for file, outcome in files.items():
         if outcome.case >= plan.cases:
             raise _unreadable(folder, f"{file.name}: case is {outcome.case}; cases are 0 to {plan.cases - 1}")

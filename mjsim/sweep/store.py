@@ -70,7 +70,7 @@ class Store:
             if path.is_file():
                 _require_same(self.folder, json.loads(path.read_bytes()), identity)
             elif self.folder.is_dir() and any(self.folder.iterdir()):
-                raise UsageError(f"'{self.folder}' holds no sweep but other files; name a new folder")
+                raise UsageError(f"'{self.folder}' contains files that are not of a sweep; name a new folder")
             self.runs.mkdir(parents=True, exist_ok=True)
             self.write("sweep.json", _json(identity))
             for left in self.runs.glob("*.part"):
@@ -79,7 +79,7 @@ class Store:
         except OSError as error:
             raise UsageError(f"cannot write '{self.folder}': {error.strerror}") from error
         except ValueError as error:
-            raise UsageError(f"'{path}' is broken: {error}; name a new folder") from error
+            raise UsageError(f"'{path}' is damaged: {error}; name a new folder") from error
 
     def outcome(self, job: Job) -> Outcome | None:
         """Return the outcome of a finished run; None for one that is still to do."""
@@ -129,7 +129,7 @@ def _lock(place: int, folder: Path) -> None:
     try:
         fcntl.flock(place, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
-        raise UsageError(f"a sweep is at work in '{folder}'; let it end, or name another folder") from None
+        raise UsageError(f"another sweep is running in '{folder}'; wait for its end, or name another folder") from None
     except OSError:
         return  # Some network file systems have no locks; there, concurrent use is not prevented.
 

@@ -79,7 +79,7 @@ def run_plan(
 ) -> Sweep:
     """Run the unfinished jobs of a plan in a folder; see `sweep`."""
     if workers is not None and workers < 1:
-        raise UsageError(f"workers is {workers}; it takes at least one")
+        raise UsageError(f"workers is {workers}; it must be at least 1")
     formats = require_formats(formats)
     robots = _robots(world, plan.robot)
     cases = list(_cases(world, plan))
@@ -119,7 +119,7 @@ def _robots(world: World, requested: str | None) -> list[str]:
     """Return the names of the robots in the table."""
     names = [robot.name for robot in world.robots]
     if not names:
-        raise UsageError(f"no robots in world '{world.name}'; a sweep is about at least one")
+        raise UsageError(f"no robots in world '{world.name}'; a sweep needs at least one")
     if requested is not None and requested not in names:
         raise UsageError(f"no robot '{requested}' in this world{did_you_mean(requested, names)}")
     return names if requested is None else [requested]

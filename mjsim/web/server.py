@@ -65,7 +65,7 @@ class Server(Closes):
             UsageError: The port is taken, the address does not belong to this machine, or the token is not acceptable.
         """
         if without_token and (token is not None or not is_loopback(host)):
-            raise UsageError("serving without a token works at the loopback address alone, and takes no token")
+            raise UsageError("serving without a token works only on the loopback address, and excludes a token")
         self._host, self._closing = host, closing
         self._keys = None if without_token else Keys(token)
         limits = limits or Limits()

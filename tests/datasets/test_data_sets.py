@@ -331,9 +331,9 @@ def test_a_run_without_pictures_says_that_they_can_be_drawn_again(run: Recording
 def test_what_no_robot_has_is_one_line(tmp_path: Path):
     with mjsim.Simulation(mjsim.parse_world("mjsim: 1\nrobots: [{name: a, at: [0, 0]}]\nrun: {seconds: 0.2}\n")) as sim:
         plain = mjsim.run(sim, record=tmp_path / "plain.mcap")
-    with pytest.raises(UsageError, match="has no camera; TUM RGB-D is made of pictures"):
+    with pytest.raises(UsageError, match="has no camera; a TUM RGB-D data set consists of pictures"):
         export_tum_rgbd(plain, tmp_path / "tum")
-    with pytest.raises(UsageError, match="neither a camera nor an inertial sensor"):
+    with pytest.raises(UsageError, match="has no camera and no inertial sensor"):
         export_euroc(plain, tmp_path / "euroc")
     export_rosbag2(plain, tmp_path / "bag")
     with mjsim.Simulation(mjsim.load_world("fourbar")) as sim:

@@ -120,7 +120,7 @@ MACRO = (
             (),
             r"steers all four wheels, a drive that mjsim does not have; --steering front_left_steer --st",
         ),
-        (on_three(), ("--drive", "mecanum"), "its wheels stand as those of omni3; leave out --drive mecanum"),
+        (on_three(), ("--drive", "mecanum"), "its wheels are arranged as those of omni3; leave out --drive mecanum"),
         (TWO, ("--drive", "mecanum"), "'l0_hinge', 'r0_hinge' have rollers; of such drives mjsim has mecanum"),
         (
             TWO,
@@ -136,7 +136,7 @@ MACRO = (
         (
             TWO,
             ("--drive", "hover"),
-            "--drive is 'hover'; robots from files drive as differential, skid_steer, ackermann, tri",
+            "--drive is 'hover'; it must be one of differential, skid_steer, ackermann, tri",
         ),
         (TWO, ("--package", "a=/nowhere"), "no folder '/nowhere' for package 'a'"),
         (TWO, ("--arg", "a"), "write --arg NAME=VALUE"),

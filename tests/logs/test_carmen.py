@@ -140,8 +140,8 @@ def test_packed_logs_true_poses_and_unknown_messages_are_read(tmp_path):
     ("line", "said"),
     [
         ("FLASER 181 1 2 3", "FLASER has 4 values"),
-        ("FLASER many 1 2 3", "a laser of many values"),
-        ("FLASER 99999999 1", "a laser of 99999999 values; it must have 2 to 10000"),
+        ("FLASER many 1 2 3", "a laser scan has many values"),
+        ("FLASER 99999999 1", "a laser scan has 99999999 values; it must have 2 to 10000"),
         ("ODOM 1 2 nan 0 0 0 1.0 h 0", "ODOM holds 'nan'; numbers must be finite"),
         ("ODOM 1 2 3 0 0 0", "ODOM has no time at its end"),
         ("ODOM 1 2 x 0 0 0 1.0 h 0", "could not convert string to float: 'x'"),

@@ -299,7 +299,7 @@ def test_files_that_are_not_there_or_hold_nothing_are_named(tmp_path):
     with pytest.raises(UsageError, match=r"cannot read '.*Robot1_Measurement.dat': No such file"):
         mjsim.import_mrclam(tmp_path / "log")
     write_table(tmp_path / "log" / "Barcodes.dat", [(6, 63), (7, 63)])
-    with pytest.raises(UsageError, match="barcode 63 stands for two subjects; each has its own"):
+    with pytest.raises(UsageError, match="barcode 63 is used for two subjects; each needs its own"):
         mjsim.import_mrclam(tmp_path / "log")
 
 

@@ -108,7 +108,7 @@ def test_an_error_is_reported_once_with_its_place_in_the_description(old, new, s
 def test_a_fault_of_a_landmark_or_a_sighting_names_its_line(tmp_path):
     text = f"{LOG}landmarks: {{file: marks.csv, name: id, x: x, y: y}}\n"
     for marks, said in (
-        ("id,x,y\na b,1,1\na_b,2,2\n", r"marks\.csv:3: landmark 'a_b' stands at two places; each has one line"),
+        ("id,x,y\na b,1,1\na_b,2,2\n", r"marks\.csv:3: landmark 'a_b' has two positions; each must have one line"),
         ("id,x,y\n,1,1\n", r"marks\.csv:2: a landmark has no name; give it one, or leave the line out"),
     ):
         with pytest.raises(UsageError, match=said):

@@ -139,7 +139,10 @@ def test_the_first_message_that_is_left_out_says_why(tmp_path):
             bag.put("/eye/image_raw", at, told)
     run = mjsim.import_log(tmp_path / "bag")
     assert run.metadata["/eye/image_raw messages left out"] == "10"
-    assert run.metadata["first message of /eye/image_raw left out"] == "pictures of encoding 'nv99' are not read"
+    assert (
+        run.metadata["first message of /eye/image_raw left out"]
+        == "pictures with the encoding 'nv99' are not supported"
+    )
 
 
 def write_carmen(folder) -> None:

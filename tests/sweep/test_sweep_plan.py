@@ -132,7 +132,7 @@ def test_a_folder_that_holds_another_sweep_is_refused_and_the_difference_named(r
 def test_a_folder_that_holds_something_else_is_left_alone(room, tmp_path):
     (tmp_path / "photos").mkdir()
     (tmp_path / "photos" / "cat.jpg").write_bytes(b"")
-    with pytest.raises(UsageError, match="holds no sweep but other files"):
+    with pytest.raises(UsageError, match="contains files that are not of a sweep"):
         Store(tmp_path / "photos", keep=False).open(
             SweepPlan(seeds=(1,), settings={}), bundle_of(mjsim.load_world(room / "room.yaml"), [])
         )
@@ -152,14 +152,16 @@ def test_values_of_arrays_are_taken_and_a_text_in_place_of_a_list_is_refused(roo
     (tmp_path / "out" / "else").touch()
     rates = {"run.rate_hz": np.array([25, 50])}
     # The seeds and the values were understood by then.
-    with pytest.raises(UsageError, match="holds no sweep but other files"):
+    with pytest.raises(UsageError, match="contains files that are not of a sweep"):
         mjsim.sweep(room / "room.yaml", seeds=np.arange(2), folder=tmp_path / "out", settings=rates)
 
 
 def test_two_sweeps_at_once_do_not_share_a_folder(room, tmp_path):
     with (
         Store(tmp_path / "out", keep=False).held(),
-        pytest.raises(UsageError, match=r"^a sweep is at work in '.*out'; let it end, or name another folder$"),
+        pytest.raises(
+            UsageError, match=r"^another sweep is running in '.*out'; wait for its end, or name another folder$"
+        ),
     ):
         mjsim.sweep(room / "room.yaml", seeds=[0], folder=tmp_path / "out")
     assert list((tmp_path / "out").iterdir()) == []

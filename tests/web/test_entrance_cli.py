@@ -36,7 +36,7 @@ def test_without_a_token_only_loopback_is_served(folder):
         foreign = {"Origin": "http://evil.example"}
         assert httpx.get(f"{page.url}api/folder", headers=foreign, trust_env=False).status_code == 403
     for keys in ({"host": "0.0.0.0"}, {"token": TOKEN}):
-        with pytest.raises(UsageError, match="without a token works at the loopback address alone"):
+        with pytest.raises(UsageError, match="serving without a token works only on the loopback"):
             Studio(folder, without_token=True, **keys)
 
 
@@ -76,7 +76,7 @@ def test_the_token_comes_from_a_file_or_the_environment(tmp_path, monkeypatch):
 def test_the_command_refuses_in_a_line_what_is_not_safe(tmp_path, capsys):
     for arguments, said in (
         (["--token", "s3cret-s3cret-s3cret"], "write --token file:PATH or --token env:NAME"),
-        (["--no-token", "--host", "0.0.0.0"], "without a token works at the loopback address alone"),
+        (["--no-token", "--host", "0.0.0.0"], "serving without a token works only on the loopback"),
     ):
         with pytest.raises(SystemExit) as ended:
             main(["studio", str(tmp_path), *arguments])

@@ -82,7 +82,7 @@ def find_gear(anatomy: Anatomy, options: RobotOptions, *, file: str, urdf: bool)
     else:
         chosen, others = _guessed(anatomy, file)
     if options.drive is not None and options.drive not in DRIVES:
-        raise UsageError(f"--drive is '{options.drive}'; robots from files drive as {', '.join(DRIVES)}")
+        raise UsageError(f"--drive is '{options.drive}'; it must be one of {', '.join(DRIVES)}")
     if options.drive in ("mecanum", "omni3") or (options.drive is None and rolls_any_way(anatomy, chosen, hubs)):
         return _any_way(anatomy, chosen, others, options, file=file, urdf=urdf)
     axis = _common_axis(chosen, file)
@@ -167,7 +167,7 @@ def _any_way(
     """
     kind = omni_kind(chosen, file)
     if options.drive not in (None, kind):
-        raise UsageError(f"{file}: its wheels stand as those of {kind}; leave out --drive {options.drive}")
+        raise UsageError(f"{file}: its wheels are arranged as those of {kind}; leave out --drive {options.drive}")
     chosen, floor = _on_floor(anatomy, chosen, file)
     bearing = tuple(w for w in others if w.radius > 0.0 and w.bottom < floor + NEAR_FLOOR * w.radius)
     if kind == "omni3":
@@ -208,7 +208,7 @@ def _on_floor(anatomy: Anatomy, wheels: list[Round], file: str) -> tuple[list[Ro
     else:
         foot = [place for place in anatomy.places if place.kind == "body" and "footprint" in place.name]
         if not foot:
-            raise UsageError(f"{file}: the wheels have no shape that tells their radius; give them a collision shape")
+            raise UsageError(f"{file}: the wheels have no shape that gives their radius; give them a collision shape")
         floor = float(foot[0].at[2])
     whole = []
     for wheel in wheels:
@@ -274,7 +274,7 @@ def _check_abreast(anatomy: Anatomy, wheels: Sequence[Round], left: Array, file:
         others = f", while {_listed(held[:4])} do not turn round and round: make them continuous" if held else ""
         raise UsageError(
             f"{file}: its wheels {_listed([wheel.name for wheel in wheels])} stand one behind the other, as those of a"
-            f" bicycle{others}; robots from files drive as {', '.join(DRIVES)}"
+            f" bicycle{others}; it must be one of {', '.join(DRIVES)}"
         )
 
 
