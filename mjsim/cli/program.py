@@ -48,6 +48,11 @@ COMMANDS = {
     "bench": "machine",
 }
 """Commands in the order of the help, and the module of each in this package, imported only when needed."""
+ENDS = {
+    **dict.fromkeys(("run", "replay", "bridge"), "; the recording up to here is closed and readable"),
+    "sweep": "; the same command continues the sweep",
+}
+"""What is left of a command that is interrupted, where something is."""
 BRIEF = {"check", "schema", "worlds"}
 """Commands that end within a second or so; help does too."""
 
@@ -95,7 +100,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         # Nearly all objects live until exit; garbage collection would take a tenth of the time.
         gc.disable()
     terminations = _interrupt_when_terminated() if arguments is None else ()
-    code = _exit_code(lambda: app(_needed(words))(args=words, prog_name="mjsim", standalone_mode=False))
+    code = _exit_code(lambda: app(_needed(words))(args=words, prog_name="mjsim", standalone_mode=False), words[:1])
     _name_unfinished_threads()
     sys.exit(TERMINATED if terminations and code == INTERRUPTED else code)
 
@@ -125,7 +130,7 @@ def _name_unfinished_threads() -> None:
             say(f"waiting for thread '{thread.name}' of a module; end it, or make it a daemon")
 
 
-def _exit_code(call: Callable[[], int | None]) -> int:
+def _exit_code(call: Callable[[], int | None], command: Sequence[str]) -> int:
     try:
         code = call() or 0
     except typer.TyperException as error:
@@ -139,5 +144,5 @@ def _exit_code(call: Callable[[], int | None]) -> int:
     except (KeyboardInterrupt, typer.Abort):
         code = INTERRUPTED
     if code == INTERRUPTED:
-        say("interrupted; the recording up to here is closed and readable")
+        say(f"interrupted{''.join(ENDS.get(name, '') for name in command)}")
     return code
