@@ -76,7 +76,7 @@ def shared_look_factor(gtsam: Any, keys: tuple[int, int, int], look: Sighting, c
     return gtsam.CustomFactor(noise.Robust.Create(loss, noise.Gaussian.Covariance(covariance)), list(keys), error)
 
 
-class Looks(NamedTuple):
+class PoseSightings(NamedTuple):
     """Sightings from one pose, with errors that all ranges have in common."""
 
     common: int
@@ -89,7 +89,7 @@ class Looks(NamedTuple):
     """Of range and bearing, shape (2, 2) each."""
 
 
-def pose_factor(gtsam: Any, keys: tuple[int, int, int], leg: tuple[Array, Array, Array], seen: Looks) -> Any:
+def pose_factor(gtsam: Any, keys: tuple[int, int, int], leg: tuple[Array, Array, Array], seen: PoseSightings) -> Any:
     """Return one factor of odometry to a pose and of the sightings from it, with Huber's loss of each sighting.
 
     It equals a `leg_factor` and a `shared_look_factor` for each sighting. gtsam takes longer for the call of a Python

@@ -17,7 +17,7 @@ from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Sighti
 from .ekf_models import corrected, landmark_from, odometry_motion
 from .graph_factors import (
     HUBER,
-    Looks,
+    PoseSightings,
     SharedPrior,
     leg_factor,
     look_factor,
@@ -254,7 +254,9 @@ class GraphSlam:
         newest = [(place, look) for place, number, look in looks if may_err and number == self._number]
         if newest:
             covariances = [look.covariance * self._scale**2 for _, look in newest]
-            seen = Looks(self._ranges, [place for place, _ in newest], [look for _, look in newest], covariances)
+            seen = PoseSightings(
+                self._ranges, [place for place, _ in newest], [look for _, look in newest], covariances
+            )
             graph.add(pose_factor(gtsam, keys, leg, seen))
         else:
             graph.add(leg_factor(gtsam, keys, *leg))

@@ -179,7 +179,7 @@ def test_the_derivatives_of_the_factor_of_a_look_match_central_differences():
 
 def test_one_factor_of_a_pose_is_those_of_odometry_and_of_each_look_with_its_robust_loss():
     gtsam = pytest.importorskip("gtsam", reason="an extra")
-    from mjsim.algorithms.graph_factors import HUBER, Looks, leg_factor, pose_factor, shared_look_factor
+    from mjsim.algorithms.graph_factors import HUBER, PoseSightings, leg_factor, pose_factor, shared_look_factor
 
     rng = np.random.default_rng(2)
     keys = gtsam.symbol("x", 0), gtsam.symbol("x", 1), gtsam.symbol("e", 0)
@@ -201,7 +201,7 @@ def test_one_factor_of_a_pose_is_those_of_odometry_and_of_each_look_with_its_rob
     loss = gtsam.noiseModel.mEstimator.Huber.Create(HUBER)
     for key, seen, spread in zip(posts, looks, spreads, strict=True):
         apart.add(shared_look_factor(gtsam, (keys[1], key, ranges), seen, spread, loss))
-    one.add(pose_factor(gtsam, keys, leg, Looks(ranges, posts, looks, spreads)))
+    one.add(pose_factor(gtsam, keys, leg, PoseSightings(ranges, posts, looks, spreads)))
     (A, b), (B, c) = (graph.linearize(values).hessian() for graph in (apart, one))
     np.testing.assert_allclose(B, A, atol=1e-9 * np.abs(A).max())
     np.testing.assert_allclose(c, b, atol=1e-9 * np.abs(b).max())
