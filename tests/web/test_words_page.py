@@ -116,7 +116,8 @@ def table_of(*names):
 
 def test_translations_have_keys_and_values_of_the_english_table():
     english = table_of("en.ts", "en_fields.ts")
-    others = {path.name for path in (SOURCES / "words").glob("*.ts")} - {"en.ts", "en_fields.ts", "words.ts"}
+    names = {path.name for path in (SOURCES / "words").glob("*.ts")} - {"en.ts", "en_fields.ts", "words.ts"}
+    others = {name for name in names if "_meanings" not in name}
     assert others
     for name in others:
         translated = table_of(name)
@@ -124,6 +125,34 @@ def test_translations_have_keys_and_values_of_the_english_table():
         for key, text in translated.items():
             assert text
             assert sorted(re.findall(r"\{\w+\}", text)) == sorted(re.findall(r"\{\w+\}", english[key])), key
+
+
+def test_meanings_are_translated_by_the_sentences_of_the_schema():
+    """One whose English sentence was reworded would never be shown."""
+    schema = panel_schema()
+    said = {
+        re.sub(r"\s+", " ", re.sub(r"\s*\[[^\]]*\]\s*\.?$", "", field.get("description", ""))).strip()
+        for kind in (schema, *schema["$defs"].values())
+        for field in kind.get("properties", {}).values()
+    }
+    tables = list((SOURCES / "words").glob("*_meanings.ts"))
+    assert tables
+    for table in tables:
+        entries = re.findall(r'^  "(.*?)":\s+"(.+)",$', table.read_text("utf-8"), re.MULTILINE)
+        assert len(entries) == table.read_text("utf-8").count('",\n') > 10
+        assert {english for english, _ in entries} <= said
+
+
+@pytest.mark.slow
+def test_the_meaning_of_a_field_is_in_the_language_of_the_page_or_in_english(browser, tmp_path):
+    (tmp_path / "room.yaml").write_text(WORLD)
+    with Studio(tmp_path, world="room.yaml") as studio, page_at(browser, studio.url) as page:
+        page.goto(page.url.split("#")[0] + "?lang=de#edit")
+        page.get_by_role("treeitem").filter(has_text="crate").first.click()
+        panel = page.locator(".panel")
+        titles = [each.get_attribute("title") for each in panel.locator(".label").all()]
+        assert any(title.startswith("Ob ein Roboter es schieben kann.") for title in titles), titles
+        assert any(re.match("[A-Z][a-z]+ [a-z]+ [a-z]+", title) for title in titles)  # those without a translation
 
 
 @pytest.mark.slow

@@ -1,7 +1,7 @@
 /** What the JSON Schema says of a field: which control it wants, its unit, its meaning and its default. */
 
 import type { Values } from "../api";
-import { word, wordFor } from "../words/words";
+import { meaningOf, word, wordFor } from "../words/words";
 
 export type Schema = Record<string, unknown>;
 
@@ -134,7 +134,7 @@ export class SchemaBook {
   field(key: string, node: Schema, required: boolean): Field {
     const said = String(node["description"] ?? this.resolve(node)["description"] ?? "");
     const unit = typeof node["unit"] === "string" ? pretty(node["unit"]) : unitOf(key, said);
-    const meaning = said
+    const english = said
       .replace(/\s*\[[^\]]*\]\s*\.?$/, "")
       .replace(/\s+/g, " ")
       .trim();
@@ -144,7 +144,7 @@ export class SchemaBook {
       key,
       label,
       unit,
-      meaning,
+      meaning: meaningOf(english),
       fallback: node["default"],
       nullable,
       required,

@@ -1,6 +1,7 @@
 /** The visible words of the page in the language that was chosen; each language is one table, looked up by key. */
 
 import { DE } from "./de";
+import { DE_MEANINGS } from "./de_meanings";
 import { EN } from "./en";
 import { EN_FIELDS } from "./en_fields";
 
@@ -16,13 +17,15 @@ interface Language {
   name: string;
   /** Its table, made when it is chosen; a word that is missing there is shown in English. */
   table(): Partial<Words>;
+  /** The meaning of a field, by its English sentence; one that is missing there is shown in English. */
+  meaning(english: string): string | undefined;
 }
 
 /** By their BCP 47 tags. */
 const LANGUAGES: Record<string, Language> = {
-  en: { name: "English", table: () => ENGLISH_WORDS },
-  de: { name: "Deutsch", table: () => DE },
-  "en-XA": { name: "Énglísh", table: accented },
+  en: { name: "English", table: () => ENGLISH_WORDS, meaning: (english) => english },
+  de: { name: "Deutsch", table: () => DE, meaning: (english) => DE_MEANINGS[english] },
+  "en-XA": { name: "Énglísh", table: accented, meaning: accent },
 };
 /** Shows what is in no table: for those who write the page, offered only where it was switched on by hand. */
 const FOR_DEVELOPERS = "en-XA";
@@ -46,6 +49,11 @@ export function wordFor(kind: "field" | "form" | "item" | "part", key: string, v
   if (known in words) return word(known as Key, values);
   const plain = key.replace(/([a-z])([A-Z])/g, "$1 $2").replaceAll("_", " ").toLowerCase();
   return plain.charAt(0).toUpperCase() + plain.slice(1);
+}
+
+/** The meaning of a field in the language of the page; `english` is the sentence of the schema. */
+export function meaningOf(english: string): string {
+  return (english && LANGUAGES[language]?.meaning(english)) || english;
 }
 
 /** The languages that a person can choose: tag and name, with the share that is translated where that is not all. */
@@ -110,7 +118,10 @@ function isComplete(tag: string): boolean {
 
 /** English with accents, in brackets and longer: what stays plain is in no table, what is cut off has no room. */
 function accented(): Words {
+  return Object.fromEntries(Object.entries(ENGLISH_WORDS).map(([key, text]) => [key, accent(text)])) as Words;
+}
+
+function accent(text: string): string {
   const accents: Record<string, string> = { a: "á", e: "é", i: "í", o: "ó", u: "ú", A: "Á", E: "É", I: "Í", O: "Ó", U: "Ú" };
-  const change = (text: string): string => text.replace(/\{\w+\}|[aeiou]/gi, (part) => accents[part] ?? part);
-  return Object.fromEntries(Object.entries(ENGLISH_WORDS).map(([key, text]) => [key, `[${change(text)}~]`])) as Words;
+  return `[${text.replace(/\{\w+\}|[aeiou]/gi, (part) => accents[part] ?? part)}~]`;
 }
