@@ -1,5 +1,6 @@
 """The first pass over a bag: keeps motion and inertial readings, and the times of scans and pictures."""
 
+from array import array
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -13,7 +14,6 @@ from numpy.typing import NDArray
 
 from mjsim.errors import LONGEST_MESSAGE
 from mjsim.geometry import Array, Pose3
-from mjsim.interface import ImuReading
 from mjsim.logs.bag_clocks import Clocks
 from mjsim.logs.bag_clouds import end_of
 from mjsim.logs.bag_file import Bag, RosMessage
@@ -133,7 +133,8 @@ class Contents:
         """By topic: poses of odometry and truth, twists of commands."""
         self.carried: dict[tuple[str, str], Moves] = {}
         """Robot as in `_frames`, and its frame -> poses of that frame in the odometry frame, from /tf."""
-        self.imus: dict[str, list[ImuReading]] = {}
+        self.imus: dict[str, array[float]] = {}
+        """By topic: stamp [s], acceleration [m/s^2] and turn rate [rad/s] of each reading, seven numbers each."""
         self.imu_frames: dict[str, str] = {}
         self.fixes: dict[str, list[Fix]] = {}
         self.fix_frames: dict[str, str] = {}
@@ -238,7 +239,7 @@ class Contents:
         told = self._bag.decode(message)
         self.imu_frames.setdefault(message.topic, frame_name(told.header.frame_id))
         reading = imu_of(told, self._stamp(message))
-        self.imus.setdefault(message.topic, []).append(reading)
+        self.imus.setdefault(message.topic, array("d")).extend((reading.stamp, *reading.acceleration, *reading.turn))
 
     def _take_fix(self, message: RosMessage) -> None:
         told = self._bag.decode(message)
@@ -277,7 +278,7 @@ class Contents:
         columns = [np.array(stream.stamps) for stream in self.streams.values()]
         columns += [np.array([row[0] for row in moves.rows]) for moves in self.carried.values()]
         columns += [np.array([row[0] for row in (*moves.rows, *moves.twists)]) for moves in self.moves.values()]
-        columns += [np.array([reading.stamp for reading in readings]) for readings in self.imus.values()]
+        columns += [np.array(readings[::7]) for readings in self.imus.values()]
         columns += [np.array([fix.time for fix in fixes]) for fixes in self.fixes.values()]
         if not any(map(len, columns)):
             return
@@ -293,8 +294,9 @@ class Contents:
             moves.twists = [row for row in moves.twists if abs(row[0] - middle) <= most]
             self.left_out[topic] += before - (len(moves.rows) or len(moves.twists))
         for topic, readings in self.imus.items():
-            self.imus[topic] = [each for each in readings if abs(each.stamp - middle) <= most]
-            self.left_out[topic] += len(readings) - len(self.imus[topic])
+            near_rows = np.abs(np.array(readings[::7]) - middle) <= most
+            self.imus[topic] = array("d", np.array(readings).reshape(-1, 7)[near_rows].ravel())
+            self.left_out[topic] += int(np.count_nonzero(~near_rows))
         for topic, fixes in self.fixes.items():
             self.fixes[topic] = sorted((f for f in fixes if abs(f.time - middle) <= most), key=lambda fix: fix.time)
             self.left_out[topic] += len(fixes) - len(self.fixes[topic])

@@ -18,7 +18,7 @@ import numpy as np
 
 from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.geometry import Array, Pose3
-from mjsim.interface import CameraFrame, ImuReading, Intrinsics, PointCloud, Scan
+from mjsim.interface import CameraFrame, Intrinsics, PointCloud, Scan
 from mjsim.logs.bag_clouds import cloud_of
 from mjsim.logs.bag_contents import Contents, Moves, Stream, moving_in_tf, times_of
 from mjsim.logs.bag_file import Bag, BagMessages, is_bag
@@ -29,7 +29,7 @@ from mjsim.logs.bag_pictures import depth_of, frame_of, shown_depth
 from mjsim.logs.bag_topics import INFO, ODOMETRY, TRANSFORMS, RobotTopics, plain_topic, robots_of
 from mjsim.logs.log import AHEAD, Log, Mount, Wishes
 from mjsim.logs.merge import continuous, longest_gap, track_of
-from mjsim.logs.readings import TOGETHER, Readings, partners
+from mjsim.logs.readings import TOGETHER, InertialTable, Readings, partners
 from mjsim.logs.robot_log import NO_ODOMETRY, RESTARTS, RobotLog
 from mjsim.record import LoggedCamera, LoggedFrame, logged_frame
 
@@ -338,20 +338,21 @@ class _Robot:
 
         return Readings(pictures.stamps, take)
 
-    def _imu(self) -> tuple[list[ImuReading], dict[str, Mount]]:
-        """Return inertial readings rotated to the axes of the robot, in order of time, and the sensors' mounts."""
-        readings: list[ImuReading] = []
+    def _imu(self) -> tuple[InertialTable, dict[str, Mount]]:
+        """Return inertial readings rotated to the axes of the robot, and the sensors' mounts."""
+        tables: dict[str, Array] = {}
         mounts: dict[str, Mount] = {}
         for name, topic in self._topics.imu.items():
-            told = self._contents.imus.get(topic, [])
-            if not told:
+            if not (told := self._contents.imus.pop(topic, None)):
                 continue
             place = self._place(name, self._contents.imu_frames[topic])
             place = np.eye(4) if place is None else place
             mounts[name] = _level(place)
-            turned = place[:3, :3]
-            readings += [ImuReading(each.stamp, turned @ each.acceleration, turned @ each.turn, name) for each in told]
-        return sorted(readings, key=lambda each: each.stamp), mounts
+            rows = np.array(told).reshape(-1, 7)
+            for columns in (slice(1, 4), slice(4, 7)):
+                rows[:, columns] = rows[:, columns] @ place[:3, :3].T
+            tables[name] = rows
+        return InertialTable(tables), mounts
 
 
 def _mount(place: Array) -> Mount:

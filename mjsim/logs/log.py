@@ -14,6 +14,7 @@ from mjsim.interface import PointCloud, Scan
 from mjsim.logs.merge import MotionNoise, continuous
 from mjsim.logs.noise_file import UNBIASED, Bias, read_noise
 from mjsim.logs.origin import near_origin
+from mjsim.logs.readings import sensors_of, stamps_of
 from mjsim.logs.robot_log import NO_ODOMETRY, RESTARTS, RobotLog, write_robot_logs
 from mjsim.logs.ticks import cut, name_from
 from mjsim.output import require_free
@@ -131,7 +132,7 @@ class Log:
         """Return the times of the first and the last reading, ignoring ground truth [s]."""
         robot = self.robot
         moves = robot.track if robot.track is not None else robot.twists
-        seen, felt = (np.array([each.stamp for each in told]) for told in (robot.sightings, robot.imu))
+        seen, felt = stamps_of(robot.sightings), stamps_of(robot.imu)
         streams = [each.stamps for part in (robot.scans, robot.cameras, robot.clouds) for each in part.values()]
         columns = [column for column in (moves[:, 0], seen, felt, *streams) if len(column)]
         return min(float(column[0]) for column in columns), max(float(column[-1]) for column in columns)
@@ -305,7 +306,7 @@ def _sensor_texts(log: Log, rate_hz: float, wishes: Wishes) -> list[str]:
             f" anonymous: {str(nameless).lower()}, {noise}}}"
         )
     texts += log.sensors
-    return texts + [_imu_text(imu, log.mounts.get(imu, Mount())) for imu in sorted({item.name for item in robot.imu})]
+    return texts + [_imu_text(imu, log.mounts.get(imu, Mount())) for imu in sensors_of(robot.imu)]
 
 
 def _camera_text(name: str, camera: LoggedCamera, rate_hz: float) -> str:

@@ -1,14 +1,14 @@
 """Readings of one sensor of a log: all times are known, and each reading is loaded on request."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Generic, Protocol, TypeVar, cast
+from typing import Any, Generic, Protocol, TypeVar, cast, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array
-from mjsim.interface import CameraFrame
+from mjsim.interface import CameraFrame, ImuReading
 
 TOGETHER = 0.02
 """Maximum time difference of depth and colour of one picture, as in the tools of TUM RGB-D [s]."""
@@ -39,9 +39,58 @@ class Readings(Generic[T]):
         return len(self.stamps)
 
 
+class InertialTable(Sequence[ImuReading]):
+    """Inertial readings in one array, in order of time; as separate values an hour of them fills a gigabyte."""
+
+    def __init__(self, tables: Mapping[str, Array]) -> None:
+        """Join the readings of all sensors.
+
+        Args:
+            tables: By sensor, rows of stamp [s], acceleration x, y, z [m/s^2] and turn x, y, z [rad/s], shape (N, 7).
+        """
+        self.names = tuple(name for name, rows in tables.items() if len(rows))
+        """Sensors with readings."""
+        rows = np.concatenate([np.zeros((0, 7)), *(tables[name] for name in self.names)])
+        order = np.argsort(rows[:, 0], kind="stable")
+        counts = [len(tables[name]) for name in self.names]
+        self._rows, self._sensors = rows[order], np.repeat(np.arange(len(counts), dtype=np.uint16), counts)[order]
+
+    @property
+    def stamps(self) -> Array:
+        """When they were measured, ascending, shape (N,) [s]."""
+        return self._rows[:, 0]
+
+    def __len__(self) -> int:
+        """Return the number of readings."""
+        return len(self._rows)
+
+    @overload
+    def __getitem__(self, number: int) -> ImuReading: ...
+    @overload
+    def __getitem__(self, number: slice) -> list[ImuReading]: ...
+    def __getitem__(self, number: int | slice) -> ImuReading | list[ImuReading]:
+        """Return a reading, or several."""
+        if isinstance(number, slice):
+            return [self[k] for k in range(*number.indices(len(self)))]
+        row = self._rows[number]
+        return ImuReading(float(row[0]), row[1:4], row[4:], self.names[int(self._sensors[number])])
+
+
+def stamps_of(readings: Sequence[Stamped]) -> Array:
+    """Return the stamps of readings, shape (N,) [s]."""
+    if isinstance(readings, InertialTable):
+        return readings.stamps
+    return np.array([each.stamp for each in readings], dtype=float)
+
+
+def sensors_of(readings: Sequence[ImuReading]) -> list[str]:
+    """Return the names of the sensors of readings, sorted."""
+    return sorted(readings.names if isinstance(readings, InertialTable) else {each.name for each in readings})
+
+
 def kept(readings: Sequence[T]) -> Readings[T]:
     """Return readings held in memory."""
-    return Readings(np.array([each.stamp for each in readings], dtype=float), lambda number: readings[number])
+    return Readings(stamps_of(readings), lambda number: readings[number])
 
 
 def at_stamps(reading: T, moved: Callable[[float], float]) -> T:

@@ -15,7 +15,7 @@ from mjsim.geometry import Array, Pose3, places_at, poses_at
 from mjsim.interface import Command, ImuReading, Observation, Odometry, PointCloud, Scan, Sighting
 from mjsim.logs.merge import MotionNoise, motions, track_motions, unknown_motion
 from mjsim.logs.noise_file import UNBIASED, Bias, bias_note
-from mjsim.logs.readings import Readings, at_stamps
+from mjsim.logs.readings import Readings, at_stamps, stamps_of
 from mjsim.logs.ticks import write_ticks
 from mjsim.record import LoggedCamera, LoggedFrame, Recording
 from mjsim.world import World
@@ -162,7 +162,7 @@ class _Ticked:
         lasting = np.diff(edges).tolist()
         self._motions = [rest, *(bias.off_motion(step, time) for step, time in zip(told, lasting, strict=True))]
         self._sightings = _rows_since(np.array([sighting.stamp for sighting in log.sightings]), edges)
-        self._imu = _rows_since(np.array([reading.stamp for reading in log.imu]), edges)
+        self._imu = _rows_since(stamps_of(log.imu), edges)
         self._start = start
         self._twists = _held(log.twists, edges) if log.track is None or len(log.twists) else self._mean_twists()
         self.poses = poses_at(edges, log.poses, gap=log.gap) if log.poses is not None else None
