@@ -153,9 +153,8 @@ def intrinsics_of(message: Any, *, width: int, height: int, rectified: bool) -> 
     fx, fy, cx, cy = (P[0], P[5], P[2], P[6]) if straight else (K[0], K[4], K[2], K[5])
     if not fx > 0.0 or not fy > 0.0:
         return None
-    across, down = (
-        (size / told if told else 1.0) for size, told in ((width, int(message.width)), (height, int(message.height)))
-    )
+    (left, told_width), (top, told_height) = _sides(message, width, height)
+    across, down = ((size / told if told else 1.0) for size, told in ((width, told_width), (height, told_height)))
     fisheye = message.distortion_model in ("equidistant", "fisheye", "kannala_brandt")
     distortion = () if rectified or not D.any() else tuple(D[: 4 if fisheye else 8].tolist())
     if not fisheye and len(distortion) == 8 and not any(distortion[5:]):
@@ -167,11 +166,28 @@ def intrinsics_of(message: Any, *, width: int, height: int, rectified: bool) -> 
         height,
         float(fx * across),
         float(fy * down),
-        float((cx + 0.5) * across - 0.5),
-        float((cy + 0.5) * down - 0.5),
+        float((cx - left + 0.5) * across - 0.5),
+        float((cy - top + 0.5) * down - 0.5),
         lens,
         distortion,
     )
+
+
+def _sides(message: Any, width: int, height: int) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Return first pixel and number of pixels of the calibrated picture that a picture shows, across and down.
+
+    A camera may send a part of what it was calibrated with, the region of interest, and join its pixels (binning).
+
+    Args:
+        message: A `sensor_msgs/CameraInfo`.
+        width: Of the pictures [px].
+        height: [px]
+    """
+    part, whole = message.roi, ((0, int(message.width)), (0, int(message.height)))
+    sides = (int(part.x_offset), int(part.width)), (int(part.y_offset), int(part.height))
+    joins = max(int(message.binning_x), 1), max(int(message.binning_y), 1)
+    fits = [size // join == shown for (_, size), join, shown in zip(sides, joins, (width, height), strict=True)]
+    return sides if all(fits) else whole
 
 
 def assumed_intrinsics(width: int, height: int) -> Intrinsics:

@@ -1,12 +1,14 @@
 """Pictures in bags: encodings, orders of bytes, sizes."""
 
 import struct
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
 import pytest
 
 from mjsim.interface import Intrinsics
+from mjsim.logs.bag_messages import intrinsics_of
 from mjsim.logs.bag_pictures import depth_of, frame_of
 from mjsim.record import filed_frame
 from mjsim.record.logged_frame import decode_picture
@@ -49,7 +51,7 @@ def test_pictures_of_every_encoding_show_the_same():
         for big in (False, True):
             frame = frame_of(_Image(encoding, pixels, big=big), 1.0, size)
             assert (frame.image == 77).all()
-    with pytest.raises(ValueError, match="encoding 'yuv999' are not read"):
+    with pytest.raises(ValueError, match="encoding 'yuv999' are not supported"):
         frame_of(_Image("yuv999", grey), 1.0, size)
     metres = np.full((16, 16), 1.25, dtype=np.float32)
     metres[0, :2] = np.nan, 0.0
@@ -82,3 +84,30 @@ def test_a_picture_that_claims_to_be_huge_is_not_decoded():
         # Its checksum is wrong too: who decoded it would call it broken.
         with pytest.raises(ValueError, match=said):
             filed_frame(plain[:16] + struct.pack(">II", width, height) + plain[24:], 0.0, size)
+
+
+@pytest.mark.parametrize("binning", [1, 2])
+def test_a_part_of_the_calibrated_picture_keeps_its_rays(binning):
+    K = np.array([[400.0, 0.0, 320.3], [0.0, 410.0, 235.1], [0.0, 0.0, 1.0]])
+    info = SimpleNamespace(
+        width=640,
+        height=480,
+        distortion_model="plumb_bob",
+        k=K.ravel(),
+        p=np.zeros(12),
+        d=np.zeros(5),
+        binning_x=binning,
+        binning_y=binning,
+        roi=SimpleNamespace(x_offset=100, y_offset=60, width=320, height=240),
+    )
+    size = 320 // binning, 240 // binning
+    found = intrinsics_of(info, width=size[0], height=size[1], rectified=False)
+    # The ray of each corner of the part, in pixels of the whole picture and of the part.
+    for u, v in ((0, 0), (size[0], size[1])):
+        whole = np.linalg.solve(K, [100 + binning * u - 0.5, 60 + binning * v - 0.5, 1.0])
+        part = np.linalg.solve(found.matrix(), [u - 0.5, v - 0.5, 1.0])
+        np.testing.assert_allclose(part, whole, atol=1e-12)
+    # Without a part, a smaller picture shows the whole.
+    info.roi = SimpleNamespace(x_offset=0, y_offset=0, width=0, height=0)
+    found = intrinsics_of(info, width=320, height=240, rectified=False)
+    assert found.cx == pytest.approx((320.3 + 0.5) / 2 - 0.5)
