@@ -15,7 +15,7 @@ from .scan_walls import Surface
 
 LEAST = 40
 """Minimum number of elements on old walls for a loop: 4 m of wall."""
-WIDEST = np.array([8.0, 8.0, 0.8])
+WIDEST = np.array([16.0, 16.0, 0.8])
 """Maximum search window [m, m, rad]."""
 NARROWEST = np.array([0.3, 0.3, 0.06])
 """Minimum search window [m, m, rad]."""
@@ -29,6 +29,9 @@ UNSEEN = 0.5
 With equal costs, a wrong place along a corridor that overlaps more of the old part wins over the right one."""
 BEHIND = 0.25
 """As in `scan_search`, for a place that overlaps less."""
+KEPT = 50
+"""Number of hypotheses that the search keeps, in the smallest windows: niches along a corridor hardly count in a coarse
+grid."""
 THROUGH = 0.17
 """Maximum share of walls that scans of the other part have seen through; 0.155 in 471 correct loops of a real log, with
 doors and people."""
@@ -77,7 +80,9 @@ def find_loop(
     reach = 3.0 * np.sqrt(np.diag(covariance))
     window = np.clip(reach, NARROWEST, WIDEST)
     information = inverse(covariance + FLOOR)
-    found = hypotheses(WallField(walls), thin, guess, information, window, most=6, behind=BEHIND)
+    found = hypotheses(
+        WallField(walls), thin, guess, information, window, most=6, behind=BEHIND, kept=KEPT, unseen=UNSEEN
+    )
     elements = len(thin.points)
     found = sorted((_judged(match, elements, UNSEEN) for match in found), key=lambda match: match.cost)
     best = found[0]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array, wrap_angle, wrap_angles
 
 from .pose_matrices import inverse
-from .scan_matching import Match, WallField, align
+from .scan_matching import BESIDE, Match, WallField, align
 from .scan_noise import median
 from .scan_walls import Surface
 
@@ -17,8 +17,8 @@ RADIUS = 0.3
 SCORED = 48
 """Number of elements of a scan used to rank hypotheses."""
 KEPT = 24
-"""Number of hypotheses passed to the next level."""
-MOST = 4000
+"""By default, the number of hypotheses passed to the next level in the smallest windows."""
+MOST = 30000
 """Maximum number of hypotheses at the coarsest level."""
 SAME = (0.2, 0.05)
 """Hypotheses that differ by less are the same [m], [rad]."""
@@ -106,6 +106,8 @@ def hypotheses(
     *,
     most: int = 3,
     behind: float = BEHIND,
+    kept: int = KEPT,
+    unseen: float = 1.0,
 ) -> list[Match]:
     """Return the best alignments of a scan within a window around a guess, distinct ones, the best first.
 
@@ -117,10 +119,18 @@ def hypotheses(
         window: Half extents of the search in x, y and heading, shape (3,) [m, m, rad].
         most: Maximum number of alignments to try.
         behind: A hypothesis with a score this much below the best one is ruled out without an alignment.
+        kept: As in `search`.
+        unseen: Cost of an element where no wall is near, relative to one beside a wall, when choosing what to align.
     """
     found: list[Match] = []
-    poses, scores = search(field, scan.thinned(SCORED), guess, window)
-    starts = distinct(poses[scores > scores[0] - behind], most)
+    thin = scan.thinned(SCORED)
+    poses, scores = search(field, thin, guess, window, kept=kept)
+    likely = scores > scores[0] - behind
+    poses, scores = poses[likely], scores[likely]
+    if unseen < 1.0:
+        far = (field.distance.take(_placed(field, thin, poses)) > BESIDE).mean(axis=1)
+        poses = poses[np.argsort(-scores - (1.0 - unseen) * far, kind="stable")]
+    starts = distinct(poses, most)
     for match in align(field, scan, guess, information, np.array(starts)):
         if not any(alike(match.pose, other.pose) for other in found):
             found.append(match)
@@ -132,7 +142,7 @@ def is_ambiguous(found: list[Match]) -> bool:
     return any(match.cost - found[0].cost < CLEAR for match in found[1:])
 
 
-def search(field: WallField, scan: Surface, guess: Array, window: Array) -> tuple[Array, Array]:
+def search(field: WallField, scan: Surface, guess: Array, window: Array, *, kept: int = KEPT) -> tuple[Array, Array]:
     """Return the poses within a window at which most of a scan is near walls, the best first, (k, 3); their scores.
 
     Args:
@@ -140,19 +150,20 @@ def search(field: WallField, scan: Surface, guess: Array, window: Array) -> tupl
         scan: In its own frame.
         guess: Middle of the window, shape (3,).
         window: Its half extents, shape (3,) [m, m, rad].
+        kept: Number of hypotheses passed to the next level, doubled with each coarser first level.
 
     References:
         Olson, Real-Time Correlative Scan Matching, ICRA 2009: a coarse level bounds the scores of the fine one.
     """
     coarse = int(np.clip(np.ceil(np.log2(max(window[0], window[1]) / 0.3)), 0, 3))
-    cells = 2**coarse
+    cells, kept = 2**coarse, kept * 2**coarse
     step = cells * field.cell
     turn = min(0.12, step / max(1.5, median(np.hypot(*scan.points.T))))
     poses, score = _lattice_scores(field, scan, guess, window, cells, turn)
     while True:
         # Of alike places the one nearest to the guess.
         score = score - 0.02 * np.abs((poses - guess) / np.maximum(window, 1e-9)).max(axis=1)
-        best = np.argsort(score)[::-1][:KEPT]
+        best = np.argsort(score)[::-1][:kept]
         poses = poses[best]
         if step <= 1.1 * field.cell:
             return poses, score[best]
@@ -255,10 +266,14 @@ def _lattice_scores(
 
 def _scores(field: WallField, scan: Surface, poses: Array, radius: float) -> Array:
     """Return the score of each pose (k, 3): the mean proximity of a scan to walls, 1 on them, 0 beyond a radius [m]."""
+    return _proximity(field, _placed(field, scan, poses), radius)
+
+
+def _placed(field: WallField, scan: Surface, poses: Array) -> NDArray[np.intp]:
+    """Return the cells of the n elements of a scan at each pose (k, 3), shape (k, n)."""
     c, s = np.cos(poses[:, 2:]), np.sin(poses[:, 2:])
     shift, (x, y) = poses[:, :2] - field.lower, scan.points.T
-    at = field.cells(np.array([c * x - s * y + shift[:, :1], s * x + c * y + shift[:, 1:]]))
-    return _proximity(field, at, radius)
+    return field.cells(np.array([c * x - s * y + shift[:, :1], s * x + c * y + shift[:, 1:]]))
 
 
 def _proximity(field: WallField, at: NDArray[np.intp], radius: float) -> Array:

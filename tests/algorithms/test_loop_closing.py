@@ -7,8 +7,10 @@ import pytest
 
 from mjsim.algorithms.free_space import seen_through
 from mjsim.algorithms.level_scan import LevelScan
-from mjsim.algorithms.loop_closing import find_loop
-from mjsim.algorithms.scan_walls import joined, surface_of
+from mjsim.algorithms.loop_closing import KEPT, find_loop
+from mjsim.algorithms.scan_matching import WallField
+from mjsim.algorithms.scan_search import SCORED, search
+from mjsim.algorithms.scan_walls import Surface, joined, placed, surface_of
 from mjsim.geometry import Pose
 from mjsim.interface import Scan
 
@@ -82,6 +84,33 @@ def test_a_place_that_overlaps_more_of_the_old_part_does_not_win_by_that_alone()
     arguments = {"share": 0.75, "through": lambda step: 0.0}
     loop = find_loop(0, 20, old, new, np.zeros(3), np.diag([9.0, 1.0, 0.01]), **arguments)
     assert loop is None or np.abs(loop.step).max() < 0.1
+
+
+def niches_along(rng, length):
+    """Return one side of a corridor with niches of 0.12 m at random."""
+    pieces, begin, at = [], 0.0, rng.uniform(0.8, 4.0)
+    while at + 1.0 < length - 0.5:
+        pieces.append(wall((begin, 0.0), (at, 0.0), (at, -0.12), (at + 1.0, -0.12), (at + 1.0, 0.0)))
+        begin = at + 1.0
+        at = begin + rng.uniform(1.5, 5.0)
+    return joined(pieces)
+
+
+def between(surface, first, last):
+    inside = (surface.points[:, 0] > first) & (surface.points[:, 0] < last)
+    return Surface(surface.points[inside], surface.normals[inside], surface.noise[inside])
+
+
+def test_the_search_in_a_wide_window_loses_no_place_along_a_corridor():
+    window = np.array([8.0, 8.0, 0.4])
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        sides = [niches_along(rng, 40.0) for _ in range(2)]
+        corridor = placed(sides, np.array([[0.0, -1.0, 0.0], [40.0, 1.0, np.pi]])).moved(np.array([-14.0, 0.0, 0.0]))
+        old, new = between(corridor, -10.0, 16.0), between(corridor, -14.0, 8.0)
+        guess = np.random.default_rng(seed).uniform(-1.0, 1.0, 3) * (5.0, 5.0, 0.3)
+        poses, _ = search(WallField(old), new.thinned(SCORED), guess, window, kept=KEPT)
+        assert np.abs(poses[:, :2]).max(axis=1).min() < 0.2
 
 
 def test_a_loop_through_free_space_is_refused():
