@@ -2,7 +2,7 @@
 
 from array import array
 from bisect import bisect_right
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import accumulate
 
 import numpy as np
@@ -55,18 +55,33 @@ class Clocks:
         return np.asarray(np.interp(recorded, times, stamps), dtype=float)
 
     def settle(self) -> Mapping[str, str]:
-        """Find the jumps in all messages seen, for the next pass, and return notes about them."""
-        notes = {}
+        """Find the jumps in all messages seen, for the next pass, and return notes about them.
+
+        The clocks are right in the longest time without a jump: some robots get the time only after they have started.
+        """
+        notes: dict[str, str] = {}
+        ends: list[float] = []
         for topic, numbers in self._seen.items():
             pairs = np.array(numbers).reshape(-1, 2)
             recorded, stamps = pairs[np.argsort(pairs[:, 0], kind="stable")].T
             rows, steps = _jumps(recorded, stamps)
+            ends += [float(recorded[0]), float(recorded[-1])]
             if len(rows):
                 self._jumps[topic] = recorded[rows].tolist(), list(accumulate(steps.tolist(), initial=0.0))
                 told = ", ".join(f"{step:+.1f} s" for step in steps[:5].tolist())
                 notes[f"clock of {topic}"] = f"set {len(rows)} times ({told}); the jumps are removed"
+        right = _longest([*ends, *(time for since, _ in self._jumps.values() for time in since)])
+        for since, offsets in self._jumps.values():
+            offsets[:] = [offset - offsets[bisect_right(since, right)] for offset in offsets]
         self._seen.clear()
         return notes
+
+
+def _longest(times: Sequence[float]) -> float:
+    """Return the middle of the longest time between two times [s]."""
+    ordered = np.sort(np.array(times))
+    row = int(np.argmax(np.diff(ordered), axis=0)) if len(ordered) > 1 else 0
+    return float(ordered[row : row + 2].mean()) if len(ordered) else 0.0
 
 
 def _jumps(recorded: Array, stamps: Array) -> tuple[NDArray[np.intp], Array]:

@@ -54,3 +54,21 @@ def test_a_clock_that_is_set_back_does_not_mix_two_parts_of_a_drive(tmp_path):
     assert seen == [1.0 + k for k in range(40)]
     assert min(each.odometry.forward for each in run.observations("robot")) >= 0.0
     assert run.metadata["clock of /scan"] == "set 1 times (-2.0 s); the jumps are removed"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("wrong", [range(3), range(57, 60)])
+def test_a_clock_that_is_set_right_after_the_start_or_wrong_before_the_end_is_that_of_the_others(wrong, tmp_path):
+    year = 3e7
+    with new_bag(tmp_path / "bag") as bag:
+        for k in range(60):
+            at = START + 0.1 * k
+            stamp = at + (year if k in wrong else 0.0)
+            bag.put("/odom", at, bag.odometry(bag.header(at, "odom"), "base_link", Pose3(0.1 * k, *[0] * 5, 1)))
+            bag.put("/scan", at, bag.scan(bag.header(stamp, "laser"), np.full(9, 1.0 + k), -0.4, 0.1, (0.1, 90.0)))
+    run = mjsim.import_log(tmp_path / "bag")
+    start = float(run.metadata["log start"]) - START
+    scans = [seen.scans["scan"] for seen in run.observations("robot") if seen.scans]
+    assert [scan.ranges[0] for scan in scans] == [1.0 + k for k in range(60)]
+    np.testing.assert_allclose([scan.stamp + start for scan in scans], 0.1 * np.arange(60), atol=1e-3)
+    assert run.metadata["/scan messages left out"] == "0"
