@@ -138,7 +138,7 @@ def test_pictures_are_the_recorded_bytes_and_sort_by_time(recording: Recording, 
 
 def test_an_export_that_fails_leaves_no_half_file(recording: Recording, tmp_path: Path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(UsageError, match=r"cannot write '.*run.npz': "):
+    with pytest.raises(UsageError, match=r"file' exists and is not a folder; name another one"):
         export_npz(recording, tmp_path / "file" / "run.npz")
     blocked = tmp_path / "blocked"
     (blocked / "scout_truth.tum").mkdir(parents=True)
