@@ -192,8 +192,8 @@ def _surprise(match: Match, step: Array, covariance: Array) -> float:
     """Return the squared Mahalanobis distance of a match from odometry."""
     off = match.pose - step
     off[2] = wrap_angle(float(off[2]))
-    seen = inverse(match.seen + 1e-6 * np.eye(3))
-    return float(off @ inverse(covariance + np.minimum(seen, 1.0)) @ off)
+    # Along a bare corridor the walls tell nothing; a metre and a radian are as much as nothing.
+    return float(off @ inverse(covariance + inverse(match.seen + np.eye(3))) @ off)
 
 
 def _laid(found: list[Match], noise: Array) -> Laid:

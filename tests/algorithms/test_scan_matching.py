@@ -9,7 +9,7 @@ from mjsim.algorithms.pose_graph import compose, composed
 from mjsim.algorithms.pose_matrices import inverse, solution
 from mjsim.algorithms.scan_matching import WallField, align
 from mjsim.algorithms.scan_noise import median
-from mjsim.algorithms.scan_search import RADIUS, search
+from mjsim.algorithms.scan_search import RADIUS, lay, search
 from mjsim.algorithms.scan_walls import joined, placed, surface_of
 
 
@@ -88,3 +88,19 @@ def test_the_search_scores_poses_by_the_distance_of_the_scan_from_walls(window):
         near = np.maximum(1.0 - field.distance[field.cells(placed_scan)] / (RADIUS + 0.05), 0.0).mean()
         aside = 0.02 * np.abs((pose - guess) / window).max()
         assert score == pytest.approx(near - aside, abs=1e-5)
+
+
+def test_a_slip_in_a_bare_corridor_is_noticed_whichever_way_the_robot_looks():
+    angles = np.linspace(-np.pi, np.pi, 360, endpoint=False)
+    reach = np.minimum(1.0 / np.maximum(np.abs(np.sin(angles)), 1e-9), 6.0)
+    corridor = surface_of(np.stack([reach * np.cos(angles), reach * np.sin(angles)], axis=-1)[reach < 5.9])
+    along = []
+    for turn in (0.5, -0.5):
+        walls, ahead = corridor.moved(np.array([0.0, 0.0, turn])), np.array([np.cos(turn), np.sin(turn)])
+        # By odometry, ten standard deviations into a wall.
+        step = np.array([-0.3 * ahead[1], 0.3 * ahead[0], 0.0])
+        laid = lay(walls, walls, step, np.diag([0.03, 0.03, 0.01]) ** 2)
+        np.testing.assert_allclose(laid.pose, 0.0, atol=0.005)
+        along.append(np.sqrt(ahead @ laid.own[:2, :2] @ ahead))
+    # Odometry has failed: it may be off along the corridor as well.
+    assert min(along) > 0.15
