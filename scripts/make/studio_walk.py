@@ -78,7 +78,7 @@ def begin(walk: Walk) -> None:
     """Take a world to begin with."""
     walk.keep("the empty page")
     walk.press("Start from a template")
-    card = walk.page.get_by_role("dialog").get_by_role("button", name="The smallest world")
+    card = walk.page.get_by_role("dialog").get_by_role("button", name="The smallest useful world")
     expect(card).to_be_visible()
     walk.keep("templates, with a word about each")
     card.click()
@@ -105,6 +105,7 @@ def compare(walk: Walk) -> None:
     expect(boxes).to_have_count(2)
     for box in boxes.all():
         box.check()
+    expect(walk.page.locator("#view-review .run-time")).to_contain_text(" of ")
     expect(walk.page.locator("#view-review .run-waiting").locator("visible=true")).to_have_count(0)
     walk.keep("both recordings ticked in Review")
     walk.press("Compare 2 chosen")

@@ -93,3 +93,12 @@ def test_any_number_is_found_drawn_kept_and_given_away_as_csv(review):
     page.get_by_role("tab", name="Recordings", exact=True).click()
     page.locator("[data-path='out/run.mcap']").click()
     expect(page.locator(".plotter-chart .run-chart")).to_have_count(1, timeout=PATIENCE)
+
+
+def test_a_list_of_hidden_names_that_cannot_be_read_is_as_if_there_were_none(review):
+    page, _ = review
+    for kept in ("{", '{"a": 1}', "7"):
+        page.evaluate("kept => localStorage.setItem('mjsim.plan.hidden', kept)", kept)
+        page.reload()
+        page.get_by_role("tab", name="Run", exact=True).click()
+        expect(page.locator("#view-run .run-floor").first).to_be_visible()

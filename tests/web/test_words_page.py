@@ -27,7 +27,8 @@ NOT_FOR_PEOPLE = {"text/look.ts", "text/phrases.ts", "scene/strokes.ts", "scene/
 LITERAL = re.compile(r"""//[^\n]*|/\*.*?\*/|("(?:[^"\\\n]|\\.)*"|`(?:[^`\\]|\\.)*`)""", re.DOTALL)
 NOT_SEEN = re.compile(
     r"(\b(class|role|at|font|style|viewBox|method|view|kind)|className|from|FONT|KEY|FIRST|clip"
-    r"|[!=]==|case|import|word\(|matchMedia\(|includes\(|offers\(|querySelector\w*(<\w+>)?\(|el\()[:=]? *(\w+ \? )?$"
+    r"|[!=]==|case|import|word\(|matchMedia\(|includes\(|offers\(|querySelector\w*(<\w+>)?\(|el\()"
+    r"[:=]? *([a-z]\w+ \? )?$"
 )
 WORDS = re.compile(r"^[A-Z][a-z]+([ ;]|$)|[A-Za-z]{2,}[,.;:]? [a-z]{2,}|\} [a-z]{2,}|[a-z]{2,}:? \$\{")
 

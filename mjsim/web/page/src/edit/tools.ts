@@ -43,6 +43,15 @@ const HINTS: Record<ToolName, string> = {
   robot: word("edit.clickOrDragToWhere"),
   more: "",
 };
+const KINDS = ["picture", "marker", "reflector", "anchor"] as const;
+type Beacon = (typeof KINDS)[number];
+const BEACONS: Record<Beacon, string> = {
+  picture: word("edit.picture"),
+  marker: word("edit.marker"),
+  reflector: word("edit.reflector"),
+  anchor: word("edit.anchor"),
+};
+
 export class Tools {
   readonly bar = el("div", { class: "tools", role: "toolbar", "aria-label": word("edit.tools"), "aria-orientation": "vertical" });
   readonly strip = el("div", { class: "strip" });
@@ -54,7 +63,7 @@ export class Tools {
   /** Where the pointer is. */
   private readonly where = el("span", { class: "where", "aria-hidden": "true" });
   private picture = "posters/lion.jpg";
-  private look: "picture" | "marker" | "reflector" | "anchor" = "picture";
+  private look: Beacon = "picture";
   private preset = "";
   /** Sensors that a new robot may bring: a word for each, and its first keys. */
   private readonly offered: Map<string, unknown>;
@@ -203,14 +212,13 @@ export class Tools {
   }
 
   private beaconChoices(): HTMLElement[] {
-    const kinds = ["picture", "marker", "reflector", "anchor"] as const;
     const select = el(
       "select",
       { "aria-label": word("edit.kind") },
-      ...kinds.map((kind) => el("option", { selected: kind === this.look }, kind)),
+      ...KINDS.map((kind) => el("option", { selected: kind === this.look }, BEACONS[kind])),
     );
     select.addEventListener("change", () => {
-      this.look = kinds[select.selectedIndex] ?? "picture";
+      this.look = KINDS[select.selectedIndex] ?? "picture";
       this.drawStrip();
     });
     if (this.look !== "picture") return [select];

@@ -55,9 +55,7 @@ export class WallTool implements Tool {
     if (!at || (last && distance(at, last) < 1e-6)) return;
     if (first && this.corners.length > 2 && distance(at, first) < 1e-6) return this.finish(true);
     this.corners.push([Number(at[0].toFixed(4)), Number(at[1].toFixed(4))]);
-    this.editor.said.emit(
-      this.corners.length === 1 ? "First corner set; click on, Enter ends, Esc gives up" : this.note(),
-    );
+    this.editor.said.emit(this.corners.length === 1 ? word("edit.firstCornerSet") : this.note());
     this.editor.plan.drawOver();
   }
 

@@ -11,7 +11,7 @@ const LAYERS: [keyof Shown, string][] = [
   ["estimate", word("run.estimate")],
   ["odometry", word("run.odometry")],
   ["trails", word("run.trails")],
-  ["ellipses", "95 % ellipses"],
+  ["ellipses", word("run.ellipses95")],
   ["landmarks", word("run.landmarks")],
   ["sightings", word("run.sightings")],
   ["scans", word("run.lidarScans")],
@@ -37,7 +37,7 @@ export class Layers {
     // What was chosen is kept as differences, so that layers that come later begin as they should.
     const kept = new Set((remembered("plan.layers") ?? OFF.map((key) => `-${key}`).join(" ")).split(" "));
     this.shown = Object.fromEntries(LAYERS.map(([key]) => [key, !kept.has(`-${key}`)])) as unknown as Shown;
-    this.hidden = new Set(JSON.parse(remembered("plan.hidden") ?? "[]") as string[]);
+    this.hidden = new Set(namesIn(remembered("plan.hidden")));
     this.element = this.menu();
   }
 
@@ -83,6 +83,16 @@ export class Layers {
     else this.hidden.delete(name);
     remembered("plan.hidden", JSON.stringify([...this.hidden].slice(-MOST_NAMES)));
     this.changed.emit();
+  }
+}
+
+/** The names that were kept; none where what was kept is no list of names. */
+function namesIn(kept: string | null): string[] {
+  try {
+    const names: unknown = JSON.parse(kept ?? "[]");
+    return Array.isArray(names) ? names.filter((name) => typeof name === "string") : [];
+  } catch {
+    return [];
   }
 }
 

@@ -159,7 +159,7 @@ export class Setup {
       const input = el("input", {
         type: "text",
         spellcheck: "false",
-        placeholder: each.default === undefined ? "needed" : written(each.default),
+        placeholder: each.default === undefined ? word("run.needed") : written(each.default),
       });
       input.value = pick.values[each.name] ?? "";
       input.addEventListener("change", () => (pick.values[each.name] = input.value.trim()));

@@ -69,6 +69,8 @@ export class Touch implements Tool {
   /** How far hands and tools stay away from where they were led [m], by person and side or robot and arm. */
   private readonly short = new Map<string, number>();
   private enabled = false;
+  /** Whether the view in 3-D has handles, or may have. */
+  private hasLeads = false;
   private grab: Grab | null = null;
 
   constructor(
@@ -115,8 +117,11 @@ export class Touch implements Tool {
   /** Put those handles where tools are now. */
   showLeads(): void {
     const { floor } = this;
-    const leads = isPressed(this.button) ? [...toolLeads(floor.robots(), this.noteOf), ...handLeads(floor.hands(), this.noteOf), ...jointLeads(this.joints())] : [];
-    this.solids?.lead(leads);
+    const on = isPressed(this.button);
+    if (!on && !this.hasLeads) return;
+    const leads = on ? [...toolLeads(floor.robots(), this.noteOf), ...handLeads(floor.hands(), this.noteOf), ...jointLeads(this.joints())] : [];
+    const isShown = this.solids?.lead(leads) ?? false;
+    this.hasLeads = on || !isShown;
   }
 
   private joints(): HeldJoint[] {

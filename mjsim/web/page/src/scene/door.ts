@@ -92,9 +92,10 @@ export class Door {
     this.view?.hold(grip, said);
   }
 
-  /** Which tools and hands can be led. */
-  lead(leads: Lead[]): void {
+  /** Which tools and hands can be led; false while there is no scene to show them in. */
+  lead(leads: Lead[]): boolean {
     if (this.isReady) this.view?.lead(leads);
+    return this.isReady;
   }
 
   /** Where a drag has things meanwhile. */
