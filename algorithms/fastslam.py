@@ -2,8 +2,13 @@
 
 Given the trajectory, landmarks are independent; so each particle has a pose and a small Gaussian per landmark, and the
 cost of a sighting does not grow with the map. All particles are moved and corrected in one vectorized step.
+
+After many resamplings all particles descend from one, and no longer differ in what cannot be observed, as the heading
+of the map. So the particles are divided into islands, each resampled by itself: what the particles of an island no
+longer show, the difference between islands does.
 """
 
+import math
 from collections.abc import Hashable, Mapping
 
 import numpy as np
@@ -13,36 +18,62 @@ from mjsim.geometry import Array, Pose, wrap_angles
 from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Sighting
 
 from .monte_carlo import systematic_resample_with
+from .odometry_errors import COUNT, OdometryErrors
 
 GATE = 13.8
 """Gate for the squared Mahalanobis distance of a sighting: accepts 99.9 % of correct ones (chi-square, 2 degrees of
 freedom)."""
+ISLAND = 20
+"""Number of particles of an island."""
+RECENT = 0.1
+"""Weight of the newest sighting in the running average of failed ones."""
+LOST, SOUND = 0.5, 0.1
+"""An island with more failed sightings than the first is replaced by one with fewer than the second."""
+TINY = 1e-300
+"""Least weight of a particle: the logarithm of 0 is not finite."""
 NEWBORN = 1e-9
 """Added to the covariance of the motion, so that it is also regular for a standing robot."""
 
 
 class FastSlam:
-    """Estimates the pose and a map of named beacons.
+    """Estimates the pose and a map of named beacons, and systematic errors of odometry.
+
+    Given a trajectory, these errors have a Gaussian, with a mean for each particle and a common covariance. An island
+    that fails to explain most of its recent sightings, while others explain theirs, is replaced by a copy of one of
+    these; apart from that, islands have equal weights.
 
     References:
         Montemerlo, Thrun, Koller, Wegbreit, FastSLAM 2.0: An Improved Particle Filtering Algorithm for Simultaneous
         Localization and Mapping that Provably Converges, IJCAI 2003. Thrun, Burgard, Fox, Probabilistic Robotics
-        (2005), table 13.3.
+        (2005), table 13.3. Schön, Gustafsson, Nordlund, Marginalized Particle Filters for Mixed Linear/Nonlinear
+        State-Space Models, IEEE TSP 53(7), 2005. Vergé, Dubarry, Del Moral, Moulines, On Parallel Implementation of
+        Sequential Monte Carlo Methods: The Island Particle Model, Statistics and Computing 25, 2015.
     """
 
-    def __init__(self, *, particles: int = 100, odometry_scale: float = 1.0, sighting_scale: float = 1.0) -> None:
+    def __init__(
+        self,
+        *,
+        particles: int = 200,
+        odometry_scale: float = 1.0,
+        sighting_scale: float = 1.0,
+        systematic: float = 1.0,
+    ) -> None:
         """Set the rules.
 
         Args:
-            particles: Number of particles.
+            particles: Number of particles, about 20 in each island; rounded up to a multiple of the islands.
             odometry_scale: Factor on the standard deviation of odometry.
             sighting_scale: Factor on the standard deviation of sightings.
+            systematic: Distance over which systematic errors of odometry are assumed to equal its noise [m]; infinite
+                for none.
         """
         if particles < 2:
             raise ValueError(f"particles is {particles}; it must be at least 2")
-        self._number = particles
+        self._islands = max(1, particles // ISLAND)
+        self._number = self._islands * math.ceil(particles / self._islands)
         self._odometry_scale = odometry_scale
         self._sighting_scale = sighting_scale
+        self._systematic = systematic
 
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
         """Draw the first poses from the prior; the maps are empty."""
@@ -54,26 +85,40 @@ class FastSlam:
         self._means = np.zeros((self._number, 16, 2))
         self._covariances = np.zeros((self._number, 16, 2, 2))
         self._proposals = np.zeros((self._number, 3, 3))
+        self._odometry_errors = OdometryErrors(self._systematic)
+        self._errors, self._error_covariance = np.zeros((self._number, COUNT)), np.zeros((COUNT, COUNT))
+        self._failures = np.zeros(self._islands)
 
     def update(self, seen: Observation) -> Estimate:
         """Return the belief after this tick's odometry and sightings."""
         moved = seen.odometry
         known = [sighting for sighting in seen.sightings if sighting.name in self._index]
-        self._move(np.array([moved.forward, moved.left, moved.turn]), moved.covariance * self._odometry_scale**2, known)
+        covariance = moved.covariance * self._odometry_scale**2
+        delay = float(self._weights @ self._errors[:, 3])
+        control, slopes, gained = self._odometry_errors.step(moved, covariance, seen.dt, delay=delay)
+        self._error_covariance += np.diag(gained)
+        self._move(control, covariance, slopes, known)
         for sighting in seen.sightings:
             if sighting.name is not None and sighting.name not in self._index:
                 self._add(sighting)
-        if 1.0 / np.sum(self._weights**2) < 0.5 * self._number:
+        if known:
             self._resample()
         return self._belief()
 
-    def _move(self, step: Array, covariance: Array, sightings: list[Sighting]) -> None:
+    @property
+    def systematic_errors(self) -> Array:
+        """Estimated systematic errors of odometry, shape (4,): those of `EkfSlam.systematic_errors`."""
+        return np.asarray(self._weights @ self._errors)
+
+    def _move(self, control: Array, covariance: Array, slopes: Array, sightings: list[Sighting]) -> None:
         """Sample each pose from the distribution given odometry and sightings, weight it, and correct its map."""
-        expected = _compounded(self._poses, step)
+        before, steps = self._poses, control + self._errors @ slopes.T
+        expected = _compounded(before, steps)
+        covariance = covariance + NEWBORN * np.eye(3) + slopes @ self._error_covariance @ slopes.T
         c, s = np.cos(self._poses[:, 2]), np.sin(self._poses[:, 2])
         G = np.zeros((self._number, 3, 3))
         G[:, 0, 0], G[:, 0, 1], G[:, 1, 0], G[:, 1, 1], G[:, 2, 2] = c, -s, s, c, 1.0
-        P = G @ (covariance + NEWBORN * np.eye(3)) @ G.transpose(0, 2, 1)
+        P = G @ covariance @ G.transpose(0, 2, 1)
         mean, log_weights = expected.copy(), np.zeros(self._number)
         for sighting in sightings:
             i, R = self._index[sighting.name or ""], self._noise(sighting)
@@ -83,6 +128,8 @@ class FastSlam:
             solved = np.linalg.solve(S, nu[..., None])[..., 0]
             distance = np.sum(nu * solved, axis=1)
             good = distance < GATE
+            failed = self._islands * self._by_island(self._weights * ~good).sum(axis=1)
+            self._failures += RECENT * (failed - self._failures)
             K = P @ H.transpose(0, 2, 1) @ np.linalg.inv(S)
             mean += np.where(good[:, None], (K @ nu[..., None])[..., 0], 0.0)
             P = np.where(good[:, None, None], P - K @ H @ P, P)
@@ -92,10 +139,25 @@ class FastSlam:
         root = np.linalg.cholesky(0.5 * (P + P.transpose(0, 2, 1)) + 1e-15 * np.eye(3))
         self._poses = mean + (root @ self._rng.standard_normal((self._number, 3, 1)))[..., 0]
         self._poses[:, 2] = wrap_angles(self._poses[:, 2])
-        self._weights *= np.exp(log_weights - np.max(log_weights))
-        self._weights /= self._weights.sum()
+        self._learn(np.einsum("nji,nj->ni", G, self._poses - before) - steps, covariance, slopes)
+        weights = self._by_island(np.log(np.maximum(self._weights, TINY)) + log_weights)
+        weights = np.exp(weights - weights.max(axis=1, keepdims=True))
+        self._weights = (weights / weights.sum(axis=1, keepdims=True)).ravel() / self._islands
         for sighting in sightings:
             self._correct(sighting)
+
+    def _learn(self, off: Array, covariance: Array, slopes: Array) -> None:
+        """Update the systematic errors of odometry with the sampled steps: a Kalman update for each particle.
+
+        Args:
+            off: Sampled minus expected steps in the robot's frame, shape (n, 3).
+            covariance: Of the steps by odometry, with that of the errors, shape (3, 3).
+            slopes: Derivative of the step by the errors, shape (3, 4).
+        """
+        off[:, 2] = wrap_angles(off[:, 2])
+        K = np.linalg.solve(covariance, slopes @ self._error_covariance).T
+        self._errors = self._errors + off @ K.T
+        self._error_covariance = self._error_covariance - K @ slopes @ self._error_covariance
 
     def _correct(self, sighting: Sighting) -> None:
         """Correct a landmark in each particle's map: a Kalman update of two states."""
@@ -122,10 +184,26 @@ class FastSlam:
         self._covariances[:, i] = J @ self._noise(sighting) @ J.transpose(0, 2, 1)
 
     def _resample(self) -> None:
-        drawn = systematic_resample_with(self._weights, self._rng)
-        self._poses, self._means = self._poses[drawn], self._means[drawn]
-        self._covariances, self._proposals = self._covariances[drawn], self._proposals[drawn]
-        self._weights = np.full(self._number, 1.0 / self._number)
+        """Draw particles by weight in each island where few of them have most of it; replace lost islands."""
+        weights = self._islands * self._by_island(self._weights)
+        drawn = np.arange(self._number).reshape(self._islands, -1)
+        lost, sound = np.flatnonzero(self._failures > LOST), np.flatnonzero(self._failures < SOUND)
+        for island in lost.tolist() if len(sound) else ():
+            copied = int(self._rng.choice(sound))
+            drawn[island], weights[island] = drawn[copied], weights[copied]
+            self._failures[island] = self._failures[copied]
+        size = weights.shape[1]
+        for island in np.flatnonzero(1.0 / np.sum(weights**2, axis=1) < 0.5 * size).tolist():
+            drawn[island] = drawn[island, systematic_resample_with(weights[island], self._rng)]
+            weights[island] = 1.0 / size
+        rows = drawn.ravel()
+        self._poses, self._means, self._errors = self._poses[rows], self._means[rows], self._errors[rows]
+        self._covariances, self._proposals = self._covariances[rows], self._proposals[rows]
+        self._weights = weights.ravel() / self._islands
+
+    def _by_island(self, values: Array) -> Array:
+        """Return values of particles (n,) by island, shape (islands, particles of each)."""
+        return values.reshape(self._islands, -1)
 
     def _noise(self, sighting: Sighting) -> Array:
         return np.asarray(sighting.covariance * self._sighting_scale**2)
@@ -152,10 +230,10 @@ class FastSlam:
         return Estimate(pose, (centred * w[:, None]).T @ centred + within + 1e-12 * np.eye(3), landmarks)
 
 
-def _compounded(poses: Array, step: Array) -> Array:
-    """Return poses (n, 3) moved by one step (forward, left, turn)."""
+def _compounded(poses: Array, steps: Array) -> Array:
+    """Return poses (n, 3), each moved by a step (forward, left, turn), (n, 3)."""
     c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
-    forward, left, turn = step
+    forward, left, turn = steps.T
     return np.stack(
         [poses[:, 0] + c * forward - s * left, poses[:, 1] + s * forward + c * left, poses[:, 2] + turn], axis=-1
     )

@@ -50,7 +50,7 @@ def apart(truth, belief):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_fastslam_finds_pose_and_map_where_odometry_drifts(seed):
-    truth, belief, told = ring_run(FastSlam(particles=60), seed)
+    truth, belief, told = ring_run(FastSlam(), seed)
     assert apart(truth, belief) < 0.12
     for name, (mean, covariance) in belief.landmarks.items():
         error = mean - POSTS[name]
