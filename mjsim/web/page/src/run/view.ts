@@ -324,8 +324,7 @@ export class RunView implements View {
     const saved = path !== "" && !path.startsWith("shipped:");
     try {
       const modules = await getJson<Modules>(`/api/modules${saved ? `?${new URLSearchParams({ path })}` : ""}`);
-      // Those of a world that was opened later may have come before.
-      if (this.offered === path) this.setup.offer(modules);
+      if (this.offered === path) this.setup.offer(modules); // those of a later world may have come before
     } catch (error) {
       if (this.offered !== path) return;
       this.offered = null;
