@@ -14,10 +14,10 @@ from .ekf_models import (
     MotionModel,
     Places,
     Slopes,
-    apart,
     corrected,
     couple,
     gain,
+    innovation,
     landmark_from,
     measured,
     projected,
@@ -161,7 +161,7 @@ class EkfSlamFilter(SlamState):
             S: Their covariances, shape (k, 2, 2).
         """
         z, C = self.expect(names)
-        nu = apart(np.asarray(measurements, dtype=float).reshape(-1, 2), z)
+        nu = innovation(np.asarray(measurements, dtype=float).reshape(-1, 2), z)
         return nu, C + np.asarray(measurement_covariance, dtype=float)
 
     def update(self, names: Sequence[Hashable], measurements: ArrayLike, measurement_covariance: ArrayLike) -> None:
@@ -244,7 +244,7 @@ class EkfSlamFilter(SlamState):
         to the last bit, and so stays P.
         """
         expected, H = self._expect(places)
-        step, W = self._gained(places, H, apart(Z, expected), R)
+        step, W = self._gained(places, H, innovation(Z, expected), R)
         if self._is_far(step, places):
             step, W = self._iterated(places, Z, R, step, W)
         self._apply(step, W)
@@ -261,8 +261,8 @@ class EkfSlamFilter(SlamState):
         if abs(step.item(2)) > self._far:
             return True
         columns = places[:, None] + (0, 1)
-        moved, way = step[columns] - step[:2], self._mean[columns] - self._mean[:2]
-        return bool(np.any((moved * moved).sum(axis=1) > self._far**2 * (way * way).sum(axis=1)))
+        moved, before = step[columns] - step[:2], self._mean[columns] - self._mean[:2]
+        return bool(np.any((moved * moved).sum(axis=1) > self._far**2 * (before * before).sum(axis=1)))
 
     def _iterated(self, places: Places, Z: Array, R: Array, step: Array, W: Array) -> tuple[Array, Array]:
         """Return step and W with derivatives at the result of the step; the given ones without convergence.
@@ -275,7 +275,7 @@ class EkfSlamFilter(SlamState):
             mean = self._moved(step)
             expected, H = measured(*range_bearing(mean[:3], mean[columns]), mean[self._sensor])
             by_pose, by_landmark = self._by_step(H.pose, H.landmark, step, columns)
-            nu = apart(Z, expected) + by_pose @ step[:3] + np.einsum("kij,kj->ki", by_landmark, step[columns])
+            nu = innovation(Z, expected) + by_pose @ step[:3] + np.einsum("kij,kj->ki", by_landmark, step[columns])
             nu += H.sensor @ step[self._sensor]
             before = step[:3]
             step, W = self._gained(places, Slopes(by_pose, by_landmark, H.sensor), nu, R)
@@ -293,12 +293,12 @@ class EkfSlamFilter(SlamState):
 
     def _renew(self, places: Places) -> None:
         """Replace first estimates by the newest ones for landmarks that differ too much."""
-        looks = self._looks[places] + 1
-        self._looks[places] = looks
+        counts = self._sighting_counts[places] + 1
+        self._sighting_counts[places] = counts
         columns = places[:, None] + (0, 1)
         strayed_by = np.hypot(*(self._mean[columns] - self._anchor[columns]).T)
-        most = np.where(looks <= YOUNG, STRAYED, self._renewed_at)
-        strayed = columns[strayed_by > most * np.hypot(*(self._mean[columns] - self._mean[:2]).T)]
+        limits = np.where(counts <= YOUNG, STRAYED, self._renewed_at)
+        strayed = columns[strayed_by > limits * np.hypot(*(self._mean[columns] - self._mean[:2]).T)]
         if len(strayed):
             self._reanchor(strayed)
 
@@ -327,10 +327,10 @@ class EkfSlamFilter(SlamState):
         times that of the measurement (Probabilistic Robotics, section 10.2.2, without its infinite variance), and those
         of the sensor's errors.
         """
-        true, J_look, J_sensor = corrected(z, self._mean[self._sensor])
+        true, J_sighting, J_sensor = corrected(z, self._mean[self._sensor])
         landmark, J = landmark_from(self._mean[:3], true)
-        J_look = J @ J_look
-        self._append(name, landmark, landmark, J_look @ R @ J_look.T, J @ J_sensor)
+        J_sighting = J @ J_sighting
+        self._append(name, landmark, landmark, J_sighting @ R @ J_sighting.T, J @ J_sensor)
 
     def _append(self, name: Hashable, mean: Array, anchor: Array, noise: Array, J_sensor: Array) -> None:
         """Write mean and covariance of a new point behind the others.
@@ -348,4 +348,4 @@ class EkfSlamFilter(SlamState):
         own = J @ P[self._common[:, None], self._common] @ J.T + noise
         P[at:size, at:size] = 0.5 * (own + own.T)
         self._mean[at:size], self._anchor[at:size] = mean, anchor
-        self._looks[at], self._order[name] = 1, at
+        self._sighting_counts[at], self._order[name] = 1, at

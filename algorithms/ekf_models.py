@@ -168,7 +168,7 @@ def corrected(z: Array, errors: Array) -> tuple[Array, Array, Array]:
     return np.array([true, float(z[1])]), np.diag([1.0 / (1.0 + scale), 1.0]), by_errors
 
 
-def apart(Z: Array, expected: Array) -> Array:
+def innovation(Z: Array, expected: Array) -> Array:
     """Return measured minus expected range and bearing, shape (k, 2) [m, rad]."""
     nu = Z - expected
     nu[:, 1] = wrap_angles(nu[:, 1])

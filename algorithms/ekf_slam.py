@@ -32,7 +32,7 @@ from .past_positions import Mark, PastPositions
 from .picture_errors import PictureErrors, each_of
 from .range_errors import RANGE_ERRORS, RangeErrors
 from .recent_motion import RecentMotion
-from .relocation import Relocation, pose_from_looks
+from .relocation import Relocation, pose_from_sightings
 
 __all__ = ["EkfSlam", "EkfSlamFilter", "InvariantEkfSlamFilter", "bicycle_motion", "odometry_motion"]
 
@@ -50,7 +50,7 @@ FAR = 0.2
 """Corrections that turn the robot by more than this, or move it by more than this ratio to the distance of a landmark,
 are iterated: after a minute without a landmark, the first sighting may turn the robot farther than Jacobians are valid
 for [rad]."""
-WAY = 1.0
+SYSTEMATIC_LENGTH = 1.0
 """Distance over which systematic errors of odometry are assumed to equal its noise [m, rad]."""
 ANYWHERE = (10.0, 10.0, 1.0)
 """Standard deviations of the pose of a relocated robot, before its sightings are used [m, m, rad]."""
@@ -124,7 +124,7 @@ class EkfSlam:
         self._sighting_scale = sighting_scale
         self._nod, self._repeat = math.radians(nod_deg), repeat
         self._joint = joint_covariance
-        usual = WAY if association == "known" else math.inf
+        usual = SYSTEMATIC_LENGTH if association == "known" else math.inf
         self._systematic = usual if systematic is None else systematic
         self._delay = delay
         self._odometry_errors = OdometryErrors(self._systematic, delay=self._delay)
@@ -168,21 +168,21 @@ class EkfSlam:
         nameless = [sighting for sighting in sightings if sighting.name is None]
         if nameless and self._association != "known":
             innovations += self._associate(nameless, seen.time)
-        return self._reported(innovations, way=math.hypot(moved.forward, moved.left))
+        return self._reported(innovations, distance=math.hypot(moved.forward, moved.left))
 
-    def _reported(self, innovations: Innovations, *, way: float) -> Estimate:
+    def _reported(self, innovations: Innovations, *, distance: float) -> Estimate:
         """Return the belief; with frame 'map' also after a late correction of the whole map where it was before."""
         if self._past is not None:
-            self._past.move(way)
+            self._past.move(distance)
             if innovations:
                 self._past.hold(self._filter)
-        told = self._told()
+        mapped = self._mapped()
         belief = Estimate(
             pose=Pose.from_array(self._filter.pose),
             covariance=self._filter.covariance,
-            landmarks=self._filter.landmarks(told),
+            landmarks=self._filter.landmarks(mapped),
             innovations=innovations,
-            joint_covariance=self._filter.joint_covariance_of(told) if self._joint else None,
+            joint_covariance=self._filter.joint_covariance_of(mapped) if self._joint else None,
         )
         if self._past is None:
             return belief
@@ -221,15 +221,15 @@ class EkfSlam:
         """Relocate the robot to where the recent sightings fit the map, if nearly all of them fail."""
         if not self._relocation.lost:
             return
-        names, looks = self._relocation.looks(self._recent, time)
-        here = [(name, look) for name, look in zip(names, looks, strict=True) if name in self._filter]
-        names, looks = [name for name, _ in here], [look for _, look in here]
+        names, sightings = self._relocation.recent(self._recent, time)
+        known = [(name, sighting) for name, sighting in zip(names, sightings, strict=True) if name in self._filter]
+        names, sightings = [name for name, _ in known], [sighting for _, sighting in known]
         places = {name: mean for name, (mean, _) in self._filter.landmarks(names).items()}
-        pose = pose_from_looks(names, looks, places)
+        pose = pose_from_sightings(names, sightings, places)
         if pose is None:
             return
         self._filter.relocate(pose, np.diag(ANYWHERE) ** 2)
-        self._filter.update(names, *self._measured(looks))
+        self._filter.update(names, *self._measured(sightings))
         self._relocation.found()
 
     def _steadied(self, claimed: Array) -> Array:
@@ -262,7 +262,7 @@ class EkfSlam:
             self._filter.update([names[i] for i in counting], Z[counting], together)
         for name, sighting, agrees in zip(names, sightings, good.tolist(), strict=True):
             if name not in self._probation:
-                self._relocation.saw(name, sighting, failed=not agrees)
+                self._relocation.record(name, sighting, failed=not agrees)
             if agrees:
                 self._probation.agrees(name, time)
             elif self._probation.fails(name):
@@ -283,44 +283,44 @@ class EkfSlam:
         a poor sighting of a landmark could start a duplicate beside it.
         """
         Z, R = self._measured(sightings)
-        told = self._told()
-        names = _ASSOCIATIONS[self._association](self._filter, Z, R, among=told)
+        mapped = self._mapped()
+        names = _ASSOCIATIONS[self._association](self._filter, Z, R, among=mapped)
         paired = [i for i, name in enumerate(names) if name is not None]
-        strange = self._strange(names, told, Z, R)
+        unmatched = self._unmatched(names, mapped, Z, R)
         innovations = self._take([names[i] for i in paired], [sightings[i] for i in paired], time)
         self._merge([(name, sightings[i]) for i, name in enumerate(names) if name is not None])
-        if not strange:
+        if not unmatched:
             return innovations
         waiting = [name for name in self._filter.names() if name in self._probation]
-        names = nearest_neighbour(self._filter, Z[strange], R[strange], among=waiting)
+        names = nearest_neighbour(self._filter, Z[unmatched], R[unmatched], among=waiting)
         fresh = self._numbers()
         names = [next(fresh) if name is None else name for name in names]
-        return innovations + self._take(names, [sightings[i] for i in strange], time)
+        return innovations + self._take(names, [sightings[i] for i in unmatched], time)
 
     def _merge(self, seen: Sequence[tuple[Hashable, Sighting]]) -> None:
         """Merge landmarks that were mapped twice, based on those seen now, each with its sighting."""
         seen = [(name, sighting) for name, sighting in seen if isinstance(name, int)]
-        self._twins.saw([name for name, _ in seen])
-        while twins := self._twins.find(self._filter, seen, [name for name in self._told() if isinstance(name, int)]):
+        self._twins.record([name for name, _ in seen])
+        while twins := self._twins.find(self._filter, seen, [name for name in self._mapped() if isinstance(name, int)]):
             kept, gone, variance = twins
             self._filter.unite(kept, gone, variance)
             self._twins.unite(kept, gone)
             self._merged.add(gone)
             seen = [(kept if name == gone else name, sighting) for name, sighting in seen]
 
-    def _strange(self, names: Sequence[Hashable | None], told: Sequence[Hashable], Z: Array, R: Array) -> list[int]:
+    def _unmatched(self, names: Sequence[Hashable | None], mapped: Sequence[Hashable], Z: Array, R: Array) -> list[int]:
         """Return the sightings that match no landmark, except one that another sighting matches better."""
         unpaired = [i for i, name in enumerate(names) if name is None]
-        free = [name for name in told if name not in names]
+        free = [name for name in mapped if name not in names]
         if not free or not unpaired:
             return unpaired
-        expected, spread = self._filter.expect(free)
+        expected, expected_covariance = self._filter.expect(free)
         nu = Z[unpaired][:, None] - expected
         nu[..., 1] = wrap_angles(nu[..., 1])
-        distance = _squared_distances(nu, spread + R[unpaired][:, None])
+        distance = _squared_distances(nu, expected_covariance + R[unpaired][:, None])
         return [i for i, nearest in zip(unpaired, distance.min(axis=1), strict=True) if nearest > self._gate]
 
-    def _told(self) -> list[Hashable]:
+    def _mapped(self) -> list[Hashable]:
         """Return the landmarks that are not on probation, oldest first."""
         return [name for name in self._filter.names() if not (name in self._probation or isinstance(name, Mark))]
 

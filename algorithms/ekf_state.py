@@ -28,7 +28,7 @@ class SlamState:
         self._order: dict[Hashable, int] = {}  # name -> where its x stands in the mean
         self._mean, self._P = np.zeros(35), np.zeros((35, 35))
         self._anchor = np.zeros(35)  # where derivatives are taken
-        self._looks = np.zeros(35, dtype=np.intp)  # at each landmark, beside its x
+        self._sighting_counts = np.zeros(35, dtype=np.intp)  # at each landmark, beside its x
         self._spare = np.empty(35 * 35)
         self._mean[:3] = self._anchor[:3] = pose
         if covariance is not None:
@@ -89,7 +89,7 @@ class SlamState:
         rest = np.delete(np.arange(self._size), self._order[name] + np.arange(2))
         at, size = self._order.pop(name), len(rest)
         self._order = {other: row - 2 * (row > at) for other, row in self._order.items()}
-        for array in (self._mean, self._anchor, self._looks):
+        for array in (self._mean, self._anchor, self._sighting_counts):
             array[:size] = array[rest]
         self._P[:size, :size] = self._P[np.ix_(rest, rest)]
 
@@ -107,9 +107,9 @@ class SlamState:
     def _grow(self) -> None:
         """Double the capacity for landmarks, so that n landmarks cost O(n^2) copying in total."""
         size, room = len(self._mean), 2 * len(self._mean) + 1
-        self._mean, self._anchor, self._looks = (
+        self._mean, self._anchor, self._sighting_counts = (
             np.concatenate([array, np.zeros(room - size, dtype=array.dtype)])
-            for array in (self._mean, self._anchor, self._looks)
+            for array in (self._mean, self._anchor, self._sighting_counts)
         )
         P = np.zeros((room, room))
         P[:size, :size] = self._P

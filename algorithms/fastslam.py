@@ -78,8 +78,8 @@ class FastSlam:
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
         """Draw the first poses from the prior; the maps are empty."""
         self._rng = rng
-        spread = np.asarray(robot.prior_covariance, dtype=float)
-        self._poses = rng.multivariate_normal(robot.prior.as_array(), spread, self._number, method="svd")
+        covariance = np.asarray(robot.prior_covariance, dtype=float)
+        self._poses = rng.multivariate_normal(robot.prior.as_array(), covariance, self._number, method="svd")
         self._weights = np.full(self._number, 1.0 / self._number)
         self._index: dict[str, int] = {}
         self._means = np.zeros((self._number, 16, 2))
@@ -215,16 +215,16 @@ class FastSlam:
         the others says nothing about the error of that one.
         """
         w = self._weights
-        apart = self._poses - self._poses[np.argmax(w)]
-        apart[:, 2] = wrap_angles(apart[:, 2])
-        offset = w @ apart
-        centred = apart - offset
+        differences = self._poses - self._poses[np.argmax(w)]
+        differences[:, 2] = wrap_angles(differences[:, 2])
+        offset = w @ differences
+        centred = differences - offset
         landmarks: dict[Hashable, tuple[Array, Array]] = {}
         for name, i in self._index.items():
             mean = w @ self._means[:, i]
-            off = self._means[:, i] - mean
-            spread = np.einsum("n,nij->ij", w, self._covariances[:, i]) + (off * w[:, None]).T @ off
-            landmarks[name] = (mean, spread)
+            deviations = self._means[:, i] - mean
+            covariance = np.einsum("n,nij->ij", w, self._covariances[:, i]) + (deviations * w[:, None]).T @ deviations
+            landmarks[name] = (mean, covariance)
         pose = Pose.from_array(self._poses[np.argmax(w)] + offset)
         within = np.einsum("n,nij->ij", w, self._proposals)
         return Estimate(pose, (centred * w[:, None]).T @ centred + within + 1e-12 * np.eye(3), landmarks)

@@ -13,43 +13,43 @@ MARGIN = 0.4
 """A beam that ends farther than this behind a wall has passed through it, one that ends nearer to it has met it [m]."""
 STEEP = 0.4
 """Cosine of the angle of incidence below which a beam tells nothing: the wall may be a little farther aside."""
-NEAR = 15.0
+RANGE = 15.0
 """Walls farther from the lidar tell nothing: errors of the heading move them too far [m]."""
 
 
-def seen_through(walls: Surface, looks: Sequence[tuple[Array, LevelScan]]) -> float:
+def seen_through(walls: Surface, views: Sequence[tuple[Array, LevelScan]]) -> float:
     """Return the ratio of walls that scans have seen through to all that they have met or seen through.
 
     Args:
         walls: Elements, in one frame.
-        looks: Poses of the robot in this frame, shape (3,), and scans from there; beams without a return tell nothing,
+        views: Poses of the robot in this frame, shape (3,), and scans from there; beams without a return tell nothing,
             since glass and black walls give none.
     """
-    lidars = [Pose.from_array(pose) @ look.robot_from_lidar for pose, look in looks]
+    lidars = [Pose.from_array(pose) @ view.robot_from_lidar for pose, view in views]
     x, y, heading = (np.array(column)[:, None] for column in zip(*[(p.x, p.y, p.heading) for p in lidars], strict=True))
     dx, dy = walls.points[:, 0] - x, walls.points[:, 1] - y
     distance = np.maximum(np.hypot(dx, dy), 1e-6)
-    least, most = _ends([look for _, look in looks], np.arctan2(dy, dx) - heading)
+    least, farthest = _ends([view for _, view in views], np.arctan2(dy, dx) - heading)
     # A wall keeps beams from either side.
     across = np.abs(walls.normals[:, 0] * dx + walls.normals[:, 1] * dy) > STEEP * distance
-    known = across & (distance < NEAR)
+    known = across & (distance < RANGE)
     through = (known & (least > distance + MARGIN)).sum(axis=0)
-    met = (known & (least < distance + MARGIN) & (most > distance - MARGIN)).sum(axis=0)
-    seen = np.maximum(through, met) > 0
-    return float(np.mean(through[seen] > met[seen])) if seen.any() else 0.0
+    hit = (known & (least < distance + MARGIN) & (farthest > distance - MARGIN)).sum(axis=0)
+    seen = np.maximum(through, hit) > 0
+    return float(np.mean(through[seen] > hit[seen])) if seen.any() else 0.0
 
 
-def _ends(looks: Sequence[LevelScan], bearings: Array) -> tuple[Array, Array]:
+def _ends(views: Sequence[LevelScan], bearings: Array) -> tuple[Array, Array]:
     """Return the shortest and the longest range of the beams beside each bearing; 0 where there is none.
 
     Args:
-        looks: k scans.
+        views: k scans.
         bearings: Some for each, shape (k, n) [rad].
 
     Returns:
         Shape (k, n) each [m].
     """
-    scans = [look.scan for look in looks]
+    scans = [view.scan for view in views]
     beams = np.array([len(scan.ranges) for scan in scans])
     every = np.concatenate([scan.ranges for scan in scans])
     ranges = np.where(np.isfinite(every), every, 0.0)

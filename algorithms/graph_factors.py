@@ -29,37 +29,39 @@ def leg_factor(gtsam: Any, keys: tuple[int, int, int], step: Array, covariance: 
     expected, by_errors = step.tolist(), -slopes
 
     def error(_: Any, values: Any, jacobians: list[Array] | None) -> Array:
-        off, by_first, by_second = _leg(values.atPose2(one), values.atPose2(other), expected)
+        residual, by_first, by_second = _leg(values.atPose2(one), values.atPose2(other), expected)
         if jacobians is not None:
             _fill(jacobians, [np.array(by_first).reshape(3, 3), np.array(by_second).reshape(3, 3), by_errors])
-        return _wrapped(np.array(off) + by_errors @ values.atVector(common))
+        return _wrapped(np.array(residual) + by_errors @ values.atVector(common))
 
     return gtsam.CustomFactor(gtsam.noiseModel.Gaussian.Covariance(covariance), list(keys), error)
 
 
-def look_factor(gtsam: Any, keys: tuple[int, int], look: Sighting, covariance: Array, loss: Any) -> Any:
+def sighting_factor(gtsam: Any, keys: tuple[int, int], sighting: Sighting, covariance: Array, loss: Any) -> Any:
     """Return the factor of a sighting from a pose to a landmark.
 
     Args:
         gtsam: The module.
         keys: Keys of the pose and the landmark.
-        look: The measurement.
+        sighting: The measurement.
         covariance: Of range and bearing, shape (2, 2).
         loss: A robust loss of gtsam's `noiseModel.mEstimator`.
     """
     noise = gtsam.noiseModel
     # gtsam puts bearing before range.
     robust = noise.Robust.Create(loss, noise.Gaussian.Covariance(np.asarray(covariance)[::-1, ::-1]))
-    return gtsam.BearingRangeFactor2D(*keys, gtsam.Rot2(look.bearing), look.range, robust)
+    return gtsam.BearingRangeFactor2D(*keys, gtsam.Rot2(sighting.bearing), sighting.range, robust)
 
 
-def shared_look_factor(gtsam: Any, keys: tuple[int, int, int], look: Sighting, covariance: Array, loss: Any) -> Any:
+def shared_sighting_factor(
+    gtsam: Any, keys: tuple[int, int, int], sighting: Sighting, covariance: Array, loss: Any
+) -> Any:
     """Return the factor of a sighting from a pose to a landmark, with errors that all ranges have in common.
 
     Args:
         gtsam: The module.
         keys: Keys of the pose, the landmark, and the errors of ranges (2,): offset [m] and relative error.
-        look: The measurement.
+        sighting: The measurement.
         covariance: Of range and bearing, shape (2, 2).
         loss: A robust loss of gtsam's `noiseModel.mEstimator`.
     """
@@ -67,10 +69,10 @@ def shared_look_factor(gtsam: Any, keys: tuple[int, int, int], look: Sighting, c
 
     def error(_: Any, values: Any, jacobians: list[Array] | None) -> Array:
         errors = values.atVector(common).tolist()
-        off, by_pose, by_place, by_errors = _look(values.atPose2(at), values.atPoint2(place), errors, look)
+        residual, by_pose, by_place, by_errors = _sighting(values.atPose2(at), values.atPoint2(place), errors, sighting)
         if jacobians is not None:
             _fill(jacobians, [np.array(by).reshape(2, -1) for by in (by_pose, by_place, by_errors)])
-        return np.array(off)
+        return np.array(residual)
 
     noise = gtsam.noiseModel
     return gtsam.CustomFactor(noise.Robust.Create(loss, noise.Gaussian.Covariance(covariance)), list(keys), error)
@@ -83,7 +85,7 @@ class PoseSightings(NamedTuple):
     """Key of these errors (2,): offset [m] and relative error."""
     places: list[int]
     """Key of the landmark of each."""
-    looks: list[Sighting]
+    sightings: list[Sighting]
     """The measurements."""
     covariances: list[Array]
     """Of range and bearing, shape (2, 2) each."""
@@ -92,8 +94,8 @@ class PoseSightings(NamedTuple):
 def pose_factor(gtsam: Any, keys: tuple[int, int, int], leg: tuple[Array, Array, Array], seen: PoseSightings) -> Any:
     """Return one factor of odometry to a pose and of the sightings from it, with Huber's loss of each sighting.
 
-    It equals a `leg_factor` and a `shared_look_factor` for each sighting. gtsam takes longer for the call of a Python
-    function than this function needs.
+    It equals a `leg_factor` and a `shared_sighting_factor` for each sighting. Calling a Python function takes gtsam
+    longer than this function needs.
 
     Args:
         gtsam: The module.
@@ -102,7 +104,7 @@ def pose_factor(gtsam: Any, keys: tuple[int, int, int], leg: tuple[Array, Array,
         seen: The sightings.
     """
     (one, other, errors), (step, covariance, slopes) = keys, leg
-    expected, rows = step.tolist(), 3 + 2 * len(seen.looks)
+    expected, rows = step.tolist(), 3 + 2 * len(seen.sightings)
     by_errors = np.zeros((rows, slopes.shape[1]))
     by_errors[:3] = -slopes
     places = list(dict.fromkeys(seen.places))
@@ -110,23 +112,23 @@ def pose_factor(gtsam: Any, keys: tuple[int, int, int], leg: tuple[Array, Array,
 
     def error(_: Any, values: Any, jacobians: list[Array] | None) -> Array:
         second, ranges = values.atPose2(other), values.atVector(seen.common).tolist()
-        off, by_first, by_second = _leg(values.atPose2(one), second, expected)
-        apart, J = np.zeros(rows), [np.zeros((rows, size)) for size in (3, 3, 2, *[2] * len(places))]
-        apart[:3] = _wrapped(np.array(off) + by_errors[:3] @ values.atVector(errors))
+        residual, by_first, by_second = _leg(values.atPose2(one), second, expected)
+        stacked, J = np.zeros(rows), [np.zeros((rows, size)) for size in (3, 3, 2, *[2] * len(places))]
+        stacked[:3] = _wrapped(np.array(residual) + by_errors[:3] @ values.atVector(errors))
         J[0][:3], J[1][:3] = np.array(by_first).reshape(3, 3), np.array(by_second).reshape(3, 3)
         row = 3
-        for place, look, weights in zip(seen.places, seen.looks, information, strict=True):
-            off, by_pose, by_place, by_ranges = _look(second, values.atPoint2(place), ranges, look)
-            nu = np.array(off)
+        for place, sighting, weights in zip(seen.places, seen.sightings, information, strict=True):
+            residual, by_pose, by_place, by_ranges = _sighting(second, values.atPoint2(place), ranges, sighting)
+            nu = np.array(residual)
             weight = math.sqrt(HUBER / max(math.sqrt(nu @ weights @ nu), HUBER))
-            apart[row : row + 2] = weight * nu
+            stacked[row : row + 2] = weight * nu
             J[1][row : row + 2] = weight * np.array(by_pose).reshape(2, 3)
             J[2][row : row + 2] = weight * np.array(by_ranges).reshape(2, 2)
             J[3 + places.index(place)][row : row + 2] = weight * np.array(by_place).reshape(2, 2)
             row += 2
         if jacobians is not None:
             _fill(jacobians, [J[0], J[1], by_errors, *J[2:]])
-        return apart
+        return stacked
 
     noise = gtsam.noiseModel.Gaussian.Covariance(scipy.linalg.block_diag(covariance, *seen.covariances))
     return gtsam.CustomFactor(noise, [one, other, errors, seen.common, *places], error)
@@ -141,13 +143,13 @@ def _leg(first: Any, second: Any, expected: list[float]) -> tuple[tuple[float, .
     dx, dy, turn = second.x() - x, second.y() - y, second.theta() - heading
     c, s = math.cos(heading), math.sin(heading)
     forward, left = c * dx + s * dy, c * dy - s * dx
-    off = forward - expected[0], left - expected[1], turn - expected[2]
+    residual = forward - expected[0], left - expected[1], turn - expected[2]
     c, s = math.cos(turn), math.sin(turn)
     by_first = -1.0, 0.0, left, 0.0, -1.0, -forward, 0.0, 0.0, -1.0
-    return off, by_first, (c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0)
+    return residual, by_first, (c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0)
 
 
-def _look(pose: Any, place: Array, errors: list[float], look: Sighting) -> tuple[tuple[float, ...], ...]:
+def _sighting(pose: Any, place: Array, errors: list[float], sighting: Sighting) -> tuple[tuple[float, ...], ...]:
     """Return expected minus measured range and bearing, and derivatives by pose (6,), landmark (4,) and errors (4,)."""
     (x, y), (offset, scale), heading = place.tolist(), errors, pose.theta()
     dx, dy = x - pose.x(), y - pose.y()
@@ -155,9 +157,9 @@ def _look(pose: Any, place: Array, errors: list[float], look: Sighting) -> tuple
     forward, left = c * dx + s * dy, c * dy - s * dx
     distance, stretch = max(math.hypot(forward, left), SHORTEST), 1.0 + scale
     squared, ratio = distance * distance, stretch / distance
-    bearing = wrap_angle(math.atan2(left, forward) - look.bearing)
+    bearing = wrap_angle(math.atan2(left, forward) - sighting.bearing)
     return (
-        (offset + stretch * distance - look.range, bearing),
+        (offset + stretch * distance - sighting.range, bearing),
         (-ratio * forward, -ratio * left, 0.0, left / squared, -forward / squared, -1.0),
         (ratio * dx, ratio * dy, -dy / squared, dx / squared),
         (1.0, distance, 0.0, 0.0),
@@ -170,9 +172,9 @@ def _fill(jacobians: Any, arrays: list[Array]) -> None:
         jacobians[place] = array
 
 
-def _wrapped(apart: Array) -> Array:
-    apart[2] = wrap_angle(float(apart[2]))
-    return apart
+def _wrapped(residual: Array) -> Array:
+    residual[2] = wrap_angle(float(residual[2]))
+    return residual
 
 
 class SharedPrior:

@@ -15,7 +15,7 @@ from mjsim.geometry import Array, wrap_angles
 from mjsim.interface import Sighting
 
 from .ekf_models import range_bearing
-from .graph_factors import look_factor, prior_factor, turned_covariance
+from .graph_factors import prior_factor, sighting_factor, turned_covariance
 from .pose_graph import step_between
 
 ROUNDS = 4
@@ -56,9 +56,9 @@ class MeasuredGraph:
     """Of the first pose, in the world's axes, shape (3, 3)."""
     legs: Sequence[Leg]
     """n - 1 of them."""
-    looks: Sequence[tuple[int, Sighting]]
+    sightings: Sequence[tuple[int, Sighting]]
     """Index of the pose, and sighting; each of a landmark by its name."""
-    doubt: Array
+    systematic_variances: Array
     """Variances of the systematic errors of odometry, shape (4,)."""
 
 
@@ -78,7 +78,7 @@ def refined_poses(gtsam: Any, drive: MeasuredGraph) -> tuple[Array, Array]:
     """
     values = _values(gtsam, drive)
     poses, landmarks = drive.poses, dict(drive.landmarks)
-    errors = np.zeros(len(drive.doubt))
+    errors = np.zeros(len(drive.systematic_variances))
     for _ in range(ROUNDS):
         errors = systematic_errors(drive, poses, errors)
         graph = _graph(gtsam, drive, errors, sighting_scales(drive, poses, landmarks))
@@ -99,27 +99,27 @@ def systematic_errors(drive: MeasuredGraph, poses: Array, known: Array) -> Array
     if not drive.legs:
         return known
     D = np.array([leg.slopes for leg in drive.legs])
-    off = step_between(poses[:-1], poses[1:]) - np.array([leg.step for leg in drive.legs])
-    off[:, 2] = wrap_angles(off[:, 2])
+    residuals = step_between(poses[:-1], poses[1:]) - np.array([leg.step for leg in drive.legs])
+    residuals[:, 2] = wrap_angles(residuals[:, 2])
     information = np.linalg.inv(np.array([leg.covariance for leg in drive.legs]))
-    left = off - D @ known
+    left = residuals - D @ known
     far = np.sqrt(np.einsum("ni,nij,nj->n", left, information, left))
     weighted = D.transpose(0, 2, 1) @ (information * np.minimum(1.0, HUBER / np.maximum(far, HUBER))[:, None, None])
-    A = (weighted @ D).sum(axis=0) + np.diag(1.0 / np.maximum(drive.doubt, 1e-12))
-    return np.asarray(np.linalg.solve(A, (weighted @ off[:, :, None]).sum(axis=0)[:, 0]))
+    A = (weighted @ D).sum(axis=0) + np.diag(1.0 / np.maximum(drive.systematic_variances, 1e-12))
+    return np.asarray(np.linalg.solve(A, (weighted @ residuals[:, :, None]).sum(axis=0)[:, 0]))
 
 
 def sighting_scales(drive: MeasuredGraph, poses: Array, landmarks: Mapping[str, Array]) -> Array:
     """Return the ratios of the actual noise of ranges and bearings to their standard deviations, shape (2,)."""
-    if not drive.looks:
+    if not drive.sightings:
         return np.ones(2)
-    off = []
-    for row, look in drive.looks:
-        expected, _, _ = range_bearing(poses[row], landmarks[look.name or ""][None])
-        apart = np.array([look.range, look.bearing]) - expected[0]
-        apart[1] = wrap_angles(apart[1:])[0]
-        off.append(apart / np.sqrt(np.diag(look.covariance)))
-    return np.asarray(np.clip(NORMAL * np.median(np.abs(off), axis=0), FINEST, COARSEST))
+    normalised = []
+    for row, sighting in drive.sightings:
+        expected, _, _ = range_bearing(poses[row], landmarks[sighting.name or ""][None])
+        residual = np.array([sighting.range, sighting.bearing]) - expected[0]
+        residual[1] = wrap_angles(residual[1:])[0]
+        normalised.append(residual / np.sqrt(np.diag(sighting.covariance)))
+    return np.asarray(np.clip(NORMAL * np.median(np.abs(normalised), axis=0), FINEST, COARSEST))
 
 
 def _graph(gtsam: Any, drive: MeasuredGraph, errors: Array, scales: Array) -> Any:
@@ -131,9 +131,9 @@ def _graph(gtsam: Any, drive: MeasuredGraph, errors: Array, scales: Array) -> An
         own = noise.Gaussian.Covariance(turned_covariance(leg.covariance, -step[2]))
         graph.add(gtsam.BetweenFactorPose2(symbol("x", row), symbol("x", row + 1), gtsam.Pose2(*step), own))
     keys = _keys(gtsam, drive)
-    for row, look in drive.looks:
-        spread, loss = look.covariance * np.outer(scales, scales), noise.mEstimator.Cauchy.Create(CAUCHY)
-        graph.add(look_factor(gtsam, (symbol("x", row), keys[look.name or ""]), look, spread, loss))
+    for row, sighting in drive.sightings:
+        covariance, loss = sighting.covariance * np.outer(scales, scales), noise.mEstimator.Cauchy.Create(CAUCHY)
+        graph.add(sighting_factor(gtsam, (symbol("x", row), keys[sighting.name or ""]), sighting, covariance, loss))
     return graph
 
 

@@ -20,15 +20,15 @@ from .graph_factors import (
     PoseSightings,
     SharedPrior,
     leg_factor,
-    look_factor,
     pose_factor,
     prior_factor,
-    shared_look_factor,
+    shared_sighting_factor,
+    sighting_factor,
     turned_covariance,
 )
 from .graph_refinement import Leg, MeasuredGraph, refined_poses
 from .held_frame import HeldFrame
-from .look_checks import Look, LookChecks
+from .look_checks import LookChecks, PosedSighting
 from .odometry_errors import COUNT, OdometryErrors
 from .range_errors import RANGE_ERRORS, RangeErrors
 from .recent_motion import RecentMotion
@@ -113,9 +113,9 @@ class GraphSlam:
         self._number = 0
         self._steps: list[tuple[float, int, Array, Array]] = []
         self._legs: list[Leg] = []
-        self._looks: list[tuple[int, Sighting]] = []
-        self._odometry_errors, self._doubt = OdometryErrors(self._systematic), np.zeros(COUNT)
-        self._doubt_prior = SharedPrior(gtsam, self._common, changed=CHANGED)
+        self._sightings: list[tuple[int, Sighting]] = []
+        self._odometry_errors, self._systematic_variances = OdometryErrors(self._systematic), np.zeros(COUNT)
+        self._systematic_prior = SharedPrior(gtsam, self._common, changed=CHANGED)
         self._range_prior = SharedPrior(gtsam, self._ranges, changed=CHANGED)
         self._range_errors, self._range_mean = RangeErrors(scale=self._scale), np.zeros(RANGE_ERRORS)
         self._errors, self._error_covariance = np.zeros(COUNT), np.zeros((COUNT, COUNT))
@@ -123,15 +123,15 @@ class GraphSlam:
         self._poses = self._pose[None]
         self._frame = HeldFrame(self._pose)
         # A pose known exactly has no square root of its information.
-        spread = np.asarray(robot.prior_covariance, dtype=float) + SOFT * np.eye(3)
+        covariance = np.asarray(robot.prior_covariance, dtype=float) + SOFT * np.eye(3)
         graph, first = gtsam.NonlinearFactorGraph(), gtsam.Values()
-        graph.add(prior_factor(gtsam, self._key(), self._pose, spread))
+        graph.add(prior_factor(gtsam, self._key(), self._pose, covariance))
         first.insert(self._key(), gtsam.Pose2(*self._pose))
         first.insert(self._common, self._errors)
         if self._ranges_may_err:
             first.insert(self._ranges, self._range_mean)
         self._solver.update(graph, first)
-        self._covariance = self._first_covariance = spread
+        self._covariance = self._first_covariance = covariance
         self._map: dict[Hashable, tuple[Array, Array]] = {}
         self._forget_step()
 
@@ -144,15 +144,15 @@ class GraphSlam:
         self._recent.move(moved, seen.time)
         self._step, F, G = self._motion(self._step, control)
         floor = np.diag([1.0, 1.0, 0.0]) * FLOOR**2 * abs(moved.turn)
-        self._slopes, self._doubt = F @ self._slopes + G @ slopes, self._doubt + gained
+        self._slopes, self._systematic_variances = F @ self._slopes + G @ slopes, self._systematic_variances + gained
         self._step_covariance = F @ self._step_covariance @ F.T + G @ moved.covariance @ G.T + floor
         step = self._mended_step()
         far = np.hypot(*step[:2]) > self._distance or abs(step[2]) > self._turn
-        looks = [sighting for sighting in seen.sightings if sighting.name is not None]
+        named_sightings = [sighting for sighting in seen.sightings if sighting.name is not None]
         if self._ranges_may_err:
-            self._range_errors.begin(looks)
-            self._range_errors.constraint(looks, self._recent)
-        named = [self._recent.to_now(look) for look in looks]
+            self._range_errors.begin(named_sightings)
+            self._range_errors.constraint(named_sightings, self._recent)
+        named = [self._recent.to_now(each) for each in named_sightings]
         if named and (far or not self._names):
             self._extend(named, seen.time)
         self._steps.append((seen.time, self._number, self._step, self._slopes))
@@ -182,8 +182,8 @@ class GraphSlam:
             landmarks=dict(self._places),
             first_covariance=self._first_covariance,
             legs=self._legs,
-            looks=[(number, self._mended(look)) for number, look in self._looks],
-            doubt=self._doubt,
+            sightings=[(number, self._mended(sighting)) for number, sighting in self._sightings],
+            systematic_variances=self._systematic_variances,
         )
 
     def _extend(self, sightings: list[Sighting], time: float) -> None:
@@ -193,18 +193,18 @@ class GraphSlam:
         pose, F, G = self._motion(self._pose, self._mended_step())
         before = self._key()
         self._number += 1
-        spread = self._step_covariance + SOFT * np.eye(3)
-        self._legs.append(Leg(self._step, spread, self._slopes))
+        covariance = self._step_covariance + SOFT * np.eye(3)
+        self._legs.append(Leg(self._step, covariance, self._slopes))
         values.insert(self._key(), gtsam.Pose2(*pose))
         self._poses = np.concatenate([self._poses, pose[None]])
-        self._checks.move(F, G @ (spread + self._slopes @ self._error_covariance @ self._slopes.T) @ G.T)
-        looks = [(self._place_key(look, values), *look) for look in self._believed(sightings, time)]
-        self._add_factors(graph, (before, self._key(), self._common), (self._step, spread, self._slopes), looks)
+        self._checks.move(F, G @ (covariance + self._slopes @ self._error_covariance @ self._slopes.T) @ G.T)
+        placed = [(self._place_key(posed, values), *posed) for posed in self._believed(sightings, time)]
+        self._add_factors(graph, (before, self._key(), self._common), (self._step, covariance, self._slopes), placed)
         self._solve(graph, values)
         self._read()
         self._forget_step()
 
-    def _believed(self, sightings: list[Sighting], time: float) -> Iterator[Look]:
+    def _believed(self, sightings: list[Sighting], time: float) -> Iterator[PosedSighting]:
         """Yield the accepted looks: those from the newest pose, and earlier ones that have been waiting."""
         for sighting in sightings:
             name = sighting.name or ""
@@ -213,17 +213,17 @@ class GraphSlam:
                 yield self._number, sighting
             elif self._checks.agrees(self._poses[-1], self._places[name], self._mended(sighting)):
                 yield self._number, sighting
-            elif looks := self._checks.wait(self._number, sighting, self._recent, time):
+            elif agreeing := self._checks.wait(self._number, sighting, self._recent, time):
                 if self._checks.is_young(name):
                     # Its first look was wrong: that stays with a landmark of which nobody hears any more.
                     self._checks.begin(name)
                     del self._names[name]
-                    self._looks = [look for look in self._looks if look[1].name != name]
-                yield from looks
+                    self._sightings = [posed for posed in self._sightings if posed[1].name != name]
+                yield from agreeing
 
-    def _place_key(self, look: Look, values: Any) -> int:
+    def _place_key(self, posed: PosedSighting, values: Any) -> int:
         """Return the key of the landmark of a look; a new landmark is added to the values."""
-        gtsam, (number, sighting) = self._gtsam, look
+        gtsam, (number, sighting) = self._gtsam, posed
         name = sighting.name or ""
         if name not in self._names:
             self._names[name] = gtsam.symbol("l", self._landmarks)
@@ -231,7 +231,7 @@ class GraphSlam:
             mended = self._mended(sighting)
             self._places[name], _ = landmark_from(self._poses[number], np.array([mended.range, mended.bearing]))
             values.insert(self._names[name], self._places[name])
-        self._looks.append(look)
+        self._sightings.append(posed)
         return self._names[name]
 
     def _add_factors(
@@ -239,7 +239,7 @@ class GraphSlam:
         graph: Any,
         keys: tuple[int, int, int],
         leg: tuple[Array, Array, Array],
-        looks: list[tuple[int, int, Sighting]],
+        placed: list[tuple[int, int, Sighting]],
     ) -> None:
         """Add the factors of odometry to the newest pose and of looks.
 
@@ -247,30 +247,30 @@ class GraphSlam:
             graph: To which they are added.
             keys: Keys of the pose before, the newest pose and the systematic errors of odometry.
             leg: Step of odometry between both, its covariance and its slopes.
-            looks: Key of the landmark, number of the pose and sighting of each.
+            placed: Key of the landmark, number of the pose and sighting of each.
         """
         gtsam, may_err = self._gtsam, self._ranges_may_err and self._range_errors.is_possible
         loss = gtsam.noiseModel.mEstimator.Huber.Create(HUBER)
-        newest = [(place, look) for place, number, look in looks if may_err and number == self._number]
+        newest = [(place, sighting) for place, number, sighting in placed if may_err and number == self._number]
         if newest:
-            covariances = [look.covariance * self._scale**2 for _, look in newest]
+            covariances = [sighting.covariance * self._scale**2 for _, sighting in newest]
             seen = PoseSightings(
-                self._ranges, [place for place, _ in newest], [look for _, look in newest], covariances
+                self._ranges, [place for place, _ in newest], [sighting for _, sighting in newest], covariances
             )
             graph.add(pose_factor(gtsam, keys, leg, seen))
         else:
             graph.add(leg_factor(gtsam, keys, *leg))
-        for place, number, look in looks:
-            at, covariance = gtsam.symbol("x", number), look.covariance * self._scale**2
+        for place, number, sighting in placed:
+            at, covariance = gtsam.symbol("x", number), sighting.covariance * self._scale**2
             if not may_err:
-                graph.add(look_factor(gtsam, (at, place), look, covariance, loss))
+                graph.add(sighting_factor(gtsam, (at, place), sighting, covariance, loss))
             elif number != self._number:
-                graph.add(shared_look_factor(gtsam, (at, place, self._ranges), look, covariance, loss))
+                graph.add(shared_sighting_factor(gtsam, (at, place, self._ranges), sighting, covariance, loss))
 
-    def _mended(self, look: Sighting) -> Sighting:
+    def _mended(self, sighting: Sighting) -> Sighting:
         """Return a sighting corrected for the systematic errors of ranges."""
-        true, _, _ = corrected(np.array([look.range, look.bearing]), self._range_mean)
-        return replace(look, range=float(true[0]))
+        true, _, _ = corrected(np.array([sighting.range, sighting.bearing]), self._range_mean)
+        return replace(sighting, range=float(true[0]))
 
     @property
     def _ranges_may_err(self) -> bool:
@@ -278,11 +278,11 @@ class GraphSlam:
 
     def _solve(self, graph: Any, values: Any) -> None:
         """Add new factors and values, and replace priors of the systematic errors that have changed."""
-        outdated = self._doubt_prior.renew(graph, self._doubt + SOFT)
+        outdated = self._systematic_prior.renew(graph, self._systematic_variances + SOFT)
         if self._ranges_may_err:
             outdated += self._range_prior.renew(graph, self._range_errors.variances + SOFT)
         added = self._solver.update(graph, values, outdated).getNewFactorsIndices()
-        self._doubt_prior.added(added)
+        self._systematic_prior.added(added)
         self._range_prior.added(added)
 
     def _read(self) -> None:

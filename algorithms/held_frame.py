@@ -21,7 +21,7 @@ from .relocation import fitted
 UNSURE = math.radians(3.0)
 """The frame is held while the standard deviation of the heading exceeds this [rad]. With less, small rooms would keep
 the errors of their first sightings; at 5 m it amounts to 0.3 m, the distance that robots keep from walls."""
-SPREAD = 0.5
+MIN_EXTENT = 0.5
 """Extent that the reported positions must have before a rotation is fitted to them [m]."""
 
 
@@ -67,7 +67,7 @@ class HeldFrame:
         self._held = deviation >= UNSURE or (self._held and not self._release)
         if not self._held:
             self._shift = np.zeros(3)
-        elif np.ptp(before, axis=0).max() > SPREAD:
+        elif np.ptp(before, axis=0).max() > MIN_EXTENT:
             self._shift = fitted(solved, before)
 
     def report(self, solved: Array) -> None:
@@ -79,9 +79,9 @@ class HeldFrame:
 
     def thin(self) -> None:
         """Forget every other reported position, but not the first."""
-        kept = self._reported[: self._count : 2]
-        self._count = len(kept)
-        self._reported[: self._count] = kept
+        remaining = self._reported[: self._count : 2]
+        self._count = len(remaining)
+        self._reported[: self._count] = remaining
 
     def pose(self, solved: Array) -> Array:
         """Return a pose in the held frame, shape (3,)."""
@@ -89,22 +89,22 @@ class HeldFrame:
 
     def pose_covariance(self, solved: Array, covariance: Array) -> Array:
         """Return the covariance of a pose in the held frame, including the difference to the solution, shape (3, 3)."""
-        R, off = self._rotation(), self._off(solved)
-        return np.asarray(R @ covariance @ R.T + np.outer(off, off))
+        R, offset = self._rotation(), self._offset(solved)
+        return np.asarray(R @ covariance @ R.T + np.outer(offset, offset))
 
     def landmark(self, mean: Array, covariance: Array) -> tuple[Array, Array]:
         """Return a landmark (2,) and its covariance (2, 2) in the held frame."""
         point = np.array([*mean, 0.0])
-        spread = np.zeros((3, 3))
-        spread[:2, :2] = covariance
-        return self.pose(point)[:2], self.pose_covariance(point, spread)[:2, :2]
+        padded = np.zeros((3, 3))
+        padded[:2, :2] = covariance
+        return self.pose(point)[:2], self.pose_covariance(point, padded)[:2, :2]
 
     def places(self, means: Array, covariances: Array) -> tuple[Array, Array]:
         """Return landmarks (n, 2) and their covariances (n, 2, 2) in the held frame, as `landmark` has each."""
         R = self._rotation()[:2, :2]
         held = means @ R.T + self._shift[:2]
-        off = held - means
-        return held, R @ covariances @ R.T + off[:, :, None] * off[:, None, :]
+        offsets = held - means
+        return held, R @ covariances @ R.T + offsets[:, :, None] * offsets[:, None, :]
 
     def joint_covariance(self, pose: Array, points: Array, covariance: Array) -> Array:
         """Return the covariance of a pose (3,) and points (n, 2) together in the held frame, shape (3 + 2 n, 3 + 2 n).
@@ -113,14 +113,14 @@ class HeldFrame:
         """
         R = self._rotation()
         turned = scipy.linalg.block_diag(R, np.kron(np.eye(len(points)), R[:2, :2]))
-        off = np.concatenate([self._off(pose), (points @ R[:2, :2].T + self._shift[:2] - points).ravel()])
-        return np.asarray(turned @ covariance @ turned.T + np.outer(off, off))
+        offsets = np.concatenate([self._offset(pose), (points @ R[:2, :2].T + self._shift[:2] - points).ravel()])
+        return np.asarray(turned @ covariance @ turned.T + np.outer(offsets, offsets))
 
-    def _off(self, solved: Array) -> Array:
+    def _offset(self, solved: Array) -> Array:
         """Return by how much a pose is reported elsewhere, shape (3,)."""
-        off = self.pose(solved) - solved
-        off[2] = wrap_angle(float(off[2]))
-        return np.asarray(off)
+        offset = self.pose(solved) - solved
+        offset[2] = wrap_angle(float(offset[2]))
+        return np.asarray(offset)
 
     def _rotation(self) -> Array:
         c, s = math.cos(self._shift[2]), math.sin(self._shift[2])

@@ -35,7 +35,7 @@ class Twins:
         self._beside: dict[Hashable, set[Hashable]] = defaultdict(set)
         """By landmark: those seen simultaneously with it."""
 
-    def saw(self, names: Sequence[Hashable]) -> None:
+    def record(self, names: Sequence[Hashable]) -> None:
         """Store the landmarks seen simultaneously."""
         for name in names:
             self._beside[name].update(names)
@@ -59,20 +59,20 @@ class Twins:
         variances = 2.0 * self._scale**2 * np.array([_variance(sighting) for _, sighting in seen])
         places = slam.positions(among)
         gaps = slam.positions([name for name, _ in seen])[:, None] - places
-        near = np.einsum("kni,kni->kn", gaps, gaps) < self._gate * variances[:, None]
-        for k, row in np.argwhere(near).tolist():
+        in_gate = np.einsum("kni,kni->kn", gaps, gaps) < self._gate * variances[:, None]
+        for k, row in np.argwhere(in_gate).tolist():
             name = seen[k][0]
             if among[row] not in self._beside[name]:
                 first, second = sorted((row, rows[name]))
                 return among[first], among[second], float(variances[k])
         return None
 
-    def unite(self, kept: Hashable, gone: Hashable) -> None:
+    def unite(self, first: Hashable, second: Hashable) -> None:
         """Treat two landmarks as one from now on."""
-        beside = self._beside.pop(gone, set()) - {gone}
-        self._beside[kept] |= beside | {kept}
+        beside = self._beside.pop(second, set()) - {second}
+        self._beside[first] |= beside | {first}
         for other in beside:
-            self._beside[other] = self._beside[other] - {gone} | {kept}
+            self._beside[other] = self._beside[other] - {second} | {first}
 
 
 def _variance(sighting: Sighting) -> float:

@@ -10,7 +10,7 @@ from mjsim.interface import Observation, RobotInfo, Scan
 
 from .balance import TickLean
 
-CLEARANCE, DOUBT = 0.05, 0.02
+CLEARANCE, ANGLE_MARGIN = 0.05, 0.02
 """A beam that ends lower than this above the floor may have hit it; the limit increases with its range [m, rad]: the
 pitch error of an inertial sensor while the robot is pushed."""
 
@@ -77,11 +77,11 @@ def level_scan(scan: Scan, level_from_lidar: Array) -> LevelScan:
     """
     angles, away = scan.angles(), scan.ranges
     directions = level_from_lidar[:3, :2] @ np.stack([np.cos(angles), np.sin(angles)])
-    met = np.isfinite(away)
-    lengths = np.where(met, away, 0.0)
+    hit = np.isfinite(away)
+    lengths = np.where(hit, away, 0.0)
     height = level_from_lidar[2, 3] + lengths * directions[2]
-    flat = np.where(met, lengths * np.hypot(*directions[:2]), away)
-    flat[met & (height < CLEARANCE + DOUBT * lengths)] = -math.inf
+    flat = np.where(hit, lengths * np.hypot(*directions[:2]), away)
+    flat[hit & (height < CLEARANCE + ANGLE_MARGIN * lengths)] = -math.inf
     return LevelScan(replace(scan, ranges=flat), _in_plane(level_from_lidar))
 
 

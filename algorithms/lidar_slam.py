@@ -18,7 +18,7 @@ from .odometry_bias import OdometryBias
 from .pose_graph import PoseGraph, compose
 from .recent_motion import SAME, RecentMotion
 from .scan_odometry import ScanOdometry
-from .scan_search import Laid, lay
+from .scan_search import MatchedPose, match_pose
 from .scan_walls import Surface, walls_of
 
 SLIP = np.array([0.05, 0.05, 0.02])
@@ -80,7 +80,7 @@ class LidarSlam:
     def _begin(self, prior: Array, covariance: Array) -> None:
         """Reset everything to the start of the robot."""
         self._prior, self._newest = prior, (prior, covariance)
-        self._way: list[tuple[float, int, Array]] = []
+        self._trajectory: list[tuple[float, int, Array]] = []
         self._reached: list[Array] = []
         self._bias = OdometryBias()
         rules = {"loop_distance": self._loop_distance, "loop_share": self._loop_share}
@@ -93,7 +93,7 @@ class LidarSlam:
     def _rest(self) -> None:
         """Restart the accumulated motion here."""
         self._step, self._step_covariance = np.zeros(3), np.zeros((3, 3))
-        self._told, self._driven, self._moving = np.zeros(3), 0.0, 0.0
+        self._raw_step, self._driven, self._moving = np.zeros(3), 0.0, 0.0
 
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
         """Begin at the robot's prior with an empty map.
@@ -122,27 +122,27 @@ class LidarSlam:
 
     def update(self, seen: Observation) -> Estimate:
         """Return the belief after this tick's odometry and, when the robot has moved, its scan."""
-        looked = self._scans.update(seen)
+        level_scan = self._scans.update(seen)
         walls = None
         if self._by_scans.is_needed(seen):
-            walls = None if looked is None else walls_of(looked)
-            seen = replace(seen, odometry=self._by_scans.update(seen, looked, walls))
+            walls = None if level_scan is None else walls_of(level_scan)
+            seen = replace(seen, odometry=self._by_scans.update(seen, level_scan, walls))
         forward, left, turn = seen.odometry.forward, seen.odometry.left, seen.odometry.turn
         moved = np.array([forward, left, turn])
         seconds = seen.dt if max(abs(forward), abs(left), abs(turn)) > STILL else 0.0
-        self._told = compose(self._told, moved)
+        self._raw_step = compose(self._raw_step, moved)
         self._driven, self._moving = self._driven + math.hypot(forward, left), self._moving + seconds
         self._step, F, G = self._motion(self._step, self._bias.corrected(moved, seconds))
         self._step_covariance = F @ self._step_covariance @ F.T + G @ seen.odometry.covariance @ G.T
         x, y, turned = self._step.tolist()
         far = math.hypot(x, y) > self._distance or abs(turned) > self._turn
         self._recent.move(seen.odometry, seen.moment)
-        if looked is not None and (far or not self.keyframes):
-            walls = walls_of(looked) if walls is None else walls
-            self._extend(*self._from_now(looked, walls, seen.moment))
+        if level_scan is not None and (far or not self.keyframes):
+            walls = walls_of(level_scan) if walls is None else walls
+            self._extend(*self._from_now(level_scan, walls, seen.moment))
             self._map.work()
             self._newest = self._map.belief()
-        self._way.append((seen.moment, len(self.keyframes) - 1, self._step))
+        self._trajectory.append((seen.moment, len(self.keyframes) - 1, self._step))
         if self._show_every and seen.time >= self._next_shown:
             self._shown, self._next_shown = (shown_grid(self.grid()),), seen.time + self._show_every
         return self._belief()
@@ -154,22 +154,25 @@ class LidarSlam:
         poses = [*self._map.poses(), self._prior]
         # What the next scan of the map found against odometry came about on the way to it.
         ends = [compose(pose, reached) for pose, reached in zip(poses, self._reached, strict=False)]
-        off = [there - end for there, end in zip(poses[1:-1], ends, strict=True)]
-        return [(time, self._on_the_way(poses[number], step, number, off)) for time, number, step in self._way]
+        corrections = [target - end for target, end in zip(poses[1:-1], ends, strict=True)]
+        return [
+            (time, self._interpolated(poses[number], step, number, corrections))
+            for time, number, step in self._trajectory
+        ]
 
-    def _on_the_way(self, last: Array, step: Array, number: int, off: Sequence[Array]) -> Pose:
+    def _interpolated(self, last: Array, step: Array, number: int, corrections: Sequence[Array]) -> Pose:
         """Return a pose between two scans of the map.
 
         Args:
             last: Pose of the previous scan, world frame, shape (3,).
             step: Motion by odometry since then, shape (3,).
             number: Of the previous scan; -1 for none.
-            off: Difference of each next scan from odometry, world frame, shape (3,) each.
+            corrections: Difference of each next scan from odometry, world frame, shape (3,) each.
         """
         pose = compose(last, step)
-        if 0 <= number < len(off):
+        if 0 <= number < len(corrections):
             share = min(1.0, _size(step) / max(_size(self._reached[number]), 1e-9))
-            x, y, heading = off[number].tolist()
+            x, y, heading = corrections[number].tolist()
             pose = pose + share * np.array([x, y, wrap_angle(heading)])
         return Pose(float(pose[0]), float(pose[1]), wrap_angle(float(pose[2])))
 
@@ -177,51 +180,51 @@ class LidarSlam:
         """Return the map as a grid of odds; the keys are those of `OccupancyGrid`."""
         grid = OccupancyGrid(**keys)
         for pose, keyframe in zip(self._map.poses(), self.keyframes, strict=True):
-            grid.add(Pose.from_array(pose) @ keyframe.looked.robot_from_lidar, keyframe.looked.scan)
+            grid.add(Pose.from_array(pose) @ keyframe.level_scan.robot_from_lidar, keyframe.level_scan.scan)
         return grid
 
-    def _from_now(self, looked: LevelScan, walls: Surface, time: float) -> tuple[LevelScan, Surface]:
+    def _from_now(self, level_scan: LevelScan, walls: Surface, time: float) -> tuple[LevelScan, Surface]:
         """Return a scan and its walls in the frame of the robot now, if the scan is older than its motion."""
-        if looked.scan.stamp > time - SAME:
-            return looked, walls
-        step, _ = self._recent.since(looked.scan.stamp)
+        if level_scan.scan.stamp > time - SAME:
+            return level_scan, walls
+        step, _ = self._recent.since(level_scan.scan.stamp)
         now_from_then = Pose.from_array(step).inverse()
-        looked = replace(looked, robot_from_lidar=now_from_then @ looked.robot_from_lidar)
-        return looked, walls.moved(now_from_then.as_array())
+        level_scan = replace(level_scan, robot_from_lidar=now_from_then @ level_scan.robot_from_lidar)
+        return level_scan, walls.moved(now_from_then.as_array())
 
-    def _extend(self, looked: LevelScan, surface: Surface) -> None:
+    def _extend(self, level_scan: LevelScan, surface: Surface) -> None:
         """Match a scan, given its walls, to the last ones, and add it to the map."""
         noise = self._scale**2 * self._step_covariance
-        laid = Laid(self._step, noise, noise, noise, np.eye(3))
-        moved = self._told, self._driven, self._moving
+        matched = MatchedPose(self._step, noise, noise, noise, np.eye(3))
+        moved = self._raw_step, self._driven, self._moving
         if self.keyframes:
             noise = noise + self._slip()
-            doubt = self._bias.doubt(*moved)
-            laid = lay(surface, self._map.recent_walls(), self._step, noise, doubt=doubt)
-            off = laid.pose - self._step
-            off[2] = wrap_angle(float(off[2]))
+            systematic = self._bias.step_covariance(*moved)
+            matched = match_pose(surface, self._map.recent_walls(), self._step, noise, systematic=systematic)
+            correction = matched.pose - self._step
+            correction[2] = wrap_angle(float(correction[2]))
             self._reached.append(self._step)
-            self._witness(off, laid)
-            self._bias.learn(*moved, off, noise, laid.covariance)
-        self._map.add(looked, surface, laid, laid.follows @ self._bias.slopes(*moved))
+            self._check_turn(correction, matched)
+            self._bias.learn(*moved, correction, noise, matched.covariance)
+        self._map.add(level_scan, surface, matched, matched.follows @ self._bias.slopes(*moved))
         self._rest()
 
-    def _witness(self, off: Array, laid: Laid) -> None:
+    def _check_turn(self, correction: Array, matched: MatchedPose) -> None:
         """Compare the turn of a step as scans show it with the noise that the data sheet of odometry has for it.
 
         Args:
-            off: The step by scans and odometry less that by odometry, shape (3,).
-            laid: The step by scans.
+            correction: The step by scans and odometry less that by odometry, shape (3,).
+            matched: The step by scans.
         """
-        by_sheet, by_scans = float(self._step_covariance[2, 2]), float(laid.own[2, 2])
+        by_sheet, by_scans = float(self._step_covariance[2, 2]), float(matched.own[2, 2])
         if by_scans < by_sheet:
-            self._squares += off[2] ** 2 / (by_sheet + by_scans)
+            self._squares += correction[2] ** 2 / (by_sheet + by_scans)
             self._witnesses += 1.0
 
     def _slip(self) -> Array:
         """Return the covariance of the errors of odometry beyond its data sheet, shape (3, 3)."""
-        way = float(np.hypot(*self._step[:2]))
-        amount = np.array([way, way, abs(self._step[2])])
+        distance = float(np.hypot(*self._step[:2]))
+        amount = np.array([distance, distance, abs(self._step[2])])
         return np.diag((FLOOR + SLIP * amount) ** 2)
 
     def _belief(self) -> Estimate:

@@ -14,7 +14,7 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.interface import Sighting
 
-from .ekf_models import apart, range_bearing
+from .ekf_models import innovation, range_bearing
 from .recent_motion import MEMORY, RecentMotion
 
 GATE = 13.8
@@ -23,7 +23,7 @@ freedom)."""
 NEEDED = 3
 """Number of waiting sightings of a landmark that must agree; fewer if fewer support its present position."""
 
-Look = tuple[int, Sighting]
+PosedSighting = tuple[int, Sighting]
 """The index of a pose, and a sighting from it."""
 
 
@@ -33,7 +33,7 @@ class LookChecks:
     def __init__(self) -> None:
         """Start where the map begins."""
         self._covariance = np.zeros((3, 3))
-        self._waiting: dict[str, deque[Look]] = {}
+        self._waiting: dict[str, deque[PosedSighting]] = {}
         self._counted: Counter[str] = Counter()
 
     def move(self, F: Array, covariance: Array) -> None:
@@ -57,7 +57,7 @@ class LookChecks:
             sighting: The sighting of this landmark.
         """
         expected, H_pose, _ = range_bearing(pose, landmark[None])
-        nu, H = apart(np.array([[sighting.range, sighting.bearing]]), expected)[0], H_pose[0]
+        nu, H = innovation(np.array([[sighting.range, sighting.bearing]]), expected)[0], H_pose[0]
         # A landmark is about as uncertain as a single sighting of it.
         S = H @ self._covariance @ H.T + 2.0 * sighting.covariance
         if nu @ np.linalg.solve(S, nu) > GATE:
@@ -66,7 +66,7 @@ class LookChecks:
         self._counted[sighting.name or ""] += 1
         return True
 
-    def wait(self, number: int, sighting: Sighting, recent: RecentMotion, time: float) -> list[Look]:
+    def wait(self, number: int, sighting: Sighting, recent: RecentMotion, time: float) -> list[PosedSighting]:
         """Add a sighting to those that wait; return all that agree with it, including itself, if there are enough.
 
         Args:
@@ -89,5 +89,5 @@ class LookChecks:
 
 def _same(one: Sighting, other: Sighting) -> bool:
     """Return whether two sightings from the same pose may be of the same landmark."""
-    nu = apart(np.array([[one.range, one.bearing]]), np.array([[other.range, other.bearing]]))[0]
+    nu = innovation(np.array([[one.range, one.bearing]]), np.array([[other.range, other.bearing]]))[0]
     return bool(nu @ np.linalg.solve(one.covariance + other.covariance, nu) < GATE)

@@ -81,7 +81,7 @@ def find_loop(
     window = np.clip(reach, NARROWEST, WIDEST)
     information = inverse(covariance + FLOOR)
     found = hypotheses(
-        WallField(walls), thin, guess, information, window, most=6, behind=BEHIND, kept=KEPT, unseen=UNSEEN
+        WallField(walls), thin, guess, information, window, limit=6, behind=BEHIND, kept=KEPT, unseen=UNSEEN
     )
     elements = len(thin.points)
     found = sorted((_judged(match, elements, UNSEEN) for match in found), key=lambda match: match.cost)
@@ -90,8 +90,8 @@ def find_loop(
         return None
     if through(best.pose) > THROUGH:
         return None
-    off = step_between(guess, best.pose)
-    if off @ information @ off > GATE:
+    difference = step_between(guess, best.pose)
+    if difference @ information @ difference > GATE:
         return None
     seen = best.seen + 1e-3 * np.eye(3)
     return Loop(old, new, best.pose, inverse(inverse(seen) + FLOOR), bool((reach < SURE).all()))
@@ -132,6 +132,6 @@ def agree(one: Loop, other: Loop, poses: Array) -> bool:
     by_one = compose(poses[one.old], one.step)
     by_other = compose(poses[other.old], other.step)
     # Where the second new part lies, by each of the two loops.
-    there = compose(by_one, step_between(poses[one.new], poses[other.new]))
-    off = there - by_other
-    return bool(np.hypot(*off[:2]) < 0.5 and abs(wrap_angle(float(off[2]))) < 0.08)
+    predicted = compose(by_one, step_between(poses[one.new], poses[other.new]))
+    difference = predicted - by_other
+    return bool(np.hypot(*difference[:2]) < 0.5 and abs(wrap_angle(float(difference[2]))) < 0.08)

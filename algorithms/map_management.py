@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 class _Case:
     """Evidence for and against a landmark on probation."""
 
-    looks: list[float] = field(default_factory=list)
+    agreeing: list[float] = field(default_factory=list)
     """Times of the looks that agree, including the first [s]."""
     against: int = 0
     """Number of looks that disagreed."""
@@ -49,8 +49,8 @@ class Probation:
         """Count a look that agrees with its landmark; enough of them end the probation."""
         if (case := self._cases.get(name)) is None:
             return
-        case.looks = [*(look for look in case.looks if time - look < self._patience), time]
-        if len(case.looks) >= self._confirmations:
+        case.agreeing = [*(stamp for stamp in case.agreeing if time - stamp < self._patience), time]
+        if len(case.agreeing) >= self._confirmations:
             del self._cases[name]
 
     def fails(self, name: Hashable) -> bool:
@@ -58,13 +58,13 @@ class Probation:
         if (case := self._cases.get(name)) is None:
             return False
         case.against += 1
-        if failed := case.against >= len(case.looks):
+        if failed := case.against >= len(case.agreeing):
             del self._cases[name]
         return failed
 
     def overdue(self, time: float) -> list[Hashable]:
         """Return the landmarks that were not seen again in time."""
-        return [name for name, case in self._cases.items() if time - case.looks[-1] >= self._patience]
+        return [name for name, case in self._cases.items() if time - case.agreeing[-1] >= self._patience]
 
     def end(self, name: Hashable) -> None:
         """Forget a landmark."""

@@ -15,7 +15,7 @@ from .loop_closing import WIDEST, Loop, agree, find_loop
 from .odometry_bias import OdometryBias
 from .pose_graph import COMMON, PoseGraph, carried, compose, composed, step_between
 from .pose_matrices import inverse
-from .scan_search import Laid
+from .scan_search import MatchedPose
 from .scan_walls import Surface, placed
 
 LOCAL = 6
@@ -45,7 +45,7 @@ SETTLED = 0.005
 class Keyframe:
     """A scan of the map."""
 
-    looked: LevelScan
+    level_scan: LevelScan
     surface: Surface
     """The walls that it shows, in the robot's frame."""
     part: int
@@ -120,26 +120,26 @@ class PartsMap:
         """Restart the accumulated motion since the last solution: pose, conservative covariance, slopes."""
         self._since = np.zeros(3), np.zeros((3, 3)), np.zeros((3, COMMON))
 
-    def add(self, looked: LevelScan, surface: Surface, laid: Laid, slopes: Array) -> None:
+    def add(self, level_scan: LevelScan, surface: Surface, matched: MatchedPose, slopes: Array) -> None:
         """Add a scan.
 
         Args:
-            looked: The scan as received.
+            level_scan: The scan as received.
             surface: Its walls, in the robot's frame.
-            laid: The robot in the frame of the previous scan, or of the prior.
+            matched: The robot in the frame of the previous scan, or of the prior.
             slopes: Derivative of that by the systematic errors of odometry, shape (3, 4).
         """
         errors = self._errors
         place = self._place.given(errors)
-        _, self._passing = self._after(place, np.zeros((3, 3)), laid.pose, laid.own - laid.lasting)
-        _, self._cautious = self._after(place, self._cautious, laid.pose, laid.own)
-        pose, F, G = self._motion(place, laid.pose)
+        _, self._passing = self._after(place, np.zeros((3, 3)), matched.pose, matched.own - matched.lasting)
+        _, self._cautious = self._after(place, self._cautious, matched.pose, matched.own)
+        pose, F, G = self._motion(place, matched.pose)
         slopes = F @ self._place.slopes + G @ slopes
         self._place = UncertainPlace(pose - slopes @ errors, slopes)
-        self._lasting = F @ self._lasting @ F.T + G @ laid.lasting @ G.T
+        self._lasting = F @ self._lasting @ F.T + G @ matched.lasting @ G.T
         if len(self.keyframes) - self._begins[-1] >= PART:
             self._begin_part()
-        self.keyframes.append(Keyframe(looked, surface, len(self._begins) - 1, self._place))
+        self.keyframes.append(Keyframe(level_scan, surface, len(self._begins) - 1, self._place))
 
     def belief(self) -> tuple[Array, Array]:
         """Return the pose of the newest scan in the world, shape (3,), and its covariance, shape (3, 3)."""
@@ -290,7 +290,7 @@ class PartsMap:
         """Return some scans of some parts, with the robot's pose in a frame, given in the world, shape (3,)."""
         members = [each for part in parts for each in self.keyframes[self._begins[part] :][:PART:every]]
         poses = self._poses(members)
-        return [(pose, each.looked) for pose, each in zip(step_between(frame, poses), members, strict=True)]
+        return [(pose, each.level_scan) for pose, each in zip(step_between(frame, poses), members, strict=True)]
 
     def _consider(self, loop: Loop) -> None:
         """Close a loop if it is certain, or agrees with another; otherwise remember it."""

@@ -34,78 +34,80 @@ class OdometryBias:
         self.covariance: Array = np.diag(PRIOR**2)
         """Of them, shape (4, 4)."""
 
-    def corrected(self, told: Array, seconds: float) -> Array:
+    def corrected(self, step: Array, seconds: float) -> Array:
         """Return the motion of a tick without the errors of odometry, shape (3,) [m, m, rad].
 
         Args:
-            told: Motion by odometry, shape (3,).
+            step: Motion by odometry, shape (3,).
             seconds: How long the robot moved [s].
         """
-        return told - _effects(told, float(np.hypot(told[0], told[1])), seconds) @ self.errors
+        return step - _effects(step, float(np.hypot(step[0], step[1])), seconds) @ self.errors
 
-    def slopes(self, told: Array, way: float, seconds: float) -> Array:
+    def slopes(self, step: Array, distance: float, seconds: float) -> Array:
         """Return the derivative of a corrected step by the errors of odometry, shape (3, 4).
 
         Args:
-            told: The step by odometry alone, shape (3,) [m, m, rad].
-            way: How far the robot drove on it [m].
+            step: The step by odometry alone, shape (3,) [m, m, rad].
+            distance: How far the robot drove on it [m].
             seconds: How long it moved [s].
         """
-        return -_effects(told, way, seconds)
+        return -_effects(step, distance, seconds)
 
-    def doubt(self, told: Array, way: float, seconds: float) -> Array:
+    def step_covariance(self, step: Array, distance: float, seconds: float) -> Array:
         """Return the covariance of a step from the uncertainty of the systematic errors, shape (3, 3).
 
         Args:
-            told: The step by odometry alone, shape (3,) [m, m, rad].
-            way: How far the robot drove on it [m].
+            step: The step by odometry alone, shape (3,) [m, m, rad].
+            distance: How far the robot drove on it [m].
             seconds: How long it moved [s].
         """
-        H = _effects(told, way, seconds)
+        H = _effects(step, distance, seconds)
         return np.asarray(H @ self.covariance @ H.T)
 
-    def learn(self, told: Array, way: float, seconds: float, off: Array, noise: Array, after: Array) -> None:
+    def learn(
+        self, step: Array, distance: float, seconds: float, correction: Array, noise: Array, after: Array
+    ) -> None:
         """Update the errors with a step measured by scans.
 
         Args:
-            told: The step by odometry alone, without corrections, shape (3,) [m, m, rad].
-            way: How far the robot drove on it [m].
+            step: The step by odometry alone, without corrections, shape (3,) [m, m, rad].
+            distance: How far the robot drove on it [m].
             seconds: How long it moved [s].
-            off: The step by scans and corrected odometry together less that by the latter, shape (3,).
-            noise: Covariance of the step by corrected odometry, `doubt` left out, shape (3, 3).
+            correction: The step by scans and corrected odometry together less that by the latter, shape (3,).
+            noise: Covariance of the step by corrected odometry, `step_covariance` left out, shape (3, 3).
             after: Covariance of the step by scans and by odometry with its doubt, shape (3, 3).
         """
-        H = -_effects(told, way, seconds)
+        H = -_effects(step, distance, seconds)
         by_odometry = inverse(noise + H @ self.covariance @ H.T)
         by_both = inverse(after)
-        told_by_scans = by_both - by_odometry
-        if off @ by_odometry @ off <= GATE and np.linalg.eigvalsh(told_by_scans)[0] >= 0.0:
-            clear = _clear(told_by_scans)
+        scan_information = by_both - by_odometry
+        if correction @ by_odometry @ correction <= GATE and np.linalg.eigvalsh(scan_information)[0] >= 0.0:
+            clear = _clear(scan_information)
             # Between scans alone and odometry: information of the difference, and that times the difference itself,
-            # which is larger than `off` where scans tell little.
-            both = np.eye(3) + clear @ told_by_scans @ clear @ noise
-            information = np.linalg.solve(both, clear @ told_by_scans @ clear)
+            # which is larger than `correction` where scans tell little.
+            both = np.eye(3) + clear @ scan_information @ clear @ noise
+            information = np.linalg.solve(both, clear @ scan_information @ clear)
             known = np.linalg.inv(self.covariance) + H.T @ information @ H
             self.covariance = np.asarray(np.linalg.inv(known), dtype=float)
-            self.errors = self.errors + self.covariance @ H.T @ np.linalg.solve(both, clear @ by_both @ off)
+            self.errors = self.errors + self.covariance @ H.T @ np.linalg.solve(both, clear @ by_both @ correction)
         self.covariance = self.covariance + self._drift
 
 
 def _clear(information: Array) -> Array:
     """Return the projection on directions clearly measured by scans, shape (3, 3); noise fakes some in others."""
     values, vectors = np.linalg.eigh(information[:2, :2])
-    kept = vectors[:, values >= CLEAR * values[1]]
+    clear_directions = vectors[:, values >= CLEAR * values[1]]
     clear: Array = np.eye(3)
-    clear[:2, :2] = kept @ kept.T
+    clear[:2, :2] = clear_directions @ clear_directions.T
     return clear
 
 
-def _effects(step: Array, way: float, seconds: float) -> Array:
+def _effects(step: Array, distance: float, seconds: float) -> Array:
     """Return the derivative of a step of odometry by the errors, shape (3, 4)."""
     forward, left, turn = step.tolist()
     effects = np.zeros((3, 4))
     effects[:, 0] = forward, left, 0.0
-    effects[2, 1:] = turn, way, seconds
+    effects[2, 1:] = turn, distance, seconds
     # A turn that comes evenly moves the end of the step aside by half of it.
     effects[0, 1:], effects[1, 1:] = -0.5 * left * effects[2, 1:], 0.5 * forward * effects[2, 1:]
     return effects

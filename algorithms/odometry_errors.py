@@ -32,17 +32,17 @@ class OdometryErrors:
     over a given distance L if the variance of s is q / L. For the turn, one radian counts as one metre.
     """
 
-    def __init__(self, way: float, *, delay: float = DELAY) -> None:
+    def __init__(self, length: float, *, delay: float = DELAY) -> None:
         """Start at rest, without errors.
 
         Args:
-            way: L, infinite for a robot without such errors [m].
+            length: L, infinite for a robot without such errors [m].
             delay: Standard deviation of the delay, if there are such errors [s].
         """
-        self._way, self._delay = way, 0.0 if math.isinf(way) else delay
+        self._length, self._delay = length, 0.0 if math.isinf(length) else delay
         self._claimed, self._moved = np.zeros(2), np.zeros(2)
         self._given = np.zeros(COUNT)
-        self._told: deque[Array] = deque()
+        self._increments: deque[Array] = deque()
 
     def step(
         self, moved: Odometry, covariance: Array, seconds: float, *, delay: float = 0.0
@@ -60,18 +60,18 @@ class OdometryErrors:
             slopes: Derivative of (forward, left, turn) by the errors, shape (3, 4).
             gained: Increase of their variances at this tick, shape (4,).
         """
-        told = np.array([moved.forward, moved.left, moved.turn])
-        way = float(np.hypot(moved.forward, moved.left))
+        increment = np.array([moved.forward, moved.left, moved.turn])
+        distance = float(np.hypot(moved.forward, moved.left))
         self._claimed += covariance[0, 0] + covariance[1, 1], covariance[2, 2]
-        self._moved += way, way + abs(moved.turn)
+        self._moved += distance, distance + abs(moved.turn)
         gained = np.zeros(COUNT)
         if self._moved[0] > BEGIN:
-            by_way, by_turn = (self._claimed / self._moved / self._way).tolist()
-            gained = np.maximum(np.array([by_way, by_turn, by_turn, self._delay**2]) - self._given, 0.0)
+            by_distance, by_turn = (self._claimed / self._moved / self._length).tolist()
+            gained = np.maximum(np.array([by_distance, by_turn, by_turn, self._delay**2]) - self._given, 0.0)
             self._given += gained
-        self._told.appendleft(told)
-        while len(self._told) > LATEST / seconds + 2.0:
-            self._told.pop()
+        self._increments.appendleft(increment)
+        while len(self._increments) > LATEST / seconds + 2.0:
+            self._increments.pop()
         # Velocity is even within a tick, so that a delayed one has its parts of two ticks.
         whole, part = divmod(min(max(delay, 0.0), LATEST) / seconds, 1.0)
         newer, older = (self._past(int(whole) + back) for back in (0, 1))
@@ -82,4 +82,4 @@ class OdometryErrors:
 
     def _past(self, ticks: int) -> Array:
         """Return the motion by odometry a number of ticks ago; the robot was at rest before the first."""
-        return self._told[ticks] if ticks < len(self._told) else np.zeros(3)
+        return self._increments[ticks] if ticks < len(self._increments) else np.zeros(3)

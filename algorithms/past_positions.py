@@ -15,9 +15,9 @@ from mjsim.interface import Estimate
 from .ekf_filter import EkfSlamFilter
 from .held_frame import HeldFrame
 
-APART = 0.3
+SPACING = 0.3
 """Way between two marks [m]; twice as much whenever there are too many."""
-MOST = 32
+MAX_MARKS = 32
 """Every other mark is dropped when there are more."""
 
 
@@ -38,12 +38,12 @@ class PastPositions:
         """Begin where the robot starts."""
         self._frame = HeldFrame(slam.pose, release=False)
         self._marks = [Mark(0)]
-        self._way, self._apart, self._next = 0.0, APART, 1
+        self._distance, self._spacing, self._next = 0.0, SPACING, 1
         slam.mark(self._marks[0])
 
-    def move(self, way: float) -> None:
+    def move(self, distance: float) -> None:
         """Take how far the robot has driven in a tick [m]."""
-        self._way += way
+        self._distance += distance
 
     def hold(self, slam: EkfSlamFilter) -> None:
         """Keep the frame after a correction."""
@@ -51,19 +51,19 @@ class PastPositions:
 
     def mark(self, slam: EkfSlamFilter) -> None:
         """Mark the position of the robot if it is far enough from the last one."""
-        if self._way < self._apart:
+        if self._distance < self._spacing:
             return
-        self._way = 0.0
+        self._distance = 0.0
         self._marks.append(Mark(self._next))
         self._next += 1
         slam.mark(self._marks[-1])
         self._frame.report(slam.pose)
-        if len(self._marks) > MOST:
+        if len(self._marks) > MAX_MARKS:
             for mark in self._marks[1::2]:
                 slam.remove(mark)
             del self._marks[1::2]
             self._frame.thin()
-            self._apart *= 2.0
+            self._spacing *= 2.0
 
     def reported(self, solved: Estimate) -> Estimate:
         """Return an estimate of the filter in the held frame; as it is where the frame is that of the start."""
@@ -71,12 +71,12 @@ class PastPositions:
         if not frame.is_shifted:
             return solved
         means = np.array([mean for mean, _ in solved.landmarks.values()]).reshape(-1, 2)
-        spreads = np.array([spread for _, spread in solved.landmarks.values()]).reshape(-1, 2, 2)
-        held = zip(solved.landmarks, *frame.places(means, spreads), strict=True)
+        covariances = np.array([covariance for _, covariance in solved.landmarks.values()]).reshape(-1, 2, 2)
+        held = zip(solved.landmarks, *frame.places(means, covariances), strict=True)
         return Estimate(
             pose=Pose.from_array(frame.pose(pose)),
             covariance=frame.pose_covariance(pose, solved.covariance),
-            landmarks={name: (place, spread) for name, place, spread in held},
+            landmarks={name: (place, covariance) for name, place, covariance in held},
             innovations=solved.innovations,
             joint_covariance=None if joint is None else frame.joint_covariance(pose, means, joint),
         )

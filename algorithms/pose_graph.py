@@ -33,14 +33,14 @@ class PoseGraph:
     """Pose of the second in the frame of the first, shape (k, 3)."""
     informations: Array = field(default_factory=lambda: np.zeros((0, 3, 3)))
     """Weight of each step, the inverse of a covariance, shape (k, 3, 3)."""
-    spreads: Array = field(default_factory=lambda: np.zeros((0, 3, 3)))
+    error_covariances: Array = field(default_factory=lambda: np.zeros((0, 3, 3)))
     """Covariance of the error of each step, shape (k, 3, 3); weights may be more conservative."""
     slopes: Array = field(default_factory=lambda: np.zeros((0, 3, COMMON)))
     """Derivative of each step by the common errors, shape (k, 3, 4); `steps` are given for common errors of 0."""
     errors: Array = field(default_factory=lambda: np.zeros(COMMON))
     """Estimate of the common errors of all steps, shape (4,)."""
     _expected: Array = field(default_factory=lambda: np.zeros(COMMON), init=False, repr=False)
-    _doubt: Array = field(default_factory=lambda: np.eye(COMMON), init=False, repr=False)
+    _prior_covariance: Array = field(default_factory=lambda: np.eye(COMMON), init=False, repr=False)
     _solution: "GraphSolution | None" = field(default=None, init=False, repr=False)
     """Factors of the normal equations of the last iteration."""
 
@@ -51,7 +51,7 @@ class PoseGraph:
 
     def expect(self, errors: Array, covariance: Array) -> None:
         """Set the prior of the common errors: mean (4,) and covariance (4, 4)."""
-        self._expected, self._doubt = errors, covariance
+        self._expected, self._prior_covariance = errors, covariance
 
     def add_step(
         self,
@@ -59,7 +59,7 @@ class PoseGraph:
         other: int,
         step: Array,
         information: Array,
-        spread: Array | None = None,
+        covariance: Array | None = None,
         slopes: Array | None = None,
     ) -> None:
         """Add a measured step from one pose to another.
@@ -69,14 +69,14 @@ class PoseGraph:
             other: Index of the second pose.
             step: Pose of the second in the frame of the first for common errors of 0, shape (3,).
             information: Its weight, shape (3, 3).
-            spread: Covariance of its own error, shape (3, 3); by default the inverse of the weight.
+            covariance: Covariance of its own error, shape (3, 3); by default the inverse of the weight.
             slopes: Its derivative by the common errors, shape (3, 4); by default 0.
         """
-        spread = np.asarray(np.linalg.inv(information), dtype=float) if spread is None else spread
+        covariance = np.asarray(np.linalg.inv(information), dtype=float) if covariance is None else covariance
         self.ends = np.concatenate([self.ends, np.array([[one, other]], dtype=np.intp)])
         self.steps = np.concatenate([self.steps, step[None]])
         self.informations = np.concatenate([self.informations, information[None]])
-        self.spreads = np.concatenate([self.spreads, spread[None]])
+        self.error_covariances = np.concatenate([self.error_covariances, covariance[None]])
         slopes = np.zeros((3, COMMON)) if slopes is None else slopes
         self.slopes = np.concatenate([self.slopes, slopes[None]])
 
@@ -97,11 +97,11 @@ class PoseGraph:
     def drop_misfits(self, limit: float) -> int:
         """Drop steps between distant poses whose squared normalized error exceeds a limit; return their number."""
         _, _, squared = self._errors()
-        kept = (np.abs(self.ends[:, 0] - self.ends[:, 1]) == 1) | (squared <= limit)
-        self.ends, self.steps = self.ends[kept], self.steps[kept]
-        self.informations, self.spreads = self.informations[kept], self.spreads[kept]
-        self.slopes = self.slopes[kept]
-        return int(np.sum(~kept))
+        consistent = (np.abs(self.ends[:, 0] - self.ends[:, 1]) == 1) | (squared <= limit)
+        self.ends, self.steps = self.ends[consistent], self.steps[consistent]
+        self.informations, self.error_covariances = self.informations[consistent], self.error_covariances[consistent]
+        self.slopes = self.slopes[consistent]
+        return int(np.sum(~consistent))
 
     def covariance(self, number: int) -> Array:
         """Return the covariance of one pose, given the first, from the spreads of the steps, shape (3, 3).
@@ -125,9 +125,9 @@ class PoseGraph:
         first, second = self.ends.T
         change = J[:, :, :3] @ columns[first] + J[:, :, 3:] @ columns[second] - self.slopes @ common
         weighed = self.informations @ change
-        each = weighed.transpose(0, 2, 1) @ self.spreads @ weighed
+        each = weighed.transpose(0, 2, 1) @ self.error_covariances @ weighed
         by_steps = np.einsum("k,kij->ij", self._weights(squared), each)
-        return np.asarray(by_steps + common.T @ np.linalg.solve(self._doubt, common))
+        return np.asarray(by_steps + common.T @ np.linalg.solve(self._prior_covariance, common))
 
     @property
     def solved(self) -> int:
@@ -207,7 +207,7 @@ class PoseGraph:
         across = np.asarray(np.stack(summed, axis=1), dtype=float)
         # The derivative of a step's error by the errors in common is minus its slopes.
         by_slopes = (self.slopes.transpose(0, 2, 1) @ self.informations) * self._weights(squared)[:, None, None]
-        known = np.linalg.inv(self._doubt)
+        known = np.linalg.inv(self._prior_covariance)
         common = known + (by_slopes @ self.slopes).sum(axis=0)
         pull = known @ (self.errors - self._expected) - (by_slopes @ error[:, :, None]).sum(axis=0)[:, 0]
         return GraphSolution.of(factors, across, common), np.concatenate([b, pull]), squared

@@ -20,7 +20,7 @@ RANGE_ERRORS = 2
 """Number of errors: offset [m] and relative error of the range."""
 REACH = 3.5
 """Range at which offset and relative error are assumed to be equal [m]."""
-ENOUGH, MOST = 30, 300
+ENOUGH, MAX_SCALE = 30, 300
 """Pairs of sightings after which their scatter counts, and after which no more are needed."""
 FAIR = 2.0
 """No error in common is left if the scatter has at least 1 / FAIR of the stated variance: that is uncertain too."""
@@ -64,7 +64,7 @@ class RangeErrors:
 
     def constraint(self, sightings: Sequence[Sighting], recent: RecentMotion) -> Array | None:
         """Return the variances, shape (2,), of a measurement that both errors are zero, if there is one to make."""
-        if self._part <= LEFT or self._pairs >= MOST or not self._prior.any():
+        if self._part <= LEFT or self._pairs >= MAX_SCALE or not self._prior.any():
             return None
         self._compare(sightings, recent)
         if any(sighting.corners is not None for sighting in sightings):

@@ -22,14 +22,14 @@ COUNTED, FAILING = 12, 9
 """Number of recent sightings of the map, and of failures among them for a lost robot; if half are wrong, fewer fail."""
 AGREEING = 0.7
 """Proportion of the sightings that a new pose must explain."""
-APART = 0.5
+MIN_DISTANCE = 0.5
 """Least distance between the two sightings that give a pose [m]."""
-MOST_LOOKS = 40
+MAX_SIGHTINGS = 40
 """Most sightings used, the newest ones."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Look:
+class _Record:
     name: Hashable
     sighting: Sighting
 
@@ -39,7 +39,7 @@ class Relocation:
 
     def __init__(self) -> None:
         """Start with nothing seen."""
-        self._looks: deque[_Look] = deque(maxlen=MOST_LOOKS)
+        self._records: deque[_Record] = deque(maxlen=MAX_SIGHTINGS)
         self._failed: deque[bool] = deque(maxlen=COUNTED)
 
     @property
@@ -47,23 +47,23 @@ class Relocation:
         """Whether nearly all of the last sightings failed."""
         return sum(self._failed) >= FAILING
 
-    def saw(self, name: Hashable, sighting: Sighting, *, failed: bool) -> None:
+    def record(self, name: Hashable, sighting: Sighting, *, failed: bool) -> None:
         """Record a sighting of a landmark of the map."""
-        self._looks.append(_Look(name, sighting))
+        self._records.append(_Record(name, sighting))
         self._failed.append(failed)
 
     def found(self) -> None:
         """Reset the record of failures after a new pose."""
         self._failed.clear()
 
-    def looks(self, motion: RecentMotion, time: float) -> tuple[list[Hashable], list[Sighting]]:
+    def recent(self, motion: RecentMotion, time: float) -> tuple[list[Hashable], list[Sighting]]:
         """Return the newest sighting of each landmark of the map, transformed to the current pose."""
-        newest = {look.name: look.sighting for look in self._looks if time - look.sighting.stamp < MEMORY}
+        newest = {record.name: record.sighting for record in self._records if time - record.sighting.stamp < MEMORY}
         return list(newest), [motion.to_now(sighting) for sighting in newest.values()]
 
 
-def pose_from_looks(
-    names: Sequence[Hashable], looks: Sequence[Sighting], places: Mapping[Hashable, Array]
+def pose_from_sightings(
+    names: Sequence[Hashable], sightings: Sequence[Sighting], places: Mapping[Hashable, Array]
 ) -> Array | None:
     """Return the pose with which most sightings agree; None if no pose explains enough of them.
 
@@ -72,19 +72,19 @@ def pose_from_looks(
 
     Args:
         names: Landmark of each sighting.
-        looks: Sightings from the current pose.
+        sightings: Sightings from the current pose.
         places: Positions of the landmarks of the map, shape (2,) each [m].
 
     Returns:
         (x, y, heading), shape (3,) [m, m, rad].
     """
-    seen = np.array([[look.range * np.cos(look.bearing), look.range * np.sin(look.bearing)] for look in looks])
+    seen = np.array([[k.range * np.cos(k.bearing), k.range * np.sin(k.bearing)] for k in sightings])
     hung = np.array([places[name] for name in names])
     best: NDArray[np.bool_] = np.zeros(len(seen), dtype=bool)
     for i, j in itertools.combinations(range(len(seen)), 2):
-        if np.hypot(*(seen[i] - seen[j])) < APART:
+        if np.hypot(*(seen[i] - seen[j])) < MIN_DISTANCE:
             continue
-        agree = _residuals(fitted(seen[[i, j]], hung[[i, j]]), seen, hung) < _tolerances(looks)
+        agree = _residuals(fitted(seen[[i, j]], hung[[i, j]]), seen, hung) < _tolerances(sightings)
         if agree[[i, j]].all() and agree.sum() > best.sum():
             best = agree
     enough = max(2, np.ceil(AGREEING * len(seen)))
@@ -106,6 +106,8 @@ def _residuals(pose: Array, seen: Array, hung: Array) -> Array:
     return np.asarray(np.hypot(*(pose[:2] + seen @ np.array([[c, s], [-s, c]]) - hung).T))
 
 
-def _tolerances(looks: Sequence[Sighting]) -> Array:
+def _tolerances(sightings: Sequence[Sighting]) -> Array:
     """Return three standard deviations of the position of each sighting, shape (n,) [m]."""
-    return np.array([3.0 * np.hypot(np.sqrt(k.covariance[0, 0]), k.range * np.sqrt(k.covariance[1, 1])) for k in looks])
+    return np.array(
+        [3.0 * np.hypot(np.sqrt(k.covariance[0, 0]), k.range * np.sqrt(k.covariance[1, 1])) for k in sightings]
+    )

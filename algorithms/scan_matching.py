@@ -20,13 +20,13 @@ ALONG = 0.01
 """Mean square of the component of walls' normals along a direction that is attributed to noise."""
 WEIGHED = 0.1
 """As `EFFECTIVE`, when comparing hypotheses: changes, such as doors and people, hide or add whole pieces."""
-ALIKE = 0.9
+PARALLEL = 0.9
 """Elements in one cell belong to one wall if the cosine of the angle between their normals is above this."""
 AT_REST = 1e-3
 """An alignment ends with a step smaller than this [m, rad]."""
 FACING = 0.7
 """Elements face the same side if the cosine of the angle between their normals is above this."""
-NEAR, BESIDE = 0.2, 0.5
+ON_WALL, BESIDE = 0.2, 0.5
 """An element on a wall is at most this far from the nearest one, and one beside it at most this far [m]."""
 CUT = 3.0
 """Number of standard deviations beyond which an element is not on the wall."""
@@ -80,10 +80,10 @@ class WallField:
         Args:
             points: Relative to the corner `lower`, shape (2, k, n) [m].
         """
-        where = points * (1.0 / self.cell)
-        np.maximum(where, 0.0, out=where)
-        np.minimum(where, self._last, out=where)
-        column, row = where.astype(np.intp)
+        scaled = points * (1.0 / self.cell)
+        np.maximum(scaled, 0.0, out=scaled)
+        np.minimum(scaled, self._last, out=scaled)
+        column, row = scaled.astype(np.intp)
         row *= self.columns
         row += column
         return np.asarray(row)
@@ -116,8 +116,8 @@ def _averaged(points: Array, surface: Surface, label: NDArray[np.int32]) -> Arra
     chosen[label] = np.arange(len(label))
     across, along = surface.normals.T
     one = chosen[label]
-    alike = (across * across[one] + along * along[one] > ALIKE).astype(float)
-    columns = [alike, *(alike * points), alike * across, alike * along]
+    parallel = (across * across[one] + along * along[one] > PARALLEL).astype(float)
+    columns = [parallel, *(parallel * points), parallel * across, parallel * along]
     count, x, y, nx, ny = np.array([np.bincount(label, column, len(chosen)) for column in columns])
     size = np.maximum(np.hypot(nx, ny), 1e-9)
     nx, ny = nx / size, ny / size
@@ -167,13 +167,13 @@ def align(field: WallField, scan: Surface, guess: Array, information: Array, sta
     reach, sigma = BESIDE, np.full((len(poses), 1), SIGMA)
     for _ in range(12):
         compared = _compared(field, both, scan.noise, now)
-        near, robust, weight = _weights(compared, sigma[moving], reach)
+        on_wall, robust, weight = _weights(compared, sigma[moving], reach)
         system, trusted = _system(compared.K, robust, weight)
         H, b = system[:, :, :3] @ trusted + information, system[:, :, 3] + (now - guess) @ information
         steps = [solution(each, right) for each, right in zip(H.tolist(), b.tolist(), strict=True)]
         poses[moving] = now - steps
-        sigma[moving, 0] = [_scatter(size[beside]) for size, beside in zip(compared.size, near, strict=True)]
-        reach = max(NEAR, 0.7 * reach)
+        sigma[moving, 0] = [_scatter(size[beside]) for size, beside in zip(compared.size, on_wall, strict=True)]
+        reach = max(ON_WALL, 0.7 * reach)
         moving = moving[[max(map(abs, step)) >= AT_REST for step in steps]]
         if not len(moving):
             break
@@ -258,11 +258,11 @@ def _weights(compared: _Compared, sigma: Array, reach: float) -> tuple[NDArray[n
     Returns:
         Whether each counts, its robust weight, and that divided by the variance of its distance [1/m^2], shape (k, n).
     """
-    near = compared.same & (compared.distance < reach)
-    spread = np.maximum(compared.noise, sigma)
+    on_wall = compared.same & (compared.distance < reach)
+    std = np.maximum(compared.noise, sigma)
     # Huber: beyond two standard deviations a miss counts less than its square.
-    robust = near / np.maximum(compared.size / (2.0 * spread), 1.0)
-    return near, robust, EFFECTIVE * robust / (spread * spread)
+    robust = on_wall / np.maximum(compared.size / (2.0 * std), 1.0)
+    return on_wall, robust, EFFECTIVE * robust / (std * std)
 
 
 def _system(K: Array, robust: Array, weight: Array) -> tuple[Array, Array]:
@@ -313,16 +313,16 @@ def _judged(
     field: WallField, compared: _Compared, poses: Array, sigma: Array, guess: Array, information: Array
 ) -> list[Match]:
     """Return the matches of a scan at poses (k, 3) at which it fits a surface."""
-    _, robust, weight = _weights(compared, sigma, NEAR)
+    _, robust, weight = _weights(compared, sigma, ON_WALL)
     others = 0.5 * np.maximum(field.scans.take(compared.at) - 1.0, 0.0)
     seen, older = (
         system[:, :, :3] @ trusted
         for system, trusted in (_system(compared.K, robust, each) for each in (weight, others * weight))
     )
-    on = compared.same & (compared.distance < NEAR) & (compared.size < CUT * SIGMA)
+    on = compared.same & (compared.distance < ON_WALL) & (compared.size < CUT * SIGMA)
     squares = np.where(on, (compared.size / SIGMA) ** 2, CUT**2).sum(axis=1)
-    off = poses - guess
-    costs = WEIGHED * squares + ((off @ information) * off).sum(axis=1)
+    difference = poses - guess
+    costs = WEIGHED * squares + ((difference @ information) * difference).sum(axis=1)
     poses[:, 2] = wrap_angles(poses[:, 2])
     elements = on.shape[1]
     shares = on.sum(axis=1) / elements

@@ -13,7 +13,7 @@ NORMAL = 1.4826
 """Standard deviation of a normal distribution divided by its median absolute deviation."""
 FEWEST = 20
 """Minimum number of beams with neighbours that also hit something, for an estimate of the noise."""
-APART = 0.3
+MAX_STEP = 0.3
 """Neighbouring beams whose ranges differ by more are assumed to hit different walls [m]."""
 FINE = 0.02
 """Ranges are averaged until their noise is at most this [m]."""
@@ -30,9 +30,9 @@ def range_noise(scan: Scan) -> float:
     neighbours is that of the middle one times twice the cosine of the angle between two beams. The residual is noise;
     its median is robust to corners.
     """
-    met, inverse = np.isfinite(scan.ranges), 1.0 / np.maximum(scan.ranges, NEAREST)
+    hit, inverse = np.isfinite(scan.ranges), 1.0 / np.maximum(scan.ranges, NEAREST)
     twice = 2.0 * math.cos(scan.angle_increment)
-    known = np.flatnonzero(met[:-2] & met[1:-1] & met[2:])
+    known = np.flatnonzero(hit[:-2] & hit[1:-1] & hit[2:])
     if len(known) < FEWEST:
         return 0.0
     left = (inverse[:-2] + inverse[2:] - twice * inverse[1:-1])[known]
@@ -49,11 +49,11 @@ def smoothed(scan: Scan, noise: float) -> Scan:
         scan: The original scan.
         noise: Standard deviation of its ranges [m].
     """
-    wanted = math.ceil(0.5 * ((noise / FINE) ** 2 - 1.0))
-    half = min(wanted, int(WIDEST / max(abs(scan.angle_increment), 1e-6)))
+    needed = math.ceil(0.5 * ((noise / FINE) ** 2 - 1.0))
+    half = min(needed, int(WIDEST / max(abs(scan.angle_increment), 1e-6)))
     if half < 1:
         return scan
-    number, beside = np.arange(len(scan.ranges)), _neighbours(scan.ranges, half, apart=max(APART, 6.0 * noise))
+    number, beside = np.arange(len(scan.ranges)), _neighbours(scan.ranges, half, max_step=max(MAX_STEP, 6.0 * noise))
     inverse = np.where(np.isfinite(scan.ranges), 1.0 / np.maximum(scan.ranges, NEAREST), 0.0)
     sums, count = np.concatenate([[0.0], np.cumsum(inverse)]), 2 * beside + 1
     # Of a cosine over an even window the mean is that in the middle, less by this.
@@ -71,15 +71,15 @@ def median(values: Array) -> float:
     return float(np.partition(values, (middle - 1, middle))[middle - 1 : middle + 1].mean())
 
 
-def _neighbours(ranges: Array, most: int, *, apart: float) -> NDArray[np.intp]:
+def _neighbours(ranges: Array, limit: int, *, max_step: float) -> NDArray[np.intp]:
     """Return the number of beams on either side of each that hit the same wall, shape (n,).
 
-    The number is the same on both sides, so that averages are not shifted at the end of a wall; at most `most`.
+    The number is the same on both sides, so that averages are not shifted at the end of a wall; at most `limit`.
     """
     far, number = np.where(np.isfinite(ranges), ranges, np.inf), np.arange(len(ranges))
     with np.errstate(invalid="ignore"):
-        another = ~(np.abs(np.diff(far)) < apart)
+        another = ~(np.abs(np.diff(far)) < max_step)
     wall = np.concatenate([[0], np.cumsum(another)])
     to_right = number - np.searchsorted(wall, wall, side="left")
     to_left = np.searchsorted(wall, wall, side="right") - 1 - number
-    return np.asarray(np.minimum(np.minimum(to_right, to_left), most), dtype=np.intp)
+    return np.asarray(np.minimum(np.minimum(to_right, to_left), limit), dtype=np.intp)

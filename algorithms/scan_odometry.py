@@ -32,7 +32,7 @@ FLOOR = np.array([0.01, 0.01, 0.004])
 """Constant part of the standard deviation of a predicted step [m, m, rad]."""
 REFERENCES = 4
 """Number of earlier scans whose walls a new one is matched to."""
-APART = np.array([0.3, 0.25])
+SPACING = np.array([0.3, 0.25])
 """Distance [m] and turn [rad] after which a scan becomes a reference; the robot does not drift while it stands."""
 
 
@@ -69,12 +69,12 @@ class ScanOdometry:
         """Return whether the odometry of a tick says nothing about the motion."""
         return bool(seen.odometry.covariance[0, 0] > UNKNOWN * seen.dt)
 
-    def update(self, seen: Observation, looked: LevelScan | None, walls: Surface | None) -> Odometry:
+    def update(self, seen: Observation, level_scan: LevelScan | None, walls: Surface | None) -> Odometry:
         """Return the motion since the last tick; call it at every tick.
 
         Args:
             seen: Of this tick; of its odometry, nothing is used.
-            looked: The scan of this tick, if there is one.
+            level_scan: The scan of this tick, if there is one.
             walls: Its walls, in the robot's frame (`walls_of`).
         """
         rates = [float(reading.turn[2]) for reading in seen.imu if np.isfinite(reading.turn[2])]
@@ -82,8 +82,8 @@ class ScanOdometry:
             self._has_gyroscope = True
             self._turned += float(np.mean(rates)) * seen.dt
         covariance = np.diag((SPEED * seen.dt) ** 2) * 0.01
-        if looked is not None and walls is not None:
-            self._match(looked.scan.stamp, walls)
+        if level_scan is not None and walls is not None:
+            self._match(level_scan.scan.stamp, walls)
             covariance = covariance + self._P[:3, :3]
         ahead = 0.0 if not self._references else seen.moment - self._stamp
         pose = compose(self._pose, self._velocity * ahead)
@@ -105,12 +105,12 @@ class ScanOdometry:
         R[:2, :2] = rotation(float(guess[2]))
         found = _found(surface, self._walls(origin), guess, R @ self._P[:3, :3] @ R.T)
         if found:
-            off = found[0].pose - guess
-            off[2] = wrap_angle(float(off[2]))
+            correction = found[0].pose - guess
+            correction[2] = wrap_angle(float(correction[2]))
             self._pose = compose(origin, found[0].pose)
-            self._correct(R.T @ off, R.T @ covariance_of(found) @ R)
+            self._correct(R.T @ correction, R.T @ covariance_of(found) @ R)
         step = step_between(origin, self._pose)
-        if not found or np.hypot(*step[:2]) > APART[0] or abs(step[2]) > APART[1]:
+        if not found or np.hypot(*step[:2]) > SPACING[0] or abs(step[2]) > SPACING[1]:
             self._references.append((self._pose, surface))
 
     def _predict(self, since: float) -> None:
@@ -139,11 +139,11 @@ class ScanOdometry:
             self._P[2, :], self._P[:, 2] = 0.0, 0.0
             self._P[2, 2] = before + FLOOR[2] ** 2 + (GYROSCOPE * since) ** 2
 
-    def _correct(self, off: Array, covariance: Array) -> None:
-        """Correct the velocity after a match has moved the predicted pose by `off` and left it with a covariance."""
+    def _correct(self, correction: Array, covariance: Array) -> None:
+        """Correct the velocity after a match has corrected the predicted pose and left it with a covariance."""
         prior = self._P[:3, :3]
         gain = self._P[3:, :3] @ inverse(prior)
-        self._velocity = self._velocity + gain @ off
+        self._velocity = self._velocity + gain @ correction
         self._P[3:, 3:] -= gain @ (prior - covariance) @ gain.T
         self._P[3:, :3] = gain @ covariance
         self._P[:3, 3:] = self._P[3:, :3].T

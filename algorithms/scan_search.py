@@ -16,9 +16,9 @@ RADIUS = 0.3
 """Distance from a wall within which an element scores, at the finest level [m]."""
 SCORED = 48
 """Number of elements of a scan used to rank hypotheses."""
-KEPT = 24
+CANDIDATES = 24
 """By default, the number of hypotheses passed to the next level in the smallest windows."""
-MOST = 30000
+MAX_HYPOTHESES = 30000
 """Maximum number of hypotheses at the coarsest level."""
 SAME = (0.2, 0.05)
 """Hypotheses that differ by less are the same [m], [rad]."""
@@ -32,7 +32,7 @@ GATE = 16.3
 """99.9 % quantile of chi-square with three degrees of freedom."""
 BEHIND = 0.1
 """By default, a hypothesis with a score this much below the best one is ruled out without an alignment."""
-DOUBT = 6.3
+QUANTILE = 6.3
 """90 % quantile of chi-square with three degrees of freedom."""
 CORNERS = np.stack(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5]), axis=-1).reshape(-1, 3)
 """Of a cube of side 1 around the origin: where a cell of the lattice is tried at the next level."""
@@ -41,7 +41,7 @@ FEWEST = 20
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Laid:
+class MatchedPose:
     """The pose of a new scan in the frame of older walls."""
 
     pose: Array
@@ -57,7 +57,9 @@ class Laid:
     walls."""
 
 
-def lay(scan: Surface, walls: Surface, step: Array, noise: Array, *, doubt: Array | None = None) -> Laid:
+def match_pose(
+    scan: Surface, walls: Surface, step: Array, noise: Array, *, systematic: Array | None = None
+) -> MatchedPose:
     """Return the pose of a new scan in the frame of older walls from walls and odometry, with its covariance.
 
     A match must explain much of the scan and be compatible with odometry. If there is none, the window is enlarged, and
@@ -69,11 +71,11 @@ def lay(scan: Surface, walls: Surface, step: Array, noise: Array, *, doubt: Arra
         walls: Seen before.
         step: Motion by odometry, shape (3,) [m, m, rad].
         noise: Covariance of its errors that are independent at each step, shape (3, 3).
-        doubt: Covariance of its systematic errors, shape (3, 3); by default zero.
+        systematic: Covariance of its systematic errors, shape (3, 3); by default zero.
     """
-    covariance = noise if doubt is None else noise + doubt
+    covariance = noise if systematic is None else noise + systematic
     if len(walls.points) < FEWEST or len(scan.points) < FEWEST:
-        return Laid(step, covariance, noise, noise, np.eye(3))
+        return MatchedPose(step, covariance, noise, noise, np.eye(3))
     field, information = WallField(walls), inverse(covariance)
     window = np.clip(3.0 * np.sqrt(np.diag(covariance)), NARROWEST, WIDEST)
     found = hypotheses(field, scan, step, information, window)
@@ -81,17 +83,19 @@ def lay(scan: Surface, walls: Surface, step: Array, noise: Array, *, doubt: Arra
     # Odometry may have slipped: it counts for a tenth of its standard deviation's inverse.
     weak = 0.01 * information
     if held and not _pulled(field, scan, found[0], step, covariance, weak):
-        return _laid(found, noise)
-    freed = hypotheses(field, scan, step, weak, LOST, most=5)
+        return _matched(found, noise)
+    freed = hypotheses(field, scan, step, weak, LOST, limit=5)
     if freed[0].share > 0.6 and freed[0].conflict < 0.2 and not is_ambiguous(freed):
-        return _laid(freed, 100.0 * noise)
+        return _matched(freed, 100.0 * noise)
     slipped = 4.0 * noise
-    return _laid(found, noise) if held else Laid(step, slipped + covariance - noise, slipped, slipped, np.eye(3))
+    return (
+        _matched(found, noise) if held else MatchedPose(step, slipped + covariance - noise, slipped, slipped, np.eye(3))
+    )
 
 
 def _pulled(field: WallField, scan: Surface, best: Match, step: Array, covariance: Array, weak: Array) -> bool:
     """Return whether odometry has pulled a match off the walls and is incompatible with the fit to the walls alone."""
-    if _surprise(best, step, covariance) < DOUBT:
+    if _surprise(best, step, covariance) < QUANTILE:
         return False
     (free,) = align(field, scan, step, weak, best.pose[None])
     return free.share > 0.6 and _surprise(free, step, covariance) > GATE
@@ -104,9 +108,9 @@ def hypotheses(
     information: Array,
     window: Array,
     *,
-    most: int = 3,
+    limit: int = 3,
     behind: float = BEHIND,
-    kept: int = KEPT,
+    kept: int = CANDIDATES,
     unseen: float = 1.0,
 ) -> list[Match]:
     """Return the best alignments of a scan within a window around a guess, distinct ones, the best first.
@@ -117,7 +121,7 @@ def hypotheses(
         guess: Of its pose, shape (3,).
         information: Inverse of the guess's covariance, shape (3, 3).
         window: Half extents of the search in x, y and heading, shape (3,) [m, m, rad].
-        most: Maximum number of alignments to try.
+        limit: Maximum number of alignments to try.
         behind: A hypothesis with a score this much below the best one is ruled out without an alignment.
         kept: As in `search`.
         unseen: Cost of an element where no wall is near, relative to one beside a wall, when choosing what to align.
@@ -130,9 +134,9 @@ def hypotheses(
     if unseen < 1.0:
         far = (field.distance.take(_placed(field, thin, poses)) > BESIDE).mean(axis=1)
         poses = poses[np.argsort(-scores - (1.0 - unseen) * far, kind="stable")]
-    starts = distinct(poses, most)
+    starts = distinct(poses, limit)
     for match in align(field, scan, guess, information, np.array(starts)):
-        if not any(alike(match.pose, other.pose) for other in found):
+        if not any(is_same(match.pose, other.pose) for other in found):
             found.append(match)
     return sorted(found, key=lambda match: match.cost)
 
@@ -142,7 +146,9 @@ def is_ambiguous(found: list[Match]) -> bool:
     return any(match.cost - found[0].cost < CLEAR for match in found[1:])
 
 
-def search(field: WallField, scan: Surface, guess: Array, window: Array, *, kept: int = KEPT) -> tuple[Array, Array]:
+def search(
+    field: WallField, scan: Surface, guess: Array, window: Array, *, kept: int = CANDIDATES
+) -> tuple[Array, Array]:
     """Return the poses within a window at which most of a scan is near walls, the best first, (k, 3); their scores.
 
     Args:
@@ -172,17 +178,20 @@ def search(field: WallField, scan: Surface, guess: Array, window: Array, *, kept
         score = _scores(field, scan, poses, RADIUS + 0.5 * step)
 
 
-def distinct(poses: Array, most: int) -> list[Array]:
+def distinct(poses: Array, limit: int) -> list[Array]:
     """Return at most this many of the poses (k, 3), without duplicates."""
     chosen: list[Array] = []
-    while len(poses) and len(chosen) < most:
+    while len(poses) and len(chosen) < limit:
         chosen.append(poses[0])
-        off = np.abs(poses - poses[0])
-        poses = poses[(np.hypot(off[:, 0], off[:, 1]) >= SAME[0]) | (np.abs(wrap_angles(off[:, 2])) >= SAME[1])]
+        differences = np.abs(poses - poses[0])
+        poses = poses[
+            (np.hypot(differences[:, 0], differences[:, 1]) >= SAME[0])
+            | (np.abs(wrap_angles(differences[:, 2])) >= SAME[1])
+        ]
     return chosen
 
 
-def alike(one: Array, other: Array) -> bool:
+def is_same(one: Array, other: Array) -> bool:
     """Return whether two poses (3,) are the same hypothesis."""
     x, y, heading = (one - other).tolist()
     return bool(x * x + y * y < SAME[0] ** 2 and abs(wrap_angle(heading)) < SAME[1])
@@ -190,13 +199,13 @@ def alike(one: Array, other: Array) -> bool:
 
 def _surprise(match: Match, step: Array, covariance: Array) -> float:
     """Return the squared Mahalanobis distance of a match from odometry."""
-    off = match.pose - step
-    off[2] = wrap_angle(float(off[2]))
+    difference = match.pose - step
+    difference[2] = wrap_angle(float(difference[2]))
     # Along a bare corridor the walls tell nothing; a metre and a radian are as much as nothing.
-    return float(off @ inverse(covariance + inverse(match.seen + np.eye(3))) @ off)
+    return float(difference @ inverse(covariance + inverse(match.seen + np.eye(3))) @ difference)
 
 
-def _laid(found: list[Match], noise: Array) -> Laid:
+def _matched(found: list[Match], noise: Array) -> MatchedPose:
     """Return the best of some hypotheses, with a covariance that includes the others, weighted by likelihood.
 
     The error of a pose matched to walls of the last n scans is the mean of their errors plus an independent error; the
@@ -208,32 +217,32 @@ def _laid(found: list[Match], noise: Array) -> Laid:
         Beveridge, Nelson, A new approach to decomposition of economic time series, Journal of Monetary Economics 7,
         1981: the lasting part of an autoregression with a unit root.
     """
-    best, others = found[0], _spread(found)
+    best, others = found[0], _second_moment(found)
     covariance, by_odometry = covariance_of(found), inverse(noise)
     P = inverse(best.seen + by_odometry)
     share = np.linalg.inv(np.eye(3) + P @ best.older)
-    return Laid(best.pose, covariance, P + others, share @ P @ share.T + others, np.asarray(P @ by_odometry))
+    return MatchedPose(best.pose, covariance, P + others, share @ P @ share.T + others, np.asarray(P @ by_odometry))
 
 
 def covariance_of(found: list[Match]) -> Array:
     """Return the covariance of the first of some hypotheses, which includes the others, shape (3, 3)."""
-    return inverse(found[0].information) + _spread(found)
+    return inverse(found[0].information) + _second_moment(found)
 
 
-def _spread(found: list[Match]) -> Array:
+def _second_moment(found: list[Match]) -> Array:
     """Return the second moment of hypotheses about the first, weighted by likelihood, shape (3, 3)."""
-    spread = np.zeros((3, 3))
+    moment = np.zeros((3, 3))
     for other in found[1:]:
-        off = other.pose - found[0].pose
-        off[2] = wrap_angle(float(off[2]))
-        spread = spread + np.exp(-0.5 * (other.cost - found[0].cost)) * np.outer(off, off)
-    return spread
+        difference = other.pose - found[0].pose
+        difference[2] = wrap_angle(float(difference[2]))
+        moment = moment + np.exp(-0.5 * (other.cost - found[0].cost)) * np.outer(difference, difference)
+    return moment
 
 
 def _lattice_scores(
     field: WallField, scan: Surface, guess: Array, window: Array, cells: int, turn: float
 ) -> tuple[Array, Array]:
-    """Return poses at regular steps within a window, at most `MOST`, shape (k, 3), and the score of each.
+    """Return poses at regular steps within a window, at most `MAX_HYPOTHESES`, shape (k, 3), and the score of each.
 
     Steps are whole cells: the cells of a scan are found once for each heading, and shifted.
 
@@ -247,7 +256,7 @@ def _lattice_scores(
     """
     step = cells * field.cell
     counts = np.ceil(window / (step, step, turn)).astype(int)
-    while np.prod(2 * counts + 1) > MOST:
+    while np.prod(2 * counts + 1) > MAX_HYPOTHESES:
         counts = np.maximum(counts - 1, 0)
     x, y, heading = (np.arange(-count, count + 1) for count in counts.tolist())
     poses = np.empty((len(y), len(x), len(heading), 3))
@@ -278,6 +287,6 @@ def _placed(field: WallField, scan: Surface, poses: Array) -> NDArray[np.intp]:
 
 def _proximity(field: WallField, at: NDArray[np.intp], radius: float) -> Array:
     """Return the mean proximity to walls of cells (k, n): 1 on them, 0 beyond a radius [m]; shape (k,)."""
-    near = 1.0 - field.distance.take(at) / np.float32(radius)
-    np.maximum(near, np.float32(0.0), out=near)
-    return np.asarray(near @ np.full(at.shape[1], 1.0 / at.shape[1], dtype=np.float32), dtype=float)
+    proximity = 1.0 - field.distance.take(at) / np.float32(radius)
+    np.maximum(proximity, np.float32(0.0), out=proximity)
+    return np.asarray(proximity @ np.full(at.shape[1], 1.0 / at.shape[1], dtype=np.float32), dtype=float)

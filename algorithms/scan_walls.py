@@ -44,17 +44,17 @@ class Surface:
         R = rotation(float(pose[2]))
         return Surface(self.points @ R.T + pose[:2], self.normals @ R.T, self.noise)
 
-    def thinned(self, most: int) -> "Surface":
+    def thinned(self, count: int) -> "Surface":
         """Return at most this many of its elements, evenly chosen."""
-        if len(self.points) <= most:
+        if len(self.points) <= count:
             return self
-        chosen = np.arange(most) * (len(self.points) - 1) // (most - 1)
+        chosen = np.arange(count) * (len(self.points) - 1) // (count - 1)
         return Surface(self.points[chosen], self.normals[chosen], self.noise[chosen])
 
 
-def walls_of(looked: LevelScan) -> Surface:
+def walls_of(view: LevelScan) -> Surface:
     """Return the walls in a scan, in the robot's frame."""
-    scan, sensor = looked.scan, looked.robot_from_lidar
+    scan, sensor = view.scan, view.robot_from_lidar
     error = range_noise(scan)
     points = sensor.transform(smoothed(scan, error).points())
     return surface_of(points, origin=(sensor.x, sensor.y), noise=error, increment=scan.angle_increment)
@@ -79,13 +79,13 @@ def surface_of(
     x, y, run = _evenly(points, ranges)
     if len(x) < 3:
         return Surface(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
-    centres, normals, off, flat = _lines(x, y, run, half=2 + int(noise / BLURRED))
+    centres, normals, rms, flat = _lines(x, y, run, half=2 + int(noise / BLURRED))
     towards = (origin[0] - centres[0]) * normals[0] + (origin[1] - centres[1]) * normals[1]
     normals *= np.where(towards < 0.0, -1.0, 1.0)
     # Ranges err by their noise times the cosine of the angle at which the beam meets the wall, towards / r, across it,
     # and beams meet it every r * increment / cosine. So much tells an element of `SPACING`.
     squared = EFFECTIVE * noise**2 * increment / SPACING * np.abs(towards)
-    return Surface(centres.T[flat], normals.T[flat], np.maximum(np.sqrt(squared), off)[flat])
+    return Surface(centres.T[flat], normals.T[flat], np.maximum(np.sqrt(squared), rms)[flat])
 
 
 def _evenly(points: Array, ranges: Array) -> tuple[Array, Array, NDArray[np.intp]]:
@@ -98,11 +98,11 @@ def _evenly(points: Array, ranges: Array) -> tuple[Array, Array, NDArray[np.intp
     goes_on = np.zeros(len(gap), dtype=bool)
     goes_on[1:] = straight
     goes_on[:-1] |= straight
-    near = (gap < NEIGHBOUR) | (goes_on & (gap < 0.1 * ranges[1:]))
+    connected = (gap < NEIGHBOUR) | (goes_on & (gap < 0.1 * ranges[1:]))
     # Consecutive walls are laid on one line, with a step of no length between them.
     along, wall = np.zeros(len(x)), np.zeros(len(x), dtype=np.intp)
-    np.cumsum(gap * near, out=along[1:])
-    np.cumsum(~near, out=wall[1:])
+    np.cumsum(gap * connected, out=along[1:])
+    np.cumsum(~connected, out=wall[1:])
     at = np.arange(0.5 * SPACING, along[-1], SPACING)
     before = np.minimum(np.maximum(along.searchsorted(at, side="right"), 1), len(x) - 1) - 1
     share = (at - along[before]) / np.maximum(along[before + 1] - along[before], 1e-9)
@@ -130,8 +130,8 @@ def _lines(x: Array, y: Array, run: NDArray[np.intp], *, half: int) -> tuple[Arr
     centres = np.array([x, y])
     centres -= ((x - mx) * normals[0] + (y - my) * normals[1]) * normals
     # Two of the points' degrees of freedom are the line's.
-    off = np.sqrt(across * count / np.maximum(count - 2.0, 1.0))
-    return centres, normals, off, (count >= 3) & (across < FLAT**2)
+    rms = np.sqrt(across * count / np.maximum(count - 2.0, 1.0))
+    return centres, normals, rms, (count >= 3) & (across < FLAT**2)
 
 
 def joined(surfaces: Sequence[Surface]) -> Surface:

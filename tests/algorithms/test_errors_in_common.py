@@ -9,7 +9,7 @@ import pytest
 import mjsim
 from mjsim.algorithms.lidar_slam import LidarSlam
 from mjsim.algorithms.pose_graph import PoseGraph
-from mjsim.algorithms.scan_search import lay
+from mjsim.algorithms.scan_search import match_pose
 from mjsim.algorithms.scan_walls import surface_of
 from mjsim.algorithms.waypoints import Waypoints
 from mjsim.geometry import wrap_angle
@@ -75,7 +75,7 @@ def test_a_graph_finds_the_error_that_its_steps_have_in_common_as_least_squares_
 def test_a_match_follows_odometry_where_walls_tell_nothing_and_only_there():
     wall = surface_of(np.column_stack([np.linspace(-4, 4, 400), np.full(400, 1.0)]))
     noise, doubt = np.diag([0.03, 0.03, 0.01]) ** 2, np.diag([0.05, 0.0, 0.02]) ** 2
-    laid = lay(wall, wall, np.array([0.3, 0.0, 0.0]), noise, doubt=doubt)
+    laid = match_pose(wall, wall, np.array([0.3, 0.0, 0.0]), noise, systematic=doubt)
     assert laid.follows[0, 0] > 0.9
     assert np.abs(laid.follows[1:]).max() < 0.1
     # What odometry errs by all the time is not in the part that is new at each step.

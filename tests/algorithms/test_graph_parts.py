@@ -144,7 +144,7 @@ def test_the_derivatives_of_the_factor_of_odometry_match_central_differences():
 
 def test_the_derivatives_of_the_factor_of_a_look_match_central_differences():
     gtsam = pytest.importorskip("gtsam", reason="an extra")
-    from mjsim.algorithms.graph_factors import look_factor, shared_look_factor
+    from mjsim.algorithms.graph_factors import shared_sighting_factor, sighting_factor
 
     rng, step = np.random.default_rng(1), 1e-6
     at, place, common = gtsam.symbol("x", 0), gtsam.symbol("l", 0), gtsam.symbol("r", 0)
@@ -152,7 +152,7 @@ def test_the_derivatives_of_the_factor_of_a_look_match_central_differences():
     for _ in range(20):
         pose, landmark, errors = rng.uniform(-2.0, 2.0, 3), rng.uniform(3.0, 4.0, 2), rng.uniform(-0.1, 0.1, 2)
         seen = dataclasses.replace(look("post", 0.5), range=2.0)
-        factor = shared_look_factor(gtsam, (at, place, common), seen, np.eye(2), loss)
+        factor = shared_sighting_factor(gtsam, (at, place, common), seen, np.eye(2), loss)
 
         def off(delta, factor=factor, pose=pose, landmark=landmark, errors=errors):
             values = gtsam.Values()
@@ -172,14 +172,14 @@ def test_the_derivatives_of_the_factor_of_a_look_match_central_differences():
         values.insert(at, gtsam.Pose2(*pose))
         values.insert(place, landmark)
         values.insert(common, np.zeros(2))
-        own = look_factor(gtsam, (at, place), seen, np.diag([0.1, 0.2]), loss)
-        ours = shared_look_factor(gtsam, (at, place, common), seen, np.diag([0.1, 0.2]), loss)
+        own = sighting_factor(gtsam, (at, place), seen, np.diag([0.1, 0.2]), loss)
+        ours = shared_sighting_factor(gtsam, (at, place, common), seen, np.diag([0.1, 0.2]), loss)
         assert ours.error(values) == pytest.approx(own.error(values), rel=1e-9)
 
 
 def test_one_factor_of_a_pose_is_those_of_odometry_and_of_each_look_with_its_robust_loss():
     gtsam = pytest.importorskip("gtsam", reason="an extra")
-    from mjsim.algorithms.graph_factors import HUBER, PoseSightings, leg_factor, pose_factor, shared_look_factor
+    from mjsim.algorithms.graph_factors import HUBER, PoseSightings, leg_factor, pose_factor, shared_sighting_factor
 
     rng = np.random.default_rng(2)
     keys = gtsam.symbol("x", 0), gtsam.symbol("x", 1), gtsam.symbol("e", 0)
@@ -200,7 +200,7 @@ def test_one_factor_of_a_pose_is_those_of_odometry_and_of_each_look_with_its_rob
     apart.add(leg_factor(gtsam, keys, *leg))
     loss = gtsam.noiseModel.mEstimator.Huber.Create(HUBER)
     for key, seen, spread in zip(posts, looks, spreads, strict=True):
-        apart.add(shared_look_factor(gtsam, (keys[1], key, ranges), seen, spread, loss))
+        apart.add(shared_sighting_factor(gtsam, (keys[1], key, ranges), seen, spread, loss))
     one.add(pose_factor(gtsam, keys, leg, PoseSightings(ranges, posts, looks, spreads)))
     (A, b), (B, c) = (graph.linearize(values).hessian() for graph in (apart, one))
     np.testing.assert_allclose(B, A, atol=1e-9 * np.abs(A).max())

@@ -12,7 +12,7 @@ import mjsim
 from mjsim.algorithms.lidar_slam import LidarSlam
 from mjsim.algorithms.pose_graph import PoseGraph, step_between
 from mjsim.algorithms.scan_matching import WallField, align
-from mjsim.algorithms.scan_search import hypotheses, lay
+from mjsim.algorithms.scan_search import hypotheses, match_pose
 from mjsim.algorithms.scan_walls import Surface, joined, surface_of
 from mjsim.algorithms.waypoints import Waypoints
 from mjsim.geometry import Pose, wrap_angle
@@ -78,11 +78,11 @@ def test_what_odometry_does_not_allow_is_believed_only_where_nothing_else_fits()
     step = step_between(one.as_array(), other.as_array())
     sure = np.diag([0.02, 0.02, 0.01]) ** 2
     slipped = step + np.array([0.5, 0.3, 0.25])
-    laid = lay(surface_at(other), surface_at(one), slipped, sure)
+    laid = match_pose(surface_at(other), surface_at(one), slipped, sure)
     np.testing.assert_allclose(laid.pose, step, atol=0.01)
     # Scans of other rooms tell nothing: odometry stands, and is less sure.
     elsewhere = replace(surface_at(one), points=surface_at(one).points + 30.0)
-    laid = lay(surface_at(other), elsewhere, slipped, sure)
+    laid = match_pose(surface_at(other), elsewhere, slipped, sure)
     np.testing.assert_array_equal(laid.pose, slipped)
     assert (np.diag(laid.covariance) > np.diag(sure)).all()
 
@@ -94,7 +94,7 @@ def test_a_small_slip_does_not_pull_a_scan_off_the_walls():
     seen = surface_at(other, noise=0.01)
     few = Surface(seen.points[::8], seen.normals[::8], seen.noise[::8])
     slipped = step + np.array([0.12, 0.03, 0.05])
-    laid = lay(few, surface_at(one, noise=0.01), slipped, np.diag([0.03, 0.03, 0.007]) ** 2)
+    laid = match_pose(few, surface_at(one, noise=0.01), slipped, np.diag([0.03, 0.03, 0.007]) ** 2)
     np.testing.assert_allclose(laid.pose, step, atol=0.005)
 
 
@@ -113,7 +113,7 @@ def comb(beams=181):
 def test_a_corridor_that_repeats_itself_makes_the_answer_unsure_not_wrong():
     wall = surface_of(comb())
     scan = Surface(wall.points[60:-60], wall.normals[60:-60], wall.noise[60:-60])
-    laid = lay(scan, wall, np.array([0.37, 0.0, 0.0]), np.diag([0.3, 0.05, 0.05]) ** 2)
+    laid = match_pose(scan, wall, np.array([0.37, 0.0, 0.0]), np.diag([0.3, 0.05, 0.05]) ** 2)
     assert abs(laid.pose[0]) < 0.05 or abs(laid.pose[0] - 0.8) < 0.05
     assert np.sqrt(laid.covariance[0, 0]) > 0.2
     assert np.sqrt(laid.covariance[1, 1]) < 0.05
@@ -124,7 +124,7 @@ def test_along_a_bare_corridor_the_guess_decides():
     reach = np.minimum(1.0 / np.maximum(np.abs(np.sin(angles)), 1e-9), 6.0)
     points = np.stack([reach * np.cos(angles), reach * np.sin(angles)], axis=-1)[reach < 5.9]
     wall = surface_of(points)
-    laid = lay(wall, joined([wall] * 6), np.array([0.25, 0.05, 0.02]), np.diag([0.1, 0.1, 0.1]) ** 2)
+    laid = match_pose(wall, joined([wall] * 6), np.array([0.25, 0.05, 0.02]), np.diag([0.1, 0.1, 0.1]) ** 2)
     assert laid.pose[0] == pytest.approx(0.25, abs=0.05)
     np.testing.assert_allclose(laid.pose[1:], 0.0, atol=0.005)
     assert laid.covariance[0, 0] > 50 * laid.covariance[1, 1]
@@ -141,10 +141,10 @@ def test_errors_of_matches_on_the_last_six_scans_add_up_as_the_lasting_part_says
         off[k] = off[max(0, k - 6) : k].mean(axis=0) + rng.normal(size=off.shape[1])
     gained = (off[150:].var(axis=1).mean() - off[50:100].var(axis=1).mean()) / 100
     room = surface_at(Pose(2, 2, 0.3))
-    laid = lay(room, joined([room] * 6), np.zeros(3), np.eye(3))
+    laid = match_pose(room, joined([room] * 6), np.zeros(3), np.eye(3))
     np.testing.assert_allclose(np.diag(laid.lasting), gained * np.diag(laid.covariance), rtol=0.2)
     # On the walls of one scan there is nothing to average over.
-    laid = lay(room, room, np.zeros(3), np.eye(3))
+    laid = match_pose(room, room, np.zeros(3), np.eye(3))
     np.testing.assert_allclose(np.diag(laid.lasting), np.diag(laid.covariance), rtol=0.3)
 
 
@@ -152,7 +152,7 @@ def test_a_scan_is_laid_on_the_mean_of_the_last_six_not_on_one_of_them():
     # Each of the six scans is a little off; the matched one is exact.
     room, off = surface_at(Pose(2, 2, 0.3)), np.array([0.02, -0.01, 0.015, 0.0, 0.005, 0.03])
     walls = joined([room.moved(np.array([error, -error, 0.0])) for error in off])
-    laid = lay(room, walls, np.zeros(3), np.eye(3))
+    laid = match_pose(room, walls, np.zeros(3), np.eye(3))
     np.testing.assert_allclose(laid.pose, [off.mean(), -off.mean(), 0.0], atol=0.002)
 
 
@@ -160,7 +160,7 @@ def test_without_a_match_the_systematic_error_of_odometry_counts_once():
     step, noise, doubt = np.array([0.3, 0.0, 0.0]), np.diag([0.02, 0.02, 0.01]) ** 2, np.diag([0.05, 0.0, 0.02]) ** 2
     room = surface_at(Pose(2, 2, 0.3))
     elsewhere = replace(room, points=room.points + 30.0)
-    laid, known = lay(room, elsewhere, step, noise, doubt=doubt), lay(room, elsewhere, step, noise)
+    laid, known = match_pose(room, elsewhere, step, noise, systematic=doubt), match_pose(room, elsewhere, step, noise)
     np.testing.assert_array_equal(laid.pose, step)
     # What the pose shares with all others is told by `follows`; its own part is as if that were known.
     np.testing.assert_array_equal(laid.follows, np.eye(3))
@@ -174,8 +174,8 @@ def test_an_error_along_a_corridor_lasts_if_one_scan_alone_shows_the_edge_that_t
     edge = edge[:1] + np.linspace(0, 1, 50)[:, None] * (edge[1:] - edge[:1])
     scan, bare = surface_of(np.concatenate([wall, edge])), surface_of(wall)
     noise = np.diag([0.1, 0.1, 0.1]) ** 2
-    seldom = lay(scan, joined([scan] + [bare] * 5), np.zeros(3), noise)
-    often = lay(scan, joined([scan] * 6), np.zeros(3), noise)
+    seldom = match_pose(scan, joined([scan] + [bare] * 5), np.zeros(3), noise)
+    often = match_pose(scan, joined([scan] * 6), np.zeros(3), noise)
     assert seldom.lasting[0, 0] > 5.0 * often.lasting[0, 0]
     np.testing.assert_allclose(seldom.lasting[1, 1], often.lasting[1, 1], rtol=0.3)
 

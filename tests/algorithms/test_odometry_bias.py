@@ -19,7 +19,7 @@ def drive(bias, scans, *, steps, slip=0.0, turn=TURN):
         told = true * (GAIN, 1.0, 1.0) + (0.0, 0.0, 0.4 * turn) + rng.normal(0.0, np.sqrt(np.diag(BEFORE)) / 10)
         told[2] += slip * (k % 7 == 3)
         guess = bias.corrected(told, 0.4)
-        before = BEFORE + bias.doubt(told, 0.3, 0.4)
+        before = BEFORE + bias.step_covariance(told, 0.3, 0.4)
         after = np.linalg.inv(np.linalg.inv(scans) + np.linalg.inv(before))
         off = true - guess
         off[2] = wrap_angle(float(off[2]))

@@ -7,7 +7,7 @@ import pytest
 
 from mjsim.algorithms.ekf_models import range_bearing
 from mjsim.algorithms.ekf_slam import EkfSlam, EkfSlamFilter, InvariantEkfSlamFilter, odometry_motion
-from mjsim.algorithms.past_positions import MOST
+from mjsim.algorithms.past_positions import MAX_MARKS
 from mjsim.geometry import Array, Pose
 from mjsim.interface import Estimate, Observation, Odometry, Sighting
 from tests.robots import pioneer
@@ -136,7 +136,7 @@ def test_marks_are_thinned_and_stay_out_of_the_map():
     for tick in range(700):
         belief = slam.update(Observation(DT * tick, DT, Odometry(0.05, 0.0, 0.02, 1e-8 * np.eye(3))))
     assert belief.landmarks == {}
-    assert MOST / 2 <= len(slam._filter.names()) <= MOST
+    assert MAX_MARKS / 2 <= len(slam._filter.names()) <= MAX_MARKS
 
 
 def test_a_frame_that_there_is_not_is_refused():

@@ -8,7 +8,7 @@ import pytest
 from mjsim.algorithms.ekf_models import range_bearing
 from mjsim.algorithms.ekf_slam import EkfSlam
 from mjsim.algorithms.recent_motion import RecentMotion
-from mjsim.algorithms.relocation import pose_from_looks
+from mjsim.algorithms.relocation import pose_from_sightings
 from mjsim.geometry import Array, Pose, wrap_angle
 from mjsim.interface import Observation, Odometry, Sighting
 from tests.robots import pioneer
@@ -60,11 +60,11 @@ def test_a_pose_is_found_from_looks_of_which_one_is_wrong():
     looks = looks_from(pose, 0.0)
     looks[2] = Sighting(0.0, "r2", 1.0, 0.0, R)
     places = {name: np.array(place) for name, place in HUNG.items()}
-    found = pose_from_looks(list(HUNG), looks, places)
+    found = pose_from_sightings(list(HUNG), looks, places)
     assert found is not None
     np.testing.assert_allclose(found, pose, atol=1e-9)
     # One landmark alone tells no pose.
-    assert pose_from_looks(["r1"], looks[1:2], places) is None
+    assert pose_from_sightings(["r1"], looks[1:2], places) is None
 
 
 def drive(slam: EkfSlam, *, scale: float = 1.0, veer: float = 0.0, carried: Pose | None = None) -> Array:

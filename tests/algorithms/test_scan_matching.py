@@ -9,7 +9,7 @@ from mjsim.algorithms.pose_graph import compose, composed
 from mjsim.algorithms.pose_matrices import inverse, solution
 from mjsim.algorithms.scan_matching import WallField, align
 from mjsim.algorithms.scan_noise import median
-from mjsim.algorithms.scan_search import RADIUS, lay, search
+from mjsim.algorithms.scan_search import RADIUS, match_pose, search
 from mjsim.algorithms.scan_walls import joined, placed, surface_of
 
 
@@ -99,7 +99,7 @@ def test_a_slip_in_a_bare_corridor_is_noticed_whichever_way_the_robot_looks():
         walls, ahead = corridor.moved(np.array([0.0, 0.0, turn])), np.array([np.cos(turn), np.sin(turn)])
         # By odometry, ten standard deviations into a wall.
         step = np.array([-0.3 * ahead[1], 0.3 * ahead[0], 0.0])
-        laid = lay(walls, walls, step, np.diag([0.03, 0.03, 0.01]) ** 2)
+        laid = match_pose(walls, walls, step, np.diag([0.03, 0.03, 0.01]) ** 2)
         np.testing.assert_allclose(laid.pose, 0.0, atol=0.005)
         along.append(np.sqrt(ahead @ laid.own[:2, :2] @ ahead))
     # Odometry has failed: it may be off along the corridor as well.
