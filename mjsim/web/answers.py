@@ -11,7 +11,7 @@ from starlette.responses import JSONResponse, Response
 from mjsim.errors import MjsimError
 from mjsim.web.local import HEADERS
 
-MOST_JSON = 12_000_000
+MAX_JSON = 12_000_000
 """Maximum size of a request [bytes]: the text of a world and the requested changes."""
 
 
@@ -40,7 +40,7 @@ def posted(kind: type[Asked], work: Callable[[Asked], Any]) -> Endpoint:
         if request.headers.get("content-type", "").partition(";")[0].strip() != "application/json":
             return refusal(RefusedError(415, "send this as application/json"))
         try:
-            data = await body_of(request, most=MOST_JSON)
+            data = await body_of(request, limit=MAX_JSON)
         except RefusedError as refused:
             return refusal(refused)
         return await answered(lambda: work(_read(kind, data)))
@@ -48,7 +48,7 @@ def posted(kind: type[Asked], work: Callable[[Asked], Any]) -> Endpoint:
     return endpoint
 
 
-def asked(work: Callable[[Request], Any]) -> Endpoint:
+def answer_get(work: Callable[[Request], Any]) -> Endpoint:
     """Return an endpoint that answers a GET with the result of `work`: JSON, or a response that it made itself."""
 
     async def endpoint(request: Request) -> Response:
@@ -73,18 +73,18 @@ def refusal(refused: RefusedError) -> Response:
     return JSONResponse({"error": refused.message, **refused.more}, refused.status, headers=HEADERS)
 
 
-async def body_of(request: Request, *, most: int) -> bytes:
+async def body_of(request: Request, *, limit: int) -> bytes:
     """Return the body of a request.
 
     Raises:
-        RefusedError: It has more than `most` bytes; the rest is not read.
+        RefusedError: It has more than `limit` bytes; the rest is not read.
     """
     parts, size = [], 0
     try:
         async for part in request.stream():
             size += len(part)
-            if size > most:
-                raise RefusedError(413, f"this is larger than {most / 1e6:.0f} MB; send less")
+            if size > limit:
+                raise RefusedError(413, f"this is larger than {limit / 1e6:.0f} MB; send less")
             parts.append(part)
     except ClientDisconnect:
         raise RefusedError(400, "the request arrived incomplete; send it again") from None
@@ -96,5 +96,5 @@ def _read(kind: type[Asked], data: bytes) -> Asked:
         return kind.model_validate_json(data)
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False)[0]
-        where = ".".join(map(str, first["loc"])) or "the request"
-        raise RefusedError(400, f"{where}: {first['msg'][0].lower()}{first['msg'][1:]}") from None
+        location = ".".join(map(str, first["loc"])) or "the request"
+        raise RefusedError(400, f"{location}: {first['msg'][0].lower()}{first['msg'][1:]}") from None

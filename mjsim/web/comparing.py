@@ -31,9 +31,9 @@ from mjsim.web.folder import Folder
 from mjsim.web.history import plain
 from mjsim.world import World
 
-MOST = 60
+MAX_RECORDINGS = 60
 """Maximum number of recordings and sweep folders in a comparison."""
-MOST_PATHS = 20
+MAX_PATHS = 20
 """Maximum number of runs per group whose paths are drawn."""
 
 
@@ -43,8 +43,8 @@ def compared(folder: Folder, names: Sequence[str]) -> Comparison:
     Raises:
         RefusedError: There are none or too many, or one lies outside the folder, cannot be read, or cannot be compared.
     """
-    if not 1 <= len(names) <= MOST:
-        raise RefusedError(400, f"{len(names)} recordings are chosen; choose 1 to {MOST}")
+    if not 1 <= len(names) <= MAX_RECORDINGS:
+        raise RefusedError(400, f"{len(names)} recordings are chosen; choose 1 to {MAX_RECORDINGS}")
     paths = [folder.path(name) for name in dict.fromkeys(names)]
     for name, path in zip(dict.fromkeys(names), paths, strict=True):
         if not path.exists():
@@ -56,7 +56,7 @@ def compared(folder: Folder, names: Sequence[str]) -> Comparison:
 
 
 @np.errstate(over="ignore", invalid="ignore")  # an estimate may be anywhere
-def comparison_told(comparison: Comparison, *, scene: Mapping[str, Any] | None) -> dict[str, Any]:
+def compared_json(comparison: Comparison, *, scene: Mapping[str, Any] | None) -> dict[str, Any]:
     """Return the JSON form of a comparison.
 
     Args:
@@ -64,19 +64,19 @@ def comparison_told(comparison: Comparison, *, scene: Mapping[str, Any] | None) 
         scene: The plan on which paths are drawn; None for none.
     """
     seeds = _drawn_seeds(comparison.groups)
-    told = comparison_json(comparison)
-    most = max((len(group.series) for group in comparison.groups), default=0)
+    content = comparison_json(comparison)
+    runs = max((len(group.series) for group in comparison.groups), default=0)
     return {
         "groups": [_group(group, seeds) for group in comparison.groups],
         "scene": scene,
-        "nees": {"expected": STATES, "band": plain(chi_square_bounds(STATES, count=max(most, 1)), 3)},
+        "nees": {"expected": STATES, "band": plain(chi_square_bounds(STATES, count=max(runs, 1)), 3)},
         "cells": told_in_cells(comparison.groups),
         "means": mean_rows(comparison),
         "certain": verdict_rows(comparison),
         "know": [*comparison.consistency, *comparison.remarks],
         "differences": [
             {**each, "title": item.figure.title}
-            for each, item in zip(told["differences"], comparison.differences, strict=True)
+            for each, item in zip(content["differences"], comparison.differences, strict=True)
         ],
         "csv": comparison_csv(comparison),
     }
@@ -99,7 +99,7 @@ def first_swept_world(folder: Folder, names: Sequence[str]) -> World | None:
 def _drawn_seeds(groups: Sequence[Group]) -> frozenset[int]:
     """Return the seeds whose paths are drawn; seeds common to most groups come first."""
     counts = Counter(seed for group in groups for seed, series in group.series.items() if series.truth is not None)
-    return frozenset(sorted(counts, key=lambda seed: (-counts[seed], seed))[:MOST_PATHS])
+    return frozenset(sorted(counts, key=lambda seed: (-counts[seed], seed))[:MAX_PATHS])
 
 
 def _group(group: Group, seeds: frozenset[int]) -> dict[str, Any]:
@@ -110,7 +110,7 @@ def _group(group: Group, seeds: frozenset[int]) -> dict[str, Any]:
     return {
         "label": group.label,
         "runs": len(runs),
-        "errors": errors if few else [_spread(runs)],
+        "errors": errors if few else [_percentiles(runs)],
         "nees": _mean_nees(runs),
         "estimated": any(run.estimated for run in runs),
         "paths": [
@@ -123,7 +123,7 @@ def _line(series: Series, values: Array) -> dict[str, Any]:
     return {"time": plain(series.time), "values": plain(values)}
 
 
-def _spread(runs: Sequence[Series]) -> dict[str, Any]:
+def _percentiles(runs: Sequence[Series]) -> dict[str, Any]:
     """Return the median over runs, and the interval that contains 90 % of them."""
     time, (low, median, high) = middle_of(runs, lambda series: series.position_error_m)
     return {"time": plain(time), "values": plain(median), "low": plain(low), "high": plain(high)}

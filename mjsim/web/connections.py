@@ -17,9 +17,9 @@ SWEEP = 0.5
 """Interval between checks of the connections [s]."""
 COOKIE = "mjsim-session-"
 """Prefix of the name of a server's cookie, before its port; all ports of an address share one cookie jar."""
-LONGEST_COOKIE, MOST_COOKIES = 200, 50
+LONGEST_COOKIE, MAX_COOKIES = 200, 50
 """Maximum length of our cookies [characters], and how many are checked; another port may have set more."""
-MOST_FRAGMENTS = 10_000
+MAX_FRAGMENTS = 10_000
 """Maximum number of fragments of a WebSocket message; browsers use fragments of 64 kB and more."""
 _OF_UPGRADES = (b"host", b"origin", b"upgrade", b"connection")
 _PONG = 0x8A
@@ -68,7 +68,7 @@ class Visitor:
         """Register a new connection."""
         self._connections, self._now = connections, asyncio.get_running_loop().time
         self.transport = transport
-        self.since = self.heard = self.moved = self._now()
+        self.since = self.received = self.moved = self._now()
         """Time of connection; of the last data received; of the last decrease of pending output [s]."""
         self.waiting = 0
         """Pending output at the last check [bytes]."""
@@ -77,9 +77,9 @@ class Visitor:
         self.is_owed: Callable[[], bool] = lambda: False
         """Returns whether the server has to act next."""
 
-    def hear(self) -> None:
+    def note_data(self) -> None:
         """Record that data arrived."""
-        self.heard = self._now()
+        self.received = self._now()
 
     def let_in(self) -> bool:
         """Count it as authenticated; return False if there are too many of those."""
@@ -95,7 +95,7 @@ class Visitor:
         self.waiting = self.transport.get_write_buffer_size()
         if not self.waiting or self.waiting < before:
             self.moved = now
-        silent = now - self.heard > patience and not self.waiting and not self.is_owed()
+        silent = now - self.received > patience and not self.waiting and not self.is_owed()
         return silent or now - self.moved > patience
 
 
@@ -105,13 +105,13 @@ class Connections:
     def __init__(self, limits: Limits) -> None:
         """Start without connections."""
         self.limits = limits
-        self._most = limits.strangers
+        self._max_strangers = limits.strangers
         self._strangers: dict[Visitor, None] = {}
         self._known: set[Visitor] = set()
 
     def arrive(self, transport: asyncio.Transport) -> Visitor:
         """Register a connection; if there are too many unauthenticated ones, the oldest is closed."""
-        while len(self._strangers) >= self._most:
+        while len(self._strangers) >= self._max_strangers:
             self._drop(next(iter(self._strangers)))
         visitor = Visitor(self, transport)
         self._strangers[visitor] = None
@@ -133,11 +133,11 @@ class Connections:
 
     def make_room(self) -> None:
         """Close all unauthenticated connections and lower their limit: file descriptors have run out."""
-        self._most = max(3 * self.limits.batch, min(self._most, len(self._strangers)) // 2)
+        self._max_strangers = max(3 * self.limits.batch, min(self._max_strangers, len(self._strangers)) // 2)
         for visitor in list(self._strangers):
             self._drop(visitor)
 
-    def cut_off(self) -> None:
+    def close_all(self) -> None:
         """Close the connections whose peers do not read: a closing server would wait for them."""
         for visitor in [*self._strangers, *self._known]:
             if visitor.transport.get_write_buffer_size():
@@ -182,7 +182,7 @@ class HttpConnection(H11Protocol):
 
     def data_received(self, data: bytes) -> None:
         """Record that data arrived, and process it."""
-        self.visitor.hear()
+        self.visitor.note_data()
         super().data_received(data)
 
     def connection_lost(self, exc: Exception | None) -> None:
@@ -221,7 +221,7 @@ class WebSocketConnection(WebSocketsSansIOProtocol):
 
     def handle_cont(self, event: Frame) -> None:
         """Receive a fragment of a message; empty ones take memory but do not add to its size."""
-        if len(self.frames) < MOST_FRAGMENTS:
+        if len(self.frames) < MAX_FRAGMENTS:
             super().handle_cont(event)
         else:
             self._fail(CloseCode.MESSAGE_TOO_BIG)
@@ -276,7 +276,7 @@ def _upgrade_headers(headers: Iterable[tuple[bytes, bytes]]) -> Iterator[tuple[b
         if name == b"cookie":
             for pair in value.split(b";"):
                 ours = pair.strip().startswith(COOKIE.encode()) and len(pair) <= LONGEST_COOKIE
-                if ours and cookies < MOST_COOKIES:
+                if ours and cookies < MAX_COOKIES:
                     cookies += 1
                     yield name, pair.strip()
         elif name in _OF_UPGRADES or name.startswith((b"sec-websocket-", b"sec-fetch-")):

@@ -11,9 +11,9 @@ from typing import Any, Protocol, TypeVar
 from mjsim.record import Tick
 from mjsim.session import Session, State, event_keys
 from mjsim.web.feed import Feed
-from mjsim.web.jointed import joints_told
+from mjsim.web.jointed import joints_json
 from mjsim.web.painter import Painter
-from mjsim.web.tick_json import drivers_told, mechanisms_told, noise_told, robots_told
+from mjsim.web.tick_json import drivers_json, mechanisms_json, noise_json, robots_json
 from mjsim.world import World, noise_figures
 
 Scene = Callable[[World], Mapping[str, Any]]
@@ -58,7 +58,7 @@ class Stage:
         self._initial: dict[str, float] = {}
         self._scene_text = ""
         self._lock, self._counting, self._left = threading.Lock(), threading.Lock(), threading.Event()
-        self._news, self._spread_news, self._woken = 0, 0, False
+        self._news, self._published_news, self._woken = 0, 0, False
         self.version = 0
         """Changes with the run and its state."""
         self._root: Path | None = None
@@ -120,7 +120,7 @@ class Stage:
         """Return the scene as JSON."""
         return self._scene_text
 
-    def run_told(self) -> dict[str, Any]:
+    def run_json(self) -> dict[str, Any]:
         """Return the run and its state, without its time."""
         with self._lock:
             world, session = self.world, self.session
@@ -139,13 +139,13 @@ class Stage:
             "dt": 1.0 / world.run.rate_hz,
             "seed": world.run.seed if session is None else session.seed,
             "speed": None if session is None else session.speed,
-            "robots": robots_told(world, first=self._first),
-            "mechanisms": mechanisms_told(world),
-            "joints": joints_told(world),
+            "robots": robots_json(world, first=self._first),
+            "mechanisms": mechanisms_json(world),
+            "joints": joints_json(world),
             "controllable": session is not None,
             "recording": self._recording_of(session),
-            "drivers": drivers_told(world),
-            "noise": noise_told(shown, self._initial),
+            "drivers": drivers_json(world),
+            "noise": noise_json(shown, self._initial),
             "touched": [] if session is None else [event_keys(event) for event in session.touched],
         }
 
@@ -175,7 +175,7 @@ class Stage:
             self._woken = True
             # The server may have ended meanwhile; then there are no browsers to serve.
             with contextlib.suppress(RuntimeError):
-                loop.call_soon_threadsafe(self._spread)
+                loop.call_soon_threadsafe(self._publish)
 
     def join(self, viewer: Watching) -> None:
         """Add a viewer."""
@@ -201,8 +201,8 @@ class Stage:
         if self.painter is not None:
             self.painter.close()
 
-    def _spread(self) -> None:
-        self._spread_news = self._news
+    def _publish(self) -> None:
+        self._published_news = self._news
         for viewer in self.viewers:
             viewer.news.set()
         if self._loop is not None:
@@ -210,7 +210,7 @@ class Stage:
 
     def _rest(self) -> None:
         self._woken = False
-        if self._news != self._spread_news:
+        if self._news != self._published_news:
             self.wake()
 
     def _share(self) -> float:

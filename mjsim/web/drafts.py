@@ -24,7 +24,7 @@ TAB = re.compile(r"[0-9a-f]{16}")
 """Id of a browser tab: random, and new each time its page is loaded."""
 ID = re.compile(r"[0-9a-f]{24}-[0-9a-f]{16}")
 """Id of a draft: a hash of the world's path, and the tab."""
-MOST, MOST_IN_ALL, OLDEST = 50, 100_000_000, 90 * 86_400.0
+MAX_DRAFTS, MAX_TOTAL, OLDEST = 50, 100_000_000, 90 * 86_400.0
 """Limits on kept drafts: number, total size [bytes], and age [s]."""
 _OPEN = ".open"
 """Suffix of a file that is locked while a page is open."""
@@ -143,7 +143,7 @@ class Drafts:
         with contextlib.suppress(OSError, RefusedError):
             drafts = sorted(self._all(drafts_folder()), key=lambda draft: -draft.when)
             paths = ((draft, draft.path_in(self._folder)) for draft in drafts)
-            return [self._told(draft, path) for draft, path in paths if path is not None]
+            return [self._draft_json(draft, path) for draft, path in paths if path is not None]
         return []
 
     def read(self, name: str) -> Json:
@@ -158,9 +158,9 @@ class Drafts:
             with contextlib.suppress(OSError, ValueError):
                 _, past, data = place.read_bytes().split(b"\n", 2)
                 text = data.decode("utf-8", "surrogatepass")
-                there = path.startswith(SHIPPED) or Path(draft.file).is_file()
+                exists = path.startswith(SHIPPED) or Path(draft.file).is_file()
                 more = {"stamp": draft.stamp, "text": text, "past": json.loads(past)}
-                return {**self._told(draft, path), **more, "there": there and not draft.fresh}
+                return {**self._draft_json(draft, path), **more, "there": exists and not draft.fresh}
         raise RefusedError(404, "these unsaved changes are no longer there; they were restored or discarded elsewhere")
 
     def drop(self, name: str) -> None:
@@ -192,7 +192,7 @@ class Drafts:
             self._remove([drafts_folder() / f"{tab}{_OPEN}"])
             os.close(file)
 
-    def _told(self, draft: Draft, path: str) -> Json:
+    def _draft_json(self, draft: Draft, path: str) -> Json:
         known = {"id": draft.id, "tab": draft.tab, "path": path, "fresh": draft.fresh, "when": draft.when}
         return {**known, "open": self._is_open(draft.tab)}
 
@@ -259,11 +259,13 @@ class Drafts:
         """Remove the oldest drafts beyond the limits, starting with those that no page has open."""
         closed = (path for path in place.glob(f"*{_OPEN}") if not _is_held(path) and _age(path) > LEFT_BEHIND)
         self._remove(closed)
-        order = sorted(self._all(place), key=lambda draft: (self._told(draft, "")["open"], draft.when), reverse=True)
+        order = sorted(
+            self._all(place), key=lambda draft: (self._draft_json(draft, "")["open"], draft.when), reverse=True
+        )
         size = 0
         for count, draft in enumerate(order):
             size += (place / draft.id).stat().st_size
-            if count >= MOST or size > MOST_IN_ALL or draft.when < time.time() - OLDEST:
+            if count >= MAX_DRAFTS or size > MAX_TOTAL or draft.when < time.time() - OLDEST:
                 self._remove([place / draft.id])
 
 

@@ -12,7 +12,7 @@ from starlette.routing import BaseRoute, Route
 from mjsim.errors import UsageError, WorldError
 from mjsim.geometry import Pose
 from mjsim.record import named_files
-from mjsim.web.answers import Ask, RefusedError, answered, asked, body_of, posted, refusal
+from mjsim.web.answers import Ask, RefusedError, answer_get, answered, body_of, posted, refusal
 from mjsim.web.files import listed, new_world, read_world, save_world, source_of
 from mjsim.web.folder import Folder
 from mjsim.web.items import Json
@@ -20,7 +20,7 @@ from mjsim.web.local import HEADERS
 from mjsim.web.modules import modules_in
 from mjsim.web.panel_schema import panel_schema
 from mjsim.web.parsed import Parsed, Read, parsed
-from mjsim.web.pictures import MOST_BYTES, bring_picture, small_picture
+from mjsim.web.pictures import MAX_BYTES, bring_picture, small_picture
 from mjsim.web.portraits import Portraits, text_of
 from mjsim.web.poses import PoseAsk, pose_json
 from mjsim.web.preview import Preview, PreviewRequest
@@ -28,11 +28,11 @@ from mjsim.web.requests import Drivers, with_drivers
 from mjsim.web.scene_3d import Scene3dShelf
 from mjsim.web.sources import source_of_use
 from mjsim.web.trust import Trust
-from mjsim.web.watch import MOST as MOST_WATCHED
+from mjsim.web.watch import MAX_FILES as MOST_WATCHED
 from mjsim.web.watch import Signs, signs_of
 from mjsim.world import Change, UnwritableError, World, edited, items_in, parse_world
 
-KEPT = 3
+CACHED = 3
 """Number of parsed texts that are kept: an undo asks for the previous one again."""
 
 
@@ -126,11 +126,11 @@ class EditApi:
         self._folder, self._trust, self._world, self._saved = folder, trust, world, saved
         self._preview, self._solids, self._portraits = Preview(), Scene3dShelf(), Portraits()
         self._seen: tuple[tuple[str, str], World, Signs] | None = None
-        self._kept: tuple[tuple[tuple[str, str], Parsed, Signs], ...] = ()
+        self._cached: tuple[tuple[tuple[str, str], Parsed, Signs], ...] = ()
         self.routes: Sequence[BaseRoute] = [
-            Route("/api/folder", asked(self._list), methods=["GET"]),
-            Route("/api/schema", asked(lambda _: panel_schema()), methods=["GET"]),
-            Route("/api/modules", asked(self._modules), methods=["GET"]),
+            Route("/api/folder", answer_get(self._list), methods=["GET"]),
+            Route("/api/schema", answer_get(lambda _: panel_schema()), methods=["GET"]),
+            Route("/api/modules", answer_get(self._modules), methods=["GET"]),
             Route("/api/open", posted(OpenAsk, self._open), methods=["POST"]),
             Route("/api/new", posted(NewAsk, self._new), methods=["POST"]),
             Route("/api/parse", posted(TextAsk, self._parse), methods=["POST"]),
@@ -143,8 +143,8 @@ class EditApi:
             Route("/api/pose", posted(PoseAsk, self._pose), methods=["POST"]),
             Route("/api/scene", posted(TextAsk, self._scene), methods=["POST"]),
             Route("/api/upload", self._upload, methods=["POST"]),
-            Route("/api/picture", asked(self._picture), methods=["GET"]),
-            Route("/api/portrait", asked(self._portrait), methods=["GET"]),
+            Route("/api/picture", answer_get(self._picture), methods=["GET"]),
+            Route("/api/portrait", answer_get(self._portrait), methods=["GET"]),
         ]
 
     def close(self) -> None:
@@ -213,8 +213,8 @@ class EditApi:
         # A user-defined drive is code, too.
         self._trust.check(world)
         pose = Pose(ask.at[0], ask.at[1], math.radians(ask.heading_deg))
-        look = PreviewRequest(world, ask.robot, ask.camera, pose, ask.width, signs)
-        data, taken = self._preview.picture(look)
+        request = PreviewRequest(world, ask.robot, ask.camera, pose, ask.width, signs)
+        data, taken = self._preview.picture(request)
         return Response(data, media_type="image/jpeg", headers={**HEADERS, "Server-Timing": f"draw;dur={taken:.1f}"})
 
     def _pose(self, ask: PoseAsk) -> Json:
@@ -237,7 +237,7 @@ class EditApi:
     async def _upload(self, request: Request) -> Response:
         name, world = request.query_params.get("name", "picture"), request.query_params.get("path")
         try:
-            data = await body_of(request, most=MOST_BYTES)
+            data = await body_of(request, limit=MAX_BYTES)
         except RefusedError as refused:
             return refusal(refused)
         return await answered(lambda: bring_picture(self._folder, data, name=name, world=world))
@@ -261,28 +261,28 @@ class EditApi:
             self._trust.check(found)
             return found
 
-        where = str(source_of(self._folder, path).folder)
+        folder = str(source_of(self._folder, path).folder)
         signs = signs_of(self._folder, path, [name, f"{name}.yaml"])
-        data = self._portraits.picture(text, where=where, signs=signs, world=world)
+        data = self._portraits.picture(text, folder=folder, signs=signs, world=world)
         return Response(data, media_type="image/jpeg", headers={**HEADERS, "Cache-Control": "private, max-age=60"})
 
     def _parsed_json(self, path: str, text: str, *, read: Read | None = None) -> Json:
         found, files = self._known(path, text) or self._newly_parsed(path, text, read)
         needs = [] if found.world is None else self._trust.asks_for(found.world)
-        return {**found.told, "needs_trust": needs, "files": files}
+        return {**found.content, "needs_trust": needs, "files": files}
 
     def _known(self, path: str, text: str) -> tuple[Parsed, Signs] | None:
         """Return a recently parsed text, as for an undo, if its files are unchanged; otherwise None."""
-        for key, found, files in self._kept:
+        for key, found, files in self._cached:
             if key == (path, text) and files == signs_of(self._folder, path, files):
                 return found, files
         return None
 
     def _newly_parsed(self, path: str, text: str, read: Read | None) -> tuple[Parsed, Signs]:
         found = parsed(text, source_of(self._folder, path), read=read)
-        files = signs_of(self._folder, path, found.told["files"])
+        files = signs_of(self._folder, path, found.content["files"])
         # An error may be fixed without a change of any file, for example by installing a module.
-        if not found.told["problems"] and len(files) < MOST_WATCHED:
-            others = [each for each in self._kept if each[0] != (path, text)]
-            self._kept = ((path, text), found, files), *others[: KEPT - 1]
+        if not found.content["problems"] and len(files) < MOST_WATCHED:
+            others = [each for each in self._cached if each[0] != (path, text)]
+            self._cached = ((path, text), found, files), *others[: CACHED - 1]
         return found, files

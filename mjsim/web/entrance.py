@@ -19,8 +19,8 @@ from mjsim.web.token_penalty import Penalty
 PARAMETER = "token"
 """Query parameter with the one-time word."""
 LOGIN = "/login"
-_MOST_BODY = 4096
-_SAID = "this page needs a session; open the address that mjsim printed, or log in at '/'"
+_MAX_BODY = 4096
+_REFUSAL = "this page needs a session; open the address that mjsim printed, or log in at '/'"
 
 
 class Entrance:
@@ -62,11 +62,11 @@ class Entrance:
         if request.url.path == LOGIN and request.method == "POST":
             return await self._log_in(request, peer)
         if request.url.path != "/" or request.method != "GET":
-            return JSONResponse({"error": f"refused: {_SAID}"}, 401, headers=HEADERS)
+            return JSONResponse({"error": f"refused: {_REFUSAL}"}, 401, headers=HEADERS)
         words = _words(request.scope)
         # Browsers that preload a page must not use up a pass.
         if not words or "prefetch" in request.headers.get("sec-purpose", ""):
-            return self._ask(request)
+            return self._login_page(request)
         session = self._keys.exchange(words[0], peer=peer) if len(words) == 1 else None
         if session is None:
             return await self._refuse(peer, "this address was used before, or is too old")
@@ -77,7 +77,7 @@ class Entrance:
         if self._penalty.is_full(peer):
             return _page(429, "too many wrong tokens at once; try again in a few seconds, or open a one-time address")
         try:
-            form = parse_qs((await body_of(request, most=_MOST_BODY)).decode("latin-1"))
+            form = parse_qs((await body_of(request, limit=_MAX_BODY)).decode("latin-1"))
         except RefusedError as refused:
             return _page(refused.status, refused.message)
         # The pasted text may be the whole address.
@@ -88,14 +88,14 @@ class Entrance:
         self._penalty.forgive(peer)
         return self._with_cookie(RedirectResponse("/", 303, headers=HEADERS), session)
 
-    async def _refuse(self, peer: str, said: str) -> Response:
+    async def _refuse(self, peer: str, message: str) -> Response:
         """Answer a wrong token after a delay; at once if too many requests of the same peer are already waiting."""
         if self._penalty.is_full(peer):
             return _page(429, "too many wrong tokens at once; try again in a few seconds, or open a one-time address")
         await self._penalty.wait(peer)
-        return _page(401, said)
+        return _page(401, message)
 
-    def _ask(self, request: Request) -> Response:
+    def _login_page(self, request: Request) -> Response:
         """Ask for the token; a link from another page arrives without its cookie, and is repeated from here with it."""
         from_link = request.headers.get("sec-fetch-site") == "cross-site"
         return HTMLResponse(login_page("", again=from_link), 401, LOGIN_HEADERS)
@@ -112,8 +112,8 @@ async def _close(send: Send) -> None:
     await send({"type": "websocket.close", "code": 1013})
 
 
-def _page(status: int, said: str) -> Response:
-    return HTMLResponse(login_page(said), status, LOGIN_HEADERS)
+def _page(status: int, message: str) -> Response:
+    return HTMLResponse(login_page(message), status, LOGIN_HEADERS)
 
 
 def _words(scope: Scope) -> list[str]:

@@ -43,14 +43,14 @@ one-time address:</p>
 """
 
 
-def login_page(said: str, *, again: bool = False) -> str:
+def login_page(message: str, *, again: bool = False) -> str:
     """Return the page that asks for the token.
 
     Args:
-        said: Error of the previous attempt.
+        message: Error of the previous attempt.
         again: Whether to reload the page at once, so that the request comes from this page and not from another.
     """
-    return _framed(_LOGIN.format(said=escape(said)), again)
+    return _framed(_LOGIN.format(said=escape(message)), again)
 
 
 def welcome_page() -> str:

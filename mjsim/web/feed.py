@@ -16,7 +16,7 @@ from mjsim.sim import LedPeople, lidar_places
 from mjsim.web.history import Past
 from mjsim.web.measured import SHOWN_FOR, lidar_points, lidar_readings
 from mjsim.web.news import EventNews, PastNews
-from mjsim.web.tick_json import events_told, mechanisms_told, tick_told
+from mjsim.web.tick_json import events_json, mechanisms_json, tick_json
 from mjsim.world import World
 
 EVENTS = 1000
@@ -53,14 +53,14 @@ class Feed:
         self.shots: dict[str, Shot] = {}
         """Newest picture of each camera, by 'ROBOT/CAMERA'."""
         self._places: dict[str, Array] = {}
-        self._ways: dict[str, deque[tuple[float, Pose3]]] = {}
+        self._tracks: dict[str, deque[tuple[float, Pose3]]] = {}
         self._scans: dict[str, tuple[Sequence[tuple[float, Pose3]], Scan | PointCloud]] = {}
         """For each lidar, by 'ROBOT/LIDAR': the newest reading, and the robot's poses until it arrived, by time [s]."""
         self._led: dict[str, list[str]] = {}
         """Joints led by motions, by mechanism."""
         self._people: LedPeople | None = None
         """Positions of hands."""
-        self._told: tuple[int, str] = (0, "")
+        self._tick_json: tuple[int, str] = (0, "")
         self._looking: dict[str, str] = {}
         self._pasts: dict[str, Past] = {}
         self._events: deque[tuple[int, EventNews]] = deque(maxlen=EVENTS)
@@ -72,9 +72,9 @@ class Feed:
         with self._lock:
             self._forget()
             self.world, self._looking, self._places = world, _cameras_of_observers(world), lidar_places(world)
-            told = mechanisms_told(world)
+            mechanisms = mechanisms_json(world)
             self._people = LedPeople(world) if world.people else None
-            self._led = {each["name"]: [joint["name"] for joint in each["joints"]] for each in told}
+            self._led = {each["name"]: [joint["name"] for joint in each["joints"]] for each in mechanisms}
         self._wake()
 
     def take(self, tick: Tick) -> None:
@@ -88,7 +88,7 @@ class Feed:
                 self._pasts.setdefault(robot, Past()).take(tick, robot)
                 self._take_shots(tick, robot)
                 self._take_scans(tick, robot)
-            for event in events_told(tick):
+            for event in events_json(tick):
                 self._event_count += 1
                 self._events.append((self._event_count, event))
             self._paced.append((time.perf_counter(), tick.time))
@@ -110,13 +110,13 @@ class Feed:
         newest, number, pace = self.newest, self.number, self.pace
         if newest is None:
             return None
-        if self._told[0] != number:
+        if self._tick_json[0] != number:
             hands = self._people.grips(newest.looks) if self._people is not None else None
             people = self._people.outlines(newest.looks) if self._people is not None else None
-            self._told = (
+            self._tick_json = (
                 number,
                 json.dumps(
-                    tick_told(
+                    tick_json(
                         newest,
                         number=number,
                         pace=pace,
@@ -129,15 +129,15 @@ class Feed:
                     allow_nan=False,
                 ),
             )
-        return self._told
+        return self._tick_json
 
     def _points(self, tick: Tick) -> dict[str, dict[str, Array]]:
         """Return the latest lidar points of each robot, world frame, shape (n, 3) [m], unless they are old."""
         found: dict[str, dict[str, Array]] = {}
-        for name, (way, reading) in self._scans.copy().items():
+        for name, (track, reading) in self._scans.copy().items():
             robot, _, lidar = name.partition("/")
             if name in self._places and abs(tick.time - reading.stamp) < SHOWN_FOR:
-                times, poses = np.array([time for time, _ in way]), np.array([pose.as_array() for _, pose in way])
+                times, poses = np.array([time for time, _ in track]), np.array([pose.as_array() for _, pose in track])
                 points = lidar_points(reading, self._places[name], times=times, poses=poses)
                 found.setdefault(robot, {})[lidar] = points
         return found
@@ -152,23 +152,27 @@ class Feed:
         with self._lock:
             pasts = {name: past.copy() for name, past in self._pasts.items()}
             count, events = self._event_count, [event for _, event in self._events]
-        return count, {"kind": "past", "robots": {name: each.told() for name, each in pasts.items()}, "events": events}
+        return count, {
+            "kind": "past",
+            "robots": {name: each.as_json() for name, each in pasts.items()},
+            "events": events,
+        }
 
     def _forget(self) -> None:
         self.run += 1
         self.newest = None
-        self.shots, self._pasts, self._scans, self._ways = {}, {}, {}, {}
+        self.shots, self._pasts, self._scans, self._tracks = {}, {}, {}, {}
         self._events.clear()
         self._paced.clear()
 
     def _take_scans(self, tick: Tick, robot: str) -> None:
         """Store the newest reading of each lidar with the robot's poses during the scan."""
-        way = self._ways.setdefault(robot, deque())
-        way.append((tick.time, tick.poses[robot]))
-        while way[0][0] < tick.time - LONGEST_TURN:
-            way.popleft()
+        track = self._tracks.setdefault(robot, deque())
+        track.append((tick.time, tick.poses[robot]))
+        while track[0][0] < tick.time - LONGEST_TURN:
+            track.popleft()
         for lidar, reading in lidar_readings(tick.seen[robot]).items():
-            self._scans[f"{robot}/{lidar}"] = way.copy(), reading
+            self._scans[f"{robot}/{lidar}"] = track.copy(), reading
 
     def _take_shots(self, tick: Tick, robot: str) -> None:
         order, cameras = tick.orders[robot], tick.seen[robot].cameras

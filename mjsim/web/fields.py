@@ -10,9 +10,9 @@ from mjsim.web.history import plain
 
 SAMPLED = 40
 """Number of messages at the start of a topic in which fields are searched."""
-MOST_FIELDS = 4000
+MAX_FIELDS = 4000
 """Maximum number of fields offered per recording."""
-MOST_ROWS = 5000
+MAX_ROWS = 5000
 """Maximum number of rows returned per field; longer series are sampled evenly."""
 LONGEST = 64
 """Entries of longer lists are not offered: they are data such as scans."""
@@ -20,19 +20,19 @@ DEEPEST = 6
 _SKIPPED = {"timestamp", "time", "shown", "entities", "deletions"}
 
 
-def fields_told(recording: Recording) -> list[tuple[str, str]]:
+def fields_json(recording: Recording) -> list[tuple[str, str]]:
     """Return (topic, field) of each number in the recording, sorted by topic."""
     seen: dict[str, int] = {}
     found: dict[tuple[str, str], None] = {}
     for message in raw_messages(recording.path):
         seen[message.topic] = seen.get(message.topic, 0) + 1
-        if seen[message.topic] > SAMPLED or not message.data.startswith(b"{") or len(found) >= MOST_FIELDS:
+        if seen[message.topic] > SAMPLED or not message.data.startswith(b"{") or len(found) >= MAX_FIELDS:
             continue
         found |= dict.fromkeys((message.topic, name) for name, _ in numbers_in(_content(message.data)))
-    return sorted(found)[:MOST_FIELDS]
+    return sorted(found)[:MAX_FIELDS]
 
 
-def column_told(recording: Recording, topic: str, field: str) -> dict[str, list[float | None]]:
+def column_json(recording: Recording, topic: str, field: str) -> dict[str, list[float | None]]:
     """Return a field over time: `time` [s] and `values`, None where not finite."""
     time, values = [], []
     for message in raw_messages(recording.path, topics={topic}):
@@ -40,7 +40,7 @@ def column_told(recording: Recording, topic: str, field: str) -> dict[str, list[
             if name == field:
                 time.append(message.time / 1e9)
                 values.append(value)
-    keep = slice(None, None, max(1, math.ceil(len(time) / MOST_ROWS)))
+    keep = slice(None, None, max(1, math.ceil(len(time) / MAX_ROWS)))
     return {"time": plain(time[keep], 6), "values": plain(values[keep], 9)}
 
 

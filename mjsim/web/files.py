@@ -32,7 +32,7 @@ EMPTY_WORLD = "mjsim: 1\nname: room\n"
 SWEEP = "sweep.json"
 """File that marks the folder of a sweep."""
 PICTURES = (".jpg", ".jpeg", ".png")
-MOST_FILES, DEEPEST = 5000, 6
+MAX_FILES, DEEPEST = 5000, 6
 """Maximum number of files and of folder levels searched."""
 _WORLD = re.compile(rb"^mjsim[ \t]*:", re.MULTILINE)
 _MODEL = re.compile(rb"<(mujoco|robot)[\s>]")
@@ -46,7 +46,7 @@ def listed(folder: Folder) -> Json:
     worlds, recordings, sweeps, pictures, models = [], [], [], [], []
     for path in files_below(folder.root):
         name, kind = folder.name(path), path.suffix.lower()
-        if kind in (".yaml", ".yml") and _says(path, _WORLD):
+        if kind in (".yaml", ".yml") and _contains(path, _WORLD):
             worlds.append(name)
         elif kind == ".mcap":
             recordings.append(name)
@@ -54,7 +54,7 @@ def listed(folder: Folder) -> Json:
             sweeps.append(folder.name(path.parent))
         elif kind in PICTURES and not name.startswith("out/"):
             pictures.append(name)
-        elif kind in MODELS and not name.startswith("out/") and _says(path, _MODEL):
+        elif kind in MODELS and not name.startswith("out/") and _contains(path, _MODEL):
             models.append(name)
     found = {"worlds": worlds, "recordings": recordings, "sweeps": sweeps, "pictures": pictures, "models": models}
     return {"folder": str(folder.root), **{kind: sorted(names) for kind, names in found.items()}, "shipped": shipped()}
@@ -170,8 +170,8 @@ def _written(place: Path, path: str, *, data: bytes, stamp: str | None, overwrit
 
 def _taken(path: str, place: Path, stamp: str | None) -> RefusedError:
     """Return the error that the file's content differs from the version known to a page."""
-    said = "exists already" if stamp is None else "changed on disk since it was opened"
-    message = f"'{path}' {said}; overwrite it, or save under another name"
+    reason = "exists already" if stamp is None else "changed on disk since it was opened"
+    message = f"'{path}' {reason}; overwrite it, or save under another name"
     return RefusedError(409, message, stamp=stamp_of(place))
 
 
@@ -213,7 +213,7 @@ def free_name(folder: Path, name: str) -> str:
 def files_below(root: Path) -> Iterator[Path]:
     """Yield the files in and below a folder, nearest first, without hidden files and links that lead outside."""
     waiting, seen = [(root, 0)], 0
-    while waiting and seen < MOST_FILES:
+    while waiting and seen < MAX_FILES:
         folder, depth = waiting.pop(0)
         try:
             entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
@@ -237,7 +237,7 @@ def _is_file_in(entry: os.DirEntry[str], root: Path) -> bool:
         return False
 
 
-def _says(path: Path, word: re.Pattern[bytes]) -> bool:
+def _contains(path: Path, word: re.Pattern[bytes]) -> bool:
     """Return whether the start of a file matches a pattern."""
     try:
         with path.open("rb") as file:

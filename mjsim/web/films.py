@@ -11,7 +11,7 @@ from mjsim.record import Recording
 from mjsim.video import frames_between, make_video
 from mjsim.web.answers import RefusedError
 
-MOST = 100
+MAX_JOBS = 100
 """Number of films that are remembered."""
 
 
@@ -57,7 +57,7 @@ class Films:
         total = len(frames_between(recording, begin, end))
         name = secrets.token_hex(8)
         with self._lock:
-            if len(self._progress) >= MOST:
+            if len(self._progress) >= MAX_JOBS:
                 self._progress.pop(next(iter(self._progress)))
             self._progress[name] = FilmProgress(0, total)
             self._files[name] = file

@@ -12,7 +12,7 @@ from mjsim.record import Tick
 from mjsim.report import metrics
 from mjsim.web.news import TrackHistory
 
-MOST = 2000
+MAX_ROWS = 2000
 """Number of rows kept; when there are twice as many, every second one is dropped."""
 NO_NEES = np.full(1, np.nan)
 """NEES of dead reckoning used as the estimate: there is no estimator to evaluate."""
@@ -43,7 +43,7 @@ class Past:
             column = self._timing.setdefault(name, array("d"))
             column.extend([math.nan] * (rows - 1 - len(column)))
             column.append(seconds)
-        if rows >= 2 * MOST:
+        if rows >= 2 * MAX_ROWS:
             self._thin(rows)
 
     def copy(self) -> "Past":
@@ -53,12 +53,12 @@ class Past:
         copied._timing = {name: column[:] for name, column in self._timing.items()}
         return copied
 
-    def told(self) -> TrackHistory:
+    def as_json(self) -> TrackHistory:
         """Return it in JSON form: lists of at most MOST rows, None for unknown values."""
         rows = np.array(self._rows).reshape(-1, WIDTH)
-        keep = slice(None, None, max(1, math.ceil(len(rows) / MOST)))
+        keep = slice(None, None, max(1, math.ceil(len(rows) / MAX_ROWS)))
         timing = {name: [*column, *[math.nan] * (len(rows) - len(column))] for name, column in self._timing.items()}
-        return track_told(
+        return track_json(
             rows[keep, 0],
             truth=rows[keep, 1:4],
             estimate=rows[keep, 4:7],
@@ -76,7 +76,7 @@ class Past:
 
 
 @np.errstate(over="ignore", invalid="ignore")  # an estimate may be anywhere
-def track_told(
+def track_json(
     time: Array,
     *,
     truth: Array,

@@ -5,10 +5,10 @@ from typing import Annotated, NotRequired
 from pydantic import ConfigDict, Field, with_config
 from typing_extensions import TypeAliasType, TypedDict
 
-_TOLD = with_config(ConfigDict(use_attribute_docstrings=True))
+_DOCUMENTED = with_config(ConfigDict(use_attribute_docstrings=True))
 
 
-@_TOLD
+@_DOCUMENTED
 class JointFacts(TypedDict):
     """A joint of an arm."""
 
@@ -21,7 +21,7 @@ class JointFacts(TypedDict):
     """Of a mechanism: whether a hand holds it against what moves it; else it is led in place of its motion."""
 
 
-@_TOLD
+@_DOCUMENTED
 class ArmFacts(TypedDict):
     """An arm of a robot."""
 
@@ -29,7 +29,7 @@ class ArmFacts(TypedDict):
     joints: list[JointFacts]
 
 
-@_TOLD
+@_DOCUMENTED
 class ArmTick(TypedDict):
     """An arm at one tick."""
 
@@ -50,7 +50,7 @@ JointRow = TypeAliasType(
 )
 
 
-@_TOLD
+@_DOCUMENTED
 class BallFrame(TypedDict):
     """The frame in which a ball joint has its rotation vector."""
 
@@ -60,7 +60,7 @@ class BallFrame(TypedDict):
     """1, or -1 if the rotation is that of the carrying body relative to the carried one."""
 
 
-@_TOLD
+@_DOCUMENTED
 class JointGrip(TypedDict):
     """The point by which a joint is dragged; all in the world frame [m]."""
 
@@ -78,7 +78,7 @@ class JointGrip(TypedDict):
     """Of a ball joint, which has no axis."""
 
 
-@_TOLD
+@_DOCUMENTED
 class MechanismFacts(TypedDict):
     """A mechanism, and the joints of it that can be led."""
 
@@ -86,7 +86,7 @@ class MechanismFacts(TypedDict):
     joints: list[JointFacts]
 
 
-@_TOLD
+@_DOCUMENTED
 class MechanismTick(TypedDict):
     """A mechanism at one tick."""
 

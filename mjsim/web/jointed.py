@@ -27,21 +27,21 @@ Values = Mapping[str, Array]
 """Joint values by `ROBOT/ARM` or mechanism, shape (n,) each [rad, m]."""
 
 
-def joints_told(world: World) -> dict[str, list[JointFacts]]:
+def joints_json(world: World) -> dict[str, list[JointFacts]]:
     """Return the joints of arms by `ROBOT/ARM`, of balancing bases by `ROBOT/drive`, and of mechanisms by name."""
-    told: dict[str, list[JointFacts]] = {}
+    facts: dict[str, list[JointFacts]] = {}
     for robot in world.robots:
-        told |= {f"{robot.name}/{item.name}": arm_facts(item) for item in robot.arms}
+        facts |= {f"{robot.name}/{item.name}": arm_facts(item) for item in robot.arms}
         if isinstance(robot.drive, BalancingDrive):
             wheels = robot.drive.driven_wheels
-            told[f"{robot.name}/drive"] = [_facts(name, False, -math.inf, math.inf) for name in wheels]
+            facts[f"{robot.name}/drive"] = [_facts(name, False, -math.inf, math.inf) for name in wheels]
     for mechanism in world.mechanisms:
         found, led = mechanism.assembly, {each["name"]: each for each in led_facts(mechanism)}
-        told[mechanism.name] = [
+        facts[mechanism.name] = [
             led.get(name) or _facts(name, bool(slides), -math.inf, math.inf)
             for name, slides in zip(found.names, found.slides, strict=True)
         ]
-    return told
+    return facts
 
 
 def arm_facts(item: RobotArm) -> list[JointFacts]:
@@ -52,10 +52,10 @@ def arm_facts(item: RobotArm) -> list[JointFacts]:
 
 def led_facts(mechanism: Mechanism) -> list[JointFacts]:
     """Return the joints of a mechanism that can be led."""
-    told = {name: _facts(name, *each) for name, each in led_joints(mechanism).items()}
-    for name in mechanism.held & told.keys():
-        told[name]["held"] = True
-    return list(told.values())
+    facts = {name: _facts(name, *each) for name, each in led_joints(mechanism).items()}
+    for name in mechanism.held & facts.keys():
+        facts[name]["held"] = True
+    return list(facts.values())
 
 
 def _facts(name: str, slides: bool, lower: float, upper: float) -> JointFacts:
@@ -63,7 +63,7 @@ def _facts(name: str, slides: bool, lower: float, upper: float) -> JointFacts:
     return {"name": name, "slides": slides, "lower": next(bounds), "upper": next(bounds)}
 
 
-def rows_told(motions: Mapping[str, JointMotion]) -> dict[str, dict[str, JointRow]]:
+def joint_rows_json(motions: Mapping[str, JointMotion]) -> dict[str, dict[str, JointRow]]:
     """Return the motion of joints in JSON form."""
     return {
         name: joint_rows(motion.names, motion.positions, motion.velocities, motion.torques)
@@ -77,7 +77,7 @@ def joint_rows(names: tuple[str, ...], positions: Array, velocities: Array, torq
     return {name: cast(JointRow, tuple(row)) for name, row in zip(names, rows, strict=True)}
 
 
-def bodies_told(world: World, values: Values, places: Mapping[str, Pose]) -> dict[str, list[Array]]:
+def drawn_bodies(world: World, values: Values, places: Mapping[str, Pose]) -> dict[str, list[Array]]:
     """Return outlines from above of arms, and of mechanisms away from their start values, the lowest part first.
 
     Args:
@@ -89,20 +89,20 @@ def bodies_told(world: World, values: Values, places: Mapping[str, Pose]) -> dic
         Outlines by `ROBOT/ARM` or mechanism, world frame, shape (n, 2) each [m].
     """
     known = {name: each for name, each in values.items() if np.isfinite(each).all()}
-    told: dict[str, list[Array]] = {}
+    outlines: dict[str, list[Array]] = {}
     for mechanism in world.mechanisms:
         now, start = known.get(mechanism.name), mechanism.assembly.start
         if now is not None and np.abs(now - start).max(initial=0.0) > MOVED:
-            told[mechanism.name] = [outline for _, outline in body_outlines(posed(mechanism, now))]
+            outlines[mechanism.name] = [outline for _, outline in body_outlines(posed(mechanism, now))]
     for key, robot, item in _arms(world):
         if key in known and robot.name in places:
-            told[key] = [places[robot.name].transform(outline) for outline in arm_outlines(item, known[key])]
-    return told
+            outlines[key] = [places[robot.name].transform(outline) for outline in arm_outlines(item, known[key])]
+    return outlines
 
 
-def grips_told(world: World, values: Values, poses: Mapping[str, Pose3]) -> list[JointGrip]:
+def grips_json(world: World, values: Values, poses: Mapping[str, Pose3]) -> list[JointGrip]:
     """Return the points by which to drag joints of arms, and joints of mechanisms that can be led."""
-    told = [
+    grips = [
         grip
         for mechanism in world.mechanisms
         if mechanism.name in values
@@ -110,8 +110,8 @@ def grips_told(world: World, values: Values, poses: Mapping[str, Pose3]) -> list
     ]
     for key, robot, item in _arms(world):
         if key in values and robot.name in poses:
-            told += _arm_grips(key, item, values[key], poses[robot.name].matrix())
-    return told
+            grips += _arm_grips(key, item, values[key], poses[robot.name].matrix())
+    return grips
 
 
 def _arms(world: World) -> Iterator[tuple[str, Robot, RobotArm]]:
@@ -147,11 +147,11 @@ def _mechanism_grips(mechanism: Mechanism, values: Array) -> Iterator[JointGrip]
                 yield _grip(mechanism.name, name, slides, at=at, axis=axis, grip=grip)
 
 
-def _most_distant(points: Array, at: Array, way: Array) -> Array:
-    """Return the point farthest from a place, or the first of equally far ones; one along `way` if all are near."""
+def _most_distant(points: Array, at: Array, direction: Array) -> Array:
+    """Return the point farthest from a place, the first of equals; one along `direction` if all are near."""
     away = np.linalg.norm(points - at, axis=1)
     far = int(np.flatnonzero(away > away.max() - SAME_LEVER)[0])
-    return np.asarray(points[far] if away[far] > NO_LEVER else at + SHORTEST * way)
+    return np.asarray(points[far] if away[far] > NO_LEVER else at + SHORTEST * direction)
 
 
 def _hull(mechanism: Mechanism, name: str) -> Array:
@@ -167,7 +167,7 @@ def _farthest(points: Array, at: Array, axis: Array) -> Array:
     far = int(np.flatnonzero(away > away.max() - SAME_LEVER)[0])
     if away[far] > NO_LEVER:
         return np.asarray(points[far])
-    return np.asarray(at + SHORTEST * _aside(axis))
+    return np.asarray(at + SHORTEST * _any_normal(axis))
 
 
 def _arm_grips(key: str, item: RobotArm, values: Array, world_from_robot: Array) -> Iterator[JointGrip]:
@@ -185,21 +185,21 @@ def _arm_grips(key: str, item: RobotArm, values: Array, world_from_robot: Array)
             far = next((k for k, length in enumerate(lengths) if length > NO_LEVER), None)
             # What turns with the joint, if nothing beyond it is off the axis.
             own = world_from_robot[:3, :3] @ posture.joints[number, :3, 0]
-            way, length = (own, 0.0) if far is None else (levers[far] / lengths[far], float(lengths[far]))
-            grip = at + min(max(length / 2.0, SHORTEST), LONGEST) * way
+            direction, length = (own, 0.0) if far is None else (levers[far] / lengths[far], float(lengths[far]))
+            grip = at + min(max(length / 2.0, SHORTEST), LONGEST) * direction
         yield _grip(key, f"joint{number + 1}", link.slide, at=at, axis=axis, grip=grip)
 
 
 def _levers(points: Array, at: Array, axis: Array) -> Array:
     """Return the vectors from an axis to points, shape (n, 3) [m]."""
-    ways = points - at
-    return np.asarray(ways - np.outer(ways @ axis, axis))
+    offsets = points - at
+    return np.asarray(offsets - np.outer(offsets @ axis, axis))
 
 
-def _aside(axis: Array) -> Array:
+def _any_normal(axis: Array) -> Array:
     """Return a unit vector perpendicular to an axis, shape (3,)."""
-    way = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
-    return np.asarray(way / np.linalg.norm(way))
+    normal = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+    return np.asarray(normal / np.linalg.norm(normal))
 
 
 def _moved(pose: Array, points: Array) -> Array:

@@ -15,7 +15,7 @@ LIFETIME = 300.0
 """Validity of a one-time address [s]."""
 SHORTEST = 16
 """Minimum length of a user-defined token [characters]."""
-MOST_SESSIONS, MOST_PASSES = 200, 100
+MAX_SESSIONS, MAX_PASSES = 200, 100
 """Maximum numbers of sessions and passes; the oldest are dropped."""
 
 
@@ -59,7 +59,7 @@ class Keys:
         made = Pass(secrets.token_urlsafe(32), self._clock() + LIFETIME)
         with self._lock:
             self._passes[_digest(made.word)] = made
-            if len(self._passes) > MOST_PASSES:
+            if len(self._passes) > MAX_PASSES:
                 self._passes.popitem(last=False)[1].over.set()
         return made
 
@@ -97,7 +97,7 @@ class Keys:
     def _begin(self, peer: str) -> str:
         session = secrets.token_urlsafe(32)
         self._sessions[_digest(session)] = peer
-        if len(self._sessions) > MOST_SESSIONS:
+        if len(self._sessions) > MAX_SESSIONS:
             self._sessions.popitem(last=False)
         return session
 

@@ -10,7 +10,7 @@ from mjsim.closing import Closes
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.record import Tick
 from mjsim.session import Session
-from mjsim.web.answers import asked
+from mjsim.web.answers import answer_get
 from mjsim.web.items import scene_of
 from mjsim.web.run_api import RunApi
 from mjsim.web.server import Server
@@ -44,7 +44,7 @@ class LiveView(Closes):
         self._world, self._robot = world, robot
         self._api = RunApi(None, Trust(), scene=scene_of)
         self._api.stage.put_on(world, None, first=robot)
-        routes = [*page_routes(), Route("/api/folder", asked(self._folder), methods=["GET"]), *self._api.routes]
+        routes = [*page_routes(), Route("/api/folder", answer_get(self._folder), methods=["GET"]), *self._api.routes]
         self._server = Server(routes, port=port, closing=[self._api.close])
 
     @property

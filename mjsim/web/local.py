@@ -76,8 +76,10 @@ class SameOrigin:
         elif scope["type"] == "websocket":
             await send({"type": "websocket.close", "code": 1008})
         else:
-            said = "refused: this page is for its own address only; open the one that was printed"
-            await JSONResponse({"error": said}, 403, headers={**HEADERS, "Connection": "close"})(scope, receive, send)
+            message = "refused: this page is for its own address only; open the one that was printed"
+            await JSONResponse({"error": message}, 403, headers={**HEADERS, "Connection": "close"})(
+                scope, receive, send
+            )
 
     def _is_own(self, scope: Scope, headers: Headers) -> bool:
         hosts = headers.getlist("host")

@@ -20,9 +20,9 @@ from mjsim.web.news import RobotTick
 
 SAME_TIME = 1e-6
 """Times that differ by less are equal [s]."""
-MOST_POINTS = 1500
+MAX_POINTS = 1500
 """Maximum number of points drawn per reading; more are sampled evenly."""
-MOST_BYTES = 1 << 28
+MAX_BYTES = 1 << 28
 """Memory limit for the points of one recording [bytes]; later readings are not drawn."""
 SHOWN_FOR = 0.5
 """Time for which a reading is drawn [s]."""
@@ -38,10 +38,10 @@ def lidar_points(reading: Scan | PointCloud, robot_from_sensor: Array, *, times:
         poses: Poses of the robot at these times: x, y, z [m], qx, qy, qz, qw, world frame, shape (k, 7).
 
     Returns:
-        At most `MOST_POINTS`; empty if a required pose is not finite.
+        At most `MAX_POINTS`; empty if a required pose is not finite.
     """
     points = np.asarray(reading.points() if isinstance(reading, Scan) else reading.points, dtype=float)
-    every = slice(None, None, -(-len(points) // MOST_POINTS) or 1)
+    every = slice(None, None, -(-len(points) // MAX_POINTS) or 1)
     fired = reading.stamp + (np.zeros(1) if isinstance(reading, Scan) else reading.times[every].astype(float))
     points = points[every]
     if not len(points):
@@ -91,17 +91,17 @@ class SensorPast:
         self._thread = threading.Thread(target=self._read, name="mjsim-measured", daemon=True)
         self._thread.start()
 
-    def add_to(self, told: RobotTick, robot: str, row: int) -> None:
+    def add_to(self, robot_tick: RobotTick, robot: str, row: int) -> None:
         """Add readings to a tick: proximity ranges, contacts, and the newest reading of each lidar."""
         rows, now = self._robots[robot], float(self._recording.time[row])
         last = bisect_right(rows, now + SAME_TIME, key=_time_of) - 1
         if last < 0 or rows[last][0] < now - SAME_TIME:
             return
         _, _, ring, bump = rows[last]
-        told["proximity"], told["bump"] = plain(ring, 3), plain(bump, 3)
+        robot_tick["proximity"], robot_tick["bump"] = plain(ring, 3), plain(bump, 3)
         first = bisect_right(rows, now - SHOWN_FOR, key=_time_of)
         recent = {name: points for _, clouds, _, _ in rows[first : last + 1] for name, points in clouds.items()}
-        told["scans"] = {name: flat_points(points) for name, points in recent.items()}
+        robot_tick["scans"] = {name: flat_points(points) for name, points in recent.items()}
 
     def close(self) -> None:
         """Stop reading."""
@@ -116,7 +116,7 @@ class SensorPast:
         self.whole.set()
 
     def _read_robot(self, robot: str) -> None:
-        left = MOST_BYTES // max(len(self._recording.robots), 1)
+        left = MAX_BYTES // max(len(self._recording.robots), 1)
         for seen in self._recording.observations(robot):
             clouds = self._clouds(robot, seen) if left > 0 else {}
             left -= sum(points.nbytes for points in clouds.values())

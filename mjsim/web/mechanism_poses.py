@@ -85,11 +85,11 @@ def moved(mechanism: Mechanism, values: Mapping[str, float]) -> tuple[Mechanism,
         ValueError: The value does not exist, or the mechanism cannot start there.
     """
     found = mechanism.assembly
-    wanted = {}
+    targets = {}
     for name, value in values.items():
         column = found.column(name)
-        wanted[column] = value if found.slides[column] else math.radians(value)
-    return _restarted(mechanism, wanted)
+        targets[column] = value if found.slides[column] else math.radians(value)
+    return _restarted(mechanism, targets)
 
 
 def pulled(mechanism: Mechanism, name: str, look: Array, start: Array, end: Array) -> tuple[Mechanism, list[KeyChange]]:
@@ -106,8 +106,8 @@ def pulled(mechanism: Mechanism, name: str, look: Array, start: Array, end: Arra
     return _restarted(mechanism, {column: value for column, value in values.items() if column in free})
 
 
-def _restarted(mechanism: Mechanism, wanted: Mapping[int, float]) -> tuple[Mechanism, list[KeyChange]]:
-    begun = restarted(mechanism, wanted)
+def _restarted(mechanism: Mechanism, targets: Mapping[int, float]) -> tuple[Mechanism, list[KeyChange]]:
+    begun = restarted(mechanism, targets)
     return begun.mechanism, [(("joints", *place), value) for place, value in begun.keys.items()]
 
 

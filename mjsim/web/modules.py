@@ -29,7 +29,7 @@ def modules_in(folder: Folder, world: str | None = None) -> Json:
     found: dict[str, list[Json]] = {kind: [] for kind in KINDS.values()}
     for offer in offers_in(files):
         if offer.role in KINDS:
-            found[KINDS[offer.role]].append(_told(offer))
+            found[KINDS[offer.role]].append(_offer_json(offer))
     return dict(found)
 
 
@@ -39,11 +39,11 @@ def _algorithms() -> Iterator[Path]:
         yield from Path(folder).glob("*.py")
 
 
-def _told(offer: Offer) -> Json:
-    keys = [_told_key(key) for key in offer.keys]
+def _offer_json(offer: Offer) -> Json:
+    keys = [_key_json(key) for key in offer.keys]
     return {"use": offer.use, "title": offer.title, "about": offer.about, "keys": keys}
 
 
-def _told_key(key: Key) -> Json:
-    told: Json = {"name": key.name, "about": key.about}
-    return told if key.required else {**told, "default": key.default}
+def _key_json(key: Key) -> Json:
+    content: Json = {"name": key.name, "about": key.about}
+    return content if key.required else {**content, "default": key.default}

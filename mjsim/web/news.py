@@ -7,7 +7,7 @@ from typing_extensions import TypeAliasType, TypedDict
 
 from mjsim.web.joint_news import ArmFacts, ArmTick, JointFacts, JointGrip, JointRow, MechanismFacts, MechanismTick
 
-_TOLD = with_config(ConfigDict(use_attribute_docstrings=True))
+_DOCUMENTED = with_config(ConfigDict(use_attribute_docstrings=True))
 
 PlanarPose = TypeAliasType(
     "PlanarPose",
@@ -30,7 +30,7 @@ Recognised = TypeAliasType(
 RunState = TypeAliasType("RunState", Literal["idle", "loading", "running", "paused", "ended", "failed"])
 
 
-@_TOLD
+@_DOCUMENTED
 class CameraFacts(TypedDict):
     """A camera of a robot."""
 
@@ -41,7 +41,7 @@ class CameraFacts(TypedDict):
     """[px]"""
 
 
-@_TOLD
+@_DOCUMENTED
 class RobotFacts(TypedDict):
     """Constant properties of a robot."""
 
@@ -60,7 +60,7 @@ class RobotFacts(TypedDict):
     arms: list[ArmFacts]
 
 
-@_TOLD
+@_DOCUMENTED
 class Chosen(TypedDict):
     """Modules that drive a robot: their `use:`, null for none."""
 
@@ -70,7 +70,7 @@ class Chosen(TypedDict):
     avoidance: bool | str
 
 
-@_TOLD
+@_DOCUMENTED
 class NoiseFigure(TypedDict):
     """A parameter of the world that may be changed during a run."""
 
@@ -86,7 +86,7 @@ class NoiseFigure(TypedDict):
     """Useful range for a slider; null: choose one from the unit."""
 
 
-@_TOLD
+@_DOCUMENTED
 class RunNews(TypedDict):
     """What the run is, and its state."""
 
@@ -117,7 +117,7 @@ class RunNews(TypedDict):
     """Manual interventions since the start, as events of a world file."""
 
 
-@_TOLD
+@_DOCUMENTED
 class EventNews(TypedDict):
     """An event that concerns a robot or the world."""
 
@@ -130,7 +130,7 @@ class EventNews(TypedDict):
     text: str
 
 
-@_TOLD
+@_DOCUMENTED
 class TrackHistory(TypedDict):
     """Path and errors of one robot; all lists have the same length."""
 
@@ -152,7 +152,7 @@ class TrackHistory(TypedDict):
     """Wall-clock time of each module [ms]."""
 
 
-@_TOLD
+@_DOCUMENTED
 class PastNews(TypedDict):
     """The history until now, for browsers that join late."""
 
@@ -161,7 +161,7 @@ class PastNews(TypedDict):
     events: list[EventNews]
 
 
-@_TOLD
+@_DOCUMENTED
 class ShownNews(TypedDict):
     """An item that an estimator shows: points, lines, a grid or a text; its keys tell which."""
 
@@ -186,7 +186,7 @@ class ShownNews(TypedDict):
     """Columns and rows of a grid."""
 
 
-@_TOLD
+@_DOCUMENTED
 class RobotTick(TypedDict):
     """One robot at one tick."""
 
@@ -223,7 +223,7 @@ class RobotTick(TypedDict):
     """Items that the estimator shows; omitted if there are none."""
 
 
-@_TOLD
+@_DOCUMENTED
 class TickNews(TypedDict):
     """One tick of the loop."""
 
@@ -252,7 +252,7 @@ class TickNews(TypedDict):
     """Names of removed beacons and obstacles; omitted if there are none."""
 
 
-@_TOLD
+@_DOCUMENTED
 class Item(TypedDict):
     """An item of a world for the plan, the panel and the outline."""
 
@@ -279,7 +279,7 @@ class Item(TypedDict):
     line: int
 
 
-@_TOLD
+@_DOCUMENTED
 class SceneNews(TypedDict):
     """The plan of the run's world."""
 
@@ -288,7 +288,7 @@ class SceneNews(TypedDict):
     bounds: tuple[float, float, float, float]
 
 
-@_TOLD
+@_DOCUMENTED
 class RefusedNews(TypedDict):
     """A request that was refused."""
 
@@ -299,7 +299,7 @@ class RefusedNews(TypedDict):
     """Code that the user has not allowed yet: files with the SHA-256 of their content, installed classes with ''."""
 
 
-@_TOLD
+@_DOCUMENTED
 class ShortNews(TypedDict):
     """A hand or tool that the page moved does not reach its target; a tool then stays where it was."""
 
@@ -311,7 +311,7 @@ class ShortNews(TypedDict):
     """Distance to the target [m]."""
 
 
-@_TOLD
+@_DOCUMENTED
 class FrameHead(TypedDict):
     """Header of a picture, or of the poses of bodies."""
 

@@ -33,26 +33,26 @@ class Painter:
         self._turn = asyncio.Lock()
         self._free_at = 0.0
 
-    async def outside(self, asked: Callable[[], tuple[Tick, Outside]]) -> tuple[float, bytes]:
-        """Return time [s] and JPEG of an external view; `asked` returns what to render when its turn comes."""
+    async def outside(self, request: Callable[[], tuple[Tick, Outside]]) -> tuple[float, bytes]:
+        """Return time [s] and JPEG of an external view; `request` returns what to render when its turn comes."""
 
         def draw() -> tuple[float, bytes]:
-            tick, view = asked()
+            tick, view = request()
             orbit = Orbit(math.radians(view.azimuth_deg), math.radians(view.elevation_deg), view.distance, view.at)
             self._onlooker.show(tick.qpos, tick.looks)
             return tick.time, jpeg(self._onlooker.outside(orbit, width=SIZE[0], height=SIZE[1]))
 
         return await self._drawn(draw)
 
-    async def onboard(self, asked: Callable[[], Tick], camera: str, *, kind: str) -> tuple[float, bytes]:
+    async def onboard(self, request: Callable[[], Tick], camera: str, *, kind: str) -> tuple[float, bytes]:
         """Return time [s] and JPEG of a camera's 'depth' or 'segmentation', as `kind` says; 'ROBOT/CAMERA' names it."""
 
         def draw() -> tuple[float, bytes]:
-            tick = asked()
+            tick = request()
             self._onlooker.show(tick.qpos, tick.looks)
             robot, _, name = camera.partition("/")
-            wanted = {"depth": kind == "depth", "segmentation": kind == "segmentation"}
-            frame = self._onlooker.onboard(robot, name, stamp=tick.time, **wanted)
+            kinds = {"depth": kind == "depth", "segmentation": kind == "segmentation"}
+            frame = self._onlooker.onboard(robot, name, stamp=tick.time, **kinds)
             if kind == "segmentation":
                 return tick.time, jpeg(segmentation_shown(frame))
             assert frame.depth is not None, "an onlooker's cameras have depth"

@@ -38,7 +38,7 @@ class Parsed:
 
     world: World | None
     """None if something in it is invalid."""
-    told: Json
+    content: Json
     """For the page: problems, items, bounds, name, run, world, and the files that the text names."""
 
 
@@ -59,9 +59,11 @@ def parsed(text: str, source: Source, *, read: Read | None = None) -> Parsed:
         return Parsed(None, _json_of_part(text, source, read=read, problems=error.problems))
     problems = sorted([*check_world(world), *check_modules(world)])
     node = world.source.written
-    told = [_problem(problem, source, paths=_Paths(node), kind="warning") for problem in problems] if problems else []
+    warnings = (
+        [_problem(problem, source, paths=_Paths(node), kind="warning") for problem in problems] if problems else []
+    )
     return Parsed(
-        world, {"problems": told, **_world_json(world, raw or node), "files": _files(read[0], node, world=world)}
+        world, {"problems": warnings, **_world_json(world, raw or node), "files": _files(read[0], node, world=world)}
     )
 
 
@@ -96,58 +98,58 @@ def _json_of_part(text: str, source: Source, *, read: Read, problems: Sequence[P
     written = node if expansion is None else expansion.node
     files = _files(node, written, included=() if expansion is None else expansion.included)
     paths = _Paths(written)
-    told = [_problem(problem, source, paths=paths) for problem in problems]
+    reported = [_problem(problem, source, paths=paths) for problem in problems]
     wrong = {path for problem in problems if problem.file == source.file for path in paths.at(problem)}
     right = _right_part(written, source, wrong=wrong)
     if right is None:
-        return {"problems": told, **_NOTHING, "files": files}
-    world, kept = right
+        return {"problems": reported, **_NOTHING, "files": files}
+    world, indices = right
     seen = _world_json(world, node if needs_expansion(text) else None)
     for item in seen["items"]:
-        if item["path"][0] in kept:
-            item["path"][1] = kept[item["path"][0]][item["path"][1]]
-    return {"problems": told, **seen, "files": files}
+        if item["path"][0] in indices:
+            item["path"][1] = indices[item["path"][0]][item["path"][1]]
+    return {"problems": reported, **seen, "files": files}
 
 
 def _right_part(node: Node, source: Source, *, wrong: set[Path]) -> tuple[World, Mapping[str, list[int]]] | None:
     """Return the world of the valid part of a text, and the indices of its items by list; None if there is none."""
     for _ in range(_PATIENCE):
-        part, kept = _without(node, wrong)
+        part, indices = _without(node, wrong)
         try:
             world = World.model_validate(part.value, context={"source": source})
         except ValidationError as error:
-            more = {_original(details["loc"], kept) for details in error.errors(include_url=False) if details["loc"]}
+            more = {_original(details["loc"], indices) for details in error.errors(include_url=False) if details["loc"]}
             # Inconsistencies are reported one at a time.
-            more |= {_original(path, kept) for _, path in islice(misfits(part.value), MOST)}
+            more |= {_original(path, indices) for _, path in islice(misfits(part.value), MOST)}
             if more <= wrong:
                 return None
             wrong = wrong | more
             continue
         world._source = replace(source, written=part)
-        return world, kept
+        return world, indices
     return None
 
 
-def _original(path: tuple[int | str, ...], kept: Mapping[str, list[int]]) -> Path:
-    if len(path) > 1 and path[0] in kept and isinstance(path[1], int):
-        return (path[0], kept[str(path[0])][path[1]])
+def _original(path: tuple[int | str, ...], indices: Mapping[str, list[int]]) -> Path:
+    if len(path) > 1 and path[0] in indices and isinstance(path[1], int):
+        return (path[0], indices[str(path[0])][path[1]])
     return tuple(path[:1])
 
 
 def _without(node: Node, wrong: set[Path]) -> tuple[Node, dict[str, list[int]]]:
     """Return the text's node without the invalid items or keys, and the indices of the remaining items."""
     items: dict[str | int, Node] = {}
-    kept: dict[str, list[int]] = {}
+    indices: dict[str, list[int]] = {}
     for key, child in node.items.items():
-        here = {path[1] for path in wrong if path[:1] == (key,) and len(path) > 1}
+        invalid = {path[1] for path in wrong if path[:1] == (key,) and len(path) > 1}
         if key in LISTS and isinstance(child.value, list) and (key,) not in wrong:
-            left = [index for index in range(len(child.value)) if index not in here]
-            kept[str(key)] = left
+            left = [index for index in range(len(child.value)) if index not in invalid]
+            indices[str(key)] = left
             nodes: dict[str | int, Node] = {place: child.items[index] for place, index in enumerate(left)}
             items[key] = replace(child, items=nodes, value=[item.value for item in nodes.values()])
-        elif not here and (key,) not in wrong:
+        elif not invalid and (key,) not in wrong:
             items[key] = child
-    return replace(node, items=items, value={key: item.value for key, item in items.items()}), kept
+    return replace(node, items=items, value={key: item.value for key, item in items.items()}), indices
 
 
 class _Paths:

@@ -14,7 +14,7 @@ from mjsim.web.folder import Folder
 from mjsim.web.items import Json
 from mjsim.world import read_asset, write_new
 
-MOST_BYTES = 20_000_000
+MAX_BYTES = 20_000_000
 """Maximum size of an uploaded picture [bytes]."""
 LARGEST = 2048
 """Maximum width or height that is kept [px]: no camera gets closer to a poster."""

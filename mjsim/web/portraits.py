@@ -15,7 +15,7 @@ from mjsim.world import World
 Kind = Literal["model", "robot", "arm"]
 SIZE = 240, 180
 """Width and height of a picture [px]; twice the displayed size on most screens."""
-KEPT = 200
+CACHED = 200
 """Maximum number of cached pictures."""
 _WORLDS = {
     "model": "obstacles: [{{model: {name}, at: [0, 0]}}]",
@@ -42,25 +42,25 @@ class Portraits:
     def __init__(self) -> None:
         """Start with an empty cache."""
         self._lock = threading.Lock()
-        self._kept: OrderedDict[tuple[object, ...], bytes] = OrderedDict()
+        self._cached: OrderedDict[tuple[object, ...], bytes] = OrderedDict()
 
-    def picture(self, text: str, *, where: str, signs: Signs, world: Callable[[], World]) -> bytes:
+    def picture(self, text: str, *, folder: str, signs: Signs, world: Callable[[], World]) -> bytes:
         """Return a JPEG of the contents of a world.
 
         Args:
             text: Text of the world.
-            where: Path relative to which it names files.
+            folder: Path relative to which it names files.
             signs: Signs of these files.
             world: Returns the world.
 
         Raises:
             MjsimError: The world cannot be read, compiled or rendered.
         """
-        key = text, where, tuple(sorted(signs.items()))
+        key = text, folder, tuple(sorted(signs.items()))
         with self._lock:
-            if key not in self._kept:
-                self._kept[key] = jpeg(portrait(world(), width=SIZE[0], height=SIZE[1]))
-                if len(self._kept) > KEPT:
-                    self._kept.popitem(last=False)
-            self._kept.move_to_end(key)
-            return self._kept[key]
+            if key not in self._cached:
+                self._cached[key] = jpeg(portrait(world(), width=SIZE[0], height=SIZE[1]))
+                if len(self._cached) > CACHED:
+                    self._cached.popitem(last=False)
+            self._cached.move_to_end(key)
+            return self._cached[key]

@@ -87,7 +87,7 @@ def _posed(thing: Mechanism | Person, ask: PoseAsk) -> _Posed:
     if ask.pull is None:
         return _Posed(thing)
     start, end = np.array(ask.pull.start), np.array(ask.pull.end)
-    return _Posed(*mechanism_poses.pulled(thing, ask.pull.part, _look(thing, ask.pull.look), start, end))
+    return _Posed(*mechanism_poses.pulled(thing, ask.pull.part, _view_of(thing, ask.pull.look), start, end))
 
 
 def _person_posed(person: Person, ask: PoseAsk) -> _Posed:
@@ -99,22 +99,22 @@ def _person_posed(person: Person, ask: PoseAsk) -> _Posed:
         return _Posed(person)
     if ask.pull.part not in HANDS:
         raise ValueError(f"'{ask.pull.part}' is not a hand; pull 'left' or 'right'")
-    look = _look(person, ask.pull.look)
+    view = _view_of(person, ask.pull.look)
     # At its current depth towards the viewer.
-    by = look[:2, :3].T @ (np.array(ask.pull.end) - ask.pull.start)
+    by = view[:2, :3].T @ (np.array(ask.pull.end) - ask.pull.start)
     return _Posed(*person_poses.led(person, {ask.pull.part: person_poses.hands(person)[ask.pull.part] + by}))
 
 
-def _look(thing: Mechanism | Person, look: Look) -> Array:
+def _view_of(thing: Mechanism | Person, direction: Look) -> Array:
     heading = np.radians(thing.heading_deg)
     if isinstance(thing, Person) and thing.seat is not None:
         place = thing.place()
-        return look_at(look, (place.x, place.y), place.heading)
-    return look_at(look, (thing.at[0], thing.at[1]), heading)
+        return look_at(direction, (place.x, place.y), place.heading)
+    return look_at(direction, (thing.at[0], thing.at[1]), heading)
 
 
 def _mechanism_json(mechanism: Mechanism, look: Look) -> Json:
-    seen = _look(mechanism, look)
+    seen = _view_of(mechanism, look)
     pulls = {body: mechanism.joints[number].name for number, body, _ in mechanism_poses.grips(mechanism, seen)}
     drawn = body_outlines(posed(mechanism, mechanism.assembly.start, seen))
     parts = [{"name": name, "outline": _short(outline), "pull": pulls.get(name)} for name, outline in drawn]
@@ -122,7 +122,7 @@ def _mechanism_json(mechanism: Mechanism, look: Look) -> Json:
 
 
 def _person_json(world: World, person: Person, look: Look) -> Json:
-    outlines = silhouettes(person.skins, poses_of(world, person), _look(person, look))
+    outlines = silhouettes(person.skins, poses_of(world, person), _view_of(person, look))
     pulls = {f"{side}_hand": side for side in HANDS if person.seat is None}
     parts = [{"name": name, "outline": _short(each), "pull": pulls.get(name)} for name, each in outlines]
     hands = {side: _short(at) for side, at in person_poses.hands(person).items()} if person.seat is None else {}

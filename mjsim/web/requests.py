@@ -127,8 +127,8 @@ def read_request(text: str) -> RunRequest:
         return _REQUEST.validate_json(text)
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False)[0]
-        where = ".".join(map(str, first["loc"])) or "the request"
-        raise UsageError(f"{where}: {first['msg'][0].lower()}{first['msg'][1:]}") from None
+        location = ".".join(map(str, first["loc"])) or "the request"
+        raise UsageError(f"{location}: {first['msg'][0].lower()}{first['msg'][1:]}") from None
 
 
 def with_drivers(world: World, chosen: Drivers) -> World:

@@ -19,16 +19,16 @@ from mjsim.output import free_path, move_to_free
 from mjsim.record import read_recording
 from mjsim.report import statistics_file
 from mjsim.sim import Orbit
-from mjsim.web.answers import Ask, RefusedError, answered, asked, posted, refusal
-from mjsim.web.comparing import compared, comparison_told, first_recording, first_swept_world
+from mjsim.web.answers import Ask, RefusedError, answer_get, answered, posted, refusal
+from mjsim.web.comparing import compared, compared_json, first_recording, first_swept_world
 from mjsim.web.current_run import Scene
-from mjsim.web.fields import column_told, fields_told
+from mjsim.web.fields import column_json, fields_json
 from mjsim.web.films import Films
 from mjsim.web.folder import Folder
 from mjsim.web.local import HEADERS
 from mjsim.web.news import TickNews
 from mjsim.web.open_recordings import Opened, Shelf
-from mjsim.web.reviewing import WHOLE, default_film, recording_told, row_at, row_told
+from mjsim.web.reviewing import WHOLE, default_film, recording_json, row_at, row_json
 
 LARGEST = 4_000_000_000
 """Maximum size of an uploaded recording [bytes]."""
@@ -54,19 +54,19 @@ class ReviewApi:
         self._folder, self._scene = folder, scene
         self._shelf, self._films = Shelf(), Films()
         self.routes: Sequence[BaseRoute] = [
-            Route("/api/recording", asked(self._whole), methods=["GET"]),
-            Route("/api/recording/tick", asked(self._tick), methods=["GET"]),
-            Route("/api/recording/picture", asked(self._picture), methods=["GET"]),
-            Route("/api/recording/scene", asked(self._scene_in_3d), methods=["GET"]),
-            Route("/api/recording/poses", asked(self._poses), methods=["GET"]),
-            Route("/api/recording/fields", asked(self._fields), methods=["GET"]),
-            Route("/api/recording/column", asked(self._column), methods=["GET"]),
-            Route("/api/recording/statistics", asked(self._statistics), methods=["GET"]),
+            Route("/api/recording", answer_get(self._whole), methods=["GET"]),
+            Route("/api/recording/tick", answer_get(self._tick), methods=["GET"]),
+            Route("/api/recording/picture", answer_get(self._picture), methods=["GET"]),
+            Route("/api/recording/scene", answer_get(self._scene_in_3d), methods=["GET"]),
+            Route("/api/recording/poses", answer_get(self._poses), methods=["GET"]),
+            Route("/api/recording/fields", answer_get(self._fields), methods=["GET"]),
+            Route("/api/recording/column", answer_get(self._column), methods=["GET"]),
+            Route("/api/recording/statistics", answer_get(self._statistics), methods=["GET"]),
             Route("/api/recording/video", posted(FilmAsk, self._film), methods=["POST"]),
             Route("/api/recording/upload", self._upload, methods=["POST"]),
-            Route("/api/compare", asked(self._compare), methods=["GET"]),
-            Route("/api/job", asked(self._job), methods=["GET"]),
-            Route("/api/file", asked(self._file), methods=["GET"]),
+            Route("/api/compare", answer_get(self._compare), methods=["GET"]),
+            Route("/api/job", answer_get(self._job), methods=["GET"]),
+            Route("/api/file", answer_get(self._file), methods=["GET"]),
         ]
 
     def close(self) -> None:
@@ -76,22 +76,22 @@ class ReviewApi:
 
     def _whole(self, request: Request) -> dict[str, Any]:
         path, opened = self._opened(request)
-        return recording_told(opened.recording, path=path, scene=self._scene(opened.recording.world))
+        return recording_json(opened.recording, path=path, scene=self._scene(opened.recording.world))
 
     def _tick(self, request: Request) -> TickNews:
         _, opened = self._opened(request)
         row = row_at(opened.recording, _number(request, "time"))
-        return row_told(opened.recording, row, measured=opened.measured, people=opened.people(row))
+        return row_json(opened.recording, row, measured=opened.measured, people=opened.people(row))
 
     def _picture(self, request: Request) -> Response:
         _, opened = self._opened(request)
         orbit = None
         if "distance" in request.query_params:
             orbit = Orbit(
-                azimuth=math.radians(_number(request, "azimuth_deg", most=1e6)),
-                elevation=math.radians(_number(request, "elevation_deg", most=90.0)),
-                distance=max(_number(request, "distance", most=1000.0), 0.1),
-                at=(_number(request, "x", most=1e6), _number(request, "y", most=1e6)),
+                azimuth=math.radians(_number(request, "azimuth_deg", limit=1e6)),
+                elevation=math.radians(_number(request, "elevation_deg", limit=90.0)),
+                distance=max(_number(request, "distance", limit=1000.0), 0.1),
+                at=(_number(request, "x", limit=1e6), _number(request, "y", limit=1e6)),
             )
         data = opened.picture(_number(request, "time"), request.query_params.get("view", "overview"), orbit=orbit)
         return Response(data, media_type="image/jpeg", headers=HEADERS)
@@ -106,11 +106,11 @@ class ReviewApi:
         return Response(data, media_type="application/octet-stream", headers=HEADERS)
 
     def _fields(self, request: Request) -> list[tuple[str, str]]:
-        return fields_told(self._opened(request)[1].recording)
+        return fields_json(self._opened(request)[1].recording)
 
     def _column(self, request: Request) -> dict[str, list[float | None]]:
         topic, field = (request.query_params.get(name, "") for name in ("topic", "field"))
-        return column_told(self._opened(request)[1].recording, topic, field)
+        return column_json(self._opened(request)[1].recording, topic, field)
 
     def _statistics(self, request: Request) -> dict[str, Any]:
         _, opened = self._opened(request)
@@ -123,12 +123,12 @@ class ReviewApi:
         first = first_recording(self._folder, names)
         world = first_swept_world(self._folder, names) if first is None else self._shelf.open(first).recording.world
         scene = None if world is None else self._scene(world)
-        return comparison_told(comparison, scene=scene)
+        return compared_json(comparison, scene=scene)
 
     def _film(self, ask: FilmAsk) -> dict[str, Any]:
         recording = self._shelf.open(self._folder.path(ask.path)).recording
-        wanted = default_film(ask.path, view=ask.view, begin=ask.begin, end=ask.end)
-        place = free_path(self._folder.path(wanted.as_posix()), taken=self._films.files())
+        film = default_film(ask.path, view=ask.view, begin=ask.begin, end=ask.end)
+        place = free_path(self._folder.path(film.as_posix()), taken=self._films.files())
         view = None if ask.view == WHOLE else ask.view
         shown = self._folder.name(place)
         job = self._films.begin(recording, place, shown=shown, view=view, begin=ask.begin, end=ask.end)
@@ -188,7 +188,7 @@ class ReviewApi:
         return path, self._shelf.open(self._folder.path(path))
 
 
-def _number(request: Request, name: str, *, most: float = math.inf) -> float:
+def _number(request: Request, name: str, *, limit: float = math.inf) -> float:
     """Return a number in a request's address."""
     text = request.query_params.get(name, "")
     try:
@@ -197,6 +197,6 @@ def _number(request: Request, name: str, *, most: float = math.inf) -> float:
         value = math.nan
     if not math.isfinite(value):
         raise RefusedError(400, f"{name} is {text!r:.40}; it must be a number")
-    if abs(value) > most:
-        raise RefusedError(400, f"{name} is {value:g}; it must be from {-most:g} to {most:g}")
+    if abs(value) > limit:
+        raise RefusedError(400, f"{name} is {value:g}; it must be from {-limit:g} to {limit:g}")
     return value

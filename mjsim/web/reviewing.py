@@ -10,16 +10,16 @@ import numpy as np
 from mjsim.geometry import Array, Pose
 from mjsim.record import Recording, Track
 from mjsim.report import metrics
-from mjsim.web.history import NO_NEES, plain, track_told
+from mjsim.web.history import NO_NEES, plain, track_json
 from mjsim.web.joint_news import JointRow
-from mjsim.web.jointed import bodies_told, joint_rows, joints_told
+from mjsim.web.jointed import drawn_bodies, joint_rows, joints_json
 from mjsim.web.measured import SensorPast, row_of
 from mjsim.web.news import EventNews, RobotTick, TickNews, TrackHistory
-from mjsim.web.showing import shown_told
-from mjsim.web.tick_json import outlines_told, people_told, recognised_told, robots_told, with_removed
+from mjsim.web.showing import shown_json
+from mjsim.web.tick_json import outlines_json, people_json, recognised_json, robots_json, with_removed
 from mjsim.world import EVENT_KINDS, kind_of, said_of
 
-MOST = 5000
+MAX_ROWS = 5000
 """Maximum number of rows of a track."""
 People = Mapping[str, Sequence[tuple[Array, str]]]
 """Outlines from above of people by name, with their colours, world frame, shape (n, 2) each [m]."""
@@ -29,13 +29,13 @@ WHOLE = "frame"
 """The film view that combines plan, close-up, camera and error."""
 
 
-def recording_told(recording: Recording, *, path: str, scene: Mapping[str, Any]) -> dict[str, Any]:
+def recording_json(recording: Recording, *, path: str, scene: Mapping[str, Any]) -> dict[str, Any]:
     """Return the overview of a recording in JSON form; `scene` contains the plan of its world."""
     cameras = ["/".join(camera) for camera in recording.cameras()]
     return {
         "path": path,
         "name": recording.world.name,
-        "robots": robots_told(recording.world),
+        "robots": robots_json(recording.world),
         "seconds": float(recording.time[-1]),
         "begin": float(recording.time[0]),
         "dt": 1.0 / recording.world.run.rate_hz,
@@ -45,11 +45,11 @@ def recording_told(recording: Recording, *, path: str, scene: Mapping[str, Any])
         "metadata": dict(recording.metadata),
         "scene": scene,
         "tracks": {name: _track(recording, name) for name, track in recording.robots.items() if _driven(track)},
-        "events": events_told(recording),
+        "events": events_json(recording),
         "cameras": cameras,
         "views": [WHOLE, "plan", "chase", "overview", *cameras],
         "has_states": recording.qpos.shape[1] > 0,
-        "joints": joints_told(recording.world),
+        "joints": joints_json(recording.world),
     }
 
 
@@ -59,7 +59,7 @@ def row_at(recording: Recording, time: float) -> int:
 
 
 @np.errstate(over="ignore", invalid="ignore")  # an estimate may be anywhere
-def row_told(
+def row_json(
     recording: Recording, row: int, *, measured: SensorPast | None = None, people: People | None = None
 ) -> TickNews:
     """Return a recorded tick in the JSON form of a live one.
@@ -77,7 +77,7 @@ def row_told(
         for name, track in recording.robots.items()
         if np.isfinite(track.estimate[row]).all()
     }
-    told: TickNews = {
+    tick: TickNews = {
         "kind": "tick",
         "number": row,
         "time": float(recording.time[row]),
@@ -88,10 +88,10 @@ def row_told(
         },
     }
     if people:
-        told["people"] = people_told(people)
+        tick["people"] = people_json(people)
     if recording.joints:
-        told["joints"], told["bodies"] = _joints(recording, row)
-    return with_removed(told, recording.looks(row))
+        tick["joints"], tick["bodies"] = _joints(recording, row)
+    return with_removed(tick, recording.looks(row))
 
 
 def _joints(
@@ -106,20 +106,20 @@ def _joints(
     truths = {name: track.truth[row] for name, track in recording.robots.items()}
     places = {name: Pose.from_array(truth) for name, truth in truths.items() if np.isfinite(truth).all()}
     values = {name: track.positions[row] for name, track in tracks.items()}
-    return rows, outlines_told(bodies_told(recording.world, values, places))
+    return rows, outlines_json(drawn_bodies(recording.world, values, places))
 
 
-def events_told(recording: Recording) -> list[EventNews]:
+def events_json(recording: Recording) -> list[EventNews]:
     """Return all events of robots and the world, in order of time."""
-    told: list[EventNews] = [
+    events: list[EventNews] = [
         {"kind": "event", "time": event.time, "robot": name, "event": event.kind, "text": event.text}
         for name, track in recording.robots.items()
         for event in track.events
     ]
     for happened in recording.events:
         kind = str(kind_of(happened, EVENT_KINDS))
-        told.append({"kind": "event", "time": happened.time, "robot": None, "event": kind, "text": said_of(happened)})
-    return sorted(told, key=lambda event: event["time"])
+        events.append({"kind": "event", "time": happened.time, "robot": None, "event": kind, "text": said_of(happened)})
+    return sorted(events, key=lambda event: event["time"])
 
 
 def default_film(path: str, *, view: str, begin: float, end: float) -> Path:
@@ -134,9 +134,9 @@ def _driven(track: Track) -> bool:
 
 def _track(recording: Recording, name: str) -> TrackHistory:
     track = recording.robots[name]
-    keep = slice(None, None, max(1, math.ceil(len(track.time) / MOST)))
+    keep = slice(None, None, max(1, math.ceil(len(track.time) / MAX_ROWS)))
     covariance = track.covariance.reshape(-1, 9)
-    return track_told(
+    return track_json(
         track.time[keep],
         truth=track.truth[keep],
         estimate=track.estimate[keep],
@@ -163,7 +163,7 @@ def _robot(recording: Recording, name: str, *, row: int, measured: SensorPast | 
     estimated = recording.has_estimator(name)
     nees = metrics.normalised_errors(truth[None], estimate[None], P[None]) if estimated else NO_NEES
     timing = {part: float(1e3 * seconds[row]) for part, seconds in _timing(recording, name).items()}
-    told: RobotTick = {
+    robot_tick: RobotTick = {
         "truth": plain(truth),
         "estimate": plain(estimate),
         "odometry": plain(track.odometry[row]),
@@ -176,7 +176,7 @@ def _robot(recording: Recording, name: str, *, row: int, measured: SensorPast | 
             for k in mapped
         },
         "sightings": [(each.name, round(each.range, 4), round(each.bearing, 5)) for each in track.sightings[row]],
-        "recognised": recognised_told(track.sightings[row]),
+        "recognised": recognised_json(track.sightings[row]),
         "error": plain(metrics.position_errors(truth[None], estimate[None]), 5)[0],
         "heading_error": plain(metrics.heading_errors(truth[None], estimate[None]), 5)[0],
         "nees": plain(nees, 3)[0],
@@ -185,7 +185,7 @@ def _robot(recording: Recording, name: str, *, row: int, measured: SensorPast | 
         "command": plain(track.command[row]),
     }
     if track.shown and track.shown[row]:
-        told["show"] = shown_told(track.shown[row])
+        robot_tick["show"] = shown_json(track.shown[row])
     if measured is not None:
-        measured.add_to(told, name, row)
-    return told
+        measured.add_to(robot_tick, name, row)
+    return robot_tick

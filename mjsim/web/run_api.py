@@ -16,7 +16,7 @@ from mjsim.modules import missing_modules
 from mjsim.output import NewFile
 from mjsim.record import is_mcap, reserve_next
 from mjsim.session import Session
-from mjsim.web.answers import RefusedError, asked
+from mjsim.web.answers import RefusedError, answer_get
 from mjsim.web.current_run import Scene, Stage
 from mjsim.web.files import source_of
 from mjsim.web.folder import Folder
@@ -58,7 +58,7 @@ class RunApi:
         self._shelf = Scene3dShelf()
         self.routes: Sequence[BaseRoute] = [
             WebSocketRoute("/api/run", self._serve),
-            Route("/api/run/scene", asked(self._scene), methods=["GET"]),
+            Route("/api/run/scene", answer_get(self._scene), methods=["GET"]),
         ]
 
     def close(self) -> None:
@@ -97,9 +97,9 @@ class RunApi:
             do = request.do
             await self._obey(viewer, request)
         except RefusedError as refused:
-            await viewer.tell({"kind": "refused", "do": do, "error": refused.message, **refused.more})
+            await viewer.send({"kind": "refused", "do": do, "error": refused.message, **refused.more})
         except MjsimError as error:
-            await viewer.tell({"kind": "refused", "do": do, "error": _one_line(error)})
+            await viewer.send({"kind": "refused", "do": do, "error": _one_line(error)})
 
     async def _obey(self, viewer: Viewer, request: RunRequest) -> None:
         match request:
@@ -120,7 +120,7 @@ class RunApi:
                 await asyncio.to_thread(self._session().set_noise, request.key, request.value)
             case Touch():
                 if (short := await asyncio.to_thread(self._touch, request)) is not None:
-                    await viewer.tell(short)
+                    await viewer.send(short)
             case DriveByHand():
                 self._drive(request)
 

@@ -17,7 +17,7 @@ from starlette.types import ASGIApp
 from mjsim.closing import Closes
 from mjsim.errors import UsageError
 from mjsim.progress import say
-from mjsim.web.answers import asked
+from mjsim.web.answers import answer_get
 from mjsim.web.browser import BrowserOpener
 from mjsim.web.connections import Connections, HttpConnection, Limits, WebSocketConnection
 from mjsim.web.entrance import PARAMETER, Entrance
@@ -72,7 +72,7 @@ class Server(Closes):
         self._connections, self._opening = Connections(limits), BrowserOpener()
         listener = listen(port, host=host)
         self.port: int = listener.getsockname()[1]
-        invite = Route("/api/invite", asked(self._invite), methods=["POST"])
+        invite = Route("/api/invite", answer_get(self._invite), methods=["POST"])
         app = Starlette(routes=[*routes, invite], lifespan=self._lifespan)
         guarded = app if self._keys is None else Entrance(app, self._keys, port=self.port)
         self._ready, self._closed = threading.Event(), False
@@ -121,7 +121,7 @@ class Server(Closes):
             self._closed = True
             for call in self._closing:
                 call()
-            self._loop.call_soon_threadsafe(self._connections.cut_off)
+            self._loop.call_soon_threadsafe(self._connections.close_all)
         self._server.should_exit = True
         self._thread.join()
         self._opening.close()

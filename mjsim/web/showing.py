@@ -9,25 +9,25 @@ from mjsim.web.measured import flat_points
 from mjsim.web.news import ShownNews
 
 
-def shown_told(items: Sequence[Shown]) -> list[ShownNews]:
+def shown_json(items: Sequence[Shown]) -> list[ShownNews]:
     """Return shown items in JSON form; their numbers are in the frame that each names."""
-    return [_told(item) for item in items]
+    return [_item_json(item) for item in items]
 
 
-def _told(item: Shown) -> ShownNews:
-    told: ShownNews = {"name": item.name, "frame": item.frame, "color": item.color}
+def _item_json(item: Shown) -> ShownNews:
+    content: ShownNews = {"name": item.name, "frame": item.frame, "color": item.color}
     if isinstance(item, ShownPoints):
-        told |= {"points": flat_points(item.points), "size": item.size}
+        content |= {"points": flat_points(item.points), "size": item.size}
     elif isinstance(item, ShownLines):
-        told |= {"lines": flat_points(item.points), "joined": item.joined, "size": item.width}
+        content |= {"lines": flat_points(item.points), "joined": item.joined, "size": item.width}
     elif isinstance(item, ShownText):
-        told |= {"text": item.text, "points": flat_points(item.at)}
+        content |= {"text": item.text, "points": flat_points(item.at)}
     elif isinstance(item, ShownGrid):
         rows, columns = item.cells.shape
-        told |= {
+        content |= {
             "png": base64.b64encode(grid_png(item)).decode(),
             "size": item.resolution,
             "origin": (item.origin.x, item.origin.y, item.origin.heading),
             "cells": (columns, rows),
         }
-    return told
+    return content

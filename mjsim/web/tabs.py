@@ -12,17 +12,17 @@ from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from mjsim.errors import MjsimError
-from mjsim.web.answers import Ask, RefusedError, asked, posted
+from mjsim.web.answers import Ask, RefusedError, answer_get, posted
 from mjsim.web.drafts import ID, TAB, Drafts
 from mjsim.web.files import SHIPPED, read_world
 from mjsim.web.folder import LONGEST, Folder
 from mjsim.web.items import Json
-from mjsim.web.watch import MOST, DiskWatch
+from mjsim.web.watch import MAX_FILES, DiskWatch
 
 PERIOD = 0.5
 """Interval between checks of the disk while a page is open [s]."""
 
-MOST_STEPS, MOST_LETTERS = 1000, 400_000
+MAX_STEPS, MAX_LETTERS = 1000, 400_000
 """Limits of the history kept beside a draft: steps, and characters of all steps together."""
 Name = Annotated[str, Field(max_length=LONGEST)]
 
@@ -31,8 +31,8 @@ class StepAsk(Ask):
     """One step of a text's history: `fresh` replaced `old`."""
 
     begin: Annotated[int, Field(ge=0, alias="from")]
-    old: Annotated[str, Field(max_length=MOST_LETTERS)]
-    fresh: Annotated[str, Field(max_length=MOST_LETTERS)]
+    old: Annotated[str, Field(max_length=MAX_LETTERS)]
+    fresh: Annotated[str, Field(max_length=MAX_LETTERS)]
     what: Annotated[str, Field(max_length=100)] = "Change"
     """What the step did, for the list of undo steps."""
 
@@ -40,15 +40,15 @@ class StepAsk(Ask):
 class PastAsk(Ask):
     """The undo history of a text: `at` steps lead to it, the others can be redone."""
 
-    steps: Annotated[tuple[StepAsk, ...], Field(max_length=MOST_STEPS)] = ()
+    steps: Annotated[tuple[StepAsk, ...], Field(max_length=MAX_STEPS)] = ()
     at: Annotated[int, Field(ge=0)] = 0
 
     @model_validator(mode="after")
     def _within(self) -> "PastAsk":
         if self.at > len(self.steps):
             raise ValueError(f"{self.at} steps lead to the text, but there are {len(self.steps)}")
-        if sum(len(step.old) + len(step.fresh) for step in self.steps) > MOST_LETTERS:
-            raise ValueError(f"the steps have more than {MOST_LETTERS} letters")
+        if sum(len(step.old) + len(step.fresh) for step in self.steps) > MAX_LETTERS:
+            raise ValueError(f"the steps have more than {MAX_LETTERS} letters")
         return self
 
 
@@ -84,7 +84,7 @@ class ShowAsk(Ask):
     do: Literal["show"]
     path: Name
     stamp: str | None
-    files: Annotated[dict[Name, Annotated[str, Field(max_length=100)]], Field(max_length=MOST)]
+    files: Annotated[dict[Name, Annotated[str, Field(max_length=100)]], Field(max_length=MAX_FILES)]
 
 
 class Tabs:
@@ -98,7 +98,7 @@ class Tabs:
         self._closing = False
         self.routes: Sequence[BaseRoute] = [
             WebSocketRoute("/api/tab", self._serve),
-            Route("/api/drafts", asked(self._list), methods=["GET"]),
+            Route("/api/drafts", answer_get(self._list), methods=["GET"]),
             Route("/api/draft/keep", posted(KeepAsk, self._keep), methods=["POST"]),
             Route("/api/draft/forget", posted(ForgetAsk, self._forget), methods=["POST"]),
             Route("/api/draft/read", posted(DraftAsk, lambda ask: self._drafts.read(ask.id)), methods=["POST"]),
@@ -132,7 +132,7 @@ class Tabs:
         self._drafts.hold(tab)
         self._pages.add(page)
         self._wake()
-        telling = asyncio.create_task(self._tell(page))
+        telling = asyncio.create_task(self._notify(page))
         try:
             while (message := await socket.receive())["type"] != "websocket.disconnect":
                 await self._take(page, message.get("text") or "")
@@ -153,7 +153,7 @@ class Tabs:
             await page.socket.close(1008)
         page.due.set()
 
-    async def _tell(self, page: "_Page") -> None:
+    async def _notify(self, page: "_Page") -> None:
         """Send a page its updates until it disconnects or the server ends."""
         while not self._closing:
             page.due.clear()
@@ -214,7 +214,7 @@ class _Page:
         self.due = asyncio.Event()
         self._watch = watch
         self._lock = threading.Lock()
-        self._told: list[tuple[str, bool]] | None = None
+        self._sent: list[tuple[str, bool]] | None = None
 
     def show(self, show: ShowAsk) -> None:
         """Store what it shows now."""
@@ -226,8 +226,8 @@ class _Page:
         with self._lock:
             news = list(self._watch.news())
         others = [draft for draft in drafts.listed() if draft["tab"] != self.tab]
-        there = [(draft["id"], draft["open"]) for draft in others]
-        if there != self._told:
-            self._told = there
+        current = [(draft["id"], draft["open"]) for draft in others]
+        if current != self._sent:
+            self._sent = current
             news.append({"kind": "drafts", "drafts": others})
         return news

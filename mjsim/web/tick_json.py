@@ -11,7 +11,7 @@ from mjsim.record import Tick
 from mjsim.report import metrics
 from mjsim.web.history import NO_NEES, plain
 from mjsim.web.joint_news import ArmTick, MechanismFacts, MechanismTick
-from mjsim.web.jointed import arm_facts, bodies_told, grips_told, led_facts, rows_told
+from mjsim.web.jointed import arm_facts, drawn_bodies, grips_json, joint_rows_json, led_facts
 from mjsim.web.measured import flat_points
 from mjsim.web.news import (
     Chosen,
@@ -22,7 +22,7 @@ from mjsim.web.news import (
     RobotTick,
     TickNews,
 )
-from mjsim.web.showing import shown_told
+from mjsim.web.showing import shown_json
 from mjsim.world import (
     EVENT_KINDS,
     Camera,
@@ -43,7 +43,7 @@ _RING = np.asarray(np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False), dtype=floa
 """Directions of the proximity rays, left positive [rad]."""
 
 
-def tick_told(
+def tick_json(
     tick: Tick,
     *,
     number: int,
@@ -67,36 +67,36 @@ def tick_told(
         world: World whose arms and mechanisms are included; by default none.
     """
     found = scans or {}
-    told: TickNews = {
+    news: TickNews = {
         "kind": "tick",
         "number": number,
         "time": round(tick.time, 6),
         "pace": round(pace, 3),
-        "robots": {name: _robot_told(tick, name, found.get(name, {})) for name in tick.orders},
+        "robots": {name: _robot_json(tick, name, found.get(name, {})) for name in tick.orders},
         "things": {name: plain(pose.as_array()) for name, pose in tick.things.items()},
     }
-    if mechanisms := {name: _led_told(tick, name, joints) for name, joints in (led or {}).items()}:
-        told["mechanisms"] = mechanisms
+    if mechanisms := {name: _led_json(tick, name, joints) for name, joints in (led or {}).items()}:
+        news["mechanisms"] = mechanisms
     if hands:
-        told["hands"] = {name: {side: _place(at) for side, at in each.items()} for name, each in hands.items()}
+        news["hands"] = {name: {side: _place(at) for side, at in each.items()} for name, each in hands.items()}
     if people:
-        told["people"] = people_told(people)
+        news["people"] = people_json(people)
     if world is not None and tick.joints:
         values = {name: motion.positions for name, motion in tick.joints.items()}
-        told["joints"] = rows_told(tick.joints)
-        told["bodies"] = outlines_told(bodies_told(world, values, tick.truth))
-        told["grips"] = grips_told(world, values, tick.poses)
-    return with_removed(told, tick.looks)
+        news["joints"] = joint_rows_json(tick.joints)
+        news["bodies"] = outlines_json(drawn_bodies(world, values, tick.truth))
+        news["grips"] = grips_json(world, values, tick.poses)
+    return with_removed(news, tick.looks)
 
 
-def outlines_told(bodies: Mapping[str, Sequence[Array]]) -> dict[str, list[list[tuple[float, float]]]]:
+def outlines_json(bodies: Mapping[str, Sequence[Array]]) -> dict[str, list[list[tuple[float, float]]]]:
     """Return outlines with few corners."""
     return {name: [_thinned(outline) for outline in outlines] for name, outlines in bodies.items()}
 
 
-def people_told(people: Mapping[str, Sequence[tuple[Array, str]]]) -> dict[str, list[list[tuple[float, float]]]]:
+def people_json(people: Mapping[str, Sequence[tuple[Array, str]]]) -> dict[str, list[list[tuple[float, float]]]]:
     """Return the outlines of people whose hands were moved."""
-    return outlines_told({name: [outline for outline, _ in parts] for name, parts in people.items()})
+    return outlines_json({name: [outline for outline, _ in parts] for name, parts in people.items()})
 
 
 def _thinned(outline: Array) -> list[tuple[float, float]]:
@@ -109,19 +109,19 @@ def _place(at: Array) -> tuple[float, float, float]:
     return x, y, z
 
 
-def with_removed(told: TickNews, looks: Looks | None) -> TickNews:
+def with_removed(news: TickNews, looks: Looks | None) -> TickNews:
     """Return a tick with the names of the beacons and obstacles removed at that time, if any."""
-    return {**told, "removed": sorted(looks.removed)} if looks is not None and looks.removed else told
+    return {**news, "removed": sorted(looks.removed)} if looks is not None and looks.removed else news
 
 
 @np.errstate(over="ignore", invalid="ignore")  # an estimate may be anywhere
-def _robot_told(tick: Tick, name: str, scans: Mapping[str, Array]) -> RobotTick:
+def _robot_json(tick: Tick, name: str, scans: Mapping[str, Array]) -> RobotTick:
     seen, order, truth = tick.seen[name], tick.orders[name], tick.truth[name].as_array()
     belief = order.estimate
     estimate, P = belief.pose.as_array(), np.asarray(belief.covariance, dtype=float)
     estimated = "estimator" in order.timing
     nees = metrics.normalised_errors(truth[None], estimate[None], P[None]) if estimated else NO_NEES
-    told: RobotTick = {
+    robot_tick: RobotTick = {
         "truth": plain(truth),
         "estimate": plain(estimate),
         "odometry": plain(order.dead_reckoning.as_array()),
@@ -140,22 +140,22 @@ def _robot_told(tick: Tick, name: str, scans: Mapping[str, Array]) -> RobotTick:
         "proximity": plain(seen.proximity, 3),
         "bump": plain(seen.bump, 3),
     }
-    if arms := _arms_told(tick, name):
-        told["arms"] = arms
+    if arms := _arms_json(tick, name):
+        robot_tick["arms"] = arms
     if scans:
-        told["scans"] = {lidar: flat_points(points) for lidar, points in scans.items()}
+        robot_tick["scans"] = {lidar: flat_points(points) for lidar, points in scans.items()}
     if belief.show:
-        told["show"] = shown_told(belief.show)
-    return told
+        robot_tick["show"] = shown_json(belief.show)
+    return robot_tick
 
 
-def _led_told(tick: Tick, name: str, joints: Sequence[str]) -> MechanismTick:
+def _led_json(tick: Tick, name: str, joints: Sequence[str]) -> MechanismTick:
     """Return the positions of a mechanism's joints."""
     motion = tick.joints[name]
     return {"positions": plain(motion.positions[[motion.names.index(joint) for joint in joints]], 6)}
 
 
-def _arms_told(tick: Tick, name: str) -> dict[str, ArmTick]:
+def _arms_json(tick: Tick, name: str) -> dict[str, ArmTick]:
     """Return the arms of a robot by name."""
     found: dict[str, ArmTick] = {}
     for key, motion in tick.joints.items():
@@ -179,12 +179,12 @@ def _twist(command: Command | WheelCommand, seen: Observation) -> tuple[float, f
     return odometry.forward / seen.dt, odometry.left / seen.dt, odometry.turn / seen.dt
 
 
-def recognised_told(sightings: Sequence[Sighting]) -> list[Recognised]:
+def recognised_json(sightings: Sequence[Sighting]) -> list[Recognised]:
     """Return name and corners [px] of what was recognised in a picture."""
     return [(each.name, plain(each.corners, 2)) for each in sightings if each.corners is not None]
 
 
-def events_told(tick: Tick) -> Iterator[EventNews]:
+def events_json(tick: Tick) -> Iterator[EventNews]:
     """Yield the events at a tick, of the world and its robots."""
     for happened in tick.events:
         kind = str(kind_of(happened, EVENT_KINDS))
@@ -194,23 +194,23 @@ def events_told(tick: Tick) -> Iterator[EventNews]:
             yield {"kind": "event", "time": event.time, "robot": robot, "event": event.kind, "text": event.text}
 
 
-def robots_told(world: World, *, first: str | None = None) -> list[RobotFacts]:
+def robots_json(world: World, *, first: str | None = None) -> list[RobotFacts]:
     """Return the properties of each robot; the named one comes first."""
     return [_facts(robot) for robot in sorted(world.robots, key=lambda robot: robot.name != first)]
 
 
-def mechanisms_told(world: World) -> list[MechanismFacts]:
+def mechanisms_json(world: World) -> list[MechanismFacts]:
     """Return the mechanisms with a joint that can be dragged."""
     facts = ((mechanism.name, led_facts(mechanism)) for mechanism in world.mechanisms)
     return [{"name": name, "joints": joints} for name, joints in facts if joints]
 
 
-def drivers_told(world: World) -> dict[str, Chosen]:
+def drivers_json(world: World) -> dict[str, Chosen]:
     """Return the modules that drive each robot."""
-    return {robot.name: _modules_told(world.run.drivers.get(robot.name, Modules())) for robot in world.robots}
+    return {robot.name: _modules_json(world.run.drivers.get(robot.name, Modules())) for robot in world.robots}
 
 
-def noise_told(world: World, initial: Mapping[str, float]) -> list[NoiseFigure]:
+def noise_json(world: World, initial: Mapping[str, float]) -> list[NoiseFigure]:
     """Return the noise parameters that may change during the run; `initial` contains their start values."""
     return [
         {
@@ -245,7 +245,7 @@ def _facts(robot: Robot) -> RobotFacts:
     }
 
 
-def _modules_told(modules: Modules) -> Chosen:
+def _modules_json(modules: Modules) -> Chosen:
     def named(use: Use | None) -> str | None:
         return None if use is None else use.use
 

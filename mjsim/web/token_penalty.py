@@ -11,7 +11,7 @@ FORGIVEN = 60.0
 """Time without a wrong token after which the count of a peer is reset [s]."""
 AT_ONCE = 4
 """Maximum number of waiting tokens per peer."""
-MOST_PEERS = 1000
+MAX_PEERS = 1000
 
 
 class Penalty:
@@ -33,7 +33,7 @@ class Penalty:
         now = self._clock()
         count = 1 if now - last > FORGIVEN else count + 1
         self._wrong[peer] = count, now
-        if len(self._wrong) > MOST_PEERS:
+        if len(self._wrong) > MAX_PEERS:
             self._wrong.popitem(last=False)
         self._waiting[peer] += 1
         try:

@@ -52,7 +52,7 @@ class Trust:
         key = f"{world.source.folder} {json.dumps([_shown(named.use) for named in modules_of(world)])}"
         if key not in self._known:
             self._known = {key: self.code_of(world)}
-        return _told({name: code for name, code in self._known[key].items() if code not in self._allowed})
+        return _texts_of({name: code for name, code in self._known[key].items() if code not in self._allowed})
 
     def allow(self, world: World, shown: Mapping[str, str]) -> None:
         """Allow the code of a world in the version that the user was shown.
@@ -65,11 +65,11 @@ class Trust:
             RefusedError: The world's code has changed since.
         """
         self._known = {}
-        asked = {name: code for name, code in self.code_of(world).items() if code not in self._allowed}
-        if changed := sorted(name for name, (_, digest) in asked.items() if shown.get(name) != digest):
+        needed = {name: code for name, code in self.code_of(world).items() if code not in self._allowed}
+        if changed := sorted(name for name, (_, digest) in needed.items() if shown.get(name) != digest):
             message = f"this code has changed since you were asked: {', '.join(changed)}; look at it again"
-            raise RefusedError(409, message, needs_trust=_told(asked))
-        self._allowed |= set(asked.values())
+            raise RefusedError(409, message, needs_trust=_texts_of(needed))
+        self._allowed |= set(needed.values())
 
     def check(self, world: World) -> Mapping[str, Code]:
         """Return the current code of a world.
@@ -79,9 +79,9 @@ class Trust:
         """
         self._known = {}
         code = self.code_of(world)
-        if asked := _told({name: each for name, each in code.items() if each not in self._allowed}):
-            message = f"this world runs code that you have not allowed yet, or that has changed: {', '.join(asked)}"
-            raise RefusedError(403, message, needs_trust=asked)
+        if needed := _texts_of({name: each for name, each in code.items() if each not in self._allowed}):
+            message = f"this world runs code that you have not allowed yet, or that has changed: {', '.join(needed)}"
+            raise RefusedError(403, message, needs_trust=needed)
         return code
 
     def code_of(self, world: World) -> dict[str, Code]:
@@ -94,7 +94,7 @@ class Trust:
         return {**files, **{use.use: (use.use, "") for use in code.installed}}
 
 
-def _told(code: Mapping[str, Code]) -> dict[str, str]:
+def _texts_of(code: Mapping[str, Code]) -> dict[str, str]:
     return {name: code[name][1] for name in sorted(code)}
 
 

@@ -17,7 +17,7 @@ from mjsim.web.feed import Shot
 from mjsim.web.requests import FrameShown, Outside, Watch
 from mjsim.web.scene_3d import Scene3dShelf
 from mjsim.web.shots import FAR, NEAR, depth_shown, jpeg, segmentation_shown
-from mjsim.web.tick_json import recognised_told
+from mjsim.web.tick_json import recognised_json
 
 Make = Callable[[], Awaitable[tuple[float, bytes]]]
 """Makes a picture: its time [s], and JPEG data or poses of bodies."""
@@ -25,7 +25,7 @@ Source = tuple[dict[str, Any], Make]
 """The header of a picture, and what makes it."""
 TICKS = 1 / 30
 """Minimum interval between two ticks [s]."""
-ON_THE_WAY = 2
+MAX_PENDING = 2
 """Maximum number of pictures per view that a browser has not displayed yet."""
 OUTSIDE, BODIES = "outside", "bodies"
 OUTSIDE_EVERY = 1 / 25
@@ -36,7 +36,7 @@ OUTSIDE_EVERY = 1 / 25
 class _View:
     """What a browser has received of one view."""
 
-    on_the_way: set[int] = field(default_factory=set)
+    pending: set[int] = field(default_factory=set)
     drawing: bool = False
     last: Any = None
     """Subject of the last picture."""
@@ -71,10 +71,10 @@ class Viewer:
     def shown(self, shown: FrameShown) -> None:
         """Record that a picture was displayed; another may be sent."""
         for view in self._views.values():
-            view.on_the_way.discard(shown.number)
+            view.pending.discard(shown.number)
         self.news.set()
 
-    async def tell(self, news: Mapping[str, Any]) -> None:
+    async def send(self, news: Mapping[str, Any]) -> None:
         """Send a message to this browser only."""
         await self._send(json.dumps(news, allow_nan=False))
 
@@ -84,34 +84,34 @@ class Viewer:
             while not self._stage.closing:
                 await self.news.wait()
                 self.news.clear()
-                await self._tell_news()
+                await self._send_news()
                 self._begin_pictures()
-            await self._tell_news()
+            await self._send_news()
             await self._socket.close(1000, "ended")
         finally:
             for task in self._tasks:
                 task.cancel()
 
-    async def _tell_news(self) -> None:
+    async def _send_news(self) -> None:
         stage, feed = self._stage, self._stage.feed
         version, show = stage.version, stage.show
         # A world comes after its run: a page that does not know the run ignores it.
         if (self._version, self._show) != (version, show):
             self._version = version
-            await self.tell({**stage.run_told(), "time": stage.time()})
+            await self.send({**stage.run_json(), "time": stage.time()})
         if self._show != show:
             self._show = show
             await self._send(stage.scene_text())
         if self._run != feed.run:
             self._run = feed.run
             self._events, past = await asyncio.to_thread(feed.past)
-            await self.tell(past)
+            await self.send(past)
         self._events, events = feed.events(self._events)
         for event in events:
-            await self.tell(event)
-        await self._tell_tick()
+            await self.send(event)
+        await self._send_tick()
 
-    async def _tell_tick(self) -> None:
+    async def _send_tick(self) -> None:
         """Send the newest tick, later if one was sent just now."""
         if self._stage.feed.number == self._tick:
             return
@@ -126,7 +126,7 @@ class Viewer:
     def _begin_pictures(self) -> None:
         """Start sending what is new in each view."""
         for name, view in self._views.items():
-            if view.drawing or len(view.on_the_way) >= ON_THE_WAY:
+            if view.drawing or len(view.pending) >= MAX_PENDING:
                 continue
             source = self._source(name, view)
             if source is not None:
@@ -182,7 +182,7 @@ class Viewer:
         if kind == "depth":
             head["scale"] = [NEAR, FAR]
         if not kind:
-            head["recognised"] = recognised_told(shot.sightings)
+            head["recognised"] = recognised_json(shot.sightings)
         return head, partial(self._stage.once, name, shot, make=self._encode)
 
     async def _encode(self, name: str, shot: Shot) -> tuple[float, bytes]:
@@ -204,12 +204,12 @@ class Viewer:
             taken, data = await make()
             self._frame += 1
             number = self._frame
-            view.on_the_way.add(number)
+            view.pending.add(number)
             told = {"number": number, "view": name, "time": taken, **head}
             header = json.dumps(told, allow_nan=False).encode()
             await self._send(len(header).to_bytes(4, "little") + header + data)
         except MjsimError as error:
-            await self.tell({"kind": "refused", "do": "watch", "error": str(error)})
+            await self.send({"kind": "refused", "do": "watch", "error": str(error)})
         except (WebSocketDisconnect, RuntimeError):
             return
         finally:

@@ -14,7 +14,7 @@ from mjsim.web.folder import Folder
 from mjsim.web.items import Json
 from mjsim.world import MOST_BYTES
 
-MOST = 1000
+MAX_FILES = 1000
 """Maximum number of watched files per world."""
 _FILE = re.compile(
     r"(.+\.(?:yaml|yml|jpg|jpeg|png|webp|xml|mjcf|urdf|obj|stl|py|m|csv))(?::\w+)?", re.IGNORECASE | re.DOTALL
@@ -48,7 +48,7 @@ def signs_of(folder: Folder, path: str, names: Iterable[str]) -> Signs:
         names: Paths of the files relative to its folder.
     """
     base = source_of(folder, path).folder or folder.root
-    return {name: _sign(folder, os.path.normpath(base / name)) for name in islice(names, MOST)}
+    return {name: _sign(folder, os.path.normpath(base / name)) for name in islice(names, MAX_FILES)}
 
 
 def _sign(folder: Folder, place: str) -> str:
@@ -69,7 +69,7 @@ class DiskWatch:
         """Start without a world."""
         self._folder = folder
         self._place: Path | None = None
-        self._path, self._told, self._seen = "", "", ""
+        self._path, self._reported, self._seen = "", "", ""
         self._read: tuple[str, float, str] | None = None
         self._signs: Signs = {}
         self._seen_signs: Signs = {}
@@ -86,7 +86,7 @@ class DiskWatch:
             RefusedError: The path leaves the folder.
         """
         source_of(self._folder, path)
-        self._path, self._told, self._seen = path, stamp or "", stamp or ""
+        self._path, self._reported, self._seen = path, stamp or "", stamp or ""
         self._signs = self._seen_signs = files
         self._place = None if stamp is None else self._folder.path(path)
 
@@ -99,8 +99,8 @@ class DiskWatch:
         if self._place is not None:
             stamp = self._stamp(self._place)
             settled, self._seen = stamp == self._seen, stamp
-            if settled and stamp != self._told:
-                self._told = stamp
+            if settled and stamp != self._reported:
+                self._reported = stamp
                 yield {"kind": "disk", "path": self._path, "stamp": stamp or None}
         signs = signs_of(self._folder, self._path, self._signs)
         seen, self._seen_signs = self._seen_signs, signs

@@ -15,7 +15,7 @@ from mjsim.record import export_csv, export_images, export_mat, export_npz, expo
 from mjsim.report import key_table, statistics_file, write_report
 from mjsim.report.labels import settings_of
 from mjsim.video import make_video
-from mjsim.web.reviewing import events_told, recording_told, row_told
+from mjsim.web.reviewing import events_json, recording_json, row_json
 
 LIMIT = 5.0
 """No input may take longer, of the processor's time [s]."""
@@ -87,9 +87,9 @@ class RecordingTrial:
         shutil.rmtree(out, ignore_errors=True)
         yield lambda: key_table(statistics_file(run))
         yield lambda: settings_of(run.world, run.metadata)
-        yield lambda: json.dumps(recording_told(run, path="run.mcap", scene={}), allow_nan=False)
-        yield lambda: json.dumps([row_told(run, row) for row in {0, len(run.time) - 1}], allow_nan=False)
-        yield lambda: events_told(run)
+        yield lambda: json.dumps(recording_json(run, path="run.mcap", scene={}), allow_nan=False)
+        yield lambda: json.dumps([row_json(run, row) for row in {0, len(run.time) - 1}], allow_nan=False)
+        yield lambda: events_json(run)
         for name in run.robots:
             yield lambda name=name: list(run.observations(name))
             yield lambda name=name: list(run.joint_covariances(name))

@@ -9,7 +9,7 @@ import pytest
 import mjsim
 from mjsim.bench.entering import client_of
 from mjsim.report import compare, comparison_csv, mean_rows, metrics
-from mjsim.web.comparing import comparison_told
+from mjsim.web.comparing import compared_json
 from mjsim.web.files import listed
 from mjsim.web.folder import Folder
 from mjsim.web.review_api import ReviewApi
@@ -111,7 +111,7 @@ def test_poses_that_are_not_known_are_gaps(folder):
     series = comparison.groups[0].series[1]
     series.estimate[2] = math.nan
     series.position_error_m[2] = math.nan
-    told = json.loads(json.dumps(comparison_told(comparison, scene=None), allow_nan=False))
+    told = json.loads(json.dumps(compared_json(comparison, scene=None), allow_nan=False))
     (group,) = told["groups"]
     assert group["paths"][0]["estimate"][2] == [None, None]
     assert group["errors"][0]["values"][2] is None
@@ -122,7 +122,7 @@ def test_of_many_runs_the_median_is_drawn_and_the_paths_of_as_many_as_can_be_tol
     for seed in range(1, 6):
         with mjsim.Simulation(mjsim.parse_world(ROOM), seed=seed) as sim:
             mjsim.run(sim, seconds=0.2, record=tmp_path / f"run-{seed}.mcap")
-    (group,) = comparison_told(compare([tmp_path]), scene=None)["groups"]
+    (group,) = compared_json(compare([tmp_path]), scene=None)["groups"]
     errors = [
         metrics.position_errors(track.truth, track.estimate)
         for track in (mjsim.read_recording(file).robots["scout"] for file in sorted(tmp_path.glob("*.mcap")))

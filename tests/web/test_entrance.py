@@ -15,7 +15,7 @@ from websockets.sync.client import connect
 from mjsim.bench.entering import client_of, cookie_of, socket_of
 from mjsim.errors import UsageError
 from mjsim.web import LiveView
-from mjsim.web.keys import LIFETIME, MOST_PASSES, MOST_SESSIONS, Keys
+from mjsim.web.keys import LIFETIME, MAX_PASSES, MAX_SESSIONS, Keys
 from mjsim.web.studio import Studio
 from mjsim.web.token_penalty import AT_ONCE, FIRST, LONGEST, Penalty, delay
 from mjsim.world import parse_world
@@ -141,11 +141,11 @@ def test_an_address_is_too_old_after_five_minutes():
 
 def test_passes_and_sessions_are_bounded_and_the_oldest_go():
     keys = Keys()
-    passes = [keys.new_pass() for _ in range(MOST_PASSES + 1)]
+    passes = [keys.new_pass() for _ in range(MAX_PASSES + 1)]
     assert passes[0].over.is_set()
     assert keys.exchange(passes[0].word, peer="a") is None
     first = keys.exchange(passes[1].word, peer="a")
-    for _ in range(MOST_SESSIONS):
+    for _ in range(MAX_SESSIONS):
         keys.exchange(keys.new_pass().word, peer="a")
     assert not keys.know([first], peer=lambda: "a")
 

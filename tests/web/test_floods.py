@@ -10,7 +10,7 @@ import pytest
 
 from mjsim.bench.entering import client_of, cookie_of
 from mjsim.web import Studio
-from mjsim.web.connections import MOST_FRAGMENTS
+from mjsim.web.connections import MAX_FRAGMENTS
 
 pytestmark = pytest.mark.slow  # Each starts a server.
 
@@ -123,7 +123,7 @@ def test_a_message_in_pieces_without_end_ends_its_connection(studio, cookie):
     with opened(studio, f"Cookie: {cookie}") as (raw, _):
         raw.sendall(frame(TEXT, b"x", last=False))
         for _ in range(50):
-            send_all(raw, frame(MORE, last=False) * (MOST_FRAGMENTS // 10), seconds=0.01)
+            send_all(raw, frame(MORE, last=False) * (MAX_FRAGMENTS // 10), seconds=0.01)
         raw.settimeout(PATIENCE)
         assert len(ends(raw)) < KEPT
 

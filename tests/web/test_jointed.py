@@ -5,7 +5,7 @@ import pytest
 
 import mjsim
 from mjsim.geometry import Pose3
-from mjsim.web.jointed import bodies_told, grips_told, joints_told
+from mjsim.web.jointed import drawn_bodies, grips_json, joints_json
 
 WORLD = """
 robots:
@@ -32,7 +32,7 @@ def world():
 def grips(world, values):
     robot = world.robots[0]
     pose = Pose3(*robot.at, 0.0, 0.0, 0.0, *np.sin([np.pi / 6]), *np.cos([np.pi / 6]))
-    return {(each["of"], each["joint"]): each for each in grips_told(world, values, {"r": pose})}
+    return {(each["of"], each["joint"]): each for each in grips_json(world, values, {"r": pose})}
 
 
 def test_a_grip_moves_about_or_along_the_axis_that_is_told(world, monkeypatch):
@@ -40,7 +40,7 @@ def test_a_grip_moves_about_or_along_the_axis_that_is_told(world, monkeypatch):
     rng = np.random.default_rng(0)
     values = {"bars": world.mechanisms[0].assembly.start, "r/arm": rng.uniform(-0.5, 0.5, 6)}
     before = grips(world, values)
-    facts = joints_told(world)
+    facts = joints_json(world)
     assert {key for key, _ in before} == {"bars", "r/arm"}
     for (key, joint), grip in before.items():
         column = [each["name"] for each in facts[key]].index(joint)
@@ -60,10 +60,10 @@ def test_outlines_are_told_of_arms_and_of_mechanisms_that_have_moved(world):
     start = world.mechanisms[0].assembly.start
     values = {"bars": start, "r/arm": np.zeros(6)}
     place = {"r": mjsim.Pose(1.0, 2.0, np.pi / 3)}
-    assert bodies_told(world, values, place).keys() == {"r/arm"}
-    moved = bodies_told(world, {**values, "bars": start + 0.1}, place)
+    assert drawn_bodies(world, values, place).keys() == {"r/arm"}
+    moved = drawn_bodies(world, {**values, "bars": start + 0.1}, place)
     assert {name: len(outlines) for name, outlines in moved.items()} == {"bars": 2, "r/arm": 6}
-    assert bodies_told(world, {"r/arm": np.full(6, np.nan)}, place) == {}
+    assert drawn_bodies(world, {"r/arm": np.full(6, np.nan)}, place) == {}
     base = np.concatenate(moved["r/arm"]).mean(axis=0)
     assert np.linalg.norm(base - (1, 2)) < 1
 
@@ -80,7 +80,7 @@ mechanisms:
     gate = mjsim.parse_world(text)
     places = []
     for angle in np.linspace(0.0, 6.0, 400):
-        (grip,) = grips_told(gate, {"gate": np.array([angle])}, {})
+        (grip,) = grips_json(gate, {"gate": np.array([angle])}, {})
         x, y, _ = np.subtract(grip["grip"], grip["at"])
         c, s = np.cos(angle), np.sin(angle)
         places.append((c * x + s * y, c * y - s * x))

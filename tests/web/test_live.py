@@ -12,7 +12,7 @@ from websockets.exceptions import ConnectionClosedOK, InvalidStatus
 from mjsim.bench.entering import client_of, cookie_of
 from mjsim.errors import UsageError
 from mjsim.web import LiveView
-from mjsim.web.history import MOST, Past
+from mjsim.web.history import MAX_ROWS, Past
 from mjsim.world import parse_world
 from tests.browser import PATIENCE, browser
 from tests.record_ticks import hand_made_ticks, hand_made_world
@@ -175,12 +175,12 @@ def test_nothing_is_drawn_while_nobody_watches(live):
 
 
 def test_the_past_is_bounded_and_thinned_evenly():
-    past, count = Past(), 4 * MOST + 7
+    past, count = Past(), 4 * MAX_ROWS + 7
     for k in range(count):
         past.take(TICKS[k % len(TICKS)], "scout")
-    assert len(past._rows) < 2 * MOST * 19
-    told = past.told()
-    assert 0.4 * MOST <= len(told["time"]) <= MOST
+    assert len(past._rows) < 2 * MAX_ROWS * 19
+    told = past.as_json()
+    assert 0.4 * MAX_ROWS <= len(told["time"]) <= MAX_ROWS
     # Every fourth tick: the times of those that repeat every forty ticks.
     every = [TICKS[k % len(TICKS)].time for k in range(0, count, 4)]
     np.testing.assert_allclose(told["time"], every[:: len(every) // len(told["time"])][: len(told["time"])], atol=1e-4)

@@ -5,7 +5,7 @@ import pytest
 
 from mjsim.geometry import Pose, Pose3
 from mjsim.interface import PointCloud, Scan
-from mjsim.web.measured import MOST_POINTS, lidar_points
+from mjsim.web.measured import MAX_POINTS, lidar_points
 
 MOUNT = np.array([[0.0, -1, 0, 0.2], [1, 0, 0, 0], [0, 0, 1, 0.4], [0, 0, 0, 1]])
 POST = np.array([3.0, 1.0, 1.2])
@@ -62,7 +62,7 @@ def test_what_was_measured_before_or_after_the_poses_takes_the_nearest_one(stamp
 
 
 def test_few_of_very_many_points_are_kept_and_none_where_the_pose_is_not_known():
-    cloud = cloud_of(np.linspace(-0.1, 0.0, 2 * MOST_POINTS + 1), stamp=0.5)
-    assert 0 < len(lidar_points(cloud, MOUNT, times=TIMES, poses=POSES)) <= MOST_POINTS
+    cloud = cloud_of(np.linspace(-0.1, 0.0, 2 * MAX_POINTS + 1), stamp=0.5)
+    assert 0 < len(lidar_points(cloud, MOUNT, times=TIMES, poses=POSES)) <= MAX_POINTS
     assert lidar_points(cloud, MOUNT, times=TIMES, poses=np.full_like(POSES, np.nan)).shape == (0, 3)
     assert lidar_points(cloud_of([], stamp=0.5), MOUNT, times=TIMES, poses=POSES).shape == (0, 3)

@@ -16,7 +16,7 @@ from mjsim.sim import SEEN_FROM_OUTSIDE, Playback
 from mjsim.web.folder import Folder
 from mjsim.web.open_recordings import Opened
 from mjsim.web.review_api import ReviewApi
-from mjsim.web.reviewing import row_told
+from mjsim.web.reviewing import row_json
 from mjsim.web.server import Server
 from tests.record_ticks import hand_made_ticks, record
 from tests.solids import names_of
@@ -114,7 +114,7 @@ run: {{seconds: 3, events: [{event}]}}
     opened = Opened(mjsim.read_recording(tmp_path / "run.mcap"))
     far = []
     for row in (0, 5, 20, 74):
-        told = row_told(opened.recording, row, people=opened.people(row)).get("people", {})
+        told = row_json(opened.recording, row, people=opened.people(row)).get("people", {})
         assert list(told) == (["anna"] if row > 9 else [])
         far += [min(np.linalg.norm(np.mean(outline, axis=0) - at[:2]) for outline in each) for each in told.values()]
     # On its way, and there: the middle of the hand is not far from its grip.

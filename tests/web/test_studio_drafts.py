@@ -9,7 +9,7 @@ import pytest
 from websockets.exceptions import InvalidStatus
 
 from mjsim.bench.entering import client_of
-from mjsim.web.drafts import MOST, OLDEST, Drafts, drafts_folder
+from mjsim.web.drafts import MAX_DRAFTS, OLDEST, Drafts, drafts_folder
 from mjsim.web.folder import Folder
 from mjsim.web.studio import Studio
 from mjsim.world.files.saving import LEFT_BEHIND, NEW
@@ -198,10 +198,10 @@ def test_their_number_their_size_and_their_age_are_bounded(client, folder):
     refused = keep(client, "#" * 6_000_000, status=413)
     assert refused["error"].startswith("unsaved changes cannot be kept: the file has 6")
     store = Drafts(Folder(folder))
-    for number in range(MOST + 3):
+    for number in range(MAX_DRAFTS + 3):
         store.keep(f"{number:016x}", 1, path=f"{number}.yaml", fresh=True, stamp=None, text="#", past={})
-    assert [draft["path"] for draft in drafts(client)] == [f"{number}.yaml" for number in range(MOST + 2, 2, -1)]
-    (file,) = drafts_folder().glob(f"*-{MOST:016x}")
+    assert [draft["path"] for draft in drafts(client)] == [f"{number}.yaml" for number in range(MAX_DRAFTS + 2, 2, -1)]
+    (file,) = drafts_folder().glob(f"*-{MAX_DRAFTS:016x}")
     head, _, rest = file.read_text().partition("\n")
     file.write_text(json.dumps({**json.loads(head), "when": time.time() - OLDEST - 1}) + "\n" + rest)
     keep(client, "#")

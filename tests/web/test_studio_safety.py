@@ -17,10 +17,10 @@ from mjsim.bench.entering import client_of, cookie_of, socket_of
 from mjsim.cli import main
 from mjsim.errors import UsageError
 from mjsim.web import Studio
-from mjsim.web.answers import MOST_JSON
+from mjsim.web.answers import MAX_JSON
 from mjsim.web.folder import Folder
 from mjsim.web.local import HEADERS
-from mjsim.web.pictures import LARGEST, MOST_BYTES
+from mjsim.web.pictures import LARGEST, MAX_BYTES
 
 pytestmark = pytest.mark.slow  # Each starts a server.
 
@@ -171,7 +171,7 @@ def test_only_worlds_are_written_and_none_that_are_hidden(client, folder):
 def test_what_is_brought_is_bounded_and_a_picture(client, folder):
     before = files(folder)
     for data, status in (
-        (b"x" * (MOST_BYTES + 1), 413),
+        (b"x" * (MAX_BYTES + 1), 413),
         (b"<html><script>alert(1)</script>", 415),
         (b"", 415),
         (picture(40, 30)[:200], 415),
@@ -186,9 +186,9 @@ def test_what_is_brought_is_bounded_and_a_picture(client, folder):
         assert answer.status_code == status
         assert answer.json()["error"]
     # Of a stream without a length no more is read than is allowed.
-    endless = (b"x" * 1_000_000 for _ in range(MOST_BYTES // 1_000_000 + 2))
+    endless = (b"x" * 1_000_000 for _ in range(MAX_BYTES // 1_000_000 + 2))
     assert client.post("/api/upload?name=x.jpg", content=endless).status_code == 413
-    assert client.post("/api/open", content=b" " * (MOST_JSON + 1), headers=JSON).status_code == 413
+    assert client.post("/api/open", content=b" " * (MAX_JSON + 1), headers=JSON).status_code == 413
     assert files(folder) == before
 
 
