@@ -15,7 +15,7 @@ from mjsim.exchange.grid import is_picture, read_grid
 from mjsim.exchange.landmarks import SPEED, read_landmarks, world_from_landmarks
 from mjsim.exchange.maps import name_of, specks, world_from_grid
 from mjsim.exchange.maze import maze_size, maze_world
-from mjsim.exchange.place import Newcomer, with_newcomer, without_way
+from mjsim.exchange.place import Newcomer, with_newcomer, without_route
 from mjsim.exchange.plan_in import FloorPlan, read_plan
 from mjsim.exchange.svg_in import read_svg
 from mjsim.exchange.template import template_text
@@ -68,7 +68,7 @@ def bring_map(path: Path, *, robot: Newcomer | None, resolution: float | None = 
         "A map has no heights or colours; these are guesses.",
     ]
     whole = with_newcomer(world, robot, grid=grid)
-    return Brought(world_text(whole, notes=notes), [*report, *without_way(whole)])
+    return Brought(world_text(whole, notes=notes), [*report, *without_route(whole)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +123,7 @@ def bring_drawing(path: Path, *, robot: Newcomer | None, reading: Reading) -> Br
         "It has no heights; these are guesses.",
     ]
     whole = with_newcomer(plan.world, robot)
-    return Brought(world_text(whole, notes=notes), [*report, *without_way(whole)])
+    return Brought(world_text(whole, notes=notes), [*report, *without_route(whole)])
 
 
 def bring_landmarks(path: Path, *, robot: Newcomer | None, scale: float | None) -> Brought:
@@ -140,7 +140,7 @@ def bring_landmarks(path: Path, *, robot: Newcomer | None, scale: float | None) 
     wide, high = np.ptp(np.vstack([map.landmarks, map.waypoints]), axis=0)
     report = [
         f"{path}: {len(map.landmarks)} landmarks, {len(map.waypoints)} waypoints, {wide:.1f} x {high:.1f} m",
-        f"the way is {map.way():.1f} m long, {map.way() / SPEED:.0f} s at {SPEED} m/s; --scale changes the size",
+        f"the way is {map.length():.1f} m long, {map.length() / SPEED:.0f} s at {SPEED} m/s; --scale changes the size",
     ]
     notes = [f"From the landmark map {path.name}: lm are reflectors, wp is the way."]
     return Brought(world_text(world, notes=notes), report)

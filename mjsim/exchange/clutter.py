@@ -22,7 +22,7 @@ AREA_OF_ONE = 5.0
 """Floor area per obstacle [m^2]."""
 TRIES = 60
 """Attempts to place an obstacle; if all fail, it is left out."""
-APART = 0.25
+MIN_GAP = 0.25
 """Minimum distance between obstacles, and between an obstacle and a wall [m]."""
 PASSAGE = 0.8
 """Minimum width of the passages that connect all free space [m]."""
@@ -135,8 +135,8 @@ def _thing(rng: Generator, number: int, *, at: Array, color: str) -> list[Obstac
 
 def _bay(long: float, wide: float, deep: float) -> list[Bar]:
     """Return a U shape: a back and two sides, between which a robot fits."""
-    aside, off = (long - wide) / 2, (wide + deep) / 2
-    return [(long, wide, 0.0, 0.0), (wide, deep, -aside, off), (wide, deep, aside, off)]
+    lateral, ahead = (long - wide) / 2, (wide + deep) / 2
+    return [(long, wide, 0.0, 0.0), (wide, deep, -lateral, ahead), (wide, deep, lateral, ahead)]
 
 
 def _cosine(degrees: float) -> float:
@@ -151,7 +151,7 @@ def _fits(shape: "BaseGeometry", taken: "BaseGeometry", room: "BaseGeometry") ->
     """Return whether a shape fits: inside the room, clear of all others, and without cutting off any free space."""
     import shapely
 
-    if not room.buffer(-APART).contains(shape) or taken.distance(shape) < APART:
+    if not room.buffer(-MIN_GAP).contains(shape) or taken.distance(shape) < MIN_GAP:
         return False
     free = room.buffer(-PASSAGE / 2).difference(taken.union(shape).buffer(PASSAGE / 2))
     return bool(np.sum(shapely.area(shapely.get_parts(free)) > SLIVER) == 1)

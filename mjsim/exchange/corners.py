@@ -34,16 +34,16 @@ def runs_of(bars: Sequence[Bar]) -> list[WallRun]:
     """Return the runs formed by straight walls, longest first, in the unit of the walls."""
     ends = np.array([bar.ends for bar in bars]).reshape(-1, 2, 2)
     partner: dict[End, End] = {}
-    for _, here, there, corner in sorted(_meetings(bars, ends), key=lambda meeting: meeting[0]):
-        if here in partner or there in partner:
+    for _, end, other, corner in sorted(_meetings(bars, ends), key=lambda meeting: meeting[0]):
+        if end in partner or other in partner:
             continue
-        if there[1] < 2:
-            partner[here], partner[there] = there, here
-            ends[there] = corner
+        if other[1] < 2:
+            partner[end], partner[other] = other, end
+            ends[other] = corner
         else:
-            partner[here] = there
-        ends[here] = corner
-    corners = {here: there for here, there in partner.items() if there[1] < 2}
+            partner[end] = other
+        ends[end] = corner
+    corners = {end: other for end, other in partner.items() if other[1] < 2}
     runs = [_run(chain, ends, bars) for chain in _chains(len(bars), corners)]
     return sorted(runs, key=lambda run: -float(np.hypot(*np.diff(run.points, axis=0).T).sum()))
 
@@ -67,14 +67,14 @@ def _meetings(bars: Sequence[Bar], ends: Array) -> list[tuple[float, End, End, A
         u_a = float(offset[0] * b.along[1] - offset[1] * b.along[0]) / sine
         u_b = float(offset[0] * a.along[1] - offset[1] * a.along[0]) / sine
         reach_a, reach_b = _reach(a, b, sine), _reach(b, a, sine)
-        off_a, off_b = abs(abs(u_a) - a.length / 2), abs(abs(u_b) - b.length / 2)
-        if off_a > reach_a or abs(u_b) > b.length / 2 + reach_b or a.length < off_a:
+        gap_a, gap_b = abs(abs(u_a) - a.length / 2), abs(abs(u_b) - b.length / 2)
+        if gap_a > reach_a or abs(u_b) > b.length / 2 + reach_b or a.length < gap_a:
             continue
-        here, place = (one, int(u_a > 0)), np.array([a.x, a.y]) + a.along * u_a
-        if off_b <= reach_b and abs(a.width - b.width) <= UNLIKE and one < other:
-            found.append((off_a + off_b, here, (other, int(u_b > 0)), place))
-        elif off_b > reach_b:
-            found.append((100.0 + off_a, here, (other, 2), place))
+        end, place = (one, int(u_a > 0)), np.array([a.x, a.y]) + a.along * u_a
+        if gap_b <= reach_b and abs(a.width - b.width) <= UNLIKE and one < other:
+            found.append((gap_a + gap_b, end, (other, int(u_b > 0)), place))
+        elif gap_b > reach_b:
+            found.append((100.0 + gap_a, end, (other, 2), place))
     return found
 
 
@@ -91,13 +91,13 @@ def _chains(count: int, corners: dict[End, End]) -> list[tuple[list[End], bool]]
     for wall, end in [*starts, *((wall, 0) for wall in range(count))]:
         if wall not in waiting:
             continue
-        chain, here = [], (wall, end)
-        while here[0] in waiting:
-            chain.append(here)
-            waiting.discard(here[0])
-            if (leaving := (here[0], 1 - here[1])) not in corners:
+        chain, current = [], (wall, end)
+        while current[0] in waiting:
+            chain.append(current)
+            waiting.discard(current[0])
+            if (leaving := (current[0], 1 - current[1])) not in corners:
                 break
-            here = corners[leaving]
+            current = corners[leaving]
         chains.append((chain, len(chain) > 2 and corners.get((chain[-1][0], 1 - chain[-1][1])) == chain[0]))
     return chains
 

@@ -117,8 +117,8 @@ def _led_on(last: Array, bars: Sequence[Bar], width: float) -> Array:
     end, along = last[1], (last[1] - last[0]) / max(1e-9, math.dist(*last))
     for bar in bars:
         u, v = np.abs(np.array([[1, 0], [0, 1]]) @ _inside(bar, end))
-        near = u <= bar.length / 2 + width and v <= (bar.width + width) / 2
-        if near and abs(float(along @ bar.along)) < math.cos(math.radians(12.0)):
+        within = u <= bar.length / 2 + width and v <= (bar.width + width) / 2
+        if within and abs(float(along @ bar.along)) < math.cos(math.radians(12.0)):
             return np.asarray(end + along * min(width, bar.width) / 2).reshape(1, 2)
     return np.zeros((0, 2))
 
@@ -145,14 +145,14 @@ def _stray(arc: Arc) -> float:
 def _between(one: Arc, other: Arc) -> Curve | None:
     """Return the curved wall between two faces, over their common length; None if they do not form a wall."""
     inner, outer = sorted((one.radius, other.radius))
-    apart = outer - inner
+    thickness = outer - inner
     leaves = is_door_arc(one) and is_door_arc(other)
-    if not (LEAST_GAP if leaves else NEAREST) <= apart <= FARTHEST or inner < apart:
+    if not (LEAST_GAP if leaves else NEAREST) <= thickness <= FARTHEST or inner < thickness:
         return None
     if math.dist(one.middle, other.middle) > ONE_MIDDLE:
         return None
     first, sweep = _common(one, other)
-    if sweep * (inner + outer) / 2 < max(SHORTEST, apart):
+    if sweep * (inner + outer) / 2 < max(SHORTEST, thickness):
         return None
     return Curve((one.middle + other.middle) / 2, inner, outer, first, sweep)
 

@@ -13,9 +13,9 @@ from mjsim.exchange.roles import Role
 from mjsim.geometry import Array
 from mjsim.world import Wall
 
-MOST_CORNERS = 20_000
+MAX_CORNERS = 20_000
 """Maximum number of corners in a drawing."""
-MOST_BYTES = 20_000_000
+MAX_BYTES = 20_000_000
 """Maximum size of a drawing's file [bytes]."""
 SMALLEST, LARGEST = 0.5, 2000.0
 """Smallest and largest size of a floor [m]."""
@@ -97,12 +97,12 @@ def _walk(
 ) -> tuple[list[tuple[int, int]], bool]:
     """Return the chains that follow from an end, each with the end at which it is left, and whether they close."""
     found: list[tuple[int, int]] = []
-    here = start
-    while (entered := links.get(here)) is not None:
+    current = start
+    while (entered := links.get(current)) is not None:
         if entered[0] == start[0]:
             return found, True
-        here = (entered[0], 1 - entered[1])
-        found.append(here)
+        current = (entered[0], 1 - entered[1])
+        found.append(current)
         waiting.pop(entered[0], None)
     return found, False
 
@@ -121,9 +121,9 @@ def _links(chains: Sequence[Array]) -> dict[tuple[int, int], tuple[int, int]]:
             bend = float(_outward(chains, ends[one]) @ _outward(chains, ends[other]))
             meetings.append((bend, ends[one], ends[other]))
     links: dict[tuple[int, int], tuple[int, int]] = {}
-    for _, here, there in sorted(meetings):
-        if here not in links and there not in links:
-            links[here], links[there] = there, here
+    for _, begin, target in sorted(meetings):
+        if begin not in links and target not in links:
+            links[begin], links[target] = target, begin
     return links
 
 

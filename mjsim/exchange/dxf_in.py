@@ -13,7 +13,7 @@ import numpy as np
 
 from mjsim.errors import UsageError, how_to_install, printable
 from mjsim.exchange.bounded_file import read_bounded
-from mjsim.exchange.drawing import BOW, MOST_BYTES, MOST_CORNERS, Drawing, Line
+from mjsim.exchange.drawing import BOW, MAX_BYTES, MAX_CORNERS, Drawing, Line
 from mjsim.exchange.maps import name_of
 from mjsim.exchange.plan_in import MOSTLY, read_plan
 from mjsim.exchange.roles import Role, role_of
@@ -21,7 +21,7 @@ from mjsim.exchange.sorting import length_of_lines
 from mjsim.geometry import Array
 from mjsim.world import World
 
-MOST_ENTITIES = 20_000
+MAX_ENTITIES = 20_000
 """Maximum number of entities read, including those in blocks."""
 LINES = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "MLINE")
 """Entity types that are lines."""
@@ -72,7 +72,7 @@ def read_dxf(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
         raise UsageError(f"DXF files need ezdxf, which is not installed; type: {how_to_install('ezdxf')}") from None
 
     path = Path(path)
-    data = read_bounded(path, most=MOST_BYTES, kind="a drawing")
+    data = read_bounded(path, limit=MAX_BYTES, kind="a drawing")
     try:
         with _quiet("ezdxf"), np.errstate(all="ignore"):
             document, audit = _document(data, path)
@@ -121,12 +121,12 @@ def _hidden_layers(document: Any, names: Sequence[str], path: Path) -> set[str]:
     Raises:
         UsageError: A layer that the user named does not exist.
     """
-    there = {layer.dxf.name.lower(): layer.dxf.name for layer in document.layers}
+    present = {layer.dxf.name.lower(): layer.dxf.name for layer in document.layers}
     # A file may omit layers from its table; the model space is one of the blocks.
-    there |= {entity.dxf.layer.lower(): entity.dxf.layer for block in document.blocks for entity in block}
-    if missing := [name for name in names if name.lower() not in there]:
+    present |= {entity.dxf.layer.lower(): entity.dxf.layer for block in document.blocks for entity in block}
+    if missing := [name for name in names if name.lower() not in present]:
         raise UsageError(
-            f"'{path}' has no layer '{missing[0]:.60}'; layers are {', '.join(sorted(there.values())[:20])}"
+            f"'{path}' has no layer '{missing[0]:.60}'; layers are {', '.join(sorted(present.values())[:20])}"
         )
     return {layer.dxf.name.lower() for layer in document.layers if layer.is_off() or layer.is_frozen()}
 
@@ -141,7 +141,7 @@ def _lines(document: Any, hidden: set[str], *, walls: set[str], path: Path) -> t
     faces: dict[_Place, list[Array]] = {}
     corners = 0
     for number, placed in enumerate(_entities(document.modelspace(), _Place(), itertools.count(1))):
-        if number >= MOST_ENTITIES or corners > 4 * MOST_CORNERS:
+        if number >= MAX_ENTITIES or corners > 4 * MAX_CORNERS:
             raise UsageError(f"'{path}' has too many lines to be walls; select those of walls with --layer")
         if placed.layer in hidden:
             continue
@@ -165,7 +165,7 @@ def _lines(document: Any, hidden: set[str], *, walls: set[str], path: Path) -> t
         for line in drawn:
             group.append(replace(line, role=role, block=placed.block, parts=placed.parts, path=number))
             corners += len(line.points)
-    for number, (placed, outlines) in enumerate(faces.items(), start=MOST_ENTITIES):
+    for number, (placed, outlines) in enumerate(faces.items(), start=MAX_ENTITIES):
         for line in _from_above(outlines):
             found.append(replace(line, role=_role(placed, walls), block=placed.block, parts=placed.parts, path=number))
     chosen = _walls_of_patterns(patterns, found)
@@ -257,7 +257,7 @@ def _filled(entity: Any) -> Iterator[Line]:
             yield from _flattened(drawn, 0.0, dark=1.0)
         return
     places = [(place.x, place.y) for place in entity.wcs_vertices()]
-    points = np.array([here for here, before in zip(places, [None, *places], strict=False) if here != before])
+    points = np.array([point for point, before in zip(places, [None, *places], strict=False) if point != before])
     yield Line(points, closed=True, dark=1.0)
 
 
@@ -319,9 +319,7 @@ def _flattened(drawn: Any, width: float, *, dark: float | None = None) -> Iterat
         if not len(part):
             continue
         size = max(np.ptp([tuple(place)[:2] for place in part.control_vertices()], axis=0).tolist())
-        places = [
-            (place.x, place.y) for place in itertools.islice(part.flattening(max(size * BOW, 1e-9)), MOST_CORNERS)
-        ]
-        points = np.array([here for here, before in zip(places, [None, *places], strict=False) if here != before])
+        places = [(place.x, place.y) for place in itertools.islice(part.flattening(max(size * BOW, 1e-9)), MAX_CORNERS)]
+        points = np.array([point for point, before in zip(places, [None, *places], strict=False) if point != before])
         closed = len(points) > 3 and bool(np.allclose(points[0], points[-1], rtol=1e-9, atol=1e-9 * size))
         yield Line(points[:-1] if closed else points, closed, width, dark=dark if closed else None)

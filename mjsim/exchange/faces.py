@@ -27,7 +27,7 @@ OUTERMOST = 2.5
 """Of parallel lines, the outer two form a wall: at a corner, the inner face is shorter by twice the thickness."""
 COVERED = 0.3
 """A pair is dropped if longer parallel walls cover more than this fraction of it."""
-COMMON, ALIKE = 0.08, 0.015
+COMMON, SIMILAR_WIDTH = 0.08, 0.015
 """Fraction of the pairs' total length that makes a thickness usual; a pair matches if it differs by less [m]."""
 ROOM, ENCLOSED = 1.5, 0.25
 """Minimum width of a room's outline [m], and the fraction of its length that must be faces of walls."""
@@ -49,7 +49,7 @@ def merged(pieces: Pieces) -> Pieces:
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
-    one, other = _near(pieces.ends, TOUCHING)
+    one, other = _close_pairs(pieces.ends, TOUCHING)
     sine, offset, overlap = _relations(pieces.ends, one, other)
     same = (np.abs(sine) < math.sin(math.radians(0.7))) & (np.abs(offset) < LEVEL) & (overlap > -TOUCHING)
     count = len(pieces.ends)
@@ -71,22 +71,22 @@ def paired(pieces: Pieces, *, solid: "BaseGeometry | None" = None, usual_only: b
     """
     import shapely
 
-    one, other = _near(pieces.ends, FARTHEST)
+    one, other = _close_pairs(pieces.ends, FARTHEST)
     sine, offset, overlap = _relations(pieces.ends, one, other)
-    apart = np.abs(offset)
-    good = (np.abs(sine) < PARALLEL) & (apart >= NEAREST) & (apart <= FARTHEST) & (overlap >= LONG * apart)
-    one, other, apart, overlap = one[good], other[good], apart[good], overlap[good]
+    widths = np.abs(offset)
+    good = (np.abs(sine) < PARALLEL) & (widths >= NEAREST) & (widths <= FARTHEST) & (overlap >= LONG * widths)
+    one, other, widths, overlap = one[good], other[good], widths[good], overlap[good]
     bars = [_between(pieces.ends[i], pieces.ends[j]) for i, j in zip(one, other, strict=True)]
     if solid is not None:
         shapely.prepare(solid)
         inside = shapely.covers(solid, shapely.polygons([bar.outline(grown=-0.01) for bar in bars])) if bars else []
-        kept = np.flatnonzero(inside)
-        bars, one, other = [bars[k] for k in kept], one[kept], other[kept]
-        apart, overlap = apart[kept], overlap[kept]
+        usable = np.flatnonzero(inside)
+        bars, one, other = [bars[k] for k in usable], one[usable], other[usable]
+        widths, overlap = widths[usable], overlap[usable]
     if usual_only:
-        usual = _usual(apart, overlap)
-        kept = np.flatnonzero([any(abs(width - common) <= ALIKE for common in usual) for width in apart])
-        bars, one, other = [bars[k] for k in kept], one[kept], other[kept]
+        usual = _usual(widths, overlap)
+        usable = np.flatnonzero([any(abs(width - common) <= SIMILAR_WIDTH for common in usual) for width in widths])
+        bars, one, other = [bars[k] for k in usable], one[usable], other[usable]
     chosen = _without_overlaps(bars)
     faces = np.zeros(len(pieces.ends), dtype=bool)
     for index in chosen:
@@ -94,7 +94,7 @@ def paired(pieces: Pieces, *, solid: "BaseGeometry | None" = None, usual_only: b
     return Paired([bars[index] for index in chosen], faces | _within(pieces, [bars[k] for k in chosen]))
 
 
-def _near(ends: Array, reach: float) -> tuple[Indices, Indices]:
+def _close_pairs(ends: Array, reach: float) -> tuple[Indices, Indices]:
     """Return the index pairs of pieces within `reach` of each other [m], the smaller index first."""
     import shapely
 
@@ -139,20 +139,23 @@ def _between(one: Array, other: Array) -> Bar:
     return bar_between(start + unit * first, start + unit * last, abs(offset))
 
 
-def _usual(apart: Array, overlap: Array) -> list[float]:
+def _usual(widths: Array, overlap: Array) -> list[float]:
     """Return the distances that are common among pairs, weighted by length [m]."""
-    order = np.argsort(apart)
-    apart, weights = apart[order], overlap[order]
-    first, last = np.searchsorted(apart, apart - ALIKE), np.searchsorted(apart, apart + ALIKE, side="right")
+    order = np.argsort(widths)
+    widths, weights = widths[order], overlap[order]
+    first, last = (
+        np.searchsorted(widths, widths - SIMILAR_WIDTH),
+        np.searchsorted(widths, widths + SIMILAR_WIDTH, side="right"),
+    )
     found: list[float] = []
     while weights.any():
         sums = np.concatenate([[0.0], np.cumsum(weights)])
         best = int(np.argmax(sums[last] - sums[first]))
-        near = slice(first[best], last[best])
-        if weights[near].sum() < COMMON * overlap.sum():
+        similar = slice(first[best], last[best])
+        if weights[similar].sum() < COMMON * overlap.sum():
             break
-        found.append(float(np.average(apart[near], weights=weights[near])))
-        weights[near] = 0.0
+        found.append(float(np.average(widths[similar], weights=weights[similar])))
+        weights[similar] = 0.0
     return found
 
 
@@ -167,16 +170,16 @@ def _without_overlaps(bars: Sequence[Bar]) -> list[int]:
     tree = shapely.STRtree(outlines)
     order = sorted(range(len(bars)), key=lambda k: -bars[k].length - OUTERMOST * bars[k].width)
     rank = {index: place for place, index in enumerate(order)}
-    kept: set[int] = set()
+    chosen: set[int] = set()
     for index in order:
         bar = bars[index]
-        others = [k for k in tree.query(outlines[index]).tolist() if rank[k] < rank[index] and k in kept]
+        others = [k for k in tree.query(outlines[index]).tolist() if rank[k] < rank[index] and k in chosen]
         parallel = [k for k in others if abs(math.sin(bars[k].heading - bar.heading)) < 0.1]
         hidden = shapely.union_all(outlines[parallel]).intersection(outlines[index]).area if parallel else 0.0
         crossed = shapely.union_all(outlines[others]).intersection(outlines[index]).area if others else 0.0
         if hidden <= COVERED * outlines[index].area and crossed <= 0.9 * outlines[index].area:
-            kept.add(index)
-    return [index for index in order if index in kept]
+            chosen.add(index)
+    return [index for index in order if index in chosen]
 
 
 def _within(pieces: Pieces, bars: Sequence[Bar]) -> Cells:
@@ -240,18 +243,20 @@ def gaps(bars: Sequence[Bar], widest: float) -> list[tuple[int, int, Array]]:
     if len(bars) < 2:
         return []
     ends = np.array([bar.ends for bar in bars])
-    for one, other in zip(*(index.tolist() for index in _near(ends, widest)), strict=True):
+    for one, other in zip(*(index.tolist() for index in _close_pairs(ends, widest)), strict=True):
         a, b = bars[one], bars[other]
-        if abs(math.sin(a.heading - b.heading)) > PARALLEL or abs(a.width - b.width) > max(ALIKE, 0.15 * a.width):
+        if abs(math.sin(a.heading - b.heading)) > PARALLEL or abs(a.width - b.width) > max(
+            SIMILAR_WIDTH, 0.15 * a.width
+        ):
             continue
         c, s = a.along
         places = (b.ends - [a.x, a.y]) @ np.array([[c, -s], [s, c]])
         if np.abs(places[:, 1]).max() > max(0.015, 0.1 * a.width):
             continue
         low, high = sorted(places[:, 0].tolist())
-        near, far = (a.length / 2, low) if (low + high) > 0 else (high, -a.length / 2)
-        if far - near <= widest:
-            found.append((one, other, np.array([a.x, a.y]) + np.outer([near, far], a.along)))
+        begin, end = (a.length / 2, low) if (low + high) > 0 else (high, -a.length / 2)
+        if end - begin <= widest:
+            found.append((one, other, np.array([a.x, a.y]) + np.outer([begin, end], a.along)))
     return sorted(found, key=lambda gap: math.dist(*gap[2]))
 
 
@@ -268,8 +273,8 @@ def _joints(bars: Sequence[Bar], pieces: Pieces) -> list[tuple[int, int]]:
         if one in found or other in found:
             continue
         gap = shapely.LineString(ends)
-        near = [k for k in tree.query(gap, predicate="intersects").tolist() if k not in (one, other)]
-        filled = near and shapely.union_all(outlines[near]).intersection(gap).length > 0.9 * gap.length
+        fillers = [k for k in tree.query(gap, predicate="intersects").tolist() if k not in (one, other)]
+        filled = fillers and shapely.union_all(outlines[fillers]).intersection(gap).length > 0.9 * gap.length
         if filled or _overlaps(bars[one], bars[other]) or _spanned_by(bars[one], ends, pieces):
             found[one], found[other] = other, one
     return [(one, other) for one, other in found.items() if one < other]

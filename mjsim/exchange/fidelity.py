@@ -8,7 +8,7 @@ from mjsim.exchange.pixels import Cells
 from mjsim.geometry import Array
 from mjsim.world import Grid, World, cells_of, solid
 
-NEAR = 1.0
+TOLERANCE = 1.0
 """A cell is explained if its centre is within this distance of something solid [cells]."""
 DEEP = 0.5
 """A free cell is covered if its centre is deeper than this inside something solid [cells]."""
@@ -40,12 +40,12 @@ class Fidelity:
 def fidelity(world: World, grid: Grid) -> Fidelity:
     """Return how well a world represents a grid."""
     shape, cell = solid(world), grid.resolution
-    near: Cells = cells_of(shape.buffer(NEAR * cell), grid)
+    close: Cells = cells_of(shape.buffer(TOLERANCE * cell), grid)
     touched: Cells = cells_of(shape.buffer(cell / 2, join_style="mitre"), grid)
     deep: Cells = cells_of(shape.buffer(-DEEP * cell), grid)
     return Fidelity(
         occupied=int(np.count_nonzero(grid.occupied)),
-        explained=int(np.count_nonzero(grid.occupied & near)),
+        explained=int(np.count_nonzero(grid.occupied & close)),
         touched=int(np.count_nonzero(grid.occupied & touched)),
         covered=int(np.count_nonzero(grid.free & deep)),
         solid=int(np.count_nonzero(cells_of(shape, grid))),
@@ -60,15 +60,15 @@ def _false_share(world: World, grid: Grid) -> float:
     away = np.asarray(cv2.distanceTransform((~np.pad(grid.occupied, 1)).astype(np.uint8), cv2.DIST_L2, 5), dtype=float)
     length = false = 0.0
     for wall in world.walls:
-        reach = wall.thickness / 2 / grid.resolution + NEAR
+        reach = wall.thickness / 2 / grid.resolution + TOLERANCE
         for start, end in wall.segments():
-            far = _looked_up(away, grid, np.array(start), np.array(end)) > reach
+            far = _values_along(away, grid, np.array(start), np.array(end)) > reach
             size = float(np.hypot(*np.subtract(end, start)))
             length, false = length + size, false + size * float(far.mean())
     return false / length if length else 0.0
 
 
-def _looked_up(away: Array, grid: Grid, start: Array, end: Array) -> Array:
+def _values_along(away: Array, grid: Grid, start: Array, end: Array) -> Array:
     """Return values of a padded image along a line in the world, two samples per cell."""
     count = max(2, round(2 * float(np.hypot(*(end - start))) / grid.resolution))
     places = start + np.outer((np.arange(count) + 0.5) / count, end - start)

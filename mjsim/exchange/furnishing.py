@@ -127,12 +127,12 @@ def distinct_outlines(outlines: Sequence[Outline]) -> list[Outline]:
 
     hulls = [shapely.MultiPoint(outline.points).convex_hull for outline in outlines]
     tree = shapely.STRtree(hulls)
-    kept = []
+    distinct = []
     for index, hull in enumerate(hulls):
         others = [k for k in tree.query(hull).tolist() if (hulls[k].area, -k) > (hull.area, -index)]
         if not any(hulls[k].intersection(hull).area >= HIDDEN * hull.area for k in others):
-            kept.append(outlines[index])
-    return kept
+            distinct.append(outlines[index])
+    return distinct
 
 
 def _corners(lines: Sequence[Line]) -> Array:

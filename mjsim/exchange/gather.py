@@ -18,7 +18,7 @@ HELD = 0.95
 """Minimum fraction of their cells inside the rectangle, with a margin of one cell."""
 BULGE = 1.0
 """Maximum excess of the joined width over that of the wider fragment [cells]."""
-MOST_FRAGMENTS = 6_000
+MAX_FRAGMENTS = 6_000
 """Above this number, fragments are not joined."""
 
 
@@ -51,7 +51,7 @@ def gathered(parts: Sequence[Array], *, gap: float) -> tuple[list[Bar], list[Arr
         parts: Centres of the cells of each fragment, shape (n, 2) [cells].
         gap: Maximum gap between two fragments of one wall [cells].
     """
-    if not 1 < len(parts) <= MOST_FRAGMENTS:
+    if not 1 < len(parts) <= MAX_FRAGMENTS:
         return [], list(parts)
     lines: dict[int, _Line] = {index: _Line((part,), part, _bar(part)) for index, part in enumerate(parts)}
     places = _Places(2 * len(parts))
@@ -66,8 +66,8 @@ def gathered(parts: Sequence[Array], *, gap: float) -> tuple[list[Bar], list[Arr
             del lines[index]
             places.remove(index)
         lines[fresh] = line
-        for distance, near in places.added(fresh, line.bar, gap):
-            heapq.heappush(waiting, (distance, near, fresh))
+        for distance, neighbour in places.added(fresh, line.bar, gap):
+            heapq.heappush(waiting, (distance, neighbour, fresh))
         fresh += 1
     made = [line for line in lines.values() if len(line.parts) > 1 and line.whole]
     others = [part for line in lines.values() if len(line.parts) == 1 or not line.whole for part in line.parts]
@@ -90,8 +90,8 @@ def _joined(one: _Line, other: _Line) -> _Line | None:
     if line.bar.width > bulge or line.covered < COVERED or not longer:
         return None
     c, s = line.bar.along
-    off = np.abs((points - [line.bar.x, line.bar.y]) @ [-s, c])
-    return line if np.mean(off <= _slimmed(line).width / 2 + 1.0) >= HELD else None
+    distances = np.abs((points - [line.bar.x, line.bar.y]) @ [-s, c])
+    return line if np.mean(distances <= _slimmed(line).width / 2 + 1.0) >= HELD else None
 
 
 def _bar(points: Array) -> Bar:
@@ -111,10 +111,10 @@ def _bar(points: Array) -> Bar:
 class _Places:
     """Positions of lines, for finding those near another."""
 
-    def __init__(self, most: int) -> None:
-        self._middles = np.zeros((most, 2))
+    def __init__(self, capacity: int) -> None:
+        self._middles = np.zeros((capacity, 2))
         # Half the diagonal of each; nothing is near a removed line.
-        self._reach = np.full(most, -np.inf)
+        self._reach = np.full(capacity, -np.inf)
         self._outlines: dict[int, Any] = {}
 
     def added(self, index: int, bar: Bar, gap: float) -> list[tuple[float, int]]:
@@ -123,8 +123,8 @@ class _Places:
 
         outline = shapely.Polygon(bar.outline())
         middle, reach = np.array([bar.x, bar.y]), float(np.hypot(bar.length, bar.width)) / 2
-        near = np.flatnonzero(np.hypot(*(self._middles - middle).T) <= gap + reach + self._reach).tolist()
-        found = [(float(outline.distance(self._outlines[other])), other) for other in near]
+        close = np.flatnonzero(np.hypot(*(self._middles - middle).T) <= gap + reach + self._reach).tolist()
+        found = [(float(outline.distance(self._outlines[other])), other) for other in close]
         self._middles[index], self._reach[index], self._outlines[index] = middle, reach, outline
         return [(distance, other) for distance, other in found if distance <= gap]
 

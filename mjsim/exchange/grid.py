@@ -19,7 +19,7 @@ from mjsim.geometry import Array
 from mjsim.output import free_paths, write_files
 from mjsim.world import SLICE, Grid, World, grid_of
 
-MOST_BYTES = 200_000_000
+MAX_BYTES = 200_000_000
 """Maximum size of an image [bytes]."""
 OCCUPIED, UNKNOWN, FREE = 0, 205, 254
 """Grey values as map_saver writes them."""
@@ -104,7 +104,7 @@ def write_grid(grid: Grid, folder: str | Path, *, overwrite: bool = False) -> Pa
 
 def _picture_of(file: Path) -> tuple[Array, Cells]:
     """Return the whiteness of each pixel of a map image, 0 to 1, and whether it is opaque."""
-    data = read_bounded(file, most=MOST_BYTES, kind="the picture of a map")
+    data = read_bounded(file, limit=MAX_BYTES, kind="the picture of a map")
     try:
         return gray_of(data)
     except ValueError as error:

@@ -20,7 +20,7 @@ from mjsim.world import Beacon, Modules, Robot, Run, Use, World
 SLAM = "mjsim.algorithms.ekf_slam:EkfSlam"
 SPEED = 0.6
 """Speed along the waypoints [m/s]."""
-MOST_BYTES, MOST_LANDMARKS, MOST_WAYPOINTS = 10_000_000, 2000, 1000
+MAX_BYTES, MAX_LANDMARKS, MAX_WAYPOINTS = 10_000_000, 2000, 1000
 FARTHEST = 5000.0
 """Maximum distance of a point from the map's origin [m]."""
 DIGITS = 3
@@ -36,7 +36,7 @@ class LandmarkMap:
     waypoints: Array
     """Shape (m, 2) [m]; empty if the file has none."""
 
-    def way(self) -> float:
+    def length(self) -> float:
         """Return the length of the path along the waypoints [m]."""
         return float(np.hypot(*np.diff(self.waypoints, axis=0).T).sum()) if len(self.waypoints) > 1 else 0.0
 
@@ -53,10 +53,10 @@ def read_landmarks(path: Path, *, scale: float) -> LandmarkMap:
     """
     content = _content(path)
     if "lm" not in content:
-        there = ", ".join(sorted(content)) or "nothing"
-        raise UsageError(f"'{path}' holds no landmarks: lm, 2 x n; it holds {there:.200}")
-    landmarks = _points(path, "lm", content["lm"], most=MOST_LANDMARKS) * scale
-    waypoints = _points(path, "wp", content.get("wp", np.zeros((2, 0))), most=MOST_WAYPOINTS) * scale
+        names = ", ".join(sorted(content)) or "nothing"
+        raise UsageError(f"'{path}' holds no landmarks: lm, 2 x n; it holds {names:.200}")
+    landmarks = _points(path, "lm", content["lm"], limit=MAX_LANDMARKS) * scale
+    waypoints = _points(path, "wp", content.get("wp", np.zeros((2, 0))), limit=MAX_WAYPOINTS) * scale
     if not len(landmarks):
         raise UsageError(f"'{path}' has an empty lm; a map has at least one landmark")
     farthest = float(np.abs(np.vstack([landmarks, waypoints])).max())
@@ -92,9 +92,9 @@ def world_from_landmarks(
     start = map.waypoints[0] if len(map.waypoints) else map.landmarks.mean(axis=0).round(DIGITS)
     robot = _robot(preset, start, _heading(start, map.waypoints[1:]), folder)
     points = [list(_at(point)) for point in map.waypoints[1:]]
-    way = Use.model_validate({"use": WAYPOINTS, "points": points, "speed": SPEED}) if points else None
-    modules = Modules(estimator=estimator or Use(use=SLAM), navigator=way)
-    seconds = float(max(60, math.ceil(1.4 * map.way() / SPEED)))
+    length = Use.model_validate({"use": WAYPOINTS, "points": points, "speed": SPEED}) if points else None
+    modules = Modules(estimator=estimator or Use(use=SLAM), navigator=length)
+    seconds = float(max(60, math.ceil(1.4 * map.length() / SPEED)))
     run = Run(seconds=seconds, drivers={ROBOT: modules})
     return inhabited(world, robot, run, folder)
 
@@ -103,8 +103,8 @@ def _content(path: Path) -> dict[str, Any]:
     from scipy.io import loadmat
 
     try:
-        if path.stat().st_size > MOST_BYTES:
-            raise UsageError(f"'{path}' is over {MOST_BYTES // 1_000_000} MB; a landmark map is smaller")
+        if path.stat().st_size > MAX_BYTES:
+            raise UsageError(f"'{path}' is over {MAX_BYTES // 1_000_000} MB; a landmark map is smaller")
         content = loadmat(path, variable_names=["lm", "wp"])
     except OSError as error:
         raise UsageError(f"cannot read '{path}': {error.strerror or error}") from error
@@ -118,7 +118,7 @@ def _content(path: Path) -> dict[str, Any]:
     return {key: value for key, value in content.items() if not key.startswith("__")}
 
 
-def _points(path: Path, name: str, value: Any, *, most: int) -> Array:
+def _points(path: Path, name: str, value: Any, *, limit: int) -> Array:
     """Return columns as points, shape (n, 2)."""
     array = np.asarray(value)
     if array.dtype.kind not in "iuf" or array.ndim != 2 or (array.shape[0] != 2 and array.size):
@@ -126,8 +126,8 @@ def _points(path: Path, name: str, value: Any, *, most: int) -> Array:
         raise UsageError(f"'{path}' has {name} of {sides}; it must be 2 x n numbers, x above y")
     if not np.isfinite(array).all():
         raise UsageError(f"'{path}' has {name} that is not finite")
-    if array.shape[1] > most:
-        raise UsageError(f"'{path}' has {array.shape[1]} columns in {name}; {most} can be read")
+    if array.shape[1] > limit:
+        raise UsageError(f"'{path}' has {array.shape[1]} columns in {name}; {limit} can be read")
     return np.asarray(array.T, dtype=float).reshape(-1, 2)
 
 

@@ -10,7 +10,7 @@ from mjsim.exchange.bounded_file import read_bounded
 from mjsim.geometry import Pose
 from mjsim.world import Node, read_text
 
-MOST_YAML = 100_000
+MAX_YAML = 100_000
 """Maximum size of the file [bytes]."""
 OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
 """Thresholds as map_saver writes them; cells between them are unknown."""
@@ -46,7 +46,7 @@ def read_header(path: Path) -> MapHeader:
     Raises:
         UsageError: The file does not exist, is too large, or is not a map; with line and column where known.
     """
-    data = read_bounded(path, most=MOST_YAML, kind="the YAML file of a map")
+    data = read_bounded(path, limit=MAX_YAML, kind="the YAML file of a map")
     node, problems = read_text(data.decode("utf-8-sig", "replace"), file=str(path))
     if problems and data.strip():
         raise UsageError("\n".join(map(str, problems)))

@@ -49,7 +49,7 @@ def world_from_grid(grid: Grid, *, name: str = "world") -> World:
             walls.append(
                 Wall(name=f"wall-{number}", points=corners, closed=closed, thickness=thickness, height=WALL_HEIGHT)
             )
-    near = solid(World(walls=tuple(walls))).buffer(BESIDE)
+    close_to_walls = solid(World(walls=tuple(walls))).buffer(BESIDE)
     usual = float(np.median([wall.thickness for wall in walls])) if walls else 0.0
     things: list[BoxObstacle | CylinderObstacle] = []
     for bar in traced.boxes:
@@ -57,7 +57,9 @@ def world_from_grid(grid: Grid, *, name: str = "world") -> World:
         sizes = [max(1e-3, round(size * grid.resolution, DIGITS)) for size in (bar.length, bar.width)]
         at = _point(grid, bar.x, bar.y)
         heading = round((turn + 90.0) % 180.0 - 90.0, 2) + 0.0
-        part_of_wall = sizes[1] <= THIN * usual and near.intersects(shapely.polygons(grid.corners(bar.outline())))
+        part_of_wall = sizes[1] <= THIN * usual and close_to_walls.intersects(
+            shapely.polygons(grid.corners(bar.outline()))
+        )
         height = WALL_HEIGHT if part_of_wall else THING_HEIGHT
         things.append(BoxObstacle(name=f"thing-{len(things) + 1}", at=at, heading_deg=heading, box=(*sizes, height)))
     for disc in traced.discs:
@@ -84,14 +86,14 @@ def name_of(path: str | Path) -> str:
 
 def distinct(points: Array, *, closed: bool) -> tuple[tuple[float, float], ...]:
     """Return corners rounded to the millimetre, shape (n, 2) [m], without consecutive duplicates."""
-    kept: list[tuple[float, float]] = []
+    corners: list[tuple[float, float]] = []
     for x, y in np.round(points, DIGITS).tolist():
         corner = (x + 0.0, y + 0.0)
-        if not kept or kept[-1] != corner:
-            kept.append(corner)
-    if closed and len(kept) > 1 and kept[0] == kept[-1]:
-        kept.pop()
-    return tuple(kept)
+        if not corners or corners[-1] != corner:
+            corners.append(corner)
+    if closed and len(corners) > 1 and corners[0] == corners[-1]:
+        corners.pop()
+    return tuple(corners)
 
 
 def _point(grid: Grid, x: float, y: float) -> tuple[float, float]:

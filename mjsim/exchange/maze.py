@@ -14,7 +14,7 @@ from mjsim.exchange.pixels import Cells
 from mjsim.exchange.preset_files import inhabited, robot_of
 from mjsim.world import Beacon, Floor, Marker, Modules, Run, Use, Wall, World
 
-FEWEST, MOST = 3, 50
+FEWEST, MAX_SIDE = 3, 50
 """Minimum and maximum number of cells per side."""
 NARROWEST, WIDEST = 0.9, 10.0
 """Minimum and maximum side of a cell [m]."""
@@ -22,9 +22,9 @@ WALL_HEIGHT = 1.2
 """Low enough for a video from above to show the robot [m]."""
 THICKNESS = 0.1
 """[m]"""
-MOST_BEACONS = 50
+MAX_BEACONS = 50
 """The number of markers in the dictionary."""
-BEACON_WIDTH, BEACON_CENTER, OFF_WALL = 0.3, 0.8, 0.01
+BEACON_WIDTH, BEACON_CENTER, WALL_GAP = 0.3, 0.8, 0.01
 """Width of a beacon, height of its centre, and its distance from the wall [m]."""
 SPEED, LOOKAHEAD = 0.4, 0.3
 """Speed of the robot [m/s], and look-ahead distance of its path tracking [m]."""
@@ -61,14 +61,14 @@ def maze_world(
     Raises:
         UsageError: The maze would be too large, its cells too narrow, or labmaze is not installed.
     """
-    if not all(FEWEST <= side <= MOST for side in size):
-        raise UsageError(f"the maze has {size[0]} x {size[1]} cells; a side has {FEWEST} to {MOST}")
+    if not all(FEWEST <= side <= MAX_SIDE for side in size):
+        raise UsageError(f"the maze has {size[0]} x {size[1]} cells; a side has {FEWEST} to {MAX_SIDE}")
     if not NARROWEST <= cell <= WIDEST:
         raise UsageError(f"a cell is {cell:g} m wide; it must be {NARROWEST:g} to {WIDEST:g} m")
-    if not 0 <= beacons <= MOST_BEACONS:
-        raise UsageError(f"{beacons} markers are too many; a maze has 0 to {MOST_BEACONS}")
+    if not 0 <= beacons <= MAX_BEACONS:
+        raise UsageError(f"{beacons} markers are too many; a maze has 0 to {MAX_BEACONS}")
     rock = _dug(size, seed)
-    way = _longest_way(rock)
+    path = _longest_path(rock)
     walls = tuple(
         Wall(
             name=f"wall-{number}",
@@ -80,9 +80,9 @@ def maze_world(
         )
         for number, line in enumerate(_wall_lines(rock), start=1)
     )
-    hung = tuple(_beacon(rock, way, number, count=beacons, cell=cell) for number in range(beacons))
+    hung = tuple(_beacon(rock, path, number, count=beacons, cell=cell) for number in range(beacons))
     world = World(name=name, walls=walls, beacons=hung, floor=Floor(texture="floors/stone.jpg"))
-    return world if preset is None else _with_robot(world, way, preset=preset, cell=cell, folder=folder)
+    return world if preset is None else _with_robot(world, path, preset=preset, cell=cell, folder=folder)
 
 
 def maze_size(text: str) -> tuple[int, int]:
@@ -126,7 +126,7 @@ def _walled(rock: Cells, cell: Cell) -> list[Cell]:
     return [(x, y) for x, y in AROUND if rock[2 * row + 1 + y, 2 * column + 1 + x]]
 
 
-def _longest_way(rock: Cells) -> list[Cell]:
+def _longest_path(rock: Cells) -> list[Cell]:
     """Return the cells of the shortest path from the south-west corner to the cell with the longest such path."""
     came: dict[Cell, Cell | None] = {(0, 0): None}
     waiting = deque(came)
@@ -137,12 +137,12 @@ def _longest_way(rock: Cells) -> list[Cell]:
             if ahead not in came:
                 came[ahead] = last
                 waiting.append(ahead)
-    way: list[Cell] = []
-    here: Cell | None = last
-    while here is not None:
-        way.append(here)
-        here = came[here]
-    return way[::-1]
+    path: list[Cell] = []
+    cell: Cell | None = last
+    while cell is not None:
+        path.append(cell)
+        cell = came[cell]
+    return path[::-1]
 
 
 def _wall_lines(rock: Cells) -> list[Line]:
@@ -164,35 +164,35 @@ def _stands(rock: Cells, row: int, column: int) -> bool:
     return row < rock.shape[0] and column < rock.shape[1] and bool(rock[row, column])
 
 
-def _beacon(rock: Cells, way: list[Cell], number: int, *, count: int, cell: float) -> Beacon:
+def _beacon(rock: Cells, path: list[Cell], number: int, *, count: int, cell: float) -> Beacon:
     """Return one of `count` markers, spaced evenly along the path, on a wall of its cell."""
-    beside = [(here, sides) for here in way if (sides := _walled(rock, here))]
+    beside = [(place, sides) for place in path if (sides := _walled(rock, place))]
     (column, row), sides = beside[round((number + 0.5) * len(beside) / count - 0.5)]
     x, y = sides[number % len(sides)]
-    off = cell / 2 - THICKNESS / 2 - OFF_WALL
+    distance = cell / 2 - THICKNESS / 2 - WALL_GAP
     return Beacon(
         name=f"tag-{number}",
         marker=Marker(id=number),
-        at=(round((column + 0.5) * cell + x * off, 3), round((row + 0.5) * cell + y * off, 3)),
+        at=(round((column + 0.5) * cell + x * distance, 3), round((row + 0.5) * cell + y * distance, 3)),
         heading_deg=math.degrees(math.atan2(-y, -x)) + 0.0,
         width=BEACON_WIDTH,
         center=BEACON_CENTER,
     )
 
 
-def _with_robot(world: World, way: list[Cell], *, preset: str, cell: float, folder: Path | None) -> World:
+def _with_robot(world: World, path: list[Cell], *, preset: str, cell: float, folder: Path | None) -> World:
     """Return the maze with a robot that drives its longest path, with dead reckoning and avoidance."""
     corners = [
-        here
-        for before, here, after in zip(way, way[1:], [*way[2:], None], strict=False)
-        if after is None or (before[0] + after[0], before[1] + after[1]) != (2 * here[0], 2 * here[1])
+        cell_of
+        for before, cell_of, after in zip(path, path[1:], [*path[2:], None], strict=False)
+        if after is None or (before[0] + after[0], before[1] + after[1]) != (2 * cell_of[0], 2 * cell_of[1])
     ]
     points = [[round((column + 0.5) * cell, 3), round((row + 0.5) * cell, 3)] for column, row in corners]
-    ahead = 0.0 if way[1][0] > way[0][0] else 90.0
+    ahead = 0.0 if path[1][0] > path[0][0] else 90.0
     at = round(cell / 2, 3)
     robot = robot_of({"name": ROBOT, "preset": preset, "at": [at, at], "heading_deg": ahead}, folder)
     turns = {"points": points, "speed": SPEED, "lookahead": LOOKAHEAD}
     navigator = Use.model_validate({"use": "mjsim.algorithms.waypoints:Waypoints", **turns})
-    seconds = round(30.0 + 2.0 * len(way) * cell / SPEED)
+    seconds = round(30.0 + 2.0 * len(path) * cell / SPEED)
     run = Run(seconds=float(seconds), drivers={ROBOT: Modules(navigator=navigator)})
     return inhabited(world, robot, run, folder)

@@ -154,14 +154,14 @@ def _spot(bars: Sequence[Bar], corners: Array) -> tuple[float, Array] | None:
         u, v = _along(bar.ends, corners)
         line = len(corners) == 2
         low, high = float(u.min()), float(u.max())
-        off = float(np.abs(v).max() if line else np.abs(v).min())
+        distance = float(np.abs(v).max() if line else np.abs(v).min())
         beside = bar.width / 2 + BESIDE
         tilted = line and abs(float(np.ptp(v))) > max(0.2 * math.dist(*corners), bar.width)
-        if off > beside or tilted or low < -MARGIN or high > bar.length + MARGIN:
+        if distance > beside or tilted or low < -MARGIN or high > bar.length + MARGIN:
             continue
-        if NARROWEST <= high - low <= WIDEST and (best is None or off < best[0]):
+        if NARROWEST <= high - low <= WIDEST and (best is None or distance < best[0]):
             unit = bar.along
-            best = off, bar.ends[0] + np.outer([low, high], unit)
+            best = distance, bar.ends[0] + np.outer([low, high], unit)
     return best
 
 
@@ -186,9 +186,9 @@ def _panes(bar: Bar, pieces: Pieces) -> list[Array]:
 
 def _distinct(holes: Sequence[Hole]) -> list[Hole]:
     """Return openings without those that overlap an earlier one; two leaves side by side become one doorway."""
-    kept: list[Hole] = []
+    distinct: list[Hole] = []
     for hole in holes:
-        for index, other in enumerate(kept):
+        for index, other in enumerate(distinct):
             u, v = _along(other.ends, hole.ends)
             length = math.dist(*other.ends)
             if np.abs(v).max() > 0.1 or float(u.max()) < -0.05 or float(u.min()) > length + 0.05:
@@ -197,11 +197,11 @@ def _distinct(holes: Sequence[Hole]) -> list[Hole]:
                 unit = (other.ends[1] - other.ends[0]) / length
                 low, high = min(0.0, float(u.min())), max(length, float(u.max()))
                 if high - low <= WIDEST:
-                    kept[index] = Hole(other.ends[0] + np.outer([low, high], unit), window=False)
+                    distinct[index] = Hole(other.ends[0] + np.outer([low, high], unit), window=False)
             break
         else:
-            kept.append(hole)
-    return kept
+            distinct.append(hole)
+    return distinct
 
 
 def _place(walls: Sequence[Wall], hole: Hole) -> tuple[int, int, float, float] | None:
@@ -211,11 +211,11 @@ def _place(walls: Sequence[Wall], hole: Hole) -> tuple[int, int, float, float] |
         for segment, (start, end) in enumerate(wall.segments()):
             ends = np.array([start, end])
             u, v = _along(ends, hole.ends)
-            length, off = math.dist(start, end), float(np.abs(v).max())
+            length, distance = math.dist(start, end), float(np.abs(v).max())
             low, high = max(MARGIN, float(u.min())), min(length - MARGIN, float(u.max()))
             level = abs(float(np.ptp(v))) <= max(0.02, 5 * PARALLEL * float(np.ptp(u)))
-            if level and off <= wall.thickness / 2 + 0.02 and high - low >= 0.7 * math.dist(*hole.ends):
+            if level and distance <= wall.thickness / 2 + 0.02 and high - low >= 0.7 * math.dist(*hole.ends):
                 width = round(high - low, 3)
-                if width >= 0.3 and (best is None or off < best[0]):
-                    best = off, (index, segment, round(low, 3), width)
+                if width >= 0.3 and (best is None or distance < best[0]):
+                    best = distance, (index, segment, round(low, 3), width)
     return None if best is None else best[1]

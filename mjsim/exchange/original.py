@@ -99,21 +99,21 @@ def _of_drawing(path: Path, world: Path | None, reading: Reading) -> Original:
 
 def _placed(world: Path | None) -> tuple[float, Array] | None:
     """Return the placement of a drawing stated in a world file's first lines: metres per unit, and where [0, 0] is."""
-    found = _said(world, _PLACED)
+    found = _numbers_in(world, _PLACED)
     return (found[0], np.array(found[1:])) if found else None
 
 
 def _cell(world: str | Path | None) -> float | None:
     """Return the side of a map's cell from the first lines of a world file [m]."""
-    found = _said(None if world is None else Path(world), _CELL)
+    found = _numbers_in(None if world is None else Path(world), _CELL)
     return found[0] if found else None
 
 
-def _said(world: Path | None, line: re.Pattern[str]) -> list[float] | None:
+def _numbers_in(world: Path | None, line: re.Pattern[str]) -> list[float] | None:
     """Return the numbers in a matching line among the first lines of a world file; None if there is none."""
     if world is None:
         return None
-    head = read_bounded(world, most=50_000_000, kind="a world file")[:4096].decode("utf-8", "replace")
+    head = read_bounded(world, limit=50_000_000, kind="a world file")[:4096].decode("utf-8", "replace")
     found = line.search(head)
     try:
         return [float(number) for number in found.groups()] if found else None

@@ -45,8 +45,8 @@ def painted_over(
         for bar in bars:
             if (ends := _hidden(bar, shape, whole=filled)) is not None:
                 strip = shapely.LineString(ends).buffer(bar.width / 2 + PEN)
-                most = AGAIN * math.dist(*ends)
-                if strip.intersection(before).length > most > strip.intersection(later).length:
+                limit = AGAIN * math.dist(*ends)
+                if strip.intersection(before).length > limit > strip.intersection(later).length:
                     holes.append(Hole(ends, window=False))
     return holes
 
@@ -57,8 +57,8 @@ def _hidden(bar: Bar, shape: "BaseGeometry", *, whole: bool) -> Array | None:
 
     left = np.array([-bar.along[1], bar.along[0]])
     spans = []
-    for aside in (-0.45, 0.0, 0.45) if whole else (-0.5, 0.0, 0.5):
-        line = shapely.LineString(bar.ends + left * (aside * bar.width))
+    for offset in (-0.45, 0.0, 0.45) if whole else (-0.5, 0.0, 0.5):
+        line = shapely.LineString(bar.ends + left * (offset * bar.width))
         covered = shapely.get_coordinates(line.intersection(shape))
         along = (covered - bar.ends[0]) @ bar.along if len(covered) > 1 else np.zeros(1)
         spans.append((float(np.ptp(along)), float(along.min())))

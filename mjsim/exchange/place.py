@@ -19,7 +19,7 @@ ROBOT = "scout"
 PRESET = "pioneer3dx"
 ELBOW_ROOM, TIGHT = 0.15, 0.05
 """Clearance between the robot and what it passes, and the reduced clearance used if there is no such path [m]."""
-LONGEST_WAY = 15.0
+MAX_DISTANCE = 15.0
 """Maximum length of a straight leg [m]."""
 LEGS, SHORTEST_LEG = 4, 1.0
 """Maximum number of legs, and minimum length of each [m]."""
@@ -31,7 +31,7 @@ ODOMETRY_NOISE = {"distance": 0.01, "turn": 0.02}
 """Odometry noise of a robot with an estimator [m/sqrt(m), rad/sqrt(rad)]."""
 SPECK = 0.02
 """An area of unknown cells smaller than this is not an obstacle if nothing solid is there [m^2]."""
-MOST_CELLS = 4_000_000
+MAX_CELLS = 4_000_000
 """Maximum size of the search grid [cells]."""
 DIRECTIONS = 72
 ESTIMATORS = {
@@ -66,13 +66,13 @@ def with_newcomer(world: World, robot: Newcomer | None, *, grid: Grid | None = N
     )
 
 
-def without_way(world: World) -> list[str]:
+def without_route(world: World) -> list[str]:
     """Return a note that no path was found for the robot; empty if it has one, or if there is no robot."""
     if not world.robots:
         return []
     (robot,) = world.robots
-    way = world.run.drivers[robot.name].navigator
-    if way is None or any(tuple(point) != robot.at for point in way.model_dump()["points"]):
+    navigator = world.run.drivers[robot.name].navigator
+    if navigator is None or any(tuple(point) != robot.at for point in navigator.model_dump()["points"]):
         return []
     return [f"no straight path of {SHORTEST_LEG:g} m is wide enough for the {robot.preset}; it does not drive"]
 
@@ -122,8 +122,8 @@ def with_robot(
     robot = _robot(preset, lidar, at=_place(at), heading=heading, errs=estimator is not None, folder=folder)
     back = [*tour[-2::-1], at]
     points = [np.round(point, 2).tolist() for point in [*tour, *back]]
-    way = Use.model_validate({"use": WAYPOINTS, "points": points})
-    driver = Modules(navigator=way, avoidance=True)
+    navigator = Use.model_validate({"use": WAYPOINTS, "points": points})
+    driver = Modules(navigator=navigator, avoidance=True)
     if estimator is not None:
         driver = driver.model_copy(update={"estimator": estimator})
     known = estimator is not None and "slam" not in estimator.use.lower()
@@ -167,7 +167,7 @@ def _clearance(world: World, grid: Grid | None) -> tuple[Array, Grid]:
 
         grid = Grid(size, ~size, 0.05, Pose(-5.0, -5.0, 0.0))
     elif grid is None:
-        grid = grid_of(world, most_cells=MOST_CELLS)
+        grid = grid_of(world, most_cells=MAX_CELLS)
     taken = cells_of(shape, grid)
     free: Cells = (grid.free | _specks(~grid.free & ~taken, SPECK / grid.resolution**2)) & ~taken
     if (inside := free & cells_of(shape.convex_hull, grid)).any():
@@ -220,19 +220,19 @@ def _tour(away: Array, grid: Grid, start: Array, need: float) -> list[Array]:
 
 def _farthest(away: Array, grid: Grid, seen: Sequence[Array], need: float) -> Array:
     """Return the place farthest from all given ones with a straight, free path from the last, shape (2,) [m]."""
-    start, steps = seen[-1], np.arange(0.0, LONGEST_WAY, grid.resolution)
-    best, most = start, 0.1
+    start, steps = seen[-1], np.arange(0.0, MAX_DISTANCE, grid.resolution)
+    best, longest = start, 0.1
     for heading in np.arange(DIRECTIONS) * (2 * math.pi / DIRECTIONS):
         points = start + steps[:, None] * [math.cos(heading), math.sin(heading)]
         cells = np.floor(grid.cells(points)).astype(int)
         rows, columns = away.shape
-        there = (cells >= 0).all(axis=1) & (cells[:, 0] < columns) & (cells[:, 1] < rows)
+        inside = (cells >= 0).all(axis=1) & (cells[:, 0] < columns) & (cells[:, 1] < rows)
         cells = cells.clip(0, (columns - 1, rows - 1))
-        clear = there & (away[cells[:, 1], cells[:, 0]] >= need)
+        clear = inside & (away[cells[:, 1], cells[:, 0]] >= need)
         last = len(clear) if clear.all() else int(np.argmin(clear))
         if not last:
             continue
-        apart = np.min([np.hypot(*(points[:last] - place).T) for place in seen], axis=0)
-        if (farthest := int(np.argmax(apart))) and apart[farthest] > most:
-            best, most = points[farthest], float(apart[farthest])
+        separations = np.min([np.hypot(*(points[:last] - place).T) for place in seen], axis=0)
+        if (farthest := int(np.argmax(separations))) and separations[farthest] > longest:
+            best, longest = points[farthest], float(separations[farthest])
     return np.asarray(best)

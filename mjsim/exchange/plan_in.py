@@ -11,7 +11,7 @@ from mjsim.errors import UsageError
 from mjsim.exchange.corners import runs_of
 from mjsim.exchange.curves import curves_of, walls_of, without_curves
 from mjsim.exchange.drawing import (
-    MOST_CORNERS,
+    MAX_CORNERS,
     Drawing,
     Line,
     corner_and_scale,
@@ -112,8 +112,8 @@ def read_plan(
     if not walls:
         seen = f" ({'; '.join(drawing.notes)})" if drawing.notes else ""
         raise UsageError(f"'{drawing.name}' has no lines to make walls of{seen}; draw each wall as a line")
-    if (count := sum(len(line.points) for line in lines)) > 2 * MOST_CORNERS:
-        raise UsageError(f"'{drawing.name}' has {count} corners; walls have at most {MOST_CORNERS}, name their --layer")
+    if (count := sum(len(line.points) for line in lines)) > 2 * MAX_CORNERS:
+        raise UsageError(f"'{drawing.name}' has {count} corners; walls have at most {MAX_CORNERS}, name their --layer")
     _, metres = corner_and_scale(drawing, walls, scale)
     counts = Counter(_LEFT[line.role] for line in lines if line.role in _LEFT)
     lines = [replace(line, points=line.points * metres, width=line.width * metres) for line in lines]
@@ -133,7 +133,7 @@ def read_plan(
     _count_openings(named, counts)
     world = World(name=name, walls=tuple(named), obstacles=tuple(things))
     place = (corner / metres).tolist()
-    return FloorPlan(world, metres, (place[0], place[1]), [*_said(counts), *drawing.notes])
+    return FloorPlan(world, metres, (place[0], place[1]), [*_counts_listed(counts), *drawing.notes])
 
 
 def _walls(lines: SortedLines, thickness: float | None, counts: Counter[str]) -> tuple[list[Wall], list[Hole]]:
@@ -353,12 +353,12 @@ def _count_openings(walls: Sequence[Wall], counts: Counter[str]) -> None:
             counts["windows" if opening.sill else "doorways"] += 1
 
 
-def _said(counts: Counter[str]) -> list[str]:
+def _counts_listed(counts: Counter[str]) -> list[str]:
     """Return what was made and what was left out, one line each."""
     made = ("doorways", "windows", "columns", "pieces of furniture", "walls drawn by one line")
     lines = []
-    if there := [f"{counts[kind]} {kind}" for kind in made if counts[kind]]:
-        lines.append(", ".join(there))
+    if listed := [f"{counts[kind]} {kind}" for kind in made if counts[kind]]:
+        lines.append(", ".join(listed))
     if left := [f"{count} {kind}" for kind, count in counts.items() if count and kind not in made]:
         lines.append(f"left out: {', '.join(left)}")
     return lines

@@ -25,20 +25,20 @@ def plain_png(data: bytes) -> bytes:
     References:
         W3C, Portable Network Graphics (PNG) Specification, second edition, sections 5, 7.2, 8 and 10.
     """
-    kept = [(kind, body) for kind, body in _chunks(data) if kind in DRAWN]
-    if kept[0][0] != b"IHDR" or len(kept[0][1]) != 13:
+    chunks = [(kind, body) for kind, body in _chunks(data) if kind in DRAWN]
+    if chunks[0][0] != b"IHDR" or len(chunks[0][1]) != 13:
         raise ValueError(DAMAGED)
-    columns, rows, depth, color, _, _, interlaced = struct.unpack(">IIBBBBB", kept[0][1])
+    columns, rows, depth, color, _, _, interlaced = struct.unpack(">IIBBBBB", chunks[0][1])
     if color not in CHANNELS or depth not in (1, 2, 4, 8, 16) or interlaced > 1:
         raise ValueError(DAMAGED)
     areas = _passes(columns, rows) if interlaced else [(columns, rows)]
     bits = CHANNELS[color] * depth
     if not _holds(
-        [body for kind, body in kept if kind == b"IDAT"], sum(h * (1 + (w * bits + 7) // 8) for w, h in areas)
+        [body for kind, body in chunks if kind == b"IDAT"], sum(h * (1 + (w * bits + 7) // 8) for w, h in areas)
     ):
         raise ValueError(DAMAGED)
     return HEAD + b"".join(
-        struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body)) for kind, body in kept
+        struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body)) for kind, body in chunks
     )
 
 

@@ -108,11 +108,11 @@ def _between(one: Array, other: Array) -> Ribbon | None:
     facing = shapely.get_coordinates(shapely.line_interpolate_point(second, along))
     # There is no wall beyond an end of the other face.
     beside = (along > 0.0) & (along < second.length) | bool(np.allclose(other[0], other[-1]))
-    apart = np.hypot(*(facing - places).T)
+    widths = np.hypot(*(facing - places).T)
     if np.count_nonzero(beside) < 4:
         return None
-    width = float(np.median(apart[beside]))
-    even = beside & (np.abs(apart - width) <= EVEN * width)
+    width = float(np.median(widths[beside]))
+    even = beside & (np.abs(widths - width) <= EVEN * width)
     if not NEAREST <= width <= FARTHEST or np.count_nonzero(even) < 0.8 * np.count_nonzero(beside):
         return None
     middle = ((places + facing) / 2)[beside]

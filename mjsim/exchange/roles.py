@@ -50,11 +50,11 @@ def role_of(*names: str) -> Role | None:
 def _role_of(name: str) -> Role | None:
     words = _words(name)
     joined = "".join(words)
-    said = {role for role, known in WORDS.items() if not known.isdisjoint(words)}
-    said |= {role for role in _COMPOUND if any(word in joined for word in _COMPOUND[role])} if not said else set()
-    if {"door", "window"} <= said:
+    roles = {role for role, known in WORDS.items() if not known.isdisjoint(words)}
+    roles |= {role for role in _COMPOUND if any(word in joined for word in _COMPOUND[role])} if not roles else set()
+    if {"door", "window"} <= roles:
         return "opening"
-    return next((role for role in WORDS if role in said), None)
+    return next((role for role in WORDS if role in roles), None)
 
 
 _COMPOUND: dict[Role, tuple[str, ...]] = {

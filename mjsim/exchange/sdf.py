@@ -119,11 +119,11 @@ def _add_ground(place: Element, world: World) -> None:
     middle, size = ((low + high) / 2).tolist(), (high - low + 2 * MARGIN).tolist()
     link = add_link(place, "floor", at=(*middle, 0.0))
     plane = [("normal", numbers(0, 0, 1)), ("size", numbers(*size))]
-    add_geometry(link, "floor", "plane", plane, look=Appearance(world.floor.color, world.floor.friction))
+    add_geometry(link, "floor", "plane", plane, appearance=Appearance(world.floor.color, world.floor.friction))
     if world.ceiling is not None:
         height = world.ceiling.height or max((wall.height for wall in world.walls), default=2.5)
         above = add_link(place, "ceiling", at=(*middle, height + CEILING / 2))
-        add_box(above, "ceiling", [*(high - low).tolist(), CEILING], look=Appearance(world.ceiling.color))
+        add_box(above, "ceiling", [*(high - low).tolist(), CEILING], appearance=Appearance(world.ceiling.color))
 
 
 def _add_wall(place: Element, wall: Wall, name: str, pieces: Sequence[tuple[Array, float, float]]) -> None:
@@ -132,7 +132,7 @@ def _add_wall(place: Element, wall: Wall, name: str, pieces: Sequence[tuple[Arra
     link = add_link(place, f"wall_{name}")
     for number, (outline, low, high) in enumerate(pieces):
         box, at = _box_around(outline, low, high)
-        add_box(link, f"part_{number}", box, at=at, look=Appearance(wall.color))
+        add_box(link, f"part_{number}", box, at=at, appearance=Appearance(wall.color))
 
 
 def _box_around(outline: Array, low: float, high: float) -> tuple[list[float], tuple[float, ...]]:
@@ -144,47 +144,56 @@ def _box_around(outline: Array, low: float, high: float) -> tuple[list[float], t
     heading = math.atan2(along[1], along[0])
     c, s = math.cos(heading), math.sin(heading)
     turned = outline @ [[c, -s], [s, c]]
-    least, most = turned.min(axis=0), turned.max(axis=0)
-    x, y = ((least + most) / 2 @ [[c, s], [-s, c]]).tolist()
-    return [*(most - least).tolist(), high - low], (x, y, (low + high) / 2, 0.0, 0.0, heading)
+    least, greatest = turned.min(axis=0), turned.max(axis=0)
+    x, y = ((least + greatest) / 2 @ [[c, s], [-s, c]]).tolist()
+    return [*(greatest - least).tolist(), high - low], (x, y, (low + high) / 2, 0.0, 0.0, heading)
 
 
 def _add_person(place: Element, world: World, person: Person) -> None:
     """Add a person as vertical prisms, one per segment."""
     link = add_link(place, f"person_{person.name}")
     for segment, (outline, low, high) in columns_of(world, person).items():
-        add_prism(link, segment, outline, high - low, at=(0, 0, low), look=Appearance(person.color_of(segment)))
+        add_prism(link, segment, outline, high - low, at=(0, 0, low), appearance=Appearance(person.color_of(segment)))
 
 
 def _add_obstacle(place: Element, obstacle: Obstacle, name: str) -> None:
-    here = world_from_obstacle(obstacle)
+    pose = world_from_obstacle(obstacle)
     mass = obstacle.mass if obstacle.movable else None
     friction = obstacle.friction if obstacle.movable else None
-    at = (here.x, here.y, obstacle.elevation, 0.0, 0.0, here.heading)
+    at = (pose.x, pose.y, obstacle.elevation, 0.0, 0.0, pose.heading)
     link = add_link(place, name, at=at, mass=mass, size=_extent(obstacle))
-    look = Appearance(obstacle.color, friction)
+    appearance = Appearance(obstacle.color, friction)
     match obstacle:
         case BoxObstacle(box=(length, width, height)):
-            add_box(link, "box", [length, width, height], at=(0, 0, height / 2), look=look)
+            add_box(link, "box", [length, width, height], at=(0, 0, height / 2), appearance=appearance)
         case CylinderObstacle(cylinder=(radius, height)):
             sizes = [("radius", numbers(radius)), ("length", numbers(height))]
-            add_geometry(link, "cylinder", "cylinder", sizes, at=(0, 0, height / 2), look=look)
+            add_geometry(link, "cylinder", "cylinder", sizes, at=(0, 0, height / 2), appearance=appearance)
         case SphereObstacle(sphere=radius):
-            add_geometry(link, "sphere", "sphere", [("radius", numbers(radius))], at=(0, 0, radius), look=look)
+            add_geometry(
+                link, "sphere", "sphere", [("radius", numbers(radius))], at=(0, 0, radius), appearance=appearance
+            )
         case RampObstacle(ramp=(length, width, rise)):
             profile = np.array([[-length / 2, 0.0], [length / 2, 0.0], [length / 2, rise]])
             # A right angle about x turns what pointed up to -y.
-            add_prism(link, "ramp", profile, width, at=(0, width / 2, 0, math.pi / 2, 0, 0), look=look)
+            add_prism(link, "ramp", profile, width, at=(0, width / 2, 0, math.pi / 2, 0, 0), appearance=appearance)
         case StepsObstacle(steps=(length, width, rise), count=count):
             for step in range(count):
                 depth, high = length * (count - step) / count, rise * (step + 1) / count
                 middle = (length - depth) / 2
-                add_box(link, f"step_{step}", [depth, width, high], at=(middle, 0, high / 2), look=look)
+                add_box(link, f"step_{step}", [depth, width, high], at=(middle, 0, high / 2), appearance=appearance)
         case ModelObstacle():
-            inverse = here.inverse()
+            inverse = pose.inverse()
             for number, (outline, low, high) in enumerate(prisms(obstacle)):
                 lift = low - obstacle.elevation
-                add_prism(link, f"part_{number}", inverse.transform(outline), high - low, at=(0, 0, lift), look=look)
+                add_prism(
+                    link,
+                    f"part_{number}",
+                    inverse.transform(outline),
+                    high - low,
+                    at=(0, 0, lift),
+                    appearance=appearance,
+                )
 
 
 def _extent(obstacle: Obstacle) -> list[float]:
@@ -198,12 +207,12 @@ def _extent(obstacle: Obstacle) -> list[float]:
 
 def _add_door(place: Element, leaf: Leaf) -> None:
     """Add a door leaf in its start position; its joint is 0 there, and positive towards the left side of its wall."""
-    here = leaf.pose(math.radians(leaf.door.angle_deg))
+    pose = leaf.pose(math.radians(leaf.door.angle_deg))
     size = [leaf.width - 2 * GAP, THICKNESS, leaf.high - leaf.low - 2 * GAP]
     middle = (leaf.width / 2, 0.0, (leaf.low + leaf.high) / 2)
-    at = (here.x, here.y, 0.0, 0.0, 0.0, here.heading)
+    at = (pose.x, pose.y, 0.0, 0.0, 0.0, pose.heading)
     link = add_link(place, f"door_{leaf.name}", at=at, mass=leaf.door.mass, size=size, center=middle)
-    add_box(link, "leaf", size, at=middle, look=Appearance(leaf.door.color))
+    add_box(link, "leaf", size, at=middle, appearance=Appearance(leaf.door.color))
     model = place[-1]
     kind = "fixed" if leaf.door.locked else "revolute"
     joint = SubElement(model, "joint", name="hinge", type=kind)
@@ -231,4 +240,4 @@ def _add_beacon(place: Element, item: Hung, shown: BeaconFace, file: str) -> Non
     at = pose_of(np.array([item.place.x, item.place.y, item.center]), frame)
     link = add_link(place, f"beacon_{item.beacon.name}", at=at)
     plane = [("normal", numbers(0, 0, 1)), ("size", numbers(*shown.size))]
-    add_geometry(link, "picture", "plane", plane, look=Appearance("#ffffff", picture=file), collides=False)
+    add_geometry(link, "picture", "plane", plane, appearance=Appearance("#ffffff", picture=file), collides=False)

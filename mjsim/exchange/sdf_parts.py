@@ -79,7 +79,7 @@ def add_geometry(
     sizes: Sequence[tuple[str, str]],
     *,
     at: Sequence[float] = (),
-    look: Appearance,
+    appearance: Appearance,
     collides: bool = True,
 ) -> None:
     """Add a shape to a link as visual, and as collision if it collides.
@@ -90,7 +90,7 @@ def add_geometry(
         shape: Name of the SDF element: plane, cylinder, sphere.
         sizes: Child elements of the shape and their texts, in order.
         at: x, y, z [m], and roll, pitch, yaw if rotated [rad], in the link's frame.
-        look: Surface of the shape.
+        appearance: Surface of the shape.
         collides: Whether to add a collision.
     """
     for kind in ("collision", "visual") if collides else ("visual",):
@@ -101,10 +101,10 @@ def add_geometry(
         for key, value in sizes:
             SubElement(element, key).text = value
         if kind == "visual":
-            _add_look(part, look)
-        elif look.friction is not None:
+            _add_appearance(part, appearance)
+        elif appearance.friction is not None:
             mu = SubElement(SubElement(SubElement(part, "surface"), "friction"), "ode")
-            SubElement(mu, "mu").text = SubElement(mu, "mu2").text = numbers(look.friction)
+            SubElement(mu, "mu").text = SubElement(mu, "mu2").text = numbers(appearance.friction)
 
 
 def add_box(
@@ -113,10 +113,10 @@ def add_box(
     size: Sequence[float],
     *,
     at: Sequence[float] = (),
-    look: Appearance,
+    appearance: Appearance,
 ) -> None:
     """Add a box with full sizes x, y, z [m]; the other arguments are those of `add_geometry`."""
-    add_geometry(link, name, "box", [("size", numbers(*size))], at=at, look=look)
+    add_geometry(link, name, "box", [("size", numbers(*size))], at=at, appearance=appearance)
 
 
 def add_prism(
@@ -126,20 +126,20 @@ def add_prism(
     height: float,
     *,
     at: Sequence[float] = (),
-    look: Appearance,
+    appearance: Appearance,
 ) -> None:
     """Add an outline, shape (n, 2) [m], extruded along z by a height [m]; other arguments as in `add_geometry`."""
     corners = [("point", numbers(x, y)) for x, y in outline.tolist()]
-    add_geometry(link, name, "polyline", [*corners, ("height", numbers(height))], at=at, look=look)
+    add_geometry(link, name, "polyline", [*corners, ("height", numbers(height))], at=at, appearance=appearance)
 
 
-def _add_look(visual: Element, look: Appearance) -> None:
+def _add_appearance(visual: Element, appearance: Appearance) -> None:
     material = SubElement(visual, "material")
-    tone = numbers(*(int(look.color[at : at + 2], 16) / 255 for at in (1, 3, 5)), 1)
+    tone = numbers(*(int(appearance.color[at : at + 2], 16) / 255 for at in (1, 3, 5)), 1)
     SubElement(material, "ambient").text = SubElement(material, "diffuse").text = tone
-    if look.picture is not None:
+    if appearance.picture is not None:
         metal = SubElement(SubElement(material, "pbr"), "metal")
-        SubElement(metal, "albedo_map").text = look.picture
+        SubElement(metal, "albedo_map").text = appearance.picture
         SubElement(metal, "metalness").text, SubElement(metal, "roughness").text = NO_METAL, ROUGH
 
 

@@ -27,14 +27,14 @@ def without_frames(lines: Sequence[Line]) -> list[Line]:
         low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
         whole = np.flatnonzero((np.abs(boxes - [low, high]) <= 0.02 * (high - low).max()).all(axis=(1, 2)))
         frames = [left[k] for k in whole if left[k].closed and fitted_rectangle(left[k].points) is not None]
-        inner = _apart(left, frames)
+        inner = _separated(left, frames)
         if not frames or not _is_building(inner, left, low, high):
             break
         left = inner
     return left
 
 
-def _apart(lines: Sequence[Line], frames: Sequence[Line]) -> list[Line]:
+def _separated(lines: Sequence[Line], frames: Sequence[Line]) -> list[Line]:
     """Return lines that do not touch a frame."""
     import shapely
 
@@ -70,8 +70,8 @@ def without_outliers(lines: Sequence[Line]) -> list[Line]:
         if size >= SMALL * max(sizes) and np.ptp(each, axis=0).min() > SLIM
     ]
     hull = shapely.union_all([hull, *(shapely.MultiPoint(each).convex_hull.buffer(REACH) for each in large)])
-    kept = [group for group, each in zip(groups, points, strict=True) if hull.intersects(shapely.MultiPoint(each))]
-    chosen = {id(line) for group in kept for line in group}
+    inside = [group for group, each in zip(groups, points, strict=True) if hull.intersects(shapely.MultiPoint(each))]
+    chosen = {id(line) for group in inside for line in group}
     return [line for line in lines if id(line) in chosen]
 
 

@@ -18,9 +18,9 @@ SOLVED = 20
 """Number of iterations after which the noise fraction has converged."""
 MORE, SOME = 3.0, 2.0
 """Groups are not noise if there are more of them than this multiple of the number by chance, plus this number."""
-MOST_SPECK = 12
+MAX_SPECK = 12
 """Larger groups of cells are never noise."""
-MOST_PARTS = 20_000
+MAX_PARTS = 20_000
 """With more connected components than this, a grid is not a map."""
 
 
@@ -45,13 +45,13 @@ def without_specks(grid: Grid) -> Cleaned:
     reach = next((reach for reach in REACHES if _neighbours(reach) * dense < SPARSE), REACHES[-1])
     noise = _noise(grid.occupied, ground, reach)
     groups, sizes = _groups(grid.occupied, reach)
-    kept = sizes >= _least(sizes, _neighbours(reach) * noise)
-    kept[0] = False
-    if (parts := int(np.count_nonzero(kept))) > MOST_PARTS:
+    chosen = sizes >= _least(sizes, _neighbours(reach) * noise)
+    chosen[0] = False
+    if (parts := int(np.count_nonzero(chosen))) > MAX_PARTS:
         raise UsageError(
-            f"the map has {parts} parts, and that of a building at most {MOST_PARTS}; clean it in an image editor"
+            f"the map has {parts} parts, and that of a building at most {MAX_PARTS}; clean it in an image editor"
         )
-    return Cleaned(np.asarray(kept[groups] & grid.occupied, dtype=bool), noise)
+    return Cleaned(np.asarray(chosen[groups] & grid.occupied, dtype=bool), noise)
 
 
 def has_lone_things(grid: Grid, single: int, *, noise: float) -> bool:
@@ -66,8 +66,8 @@ def has_lone_things(grid: Grid, single: int, *, noise: float) -> bool:
 
     side = 2 * REACHES[0] + 1
     around = cv2.dilate(grid.occupied.astype(np.uint8), np.ones((side, side), dtype=np.uint8))
-    near = int(np.count_nonzero((around > 0) & grid.free))
-    return single > MORE * noise * near + SOME
+    close = int(np.count_nonzero((around > 0) & grid.free))
+    return single > MORE * noise * close + SOME
 
 
 def _ground(grid: Grid) -> Cells:
@@ -95,7 +95,7 @@ def _neighbours(reach: int) -> int:
     return (2 * reach + 1) ** 2 - 1
 
 
-def _least(sizes: NDArray[Any], near: float) -> int:
+def _least(sizes: NDArray[Any], neighbours: float) -> int:
     """Return the minimum number of nearby occupied cells that is more than noise.
 
     Noise also forms groups of k cells by chance; the result is the smallest size of which a map of this size has fewer
@@ -103,20 +103,20 @@ def _least(sizes: NDArray[Any], near: float) -> int:
 
     Args:
         sizes: Number of cells in each group.
-        near: Mean number of noise cells near each cell.
+        neighbours: Mean number of noise cells near each cell.
     """
     lonely = int(np.count_nonzero(sizes == 1))
-    for size in range(2, MOST_SPECK):
-        expected = lonely * near ** (size - 1)
+    for size in range(2, MAX_SPECK):
+        expected = lonely * neighbours ** (size - 1)
         if expected < 1.0 or np.count_nonzero(sizes == size) > MORE * expected + SOME:
             return size
-    return MOST_SPECK
+    return MAX_SPECK
 
 
 def _groups(cells: Cells, reach: int) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return the group of each cell, nearby cells sharing one, and the number of cells in each group."""
     import cv2
 
-    near = cv2.dilate(cells.astype(np.uint8), np.ones((reach, reach), dtype=np.uint8))
-    count, groups = cv2.connectedComponents(near, connectivity=8)
+    dilated = cv2.dilate(cells.astype(np.uint8), np.ones((reach, reach), dtype=np.uint8))
+    count, groups = cv2.connectedComponents(dilated, connectivity=8)
     return groups, np.bincount(groups[cells], minlength=count)

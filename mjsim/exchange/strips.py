@@ -21,7 +21,7 @@ LEVEL = math.radians(0.3)
 """The main direction is rounded to the grid axes within this angle [rad]."""
 NEW = 0.3
 """A wall is accepted if at least this fraction of it is not explained by earlier walls."""
-MOST_FREE = 0.2
+MAX_FREE = 0.2
 """Maximum fraction of a wall in cells that the map knows as free."""
 
 
@@ -39,16 +39,16 @@ def along_walls(slim: Cells, cells: Cells, lines: Sequence[Array], free: Cells, 
     main = _main_direction(fits)
     bars = [_followed(cells, free, _squared(slim, fit, main, thickest)) for fit in fits]
     explained = np.zeros_like(cells)
-    kept = []
+    chosen = []
     for bar in sorted(bars, key=_area, reverse=True):
         window, inner = cells_in(bar.outline(), cells.shape)
         count = max(1, int(np.count_nonzero(inner)))
         new = int(np.count_nonzero(inner & cells[window] & ~explained[window]))
-        if new >= NEW * count and np.count_nonzero(inner & free[window]) <= MOST_FREE * count:
-            kept.append(bar)
-            window, near = cells_in(bar.outline(grown=0.75), cells.shape)
-            explained[window] |= near
-    return kept
+        if new >= NEW * count and np.count_nonzero(inner & free[window]) <= MAX_FREE * count:
+            chosen.append(bar)
+            window, covered = cells_in(bar.outline(grown=0.75), cells.shape)
+            explained[window] |= covered
+    return chosen
 
 
 def _area(bar: Bar) -> float:
@@ -84,28 +84,28 @@ def _sides(cells: Cells, bar: Bar, thickest: float) -> tuple[Array, Array, Array
     u = np.linspace(-bar.length / 2 + inset, bar.length / 2 - inset, count)
     v = np.arange(STEP / 2, reach, STEP)
     across = np.concatenate([-v[::-1], v])
-    inside = _looked_up(cells, bar, u[:, None], across)
+    inside = _values_at(cells, bar, u[:, None], across)
     up, down = inside[:, len(v) :], inside[:, : len(v)][:, ::-1]
     high = np.where(up.all(axis=1), len(v), np.argmin(up, axis=1)) * STEP
     low = np.where(down.all(axis=1), len(v), np.argmin(down, axis=1)) * STEP
     width = high + low
-    there = width > 0
-    if np.count_nonzero(there) < 2:
+    found = width > 0
+    if np.count_nonzero(found) < 2:
         return None
-    good = there & (width <= 1.4 * np.median(width[there]) + 0.5) & (width <= thickest)
+    good = found & (width <= 1.4 * np.median(width[found]) + 0.5) & (width <= thickest)
     if not good.any():
         return None
     return u[good], (high - low)[good] / 2, width[good]
 
 
-def _looked_up(cells: Cells, bar: Bar, u: Array, v: Array) -> Cells:
+def _values_at(cells: Cells, bar: Bar, u: Array, v: Array) -> Cells:
     """Return whether points along and across a bar, from its centre, are in occupied cells."""
     c, s = bar.along
     column = np.floor(bar.x + u * c - v * s).astype(int)
     row = np.floor(bar.y + u * s + v * c).astype(int)
     rows, columns = cells.shape
-    there = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
-    return np.asarray(there & cells[row.clip(0, rows - 1), column.clip(0, columns - 1)])
+    inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
+    return np.asarray(inside & cells[row.clip(0, rows - 1), column.clip(0, columns - 1)])
 
 
 def _main_direction(bars: Sequence[Bar]) -> float | None:
@@ -115,11 +115,11 @@ def _main_direction(bars: Sequence[Bar]) -> float | None:
         return None
     turns = np.array([bar.heading for bar in long]) % (math.pi / 2)
     weights = np.array([bar.length for bar in long]) ** 2
-    apart = np.abs((turns[:, None] - turns + math.pi / 4) % (math.pi / 2) - math.pi / 4)
-    near = apart <= SQUARE
-    best = int(np.argmax(near @ weights))
+    differences = np.abs((turns[:, None] - turns + math.pi / 4) % (math.pi / 2) - math.pi / 4)
+    similar = differences <= SQUARE
+    best = int(np.argmax(similar @ weights))
     offsets = (turns - turns[best] + math.pi / 4) % (math.pi / 2) - math.pi / 4
-    main = turns[best] + float(np.average(offsets[near[best]], weights=weights[near[best]]))
+    main = turns[best] + float(np.average(offsets[similar[best]], weights=weights[similar[best]]))
     main = (main + math.pi / 4) % (math.pi / 2) - math.pi / 4
     return 0.0 if abs(main) < LEVEL else main
 
@@ -128,10 +128,10 @@ def _squared(cells: Cells, bar: Bar, main: float | None, thickest: float) -> Bar
     """Return a wall aligned with the main direction or its perpendicular if it nearly is, and centred again."""
     if main is None:
         return bar
-    off = (bar.heading - main + math.pi / 4) % (math.pi / 2) - math.pi / 4
-    if abs(off) > max(SQUARE, math.atan2(SQUARE_DRIFT, bar.length)):
+    deviation = (bar.heading - main + math.pi / 4) % (math.pi / 2) - math.pi / 4
+    if abs(deviation) > max(SQUARE, math.atan2(SQUARE_DRIFT, bar.length)):
         return bar
-    turned = Bar(bar.x, bar.y, bar.heading - off, bar.length, bar.width)
+    turned = Bar(bar.x, bar.y, bar.heading - deviation, bar.length, bar.width)
     sides = _sides(cells, turned, thickest)
     if sides is None:
         return bar
@@ -161,8 +161,8 @@ def _ends(cells: Cells, free: Cells, bar: Bar, *, reach: float) -> tuple[float, 
     count = math.ceil(reach / STEP)
     u = np.asarray((np.arange(-count, count) + 0.5)[:, None] * STEP, dtype=float)
     across = np.array([-0.4, -0.2, 0.0, 0.2, 0.4]) * bar.width
-    solid = np.count_nonzero(_looked_up(cells, bar, u, across), axis=1) >= 3
-    seen = np.count_nonzero(_looked_up(free, bar, u, across), axis=1) >= 3
+    solid = np.count_nonzero(_values_at(cells, bar, u, across), axis=1) >= 3
+    seen = np.count_nonzero(_values_at(free, bar, u, across), axis=1) >= 3
     ahead = _goes_on(solid[count:], seen[count:])
     behind = _goes_on(solid[:count][::-1], seen[:count][::-1])
     return ahead, behind
@@ -170,10 +170,10 @@ def _ends(cells: Cells, free: Cells, bar: Bar, *, reach: float) -> tuple[float, 
 
 def _goes_on(solid: Cells, seen: Cells) -> float:
     """Return how far a wall extends, from the samples along it that are solid and those seen to be free."""
-    there = np.concatenate([[-1], np.flatnonzero(solid)])
-    gaps = np.diff(there) - 1
+    filled = np.concatenate([[-1], np.flatnonzero(solid)])
+    gaps = np.diff(filled) - 1
     freed = np.concatenate([[0], np.cumsum(seen)])
-    free_gaps = freed[there[1:]] - freed[there[:-1] + 1]
+    free_gaps = freed[filled[1:]] - freed[filled[:-1] + 1]
     ends = np.flatnonzero((gaps > BLIND_GAP / STEP) | (free_gaps > GAP / STEP))
-    last = there[ends[0]] if len(ends) else there[-1]
+    last = filled[ends[0]] if len(ends) else filled[-1]
     return float(last + 1) * STEP

@@ -37,9 +37,9 @@ class Pieces:
     owner: Indices
     """Index of the stroke, shape (n,)."""
 
-    def where(self, kept: Cells) -> "Pieces":
-        """Return the pieces where `kept`, shape (n,), is true."""
-        return Pieces(self.ends[kept], self.owner[kept])
+    def where(self, mask: Cells) -> "Pieces":
+        """Return the pieces where `mask`, shape (n,), is true."""
+        return Pieces(self.ends[mask], self.owner[mask])
 
     @property
     def lengths(self) -> Array:
@@ -102,9 +102,9 @@ def runs(corners: Array) -> list[tuple[Array, bool]]:
     for index in range(len(bends) + 1):
         last = index == len(bends)
         gentle = not last and 1e-3 < abs(bends[index]) < SMOOTH
-        alike = not last and max(lengths[index : index + 2]) < 3.0 * min(lengths[index : index + 2])
+        similar = not last and max(lengths[index : index + 2]) < 3.0 * min(lengths[index : index + 2])
         same = last or index == first or bends[index] * bends[index - 1] > 0
-        if last or not (gentle and alike and same):
+        if last or not (gentle and similar and same):
             run = places[first : index + 2]
             found.append((run, len(run) > 3))
             first = index + 1

@@ -16,7 +16,7 @@ import numpy as np
 
 from mjsim.errors import UsageError
 from mjsim.exchange.bounded_file import read_bounded
-from mjsim.exchange.drawing import BOW, MOST_BYTES, MOST_CORNERS, Drawing, Line
+from mjsim.exchange.drawing import BOW, MAX_BYTES, MAX_CORNERS, Drawing, Line
 from mjsim.exchange.maps import name_of
 from mjsim.exchange.paint import darkness_of, opacity_of, share_of
 from mjsim.exchange.plan_in import read_plan
@@ -89,7 +89,7 @@ def read_svg(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
         UsageError: The file does not exist, is too large, is not SVG, or lacks such a layer.
     """
     path = Path(path)
-    root = _root_of(read_bounded(path, most=MOST_BYTES, kind="a drawing"), path)
+    root = _root_of(read_bounded(path, limit=MAX_BYTES, kind="a drawing"), path)
     odd = made_plain(root, str(path))
     document = _document(root, path)
     root = document.root
@@ -111,7 +111,7 @@ def read_svg(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
                 continue
             lines += found
             corners += sum(len(line.points) for line in found)
-            if corners > 2 * MOST_CORNERS:
+            if corners > 2 * MAX_CORNERS:
                 raise UsageError(f"'{path}' has too many lines to be walls; select those of walls with --layer")
     counts = Counter(tag_of(element) for element in root.iter())
     left = [f"{counts[tag]} <{tag}>" for tag in ("use", "image", "text") if counts[tag]]
@@ -183,7 +183,7 @@ def _document(root: Element, path: Path) -> Any:
 def _layers(root: Element, names: Sequence[str], path: Path) -> set[Element] | None:
     """Return the groups that contain walls according to the user; None if the user names none."""
     named = [(name, group) for group in root.iter() for name in (group.get("id"), group.get(LABEL)) if name]
-    found = {group for name, group in named if name.lower() in [wanted.lower() for wanted in names]}
+    found = {group for name, group in named if name.lower() in [requested.lower() for requested in names]}
     groups = sorted({name for name, group in named if tag_of(group) == "g"})
     if missing := [name for name in names if name.lower() not in {other.lower() for other, _ in named}]:
         raise UsageError(
@@ -260,7 +260,7 @@ def _lines(drawn: Any, tree: _Tree) -> list[Line]:
     """Return the lines of one shape."""
     element: Element = drawn.element
     ink = _ink(element, tree)
-    spread = math.sqrt(abs(float(np.linalg.det(np.asarray(drawn.transform, dtype=float)[:2, :2]))))
+    scale = math.sqrt(abs(float(np.linalg.det(np.asarray(drawn.transform, dtype=float)[:2, :2]))))
     role, block, part = _role(element, tree)
     lines = []
     for outline in drawn.continuous_subpaths():
@@ -270,7 +270,7 @@ def _lines(drawn: Any, tree: _Tree) -> list[Line]:
         ring = len(points) > 2 and (closed or (ink.bare and ink.filled))
         shaded = ink.dark if ring and (ink.bare or ink.filled) else None
         blank = ink.blank and (ring or not ink.bare)
-        lines.append(Line(points, ring, ink.pen * spread, role, block, part, tree.numbers[element], shaded, blank))
+        lines.append(Line(points, ring, ink.pen * scale, role, block, part, tree.numbers[element], shaded, blank))
     return lines
 
 
@@ -296,14 +296,14 @@ class _Ink:
 def _ink(element: Element, tree: _Tree) -> _Ink:
     """Return how a shape is painted; lines have no fill."""
 
-    def said(key: str) -> str | None:
+    def value_of(key: str) -> str | None:
         return _inherited(element, key, tree.parents)
 
-    stroke, fill = said("stroke"), said("fill")
+    stroke, fill = value_of("stroke"), value_of("fill")
     bare = stroke in (None, "none", "transparent")
-    pen = 0.0 if bare else length_of(said("stroke-width") or "1") or 0.0
+    pen = 0.0 if bare else length_of(value_of("stroke-width") or "1") or 0.0
     sheer = math.prod(share_of(_own(above, "opacity")) for above in _upward(element, tree.parents))
-    solid = sheer * share_of(said("fill-opacity")) * opacity_of(fill)
+    solid = sheer * share_of(value_of("fill-opacity")) * opacity_of(fill)
     none = fill in ("none", "transparent") or tag_of(element) == "line"
     dark = None if none else abs(darkness_of(fill) - tree.paper) * solid
     covers = dark is not None and dark <= PALE and solid >= OPAQUE
@@ -318,10 +318,10 @@ def _points(part: Any) -> tuple[Array, bool]:
     places = [part.start]
     for piece in part:
         places += [piece.end] if isinstance(piece, Straight) else _along(piece)
-    kept = [here for index, here in enumerate(places) if index == 0 or here != places[index - 1]]
-    closed = len(kept) > 2 and abs(kept[0] - kept[-1]) <= 1e-9 * (1.0 + abs(kept[0]))
-    kept = kept[:-1] if closed else kept
-    return np.array([(place.real, -place.imag) for place in kept], dtype=float).reshape(-1, 2), closed
+    points = [point for index, point in enumerate(places) if index == 0 or point != places[index - 1]]
+    closed = len(points) > 2 and abs(points[0] - points[-1]) <= 1e-9 * (1.0 + abs(points[0]))
+    points = points[:-1] if closed else points
+    return np.array([(place.real, -place.imag) for place in points], dtype=float).reshape(-1, 2), closed
 
 
 def _along(curve: Any) -> list[complex]:
@@ -331,8 +331,8 @@ def _along(curve: Any) -> list[complex]:
     places = [curve.point(step / CURVE_STEPS) for step in range(CURVE_STEPS + 1)]
     points = np.array([(place.real, place.imag) for place in places])
     bow = float(np.ptp(points, axis=0).max()) * BOW
-    kept = shapely.get_coordinates(shapely.simplify(shapely.linestrings(points), bow))
-    return [complex(x, y) for x, y in kept[1:].tolist()]
+    simplified = shapely.get_coordinates(shapely.simplify(shapely.linestrings(points), bow))
+    return [complex(x, y) for x, y in simplified[1:].tolist()]
 
 
 def _unit(root: Element) -> float | None:

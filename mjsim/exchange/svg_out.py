@@ -116,15 +116,15 @@ def solid_runs(wall: Wall, openings: Sequence[Opening]) -> list[tuple[Array, boo
         (along[o.segment] + min(o.at, lengths[o.segment]), along[o.segment] + min(o.at + o.width, lengths[o.segment]))
         for o in openings
     )
-    kept, begin = [], 0.0
+    parts, begin = [], 0.0
     for first, last in gaps:
-        kept += [(begin, first)] if first - begin > 1e-6 else []
+        parts += [(begin, first)] if first - begin > 1e-6 else []
         begin = max(begin, last)
-    kept += [(begin, along[-1])] if along[-1] - begin > 1e-6 else []
-    runs = [_between(corners, along, *part) for part in kept]
-    if wall.closed and kept == [(0.0, along[-1])]:
+    parts += [(begin, along[-1])] if along[-1] - begin > 1e-6 else []
+    runs = [_between(corners, along, *part) for part in parts]
+    if wall.closed and parts == [(0.0, along[-1])]:
         return [(corners[:-1], True)]
-    if wall.closed and len(runs) > 1 and kept[0][0] == 0.0 and kept[-1][1] == along[-1]:
+    if wall.closed and len(runs) > 1 and parts[0][0] == 0.0 and parts[-1][1] == along[-1]:
         runs = [np.concatenate([runs.pop(), runs[0][1:]]), *runs[1:]]
     return [(run, False) for run in runs]
 
@@ -150,8 +150,8 @@ def _windows(group: Element, world: World) -> None:
 def _doors(group: Element, world: World) -> None:
     named = {opening.name for wall in world.walls for opening in wall.openings}
     for leaf in leaves(world):
-        here = leaf.pose(math.radians(leaf.door.angle_deg))
-        _line(group, here.transform(np.array([[0.0, 0.0], [leaf.width, 0.0]])), INK, THICKNESS)
+        pose = leaf.pose(math.radians(leaf.door.angle_deg))
+        _line(group, pose.transform(np.array([[0.0, 0.0], [leaf.width, 0.0]])), INK, THICKNESS)
         _line(group, _swing(leaf), SOFT, HAIR / 2)
         if leaf.name in named:
             x, y = leaf.pose(0.0).transform(np.array([leaf.width / 2, 0.0])).tolist()

@@ -17,7 +17,7 @@ SHAPES = ("rect", "circle", "ellipse", "line")
 LENGTHS = ("x", "y", "width", "height", "cx", "cy", "r", "rx", "ry", "x1", "y1", "x2", "y2")
 GROUPS = ("a", "switch", "svg", "symbol")
 """Container elements that are drawn like groups."""
-MOST_ELEMENTS = 50_000
+MAX_ELEMENTS = 50_000
 """Maximum number of elements in a drawing, including clones."""
 _LENGTH = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(px|pt|pc|mm|cm|in|m|)\s*")
 _RULE = re.compile(r"([^{}]+)\{([^{}]*)\}")
@@ -57,8 +57,8 @@ def _expand(root: Element, name: str) -> None:
         parent, above = waiting.pop()
         for index, child in enumerate(list(parent)):
             count += 1
-            if count > MOST_ELEMENTS:
-                raise UsageError(f"'{name}' has more than {MOST_ELEMENTS} elements with its clones; name their --layer")
+            if count > MAX_ELEMENTS:
+                raise UsageError(f"'{name}' has more than {MAX_ELEMENTS} elements with its clones; name their --layer")
             inner = above
             if tag_of(child) == "use":
                 href = next((value for key in HREFS if (value := child.get(key))), "")
@@ -92,9 +92,9 @@ def _apply_styles(root: Element) -> None:
     for element in root.iter():
         keys = {tag_of(element), f"#{element.get('id')}", *(f".{word}" for word in element.get("class", "").split())}
         keys |= {f"{tag_of(element)}{key}" for key in list(keys) if key[:1] in ".#"}
-        said = [text for selector, text in rules if selector in keys]
-        if said:
-            element.set("style", ";".join([*said, element.get("style", "")]))
+        styles = [text for selector, text in rules if selector in keys]
+        if styles:
+            element.set("style", ";".join([*styles, element.get("style", "")]))
 
 
 def _rules(sheet: str) -> Iterator[tuple[str, str]]:

@@ -29,10 +29,10 @@ def thinned(cells: Cells) -> Cells:
     while changed:
         changed = False
         for first, second in (((0, 2, 4), (2, 4, 6)), ((0, 2, 6), (0, 4, 6))):
-            near = flat[places[:, None] + around]
-            count = near.sum(axis=1)
-            rises = np.count_nonzero((near == 0) & (np.roll(near, -1, axis=1) == 1), axis=1)
-            open_sides = (near[:, first].prod(axis=1) == 0) & (near[:, second].prod(axis=1) == 0)
+            neighbours = flat[places[:, None] + around]
+            count = neighbours.sum(axis=1)
+            rises = np.count_nonzero((neighbours == 0) & (np.roll(neighbours, -1, axis=1) == 1), axis=1)
+            open_sides = (neighbours[:, first].prod(axis=1) == 0) & (neighbours[:, second].prod(axis=1) == 0)
             peeled = (count >= 2) & (count <= 6) & (rises == 1) & open_sides
             flat[places[peeled]] = 0
             places = places[~peeled]

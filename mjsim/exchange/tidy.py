@@ -12,9 +12,9 @@ BETWEEN = 0.30
 """Two faces within this distance, with only unknown cells between them, belong to one wall [m]."""
 HOLLOW = 2.0
 """An isolated object no wider than this that encloses hardly any free cells is solid [m]."""
-MOST_FREE = 0.15
+MAX_FREE = 0.15
 """Maximum free fraction of the enclosed area of such an object."""
-MOST_SWOLLEN, FEW = 0.7, 1000
+MAX_SWOLLEN, FEW = 0.7, 1000
 """Maximum growth of noise by closing gaps where cells are crowded; not checked for maps with fewer cells."""
 AROUND, CROWDED = 3 * BETWEEN, 0.6
 """Window side [m], and the occupied fraction of it that walls and their corners do not exceed."""
@@ -35,7 +35,7 @@ def tidied(clean: Cells, grid: Grid) -> Cells:
     cells = cells | _closed(cells, crack / 2 + 0.55) if crack else cells
     cells = cells | (_closed(cells, BETWEEN / 2 / grid.resolution) & ~grid.free)
     swollen = np.count_nonzero(_crowded(cells, grid.resolution) & ~clean)
-    if swollen > MOST_SWOLLEN * np.count_nonzero(clean) and np.count_nonzero(clean) > FEW:
+    if swollen > MAX_SWOLLEN * np.count_nonzero(clean) and np.count_nonzero(clean) > FEW:
         raise UsageError("the map has gaps everywhere, like noise; clean it in an image editor")
     cells = cells | _hollows(cells, grid)
     return _without_pinholes(cells)
@@ -73,7 +73,7 @@ def _hollows(cells: Cells, grid: Grid) -> Cells:
         window = slice(top, top + height), slice(left, left + width)
         part = parts[window] == index
         inner = _enclosed(part)
-        if np.count_nonzero(inner & grid.free[window]) <= MOST_FREE * np.count_nonzero(inner):
+        if np.count_nonzero(inner & grid.free[window]) <= MAX_FREE * np.count_nonzero(inner):
             found[window] |= inner
     return found
 

@@ -32,9 +32,9 @@ LONG = 12.0
 """Ratio of length to thickness that counts as very long: the outer walls of a building."""
 SLENDER = 4.0
 """Minimum ratio of length to thickness of a wall; a shorter part is an object."""
-ALIKE = 0.85
+SIMILARITY = 0.85
 """Minimum overlap with the cells (intersection over union) at which a shape represents them."""
-ALIKE_ENOUGH = 0.65
+MIN_SIMILARITY = 0.65
 """The same for remaining cells, before they are cut in two."""
 ROUND = 1.2
 """Maximum ratio of length to width of a disc."""
@@ -48,7 +48,7 @@ TOGETHER = 0.3
 """Maximum distance between fragments of one wall [m]."""
 REACH = 1.0
 """A cell is explained by a shape if its centre is within this distance of it [cells]."""
-MOST_OCCUPIED, MOST_MIDDLES, MOST_LINES = 6_000_000, 500_000, 4_000
+MAX_OCCUPIED, MAX_MIDDLES, MAX_LINES = 6_000_000, 500_000, 4_000
 """Maximum numbers of occupied cells, of thinned cells, and of straight lines in a map."""
 DEEPEST = 12
 """Maximum number of times that remaining cells are cut in two."""
@@ -69,7 +69,7 @@ def trace(grid: Grid) -> Traced:
     Raises:
         UsageError: There are more lines or components than in a building.
     """
-    _bounded(int(np.count_nonzero(grid.occupied)), MOST_OCCUPIED, "occupied cells")
+    _bounded(int(np.count_nonzero(grid.occupied)), MAX_OCCUPIED, "occupied cells")
     clean = without_specks(grid)
     cells = tidied(clean.cells, grid)
     single = sum(np.count_nonzero(part) == 1 for _, part in _parts(cells))
@@ -90,9 +90,9 @@ def trace(grid: Grid) -> Traced:
     thick = _thickest(network)
     whole = unstacked([*walls, *bars], cells)
     own = {id(wall) for wall in walls}
-    kept = [bar for bar in whole if id(bar) in own or _is_slender(bar, thick, grid.resolution)]
-    chosen = {id(bar) for bar in kept}
-    return Traced(kept, [bar for bar in whole if id(bar) not in chosen], alone.discs)
+    slender = [bar for bar in whole if id(bar) in own or _is_slender(bar, thick, grid.resolution)]
+    chosen = {id(bar) for bar in slender}
+    return Traced(slender, [bar for bar in whole if id(bar) not in chosen], alone.discs)
 
 
 def _thickest(network: Cells) -> float:
@@ -136,16 +136,16 @@ def _walls(network: Cells, grid: Grid) -> list[Bar]:
     thickest = min(max(THICKEST, thick * grid.resolution), BROADEST) / grid.resolution
     slim = network & ~_bulky(network, min(thickest, thick), thickest)
     middles = thinned(slim)
-    _bounded(int(np.count_nonzero(middles)), MOST_MIDDLES, "cells of walls, thinned")
+    _bounded(int(np.count_nonzero(middles)), MAX_MIDDLES, "cells of walls, thinned")
     centrelines = lines(middles, spur=max(3.0, thickest / 4))
-    _bounded(len(centrelines), MOST_LINES, "straight lines")
+    _bounded(len(centrelines), MAX_LINES, "straight lines")
     return along_walls(slim, network, centrelines, grid.free, thickest=thickest)
 
 
-def _bounded(count: int, most: int, kind: str) -> None:
-    if count > most:
+def _bounded(count: int, limit: int, kind: str) -> None:
+    if count > limit:
         raise UsageError(
-            f"the map has {count} {kind}, and that of a building at most {most}; clean it in an image editor"
+            f"the map has {count} {kind}, and that of a building at most {limit}; clean it in an image editor"
         )
 
 
@@ -178,12 +178,12 @@ def _taken(points: Array, found: Traced) -> bool:
 
 def _one_shape(points: Array) -> Bar | Disc | None:
     """Return the rectangle or disc that represents cells; None if neither does."""
-    bar, alike = fitted_bar(points)
+    bar, similarity = fitted_bar(points)
     if len(points) >= 12 and bar.length < ROUND * bar.width:
-        disc, round_alike = fitted_disc(points)
-        if round_alike >= ALIKE and round_alike > alike - ROUNDER:
+        disc, round_similarity = fitted_disc(points)
+        if round_similarity >= SIMILARITY and round_similarity > similarity - ROUNDER:
             return disc
-    return bar if alike >= ALIKE or len(points) <= 6 else None
+    return bar if similarity >= SIMILARITY or len(points) <= 6 else None
 
 
 def _bulky(cells: Cells, limit: float, thickest: float) -> Cells:
@@ -207,8 +207,8 @@ def _thick(cells: Cells, radius: float) -> Cells:
     core = away > radius
     if not core.any():
         return np.zeros_like(cells)
-    near = cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 5) <= radius + 0.5
-    return np.asarray(cells & near, dtype=bool)
+    close = cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 5) <= radius + 0.5
+    return np.asarray(cells & close, dtype=bool)
 
 
 def _usual_thickness(cells: Cells) -> float:
@@ -222,8 +222,8 @@ def _usual_thickness(cells: Cells) -> float:
 
 def rectangles_for(points: Array, depth: int) -> list[Bar]:
     """Return rectangles that represent cells: one, or those of the connected components of both halves."""
-    bar, alike = fitted_bar(points)
-    if alike >= ALIKE_ENOUGH or len(points) <= 2 * SPECK or depth == DEEPEST:
+    bar, similarity = fitted_bar(points)
+    if similarity >= MIN_SIMILARITY or len(points) <= 2 * SPECK or depth == DEEPEST:
         return [bar]
     ahead = (points - [bar.x, bar.y]) @ bar.along > 0.0
     if ahead.all() or not ahead.any():

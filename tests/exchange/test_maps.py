@@ -15,7 +15,7 @@ from mjsim.errors import UsageError
 from mjsim.exchange import fidelity, with_robot, world_from_map, write_map
 from mjsim.exchange.grid import read_grid
 from mjsim.exchange.maps import world_from_grid
-from mjsim.exchange.place import without_way
+from mjsim.exchange.place import without_route
 from mjsim.exchange.trace import rectangles_for
 from mjsim.geometry import Pose
 from mjsim.world import (
@@ -241,7 +241,7 @@ def test_a_robot_starts_where_it_can_drive_or_it_is_said_that_it_stands_still(tm
         world = with_robot(world_from_map(write_map(parse_world(f"mjsim: 1\nwalls:\n{text}"), tmp_path / str(begins))))
         assert not check_world(world)
         assert world.robots[0].at[0] > begins
-        assert without_way(world) == said
+        assert without_route(world) == said
 
 
 def test_a_robot_that_balances_gets_the_inertial_sensor_that_levels_its_scans(tmp_path):

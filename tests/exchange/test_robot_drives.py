@@ -10,7 +10,7 @@ import pytest
 from mjsim.errors import UsageError
 from mjsim.exchange import RobotOptions
 from mjsim.exchange.robots.gear import Gear, find_gear
-from mjsim.exchange.robots.preset import said_speed
+from mjsim.exchange.robots.preset import stated_speed
 from mjsim.interface import Command
 from mjsim.models import anatomy_of, gather_robot
 from mjsim.sim import Simulation
@@ -217,8 +217,8 @@ def test_each_kind_of_drive_goes_where_it_is_told(tmp_path, text, command, moved
 def test_the_largest_speed_is_that_of_the_wheels_in_the_file(tmp_path):
     gear = gear_of(on_mecanum(), tmp_path)
     assert {wheel.joint.speed for wheel in gear.wheels()} == {12.0}
-    assert said_speed(gear) == pytest.approx(12.0 * 0.06)
-    assert said_speed(gear_of(on_mecanum().replace('velocity="12"', 'velocity="100"'), tmp_path)) is None
+    assert stated_speed(gear) == pytest.approx(12.0 * 0.06)
+    assert stated_speed(gear_of(on_mecanum().replace('velocity="12"', 'velocity="100"'), tmp_path)) is None
     servo = '<velocity joint="{}" kv="3" ctrlrange="-8 8" ctrllimited="true" gear="2"/>'
     wheel = '<body pos="0 {} 0.1"><joint name="{}" axis="0 1 0"/><geom size="0.1"/></body>'
     (tmp_path / "r.xml").write_text(

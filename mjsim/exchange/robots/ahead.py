@@ -40,10 +40,10 @@ def forward_of(
     if options.forward is not None:
         if options.forward not in ALONG:
             raise UsageError(f"--forward is '{options.forward}'; it is +x, -x, +y or -y")
-        wanted = np.array(ALONG[options.forward])
-        if abs(float(wanted @ ahead)) < math.cos(math.radians(45.0)):
+        requested = np.array(ALONG[options.forward])
+        if abs(float(requested @ ahead)) < math.cos(math.radians(45.0)):
             raise UsageError(f"--forward {options.forward} is along the axles of {file}, whose wheels roll across that")
-        return ahead * np.sign(wanted @ ahead), ()
+        return ahead * np.sign(requested @ ahead), ()
     if urdf and abs(ahead[0]) > PARALLEL:
         return ahead * np.sign(ahead[0]), ()
     hint = _hint(anatomy, ahead)
@@ -71,8 +71,8 @@ def _hint(anatomy: Anatomy, ahead: Array) -> float:
     by_names = 0.0
     if all(places.values()):
         by_names = float(np.mean(places[True]) - np.mean(places[False]))
-    looks = [-place.axes[:2, 2] @ ahead for place in anatomy.places if place.kind == "camera"]
-    by_cameras = float(np.mean(looks)) if looks else 0.0
+    alignments = [-place.axes[:2, 2] @ ahead for place in anatomy.places if place.kind == "camera"]
+    by_cameras = float(np.mean(alignments)) if alignments else 0.0
     return by_names if abs(by_names) > 0.02 else (by_cameras if abs(by_cameras) > 0.3 else 0.0)
 
 

@@ -18,8 +18,8 @@ from mjsim.exchange.robots.preset import (
     first_plan,
     max_speed,
     preset_text,
-    said_speed,
-    speed_said,
+    speed_source,
+    stated_speed,
 )
 from mjsim.exchange.robots.slip import learned, rolled
 from mjsim.exchange.robots.source import RobotSource
@@ -40,7 +40,7 @@ SIZES = {"mecanum": "track and wheelbase together", "omni3": "a ring of wheels w
 """Names of the dimension that determines how far a robot turns."""
 SMALLEST, LARGEST = 0.02, 20.0
 """Smallest and largest diameter of accepted robots [m]."""
-MOST_MEASURED = 4
+MAX_ITERATIONS = 4
 """Maximum number of measuring runs, each with the result of the previous one."""
 CLOSE = 0.0003
 """Maximum relative error of odometry after calibration, in distance and in turn."""
@@ -83,7 +83,7 @@ def bring_robot(
     try:
         robot = gather_robot(source.name, source.read)
     except ValueError as error:
-        raise UsageError(source.told(error)) from None
+        raise UsageError(source.described(error)) from None
     anatomy = anatomy_of(robot)
     try:
         gear = find_gear(anatomy, options, file=str(path), urdf=robot.files.urdf)
@@ -102,14 +102,14 @@ def bring_robot(
     plan, measured = _calibrated(plan, files, path)
     report += _driven(measured, plan)
     if gear.drive in ROLLERS:
-        plan, said = _rolling(plan, files, path)
-        report += said
+        plan, more_notes = _rolling(plan, files, path)
+        report += more_notes
     if gear.drive == "skid_steer":
-        plan, said = _slipping(plan, files, path, anatomy, robot)
-        report += said
+        plan, more_notes = _slipping(plan, files, path, anatomy, robot)
+        report += more_notes
     if gear.drive == "ackermann":
-        plan, said = _steering(plan, files, path)
-        report += said
+        plan, more_notes = _steering(plan, files, path)
+        report += more_notes
     notes = [
         f"From {path.name}, by `mjsim new --robot-from`; worlds name this file as a preset.",
         *_about(path, report),
@@ -129,18 +129,18 @@ def _check_size(path: Path, stand: Stand) -> None:
 
 def _calibrated(plan: Plan, files: Mapping[str, bytes], path: Path) -> tuple[Plan, Measured]:
     """Return a plan whose odometry matches the measured drives, and the last measurement."""
-    for _ in range(MOST_MEASURED):
+    for _ in range(MAX_ITERATIONS):
         measured = _measured(plan, files, path)
-        if all(abs(ratio - 1.0) < CLOSE for ratio in (measured.way, measured.turn, measured.strafe)):
+        if all(abs(ratio - 1.0) < CLOSE for ratio in (measured.distance, measured.turn, measured.strafe)):
             break
-        plan = plan.measured(way=measured.way, turn=measured.turn, strafe=measured.strafe)
+        plan = plan.measured(distance=measured.distance, turn=measured.turn, strafe=measured.strafe)
     return plan, measured
 
 
 def _rolling(plan: Plan, files: Mapping[str, bytes], path: Path) -> tuple[Plan, list[str]]:
     """Return a plan that models the sideways and turning slip of a robot on rollers while it drives, and notes."""
     strafe, spin = rolled(preset_text(plan, ()), files, file=str(path))
-    plan = plan.measured(way=1.0, turn=spin, strafe=strafe)
+    plan = plan.measured(distance=1.0, turn=spin, strafe=strafe)
     return plan, [
         f"measured: over drives in all directions it goes {plan.strafe:.4f} m sideways, and turns {plan.spin:.4f} rad,"
         " for each that its wheels roll"
@@ -158,10 +158,10 @@ def _slipping(
     found = learned(preset_text(plan, ()), files, file=str(path))
     stand = find_stand(anatomy, plan.gear, acceleration=MARGIN * ACCELERATION, ahead=found.center)
     mounts = find_mounts(anatomy, stand, robot.sensors)
-    plan = replace(plan.measured(way=1.0, turn=found.turn), stand=stand, mounts=mounts, slip=found.slip)
-    where = "ahead of" if found.center > 0 else "behind"
+    plan = replace(plan.measured(distance=1.0, turn=found.turn), stand=stand, mounts=mounts, slip=found.slip)
+    side = "ahead of" if found.center > 0 else "behind"
     return plan, [
-        f"measured: it turns about a point {abs(found.center):.3f} m {where} the middle of its wheels, its origin",
+        f"measured: it turns about a point {abs(found.center):.3f} m {side} the middle of its wheels, its origin",
         f"measured: over {found.drives} drives of 20 s on arcs of all kinds it turns as with a track of"
         f" {plan.track:.5f} m, and slips {_inline_slip(found.slip)}",
     ]
@@ -173,8 +173,8 @@ def _steering(plan: Plan, files: Mapping[str, bytes], path: Path) -> tuple[Plan,
     slip = Slip(**{name: max(usual, getattr(found.slip, name)) for name, usual in Slip()})
     if slip == Slip():
         return plan, []
-    said = f"measured: over {found.drives} drives of 20 s on arcs of all kinds it slips {_inline_slip(found.slip)}"
-    return replace(plan, slip=slip), [said]
+    note = f"measured: over {found.drives} drives of 20 s on arcs of all kinds it slips {_inline_slip(found.slip)}"
+    return replace(plan, slip=slip), [note]
 
 
 def _inline_slip(slip: Slip) -> str:
@@ -210,8 +210,8 @@ def _found(path: Path, robot: RobotFiles, anatomy: Anatomy, plan: Plan) -> list[
         lines.append(f"found casters at {places}")
     lines += [f"found {_sensor(mount)}" for mount in plan.mounts]
     lines += [f"guessed: {note}" for note in gear.notes]
-    if said_speed(gear) is not None:
-        lines.append(f"found max_speed {max_speed(plan):g} m/s, {speed_said(plan)}")
+    if stated_speed(gear) is not None:
+        lines.append(f"found max_speed {max_speed(plan):g} m/s, {speed_source(plan)}")
         lines.append("guessed: noise of a good robot; change it in the preset")
     else:
         lines.append(
@@ -233,7 +233,7 @@ def _counted(assets: Mapping[str, bytes]) -> str:
 
 def _sensor(mount: SensorMount) -> str:
     x, y, z = mount.at
-    return f"{mount.kind} '{mount.name}' at [{x:.3f}, {y:.3f}, {z:.3f}], from {mount.said}"
+    return f"{mount.kind} '{mount.name}' at [{x:.3f}, {y:.3f}, {z:.3f}], from {mount.origin}"
 
 
 def _held(anatomy: Anatomy, gear: Gear) -> list[str]:
@@ -244,8 +244,8 @@ def _held(anatomy: Anatomy, gear: Gear) -> list[str]:
 
 def _amiss(path: Path, source: RobotSource, robot: RobotFiles, anatomy: Anatomy, gear: Gear, stand: Stand) -> list[str]:
     """Return notes on what was left out, repaired or added."""
-    said = ("left out", "made coarser")
-    lines = [source.shown(note if note.startswith(said) else f"mended: {note}") for note in robot.notes]
+    prefixes = ("left out", "made coarser")
+    lines = [source.shown(note if note.startswith(prefixes) else f"mended: {note}") for note in robot.notes]
     lines += [
         f"package '{name}' was not found; give --package {name}=DIR, or set ROS_PACKAGE_PATH"
         for name in sorted(source.missing)
@@ -257,13 +257,15 @@ def _amiss(path: Path, source: RobotSource, robot: RobotFiles, anatomy: Anatomy,
 
 def _driven(measured: Measured, plan: Plan) -> list[str]:
     """Return notes on what was measured."""
-    where = "on the spot" if measured.on_spot else "on circles"
+    manner = "on the spot" if measured.on_spot else "on circles"
     a, b, c, d = measured.ahead, measured.back, measured.left, measured.right
-    aside = [f"{drive.driven:+.4f} m for {drive.told:+.4f} m" for drive in measured.aside]
+    sideways = [f"{drive.driven:+.4f} m for {drive.odometry:+.4f} m" for drive in measured.sideways]
     return [
-        f"measured: {a.driven:+.4f} m for {a.told:+.4f} m of odometry, {b.driven:+.4f} m for {b.told:+.4f} m back",
-        f"measured: {c.driven:+.4f} rad for {c.told:+.4f} rad {where}, {d.driven:+.4f} rad for {d.told:+.4f} rad",
-        *([f"measured: {aside[0]} to the left, {aside[1]} to the right"] if aside else []),
+        f"measured: {a.driven:+.4f} m for {a.odometry:+.4f} m of odometry,"
+        f" {b.driven:+.4f} m for {b.odometry:+.4f} m back",
+        f"measured: {c.driven:+.4f} rad for {c.odometry:+.4f} rad {manner},"
+        f" {d.driven:+.4f} rad for {d.odometry:+.4f} rad",
+        *([f"measured: {sideways[0]} to the left, {sideways[1]} to the right"] if sideways else []),
         f"so its odometry computes with wheels of {plan.wheel_radius:.5f} m and"
         f" {SIZES.get(plan.gear.drive, 'a track')} of {plan.track:.5f} m",
     ]

@@ -15,9 +15,9 @@ LEAST_SLACK = 0.006
 """Minimum of that distance [m]."""
 LOWEST_POINTS = 0.003
 """Points of a shape within this height above its lowest point touch the floor [m]."""
-APART = 0.02
+SAME_PLACE = 0.02
 """Casters closer together than this are one [m]."""
-MOST_CASTERS = 12
+MAX_CASTERS = 12
 GRAVITY = 9.81
 REACH = 0.8
 """Position of a caster that the file lacks, as a fraction of the body's extent."""
@@ -79,7 +79,7 @@ def find_stand(anatomy: Anatomy, gear: Gear, *, acceleration: float, ahead: floa
     wheel_rims = [np.hypot(*w[:2]) + 0.5 * r.width for w, r in zip(wheels, gear.wheels(), strict=True)]
     radius = max(float(np.hypot(points[:, 0], points[:, 1]).max()), *wheel_rims)
     height = max(float(everything[:, 2].max()), 0.02)
-    return Stand(origin, heading, tuple(casters[:MOST_CASTERS]), radius, height, center, notes)
+    return Stand(origin, heading, tuple(casters[:MAX_CASTERS]), radius, height, center, notes)
 
 
 def _casters(anatomy: Anatomy, gear: Gear, stand: Stand, solid: list[Shape]) -> list[tuple[float, float, float]]:
@@ -105,7 +105,7 @@ def _casters(anatomy: Anatomy, gear: Gear, stand: Stand, solid: list[Shape]) -> 
 
 
 def _keep(found: list[tuple[float, float, float]], x: float, y: float, radius: float) -> None:
-    if all(math.hypot(x - other[0], y - other[1]) > APART for other in found):
+    if all(math.hypot(x - other[0], y - other[1]) > SAME_PLACE for other in found):
         found.append((float(x), float(y), float(radius)))
 
 

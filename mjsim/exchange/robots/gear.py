@@ -13,9 +13,9 @@ from mjsim.exchange.robots.omni import (
     OWN,
     PARALLEL,
     in_the_ring,
+    is_omnidirectional,
     omni_kind,
     ring_forward,
-    rolls_any_way,
     without_rollers,
 )
 from mjsim.exchange.robots.rounds import LEVEL, Round, measured, rounds, turns_freely
@@ -23,7 +23,7 @@ from mjsim.geometry import Array
 from mjsim.models import Anatomy, FileJoint
 
 CASTER = re.compile(r"cast[eo]r|swivel|support|lenkrolle", re.IGNORECASE)
-NEAR_FLOOR = 0.3
+FLOOR_MARGIN = 0.3
 """A wheel stands on the floor if its lowest point is this close to the lowest of all, in wheel radii."""
 SMALL = 0.6
 """A passive wheel is smaller than this fraction of the largest wheel."""
@@ -83,14 +83,14 @@ def find_gear(anatomy: Anatomy, options: RobotOptions, *, file: str, urdf: bool)
         chosen, others = _guessed(anatomy, file)
     if options.drive is not None and options.drive not in DRIVES:
         raise UsageError(f"--drive is '{options.drive}'; it must be one of {', '.join(DRIVES)}")
-    if options.drive in ("mecanum", "omni3") or (options.drive is None and rolls_any_way(anatomy, chosen, hubs)):
-        return _any_way(anatomy, chosen, others, options, file=file, urdf=urdf)
+    if options.drive in ("mecanum", "omni3") or (options.drive is None and is_omnidirectional(anatomy, chosen, hubs)):
+        return _omnidirectional(anatomy, chosen, others, options, file=file, urdf=urdf)
     axis = _common_axis(chosen, file)
     forward, notes = forward_of(anatomy, axis, options, file=file, urdf=urdf)
     chosen, floor = _on_floor(anatomy, chosen, file)
-    bearing = [wheel for wheel in others if wheel.radius > 0.0 and wheel.bottom < floor + NEAR_FLOOR * wheel.radius]
+    bearing = [wheel for wheel in others if wheel.radius > 0.0 and wheel.bottom < floor + FLOOR_MARGIN * wheel.radius]
     if options.steering:
-        chosen = _steered_as_said(anatomy, chosen, options.steering, file)
+        chosen = _steered_as_named(anatomy, chosen, options.steering, file)
     return _sorted_out(anatomy, chosen, bearing, floor, forward, options, file=file, notes=notes)
 
 
@@ -118,13 +118,15 @@ def _guessed(anatomy: Anatomy, file: str) -> tuple[list[Round], list[Round]]:
     if not whole:
         level = [joint for joint in anatomy.joints if not joint.slides and abs(joint.axis[2]) < LEVEL]
         hinges = _listed([joint.name for joint in level])
-        there = _instead(anatomy) or (f"its level hinges are {hinges}" if level else HINGELESS)
+        reason = _instead(anatomy) or (f"its level hinges are {hinges}" if level else HINGELESS)
         name_them = "; name them with --left-wheel JOINT and --right-wheel JOINT" if level else ""
-        if level and there.startswith("its") and not any(map(turns_freely, anatomy.joints)):
-            there = f"its level hinges {hinges} have limits; if it is an arm, a world has it as arms: [{{model: FILE}}]"
-        raise UsageError(f"{file}: no wheels can be found: {there}{name_them}")
+        if level and reason.startswith("its") and not any(map(turns_freely, anatomy.joints)):
+            reason = (
+                f"its level hinges {hinges} have limits; if it is an arm, a world has it as arms: [{{model: FILE}}]"
+            )
+        raise UsageError(f"{file}: no wheels can be found: {reason}{name_them}")
     lowest = min(wheel.bottom for wheel in whole)
-    standing = [wheel for wheel in whole if wheel.bottom <= lowest + NEAR_FLOOR * max(wheel.radius, 0.02)]
+    standing = [wheel for wheel in whole if wheel.bottom <= lowest + FLOOR_MARGIN * max(wheel.radius, 0.02)]
     largest = max(wheel.radius for wheel in standing)
 
     def bears(wheel: Round) -> bool:
@@ -157,7 +159,7 @@ def _instead(anatomy: Anatomy) -> str | None:
     return f"it moves by slides ({_listed(slides[:4])})" if slides else None
 
 
-def _any_way(
+def _omnidirectional(
     anatomy: Anatomy, chosen: list[Round], others: list[Round], options: RobotOptions, *, file: str, urdf: bool
 ) -> Gear:
     """Return the running gear of an omnidirectional base.
@@ -169,10 +171,10 @@ def _any_way(
     if options.drive not in (None, kind):
         raise UsageError(f"{file}: its wheels are arranged as those of {kind}; leave out --drive {options.drive}")
     chosen, floor = _on_floor(anatomy, chosen, file)
-    bearing = tuple(w for w in others if w.radius > 0.0 and w.bottom < floor + NEAR_FLOOR * w.radius)
+    bearing = tuple(w for w in others if w.radius > 0.0 and w.bottom < floor + FLOOR_MARGIN * w.radius)
     if kind == "omni3":
-        wished = None if options.forward is None else np.array(ALONG.get(options.forward, (1.0, 0.0)))
-        forward = ring_forward(chosen, wished)
+        requested = None if options.forward is None else np.array(ALONG.get(options.forward, (1.0, 0.0)))
+        forward = ring_forward(chosen, requested)
         note = f"it looks along {shown(forward)} of its file, one wheel behind"
         return Gear(kind, (), bearing, floor, forward, (note,), in_the_ring(chosen, forward))
     forward, notes = forward_of(anatomy, _common_axis(chosen, file), options, file=file, urdf=urdf)
@@ -221,7 +223,7 @@ def _on_floor(anatomy: Anatomy, wheels: list[Round], file: str) -> tuple[list[Ro
     return whole, floor
 
 
-def _steered_as_said(anatomy: Anatomy, wheels: list[Round], names: Sequence[str], file: str) -> list[Round]:
+def _steered_as_named(anatomy: Anatomy, wheels: list[Round], names: Sequence[str], file: str) -> list[Round]:
     known = {joint.name: joint for joint in anatomy.joints if not joint.slides}
     for name in names:
         if name not in known:
@@ -297,8 +299,8 @@ def _tricycle(
     fixed = [wheel for wheel in wheels if wheel is not steered]
     right, left_one = sorted(fixed, key=lambda wheel: float(wheel.middle[:2] @ left))
     middle = (right.middle + left_one.middle)[:2] / 2
-    apart = (right.middle - left_one.middle)[:2] @ forward, (steered.middle[:2] - middle) @ left
-    if any(abs(float(value)) > 0.5 * steered.radius for value in apart):
+    offsets = (right.middle - left_one.middle)[:2] @ forward, (steered.middle[:2] - middle) @ left
+    if any(abs(float(value)) > 0.5 * steered.radius for value in offsets):
         raise UsageError(
             f"{file}: '{steered.name}' steers, but '{left_one.name}' and '{right.name}' do not stand on one axle"
             " to both sides of it, as on a tricycle; name the wheels that drive with --left-wheel and --right-wheel"
@@ -338,8 +340,8 @@ def _rows(wheels: list[Round], forward: Array) -> list[list[Round]]:
     """Return wheels by axles, front axle first."""
     rows: list[list[Round]] = []
     for wheel in sorted(wheels, key=lambda w: -float(w.middle[:2] @ forward)):
-        near = rows and abs(float((rows[-1][0].middle - wheel.middle)[:2] @ forward)) < ROW * wheel.radius
-        if near:
+        same_row = rows and abs(float((rows[-1][0].middle - wheel.middle)[:2] @ forward)) < ROW * wheel.radius
+        if same_row:
             rows[-1].append(wheel)
         else:
             rows.append([wheel])
@@ -355,11 +357,11 @@ def _by_side(row: list[Round], left: Array, options: RobotOptions) -> tuple[list
     def outward(wheel: Round) -> float:
         return -abs(float(wheel.middle[:2] @ left) - middle)
 
-    said_left, said_right = set(options.left), set(options.right)
+    named_left, named_right = set(options.left), set(options.right)
 
     def is_left(wheel: Round) -> bool:
-        if (wheel.name in said_left) != (wheel.name in said_right):
-            return wheel.name in said_left
+        if (wheel.name in named_left) != (wheel.name in named_right):
+            return wheel.name in named_left
         return float(wheel.middle[:2] @ left) > middle
 
     return (
@@ -378,7 +380,7 @@ def _listed(names: Sequence[str]) -> str:
     return ", ".join(f"'{name}'" for name in names[:12]) + (" and more" if len(names) > 12 else "")
 
 
-def steering_limit(joints: Sequence[FileJoint], *, most: float = math.radians(35.0)) -> float:
-    """Return the steering limit to both sides, `most` if the file does not state it [rad]."""
+def steering_limit(joints: Sequence[FileJoint], *, limit: float = math.radians(35.0)) -> float:
+    """Return the steering limit to both sides, `limit` if the file does not state it [rad]."""
     limits = [min(abs(joint.range[0]), abs(joint.range[1])) for joint in joints if joint.range is not None]
-    return min([*limits, most])
+    return min([*limits, limit])

@@ -14,11 +14,11 @@ SETTLE = 1.0
 """Pause before and after a drive [s]."""
 TILT = math.radians(12.0)
 """A robot that leans more has fallen over [rad]."""
-WAY = 1.0
+DISTANCE = 1.0
 """Length of a drive [m]."""
 SLOW, STEER = 0.5, 0.7
 """Fractions of the maximum speed and of the maximum curvature."""
-MOST_TIME = 120.0
+MAX_TIME = 120.0
 """Time limit of a drive [s]."""
 
 
@@ -26,13 +26,13 @@ MOST_TIME = 120.0
 class MeasuredDrive:
     """Odometry and ground truth of one drive."""
 
-    told: float
+    odometry: float
     driven: float
 
     @property
     def ratio(self) -> float:
         """Ratio of the true to the measured distance or turn."""
-        return self.driven / self.told if abs(self.told) > 1e-9 else 0.0
+        return self.driven / self.odometry if abs(self.odometry) > 1e-9 else 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,11 +45,11 @@ class Measured:
     right: MeasuredDrive
     on_spot: bool
     """Whether it turned on the spot; otherwise it drove circles."""
-    aside: tuple[MeasuredDrive, ...] = ()
+    sideways: tuple[MeasuredDrive, ...] = ()
     """Drives to the left and to the right."""
 
     @property
-    def way(self) -> float:
+    def distance(self) -> float:
         """True distance per metre of odometry."""
         return (self.ahead.ratio + self.back.ratio) / 2
 
@@ -61,7 +61,7 @@ class Measured:
     @property
     def strafe(self) -> float:
         """True sideways distance per metre of odometry; 1 for a robot that cannot move sideways."""
-        return sum(drive.ratio for drive in self.aside) / len(self.aside) if self.aside else 1.0
+        return sum(drive.ratio for drive in self.sideways) / len(self.sideways) if self.sideways else 1.0
 
 
 def measure(text: str, files: Mapping[str, bytes], *, file: str) -> Measured:
@@ -96,8 +96,8 @@ def measure(text: str, files: Mapping[str, bytes], *, file: str) -> Measured:
         if car:
             rate = STEER * info.max_curvature * speed
         left, right = (pilot.turning(speed if car else 0.0, sign * rate) for sign in (1.0, -1.0))
-        aside = [pilot.sideways(sign * SLOW * info.max_left) for sign in (1.0, -1.0) if info.max_left]
-    return Measured(ahead, back, left, right, not car, tuple(aside))
+        sideways = [pilot.sideways(sign * SLOW * info.max_left) for sign in (1.0, -1.0) if info.max_left]
+    return Measured(ahead, back, left, right, not car, tuple(sideways))
 
 
 class _Pilot:
@@ -105,8 +105,8 @@ class _Pilot:
 
     def __init__(self, sim: Simulation, robot: str, file: str) -> None:
         self._sim, self._robot, self._file = sim, robot, file
-        self._told = Pose(0.0, 0.0, 0.0)
-        self._turned = self._told_turn = 0.0
+        self._odometry_pose = Pose(0.0, 0.0, 0.0)
+        self._turned = self._odometry_turn = 0.0
 
     def settle(self) -> None:
         """Stand still, and check that the robot has not fallen over."""
@@ -125,45 +125,45 @@ class _Pilot:
 
     def straight(self, speed: float) -> MeasuredDrive:
         """Drive one metre, and stop."""
-        moved, said = self._moved(Command(speed), WAY / abs(speed))
-        self._check("drives", moved.x, said.x, "m")
-        return MeasuredDrive(said.x, moved.x)
+        moved, odometry = self._moved(Command(speed), DISTANCE / abs(speed))
+        self._check("drives", moved.x, odometry.x, "m")
+        return MeasuredDrive(odometry.x, moved.x)
 
     def sideways(self, speed: float) -> MeasuredDrive:
         """Drive one metre to the left or to the right, and stop."""
-        moved, said = self._moved(Command(left=speed), WAY / abs(speed))
-        self._check("drives sideways", moved.y, said.y, "m")
-        return MeasuredDrive(said.y, moved.y)
+        moved, odometry = self._moved(Command(left=speed), DISTANCE / abs(speed))
+        self._check("drives sideways", moved.y, odometry.y, "m")
+        return MeasuredDrive(odometry.y, moved.y)
 
     def _moved(self, command: Command, seconds: float) -> tuple[Pose, Pose]:
         """Return the true and the odometry displacement under a command, both relative to the start."""
-        start, told = self._sim.truth(self._robot), self._told
+        start, odometry = self._sim.truth(self._robot), self._odometry_pose
         self._go(command, seconds)
         self._go(Command(), SETTLE)
-        return start.inverse() @ self._sim.truth(self._robot), told.inverse() @ self._told
+        return start.inverse() @ self._sim.truth(self._robot), odometry.inverse() @ self._odometry_pose
 
     def turning(self, speed: float, rate: float) -> MeasuredDrive:
         """Turn once around, and stop."""
-        turned, told = self._turned, self._told_turn
+        turned, odometry = self._turned, self._odometry_turn
         self._go(Command(speed, turn=rate), 2.0 * math.pi / abs(rate))
         self._go(Command(), SETTLE)
-        self._check("turns", self._turned - turned, self._told_turn - told, "rad")
-        return MeasuredDrive(self._told_turn - told, self._turned - turned)
+        self._check("turns", self._turned - turned, self._odometry_turn - odometry, "rad")
+        return MeasuredDrive(self._odometry_turn - odometry, self._turned - turned)
 
-    def _check(self, verb: str, moved: float, told: float, unit: str) -> None:
-        if abs(told) < 0.05 or not 0.4 < moved / told < 2.0:
+    def _check(self, verb: str, moved: float, odometry: float, unit: str) -> None:
+        if abs(odometry) < 0.05 or not 0.4 < moved / odometry < 2.0:
             raise UsageError(
-                f"{self._file}: the robot {verb} {moved:.2f} {unit} while its wheels turn for {told:.2f} {unit};"
+                f"{self._file}: the robot {verb} {moved:.2f} {unit} while its wheels turn for {odometry:.2f} {unit};"
                 " a part of it drags on the floor, or the wrong wheels were found"
             )
 
     def _go(self, command: Command, seconds: float) -> None:
         sim, robot = self._sim, self._robot
         sim.apply(robot, command)
-        for _ in range(round(min(seconds, MOST_TIME) / sim.dt)):
+        for _ in range(round(min(seconds, MAX_TIME) / sim.dt)):
             before = sim.truth(robot)
             sim.step()
             seen = sim.odometry(robot)
-            self._told = self._told @ Pose(seen.forward, seen.left, seen.turn)
-            self._told_turn += seen.turn
+            self._odometry_pose = self._odometry_pose @ Pose(seen.forward, seen.left, seen.turn)
+            self._odometry_turn += seen.turn
             self._turned += (before.inverse() @ sim.truth(robot)).heading

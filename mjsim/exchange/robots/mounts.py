@@ -20,7 +20,7 @@ WORDS = {
 NO_SENSOR = re.compile(r"mount|bracket|holder|support|tower|screw|plate|(^|_)cap($|_)")
 SAME = 0.15
 """Links of one kind closer together than this belong to one sensor [m]."""
-MOST = {"lidar": 2, "camera": 2, "imu": 1}
+MAX_COUNT = {"lidar": 2, "camera": 2, "imu": 1}
 """Maximum number of sensors of each kind in a preset; rendering takes time."""
 LOWEST = {"lidar": 0.02, "camera": 0.02, "imu": -0.01}
 """Minimum height above the floor; lower frames are placeholders, or see only the floor [m]."""
@@ -42,37 +42,37 @@ class SensorMount:
     yaw_deg: float
     pitch_deg: float
     keys: Mapping[str, object] = field(default_factory=dict)
-    said: str = ""
+    origin: str = ""
     """Where the file describes it."""
 
 
-def find_mounts(anatomy: Anatomy, stand: Stand, said: tuple[SaidSensor, ...]) -> list[SensorMount]:
+def find_mounts(anatomy: Anatomy, stand: Stand, sensors: tuple[SaidSensor, ...]) -> list[SensorMount]:
     """Return the sensors of a robot; those its file describes come first."""
-    kept: list[SensorMount] = []
-    for mount in (*_described(anatomy, stand, said), *_cameras(anatomy, stand), *_named(anatomy, stand)):
-        same = [other for other in kept if other.kind == mount.kind]
-        near = any(math.dist(other.at, mount.at) < SAME for other in same)
+    chosen: list[SensorMount] = []
+    for mount in (*_described(anatomy, stand, sensors), *_cameras(anatomy, stand), *_named(anatomy, stand)):
+        same = [other for other in chosen if other.kind == mount.kind]
+        occupied = any(math.dist(other.at, mount.at) < SAME for other in same)
         if (
-            len(same) < MOST[mount.kind]
-            and not near
+            len(same) < MAX_COUNT[mount.kind]
+            and not occupied
             and abs(mount.pitch_deg) < STEEP
             and mount.at[2] > LOWEST[mount.kind]
         ):
-            taken = {other.name for other in kept}
-            kept.append(_renamed(mount, taken))
-    return kept
+            taken = {other.name for other in chosen}
+            chosen.append(_renamed(mount, taken))
+    return chosen
 
 
 def _renamed(mount: SensorMount, taken: set[str]) -> SensorMount:
     name, number = mount.name, 2
     while name in taken or name in ("drive", "chase") or name.startswith("wheel_"):
         name, number = f"{mount.name}{number}", number + 1
-    return SensorMount(mount.kind, name, mount.at, mount.yaw_deg, mount.pitch_deg, mount.keys, mount.said)
+    return SensorMount(mount.kind, name, mount.at, mount.yaw_deg, mount.pitch_deg, mount.keys, mount.origin)
 
 
-def _described(anatomy: Anatomy, stand: Stand, said: tuple[SaidSensor, ...]) -> Iterator[SensorMount]:
+def _described(anatomy: Anatomy, stand: Stand, sensors: tuple[SaidSensor, ...]) -> Iterator[SensorMount]:
     """Yield the sensors that a file describes, each on its link or site."""
-    for sensor in said:
+    for sensor in sensors:
         place = next((place for place in anatomy.places if place.name == sensor.link), None)
         if place is None:
             continue
@@ -121,38 +121,38 @@ def _ahead(place: FileFrame, stand: Stand, kind: str) -> Array:
 
 
 def _mount(
-    stand: Stand, kind: str, name: str, at: Array, ahead: Array, keys: Mapping[str, object], said: str
+    stand: Stand, kind: str, name: str, at: Array, ahead: Array, keys: Mapping[str, object], origin: str
 ) -> SensorMount:
     x, y, z = (round(float(value), 4) + 0.0 for value in stand.point(at))
-    look = stand.direction(ahead)
-    yaw = math.degrees(math.atan2(look[1], look[0]))
-    pitch = math.degrees(math.asin(float(np.clip(look[2], -1.0, 1.0))))
+    direction = stand.direction(ahead)
+    yaw = math.degrees(math.atan2(direction[1], direction[0]))
+    pitch = math.degrees(math.asin(float(np.clip(direction[2], -1.0, 1.0))))
     if kind == "lidar":
         pitch = 0.0 if abs(pitch) < 3.0 else pitch
-    return SensorMount(kind, name, (x, y, z), round(yaw, 2) + 0.0, round(pitch, 2) + 0.0, keys, said)
+    return SensorMount(kind, name, (x, y, z), round(yaw, 2) + 0.0, round(pitch, 2) + 0.0, keys, origin)
 
 
 def _keys(sensor: SaidSensor) -> dict[str, object]:
     """Return a sensor's properties from the file as keys of a world, limited to their valid ranges."""
-    said = sensor.keys
+    stated = sensor.keys
     keys: dict[str, object] = {}
     if sensor.kind == "lidar":
-        if said.get("beams", 0) >= 2:
-            keys["beams"] = min(round(said["beams"]), 1440)
-        if said.get("fov_deg", 0) > 0:
-            keys["fov_deg"] = 360.0 if said["fov_deg"] > 355.0 else round(said["fov_deg"], 2)
-        near, far = said.get("nearest", 0.1), said.get("farthest", 10.0)
-        if 0 <= near < far <= 200:
-            keys["range"] = [near, far]
-        if 0 < said.get("noise", 0) < 1:
-            keys["noise"] = {"range": said["noise"]}
+        if stated.get("beams", 0) >= 2:
+            keys["beams"] = min(round(stated["beams"]), 1440)
+        if stated.get("fov_deg", 0) > 0:
+            keys["fov_deg"] = 360.0 if stated["fov_deg"] > 355.0 else round(stated["fov_deg"], 2)
+        nearest, farthest = stated.get("nearest", 0.1), stated.get("farthest", 10.0)
+        if 0 <= nearest < farthest <= 200:
+            keys["range"] = [nearest, farthest]
+        if 0 < stated.get("noise", 0) < 1:
+            keys["noise"] = {"range": stated["noise"]}
     if sensor.kind == "camera":
-        if 16 <= said.get("width", 0) <= 1920 and 16 <= said.get("height", 0) <= 1920:
-            keys |= {"width": round(said["width"]), "height": round(said["height"])}
-        if said.get("fov_deg", 0) > 0:
-            keys["fov_deg"] = _within(math.radians(said["fov_deg"]))
-    if sensor.kind != "imu" and said.get("rate_hz", 0) > 0:
-        keys["rate_hz"] = min(RATES, key=lambda rate: abs(rate - said["rate_hz"]))
+        if 16 <= stated.get("width", 0) <= 1920 and 16 <= stated.get("height", 0) <= 1920:
+            keys |= {"width": round(stated["width"]), "height": round(stated["height"])}
+        if stated.get("fov_deg", 0) > 0:
+            keys["fov_deg"] = _within(math.radians(stated["fov_deg"]))
+    if sensor.kind != "imu" and stated.get("rate_hz", 0) > 0:
+        keys["rate_hz"] = min(RATES, key=lambda rate: abs(rate - stated["rate_hz"]))
     return keys
 
 

@@ -18,7 +18,7 @@ FEWEST_ROLLERS = 4
 """Minimum number of rollers on a wheel."""
 MECANUM_WHEELS = 4
 PARALLEL = math.cos(math.radians(12.0))
-OFF = math.radians(10.0)
+TOLERANCE = math.radians(10.0)
 """Maximum deviation of wheels from the arrangement of their drive [rad]."""
 OWN = "describe another base with drive: {use: FILE.py:CLASS}"
 
@@ -42,7 +42,7 @@ def without_rollers(anatomy: Anatomy) -> tuple[Anatomy, set[int]]:
     return replace(anatomy, joints=joints, shapes=shapes), set(wheel_of.values())
 
 
-def rolls_any_way(anatomy: Anatomy, wheels: Sequence[Round], hubs: set[int]) -> bool:
+def is_omnidirectional(anatomy: Anatomy, wheels: Sequence[Round], hubs: set[int]) -> bool:
     """Return whether wheels have rollers, according to their parts or names, or are arranged as in omni3."""
     if any(wheel.joint.part in hubs for wheel in wheels):
         return True
@@ -80,20 +80,20 @@ def _in_a_ring(wheels: Sequence[Round]) -> bool:
     bearings = np.sort(np.arctan2(arms[:, 1], arms[:, 0]))
     gaps = np.diff([*bearings, bearings[0] + 2.0 * math.pi])
     along = [abs(float(w.axis[:2] @ arm)) / (np.linalg.norm(arm) + 1e-9) for w, arm in zip(wheels, arms, strict=True)]
-    return bool(np.abs(gaps - 2.0 * math.pi / 3.0).max() < OFF and min(along) > PARALLEL)
+    return bool(np.abs(gaps - 2.0 * math.pi / 3.0).max() < TOLERANCE and min(along) > PARALLEL)
 
 
-def ring_forward(wheels: Sequence[Round], wished: Array | None) -> Array:
+def ring_forward(wheels: Sequence[Round], requested: Array | None) -> Array:
     """Return the forward direction of a robot with three wheels for which one wheel is at the rear.
 
     Args:
         wheels: The three wheels of the ring.
-        wished: Preferred direction, horizontal unit vector, file frame, shape (2,); by default x.
+        requested: Preferred direction, horizontal unit vector, file frame, shape (2,); by default x.
     """
     places = np.array([wheel.middle[:2] for wheel in wheels])
     arms = places - places.mean(axis=0)
     ahead = -arms / np.linalg.norm(arms, axis=1)[:, None]
-    best = int(np.argmax(ahead @ (np.array([1.0, 0.0]) if wished is None else wished)))
+    best = int(np.argmax(ahead @ (np.array([1.0, 0.0]) if requested is None else requested)))
     return np.asarray(ahead[best])
 
 
@@ -104,6 +104,6 @@ def in_the_ring(wheels: Sequence[Round], forward: Array) -> tuple[Round, ...]:
     heading = math.atan2(forward[1], forward[0])
     bearings = [math.atan2(y, x) - heading for x, y in arms.tolist()]
     return tuple(
-        wheels[int(np.argmin([abs(wrap_angle(bearing - wanted)) for bearing in bearings]))]
-        for wanted in OMNI3_BEARINGS.values()
+        wheels[int(np.argmin([abs(wrap_angle(bearing - bearing_of)) for bearing in bearings]))]
+        for bearing_of in OMNI3_BEARINGS.values()
     )

@@ -17,13 +17,13 @@ WHEEL_SPEED = 6.7
 """Wheel speed if no file states it: that of small indoor robots [rad/s]."""
 FASTEST = 1.5
 """Maximum of a guessed speed [m/s]."""
-LEAST_SPEED, MOST_SPEED = 0.02, 5.0
+MIN_SPEED, MAX_SPEED = 0.02, 5.0
 """Range of plausible speeds in files; a value beyond means that there is no limit [m/s]."""
 NO_LIMIT = 100.0
 """A wheel speed of this or more in a file was not measured [rad/s]."""
 ACCELERATION = 1.0
 """Acceleration of the drive [m/s^2]."""
-TURN_NOISE, WAY_NOISE = 0.02, 0.01
+TURN_NOISE, DISTANCE_NOISE = 0.02, 0.01
 """Odometry noise of a good robot [rad/sqrt(rad)], [m/sqrt(m)]."""
 DRIVE_NOISE = 0.02
 LIDAR = {"beams": 360, "fov_deg": 360, "range": [0.12, 8.0], "rate_hz": 5, "noise": {"range": 0.01}}
@@ -58,18 +58,18 @@ class Plan:
     spin: float = 1.0
     """Turning slip factor of wheels with rollers, as in the drive's key."""
 
-    def measured(self, *, way: float, turn: float, strafe: float = 1.0) -> "Plan":
+    def measured(self, *, distance: float, turn: float, strafe: float = 1.0) -> "Plan":
         """Return a plan whose odometry matches the measured drives.
 
         Args:
-            way: True distance per metre of odometry.
+            distance: True distance per metre of odometry.
             turn: True turn per radian of odometry.
             strafe: True sideways distance per metre of odometry.
         """
-        plan = replace(self, wheel_radius=self.wheel_radius * way)
+        plan = replace(self, wheel_radius=self.wheel_radius * distance)
         if self.gear.drive in ROLLERS:
-            return replace(plan, strafe=self.strafe * strafe / way, spin=self.spin * turn / way)
-        return replace(plan, track=self.track * way / turn)
+            return replace(plan, strafe=self.strafe * strafe / distance, spin=self.spin * turn / distance)
+        return replace(plan, track=self.track * distance / turn)
 
 
 def first_plan(name: str, model: str, gear: Gear, stand: Stand, mounts: Sequence[SensorMount]) -> Plan:
@@ -107,20 +107,20 @@ def wheelbase_of(gear: Gear) -> float:
 
 def max_speed(plan: Plan) -> float:
     """Return the maximum speed, from the file or guessed [m/s]."""
-    said = said_speed(plan.gear)
-    return round(said or min(FASTEST, WHEEL_SPEED * plan.wheel_radius), 2) or 0.05
+    stated = stated_speed(plan.gear)
+    return round(stated or min(FASTEST, WHEEL_SPEED * plan.wheel_radius), 2) or 0.05
 
 
-def said_speed(gear: Gear) -> float | None:
+def stated_speed(gear: Gear) -> float | None:
     """Return the speed of wheels at their joints' limits [m/s]; None if there are none, or they are implausible."""
     limits = [(wheel.joint.speed, wheel.radius) for wheel in gear.wheels() if wheel.joint.speed is not None]
     speeds = [speed * radius for speed, radius in limits if speed < NO_LIMIT]
-    return min(speeds) if speeds and LEAST_SPEED < min(speeds) <= MOST_SPEED else None
+    return min(speeds) if speeds and MIN_SPEED < min(speeds) <= MAX_SPEED else None
 
 
-def speed_said(plan: Plan) -> str:
+def speed_source(plan: Plan) -> str:
     """Return a text that says where the maximum speed comes from."""
-    if said_speed(plan.gear) is not None:
+    if stated_speed(plan.gear) is not None:
         return f"by the limits of its wheels, {max_speed(plan) / plan.wheel_radius:.3g} rad/s"
     return f"a guess: wheels that turn at {WHEEL_SPEED} rad/s"
 
@@ -142,11 +142,11 @@ def preset_text(plan: Plan, notes: Sequence[str]) -> str:
         *_drive(plan),
         *_body(plan),
         "    odometry:",
-        f"      noise: {{distance: {WAY_NOISE}, turn: {TURN_NOISE}}}  # a guess, that of a good robot",
+        f"      noise: {{distance: {DISTANCE_NOISE}, turn: {TURN_NOISE}}}  # a guess, that of a good robot",
         *([f"      tyres: {_inline(plan.slip.model_dump())}  # measured"] if plan.slip is not None else []),
     ]
     if plan.mounts:
-        lines += ["    sensors:", *(f"      - {_inline(_sensor(mount))}  # {mount.said}" for mount in plan.mounts)]
+        lines += ["    sensors:", *(f"      - {_inline(_sensor(mount))}  # {mount.origin}" for mount in plan.mounts)]
     lines += _run(plan)
     return "\n".join(lines) + "\n"
 
@@ -162,7 +162,7 @@ def _drive(plan: Plan) -> list[str]:
         keys["max_left"] = max_speed(plan)
     lines += [f"      {key}: {value}" for key, value in keys.items()]
     lines += [
-        f"      max_speed: {max_speed(plan)}  # {speed_said(plan)}",
+        f"      max_speed: {max_speed(plan)}  # {speed_source(plan)}",
         f"      max_turn_deg: {max_turn_deg(plan):g}",
         f"      max_acceleration: {ACCELERATION}",
         f"      noise: {{speed: {DRIVE_NOISE}, turn: {DRIVE_NOISE}}}  # a guess, that of a good robot",
@@ -199,7 +199,7 @@ def max_steer_deg(plan: Plan) -> float:
     if plan.gear.single:
         joint = plan.gear.single[0].steer
         free = joint is None or joint.range is None
-        return 90.0 if free or joint is None else min(90.0, math.degrees(steering_limit([joint], most=math.pi / 2)))
+        return 90.0 if free or joint is None else min(90.0, math.degrees(steering_limit([joint], limit=math.pi / 2)))
     joints = [w.steer for side in plan.gear.rows[0] for w in side if w.steer is not None]
     inner, base, half = 0.95 * steering_limit(joints), wheelbase_of(plan.gear), _track(plan.gear.rows[0]) / 2
     return math.degrees(math.atan(base / (base / math.tan(inner) + half)))

@@ -31,7 +31,7 @@ LONG = 125
 """Ticks over which distances are compared, long enough for the lag after a change of command to be negligible."""
 STEADY = 15
 """Ticks until a robot follows a command steadily."""
-APART = 50.0
+SPACING = 50.0
 """Distance between robots [m]."""
 SEED = 4711
 
@@ -40,7 +40,7 @@ SEED = 4711
 class Drives:
     """Odometry and ground truth of the drives of some robots."""
 
-    told: Array
+    odometry: Array
     """Measured distances along the arc and to the left [m] and turns [rad] of all ticks, shape (robots, ticks, 3)."""
     poses: Array
     """True poses at all ticks including the start, world frame, shape (robots, ticks + 1, 3) [m, m, rad]."""
@@ -55,7 +55,7 @@ class Drives:
 
     def scaled(self, turn: float) -> "Drives":
         """Return the drives with measured turns multiplied by `turn`."""
-        return replace(self, told=self.told * [1.0, 1.0, turn])
+        return replace(self, odometry=self.odometry * [1.0, 1.0, turn])
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,11 +83,13 @@ def learned(text: str, files: Mapping[str, bytes], *, file: str) -> Learned:
         slow = sim.model.njnt > MANY_JOINTS
     together = 1 if slow else TOGETHER
     lots = [_driven(_lot(world, together), first) for first in range(0, FEWER if slow else ROBOTS, together)]
-    told, poses = (np.concatenate(parts) for parts in zip(*((lot.told, lot.poses) for lot in lots), strict=True))
-    drives = Drives(told, poses, lots[0].dt)
+    odometry, poses = (
+        np.concatenate(parts) for parts in zip(*((lot.odometry, lot.poses) for lot in lots), strict=True)
+    )
+    drives = Drives(odometry, poses, lots[0].dt)
     turn, center = _turn(drives), _center(drives)
     drives = drives.about(center).scaled(turn)
-    return Learned(len(told), center, turn, likely_slip(drives.told, drives.poses, dt=drives.dt))
+    return Learned(len(odometry), center, turn, likely_slip(drives.odometry, drives.poses, dt=drives.dt))
 
 
 def rolled(text: str, files: Mapping[str, bytes], *, file: str) -> tuple[float, float]:
@@ -100,9 +102,11 @@ def rolled(text: str, files: Mapping[str, bytes], *, file: str) -> tuple[float, 
     """
     world = _lot(parse_world(text, source=Source(file=file, attached=files)), TOGETHER)
     lots = [_driven(world, first) for first in range(0, ON_ROLLERS, TOGETHER)]
-    told, driven = (np.concatenate(parts) for parts in zip(*((lot.told, _ways(lot)) for lot in lots), strict=True))
-    told, driven = (ways.reshape(-1, LONG, 3).sum(axis=1) for ways in (told, driven))
-    _, strafe, spin = (np.sum(told * driven, axis=0) / np.sum(told * told, axis=0)).tolist()
+    odometry, driven = (
+        np.concatenate(parts) for parts in zip(*((lot.odometry, _displacements(lot)) for lot in lots), strict=True)
+    )
+    odometry, driven = (displacements.reshape(-1, LONG, 3).sum(axis=1) for displacements in (odometry, driven))
+    _, strafe, spin = (np.sum(odometry * driven, axis=0) / np.sum(odometry * odometry, axis=0)).tolist()
     return strafe, spin
 
 
@@ -112,9 +116,9 @@ def _lot(world: World, together: int) -> World:
     Their motors are noisy, as the preset states: tyres slip most while speeds change.
     """
     (robot,) = world.robots
-    told = {"sensors": (), "odometry": WheelOdometry(noise=OdometryNoise())}
+    odometry = {"sensors": (), "odometry": WheelOdometry(noise=OdometryNoise())}
     robots: list[Robot] = [
-        robot.model_copy(update={**told, "name": f"robot{k}", "at": (APART * k, 0.0)}) for k in range(together)
+        robot.model_copy(update={**odometry, "name": f"robot{k}", "at": (SPACING * k, 0.0)}) for k in range(together)
     ]
     run = world.run.model_copy(update={"drivers": {}})
     return world.model_copy(update={"robots": tuple(robots), "run": run})
@@ -124,37 +128,37 @@ def _driven(world: World, first: int) -> Drives:
     """Return drives of several robots with changing commands; `first` is the number of the first robot."""
     with Simulation(world, seed=SEED + first) as sim:
         chances = {name: np.random.default_rng([SEED, first + k]) for k, name in enumerate(sim.robots)}
-        told, poses = [], [[pose.as_array() for pose in sim.truths().values()]]
+        odometry, poses = [], [[pose.as_array() for pose in sim.truths().values()]]
         for tick in range(TICKS):
             if tick % HELD == 0:
                 for name, rng in chances.items():
                     sim.apply(name, _some_command(sim.robots[name], rng))
             sim.step()
-            told.append([_along_the_arc(sim.odometry(name)) for name in chances])
+            odometry.append([_along_the_arc(sim.odometry(name)) for name in chances])
             poses.append([pose.as_array() for pose in sim.truths().values()])
-        return Drives(np.swapaxes(np.array(told), 0, 1), np.swapaxes(np.array(poses), 0, 1), sim.dt)
+        return Drives(np.swapaxes(np.array(odometry), 0, 1), np.swapaxes(np.array(poses), 0, 1), sim.dt)
 
 
 def _some_command(robot: RobotInfo, rng: np.random.Generator) -> Command:
     speed, turn = min(0.7 * robot.max_speed, 1.0), min(0.6 * robot.max_turn, 1.0)
     command = Command(rng.uniform(0.0, speed), turn=rng.uniform(-turn, turn))
-    aside = 0.5 * robot.max_left
-    return replace(command, left=rng.uniform(-aside, aside)) if aside else command
+    lateral = 0.5 * robot.max_left
+    return replace(command, left=rng.uniform(-lateral, lateral)) if lateral else command
 
 
-def _along_the_arc(told: Odometry) -> tuple[float, float, float]:
+def _along_the_arc(odometry: Odometry) -> tuple[float, float, float]:
     """Return distances along the arc and to the left [m] and the turn [rad] of a noise-free increment."""
-    way = complex(told.forward, told.left) / complex(*arc_end(1.0, told.turn))
-    return way.real, way.imag, told.turn
+    arc = complex(odometry.forward, odometry.left) / complex(*arc_end(1.0, odometry.turn))
+    return arc.real, arc.imag, odometry.turn
 
 
 def _turn(drives: Drives) -> float:
     """Return the true turn per radian of wheel odometry, by least squares over all commands."""
-    told = drives.told[..., 2].reshape(len(drives.told), -1, HELD).sum(axis=-1)
+    odometry = drives.odometry[..., 2].reshape(len(drives.odometry), -1, HELD).sum(axis=-1)
     was = drives.poses[:, HELD::HELD, 2] - drives.poses[:, :-1:HELD, 2]
     # Wheel odometry is wrong by far less than half a turn of the robot.
-    driven = told + wrap_angles(was - told)
-    return float(np.sum(told * driven) / np.sum(told * told))
+    driven = odometry + wrap_angles(was - odometry)
+    return float(np.sum(odometry * driven) / np.sum(odometry * odometry))
 
 
 def _center(drives: Drives) -> float:
@@ -166,18 +170,18 @@ def _center(drives: Drives) -> float:
     References:
         Mandow et al., Experimental Kinematics for Wheeled Skid-Steer Mobile Robots, IROS 2007: the centre of rotation.
     """
-    _, aside, turn = np.moveaxis(_ways(drives), -1, 0)
-    steady = np.arange(aside.shape[1]) % HELD >= STEADY
+    _, lateral, turn = np.moveaxis(_displacements(drives), -1, 0)
+    steady = np.arange(lateral.shape[1]) % HELD >= STEADY
 
     def sums(values: Array) -> Array:
         return np.asarray(values[:, steady].reshape(len(values), -1, HELD - STEADY).sum(axis=-1).ravel())
 
-    ways = sums(drives.told[..., 0]) * sums(drives.told[..., 2]) / ((HELD - STEADY) * drives.dt)
-    found = np.linalg.lstsq(np.column_stack([sums(turn), ways]), sums(aside), rcond=None)[0]
+    accelerations = sums(drives.odometry[..., 0]) * sums(drives.odometry[..., 2]) / ((HELD - STEADY) * drives.dt)
+    found = np.linalg.lstsq(np.column_stack([sums(turn), accelerations]), sums(lateral), rcond=None)[0]
     return float(-found[0])
 
 
-def _ways(drives: Drives) -> Array:
+def _displacements(drives: Drives) -> Array:
     """Return true distances forward and to the left [m] and turns [rad] of each tick, shape (robots, ticks, 3)."""
     step = np.diff(drives.poses, axis=1)
     turn = wrap_angles(step[..., 2])

@@ -11,7 +11,7 @@ from mjsim.errors import UsageError, did_you_mean
 from mjsim.exchange.robots.xacro import parsed, resolved
 from mjsim.models import PlacedError, line_and_column, line_of, names_in
 
-MOST_BYTES = 64_000_000
+MAX_BYTES = 64_000_000
 """Maximum size of one file [bytes]."""
 AROUND = 3
 """Number of parent folders of the description that may contain its files."""
@@ -40,10 +40,12 @@ class RobotSource:
         if path.is_dir():
             raise UsageError(f"'{path}' is a folder; name a URDF or MJCF file in it")
         if not path.is_file():
-            near = (
+            suggestion = (
                 did_you_mean(path.name, (item.name for item in path.parent.iterdir())) if path.parent.is_dir() else ""
             )
-            raise UsageError(f"no file '{path}'{near if near.startswith('; did') else '; name a URDF or MJCF file'}")
+            raise UsageError(
+                f"no file '{path}'{suggestion if suggestion.startswith('; did') else '; name a URDF or MJCF file'}"
+            )
         self._given, self._path = path, path.resolve()
         self._root = self._path.parent
         for _ in range(AROUND):
@@ -85,7 +87,7 @@ class RobotSource:
         """Return a message with the path from the root replaced by the path that the user gave."""
         return note.replace(self.name, str(self._given), 1)
 
-    def told(self, error: ValueError) -> str:
+    def described(self, error: ValueError) -> str:
         """Return an error about a file of the robot with the path that the user gave."""
         folder = posixpath.dirname(self.name)
         written = self._bytes(self.name)
@@ -97,12 +99,12 @@ class RobotSource:
                 str(error).replace(f"'{self.name}': ", f"{self._given}: ").replace(f"'{self.name}'", f"'{self._given}'")
             )
             return self.placed(text.replace(f"'{folder}/", f"'{self._given.parent}/") if folder else text)
-        what = f"MuJoCo cannot read {error.what}"
+        problem = f"MuJoCo cannot read {error.what}"
         if error.path != self.name:
-            return f"{self._root / error.path}:{error.start.line}:{error.start.column}: {what}"
+            return f"{self._root / error.path}:{error.start.line}:{error.start.column}: {problem}"
         if self.expanded:
-            return self.placed(f"{self._given}: {what}")
-        return f"{self._given}:{error.start.line}:{error.start.column}: {what}"
+            return self.placed(f"{self._given}: {problem}")
+        return f"{self._given}:{error.start.line}:{error.start.column}: {problem}"
 
     def folder(self, package: str) -> Path | None:
         """Return the folder of a ROS package; None if it was not found."""
@@ -157,8 +159,8 @@ class RobotSource:
             place = (base / rest).resolve(strict=True)
             if not place.is_relative_to(base) or not place.is_file():
                 raise ValueError(f"'{name}' lies outside of the robot's folders")
-            if place.stat().st_size > MOST_BYTES:
-                raise ValueError(f"'{name}' has more than {MOST_BYTES // 10**6} MB; make it smaller")
+            if place.stat().st_size > MAX_BYTES:
+                raise ValueError(f"'{name}' has more than {MAX_BYTES // 10**6} MB; make it smaller")
             return place.read_bytes()
         except (OSError, RuntimeError) as error:
             reason = getattr(error, "strerror", None) or "it cannot be read"
@@ -176,7 +178,9 @@ def _check_links(root: Element, data: bytes, path: Path) -> None:
         names = [item.get("name", "") for item in root.findall(kind)]
         twice = next((name for name in names if names.count(name) > 1), None) if len({*names}) < len(names) else None
         if twice:
-            raise UsageError(f"{_where(twice, data, path)}: two {kind}s are called '{twice}'; give each its own name")
+            raise UsageError(
+                f"{_location(twice, data, path)}: two {kind}s are called '{twice}'; give each its own name"
+            )
     _check_loops(root, data, path)
     for joint in root.findall("joint"):
         name = joint.get("name", "")
@@ -184,18 +188,18 @@ def _check_links(root: Element, data: bytes, path: Path) -> None:
             found = joint.find(end)
             link = None if found is None else found.get("link")
             if link not in links:
-                where = _where(name, data, path)
+                location = _location(name, data, path)
                 which = f"names link '{link}', which does not exist" if link else f"has no {end}"
-                near = did_you_mean(link, links) if link else "; name one of its links"
-                raise UsageError(f"{where}: joint '{name}' {which}{near}")
+                suggestion = did_you_mean(link, links) if link else "; name one of its links"
+                raise UsageError(f"{location}: joint '{name}' {which}{suggestion}")
     carried = {end.get("link") for joint in root.findall("joint") for end in joint.findall("child")}
     roots = [name for link in root.findall("link") if (name := link.get("name", "")) not in carried]
     if len(roots) > 1:
-        said = f"no joint carries link '{roots[1]}', nor '{roots[0]}'; a robot has one such link, its root"
-        raise UsageError(f"{_where(roots[1], data, path)}: {said}")
+        problem = f"no joint carries link '{roots[1]}', nor '{roots[0]}'; a robot has one such link, its root"
+        raise UsageError(f"{_location(roots[1], data, path)}: {problem}")
 
 
-def _where(name: str, data: bytes, path: Path) -> str:
+def _location(name: str, data: bytes, path: Path) -> str:
     """Return the position of a named element, as messages begin with it."""
     start = line_of(name, data)
     return f"{path}" if start is None else f"{path}:{start.line}:{start.column}"
@@ -212,15 +216,17 @@ def _check_loops(root: Element, data: bytes, path: Path) -> None:
         ends = [end.get("link", "") if (end := joint.find(which)) is not None else "" for which in ("parent", "child")]
         parent, child, name = ends[0], ends[1], joint.get("name", "")
         if child and child in above:
-            said = f"joints '{above[child][1]}' and '{name}' both carry link '{child}'; a link has one parent joint"
-            raise UsageError(f"{_where(name, data, path)}: {said}")
+            problem = f"joints '{above[child][1]}' and '{name}' both carry link '{child}'; a link has one parent joint"
+            raise UsageError(f"{_location(name, data, path)}: {problem}")
         above[child] = parent, name
         at, seen = child, set[str]()
         while at in above and at not in seen:
             seen.add(at)
             at = above[at][0]
         if at and at in seen:
-            raise UsageError(f"{_where(name, data, path)}: joint '{name}' closes a loop of links; URDF has trees only")
+            raise UsageError(
+                f"{_location(name, data, path)}: joint '{name}' closes a loop of links; URDF has trees only"
+            )
 
 
 def _in_path(path: Path, package: str) -> list[Path]:

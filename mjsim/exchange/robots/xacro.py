@@ -19,7 +19,7 @@ from mjsim.syntax import parse_python
 
 SPACES = ("http://ros.org/wiki/xacro", "http://www.ros.org/wiki/xacro", "http://wiki.ros.org/xacro")
 """Namespaces of xacro's elements."""
-MOST_BYTES = 8_000_000
+MAX_BYTES = 8_000_000
 DEEPEST = 16
 """Maximum nesting of properties."""
 LONGEST = 10_000
@@ -97,16 +97,16 @@ def parsed(data: bytes, path: Path) -> ElementTree.Element:
     Raises:
         UsageError: The file is not XML, is too large, or declares a document type.
     """
-    if len(data) > MOST_BYTES:
-        raise UsageError(f"{path} has {len(data) / 1e6:.0f} MB of XML; it must have at most {MOST_BYTES // 10**6} MB")
+    if len(data) > MAX_BYTES:
+        raise UsageError(f"{path} has {len(data) / 1e6:.0f} MB of XML; it must have at most {MAX_BYTES // 10**6} MB")
     if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
         raise UsageError(f"{path} declares a document type; leave <!DOCTYPE ...> out")
     try:
         return ElementTree.fromstring(with_prefixes(data))
     except ElementTree.ParseError as error:
         line, column = error.position
-        what = str(error).partition(":")[0]
-        raise UsageError(f"{path}:{line}:{column + 1}: this is not XML ({what}); correct it") from None
+        problem = str(error).partition(":")[0]
+        raise UsageError(f"{path}:{line}:{column + 1}: this is not XML ({problem}); correct it") from None
     except (ValueError, LookupError) as error:
         raise UsageError(f"{path} cannot be read as XML: {error}; write it as UTF-8") from None
 
@@ -233,7 +233,7 @@ class _Names:
         raise ValueError(ast.dump(node)[:60])
 
 
-def _by_library(path: Path, what: str, arguments: Mapping[str, str], find: Callable[[str], Path | None]) -> bytes:
+def _by_library(path: Path, feature: str, arguments: Mapping[str, str], find: Callable[[str], Path | None]) -> bytes:
     """Return the library's result for a file."""
     try:
         # mypy: the library ships no types.
@@ -241,7 +241,8 @@ def _by_library(path: Path, what: str, arguments: Mapping[str, str], find: Calla
         from xacro import substitution_args
     except ImportError:
         raise UsageError(
-            f"{path} uses {what} of xacro; type: pip install xacro, or expand the file: xacro {path.name} > robot.urdf"
+            f"{path} uses {feature} of xacro; type: pip install xacro,"
+            f" or expand the file: xacro {path.name} > robot.urdf"
         ) from None
 
     def package_folder(name: str) -> str:
