@@ -82,7 +82,7 @@ class Bridge(Closes):
             speed=speed,
             record=record,
             overwrite=overwrite,
-            on_tick=self._tell,
+            on_tick=self._publish_tick,
         )
         """The run."""
         self._bus = Bus(domain=self.domain, interface=interface)
@@ -118,7 +118,7 @@ class Bridge(Closes):
         for kind in TWISTS:
             self._bus.receive(RosTopic(f"/{name}/cmd_vel", kind, COMMANDS), take)
 
-    def _tell(self, tick: Tick) -> None:
+    def _publish_tick(self, tick: Tick) -> None:
         """Publish a tick, in the session's thread."""
         if tick.time == 0.0:
             for each in (self._ros.fixed(), self._map):

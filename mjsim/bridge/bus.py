@@ -16,7 +16,7 @@ from mjsim.errors import UsageError, did_you_mean, how_to_install
 from mjsim.ros import Outgoing, RosTopic, bytes_of, type_hash
 
 LOOPBACK, LOOPBACK_DEVICE = "127.0.0.1", "lo"
-MOST_DOMAINS = 232
+MAX_DOMAIN = 232
 """Number of domains; ports of higher ones would exceed 65535."""
 FIRST_PORT, PORTS = 7400, 250
 """First port of domain 0, and number of ports per domain, as in RTPS."""
@@ -28,10 +28,10 @@ def domain_id() -> int:
     Raises:
         UsageError: It is not a number from 0 to 232.
     """
-    told = os.environ.get("ROS_DOMAIN_ID", "").strip() or "0"
-    if not told.isdecimal() or int(told) > MOST_DOMAINS:
-        raise UsageError(f"ROS_DOMAIN_ID is {told[:40]!r}; it must be a whole number from 0 to {MOST_DOMAINS}")
-    return int(told)
+    text = os.environ.get("ROS_DOMAIN_ID", "").strip() or "0"
+    if not text.isdecimal() or int(text) > MAX_DOMAIN:
+        raise UsageError(f"ROS_DOMAIN_ID is {text[:40]!r}; it must be a whole number from 0 to {MAX_DOMAIN}")
+    return int(text)
 
 
 class Bus(Closes):

@@ -8,7 +8,7 @@ from typing import Any
 from mjsim.progress import say
 from mjsim.ros import message_of
 
-LOOK = 0.2
+POLL = 0.2
 """Interval at which the thread checks whether to end [s]."""
 QUIET = 10.0
 """Minimum time between two lines about ignored messages of one type [s]: a peer may send any number of them."""
@@ -62,7 +62,7 @@ class Listener:
         from cyclonedds.util import duration
 
         while not self._closing.is_set():
-            self._waiting.wait(duration(seconds=LOOK))
+            self._waiting.wait(duration(seconds=POLL))
             for reader, kind, take in self._taken:
                 for sample in reader.take(N=100):
                     if hasattr(sample, "cdr"):
@@ -76,10 +76,10 @@ class Listener:
 
     def _ignore(self, kind: str, error: Exception) -> None:
         """Print that a message was ignored, unless a line about its type was printed recently."""
-        said, more = self._ignored.get(kind, (-QUIET, 0))
+        last, more = self._ignored.get(kind, (-QUIET, 0))
         now = time.monotonic()
-        if now - said < QUIET:
-            self._ignored[kind] = said, more + 1
+        if now - last < QUIET:
+            self._ignored[kind] = last, more + 1
             return
         self._ignored[kind] = now, 0
         say(f"a message of type {kind} was ignored{f', and {more} before it' if more else ''}: {error}")

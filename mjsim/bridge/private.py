@@ -56,6 +56,6 @@ def _unshare(flags: int) -> None:
 def _bring_loopback_up() -> None:
     """Switch loopback on, with the multicast by which participants find each other."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
-        asked = struct.pack(_REQUEST, b"lo", 0, b"")
-        name, flags, rest = struct.unpack(_REQUEST, fcntl.ioctl(any_socket, _GET_FLAGS, asked))
+        request = struct.pack(_REQUEST, b"lo", 0, b"")
+        name, flags, rest = struct.unpack(_REQUEST, fcntl.ioctl(any_socket, _GET_FLAGS, request))
         fcntl.ioctl(any_socket, _SET_FLAGS, struct.pack(_REQUEST, name, flags | _UP | _MULTICAST, rest))

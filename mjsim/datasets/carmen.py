@@ -27,7 +27,7 @@ from mjsim.interface import Observation, Odometry, Scan
 from mjsim.output import require_free, write_file
 from mjsim.record import Recording
 
-MOST_LASERS = 5
+MAX_LASERS = 5
 HOST = "mjsim"
 
 
@@ -55,8 +55,8 @@ def export_carmen(recording: Recording, file: str | Path, *, overwrite: bool = F
 
 def _lines(recorded: RecordedRobots, robot: str) -> Iterator[str]:
     lidars = [name for name, sensor in recorded.infos[robot].sensors.items() if sensor.kind == "lidar"]
-    if len(lidars) > MOST_LASERS:
-        raise UsageError(f"robot '{robot}' has {len(lidars)} lidars; CARMEN supports at most {MOST_LASERS}")
+    if len(lidars) > MAX_LASERS:
+        raise UsageError(f"robot '{robot}' has {len(lidars)} lidars; CARMEN supports at most {MAX_LASERS}")
     if moving := recorded.on_arms(robot) & {*lidars}:
         raise UsageError(f"lidar '{min(moving)}' of robot '{robot}' moves with an arm; CARMEN has only fixed ones")
     yield "# CARMEN Logfile"
@@ -96,11 +96,15 @@ def _noise(claims: Array) -> dict[str, float]:
     Args:
         claims: Distance, turn and the variances of both for each step, shape (n, 4).
     """
-    way, turned, along, around = claims.T
-    if not way.sum() > 0.0:
+    distance, turned, along, around = claims.T
+    if not distance.sum() > 0.0:
         return {}
-    (turn, veer), _ = nnls(np.column_stack([turned, way]), around)
-    return {"distance": float(np.sqrt(along.sum() / way.sum())), "turn": float(turn**0.5), "veer": float(veer**0.5)}
+    (turn, veer), _ = nnls(np.column_stack([turned, distance]), around)
+    return {
+        "distance": float(np.sqrt(along.sum() / distance.sum())),
+        "turn": float(turn**0.5),
+        "veer": float(veer**0.5),
+    }
 
 
 def _speeds(seen: Observation) -> tuple[float, float]:

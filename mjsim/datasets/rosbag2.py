@@ -82,8 +82,8 @@ def _files_of(folder: Path, recording: Recording) -> str:
 def _listed(metadata: Path) -> list[str]:
     """Return the files listed in the metadata of a bag; none if it is invalid."""
     try:
-        told = YAML(typ="safe", pure=True).load(metadata.read_text(encoding="utf-8"))
-        return [str(each) for each in told["rosbag2_bagfile_information"]["relative_file_paths"]]
+        content = YAML(typ="safe", pure=True).load(metadata.read_text(encoding="utf-8"))
+        return [str(each) for each in content["rosbag2_bagfile_information"]["relative_file_paths"]]
     except (OSError, UnicodeDecodeError, YAMLError, KeyError, TypeError):
         return []
 

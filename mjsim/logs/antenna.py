@@ -53,36 +53,41 @@ def car_poses(
     heading = np.concatenate([[0.0], np.cumsum([step.turn for step in steps])])
     ahead = np.array([complex(step.forward, step.left) for step in steps]) * np.exp(1j * heading[:-1])
     arm = complex(*antenna)
-    told = np.concatenate([[0.0], np.cumsum(ahead)]) + arm * np.exp(1j * heading)
+    by_odometry = np.concatenate([[0.0], np.cumsum(ahead)]) + arm * np.exp(1j * heading)
     first = np.searchsorted(times, times - AROUND)
     last = np.searchsorted(times, times + AROUND, side="right")
-    laid = [_laid(told[a:b], seen[a:b], row - a, scatter) for row, (a, b) in enumerate(zip(first, last, strict=True))]
-    turn, off = np.array(laid).reshape(-1, 2).T
+    fits = [
+        _fitted_rotation(by_odometry[a:b], seen[a:b], row - a, scatter)
+        for row, (a, b) in enumerate(zip(first, last, strict=True))
+    ]
+    turn, residuals = np.array(fits).reshape(-1, 2).T
     heading = wrap_angles(heading + turn)
     origin = seen - arm * np.exp(1j * heading)
-    good = off <= FARTHEST * scatter
+    good = residuals <= FARTHEST * scatter
     rows = np.column_stack([times, origin.real, origin.imag, heading])[good]
-    return CarPoses(rows, int(np.count_nonzero(off > FARTHEST * scatter)))
+    return CarPoses(rows, int(np.count_nonzero(residuals > FARTHEST * scatter)))
 
 
-def _laid(told: NDArray[np.complex128], seen: NDArray[np.complex128], row: int, scatter: float) -> tuple[float, float]:
+def _fitted_rotation(
+    by_odometry: NDArray[np.complex128], by_gps: NDArray[np.complex128], row: int, scatter: float
+) -> tuple[float, float]:
     """Return the rotation that fits places by odometry to those seen [rad], and the residual of one.
 
     Args:
-        told: Places by odometry, shape (n,), x + iy [m].
-        seen: Places by GPS, shape (n,), x + iy [m].
+        by_odometry: Places by odometry, shape (n,), x + iy [m].
+        by_gps: Places by GPS, shape (n,), x + iy [m].
         row: Index of the one.
         scatter: Scale of the weights [m].
 
     Returns:
         Angle and distance; NaN if the places are too close together.
     """
-    weight, turn, off = np.ones(len(told)), 0.0, np.zeros(len(told))
+    weight, turn, residuals = np.ones(len(by_odometry)), 0.0, np.zeros(len(by_odometry))
     for _ in range(ROUNDS):
         weight = weight / weight.sum()
-        a, b = told - weight @ told, seen - weight @ seen
+        a, b = by_odometry - weight @ by_odometry, by_gps - weight @ by_gps
         turn = float(np.angle((weight * np.conj(a)) @ b))
-        off = np.abs(np.exp(1j * turn) * a - b)
-        weight = 1.0 / (1.0 + (off / scatter) ** 2)
-    clear = np.abs(told - told.mean()).max() >= SHORTEST
-    return (turn, float(off[row])) if clear else (np.nan, np.nan)
+        residuals = np.abs(np.exp(1j * turn) * a - b)
+        weight = 1.0 / (1.0 + (residuals / scatter) ** 2)
+    clear = np.abs(by_odometry - by_odometry.mean()).max() >= SHORTEST
+    return (turn, float(residuals[row])) if clear else (np.nan, np.nan)

@@ -68,8 +68,8 @@ class Clocks:
             ends += [float(recorded[0]), float(recorded[-1])]
             if len(rows):
                 self._jumps[topic] = recorded[rows].tolist(), list(accumulate(steps.tolist(), initial=0.0))
-                told = ", ".join(f"{step:+.1f} s" for step in steps[:5].tolist())
-                notes[f"clock of {topic}"] = f"set {len(rows)} times ({told}); the jumps are removed"
+                listed = ", ".join(f"{step:+.1f} s" for step in steps[:5].tolist())
+                notes[f"clock of {topic}"] = f"set {len(rows)} times ({listed}); the jumps are removed"
         right = _longest([*ends, *(time for since, _ in self._jumps.values() for time in since)])
         for since, offsets in self._jumps.values():
             offsets[:] = [offset - offsets[bisect_right(since, right)] for offset in offsets]
@@ -100,8 +100,8 @@ def _jumps(recorded: Array, stamps: Array) -> tuple[NDArray[np.intp], Array]:
         if whole and abs(step) > JUMP:
             rows.append(int(row))
             steps.append(step)
-    told = np.abs(np.diff(stamps))
-    told[np.array(rows, dtype=np.intp) - 1] = 0.0
-    if not rows or np.ptp(recorded) < TRUSTED * told.sum():
+    increments = np.abs(np.diff(stamps))
+    increments[np.array(rows, dtype=np.intp) - 1] = 0.0
+    if not rows or np.ptp(recorded) < TRUSTED * increments.sum():
         return np.zeros(0, dtype=np.intp), np.zeros(0)
     return np.array(rows, dtype=np.intp), np.array(steps)

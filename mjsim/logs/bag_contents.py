@@ -21,11 +21,11 @@ from mjsim.logs.bag_frames import FrameTree, frame_name, is_odometry, matrix_of
 from mjsim.logs.bag_gps import Fix, fix_of
 from mjsim.logs.bag_messages import imu_of, pose_of, scan_of, twist_of
 from mjsim.logs.bag_pictures import is_depth, size_of
-from mjsim.logs.bag_topics import INFO, TRANSFORMS, TWISTS, RobotTopics, told_by
+from mjsim.logs.bag_topics import INFO, TRANSFORMS, TWISTS, RobotTopics, robot_of
 from mjsim.logs.merge import track_of
 from mjsim.logs.readings import rising
 
-MOST_TRANSFORMS = 5000
+MAX_TRANSFORMS = 5000
 """Maximum number of transforms per topic from which poses of sensors are taken."""
 LATEST, SLACK = 10.0, 3600.0
 """Times farther from the median than this many lengths of the bag plus this many seconds are wrong [1, s]."""
@@ -33,9 +33,9 @@ UNSTAMPED = ("geometry_msgs/msg/Twist", *TRANSFORMS)
 """Types without a header at their beginning."""
 LONGEST_SIMULATED = 1e8
 """Stamps below are of a simulation, or count from the start of a robot; those since 1970 are far above [s]."""
-MOST_UNSET = 1000
+MAX_UNSET = 1000
 """Messages in which a stamp above 0, or a frame that moves, is looked for."""
-BEAMS_SPREAD = 0.2
+BEAMS_TOLERANCE = 0.2
 """By what fraction the beams of a scan may differ from the usual number; cheap lidars vary, as their motors do."""
 
 
@@ -51,7 +51,7 @@ class Stream:
     """Shape of each message, usually constant for a sensor: number of beams, or size."""
     first: Any = None
     """The first valid message."""
-    spread: float = 0.0
+    tolerance: float = 0.0
     """By what fraction numbers in a shape may differ from the most common ones."""
 
     def usual(self) -> tuple[int, ...] | None:
@@ -68,7 +68,7 @@ class Stream:
         return np.asarray(chosen[rising(stamps[chosen])], dtype=np.intp)
 
     def _fits(self, kind: tuple[int, ...], usual: tuple[int, ...]) -> bool:
-        return all(abs(n - m) <= self.spread * m for n, m in zip(kind, usual, strict=True))
+        return all(abs(n - m) <= self.tolerance * m for n, m in zip(kind, usual, strict=True))
 
 
 @dataclass(slots=True)
@@ -110,7 +110,7 @@ class Contents:
         self._bag, self._clocks = bag, Clocks()
         self._takes = self._roles(robots)
         self._shared = robots[0].shared
-        self._wants_odometry = any(robot.odometry is None for robot in robots)
+        self._needs_odometry = any(robot.odometry is None for robot in robots)
         self._simulated = self._is_simulated()
         self._read()
         self.notes = self._clocks.settle()
@@ -121,7 +121,7 @@ class Contents:
     def _is_simulated(self) -> bool:
         """Return whether the clock of the headers begins at 0, so that a stamp of 0 is a time, not a missing one."""
         stamped = {topic for topic in self._takes if self._bag.types[topic] not in UNSTAMPED}
-        stamps = map(self._bag.stamp, islice(self._bag.messages(stamped), MOST_UNSET))
+        stamps = map(self._bag.stamp, islice(self._bag.messages(stamped), MAX_UNSET))
         return 0.0 < next(filter(None, stamps), 0.0) < LONGEST_SIMULATED
 
     def _read(self) -> None:
@@ -187,27 +187,27 @@ class Contents:
         return roles
 
     def _stamp(self, message: RosMessage) -> float:
-        return self._told(message, message.topic, self._bag.stamp(message))
+        return self._time_of(message, message.topic, self._bag.stamp(message))
 
-    def _told(self, message: RosMessage, clock: str, stamp: float) -> float:
+    def _time_of(self, message: RosMessage, clock: str, stamp: float) -> float:
         """Return the time of a reading: its stamp, or when it was recorded if it has none [s]."""
         recorded = message.time * 1e-9
         return self._clocks.time(clock, recorded, stamp if stamp or self._simulated else recorded)
 
     def _take_transforms(self, message: RosMessage) -> None:
         self._transforms[message.topic] += 1
-        if not self._wants_odometry and self._transforms[message.topic] > MOST_TRANSFORMS:
+        if not self._needs_odometry and self._transforms[message.topic] > MAX_TRANSFORMS:
             return
         transforms = self._bag.decode(message).transforms
-        robot = told_by(message.topic, self._shared)
+        robot = robot_of(message.topic, self._shared)
         self._frames.setdefault(robot, FrameTree()).add(transforms, fixed=message.topic.endswith("tf_static"))
-        if not self._wants_odometry:
+        if not self._needs_odometry:
             return
         for each in transforms:
             outer, inner = frame_name(each.header.frame_id), frame_name(each.child_frame_id)
             if is_odometry(outer, inner) and not message.topic.endswith("tf_static"):
                 stamp = each.header.stamp
-                time = self._told(message, f"{inner} in {message.topic}", stamp.sec + 1e-9 * stamp.nanosec)
+                time = self._time_of(message, f"{inner} in {message.topic}", stamp.sec + 1e-9 * stamp.nanosec)
                 moves = self.carried.setdefault((robot, inner), Moves(child=inner))
                 pose = matrix_of(each.transform.translation, each.transform.rotation)
                 moves.rows.append((time, *Pose3.from_matrix(pose).as_array().tolist()))
@@ -217,44 +217,44 @@ class Contents:
             self.infos[message.topic] = self._bag.decode(message)
 
     def _take_pose(self, message: RosMessage) -> None:
-        told, time = self._bag.decode(message), self._stamp(message)
-        moves = self.moves.setdefault(message.topic, Moves(child=frame_name(getattr(told, "child_frame_id", ""))))
-        if hasattr(told, "twist"):
+        content, time = self._bag.decode(message), self._stamp(message)
+        moves = self.moves.setdefault(message.topic, Moves(child=frame_name(getattr(content, "child_frame_id", ""))))
+        if hasattr(content, "twist"):
             with suppress(ValueError):
-                moves.twists.append((time, *twist_of(told)))
+                moves.twists.append((time, *twist_of(content)))
         # If the pose of a message is invalid, its twist still counts.
-        moves.rows.append((time, *Pose3.from_matrix(pose_of(told)).as_array().tolist()))
+        moves.rows.append((time, *Pose3.from_matrix(pose_of(content)).as_array().tolist()))
 
     def _take_twist(self, message: RosMessage) -> None:
-        told = self._bag.decode(message)
-        if hasattr(told, "header"):
-            time, child = self._stamp(message), frame_name(told.header.frame_id)
+        content = self._bag.decode(message)
+        if hasattr(content, "header"):
+            time, child = self._stamp(message), frame_name(content.header.frame_id)
         else:
             # A plain Twist has no header.
             time, child = message.time * 1e-9, ""
             self._unstamped.add(message.topic)
-        self.moves.setdefault(message.topic, Moves(child=child)).twists.append((time, *twist_of(told)))
+        self.moves.setdefault(message.topic, Moves(child=child)).twists.append((time, *twist_of(content)))
 
     def _take_imu(self, message: RosMessage) -> None:
-        told = self._bag.decode(message)
-        self.imu_frames.setdefault(message.topic, frame_name(told.header.frame_id))
-        reading = imu_of(told, self._stamp(message))
+        content = self._bag.decode(message)
+        self.imu_frames.setdefault(message.topic, frame_name(content.header.frame_id))
+        reading = imu_of(content, self._stamp(message))
         self.imus.setdefault(message.topic, array("d")).extend((reading.stamp, *reading.acceleration, *reading.turn))
 
     def _take_fix(self, message: RosMessage) -> None:
-        told = self._bag.decode(message)
-        self.fix_frames.setdefault(message.topic, frame_name(told.header.frame_id))
-        self.fixes.setdefault(message.topic, []).append(fix_of(told, self._stamp(message)))
+        content = self._bag.decode(message)
+        self.fix_frames.setdefault(message.topic, frame_name(content.header.frame_id))
+        self.fixes.setdefault(message.topic, []).append(fix_of(content, self._stamp(message)))
 
     def _take_scan(self, message: RosMessage) -> None:
-        self.streams.setdefault(message.topic, Stream()).spread = BEAMS_SPREAD
-        self._take_streamed(message, lambda told: (len(scan_of(told, 0.0, upside_down=False).ranges),))
+        self.streams.setdefault(message.topic, Stream()).tolerance = BEAMS_TOLERANCE
+        self._take_streamed(message, lambda content: (len(scan_of(content, 0.0, upside_down=False).ranges),))
 
     def _take_picture(self, message: RosMessage) -> None:
-        self._take_streamed(message, lambda told: (*size_of(told), int(is_depth(told, message.topic))))
+        self._take_streamed(message, lambda content: (*size_of(content), int(is_depth(content, message.topic))))
 
     def _take_cloud(self, message: RosMessage) -> None:
-        self._take_streamed(message, lambda told: (), end_of=end_of)
+        self._take_streamed(message, lambda content: (), end_of=end_of)
 
     def _take_streamed(
         self,
@@ -268,10 +268,10 @@ class Contents:
         stream.times.append(message.time)
         stream.stamps.append(self._stamp(message))
         stream.kinds.append(None)
-        told = self._bag.decode(message)
-        stream.stamps[-1] += end_of(told)
-        stream.kinds[-1] = kind_of(told)
-        stream.first = told if stream.first is None else stream.first
+        content = self._bag.decode(message)
+        stream.stamps[-1] += end_of(content)
+        stream.kinds[-1] = kind_of(content)
+        stream.first = content if stream.first is None else stream.first
 
     def _drop_wrong_times(self, length: float) -> None:
         """Leave out messages with a time far from all others, such as from before a clock was set."""
@@ -282,23 +282,25 @@ class Contents:
         columns += [np.array([fix.time for fix in fixes]) for fixes in self.fixes.values()]
         if not any(map(len, columns)):
             return
-        middle, most = float(np.median(np.concatenate(columns))), LATEST * length + SLACK
+        middle, limit = float(np.median(np.concatenate(columns))), LATEST * length + SLACK
         for topic, stream in self.streams.items():
-            near = [abs(stamp - middle) <= most for stamp in stream.stamps]
-            stream.stamps = [stamp if fits else float("nan") for stamp, fits in zip(stream.stamps, near, strict=True)]
-            self.left_out[topic] += near.count(False)
+            in_time = [abs(stamp - middle) <= limit for stamp in stream.stamps]
+            stream.stamps = [
+                stamp if fits else float("nan") for stamp, fits in zip(stream.stamps, in_time, strict=True)
+            ]
+            self.left_out[topic] += in_time.count(False)
         carried = ((f"{frame} in /tf", moves) for (_, frame), moves in self.carried.items())
         for topic, moves in (*self.moves.items(), *carried):
             before = len(moves.rows) or len(moves.twists)
-            moves.rows = [row for row in moves.rows if abs(row[0] - middle) <= most]
-            moves.twists = [row for row in moves.twists if abs(row[0] - middle) <= most]
+            moves.rows = [row for row in moves.rows if abs(row[0] - middle) <= limit]
+            moves.twists = [row for row in moves.twists if abs(row[0] - middle) <= limit]
             self.left_out[topic] += before - (len(moves.rows) or len(moves.twists))
         for topic, readings in self.imus.items():
-            near_rows = np.abs(np.array(readings[::7]) - middle) <= most
+            near_rows = np.abs(np.array(readings[::7]) - middle) <= limit
             self.imus[topic] = array("d", np.array(readings).reshape(-1, 7)[near_rows].ravel())
             self.left_out[topic] += int(np.count_nonzero(~near_rows))
         for topic, fixes in self.fixes.items():
-            self.fixes[topic] = sorted((f for f in fixes if abs(f.time - middle) <= most), key=lambda fix: fix.time)
+            self.fixes[topic] = sorted((f for f in fixes if abs(f.time - middle) <= limit), key=lambda fix: fix.time)
             self.left_out[topic] += len(fixes) - len(self.fixes[topic])
 
 
@@ -306,7 +308,7 @@ def moving_in_tf(bag: Bag) -> list[str]:
     """Return the namespaces of frames, such as 'one' of 'one/base_link', that move in frames of odometry."""
     found: dict[str, None] = {}
     topics = {topic for topic, kind in bag.types.items() if kind in TRANSFORMS}
-    for message in islice(bag.messages(topics), MOST_UNSET):
+    for message in islice(bag.messages(topics), MAX_UNSET):
         with suppress(ValueError):
             for each in bag.decode(message).transforms:
                 outer, inner = frame_name(each.header.frame_id), frame_name(each.child_frame_id)

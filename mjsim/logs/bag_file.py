@@ -37,7 +37,7 @@ NUMBER = re.compile(r"_\d+$")
 """Number at the end of the name of one of several files of a bag."""
 FAR = 10_000_000_000
 """To reach a message more than this much later, skip instead of reading on [ns]."""
-MOST_WAITING = 64 << 20
+MAX_WAITING = 64 << 20
 """Maximum size of messages kept while reading on to another one [bytes]."""
 
 
@@ -173,10 +173,10 @@ class BagMessages:
         self._drop(lambda other: other[0] == topic and other[1] < number)
         return found
 
-    def _keep(self, message: RosMessage, wanted: tuple[str, int]) -> None:
+    def _keep(self, message: RosMessage, needed: tuple[str, int]) -> None:
         key = message.topic, self._next[message.topic]
         self._next[message.topic] += 1
-        if key != wanted and self._held + len(message.data) > MOST_WAITING:
+        if key != needed and self._held + len(message.data) > MAX_WAITING:
             # It is read again when needed.
             return
         self._waiting[key] = message

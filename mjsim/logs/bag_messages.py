@@ -131,10 +131,10 @@ def twist_of(message: Any) -> tuple[float, float, float]:
     """
     twist = getattr(message, "twist", message)
     twist = getattr(twist, "twist", twist)
-    told = float(twist.linear.x), float(twist.angular.z), float(twist.linear.y)
-    if not all(abs(value) < FASTEST for value in told):
-        raise ValueError(f"a twist of {told[0]:g} m/s and {told[1]:g} rad/s")
-    return told
+    values = float(twist.linear.x), float(twist.angular.z), float(twist.linear.y)
+    if not all(abs(value) < FASTEST for value in values):
+        raise ValueError(f"a twist of {values[0]:g} m/s and {values[1]:g} rad/s")
+    return values
 
 
 def intrinsics_of(message: Any, *, width: int, height: int, rectified: bool) -> Intrinsics | None:
@@ -154,7 +154,7 @@ def intrinsics_of(message: Any, *, width: int, height: int, rectified: bool) -> 
     if not fx > 0.0 or not fy > 0.0:
         return None
     (left, told_width), (top, told_height) = _sides(message, width, height)
-    across, down = ((size / told if told else 1.0) for size, told in ((width, told_width), (height, told_height)))
+    across, down = ((size / given if given else 1.0) for size, given in ((width, told_width), (height, told_height)))
     fisheye = message.distortion_model in ("equidistant", "fisheye", "kannala_brandt")
     distortion = () if rectified or not D.any() else tuple(D[: 4 if fisheye else 8].tolist())
     if not fisheye and len(distortion) == 8 and not any(distortion[5:]):

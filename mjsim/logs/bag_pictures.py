@@ -97,13 +97,13 @@ def depth_of(message: Any, intrinsics: Intrinsics) -> Array:
         values = _channels(message, 1, "f4" if message.encoding == "32FC1" else "u2")[:, :, 0]
         scaled = values.astype(np.float32) / np.float32(1.0 if message.encoding == "32FC1" else 1000.0)
     else:
-        (near, offset), data = _unpacked(message)
+        (scale, offset), data = _unpacked(message)
         require_size(any_picture_size(data), intrinsics)
         values = _decoded(data)
-        if "32FC1" in message.format and near:
+        if "32FC1" in message.format and scale:
             # Inverse depth, as the plug-in compressed_depth_image_transport scales it.
             with np.errstate(divide="ignore"):
-                scaled = np.where(values > 0, near / (values.astype(np.float32) - offset), 0.0)
+                scaled = np.where(values > 0, scale / (values.astype(np.float32) - offset), 0.0)
         else:
             scaled = values.astype(np.float32) / np.float32(1000.0)
     height, width = scaled.shape[:2]
@@ -156,8 +156,8 @@ def _unpacked(message: Any) -> tuple[tuple[float, float], bytes]:
     """Return the scaling of depth and the file in a `sensor_msgs/CompressedImage`."""
     data = bytes(message.data)
     if "compressedDepth" in message.format and len(data) > COMPRESSED_DEPTH.size:
-        _, near, offset = COMPRESSED_DEPTH.unpack_from(data)
-        return (near, offset), data[COMPRESSED_DEPTH.size :]
+        _, scale, offset = COMPRESSED_DEPTH.unpack_from(data)
+        return (scale, offset), data[COMPRESSED_DEPTH.size :]
     return (0.0, 0.0), data
 
 

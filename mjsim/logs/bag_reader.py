@@ -196,7 +196,7 @@ class _CutReader1(Reader1):
         # It ends where the file was truncated.
         with suppress(ReaderError1, EOFError, OSError, ValueError, RuntimeError):
             while True:
-                self._look_through(found, indexes)
+                self._read_chunks(found, indexes)
         self.indexes = {number: sorted(entries) for number, entries in indexes.items()}
         self.connections = [
             connection._replace(msgcount=len(indexes[number]))
@@ -204,7 +204,7 @@ class _CutReader1(Reader1):
             if number in indexes
         ]
 
-    def _look_through(self, found: dict[int, Connection], indexes: dict[int, list[IndexData]]) -> None:
+    def _read_chunks(self, found: dict[int, Connection], indexes: dict[int, list[IndexData]]) -> None:
         """Process the next record."""
         assert self.bio is not None
         position = self.bio.tell()
@@ -226,17 +226,17 @@ class _CutReader1(Reader1):
 
     def _rest_of(self, chunk: Chunk) -> Chunk:
         """Return a chunk, or its start if the file ends in it."""
-        there = self.path.stat().st_size - chunk.datapos
-        if there >= chunk.datasize:
+        available = self.path.stat().st_size - chunk.datapos
+        if available >= chunk.datasize:
             return chunk
         packed = next(name for name, each in decompressors.items() if each is chunk.decompressor)
-        return Chunk(there, chunk.datapos, BEGUN[packed])
+        return Chunk(available, chunk.datapos, BEGUN[packed])
 
     def _list(
         self, content: bytes, position: int, found: dict[int, Connection], indexes: dict[int, list[IndexData]]
     ) -> None:
         """Index the messages and connections of a chunk."""
-        records, kept = BytesIO(content), self.bio
+        records, original = BytesIO(content), self.bio
         while records.tell() < len(content):
             offset = records.tell()
             header = Header.read(records)
@@ -247,7 +247,7 @@ class _CutReader1(Reader1):
                 try:
                     connection = self.read_connection()
                 finally:
-                    self.bio = kept
+                    self.bio = original
                 found.setdefault(connection.id, connection)
                 continue
             read_bytes(records, read_uint32(records))

@@ -48,7 +48,7 @@ class RobotTopics:
 
     name: str
     space: str = ""
-    """Its namespace, as returned by `told_by`; empty without one."""
+    """Its namespace, as returned by `robot_of`; empty without one."""
     shared: str = ""
     """Namespace that all robots are in, such as '/fleet'; usually empty."""
     odometry: str | None = None
@@ -73,7 +73,7 @@ class RobotTopics:
 def robots_of(
     types: Mapping[str, str],
     *,
-    asked: Mapping[str, Sequence[str]],
+    topics_by_kind: Mapping[str, Sequence[str]],
     names: Sequence[str],
     moving: Collection[str] = (),
 ) -> list[RobotTopics]:
@@ -83,16 +83,16 @@ def robots_of(
 
     Args:
         types: Topic -> type.
-        asked: Kind of data -> topics named by the user.
+        topics_by_kind: Kind of data -> topics named by the user.
         names: Robots named by the user; by default all.
         moving: Namespaces of frames that move in /tf, as odometry.
 
     Raises:
         UsageError: A named topic or robot does not exist, or one topic must be chosen from several.
     """
-    shared = _shared(types, asked)
-    _check(types, asked, shared)
-    spaces = _namespaces(types, asked, shared, moving)
+    shared = _shared(types, topics_by_kind)
+    _check(types, topics_by_kind, shared)
+    spaces = _namespaces(types, topics_by_kind, shared, moving)
     for name in names:
         if name not in spaces:
             raise UsageError(f"no robot '{name}' in this bag{did_you_mean(name, spaces)}")
@@ -103,7 +103,7 @@ def robots_of(
             space,
             [topic for topic in types if not several or _first(topic, shared) == space],
             types,
-            asked,
+            topics_by_kind,
             shared,
         )
         for name, space in spaces.items()
@@ -117,7 +117,7 @@ def plain_topic(topic: str) -> str:
     return before if last in TRANSPORTS else topic
 
 
-def told_by(topic: str, shared: str = "") -> str:
+def robot_of(topic: str, shared: str = "") -> str:
     """Return the name of the robot in whose namespace a topic is; empty outside namespaces.
 
     Args:
@@ -127,16 +127,16 @@ def told_by(topic: str, shared: str = "") -> str:
     return _plain(_first(topic, shared))
 
 
-def _shared(types: Mapping[str, str], asked: Mapping[str, Sequence[str]]) -> str:
+def _shared(types: Mapping[str, str], topics_by_kind: Mapping[str, Sequence[str]]) -> str:
     """Return the namespace that several robots are in, as '/fleet' in '/fleet/one/odom'; empty without one."""
-    moved = asked.get("odometry") or [topic for topic, kind in types.items() if kind == ODOMETRY]
+    moved = topics_by_kind.get("odometry") or [topic for topic, kind in types.items() if kind == ODOMETRY]
     words = [topic.strip("/").split("/") for topic in moved]
     is_deep = all(len(each) > 2 for each in words) and len({each[0] for each in words}) == 1
     return f"/{words[0][0]}" if is_deep and len({each[1] for each in words}) > 1 else ""
 
 
-def _check(types: Mapping[str, str], asked: Mapping[str, Sequence[str]], shared: str) -> None:
-    for kind, topics in asked.items():
+def _check(types: Mapping[str, str], topics_by_kind: Mapping[str, Sequence[str]], shared: str) -> None:
+    for kind, topics in topics_by_kind.items():
         if kind not in TYPES:
             raise UsageError(f"no kind of topic '{kind}'{did_you_mean(kind, TYPES)}")
         for topic in topics:
@@ -150,11 +150,11 @@ def _check(types: Mapping[str, str], asked: Mapping[str, Sequence[str]], shared:
 
 
 def _namespaces(
-    types: Mapping[str, str], asked: Mapping[str, Sequence[str]], shared: str, moving: Collection[str]
+    types: Mapping[str, str], topics_by_kind: Mapping[str, Sequence[str]], shared: str, moving: Collection[str]
 ) -> dict[str, str]:
     """Return robot name -> namespace, which is empty for a robot without its own."""
     moved = [topic for topic, kind in types.items() if kind == ODOMETRY and not _is_truth(topic)]
-    spaces = list(dict.fromkeys(_first(topic, shared) for topic in asked.get("odometry") or moved))
+    spaces = list(dict.fromkeys(_first(topic, shared) for topic in topics_by_kind.get("odometry") or moved))
     of_robots = {_first(topic, shared) for topic, kind in types.items() if kind in OF_ROBOTS}
     if not spaces:
         spaces = [space for space in moving if space in of_robots]
@@ -173,14 +173,16 @@ def _robot(
     space: str,
     topics: Collection[str],
     types: Mapping[str, str],
-    asked: Mapping[str, Sequence[str]],
+    topics_by_kind: Mapping[str, Sequence[str]],
     shared: str,
 ) -> RobotTopics:
     def of(kind: str) -> list[str]:
-        wanted = [topic for topic in asked.get(kind, ()) if topic in topics]
-        return wanted or [topic for topic in topics if types[topic] in UNASKED[kind]]
+        given = [topic for topic in topics_by_kind.get(kind, ()) if topic in topics]
+        return given or [topic for topic in topics if types[topic] in UNASKED[kind]]
 
-    truths = [topic for topic in asked.get("truth", ()) if topic in topics] or list(filter(_is_truth, of("truth")))
+    truths = [topic for topic in topics_by_kind.get("truth", ()) if topic in topics] or list(
+        filter(_is_truth, of("truth"))
+    )
     moved = [topic for topic in of("odometry") if topic not in truths and not _is_truth(topic)]
     # A picture topic and one with the same pictures compressed are one camera.
     pictures = [topic for topic in of("camera") if plain_topic(topic) == topic or plain_topic(topic) not in types]
@@ -190,9 +192,11 @@ def _robot(
         for kind, found in (("scan", of("scan")), ("camera", pictures), ("imu", of("imu")), ("cloud", of("cloud")))
     }
     # Other topics of velocities may hold anything.
-    orders = [topic for topic in of("command") if topic in asked.get("command", ()) or topic.endswith("cmd_vel")]
+    orders = [
+        topic for topic in of("command") if topic in topics_by_kind.get("command", ()) or topic.endswith("cmd_vel")
+    ]
     fixes = of("gps")
-    if "gps" in asked and "truth" not in asked:
+    if "gps" in topics_by_kind and "truth" not in topics_by_kind:
         truths = []
     return RobotTopics(
         name=name,

@@ -36,7 +36,7 @@ from mjsim.record import LoggedCamera, LoggedFrame, logged_frame
 __all__ = ["is_bag", "read_bag"]
 GAP = 0.5
 """Maximum time between two poses of the truth to interpolate [s]."""
-MOST_BEAMS = 10_000
+MAX_BEAMS = 10_000
 """Maximum number of beams of a scan in a recording."""
 
 
@@ -53,7 +53,7 @@ def read_bag(path: Path, wishes: Wishes, stack: ExitStack) -> list[Log]:
     """
     bag = stack.enter_context(Bag(path))
     moving = () if ODOMETRY in bag.types.values() else moving_in_tf(bag)
-    robots = robots_of(bag.types, asked=wishes.topics, names=wishes.robots, moving=moving)
+    robots = robots_of(bag.types, topics_by_kind=wishes.topics, names=wishes.robots, moving=moving)
     if not any(robot.all() for robot in robots) and not any(kind in TRANSFORMS for kind in bag.types.values()):
         types = ", ".join(sorted(set(bag.types.values()))) or "nothing"
         line = f"'{path}' holds no odometry, scans, clouds, pictures or IMU of ROS; it has {types}"
@@ -146,13 +146,13 @@ class _Robot:
 
     def _twists(self) -> Array:
         """Return the commands, or else the twists of odometry, rows as in `RobotLog.twists`."""
-        told = self._contents.moves.get(self._topics.command or "")
-        if told is not None and told.twists:
+        commanded = self._contents.moves.get(self._topics.command or "")
+        if commanded is not None and commanded.twists:
             source = f"topic {self._topics.command}"
             self._notes["commands"] = source
             if self._track is None:
                 self._notes["odometry"] = f"none; the robot is assumed to follow {source}"
-            return told.table(told.twists)
+            return commanded.table(commanded.twists)
         if self._odometry is None or not self._odometry.twists:
             return np.zeros((0, 3))
         return self._odometry.table(self._odometry.twists)
@@ -231,9 +231,9 @@ class _Robot:
             stream = self._stream(topic)
             if stream is None:
                 continue
-            if (beams := (stream.usual() or (0,))[0]) > MOST_BEAMS:
+            if (beams := (stream.usual() or (0,))[0]) > MAX_BEAMS:
                 raise UsageError(
-                    f"'{self._bag.path}': scans on '{topic}' have {beams:,} beams; a lidar has at most {MOST_BEAMS:,}"
+                    f"'{self._bag.path}': scans on '{topic}' have {beams:,} beams; a lidar has at most {MAX_BEAMS:,}"
                 )
             place = self._place(name, frame_name(stream.first.header.frame_id))
             mounts[name] = Mount() if place is None else _mount(place)
@@ -308,17 +308,17 @@ class _Robot:
         place = self._place(name, frame_name(stream.first.header.frame_id))
         intrinsics = self._intrinsics(name, topic, width, height)
         camera = LoggedCamera(intrinsics, AHEAD if place is None else place)
-        return camera, self._readings(topic, stream, lambda told, stamp: make(told, stamp, intrinsics))
+        return camera, self._readings(topic, stream, lambda message, stamp: make(message, stamp, intrinsics))
 
     def _intrinsics(self, name: str, topic: str, width: int, height: int) -> Intrinsics:
         """Return the calibration beside a topic of pictures [px]."""
         plain = plain_topic(topic)
         info = self._contents.infos.get(f"{plain.rpartition('/')[0]}/camera_info")
         rectified = "rect" in plain.rpartition("/")[2]
-        told = None if info is None else intrinsics_of(info, width=width, height=height, rectified=rectified)
-        if told is None:
+        intrinsics = None if info is None else intrinsics_of(info, width=width, height=height, rectified=rectified)
+        if intrinsics is None:
             self._notes[f"calibration of {name}"] = "not in the bag; 60 degrees are assumed"
-        return told or assumed_intrinsics(width, height)
+        return intrinsics or assumed_intrinsics(width, height)
 
     def _with_depth(
         self, name: str, pictures: Readings[LoggedFrame], intrinsics: Intrinsics, topic: str, stream: Stream
@@ -326,7 +326,7 @@ class _Robot:
         """Return pictures with the depth of another topic, where the times match."""
         self._count_odd(topic, stream)
         self._notes[f"depth of {name}"] = f"topic {topic}"
-        depths: Readings[Any] = self._readings(topic, stream, lambda told, _: depth_of(told, intrinsics))
+        depths: Readings[Any] = self._readings(topic, stream, lambda message, _: depth_of(message, intrinsics))
         partner = partners(pictures.stamps, depths.stamps, tolerance=TOGETHER).tolist()
 
         def take(number: int) -> LoggedFrame:
@@ -343,12 +343,12 @@ class _Robot:
         tables: dict[str, Array] = {}
         mounts: dict[str, Mount] = {}
         for name, topic in self._topics.imu.items():
-            if not (told := self._contents.imus.pop(topic, None)):
+            if not (recorded := self._contents.imus.pop(topic, None)):
                 continue
             place = self._place(name, self._contents.imu_frames[topic])
             place = np.eye(4) if place is None else place
             mounts[name] = _level(place)
-            rows = np.array(told).reshape(-1, 7)
+            rows = np.array(recorded).reshape(-1, 7)
             for columns in (slice(1, 4), slice(4, 7)):
                 rows[:, columns] = rows[:, columns] @ place[:3, :3].T
             tables[name] = rows

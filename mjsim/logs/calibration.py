@@ -99,7 +99,7 @@ def calibrate(log: str | Path | Recording) -> dict[str, Calibration]:
 def noise_text(calibrations: Mapping[str, Calibration]) -> str:
     """Return noise and biases as YAML, combined over all robots: RMS of the noise, mean of the biases."""
     motions = [each.motion for each in calibrations.values() if each.motion is not None]
-    looks = [each.sightings for each in calibrations.values() if each.sightings is not None]
+    sightings = [each.sightings for each in calibrations.values() if each.sightings is not None]
     noise, bias = {}, {}
     if motions:
         noise["distance"], noise["turn"] = _root([m.distance for m in motions]), _root([m.turn for m in motions])
@@ -107,13 +107,13 @@ def noise_text(calibrations: Mapping[str, Calibration]) -> str:
         if delay := float(np.mean([m.delay for m in motions])):
             bias["delay"] = delay
         bias["turn_deg"] = math.degrees(float(np.mean([m.turn_bias for m in motions])))
-    if looks:
+    if sightings:
         noise["range"], noise["bearing_deg"] = (
-            _root([s.range for s in looks]),
-            math.degrees(_root([s.bearing for s in looks])),
+            _root([s.range for s in sightings]),
+            math.degrees(_root([s.bearing for s in sightings])),
         )
-        bias["range"] = float(np.mean([s.range_bias for s in looks]))
-        bias["bearing_deg"] = math.degrees(float(np.mean([s.bearing_bias for s in looks])))
+        bias["range"] = float(np.mean([s.range_bias for s in sightings]))
+        bias["bearing_deg"] = math.degrees(float(np.mean([s.bearing_bias for s in sightings])))
     lines = [f"# Measured by mjsim calibrate; means over {', '.join(calibrations)}.", "noise:"]
     lines += [f"  {key}: {value:.5g}" for key, value in noise.items()]
     lines += ["bias:  # scale of odometry's way; its delay [s] and turn [deg/s]; of range [m] and bearing"]
@@ -147,24 +147,27 @@ def _motion(track: Track) -> MotionCalibration | None:
     # In parts of a window: the noise of a single tick may exceed the motion, and would make it seem longer.
     parts = np.linspace(0, rows, min(rows, PARTS) + 1).round().astype(int)
     steps = np.diff(track.odometry[ends[:, None] + parts], axis=1)
-    way, turned = np.hypot(steps[..., 0], steps[..., 1]).sum(axis=1), np.abs(wrap_angles(steps[..., 2])).sum(axis=1)
-    told, true = (_chords(poses, ends, rows) for poses in (track.odometry, track.truth))
-    counts = np.isfinite(true).all(axis=1) & np.isfinite(told).all(axis=1) & ((way > MOVED) | (turned > MOVED))
+    distance, turned = (
+        np.hypot(steps[..., 0], steps[..., 1]).sum(axis=1),
+        np.abs(wrap_angles(steps[..., 2])).sum(axis=1),
+    )
+    measured, true = (_chords(poses, ends, rows) for poses in (track.odometry, track.truth))
+    counts = np.isfinite(true).all(axis=1) & np.isfinite(measured).all(axis=1) & ((distance > MOVED) | (turned > MOVED))
     if counts.sum() < LEAST:
         return None
-    told, true, way, turned = told[counts], true[counts], way[counts], turned[counts]
+    measured, true, distance, turned = measured[counts], true[counts], distance[counts], turned[counts]
     # The distances are chords of arcs: for the small turns in a window they are proportional to the lengths of the
     # arcs.
     driven = true[:, 0] > MOVED
-    scale = float(told[driven, 0].sum() / true[driven, 0].sum()) if driven.any() else 1.0
-    off = wrap_angles(told[:, 1] - true[:, 1])
-    bias, seconds = float(off.mean()), rows * float(np.median(np.diff(track.time)))
+    scale = float(measured[driven, 0].sum() / true[driven, 0].sum()) if driven.any() else 1.0
+    turn_errors = wrap_angles(measured[:, 1] - true[:, 1])
+    bias, seconds = float(turn_errors.mean()), rows * float(np.median(np.diff(track.time)))
     return MotionCalibration(
         windows=int(counts.sum()),
         scale=scale,
-        distance=_per_root(told[driven, 0] / scale - true[driven, 0], way[driven]),
+        distance=_per_root(measured[driven, 0] / scale - true[driven, 0], distance[driven]),
         turn_bias=bias / seconds,
-        turn=_per_root(off - bias, turned),
+        turn=_per_root(turn_errors - bias, turned),
         delay=_delay(track),
     )
 
@@ -181,10 +184,10 @@ def _delay(track: Track) -> float:
         return 0.0
     delays, left = np.arange(-LATEST, LATEST + FINEST / 2, FINEST), []
     for delay in delays.tolist():
-        told = np.diff(np.interp(times - delay, times, heading)) / rates
-        told, turned = told[both], true[both]
-        share = float(told @ turned) / max(float(told @ told), 1e-12)
-        left.append(float(np.sum((turned - share * told) ** 2)))
+        measured = np.diff(np.interp(times - delay, times, heading)) / rates
+        measured, turned = measured[both], true[both]
+        share = float(measured @ turned) / max(float(measured @ measured), 1e-12)
+        left.append(float(np.sum((turned - share * measured) ** 2)))
     best = int(np.argmin(left))
     without = left[len(delays) // 2]
     return float(delays[best]) if left[best] < CLEAR * without else 0.0
@@ -214,8 +217,8 @@ def _sightings(track: Track, places: Mapping[str, Array]) -> SightingCalibration
     errors = errors[np.isfinite(errors).all(axis=1)]
     if len(errors) < LEAST:
         return None
-    apart = np.abs(errors - np.median(errors, axis=0))
-    good = np.all(apart <= OUTLIER * NORMAL * np.median(apart, axis=0) + 1e-9, axis=1)
+    deviations = np.abs(errors - np.median(errors, axis=0))
+    good = np.all(deviations <= OUTLIER * NORMAL * np.median(deviations, axis=0) + 1e-9, axis=1)
     mean, deviation = errors[good].mean(axis=0).tolist(), errors[good].std(axis=0).tolist()
     return SightingCalibration(
         count=len(errors),

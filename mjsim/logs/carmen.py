@@ -43,10 +43,10 @@ OFFSETS = {"front": "robot_frontlaser_offset", "rear": "robot_rearlaser_offset"}
 """Parameters with the forward offset of a laser [m]."""
 NOISE = {"distance": "odometry_noise_distance", "turn": "odometry_noise_turn", "veer": "odometry_noise_veer"}
 """Parameters in logs of `mjsim export --carmen`, by the fields of `MotionNoise`."""
-MOST_BEAMS = 10_000
+MAX_BEAMS = 10_000
 NEAREST = 0.02
 """Smaller ranges were not measured [m]."""
-MOST_NOISE = 10.0
+MAX_NOISE = 10.0
 COMMON = 50
 """Minimum number of beams with the largest value of a log for it to mean no return."""
 FINEST = 0.005
@@ -167,9 +167,9 @@ def _take_new(found: _Found, words: Sequence[str]) -> None:
     if not (0.0 < step < math.pi and -7.0 <= first <= 7.0 and farthest > 0.0):
         raise ValueError(f"{words[0]} begins at {first:g} rad, with {step:g} rad a beam and up to {farthest:g} m")
     at = 9 + count
-    told = _count(words[at], least=0)
-    strengths = _numbers(words, at + 1, at + 1 + told)
-    at += 1 + told
+    number = _count(words[at], least=0)
+    strengths = _numbers(words, at + 1, at + 1 + number)
+    at += 1 + number
     name = "front" if LASERS[words[0]] == 1 else f"laser{LASERS[words[0]]}"
     if words[0].startswith("ROBOT"):
         laser, robot = _numbers(words, at, at + 3), _numbers(words, at + 3, at + 6)
@@ -224,21 +224,21 @@ def _mounts(found: _Found, path: Path) -> dict[str, Mount]:
 
 def _motion(found: _Found, path: Path) -> MotionNoise:
     """Return the noise of odometry, from the parameters of the log, or else the default."""
-    told = {name: _parameter(found, path, parameter) for name, parameter in NOISE.items()}
-    for name, value in told.items():
-        if value is not None and not 0.0 <= value <= MOST_NOISE:
-            raise UsageError(f"'{path}': {NOISE[name]} is {value:g}; it must be 0 to {MOST_NOISE:g}")
-    return replace(MOTION, **{name: value for name, value in told.items() if value is not None})
+    given = {name: _parameter(found, path, parameter) for name, parameter in NOISE.items()}
+    for name, value in given.items():
+        if value is not None and not 0.0 <= value <= MAX_NOISE:
+            raise UsageError(f"'{path}': {NOISE[name]} is {value:g}; it must be 0 to {MAX_NOISE:g}")
+    return replace(MOTION, **{name: value for name, value in given.items() if value is not None})
 
 
 def _parameter(found: _Found, path: Path, name: str) -> float | None:
     """Return the value of a parameter; None if it is not in the log."""
-    if (told := found.parameters.get(name)) is None:
+    if (text := found.parameters.get(name)) is None:
         return None
     try:
-        return float(told)
+        return float(text)
     except ValueError:
-        raise UsageError(f"'{path}': {name} is {told[:40]!r}; it must be a number") from None
+        raise UsageError(f"'{path}': {name} is {text[:40]!r}; it must be a number") from None
 
 
 def _seen_from(laser: Sequence[float], robot: Sequence[float]) -> tuple[float, float, float]:
@@ -278,8 +278,8 @@ def _numbers(words: Sequence[str], begin: int, end: int) -> list[float]:
 
 
 def _count(word: str, *, least: int) -> int:
-    if not word.isdecimal() or not least <= int(word) <= MOST_BEAMS:
-        raise ValueError(f"a laser scan has {word[:40]} values; it must have {least} to {MOST_BEAMS}")
+    if not word.isdecimal() or not least <= int(word) <= MAX_BEAMS:
+        raise ValueError(f"a laser scan has {word[:40]} values; it must have {least} to {MAX_BEAMS}")
     return int(word)
 
 
@@ -293,11 +293,11 @@ def _stamp(words: Sequence[str], at: int) -> float:
 
 def _in_order(scans: Sequence[Scan]) -> list[Scan]:
     """Return scans in order of time, without duplicate times."""
-    kept: list[Scan] = []
+    ordered: list[Scan] = []
     for scan in sorted(scans, key=lambda item: item.stamp):
-        if not kept or scan.stamp > kept[-1].stamp:
-            kept.append(scan)
-    return kept
+        if not ordered or scan.stamp > ordered[-1].stamp:
+            ordered.append(scan)
+    return ordered
 
 
 def _usual(scans: Iterable[Scan]) -> int:

@@ -74,11 +74,11 @@ class _Angled(_Table):
 
     @model_validator(mode="after")
     def _has_one_angle(self) -> Self:
-        ways = {
+        choices = {
             "heading": ("heading", "heading_deg", "quaternion"),
             **{name: (name, f"{name}_deg") for name in ("turn", "bearing")},
         }
-        for name, keys in ways.items():
+        for name, keys in choices.items():
             if name in type(self).model_fields and sum(getattr(self, key) is not None for key in keys) != 1:
                 raise ValueError(f"name one of {name} [rad], {' and '.join(keys[1:])}")
         return self
@@ -237,31 +237,31 @@ def read_columns(path: Path, wishes: Wishes) -> Log:
         WorldError: The description is wrong.
         UsageError: A table does not exist or differs from its description (the message has file and line).
     """
-    told = read_described(path, Description)
+    description = read_described(path, Description)
     notes: dict[str, str] = {}
-    tables = _Tables(path.parent, UNITS[told.time_unit], LENGTHS[told.length_unit], notes)
-    noise = told.noise
+    tables = _Tables(path.parent, UNITS[description.time_unit], LENGTHS[description.length_unit], notes)
+    noise = description.noise
     motion = type(MOTION)(distance=noise.distance, turn=noise.turn, veer=noise.veer)
     deviations = wishes.sighting_over(noise.range, math.radians(noise.bearing_deg))
-    sightings, names = tables.sightings(told.sightings, deviations)
-    scans = told.scans
+    sightings, names = tables.sightings(description.sightings, deviations)
+    scans = description.scans
     if len({scan.name for scan in scans}) < len(scans):
         raise UsageError(f"'{path}': two lidars have the same name; give each its own")
     robot = RobotLog(
-        twists=tables.twists(told.twist),
-        track=tables.poses(told.odometry),
+        twists=tables.twists(description.twist),
+        track=tables.poses(description.odometry),
         sightings=sightings,
         identities=names,
         scans={scan.name: kept(tables.scans(scan)) for scan in scans},
-        imu=tables.imu(told.imu),
-        truth=tables.poses(told.truth),
-        gap=told.gap,
+        imu=tables.imu(description.imu),
+        truth=tables.poses(description.truth),
+        gap=description.gap,
     )
     return Log(
         kind="tables",
         robot=robot,
         mounts={scan.name: scan.mount() for scan in scans},
-        landmarks=tables.landmarks(told.landmarks),
+        landmarks=tables.landmarks(description.landmarks),
         motion=motion,
         sighting=(noise.range, math.radians(noise.bearing_deg)),
         notes=notes,
@@ -275,31 +275,35 @@ class _Tables:
         self._folder, self._second, self._metre, self._notes = folder, second, metre, notes
         self._read: dict[tuple[str, int], CsvTable] = {}
 
-    def poses(self, asked: Poses | None) -> Array | None:
+    def poses(self, columns: Poses | None) -> Array | None:
         """Return rows of time, x, y and heading, shape (N, 4)."""
-        if asked is None:
+        if columns is None:
             return None
-        table = self._table(asked)
-        turned = _angle(table, asked, "heading") if asked.quaternion is None else _headings(table, asked.quaternion)
-        return self._rows(asked, table, *self._lengths(table, asked.x, asked.y), turned)
+        table = self._table(columns)
+        turned = (
+            _angle(table, columns, "heading") if columns.quaternion is None else _headings(table, columns.quaternion)
+        )
+        return self._rows(columns, table, *self._lengths(table, columns.x, columns.y), turned)
 
-    def twists(self, asked: Twists | None) -> Array:
+    def twists(self, columns: Twists | None) -> Array:
         """Return rows of time, forward, turn and, if it is given, left, shape (N, 3 or 4)."""
-        if asked is None:
+        if columns is None:
             return np.zeros((0, 3))
-        table = self._table(asked)
-        aside = [] if asked.left is None else self._lengths(table, asked.left)
-        return self._rows(asked, table, *self._lengths(table, asked.forward), _angle(table, asked, "turn"), *aside)
+        table = self._table(columns)
+        lateral = [] if columns.left is None else self._lengths(table, columns.left)
+        return self._rows(
+            columns, table, *self._lengths(table, columns.forward), _angle(table, columns, "turn"), *lateral
+        )
 
     def sightings(
-        self, asked: Sightings | None, deviations: tuple[float, float]
+        self, spec: Sightings | None, deviations: tuple[float, float]
     ) -> tuple[list[Sighting], Sequence[str | None] | None]:
         """Return sightings in order of time, and the landmark of each; None for an empty name."""
-        if asked is None:
+        if spec is None:
             return [], None
-        table = self._table(asked)
-        names = None if asked.name is None else [(word and _plain(word)) or None for word in table.words(asked.name)]
-        columns = self._times(asked, table), *self._lengths(table, asked.range), _angle(table, asked, "bearing")
+        table = self._table(spec)
+        names = None if spec.name is None else [(word and _plain(word)) or None for word in table.words(spec.name)]
+        columns = self._times(spec, table), *self._lengths(table, spec.range), _angle(table, spec, "bearing")
         if len(bad := np.flatnonzero(columns[1] <= 0.0)):
             line = table.lines[bad[0]]
             raise UsageError(f"{table.path}:{line}: a range is {columns[1][bad[0]]:g} m; it must be above 0")
@@ -311,38 +315,38 @@ class _Tables:
         ]
         return seen, None if names is None else [names[k] for k in order]
 
-    def scans(self, asked: Scans) -> list[Scan]:
+    def scans(self, columns: Scans) -> list[Scan]:
         """Return scans in order of time, without duplicate times."""
-        table = self._table(asked)
-        nearest, farthest = asked.range
-        ranges = table.block(asked.ranges, but=asked.time) * self._metre
+        table = self._table(columns)
+        nearest, farthest = columns.range
+        ranges = table.block(columns.ranges, but=columns.time) * self._metre
         ranges[~(ranges >= nearest)] = -np.inf
         ranges[ranges >= farthest] = np.inf
-        first, step = math.radians(asked.from_deg), math.radians(asked.step_deg)
+        first, step = math.radians(columns.from_deg), math.radians(columns.step_deg)
         if step < 0.0:
             ranges, first, step = ranges[:, ::-1], first + step * (ranges.shape[1] - 1), -step
-        times = self._times(asked, table)
-        _, kept = np.unique(times, return_index=True)
-        return [Scan(float(times[k]), ranges[k].copy(), first, step, nearest, farthest) for k in kept]
+        times = self._times(columns, table)
+        _, unique = np.unique(times, return_index=True)
+        return [Scan(float(times[k]), ranges[k].copy(), first, step, nearest, farthest) for k in unique]
 
-    def imu(self, asked: Inertial | None) -> list[ImuReading]:
+    def imu(self, spec: Inertial | None) -> list[ImuReading]:
         """Return inertial readings in order of time."""
-        if asked is None:
+        if spec is None:
             return []
-        table = self._table(asked)
-        turn, unit = (asked.turn, 1.0) if asked.turn is not None else (asked.turn_deg or (), math.pi / 180.0)
-        columns = [table.column(name) for name in asked.acceleration] + [unit * table.column(name) for name in turn]
-        rows = self._rows(asked, table, *columns)
+        table = self._table(spec)
+        turn, unit = (spec.turn, 1.0) if spec.turn is not None else (spec.turn_deg or (), math.pi / 180.0)
+        columns = [table.column(name) for name in spec.acceleration] + [unit * table.column(name) for name in turn]
+        rows = self._rows(spec, table, *columns)
         return [ImuReading(float(row[0]), row[1:4].copy(), row[4:7].copy()) for row in rows]
 
-    def landmarks(self, asked: Marks | None) -> dict[str, tuple[float, float]]:
+    def landmarks(self, columns: Marks | None) -> dict[str, tuple[float, float]]:
         """Return landmark name -> position [m]."""
-        if asked is None:
+        if columns is None:
             return {}
-        table = self._table(asked)
-        told, (x, y) = table.words(asked.name), self._lengths(table, asked.x, asked.y)
+        table = self._table(columns)
+        names, (x, y) = table.words(columns.name), self._lengths(table, columns.x, columns.y)
         places: dict[str, tuple[float, float]] = {}
-        for k, (line, word) in enumerate(zip(table.lines, told, strict=True)):
+        for k, (line, word) in enumerate(zip(table.lines, names, strict=True)):
             name = _plain(word)
             if not word:
                 raise UsageError(f"{table.path}:{line}: a landmark has no name; give it one, or leave the line out")
@@ -351,31 +355,31 @@ class _Tables:
             places[name] = float(x[k]), float(y[k])
         return places
 
-    def _table(self, asked: _Table | Marks) -> CsvTable:
-        key = asked.file, asked.skip
+    def _table(self, spec: _Table | Marks) -> CsvTable:
+        key = spec.file, spec.skip
         if key not in self._read:
-            path = self._folder / asked.file
+            path = self._folder / spec.file
             if not lies_in(path, self._folder):
-                raise UsageError(f"'{asked.file}' leaves the folder of the description; put the table beside it")
-            self._read[key] = read_csv(path, skip=asked.skip, notes=self._notes)
+                raise UsageError(f"'{spec.file}' leaves the folder of the description; put the table beside it")
+            self._read[key] = read_csv(path, skip=spec.skip, notes=self._notes)
         return self._read[key]
 
     def _lengths(self, table: CsvTable, *names: str | int) -> list[Array]:
         """Return columns of lengths [m] or velocities [m/s]."""
         return [table.column(name) * self._metre for name in names]
 
-    def _times(self, asked: _Table, table: CsvTable) -> Array:
-        return table.times(asked.time, unit=self._second)
+    def _times(self, spec: _Table, table: CsvTable) -> Array:
+        return table.times(spec.time, unit=self._second)
 
-    def _rows(self, asked: _Table, table: CsvTable, *columns: Array) -> Array:
-        rows = np.column_stack([self._times(asked, table), *columns])
+    def _rows(self, spec: _Table, table: CsvTable, *columns: Array) -> Array:
+        rows = np.column_stack([self._times(spec, table), *columns])
         return np.asarray(rows[np.argsort(rows[:, 0], kind="stable")])
 
 
-def _angle(table: CsvTable, asked: _Angled, name: str) -> Array:
+def _angle(table: CsvTable, spec: _Angled, name: str) -> Array:
     """Return a column of angles [rad]."""
-    radians = getattr(asked, name)
-    return table.column(radians) if radians is not None else np.radians(table.column(getattr(asked, f"{name}_deg")))
+    radians = getattr(spec, name)
+    return table.column(radians) if radians is not None else np.radians(table.column(getattr(spec, f"{name}_deg")))
 
 
 def _headings(table: CsvTable, names: Sequence[str | int]) -> Array:

@@ -57,8 +57,8 @@ class CsvTable:
             try:
                 when = datetime.fromisoformat(word)
             except ValueError:
-                told = f"{self.names[self._index(name)]} is {word[:40]!r}; write a number, or 2026-01-31T12:00:00.5"
-                raise UsageError(f"{self.path}:{line}: {told}"[:LONGEST_MESSAGE]) from None
+                problem = f"{self.names[self._index(name)]} is {word[:40]!r}; write a number, or 2026-01-31T12:00:00.5"
+                raise UsageError(f"{self.path}:{line}: {problem}"[:LONGEST_MESSAGE]) from None
             found.append((when if when.tzinfo else when.replace(tzinfo=UTC)).timestamp())
         return np.array(found)
 
@@ -105,8 +105,8 @@ class CsvTable:
         for line, row in zip(self.lines, self.rows, strict=True):
             for index in indices:
                 if not accepted(row[index]):
-                    told = f"{self.names[index]} is {row[index][:40]!r}; it must be {right}"
-                    raise UsageError(f"{self.path}:{line}: {told}"[:LONGEST_MESSAGE])
+                    problem = f"{self.names[index]} is {row[index][:40]!r}; it must be {right}"
+                    raise UsageError(f"{self.path}:{line}: {problem}"[:LONGEST_MESSAGE])
         return np.array([[float(row[index]) for index in indices] for row in self.rows])
 
 
@@ -124,26 +124,26 @@ def read_csv(path: Path, *, skip: int = 0, notes: dict[str, str] | None = None) 
     Raises:
         UsageError: It cannot be read, has no rows, or rows of different lengths (the message has file and line).
     """
-    comment = last = told = ""
-    kept: list[str] = []
+    comment = last = separator_line = ""
+    texts: list[str] = []
     lines: list[int] = []
     for number, line in enumerate(lines_of(path, notes), start=1):
         text, last = line.strip().lstrip("\ufeff"), line
         if not text or number <= skip:
             continue
-        if not kept and (found := SEPARATOR_LINE.fullmatch(text)):
-            told = found[1]
+        if not texts and (found := SEPARATOR_LINE.fullmatch(text)):
+            separator_line = found[1]
             continue
         if text.startswith("#"):
-            comment = comment if kept else text.lstrip("# ")
+            comment = comment if texts else text.lstrip("# ")
             continue
-        kept.append(text)
+        texts.append(text)
         lines.append(number)
-    if not kept:
+    if not texts:
         raise UsageError(f"'{path}' holds no rows")
-    separator = told or next((mark for mark in SEPARATORS if mark in kept[0]), None)
+    separator = separator_line or next((mark for mark in SEPARATORS if mark in texts[0]), None)
     try:
-        rows = _words(kept, separator)
+        rows = _words(texts, separator)
     except csv.Error as error:
         raise UsageError(f"'{path}' is not a table with the separator '{separator}': {error}") from None
     names = rows[0]

@@ -43,7 +43,7 @@ CHAINS = ("dso/camchain.yaml", "camchain.yaml", "mav0/camchain.yaml")
 TRUTHS = ("state_groundtruth_estimate0", "mocap0")
 UNIT = 0.01
 """Tolerance of the determinant of a rotation in a file."""
-MOST_LETTERS = 1_000_000
+MAX_LETTERS = 1_000_000
 """Of a calibration."""
 LENSES = {"radial-tangential": "brown", "radtan": "brown", "plumb_bob": "brown", "equidistant": "fisheye"}
 
@@ -65,7 +65,9 @@ def read_euroc(path: Path) -> Log:
     for folder in _sensors(path, "cam"):
         cameras[folder.name], frames[folder.name] = _camera(folder, _sheet(folder) or _chained(folder), notes)
     inertial = {folder.name: _imu(folder, notes) for folder in _sensors(path, "imu")}
-    readings = sorted((each for _, told in inertial.values() for each in told), key=lambda each: each.stamp)
+    readings = sorted(
+        (each for _, readings_of in inertial.values() for each in readings_of), key=lambda each: each.stamp
+    )
     truth = next((folder for name in TRUTHS for folder in _sensors(path, name)), None)
     notes["truth"] = "not in the folder" if truth is None else truth.name
     poses = None if truth is None else _poses(truth, notes)
@@ -83,23 +85,23 @@ def _sensors(path: Path, *kinds: str) -> list[Path]:
 
 
 def _camera(
-    folder: Path, told: tuple[Path, Mapping[str, Any]] | None, notes: dict[str, str]
+    folder: Path, sheet: tuple[Path, Mapping[str, Any]] | None, notes: dict[str, str]
 ) -> tuple[LoggedCamera, Readings[LoggedFrame]]:
     """Return the data sheet and the pictures of a camera.
 
     Args:
         folder: Of the camera.
-        told: The file with its calibration, and its content; None if there is none.
+        sheet: The file with its calibration, and its content; None if there is none.
         notes: Facts about the log.
     """
     stamps, files = listed_pictures(folder / "data.csv", notes, folder="data", separator=",", second=NANOSECOND)
     width, height = size_in(files[0], files[0].read_bytes())
-    if told is None:
+    if sheet is None:
         notes[f"calibration of {folder.name}"] = "not in the folder; 60 degrees are assumed"
         notes[f"place of {folder.name}"] = "not in the folder; a guess"
         place, intrinsics = AHEAD, assumed_intrinsics(width, height)
     else:
-        place, intrinsics = _body_from_sensor(*told), _intrinsics(*told, width, height)
+        place, intrinsics = _body_from_sensor(*sheet), _intrinsics(*sheet, width, height)
 
     def take(number: int) -> LoggedFrame:
         return frame_in(files[number], float(stamps[number]), intrinsics)
@@ -110,8 +112,8 @@ def _camera(
 def _imu(folder: Path, notes: dict[str, str]) -> tuple[Mount, list[ImuReading]]:
     """Return the mount of an inertial sensor, and its readings rotated to the axes of the body."""
     # Without a sheet the body is that of the inertial sensor, as in TUM VI.
-    told = _sheet(folder)
-    place = np.eye(4) if told is None else _body_from_sensor(*told)
+    sheet = _sheet(folder)
+    place = np.eye(4) if sheet is None else _body_from_sensor(*sheet)
     table = read_csv(folder / "data.csv", notes=notes)
     times, values = table.column(1), table.block(2, but=1)
     if values.shape[1] < 6:
@@ -142,14 +144,14 @@ def _chained(folder: Path) -> tuple[Path, Mapping[str, Any]] | None:
     """Return the file with all calibrations, and that of one camera with the keys of sensor.yaml; None without."""
     root = folder.parent.parent if folder.parent.name == "mav0" else folder.parent
     file = next((root / name for name in CHAINS if (root / name).is_file()), None)
-    if file is None or not isinstance(told := _yaml(file).get(folder.name), dict):
+    if file is None or not isinstance(sheet := _yaml(file).get(folder.name), dict):
         return None
-    camera_from_body = _numbers(told.get("T_cam_imu"))
+    camera_from_body = _numbers(sheet.get("T_cam_imu"))
     if camera_from_body.shape != (16,) or abs(np.linalg.det(camera_from_body.reshape(4, 4))) < UNIT:
         raise UsageError(f"'{file}': T_cam_imu of {folder.name} is no pose; it is a rigid transform, 4 rows of 4")
     body_from_camera = np.linalg.inv(camera_from_body.reshape(4, 4))
-    lens = told.get("distortion_coeffs")
-    return file, {**told, "T_BS": {"data": body_from_camera.ravel().tolist()}, "distortion_coefficients": lens}
+    lens = sheet.get("distortion_coeffs")
+    return file, {**sheet, "T_BS": {"data": body_from_camera.ravel().tolist()}, "distortion_coefficients": lens}
 
 
 def _yaml(file: Path) -> Mapping[str, Any]:
@@ -158,22 +160,22 @@ def _yaml(file: Path) -> Mapping[str, Any]:
     for line in lines_of(file):
         # OpenCV starts such files with %YAML:1.0, which is not a YAML directive.
         text += "\n" if line.startswith("%") else line
-        if len(text) > MOST_LETTERS:
-            raise UsageError(f"'{file}' has more than {MOST_LETTERS:,} letters; a calibration has fewer")
+        if len(text) > MAX_LETTERS:
+            raise UsageError(f"'{file}' has more than {MAX_LETTERS:,} letters; a calibration has fewer")
     # Nested aliases could expand to any number of values.
     node, problems = read_text(text, file=str(file))
     if problems:
         raise UsageError(f"{problems[0]} (of a calibration in YAML)"[:LONGEST_MESSAGE])
-    told = None if node is None else node.value
-    if not isinstance(told, dict):
+    content = None if node is None else node.value
+    if not isinstance(content, dict):
         raise UsageError(f"'{file}' holds no keys; it needs a calibration")
-    return told
+    return content
 
 
 def _body_from_sensor(file: Path, sheet: Mapping[str, Any]) -> Array:
     """Return T_BS, shape (4, 4) [m]."""
-    told = sheet.get("T_BS")
-    matrix = _numbers(told.get("data") if isinstance(told, dict) else None)
+    extrinsics = sheet.get("T_BS")
+    matrix = _numbers(extrinsics.get("data") if isinstance(extrinsics, dict) else None)
     if matrix.shape != (16,) or abs(np.linalg.det(matrix.reshape(4, 4)[:3, :3]) - 1.0) > UNIT:
         raise UsageError(f"'{file}': T_BS is not a pose; its data are 16 numbers of a rigid transform")
     return matrix.reshape(4, 4)

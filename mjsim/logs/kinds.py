@@ -52,9 +52,9 @@ READ = (
     "a folder of MRCLAM (Barcodes.dat), Victoria Park (inputs.dat), TUM RGB-D (rgb.txt) or EuRoC (mav0),"
     " a bag of ROS 1 or ROS 2, a CARMEN log, a YAML file that describes tables (log: tables)"
 )
-MOST_LINES = 1000
+MAX_LINES = 1000
 """Of a file that is not a supported log, to tell whether it was cut."""
-MOST_LOOKED_AT = 100
+MAX_EXAMINED = 100
 """Maximum number of files to examine in a folder that is not a log itself."""
 TABLES = (".csv", ".tsv", ".dat")
 ZSTD = (".zst", ".zstd")
@@ -140,14 +140,14 @@ def _cut(path: Path) -> str:
     """Return what is wrong with a compressed file that was cut, else ''."""
     notes: dict[str, str] = {}
     with suppress(UsageError):
-        for _ in islice(lines_of(path, notes), MOST_LINES):
+        for _ in islice(lines_of(path, notes), MAX_LINES):
             pass
     return next(iter(notes.values()), "")
 
 
 def _logs_in(folder: Path) -> list[str]:
     """Return the names of logs in a folder."""
-    inside = sorted(folder.iterdir())[:MOST_LOOKED_AT]
+    inside = sorted(folder.iterdir())[:MAX_EXAMINED]
     return [each.name for each in inside if _is_folder_of_files(each) or _is_any(each)]
 
 

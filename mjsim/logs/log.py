@@ -72,13 +72,13 @@ class Wishes:
         Raises:
             WorldError: The file is wrong (the message has line and column), or cannot be read.
         """
-        told = read_noise(path)
+        errors = read_noise(path)
         return replace(
             self,
-            motion={**told.noise.motion(), **self.motion},
-            range_noise=told.noise.range if self.range_noise is None else self.range_noise,
-            bearing_noise=told.noise.bearing() if self.bearing_noise is None else self.bearing_noise,
-            bias=told.bias,
+            motion={**errors.noise.motion(), **self.motion},
+            range_noise=errors.noise.range if self.range_noise is None else self.range_noise,
+            bearing_noise=errors.noise.bearing() if self.bearing_noise is None else self.bearing_noise,
+            bias=errors.bias,
         )
 
     def motion_over(self, noise: MotionNoise) -> MotionNoise:
@@ -165,7 +165,10 @@ def record_logs(
         require_free(Path(record), overwrite=overwrite)
     logs = [_continuous(log, f"{RESTARTS} of {log.name}" if len(logs) > 1 else RESTARTS) for log in logs]
     robots, marks, origin = near_origin([log.robot for log in logs], [log.landmarks for log in logs])
-    logs = [replace(log, robot=robot, landmarks=near) for log, robot, near in zip(logs, robots, marks, strict=True)]
+    logs = [
+        replace(log, robot=robot, landmarks=landmarks)
+        for log, robot, landmarks in zip(logs, robots, marks, strict=True)
+    ]
     firsts, lasts = zip(*(log.times() for log in logs), strict=True)
     rate = wishes.rate_hz or max(_rate_of(log) for log in logs)
     # Data after the last tick is given at the next tick.
@@ -368,8 +371,8 @@ def _rate_of(log: Log) -> float:
     first, last = log.times()
     robot = log.robot
     counts = [len(each) for part in (robot.scans, robot.cameras, robot.clouds) for each in part.values()]
-    most = max(counts, default=0) / max(last - first, 1e-3)
-    return next((rate for rate in RATES if rate >= SPARE * most), RATES[-1])
+    frequency = max(counts, default=0) / max(last - first, 1e-3)
+    return next((rate for rate in RATES if rate >= SPARE * frequency), RATES[-1])
 
 
 def require_motion(log: Log, source: Path) -> None:
@@ -380,7 +383,9 @@ def require_motion(log: Log, source: Path) -> None:
         and not len(robot.twists)
         and not any((robot.scans, robot.cameras, robot.clouds, robot.sightings, robot.imu))
     ):
-        unread = ", ".join(f"{fact}: {told}" for fact, told in log.notes.items() if "left out" in fact and told != "0")
+        unread = ", ".join(
+            f"{fact}: {count}" for fact, count in log.notes.items() if "left out" in fact and count != "0"
+        )
         raise UsageError(
             f"'{source}' holds no odometry, scans, clouds, pictures, IMU or sightings; there is nothing to record"
             f"{f' ({unread})' if unread else ''}"[:LONGEST_MESSAGE]

@@ -84,10 +84,10 @@ def track_motions(track: Array, edges: Array, noise: MotionNoise) -> list[Odomet
     steps = np.diff(places, axis=0)
     c, s = np.cos(places[:-1, 2]), np.sin(places[:-1, 2])
     forward, left = c * steps[:, 0] + s * steps[:, 1], c * steps[:, 1] - s * steps[:, 0]
-    turn, way = wrap_angles(steps[:, 2]), np.hypot(steps[:, 0], steps[:, 1])
+    turn, lengths = wrap_angles(steps[:, 2]), np.hypot(steps[:, 0], steps[:, 1])
     return [
-        Odometry(ahead, aside, turned, _covariance(length, abs(turned), turned, noise))
-        for ahead, aside, turned, length in np.stack([forward, left, turn, way], axis=-1).tolist()
+        Odometry(ahead, lateral, turned, _covariance(length, abs(turned), turned, noise))
+        for ahead, lateral, turned, length in np.stack([forward, left, turn, lengths], axis=-1).tolist()
     ]
 
 
@@ -113,31 +113,31 @@ def track_of(twists: Array) -> Array:
 
 def _motion(twists: Array, begin: float, end: float, noise: MotionNoise) -> Odometry:
     """Return the motion from one time to another under the twists between them."""
-    place, heading, way, turned = Pose(0.0, 0.0, 0.0), 0.0, 0.0, 0.0
+    place, heading, distance, turned = Pose(0.0, 0.0, 0.0), 0.0, 0.0, 0.0
     rows = twists.tolist()
     for (since, forward, turn, *left), until in zip(rows, [row[0] for row in rows[1:]] + [end], strict=False):
-        seconds, aside = max(until - max(since, begin), 0.0), sum(left)
+        seconds, lateral = max(until - max(since, begin), 0.0), sum(left)
         x, y = arc_end(forward * seconds, turn * seconds)
         # The same arc, starting to the left.
-        ahead, back = arc_end(aside * seconds, turn * seconds)
+        ahead, back = arc_end(lateral * seconds, turn * seconds)
         place = place @ Pose(x - back, y + ahead, turn * seconds)
         heading += turn * seconds
-        way, turned = way + math.hypot(forward, aside) * seconds, turned + abs(turn) * seconds
-    return Odometry(place.x, place.y, heading, _covariance(way, turned, heading, noise))
+        distance, turned = distance + math.hypot(forward, lateral) * seconds, turned + abs(turn) * seconds
+    return Odometry(place.x, place.y, heading, _covariance(distance, turned, heading, noise))
 
 
-def _covariance(way: float, turned: float, heading: float, noise: MotionNoise) -> Array:
+def _covariance(distance: float, turned: float, heading: float, noise: MotionNoise) -> Array:
     """Return the covariance of (forward, left, turn) of one arc, to first order, shape (3, 3)."""
-    along, around = noise.distance**2 * way, noise.turn**2 * turned + noise.veer**2 * way
-    (f_d, f_t), (l_d, l_t) = arc_end_slopes(way, heading)
+    along, around = noise.distance**2 * distance, noise.turn**2 * turned + noise.veer**2 * distance
+    (f_d, f_t), (l_d, l_t) = arc_end_slopes(distance, heading)
     G = np.array([[f_d, f_t], [l_d, l_t], [0.0, 1.0]])
-    return np.asarray(G @ np.diag([along, around]) @ G.T + _least(way, turned, noise), dtype=float)
+    return np.asarray(G @ np.diag([along, around]) @ G.T + _least(distance, turned, noise), dtype=float)
 
 
-def _least(way: float, turned: float, noise: MotionNoise) -> Array:
+def _least(distance: float, turned: float, noise: MotionNoise) -> Array:
     """Return the covariance added to every arc: tyres slip sideways, and a turn shifts the robot a little."""
     pivot = PIVOT**2 * turned
-    return np.diag([pivot, noise.aside**2 * way + pivot, 0.0])
+    return np.diag([pivot, noise.aside**2 * distance + pivot, 0.0])
 
 
 def restarts_of(track: Array) -> NDArray[np.intp]:

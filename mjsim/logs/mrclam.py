@@ -53,7 +53,7 @@ GAP = 0.1
 """The motion capture had lost the robot if poses are farther apart than this [s]."""
 ROBOTS = 5
 """Subjects up to this number are robots."""
-ASIDE = 1.0
+LATERAL = 1.0
 """Distance between robots with unknown starts [m]."""
 FARTHEST = 12.0
 """Maximum range for the sensor's data sheet; nothing depends on it [m]."""
@@ -146,16 +146,16 @@ def import_mrclam(
     )
 
 
-def _numbers(folder: Path, wanted: Sequence[int] | None) -> list[int]:
+def _numbers(folder: Path, requested: Sequence[int] | None) -> list[int]:
     """Return the numbers of the robots to read."""
     files = (re.fullmatch(r"Robot(\d+)_Odometry\.dat", path.name) for path in folder.iterdir())
-    there = sorted(int(match[1]) for match in files if match)
-    if not there:
+    present = sorted(int(match[1]) for match in files if match)
+    if not present:
         raise UsageError(f"no file Robot1_Odometry.dat in '{folder}'; it is not an MRCLAM data set")
-    for number in wanted or ():
-        if number not in there:
-            raise UsageError(f"no robot {number} in '{folder}'{did_you_mean(str(number), map(str, there))}")
-    return sorted(set(wanted)) if wanted else there
+    for number in requested or ():
+        if number not in present:
+            raise UsageError(f"no robot {number} in '{folder}'{did_you_mean(str(number), map(str, present))}")
+    return sorted(set(requested)) if requested else present
 
 
 def _subjects(folder: Path) -> dict[int, int]:
@@ -232,7 +232,7 @@ def _world(
     )
     robots = []
     for row, (name, each) in enumerate(files.items()):
-        x, y, heading = 0.0, ASIDE * row, 0.0
+        x, y, heading = 0.0, LATERAL * row, 0.0
         if each.truth is not None:
             x, y, heading = places_at(np.array([span[0]]), each.truth, gap=math.inf)[0].tolist()
         at = f"at: [{x!r}, {y!r}], heading_deg: {math.degrees(heading)!r}"

@@ -41,8 +41,8 @@ class MeasuredNoise(Model):
 
     def motion(self) -> dict[str, float]:
         """Return the measured noise of odometry, by the fields of `MotionNoise`."""
-        told = {"distance": self.distance, "turn": self.turn, "veer": self.veer}
-        return {key: value for key, value in told.items() if value is not None}
+        values = {"distance": self.distance, "turn": self.turn, "veer": self.veer}
+        return {key: value for key, value in values.items() if value is not None}
 
     def bearing(self) -> float | None:
         """Return the standard deviation of a sighting's bearing [rad]."""
@@ -63,18 +63,18 @@ class Bias(Model):
     bearing_deg: Annotated[float, Field(ge=-180, le=180)] = 0.0
     """Measured minus true, left positive."""
 
-    def off_motion(self, step: Odometry, seconds: float) -> Odometry:
+    def corrected_motion(self, step: Odometry, seconds: float) -> Odometry:
         """Return a step of some duration [s] without the errors of odometry; a standing robot does not turn."""
         if not (step.forward or step.left or step.turn):
             return step
         turn = step.turn - math.radians(self.turn_deg) * seconds
         return replace(step, forward=step.forward / self.scale, left=step.left / self.scale, turn=turn)
 
-    def off_times(self, rows: Array) -> Array:
+    def corrected_times(self, rows: Array) -> Array:
         """Return odometry whose rows (n, k) begin with their times [s], shifted by the delay."""
         return rows + np.array([self.delay] + [0.0] * (rows.shape[1] - 1)) if self.delay else rows
 
-    def off_sighting(self, seen: Sighting) -> Sighting:
+    def corrected_sighting(self, seen: Sighting) -> Sighting:
         """Return a sighting without the errors of range and bearing."""
         away, bearing = max(seen.range - self.range, NEAREST), seen.bearing - math.radians(self.bearing_deg)
         return replace(seen, range=away, bearing=math.remainder(bearing, 2.0 * math.pi))
@@ -102,5 +102,5 @@ def read_noise(path: str | Path) -> MeasuredErrors:
 
 def bias_note(bias: Bias) -> Mapping[str, str]:
     """Return the entries of a recording's metadata about the subtracted bias; none without bias."""
-    told = bias.model_dump(exclude_defaults=True)
-    return {"bias taken away": ", ".join(f"{key} {value:g}" for key, value in told.items())} if told else {}
+    values = bias.model_dump(exclude_defaults=True)
+    return {"bias taken away": ", ".join(f"{key} {value:g}" for key, value in values.items())} if values else {}

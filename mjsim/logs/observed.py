@@ -269,11 +269,11 @@ def _rate_of(observations: Sequence[Observation]) -> float:
     step = float(times[-1] - times[0]) / (len(times) - 1)
     if not step > 0.0:
         raise UsageError("the times of the observations do not rise; give them in order of time")
-    off = np.abs(times - times[0] - step * np.arange(len(times)))
-    worst = int(np.argmax(off))
-    if off[worst] > JITTER * step:
+    errors = np.abs(times - times[0] - step * np.arange(len(times)))
+    worst = int(np.argmax(errors))
+    if errors[worst] > JITTER * step:
         raise UsageError(
-            f"observation {worst} is at {times[worst]:.6g} s, {off[worst]:.3g} s off a rate of {1 / step:.6g} Hz;"
+            f"observation {worst} is at {times[worst]:.6g} s, {errors[worst]:.3g} s off a rate of {1 / step:.6g} Hz;"
             " give one observation a tick at an even rate"
         )
     milliseconds = round(1e3 * step)
@@ -321,7 +321,7 @@ def _room(
         truth=np.concatenate([[0.0], known[0]])[None] if len(known) else None,
     )
     span = (0.0, (len(observations) - 1) / rate)
-    told = Log(
+    whole = Log(
         kind="observations",
         robot=log,
         name=robot,
@@ -334,7 +334,7 @@ def _room(
         steps=next((ticks.resolution for ticks in encoders.values()), None),
     )
     return world_of(
-        [told],
+        [whole],
         "log",
         span=span,
         rate_hz=rate,

@@ -44,8 +44,8 @@ def near_origin(
         )
         for robot in robots
     ]
-    near = [{name: (a - x, b - y) for name, (a, b) in each.items()} for each in marks]
-    return moved, near, f"x {x:.0f}, y {y:.0f} m of the log, whose coordinates are too large for a world"
+    shifted = [{name: (a - x, b - y) for name, (a, b) in each.items()} for each in marks]
+    return moved, shifted, f"x {x:.0f}, y {y:.0f} m of the log, whose coordinates are too large for a world"
 
 
 def _places(robot: RobotLog) -> Array | None:

@@ -133,14 +133,16 @@ def _calibrated(numbers: Sequence[float], width: int, height: int) -> Intrinsics
 
 def _settings(file: Path, width: int, height: int) -> Intrinsics:
     """Return the calibration in a file of ORB-SLAM2 or ORB-SLAM3."""
-    told: dict[str, str] = {}
+    settings: dict[str, str] = {}
     for line in lines_of(file):
         if found := re.match(r"Camera1?\.(\w+):\s*(\S+)", line):
-            told[found[1]] = found[2].strip('"')
-    fisheye = told.get("type") == "KannalaBrandt8"
+            settings[found[1]] = found[2].strip('"')
+    fisheye = settings.get("type") == "KannalaBrandt8"
     lens = ("k1", "k2", "k3", "k4") if fisheye else ("k1", "k2", "p1", "p2", "k3")
     try:
-        numbers = [float(told[key]) for key in ("fx", "fy", "cx", "cy")] + [float(told.get(key, "0")) for key in lens]
+        numbers = [float(settings[key]) for key in ("fx", "fy", "cx", "cy")] + [
+            float(settings.get(key, "0")) for key in lens
+        ]
     except (KeyError, ValueError) as error:
         raise UsageError(f"'{file}' has no number Camera.fx, fy, cx or cy: {error}"[:LONGEST_MESSAGE]) from None
     if not np.isfinite(numbers).all() or min(numbers[:2]) <= 0.0:

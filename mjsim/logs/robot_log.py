@@ -116,7 +116,7 @@ def write_robot_logs(
     )
 
 
-def _told_at(stamps: Array, edges: Array) -> dict[int, int]:
+def _readings_at(stamps: Array, edges: Array) -> dict[int, int]:
     """Return tick -> index of its reading: each reading waits for the first tick without one.
 
     Args:
@@ -124,14 +124,14 @@ def _told_at(stamps: Array, edges: Array) -> dict[int, int]:
         edges: Times of the ticks, shape (K,), ascending [s].
     """
     arrived = np.searchsorted(stamps, edges + SAME_TIME, side="right").tolist()
-    told, following = {}, int(np.searchsorted(stamps, edges[0] - SAME_TIME))
+    assigned, following = {}, int(np.searchsorted(stamps, edges[0] - SAME_TIME))
     for row, count in enumerate(arrived):
         if following < count:
             if edges[row] - stamps[following] > LONGEST_WAIT:
                 following = count - 1
-            told[row] = following
+            assigned[row] = following
             following += 1
-    return told
+    return assigned
 
 
 class _Ticked:
@@ -147,20 +147,20 @@ class _Ticked:
         self._bias = bias
         self._log, self._dt, self._end = log, dt, start + dt * (count - 1)
         nominal = np.asarray(start + dt * np.arange(count), dtype=float)
-        self._scans = {name: _told_at(scans.stamps, nominal) for name, scans in log.scans.items()}
-        self._pictures = {name: _told_at(frames.stamps, nominal) for name, frames in log.cameras.items()}
-        self._clouds = {name: _told_at(clouds.stamps, nominal) for name, clouds in log.clouds.items()}
+        self._scans = {name: _readings_at(scans.stamps, nominal) for name, scans in log.scans.items()}
+        self._pictures = {name: _readings_at(frames.stamps, nominal) for name, frames in log.cameras.items()}
+        self._clouds = {name: _readings_at(clouds.stamps, nominal) for name, clouds in log.clouds.items()}
         edges = self._moments(nominal)
         self._ends = np.where(np.abs(edges - nominal) > SAME_TIME, edges - start, np.nan).tolist()
         rest = Odometry(0.0, 0.0, 0.0, np.zeros((3, 3)))
         if not log.has_odometry():
             told = [unknown_motion(dt)] * (count - 1)
         elif log.track is None:
-            told = motions(bias.off_times(log.twists), edges, noise)
+            told = motions(bias.corrected_times(log.twists), edges, noise)
         else:
-            told = track_motions(bias.off_times(log.track), edges, noise)
+            told = track_motions(bias.corrected_times(log.track), edges, noise)
         lasting = np.diff(edges).tolist()
-        self._motions = [rest, *(bias.off_motion(step, time) for step, time in zip(told, lasting, strict=True))]
+        self._motions = [rest, *(bias.corrected_motion(step, time) for step, time in zip(told, lasting, strict=True))]
         self._sightings = _rows_since(np.array([sighting.stamp for sighting in log.sightings]), edges)
         self._imu = _rows_since(stamps_of(log.imu), edges)
         self._start = start
@@ -175,11 +175,12 @@ class _Ticked:
             dt=self._dt,
             odometry=self._motion(row),
             sightings=tuple(
-                self._bias.off_sighting(self._shifted(self._log.sightings[k])) for k in range(*self._sightings[row])
+                self._bias.corrected_sighting(self._shifted(self._log.sightings[k]))
+                for k in range(*self._sightings[row])
             ),
-            cameras=self._told(self._log.cameras, self._pictures, row),
-            scans=self._told(self._log.scans, self._scans, row),
-            clouds=self._told(self._log.clouds, self._clouds, row),
+            cameras=self._taken_at(self._log.cameras, self._pictures, row),
+            scans=self._taken_at(self._log.scans, self._scans, row),
+            clouds=self._taken_at(self._log.clouds, self._clouds, row),
             imu=tuple(
                 self._shifted(reading)
                 for reading in sorted(
@@ -234,12 +235,12 @@ class _Ticked:
         end = self._ends[row]
         return replace(self._motions[row], stamp=None if math.isnan(end) else end)
 
-    def _told(self, sensors: Mapping[str, Readings[Taken]], ticks: Mapping[str, dict[int, int]], row: int) -> Any:
+    def _taken_at(self, sensors: Mapping[str, Readings[Taken]], ticks: Mapping[str, dict[int, int]], row: int) -> Any:
         """Return the readings of a tick by sensor, with the times when they were taken, not after the tick [s]."""
         found = {name: sensors[name].take(rows[row]) for name, rows in ticks.items() if row in rows}
-        told = row * self._dt
+        now = row * self._dt
         shifted = {name: self._shifted(each) for name, each in found.items()}
-        return {name: replace(each, stamp=min(max(each.stamp, 0.0), told)) for name, each in shifted.items()}
+        return {name: replace(each, stamp=min(max(each.stamp, 0.0), now)) for name, each in shifted.items()}
 
     def _shifted(self, reading: Any) -> Any:
         return at_stamps(reading, lambda time: time - self._start)

@@ -13,7 +13,7 @@ from typing import IO, Any, cast
 
 from mjsim.errors import UsageError
 
-MOST_BYTES = 4 << 30
+MAX_BYTES = 4 << 30
 """Maximum size of text in a log [bytes]."""
 LONGEST_LINE = 1 << 20
 """Maximum length of a line [bytes]."""
@@ -51,8 +51,8 @@ def lines_of(path: Path, notes: dict[str, str] | None = None) -> Iterator[str]:
                 if notes and _broken(path) in notes and not line.endswith(b"\n"):
                     return
                 taken += len(line)
-                if taken > MOST_BYTES:
-                    raise UsageError(f"'{path}' holds more than {MOST_BYTES >> 30} GB of text; take a part of it")
+                if taken > MAX_BYTES:
+                    raise UsageError(f"'{path}' holds more than {MAX_BYTES >> 30} GB of text; take a part of it")
                 yield line.decode("utf-8", errors="replace")
     except (lzma.LZMAError, EOFError, gzip.BadGzipFile, zlib.error) as error:
         raise UsageError(f"cannot unpack '{path}': {error}") from None

@@ -91,12 +91,12 @@ def write_ticks(
         return recording
     count = len(next(iter(accounts.values())).truth)
     with Simulation(world, seed=SEED) as sim:
-        told = {"command": " ".join(sys.argv), "seconds": str(count * sim.dt), **metadata}
-        told |= {LOGGED_CAMERAS: cameras_text(cameras)} if cameras else {}
+        content = {"command": " ".join(sys.argv), "seconds": str(count * sim.dt), **metadata}
+        content |= {LOGGED_CAMERAS: cameras_text(cameras)} if cameras else {}
         infos = with_logged_cameras(sim.robots, cameras)
         robots = {name: _Robot(account, sim, name) for name, account in accounts.items()}
         place = reserve_whole(record, overwrite=overwrite)
-        with Recorder(place, world=world, seed=SEED, robots=infos, metadata=told) as recorder:
+        with Recorder(place, world=world, seed=SEED, robots=infos, metadata=content) as recorder:
             for row, tick in enumerate(_ticks(sim, robots, count), start=1):
                 recorder.write(tick)
                 if progress is not None:

@@ -89,34 +89,39 @@ class Holds:
             data: State before the step.
             scratch: A state for temporary use.
         """
-        wanted: dict[int, dict[int, float | None]] = {}
+        targets: dict[int, dict[int, float | None]] = {}
         grasps = {}
         for name, goal in goals.items():
             grasp, columns = grasp_of(self._model, self._mechanism, self._places, name)
             grasps[columns[0]] = grasp, columns
-            wanted.setdefault(columns[0], {})[self._mechanism.assembly.names.index(name)] = goal
+            targets.setdefault(columns[0], {})[self._mechanism.assembly.names.index(name)] = goal
         placed_bodies(self._model, data, scratch)
-        for first, asked in wanted.items():
-            if None in asked.values():
+        for first, goals_of in targets.items():
+            if None in goals_of.values():
                 self._held.pop(first, None)
                 self._pulls.pop(first, None)
             else:
                 self._take(
-                    *grasps[first], {column: goal for column, goal in asked.items() if goal is not None}, step, scratch
+                    *grasps[first],
+                    {column: goal for column, goal in goals_of.items() if goal is not None},
+                    step,
+                    scratch,
                 )
 
     def _take(
-        self, grasp: Grasp, columns: tuple[int, ...], asked: Mapping[int, float], step: int, data: mujoco.MjData
+        self, grasp: Grasp, columns: tuple[int, ...], requested: Mapping[int, float], step: int, data: mujoco.MjData
     ) -> None:
         known, time = self._held.get(columns[0]), step * self._h
         if known is None:
             values = grasp.now(data)
             speeds = changes = np.zeros(grasp.size)
-            kept, lever = values, self._lever(columns)
+            previous, lever = values, self._lever(columns)
         else:
             values, speeds, changes = known.course(time)
-            kept, lever = np.array(known.goals), known.lever
-        goals = np.array([asked.get(column, before) for column, before in zip(columns, kept.tolist(), strict=True)])
+            previous, lever = np.array(known.goals), known.lever
+        goals = np.array(
+            [requested.get(column, before) for column, before in zip(columns, previous.tolist(), strict=True)]
+        )
         if isinstance(grasp, Rotation) and grasp.size == 1:
             goals -= 2.0 * np.pi * np.round((goals - values) / (2.0 * np.pi))
         begins = zip(goals.tolist(), values.tolist(), speeds.tolist(), changes.tolist(), strict=True)
@@ -193,12 +198,12 @@ class Holds:
 
 def _damping(stiffness: float, per_pull: Array) -> Array:
     """Return the critical damping of a spring, shape (n, n), for the acceleration per unit pull, of that shape."""
-    mobility, ways = np.linalg.eigh((per_pull + per_pull.T) / 2.0)
+    mobility, vectors = np.linalg.eigh((per_pull + per_pull.T) / 2.0)
     mobility = np.maximum(mobility, IMMOBILE * max(float(mobility.max()), np.finfo(float).tiny))
-    return np.asarray((ways * (2.0 * np.sqrt(stiffness / mobility))) @ ways.T)
+    return np.asarray((vectors * (2.0 * np.sqrt(stiffness / mobility))) @ vectors.T)
 
 
-def _bounded(pull: Array, most: float) -> Array:
+def _bounded(pull: Array, limit: float) -> Array:
     """Return a pull of at most a size, in the same direction."""
     size = float(np.linalg.norm(pull))
-    return pull if size <= most else np.asarray(pull * (most / size))
+    return pull if size <= limit else np.asarray(pull * (limit / size))

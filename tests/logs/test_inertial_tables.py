@@ -41,7 +41,7 @@ def test_an_hour_of_inertial_readings_takes_few_bytes_each(tmp_path):
             told = bag.imu(bag.header(START + 0.0025 * k, "imu"), np.array([0.0, 0.1, 9.8]), np.array([0.0, 0.0, k]))
             bag.put("/imu", START + 0.0025 * k, told)
     with Bag(tmp_path / "bag") as opened:
-        robots = robots_of(opened.types, asked={}, names=())
+        robots = robots_of(opened.types, topics_by_kind={}, names=())
         tracemalloc.start()
         contents = Contents(opened, robots)
         kept, _ = tracemalloc.get_traced_memory()
