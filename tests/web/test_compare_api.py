@@ -118,7 +118,7 @@ def test_poses_that_are_not_known_are_gaps(folder):
 
 
 def test_of_many_runs_the_median_is_drawn_and_the_paths_of_as_many_as_can_be_told_apart(tmp_path, monkeypatch):
-    monkeypatch.setattr("mjsim.web.comparing.MOST_PATHS", 4)
+    monkeypatch.setattr("mjsim.web.comparing.MAX_PATHS", 4)
     for seed in range(1, 6):
         with mjsim.Simulation(mjsim.parse_world(ROOM), seed=seed) as sim:
             mjsim.run(sim, seconds=0.2, record=tmp_path / f"run-{seed}.mcap")
