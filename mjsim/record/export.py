@@ -20,7 +20,7 @@ from mjsim.record.joint_tables import joint_tables
 from mjsim.record.readings import SensorTable
 from mjsim.record.recording import Recording, Track
 from mjsim.record.sensor_tables import sensor_tables
-from mjsim.world import said_of
+from mjsim.world import event_text
 
 _SUFFIXES = {"jpeg": "jpg"}
 """File suffixes that differ from the name of the picture format."""
@@ -125,7 +125,7 @@ def _world_tables(recording: Recording) -> Iterator[tuple[str, list[str], Iterab
         )
         yield "things", ["time", "name", "x", "y", "heading"], rows
     if recording.events:
-        yield "events", ["time", "text"], ((event.time, said_of(event)) for event in recording.events)
+        yield "events", ["time", "text"], ((event.time, event_text(event)) for event in recording.events)
 
 
 def _covariance_header(prefix: str, states: Sequence[str]) -> list[str]:

@@ -21,7 +21,7 @@ from mjsim.interface import Command, Estimate, JointGoal, Observation, Sighting,
 from mjsim.record.numbers import Message, flat, numbers, packed, stamp_json, unpacked
 from mjsim.record.readings import CODECS, sighting_messages
 from mjsim.record.tick import Order, RobotEvent, Tick
-from mjsim.world import ReachEvent, WorldEvent, said_of
+from mjsim.world import ReachEvent, WorldEvent, event_text
 
 _WORLD_EVENT: TypeAdapter[WorldEvent] = TypeAdapter(WorldEvent)
 
@@ -316,7 +316,7 @@ def world_event_message(time: float, event: WorldEvent) -> Message:
     return {
         "timestamp": stamp_json(time),
         "level": 2,
-        "message": said_of(event),
+        "message": event_text(event),
         "name": "world",
         "file": "",
         "line": 0,

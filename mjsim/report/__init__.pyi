@@ -6,11 +6,11 @@ from .comparison import Series as Series
 from .comparison import compare_tables as compare_tables
 from .comparison_page import COMPARISON_FILES as COMPARISON_FILES
 from .comparison_page import write_comparison as write_comparison
+from .comparison_tables import cell_legend as cell_legend
 from .comparison_tables import comparison_csv as comparison_csv
 from .comparison_tables import comparison_json as comparison_json
 from .comparison_tables import comparison_lines as comparison_lines
 from .comparison_tables import mean_rows as mean_rows
-from .comparison_tables import told_in_cells as told_in_cells
 from .comparison_tables import verdict_rows as verdict_rows
 from .consistency import STATES as STATES
 from .consistency import chi_square_bounds as chi_square_bounds

@@ -10,11 +10,11 @@ import numpy as np
 from mjsim.output import write_set
 from mjsim.report.comparison import Comparison
 from mjsim.report.comparison_tables import (
+    cell_legend,
     comparison_csv,
     comparison_json,
     comparison_latex,
     mean_rows,
-    told_in_cells,
     verdict_rows,
 )
 from mjsim.report.drawings import drawing_files, png_of, require_formats
@@ -62,7 +62,7 @@ def _page(comparison: Comparison, pictures: dict[str, bytes]) -> str:
         "mjsim compare",
         f"<h2>What is certain</h2>{_verdicts(comparison)}",
         f"<h2>What to know</h2><ul>{notes}</ul>" if notes else "",
-        f"<h2>Figures: {told_in_cells(comparison.groups)}</h2>{_table(comparison)}",
+        f"<h2>Figures: {cell_legend(comparison.groups)}</h2>{_table(comparison)}",
         *(picture(name, data) for name, data in pictures.items()),
     )
 

@@ -72,7 +72,7 @@ def comparison_latex(comparison: Comparison) -> str:
             for figure in _shown(groups)
         ]
         heads = ("", *(group.label for group in groups))
-        caption = f"{told_in_cells(groups).capitalize()}; {_counts(groups)}."
+        caption = f"{cell_legend(groups).capitalize()}; {_counts(groups)}."
         tables.append(latex_float("l" + "r" * len(groups), heads, rows, caption=caption))
     # For the text; a caption has no space for them.
     tables += [f"% {latex_text(sentence)}.\n" for sentence in comparison.verdicts]
@@ -137,7 +137,7 @@ def interval_text(figure: ReportFigure, group: Group) -> str:
     return mean if summary.count == 1 else f"{mean} ({_short(figure, min(values))} to {_short(figure, max(values))})"
 
 
-def told_in_cells(groups: Sequence[Group]) -> str:
+def cell_legend(groups: Sequence[Group]) -> str:
     """Return the explanation of the brackets of `interval_text` in the cells of a table."""
     summaries = [summary for group in groups for summary in group.spreads.values()]
     sure = any(summary.low is not None for summary in summaries)
@@ -177,7 +177,7 @@ def _lines_of(groups: Sequence[Group]) -> Iterator[str]:
     for column, group in zip(columns, groups, strict=True):
         column += [interval_text(figure, group) for figure in figures]
     widths = [max(map(len, column)) for column in columns]
-    heads = ["", told_in_cells(groups), *(figure.heading for figure in figures)]
+    heads = ["", cell_legend(groups), *(figure.heading for figure in figures)]
     first = max(map(len, heads))
     for head, *cells in zip(heads, *columns, strict=True):
         yield f"{head:<{first}}" + "".join(f"   {cell:>{width}}" for cell, width in zip(cells, widths, strict=True))

@@ -15,6 +15,7 @@ from mjsim.report import (
     Comparison,
     Group,
     Series,
+    cell_legend,
     chi_square_bounds,
     compare,
     comparison_csv,
@@ -23,7 +24,6 @@ from mjsim.report import (
     mean_rows,
     middle_of,
     sweep_world,
-    told_in_cells,
     verdict_rows,
 )
 from mjsim.web.answers import RefusedError
@@ -70,7 +70,7 @@ def compared_json(comparison: Comparison, *, scene: Mapping[str, Any] | None) ->
         "groups": [_group(group, seeds) for group in comparison.groups],
         "scene": scene,
         "nees": {"expected": STATES, "band": plain(chi_square_bounds(STATES, count=max(runs, 1)), 3)},
-        "cells": told_in_cells(comparison.groups),
+        "cells": cell_legend(comparison.groups),
         "means": mean_rows(comparison),
         "certain": verdict_rows(comparison),
         "know": [*comparison.consistency, *comparison.remarks],

@@ -18,7 +18,7 @@ from mjsim.web.answers import RefusedError
 from mjsim.web.files import SHIPPED
 from mjsim.web.folder import Folder
 from mjsim.web.items import Json
-from mjsim.world import LEFT_BEHIND, MOST_BYTES, too_large, write_private
+from mjsim.world import LEFT_BEHIND, MAX_BYTES, too_large, write_private
 
 TAB = re.compile(r"[0-9a-f]{16}")
 """Id of a browser tab: random, and new each time its page is loaded."""
@@ -117,7 +117,7 @@ class Drafts:
             RefusedError: It is too large, or cannot be written.
         """
         data = text.encode("utf-8", "surrogatepass")
-        if len(data) > MOST_BYTES:
+        if len(data) > MAX_BYTES:
             raise RefusedError(413, f"unsaved changes cannot be kept: {too_large(len(data))}")
         steps = json.dumps(past).encode()
         file = path if path.startswith(SHIPPED) else str(self._folder.path(path))

@@ -13,7 +13,7 @@ from mjsim.web.answers import RefusedError
 from mjsim.web.folder import Folder
 from mjsim.web.items import Json
 from mjsim.world import (
-    MOST_BYTES,
+    MAX_BYTES,
     Source,
     preset_names,
     read_file,
@@ -143,7 +143,7 @@ def save_world(folder: Folder, path: str, *, text: str, stamp: str | None, overw
     """
     place = _world_path(folder, path)
     data = text.encode("utf-8", "replace")
-    if len(data) > MOST_BYTES:
+    if len(data) > MAX_BYTES:
         raise RefusedError(413, too_large(len(data)))
     try:
         # One at a time: of two pages that save at once, the second is told about the first.

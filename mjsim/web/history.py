@@ -54,7 +54,7 @@ class Past:
         return copied
 
     def as_json(self) -> TrackHistory:
-        """Return it in JSON form: lists of at most MOST rows, None for unknown values."""
+        """Return it in JSON form: lists of at most MAX_ROWS rows, None for unknown values."""
         rows = np.array(self._rows).reshape(-1, WIDTH)
         keep = slice(None, None, max(1, math.ceil(len(rows) / MAX_ROWS)))
         timing = {name: [*column, *[math.nan] * (len(rows) - len(column))] for name, column in self._timing.items()}

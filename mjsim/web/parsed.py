@@ -13,7 +13,7 @@ from mjsim.record import named_files
 from mjsim.web.items import LISTS, Json, Path, scene_of, world_values
 from mjsim.web.watch import named_in
 from mjsim.world import (
-    MOST,
+    MAX_REPORTED,
     Node,
     Source,
     World,
@@ -120,7 +120,7 @@ def _right_part(node: Node, source: Source, *, wrong: set[Path]) -> tuple[World,
         except ValidationError as error:
             more = {_original(details["loc"], indices) for details in error.errors(include_url=False) if details["loc"]}
             # Inconsistencies are reported one at a time.
-            more |= {_original(path, indices) for _, path in islice(misfits(part.value), MOST)}
+            more |= {_original(path, indices) for _, path in islice(misfits(part.value), MAX_REPORTED)}
             if more <= wrong:
                 return None
             wrong = wrong | more

@@ -17,7 +17,7 @@ from mjsim.web.measured import SensorPast, row_of
 from mjsim.web.news import EventNews, RobotTick, TickNews, TrackHistory
 from mjsim.web.showing import shown_json
 from mjsim.web.tick_json import outlines_json, people_json, recognised_json, robots_json, with_removed
-from mjsim.world import EVENT_KINDS, kind_of, said_of
+from mjsim.world import EVENT_KINDS, event_text, kind_of
 
 MAX_ROWS = 5000
 """Maximum number of rows of a track."""
@@ -118,7 +118,9 @@ def events_json(recording: Recording) -> list[EventNews]:
     ]
     for happened in recording.events:
         kind = str(kind_of(happened, EVENT_KINDS))
-        events.append({"kind": "event", "time": happened.time, "robot": None, "event": kind, "text": said_of(happened)})
+        events.append(
+            {"kind": "event", "time": happened.time, "robot": None, "event": kind, "text": event_text(happened)}
+        )
     return sorted(events, key=lambda event: event["time"])
 
 

@@ -31,10 +31,10 @@ from mjsim.world import (
     Robot,
     Use,
     World,
+    event_text,
     kind_of,
     noise_figures,
     rims,
-    said_of,
 )
 
 CORNERS = 16
@@ -188,7 +188,7 @@ def events_json(tick: Tick) -> Iterator[EventNews]:
     """Yield the events at a tick, of the world and its robots."""
     for happened in tick.events:
         kind = str(kind_of(happened, EVENT_KINDS))
-        yield {"kind": "event", "time": happened.time, "robot": None, "event": kind, "text": said_of(happened)}
+        yield {"kind": "event", "time": happened.time, "robot": None, "event": kind, "text": event_text(happened)}
     for robot, order in tick.orders.items():
         for event in order.events:
             yield {"kind": "event", "time": event.time, "robot": robot, "event": event.kind, "text": event.text}

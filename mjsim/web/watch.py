@@ -12,7 +12,7 @@ from typing import Any
 from mjsim.web.files import source_of, stamp_of
 from mjsim.web.folder import Folder
 from mjsim.web.items import Json
-from mjsim.world import MOST_BYTES
+from mjsim.world import MAX_BYTES
 
 MAX_FILES = 1000
 """Maximum number of watched files per world."""
@@ -119,7 +119,7 @@ class DiskWatch:
         if self._read is None or self._read[0] != sign or self._read[1] < modified / 1e9 + _RECENT:
             began = time.time()
             try:
-                stamp = stamp_of(place) if size <= MOST_BYTES else f"too large: {sign}"
+                stamp = stamp_of(place) if size <= MAX_BYTES else f"too large: {sign}"
             except OSError:
                 stamp = f"unreadable: {sign}"
             self._read = sign, began, stamp

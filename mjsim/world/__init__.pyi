@@ -151,6 +151,7 @@ from .items import actuator_kind as actuator_kind
 from .items import arm_names as arm_names
 from .items import carried_body as carried_body
 from .items import event_from as event_from
+from .items import event_text as event_text
 from .items import first_looks as first_looks
 from .items import free_columns as free_columns
 from .items import height_under as height_under
@@ -168,7 +169,6 @@ from .items import reached_joints as reached_joints
 from .items import require_same_but_noise as require_same_but_noise
 from .items import restarted as restarted
 from .items import rims as rims
-from .items import said_of as said_of
 from .items import sensor_names as sensor_names
 from .items import sensors as sensors
 from .items import shows_motion as shows_motion
@@ -214,7 +214,7 @@ from .plan import wall_pieces as wall_pieces
 from .plan import wall_polygons as wall_polygons
 from .plan import world_from_obstacle as world_from_obstacle
 from .plan import world_from_seat as world_from_seat
-from .read import MOST as MOST
+from .read import MAX_REPORTED as MAX_REPORTED
 from .read import arm as arm
 from .read import arm_item as arm_item
 from .read import arm_world as arm_world
@@ -224,7 +224,7 @@ from .read import parse_world as parse_world
 from .read import read_described as read_described
 from .read import read_file as read_file
 from .read import with_settings as with_settings
-from .yaml import MOST_BYTES as MOST_BYTES
+from .yaml import MAX_BYTES as MAX_BYTES
 from .yaml import Fault as Fault
 from .yaml import Node as Node
 from .yaml import problems_at as problems_at

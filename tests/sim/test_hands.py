@@ -13,7 +13,7 @@ from mjsim.errors import UsageError, WorldError
 from mjsim.posture import from_above
 from mjsim.sim import StillScene
 from mjsim.sim.hands import LedPeople
-from mjsim.world import HandLed, ReachEvent, ReleaseEvent, check_world, looks_after, said_of
+from mjsim.world import HandLed, ReachEvent, ReleaseEvent, check_world, event_text, looks_after
 
 ROOM = """
 mjsim: 1
@@ -73,7 +73,7 @@ def test_a_hand_out_of_reach_moves_as_close_as_possible_and_the_event_has_the_di
         assert abs(z - 1.2) < 0.2
         assert isinstance(happened, ReachEvent)
         assert happened.short == pytest.approx(np.linalg.norm(there - (-3, 0, 1.2)), abs=2e-3)
-        assert said_of(happened).endswith(f", which is {happened.short:.2g} m out of reach")
+        assert event_text(happened).endswith(f", which is {happened.short:.2g} m out of reach")
         sim.reset()
         sim.reach("anna", {"hand": "right", "to": TO})
         assert [event.short for event in sim.happened()[1:]] == [0.0]

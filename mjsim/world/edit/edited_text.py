@@ -11,7 +11,7 @@ from mjsim.world.edit.snippet import dashed, inline, keyed, scalar
 from mjsim.world.edit.text_place import Path, TextPlace, UnwritableError, shown_path
 from mjsim.world.files import Source
 from mjsim.world.language import OPEN, expand, needs_expansion
-from mjsim.world.yaml import MOST_BYTES, Entry, Node, Span, UnknownTextError, read_spans, read_text, too_large
+from mjsim.world.yaml import MAX_BYTES, Entry, Node, Span, UnknownTextError, read_spans, read_text, too_large
 
 _SHARED = "is written once for several places; change it in the text"
 _TWICE = "is written twice; remove one of them in the text"
@@ -251,7 +251,7 @@ class EditedText:
             self._stale = False
 
     def _check_size(self) -> None:
-        if len(self._text) > MOST_BYTES:
+        if len(self._text) > MAX_BYTES:
             raise UnwritableError((), too_large(len(self._text)))
 
     def _read(self) -> None:

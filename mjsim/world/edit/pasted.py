@@ -6,7 +6,7 @@ from typing import Any
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.world.ground import models_at
 from mjsim.world.items import World
-from mjsim.world.yaml import MOST_BYTES, read_text, too_large
+from mjsim.world.yaml import MAX_BYTES, read_text, too_large
 
 LISTS: dict[str, tuple[str, ...]] = {
     **{name: (name,) for name in ("walls", "obstacles", "beacons", "robots", "lamps", "mechanisms", "people")},
@@ -28,7 +28,7 @@ def items_in(text: str) -> list[tuple[str, dict[str, Any]]]:
     Raises:
         UsageError: It contains no items, or one that is invalid in any world; the message says which.
     """
-    if len(text) > MOST_BYTES:
+    if len(text) > MAX_BYTES:
         raise UsageError(too_large(len(text)))
     node, problems = read_text(text, file="")
     if node is None or problems:

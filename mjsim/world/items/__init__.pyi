@@ -54,7 +54,7 @@ from .events import RestoreEvent as RestoreEvent
 from .events import ShoveEvent as ShoveEvent
 from .events import WorldEvent as WorldEvent
 from .events import event_from as event_from
-from .events import said_of as said_of
+from .events import event_text as event_text
 from .lenses import Lens as Lens
 from .lidars import Lidar as Lidar
 from .lidars import Lidar3d as Lidar3d

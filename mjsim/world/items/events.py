@@ -296,7 +296,7 @@ def event_from(keys: Mapping[str, object]) -> WorldEvent:
     return event
 
 
-def said_of(event: WorldEvent) -> str:
+def event_text(event: WorldEvent) -> str:
     """Return a description of an event."""
     match event:
         case MoveEvent():

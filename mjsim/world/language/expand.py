@@ -13,7 +13,7 @@ from mjsim.world.files import Source, has_asset, read_asset
 from mjsim.world.language.arithmetic import CONSTANTS, FUNCTIONS, INDICES, NAME, Value
 from mjsim.world.language.merge import marked, merged, without
 from mjsim.world.language.template import Budget, Template, TooMuchError
-from mjsim.world.yaml import MOST_BYTES, Node, Origin, read_text
+from mjsim.world.yaml import MAX_BYTES, Node, Origin, read_text
 
 DEEPEST = 16
 """Maximum nesting of includes."""
@@ -165,8 +165,8 @@ class _Expander:
             self._report(around, entry, str(error))
             return None
         self._bytes += len(data)
-        if self._bytes > MOST_BYTES:
-            size = f"{MOST_BYTES / 1e6:.0f} MB"
+        if self._bytes > MAX_BYTES:
+            size = f"{MAX_BYTES / 1e6:.0f} MB"
             self._report(around, entry, f"with '{path}' the included files have more than {size}; include less")
             return None
         self.included[name] = data

@@ -2,7 +2,7 @@ from .arms import arm as arm
 from .arms import arm_item as arm_item
 from .arms import arm_world as arm_world
 from .described import read_described as read_described
-from .reader import MOST as MOST
+from .reader import MAX_REPORTED as MAX_REPORTED
 from .reader import load_checked as load_checked
 from .reader import load_world as load_world
 from .reader import parse_world as parse_world

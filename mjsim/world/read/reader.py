@@ -16,9 +16,9 @@ from mjsim.world.files import Source, world_path
 from mjsim.world.ground import KEY, Model, Path, gc_paused, meant_key, misspelt_kind, path_of, sentence
 from mjsim.world.items import World, misfits
 from mjsim.world.language import Value, expand, needs_expansion
-from mjsim.world.yaml import MOST_BYTES, Fault, Node, line_and_column, problems_at, read_text, too_large
+from mjsim.world.yaml import MAX_BYTES, Fault, Node, line_and_column, problems_at, read_text, too_large
 
-MOST = 100
+MAX_REPORTED = 100
 """Maximum number of errors such as unknown names; each is compared with all known names."""
 
 
@@ -64,7 +64,7 @@ def parse_world(
     except ValidationError as error:
         faults = list(faults_of(error, World, whole=not amiss))
         if not amiss:  # inconsistencies may vanish once the rest is valid
-            faults += [(path, partial(str, message)) for message, path in islice(misfits(node.value), MOST)]
+            faults += [(path, partial(str, message)) for message, path in islice(misfits(node.value), MAX_REPORTED)]
         reported = {(problem.file, problem.line, problem.column) for problem in problems}
         more = set(problems_at(node, source.file, faults))
         problems += [problem for problem in more if (problem.file, problem.line, problem.column) not in reported]
@@ -119,9 +119,9 @@ def read_file(path: FilePath, *, what: str = "a world file") -> str:
             status = os.fstat(file.fileno())
             if not stat.S_ISREG(status.st_mode):
                 raise _refused(path, f"this is not a file; name {what}")
-            if status.st_size > MOST_BYTES:
+            if status.st_size > MAX_BYTES:
                 raise _refused(path, too_large(status.st_size))
-            data = file.read(MOST_BYTES + 1)
+            data = file.read(MAX_BYTES + 1)
     except (FileNotFoundError, NotADirectoryError):
         raise UsageError(f"no file '{path}'; name {what}") from None
     except IsADirectoryError:

@@ -11,7 +11,7 @@ from .spans import Entry as Entry
 from .spans import Span as Span
 from .spans import UnknownTextError as UnknownTextError
 from .spans import read_spans as read_spans
-from .text import MOST_BYTES as MOST_BYTES
+from .text import MAX_BYTES as MAX_BYTES
 from .text import Node as Node
 from .text import Origin as Origin
 from .text import line_and_column as line_and_column

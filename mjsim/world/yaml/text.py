@@ -16,7 +16,7 @@ from mjsim.world.yaml.scan import ALIAS, DOCUMENT, END, MAP, SCALAR, UnsureError
 if TYPE_CHECKING:
     from ruamel.yaml.error import MarkedYAMLError
 
-MOST_BYTES = 5_000_000
+MAX_BYTES = 5_000_000
 MAX_NODES = 250_000
 """Maximum number of keys and values of a text, including those that aliases repeat."""
 DEEPEST = 50
@@ -90,7 +90,7 @@ def read_text(text: str, *, file: str) -> tuple[Node | None, list[Problem]]:
         line, column = line_and_column(text, control.start())
         code = f"U+{ord(control.group()):04X}"
         return None, [Problem(file, line, column, f"character {code} is not text; write the file as UTF-8 text")]
-    if len(text) > MOST_BYTES:
+    if len(text) > MAX_BYTES:
         return None, [Problem(file, 1, 1, too_large(len(text)))]
     try:
         _check_size(text)
@@ -142,7 +142,7 @@ def _read_exactly(text: str, *, file: str) -> tuple[Node | None, list[Problem]]:
 
 def too_large(size: int) -> str:
     """Return the message for a file with too many bytes."""
-    return f"the file has {size / 1e6:.0f} MB; a world file has at most {MOST_BYTES / 1e6:.0f} MB"
+    return f"the file has {size / 1e6:.0f} MB; a world file has at most {MAX_BYTES / 1e6:.0f} MB"
 
 
 def line_and_column(text: str, offset: int) -> tuple[int, int]:
