@@ -70,7 +70,7 @@ def _figures(recording: Recording) -> Outcome:
 
 
 def _series(track: Track, *, estimated: bool) -> dict[str, Any]:
-    """Return NEES, errors and paths over time, at MOST_POINTS ticks at most; dead reckoning has no NEES."""
+    """Return NEES, errors and paths over time, at MAX_POINTS ticks at most; dead reckoning has no NEES."""
     rows = slice(None, None, -(-len(track.time) // MAX_POINTS))
     truth, estimate = track.truth[rows], track.estimate[rows]
     columns = {

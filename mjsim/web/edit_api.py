@@ -28,7 +28,7 @@ from mjsim.web.requests import Drivers, with_drivers
 from mjsim.web.scene_3d import Scene3dShelf
 from mjsim.web.sources import source_of_use
 from mjsim.web.trust import Trust
-from mjsim.web.watch import MAX_FILES as MOST_WATCHED
+from mjsim.web.watch import MAX_FILES as MAX_WATCHED
 from mjsim.web.watch import Signs, signs_of
 from mjsim.world import Change, UnwritableError, World, edited, items_in, parse_world
 
@@ -282,7 +282,7 @@ class EditApi:
         found = parsed(text, source_of(self._folder, path), read=read)
         files = signs_of(self._folder, path, found.content["files"])
         # An error may be fixed without a change of any file, for example by installing a module.
-        if not found.content["problems"] and len(files) < MOST_WATCHED:
+        if not found.content["problems"] and len(files) < MAX_WATCHED:
             others = [each for each in self._cached if each[0] != (path, text)]
             self._cached = ((path, text), found, files), *others[: CACHED - 1]
         return found, files
