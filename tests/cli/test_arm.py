@@ -51,7 +51,7 @@ WRONG = {
     "--joints is '1,2'; give 6 numbers separated by commas": ["puma560", "--joints", "1,2"],
     "--joints is 'a'; give 6 numbers separated by commas": ["puma560", "--joints", "a"],
     "'arm.gif' is not a picture; its name must end in .png, .svg or .pdf": ["puma560", "--plot", "arm.gif"],
-    "no file 'none.yaml'; name a world file": ["none.yaml"],
+    "no file 'none.yaml'; name a YAML file with `dh`, MJCF or URDF": ["none.yaml"],
 }
 
 

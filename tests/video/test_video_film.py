@@ -130,7 +130,7 @@ def test_what_cannot_be_meant_is_refused(recording, tmp_path, name, follow, faul
 
 def test_a_place_that_cannot_be_written_is_named(recording, tmp_path):
     (tmp_path / "file").touch()
-    with pytest.raises(UsageError, match="cannot write"):
+    with pytest.raises(UsageError, match="exists and is not a folder"):
         make_video(recording, tmp_path / "file" / "run.mp4", view="plan")
 
 
