@@ -192,7 +192,7 @@ def test_files_that_differ_in_a_number_at_the_end_have_one_label(tmp_path):
 def test_what_cannot_be_compared_is_refused_in_a_line(tmp_path):
     with pytest.raises(UsageError, match="no recording in"):
         mjsim.compare(tmp_path)
-    with pytest.raises(UsageError, match="no file .*; name a recording"):
+    with pytest.raises(UsageError, match=r"no file .*; name a recording"):
         mjsim.compare([tmp_path / "none.mcap"])
 
 
