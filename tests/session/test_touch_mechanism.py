@@ -207,7 +207,7 @@ def test_a_joint_that_a_motion_moves_through_its_loop_is_led_by_that_motion_and_
             "q5": math.acos((3.5**2 + 3.0**2 - gap**2) / (2 * 3.5 * 3.0)),
             "q4": math.pi
             - math.acos((3.0**2 + gap**2 - 3.5**2) / (2 * 3.0 * gap))
-            + math.atan2(math.sin(held["q2"]), 4 - math.cos(held["q2"])),
+            - math.atan2(math.sin(held["q2"]), 4 - math.cos(held["q2"])),
         }
         assert np.abs(motion.velocities).max() < 1e-6
         assert math.degrees(held[joint]) == pytest.approx({"q4": 115, "q5": 85}[joint], abs=1e-4)
@@ -218,9 +218,7 @@ def test_a_joint_that_a_motion_moves_through_its_loop_is_led_by_that_motion_and_
             sim.step()
         after, time = sim.motions()["bars"], sim.time
     signal = math.radians(28.6 + 60 * time)
-    assert math.remainder(after.positions[0] - signal, 2 * math.pi) == pytest.approx(
-        0.0, abs=1e-4
-    )  # the end of its way
+    assert math.remainder(after.positions[0] - signal, 2 * math.pi) == pytest.approx(0.0, abs=1e-4)
 
 
 def test_what_was_led_by_hand_repeats_to_the_byte_once_it_is_kept(tmp_path):
