@@ -36,7 +36,7 @@ def enter_private_network() -> str:
         Path("/proc/self/setgroups").write_text("deny")
         Path("/proc/self/uid_map").write_text(f"{user} {user} 1")
         Path("/proc/self/gid_map").write_text(f"{group} {group} 1")
-        _bring_loopback_up()
+        bring_loopback_up()
     except (OSError, AttributeError) as error:
         raise UsageError(
             f"no private network on this system: {error}; it needs Linux that lets users create namespaces, "
@@ -53,7 +53,7 @@ def _unshare(flags: int) -> None:
         raise OSError(code, os.strerror(code))
 
 
-def _bring_loopback_up() -> None:
+def bring_loopback_up() -> None:
     """Switch loopback on, with the multicast by which participants find each other."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
         request = struct.pack(_REQUEST, b"lo", 0, b"")

@@ -6,12 +6,9 @@ In a network namespace of its own (`unshare -Urn`), loopback is brought up first
 was received is written into FOLDER/heard.json, what was noticed into FOLDER/noticed.json.
 """
 
-import fcntl
 import json
 import os
 import signal
-import socket
-import struct
 import subprocess
 import sys
 import time
@@ -19,11 +16,9 @@ from pathlib import Path
 
 import rosless
 
-from mjsim.bridge import Bus, call_name
+from mjsim.bridge import Bus, bring_loopback_up, call_name
 from mjsim.ros import Outgoing, typestore
 
-UP, MULTICAST = 0x1, 0x1000
-GET_FLAGS, SET_FLAGS = 0x8913, 0x8914
 PATIENCE = 60.0
 TOPICS = {
     "/clock": "rosgraph_msgs/msg/Clock",
@@ -41,13 +36,6 @@ TOPICS = {
     "/crank/joint_states": "sensor_msgs/msg/JointState",
 }
 LATCHED = {"/tf_static", "/map"}
-
-
-def bring_loopback_up() -> None:
-    """Switch the loopback of a new network namespace on, with multicast."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
-        flags = struct.unpack("16sH14s", fcntl.ioctl(any_socket, GET_FLAGS, struct.pack("16sH14s", b"lo", 0, b"")))[1]
-        fcntl.ioctl(any_socket, SET_FLAGS, struct.pack("16sH14s", b"lo", flags | UP | MULTICAST, b""))
 
 
 class Services:
