@@ -157,16 +157,7 @@ def figures_of(study: PersonStudy) -> dict[str, Any]:
         },
         "clearances": [_clearance_json(each) for each in study.clearances],
         "collisions": [_clearance_json(each) for each in study.collisions],
-        "seat_travel": [
-            {
-                "sex": each.sex,
-                "percentile": each.percentile,
-                "set_by_m": list(each.set_by),
-                "wished_m": list(each.ideal),
-                "missed": list(each.missed),
-            }
-            for each in study.settings
-        ],
+        "seat_travel": [_setting_json(each) for each in study.settings],
         "envelopes": {
             each.side: {"shoulder": each.shoulder.tolist(), "points": _or_none(each.points)} for each in study.envelopes
         },
@@ -176,6 +167,16 @@ def figures_of(study: PersonStudy) -> dict[str, Any]:
 def contact_figure(name: str, error: float) -> dict[str, float]:
     """Return the error of a contact with its unit in the key: the gaze is a direction, the others are distances."""
     return {"error_deg": math.degrees(error)} if name == "gaze" else {"error_mm": 1000.0 * error}
+
+
+def _setting_json(setting: SeatSetting) -> dict[str, Any]:
+    return {
+        "sex": setting.sex,
+        "percentile": setting.percentile,
+        "set_by_m": list(setting.set_by),
+        "wished_m": list(setting.ideal),
+        "missed": list(setting.missed),
+    }
 
 
 def _clearance_json(clearance: Clearance) -> dict[str, Any]:

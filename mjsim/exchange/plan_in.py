@@ -4,12 +4,13 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from mjsim.errors import UsageError
 from mjsim.exchange.corners import runs_of
-from mjsim.exchange.curves import curves_of, walls_of, without_curves
+from mjsim.exchange.curves import Curve, curves_of, walls_of, without_curves
 from mjsim.exchange.drawing import (
     MAX_CORNERS,
     Drawing,
@@ -34,7 +35,7 @@ from mjsim.exchange.furnishing import (
 from mjsim.exchange.maps import DIGITS, WALL_HEIGHT, distinct
 from mjsim.exchange.openings import WIDEST, Hole, doors_and_windows, lines_through, with_openings
 from mjsim.exchange.patches import painted_over
-from mjsim.exchange.ribbons import ribbons_of, without_ribbons
+from mjsim.exchange.ribbons import Ribbon, ribbons_of, without_ribbons
 from mjsim.exchange.roles import Role
 from mjsim.exchange.shapes import Bar
 from mjsim.exchange.sorting import (
@@ -141,11 +142,7 @@ def _walls(lines: SortedLines, thickness: float | None, counts: Counter[str]) ->
     pens = by_pen(lines.walls)
     solid_bars, columns, inside = bars_of_filled(pens.filled)
     lines.columns.extend(columns)
-    strokes, rings = [line.points for line in pens.hair], [line.closed for line in pens.hair]
-    curves = curves_of(strokes, rings)
-    pieces, arcs = without_curves(*split(strokes, rings), curves)
-    ribbons = ribbons_of(strokes, rings, curves, named=lines.named)
-    pieces = without_ribbons(pieces, ribbons)
+    pieces, arcs, curves, ribbons = _fine_lines(pens.hair, named=lines.named)
     all_arcs = [*arcs, *_arcs([*lines.doors, *lines.others, *pens.light])]
     pieces = without_leaves(pieces, all_arcs)
     solid_bars = [
@@ -170,12 +167,16 @@ def _walls(lines: SortedLines, thickness: float | None, counts: Counter[str]) ->
     elif lines.named or length_of_lines(pens.broad) < BROAD * length_of_lines(pens.hair):
         straight += _without(pens.hair, arcs)
     singles = _by_lines(straight, thickness)
-    doors = [outline.points for outline in outlines_of(lines.doors, "door")]
-    windows = [outline.points for outline in outlines_of(lines.windows, "window")]
     seen = _bars_of_walls(singles)
-    panes = _joined_pieces(pieces, lines)
-    bars, holes = doors_and_windows(bars, panes, all_arcs, doors, windows)
-    whole, more = doors_and_windows(seen, panes, all_arcs, doors, windows) if seen else ([], [])
+    join = partial(
+        doors_and_windows,
+        pieces=_joined_pieces(pieces, lines),
+        arcs=all_arcs,
+        doors=[outline.points for outline in outlines_of(lines.doors, "door")],
+        windows=[outline.points for outline in outlines_of(lines.windows, "window")],
+    )
+    bars, holes = join(bars)
+    whole, more = join(seen) if seen else ([], [])
     if len(whole) < len(seen):  # Doors in the gaps between walls join them.
         singles = _by_bars(whole, thickness)
     more += painted_over(solid_bars, lines.patches, pens.filled, filled=True)
@@ -185,6 +186,15 @@ def _walls(lines: SortedLines, thickness: float | None, counts: Counter[str]) ->
     if walls and thickness is None:
         lines.columns.extend(rest_of_filled(inside, walls))
     return walls, [*holes, *more]
+
+
+def _fine_lines(lines: Sequence[Line], *, named: bool) -> tuple[Pieces, list[Arc], list[Curve], list[Ribbon]]:
+    """Return what hairlines consist of: straight pieces, door swings, round walls and walls between two curves."""
+    strokes, rings = [line.points for line in lines], [line.closed for line in lines]
+    curves = curves_of(strokes, rings)
+    pieces, arcs = without_curves(*split(strokes, rings), curves)
+    ribbons = ribbons_of(strokes, rings, curves, named=named)
+    return without_ribbons(pieces, ribbons), arcs, curves, ribbons
 
 
 def _total(bars: Sequence[Bar]) -> float:

@@ -80,6 +80,6 @@ def _section(result: Result) -> str:
     )
     return (
         f"<h2>{html.escape(result.title)}</h2><p>{html.escape(result.question)}</p>"
-        "<table><thead><tr><td></td><th>measured</th><th>wanted</th><td></td></tr></thead>"
+        "<table><thead><tr><td></td><th>measured</th><th>required</th><td></td></tr></thead>"
         f"<tbody>{rows}</tbody></table>{figures}"
     )

@@ -104,13 +104,38 @@ class Recorder:
 
     def write(self, tick: Tick) -> None:
         """Record a tick; mutable data is copied before this returns."""
-        messages: list[tuple[str, Message]] = []
-        frames: dict[str, Pose | Pose3] = {}
         moments = {robot: seen.moment for robot, seen in tick.seen.items()}
+        self._put(
+            Batch(
+                time=tick.time,
+                messages=self._messages(tick, moments),
+                joints=[
+                    (f"/{robot}/covariance", order.estimate, np.array(order.estimate.joint_covariance, dtype=float))
+                    for robot, order in tick.orders.items()
+                    if order.estimate.joint_covariance is not None
+                ],
+                drawn=[
+                    (drawing, robot, name, reading)
+                    for drawing, robot, field in self._drawings
+                    if robot in tick.seen
+                    for name, reading in getattr(tick.seen[robot], field).items()
+                ],
+                frames=_frames(tick),
+                moments=moments,
+                looks=tick.looks if tick.events else None,
+                closing=[
+                    ("/timing", timing_message(tick, time.perf_counter() - self._began)),
+                    ("/state", state_message(tick)),
+                ],
+            )
+        )
+
+    def _messages(self, tick: Tick, moments: Mapping[str, float]) -> list[tuple[str, Message]]:
+        """Return all that is written of a tick but pictures, joint covariances and what closes it."""
+        messages: list[tuple[str, Message]] = []
         for robot, planar in tick.truth.items():
             truth = truth_message(tick.time, planar, tick.poses[robot], moment=moments.get(robot))
             messages.append((f"/{robot}/truth", truth))
-            frames[f"{robot}/base"] = tick.poses[robot]
         for robot, seen in tick.seen.items():
             messages.append((f"/{robot}/observation", observation_message(seen)))
         for topic, message_of, robot in self._topics:
@@ -124,36 +149,10 @@ class Recorder:
         messages += sensor_messages(tick.time, tick.readings)
         for robot, order in tick.orders.items():
             messages += self._order_messages(tick.time, robot, order, moment=moments.get(robot))
-            frames[f"{robot}/estimate"] = order.estimate.pose
-            frames[f"{robot}/odometry"] = order.dead_reckoning
         messages += [("/events", world_event_message(tick.time, event)) for event in tick.events]
         if tick.things:
             messages.append(("/things", things_message(tick.time, tick.things)))
-            frames |= tick.things
-        self._put(
-            Batch(
-                time=tick.time,
-                messages=messages,
-                joints=[
-                    (f"/{robot}/covariance", order.estimate, np.array(order.estimate.joint_covariance, dtype=float))
-                    for robot, order in tick.orders.items()
-                    if order.estimate.joint_covariance is not None
-                ],
-                drawn=[
-                    (drawing, robot, name, reading)
-                    for drawing, robot, field in self._drawings
-                    if robot in tick.seen
-                    for name, reading in getattr(tick.seen[robot], field).items()
-                ],
-                frames=frames,
-                moments=moments,
-                looks=tick.looks if tick.events else None,
-                closing=[
-                    ("/timing", timing_message(tick, time.perf_counter() - self._began)),
-                    ("/state", state_message(tick)),
-                ],
-            )
-        )
+        return messages
 
     def event(self, robot: str, event: RobotEvent) -> None:
         """Record an event of a robot outside of ticks."""
@@ -259,3 +258,12 @@ class Recorder:
             if batch.time - first.time >= MAX_DELAY or time.perf_counter() - began >= MAX_DELAY:
                 self._writer.flush()
                 first = None
+
+
+def _frames(tick: Tick) -> dict[str, Pose | Pose3]:
+    """Return the pose in the world of each frame: bases, estimates, dead reckoning and moved things."""
+    frames: dict[str, Pose | Pose3] = {f"{robot}/base": tick.poses[robot] for robot in tick.truth}
+    for robot, order in tick.orders.items():
+        frames[f"{robot}/estimate"] = order.estimate.pose
+        frames[f"{robot}/odometry"] = order.dead_reckoning
+    return {**frames, **tick.things}

@@ -3,7 +3,7 @@
 import base64
 import json
 import struct
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import cv2
@@ -36,6 +36,30 @@ _LINES = keyed(
         "indices": listed({"type": "integer"}, "None: in their order"),
     }
 )
+_TEXTURED = {
+    "asset": {"version": "2.0"},
+    "extensionsUsed": ["KHR_materials_unlit"],
+    "scene": 0,
+    "scenes": [{"nodes": [0]}],
+    "nodes": [{"mesh": 0}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": 0}]}],
+    "materials": [
+        {
+            "pbrMetallicRoughness": {
+                "baseColorTexture": {"index": 0},
+                "metallicFactor": 0.0,
+                "roughnessFactor": 1.0,
+            },
+            "alphaMode": "BLEND",
+            "doubleSided": True,
+            "extensions": {"KHR_materials_unlit": {}},
+        }
+    ],
+    "textures": [{"source": 0, "sampler": 0}],
+    "samplers": [{"magFilter": 9728, "minFilter": 9728, "wrapS": 33071, "wrapT": 33071}],
+    "images": [{"bufferView": 3, "mimeType": "image/png"}],
+}
+"""A glTF tree of one mesh with a texture, unlit, not repeated and with sharp cells, but for its numbers."""
 _TEXT = keyed(
     {
         "pose": _POSE,
@@ -216,39 +240,20 @@ def _model(grid: ShownGrid) -> bytes:
     places = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], dtype="<f4")
     order = np.array([0, 1, 2, 0, 2, 3], dtype="<u2")
     parts = [part.tobytes() for part in (corners, places, order)] + [_colored_png(grid)]
+    bounds = {"min": corners.min(axis=0).tolist(), "max": corners.max(axis=0).tolist()}
+    accessors = [
+        {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", **bounds},
+        {"bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC2"},
+        {"bufferView": 2, "componentType": 5123, "count": 6, "type": "SCALAR"},
+    ]
+    return _binary_gltf({**_TEXTURED, "accessors": accessors}, parts)
+
+
+def _binary_gltf(tree: Mapping[str, Any], parts: Sequence[bytes]) -> bytes:
+    """Return a glTF tree with its buffer, of which each part is a view."""
     starts = np.cumsum([0, *(-(-len(part) // 4) * 4 for part in parts)]).tolist()
     views = [{"buffer": 0, "byteOffset": at, "byteLength": len(part)} for at, part in zip(starts, parts, strict=False)]
-    shape = {"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": 0}
-    surface = {"baseColorTexture": {"index": 0}, "metallicFactor": 0.0, "roughnessFactor": 1.0}
-    tree = {
-        "asset": {"version": "2.0"},
-        "extensionsUsed": ["KHR_materials_unlit"],
-        "scene": 0,
-        "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0}],
-        "meshes": [{"primitives": [shape]}],
-        "materials": [
-            {
-                "pbrMetallicRoughness": surface,
-                "alphaMode": "BLEND",
-                "doubleSided": True,
-                "extensions": {"KHR_materials_unlit": {}},
-            }
-        ],
-        "textures": [{"source": 0, "sampler": 0}],
-        "samplers": [{"magFilter": 9728, "minFilter": 9728, "wrapS": 33071, "wrapT": 33071}],
-        "images": [{"bufferView": 3, "mimeType": "image/png"}],
-        "accessors": [
-            {
-                **{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
-                **{"min": corners.min(axis=0).tolist(), "max": corners.max(axis=0).tolist()},
-            },
-            {"bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC2"},
-            {"bufferView": 2, "componentType": 5123, "count": 6, "type": "SCALAR"},
-        ],
-        "bufferViews": views,
-        "buffers": [{"byteLength": starts[-1]}],
-    }
+    tree = {**tree, "bufferViews": views, "buffers": [{"byteLength": starts[-1]}]}
     text_chunk = _aligned(json.dumps(tree, separators=(",", ":")).encode(), b" ")
     bytes_chunk = b"".join(_aligned(part, b"\0") for part in parts)
     chunks = [(b"JSON", text_chunk), (b"BIN\0", bytes_chunk)]

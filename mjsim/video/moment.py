@@ -89,24 +89,16 @@ def moment_of(
 def moments(recording: Recording, robot: str, rows: Sequence[int]) -> Iterator[Moment]:
     """Yield the data drawn for ascending rows of a recording."""
     track = recording.robots[robot]
-    camera = next((camera for name, camera in recording.cameras() if name == robot), None)
-    pictures = recording.images(robot, camera) if camera is not None else iter(())
-    stamp, picture = next(pictures, (np.inf, None))
-    shown: Picture | None = None
     bumps = np.array([event.time for event in track.events if event.kind == "bump"])
     sightings: Sequence[Sighting] = ()
     changes = [event.time for event in recording.events]
     past, looks = -1, recording.looks(0)
     first = 0
     scans = enumerate(recorded_points(recording, robot))
-    for row in rows:
+    for row, (picture, renewed) in zip(rows, _newest_pictures(recording, robot, rows), strict=True):
         now = float(track.time[row])
         if bisect_right(changes, now) != past or looks.reached:
             past, looks = bisect_right(changes, now), recording.looks(row)
-        renewed = False
-        while stamp <= now + 1e-9:
-            shown, renewed = picture, True
-            stamp, picture = next(pictures, (np.inf, None))
         recent = next((track.sightings[k] for k in range(row, first - 1, -1) if track.sightings[k]), ())
         first = row + 1
         sightings = recent if recent or renewed else sightings
@@ -121,7 +113,7 @@ def moments(recording: Recording, robot: str, rows: Sequence[int]) -> Iterator[M
             means=track.landmarks.mean[row, mapped],
             covariances=track.landmarks.covariance[row, mapped],
             sightings=sightings,
-            picture=shown,
+            picture=picture,
             others={name: other.truth[row] for name, other in recording.robots.items() if name != robot},
             scans=next((points for number, points in scans if number == row), {}),
             touched=bool(((now - bumps >= 0.0) & (now - bumps < 0.5)).any()),
@@ -129,3 +121,17 @@ def moments(recording: Recording, robot: str, rows: Sequence[int]) -> Iterator[M
             looks=looks,
             arms={name: joints.positions[row] for name, joints in recording.joints.items()},
         )
+
+
+def _newest_pictures(recording: Recording, robot: str, rows: Sequence[int]) -> Iterator[tuple[Picture | None, bool]]:
+    """Yield for ascending rows the newest picture of a robot's first camera, and whether it came since the last row."""
+    camera = next((camera for name, camera in recording.cameras() if name == robot), None)
+    pictures = recording.images(robot, camera) if camera is not None else iter(())
+    stamp, picture = next(pictures, (np.inf, None))
+    newest: Picture | None = None
+    for row in rows:
+        renewed = False
+        while stamp <= recording.robots[robot].time[row] + 1e-9:
+            newest, renewed = picture, True
+            stamp, picture = next(pictures, (np.inf, None))
+        yield newest, renewed

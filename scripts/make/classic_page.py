@@ -34,7 +34,7 @@ def section(result: Result) -> str:
     said = f"{result.question} [{world}](../{world})"
     return (
         f"\n## {result.title}\n\n{textwrap.fill(said, 120, break_long_words=False, break_on_hyphens=False)}\n\n"
-        f"| | measured | wanted | |\n|---|---|---|---|\n{rows}\n{pictures}\n"
+        f"| | measured | required | |\n|---|---|---|---|\n{rows}\n{pictures}\n"
     )
 
 
