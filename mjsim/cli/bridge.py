@@ -43,10 +43,11 @@ def bridge(
 
     from mjsim.bridge import Bridge
     from mjsim.modules import load_runnable, thread_faults
-    from mjsim.record import reserve
+    from mjsim.record import require_recording_name, reserve
     from mjsim.world import with_settings
 
     if output is not None:
+        require_recording_name(output)
         require_free(output, overwrite=overwrite)
     checked = with_settings(load_runnable(world), settings or ())
     place = nullcontext() if output is None else reserve(output, overwrite=overwrite)

@@ -60,7 +60,9 @@ def import_log(
     """
     from mjsim.logs import Wishes
     from mjsim.logs import import_log as recorded
+    from mjsim.record import require_recording_name
 
+    require_recording_name(output)
     motion = {"distance": distance_noise, "turn": turn_noise, "veer": veer_noise}
     options = Wishes(
         rate_hz=rate,

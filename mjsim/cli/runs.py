@@ -78,10 +78,11 @@ def replay(
 ) -> None:
     """Run another estimator on a recording's observations."""
     from mjsim.modules import module_of, thread_faults
-    from mjsim.record import read_recording
+    from mjsim.record import read_recording, require_recording_name
     from mjsim.run import replay as replay_run
     from mjsim.run import require_observations
 
+    require_recording_name(output)
     require_free(output, overwrite=overwrite, source=recording)
     run = read_recording(recording)
     require_observations(run, robot)
@@ -106,6 +107,9 @@ def replay(
 def _check_outputs(output: Path | None, video: Path | None, *, overwrite: bool) -> None:
     """Refuse an output that cannot be written before the run, not after it."""
     if output is not None:
+        from mjsim.record import require_recording_name
+
+        require_recording_name(output)
         require_free(output, overwrite=overwrite)
     if video is not None:
         from mjsim.video import require_film_name

@@ -13,6 +13,8 @@ References:
     Burri et al., The EuRoC micro aerial vehicle datasets, IJRR 35(10), 2016, section 4.
 """
 
+import math
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
@@ -92,7 +94,13 @@ def _carried(recorded: RecordedRobots) -> list[str]:
 
 def _write(recorded: RecordedRobots, robot: str, folder: Path) -> None:
     """Write the data set of one robot."""
-    imus, cameras = _sensors(recorded, robot, "imu"), _sensors(recorded, robot, "camera")
+    rows, cameras = _readings(recorded, robot), _sensors(recorded, robot, "camera")
+    imus = {name: sheet for name, sheet in _sensors(recorded, robot, "imu").items() if rows[name] is not None}
+    for name in rows.keys() - imus.keys():
+        line = f"'{name}' of robot '{robot}' does not measure turn rates and accelerations, as EuRoC requires"
+        if not cameras and not imus:
+            raise UsageError(line)
+        say(f"{line}: it is left out")
     base_from_body = next((sheet.robot_from_sensor for sheet in imus.values()), np.eye(4))
     body_from_base = np.linalg.inv(base_from_body)
     for number, (name, sheet) in enumerate(cameras.items()):
@@ -101,7 +109,7 @@ def _write(recorded: RecordedRobots, robot: str, folder: Path) -> None:
         _list(folder / f"cam{number}", "#timestamp [ns],filename", _pictures(recorded, robot, name, folder, number))
     for number, (name, sheet) in enumerate(imus.items()):
         _begin(folder / f"imu{number}", _imu_yaml(f"{robot}/{name}", sheet, body_from_base @ sheet.robot_from_sensor))
-        _list(folder / f"imu{number}", IMU_HEAD, _readings(recorded, robot, name))
+        _list(folder / f"imu{number}", IMU_HEAD, rows[name] or ())
     if states := _states(recorded, robot, base_from_body):
         truth = folder / "state_groundtruth_estimate0"
         _begin(truth, _yaml("truth", "visual-inertial", "the truth of the recording", np.eye(4)))
@@ -121,13 +129,20 @@ def _pictures(recorded: RecordedRobots, robot: str, camera: str, folder: Path, n
             yield f"{nanoseconds(stamp)},{file}"
 
 
-def _readings(recorded: RecordedRobots, robot: str, imu: str) -> Iterator[str]:
-    """Yield the rows of an inertial sensor."""
-    for tick in recorded.ticks(robot):
+def _readings(recorded: RecordedRobots, robot: str) -> dict[str, list[str] | None]:
+    """Return the rows of each inertial sensor of a robot; None if a quantity was never measured.
+
+    Single readings without one are left out: the format has no sign for them.
+    """
+    rows: dict[str, list[str] | None] = {name: [] for name in _sensors(recorded, robot, "imu")}
+    seen = Counter[str]()
+    for tick in recorded.ticks(robot) if rows else ():
         for each in tick.seen.imu if tick.seen is not None else ():
-            if each.name == imu:
-                values = [*each.turn.tolist(), *each.acceleration.tolist()]
-                yield ",".join([str(nanoseconds(each.stamp)), *map(repr, values)])
+            values = [*each.turn.tolist(), *each.acceleration.tolist()]
+            seen[each.name] += 1
+            if (found := rows.get(each.name)) is not None and all(map(math.isfinite, values)):
+                found.append(",".join([str(nanoseconds(each.stamp)), *map(repr, values)]))
+    return {name: found if found or not seen[name] else None for name, found in rows.items()}
 
 
 def _begin(folder: Path, about: str) -> None:

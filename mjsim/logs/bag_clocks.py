@@ -12,6 +12,8 @@ from mjsim.geometry import Array
 
 JUMP = 1.0
 """Minimum jump of a clock; smaller differences may be delays [s]."""
+LEAST = 0.02
+"""Minimum jump of a clock back in time, of a topic whose stamps then do not ascend [s]."""
 AGREE = 3
 """Number of messages before and after a jump that must agree, so that a single wrong time is not a jump."""
 TRUSTED = 0.5
@@ -68,7 +70,7 @@ class Clocks:
             ends += [float(recorded[0]), float(recorded[-1])]
             if len(rows):
                 self._jumps[topic] = recorded[rows].tolist(), list(accumulate(steps.tolist(), initial=0.0))
-                listed = ", ".join(f"{step:+.1f} s" for step in steps[:5].tolist())
+                listed = ", ".join(f"{step:+.{1 if abs(step) > JUMP else 2}f} s" for step in steps[:5].tolist())
                 notes[f"clock of {topic}"] = f"set {len(rows)} times ({listed}); the jumps are removed"
         right = _longest([*ends, *(time for since, _ in self._jumps.values() for time in since)])
         for since, offsets in self._jumps.values():
@@ -93,11 +95,13 @@ def _jumps(recorded: Array, stamps: Array) -> tuple[NDArray[np.intp], Array]:
     """
     ahead = stamps - recorded
     rows, steps = [], []
-    for row in np.flatnonzero(np.abs(np.diff(ahead)) > JUMP) + 1:
+    for row in np.flatnonzero((np.abs(np.diff(ahead)) > JUMP) | (np.diff(stamps) < 0.0)) + 1:
         before, behind = ahead[max(row - AGREE, 0) : row], ahead[row : row + AGREE]
         step = float(np.median(behind) - np.median(before))
-        whole = len(before) == len(behind) == AGREE and np.ptp(before) < JUMP and np.ptp(behind) < JUMP
-        if whole and abs(step) > JUMP:
+        least = LEAST if stamps[row] < stamps[row - 1] else JUMP
+        spread = JUMP if abs(step) > JUMP else abs(step) / 2.0
+        whole = len(before) == len(behind) == AGREE and np.ptp(before) < spread and np.ptp(behind) < spread
+        if whole and abs(step) > least:
             rows.append(int(row))
             steps.append(step)
     increments = np.abs(np.diff(stamps))

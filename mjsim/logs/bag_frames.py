@@ -1,5 +1,6 @@
 """Frames of ROS: their relative poses from the messages of /tf and /tf_static."""
 
+import math
 from collections import deque
 from collections.abc import Iterable
 from typing import Any
@@ -7,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mjsim.geometry import Array, Pose3
+from mjsim.logs.log import Mount
 
 BASES = ("base_footprint", "base_link", "base", "body")
 """Usual names of a robot's frame (REP 105 and custom), used if odometry does not name it."""
@@ -44,6 +46,18 @@ def matrix_of(position: Any, orientation: Any) -> Array:
     if not (np.abs(place) < FARTHEST).all() or not 0.5 < length < 2.0:
         raise ValueError(f"a pose of numbers {place.tolist()} and quaternion {values.tolist()}")
     return Pose3(*place.tolist(), *(values / length).tolist()).matrix()
+
+
+def mount_of(place: Array) -> Mount:
+    """Return the mount of a sensor: its position, and the direction of its x axis, from robot_from_sensor [m]."""
+    x, y, z = place[:3, 3].tolist()
+    return Mount(at=(x, y, z), yaw=math.atan2(place[1, 0], place[0, 0]))
+
+
+def level_mount(place: Array) -> Mount:
+    """Return the mount of a sensor whose readings are rotated to the axes of the robot, from robot_from_sensor [m]."""
+    x, y, z = place[:3, 3].tolist()
+    return Mount(at=(x, y, z))
 
 
 class FrameTree:

@@ -105,12 +105,12 @@ def gps_poses(fixes: Sequence[Fix], track: Array, antenna: tuple[float, float]) 
         return GpsPoses(np.zeros((0, 4)), "", 0)
     times = np.array([fix.time for fix in known])
     reported = [fix.deviation for fix in known if math.isfinite(fix.deviation)]
-    accuracy = float(np.median(reported)) if reported else math.nan
+    accuracy = float(np.median(reported)) if reported else 0.0
     found = car_poses(
         np.column_stack([times, east_north(known)]),
         track_motions(track, times, NO_NOISE),
         antenna,
-        scatter=max(SCATTER, accuracy if reported else SCATTER),
+        scatter=max(SCATTER, accuracy),
     )
     place = [math.degrees(known[0].latitude), math.degrees(known[0].longitude)]
     about = (

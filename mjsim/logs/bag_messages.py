@@ -39,9 +39,7 @@ def scan_of(message: Any, stamp: float, *, upside_down: bool, beams: int | None 
         ValueError: It has fewer than two beams, or angles that are not finite.
     """
     ranges = _first_echoes(message.ranges, none=np.inf).copy()
-    first, step = float(message.angle_min), float(message.angle_increment)
-    if len(ranges) > 1 and not step:
-        step = (float(message.angle_max) - first) / (len(ranges) - 1)
+    first, step = float(message.angle_min), _step(message)
     if len(ranges) < 2 or not math.isfinite(first) or not 0.0 < abs(step) < math.pi:
         raise ValueError(f"a scan of {len(ranges)} beams from {first:g} rad on, {step:g} rad apart")
     nearest, farthest = limits_of(message)
@@ -56,6 +54,19 @@ def scan_of(message: Any, stamp: float, *, upside_down: bool, beams: int | None 
         intensities = None if intensities is None else intensities[::-1].copy()
     scan = Scan(stamp, ranges, first, step, nearest, farthest, intensities)
     return scan if beams in (None, len(ranges)) else _resampled(scan, beams)
+
+
+def is_clockwise(message: Any, *, upside_down: bool) -> bool:
+    """Return whether the beams of a `sensor_msgs/LaserScan` are from left to right of the robot."""
+    return (_step(message) < 0.0) != upside_down
+
+
+def _step(message: Any) -> float:
+    """Return the angle between two beams of a message, left positive [rad]."""
+    step, count = float(message.angle_increment), len(message.ranges)
+    if count < 2 or step:
+        return step
+    return (float(message.angle_max) - float(message.angle_min)) / (count - 1)
 
 
 def _resampled(scan: Scan, beams: int) -> Scan:

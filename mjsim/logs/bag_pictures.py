@@ -4,8 +4,10 @@ rgb8 bgr8 rgba8 bgra8 8UC3 8UC4 mono8 8UC1   unchanged; transparency is ignored
 mono16 rgb16 bgr16                           the upper 8 bits
 bayer_rggb8 and so on, 8 and 16 bits         converted to RGB
 yuv422 (UYVY), uyvy, yuv422_yuy2, yuyv       converted to RGB
+nv12, nv21                                   converted to RGB; rows of brightness, then rows of colour at half the size
 16UC1                                        depth [mm], 0 for none (ROS REP 118)
 32FC1                                        depth [m], NaN for none
+compressedDepth                              both of these as PNG or RVL
 """
 
 import re
@@ -17,6 +19,7 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.interface import CameraFrame, Intrinsics, Picture
+from mjsim.logs.rvl import rvl_size, unpack_rvl
 from mjsim.models import any_picture_size
 from mjsim.record import LoggedFrame, filed_frame, logged_frame, require_size
 
@@ -35,6 +38,8 @@ PLAIN = {
 }
 """Encoding -> order of channels, and bytes per channel."""
 YUV = {"yuv422": "UYVY", "uyvy": "UYVY", "yuv422_yuy2": "YUY2", "yuyv": "YUY2"}
+HALVED = {"nv12": "NV12", "nv21": "NV21"}
+"""Encodings whose colour has half the width and height of the picture, below its brightness."""
 BAYER = re.compile(r"bayer_(rggb|bggr|gbrg|grbg)(8|16)")
 DEPTH = ("16UC1", "32FC1")
 COMPRESSED_DEPTH = struct.Struct("<iff")
@@ -53,7 +58,7 @@ def is_depth(message: Any, topic: str) -> bool:
 def is_read(encoding: str) -> bool:
     """Return whether the pictures of a `sensor_msgs/Image` of an encoding can be read."""
     known = encoding.lower()
-    return encoding in DEPTH or known in PLAIN or known in YUV or bool(BAYER.fullmatch(known))
+    return encoding in DEPTH or known in PLAIN or known in YUV or known in HALVED or bool(BAYER.fullmatch(known))
 
 
 def size_of(message: Any) -> tuple[int, int]:
@@ -65,9 +70,8 @@ def size_of(message: Any) -> tuple[int, int]:
     if hasattr(message, "encoding"):
         if not is_read(message.encoding):
             raise ValueError(f"pictures with the encoding '{message.encoding}' are not supported")
-        return int(message.width), int(message.height)
-    _, data = _unpacked(message)
-    return any_picture_size(data)
+        return int(message.width), _height(message)
+    return _packed_size(message, _unpacked(message)[1])
 
 
 def frame_of(message: Any, stamp: float, intrinsics: Intrinsics) -> LoggedFrame:
@@ -83,7 +87,7 @@ def frame_of(message: Any, stamp: float, intrinsics: Intrinsics) -> LoggedFrame:
     """
     if not hasattr(message, "encoding"):
         return filed_frame(bytes(message.data), stamp, intrinsics)
-    require_size((int(message.width), int(message.height)), intrinsics)
+    require_size(size_of(message), intrinsics)
     return logged_frame(CameraFrame(stamp, _picture(message), intrinsics))
 
 
@@ -98,8 +102,8 @@ def depth_of(message: Any, intrinsics: Intrinsics) -> Array:
         scaled = values.astype(np.float32) / np.float32(1.0 if message.encoding == "32FC1" else 1000.0)
     else:
         (scale, offset), data = _unpacked(message)
-        require_size(any_picture_size(data), intrinsics)
-        values = _decoded(data)
+        require_size(_packed_size(message, data), intrinsics)
+        values = unpack_rvl(data) if _is_rvl(message) else _decoded(data)
         if "32FC1" in message.format and scale:
             # Inverse depth, as the plug-in compressed_depth_image_transport scales it.
             with np.errstate(divide="ignore"):
@@ -129,6 +133,9 @@ def _picture(message: Any) -> Picture:
         size = 2 if encoding.endswith("16") else 1
         mosaic = _upper(_channels(message, 1, f"u{size}"))[:, :, 0]
         return np.asarray(cv2.cvtColor(mosaic, getattr(cv2, f"COLOR_Bayer{encoding[6:10].upper()}2RGB")))
+    if encoding in HALVED:
+        planes = _rows(message, _height(message) * 3 // 2, int(message.width))
+        return np.asarray(cv2.cvtColor(planes, getattr(cv2, f"COLOR_YUV2RGB_{HALVED[encoding]}")))
     if encoding in YUV:
         pairs = _channels(message, 2, "u1")
         return np.asarray(cv2.cvtColor(pairs, getattr(cv2, f"COLOR_YUV2RGB_{YUV[encoding]}")))
@@ -138,13 +145,32 @@ def _picture(message: Any) -> Picture:
 def _channels(message: Any, count: int, kind: str) -> Any:
     """Return the channels of a picture, shape (height, width, count)."""
     number = np.dtype(kind).newbyteorder(">" if message.is_bigendian else "<")
+    height, width = int(message.height), int(message.width)
+    return _rows(message, height, width * count * number.itemsize).view(number).reshape(height, width, count)
+
+
+def _rows(message: Any, count: int, used: int) -> Any:
+    """Return the bytes that are used in each row of a picture, shape (count, used)."""
+    step, data = int(message.step), np.asarray(message.data, dtype=np.uint8)
+    if not 0 < used <= step or len(data) < step * count:
+        size = f"{int(message.width)} x {int(message.height)}"
+        raise ValueError(f"a picture of {size} pixels in {len(data)} bytes, {step} a row")
+    return np.ascontiguousarray(data[: step * count].reshape(count, step)[:, :used])
+
+
+def _height(message: Any) -> int:
+    """Return the height of a picture [px]; some drivers count the rows of colour, too.
+
+    Raises:
+        ValueError: Its data do not fit, or a side is odd, though its colour has half the size.
+    """
     height, width, step = int(message.height), int(message.width), int(message.step)
-    row = width * count * number.itemsize
-    data = np.asarray(message.data, dtype=np.uint8)
-    if not 0 < row <= step or len(data) < step * height:
-        raise ValueError(f"a picture of {width} x {height} pixels in {len(data)} bytes, {step} a row")
-    rows = np.ascontiguousarray(data[: step * height].reshape(height, step)[:, :row])
-    return rows.view(number).reshape(height, width, count)
+    if message.encoding.lower() not in HALVED:
+        return height
+    whole = height if len(message.data) >= step * (height * 3 // 2) else height * 2 / 3
+    if whole % 2 or width % 2:
+        raise ValueError(f"a picture of {width} x {height} pixels in {len(message.data)} bytes, {step} a row")
+    return int(whole)
 
 
 def _upper(channels: Any) -> Any:
@@ -159,6 +185,15 @@ def _unpacked(message: Any) -> tuple[tuple[float, float], bytes]:
         _, scale, offset = COMPRESSED_DEPTH.unpack_from(data)
         return (scale, offset), data[COMPRESSED_DEPTH.size :]
     return (0.0, 0.0), data
+
+
+def _is_rvl(message: Any) -> bool:
+    return "compressedDepth" in message.format and "rvl" in message.format.lower()
+
+
+def _packed_size(message: Any, data: bytes) -> tuple[int, int]:
+    """Return width and height of a `sensor_msgs/CompressedImage` [px]."""
+    return rvl_size(data) if _is_rvl(message) else any_picture_size(data)
 
 
 def _decoded(data: bytes) -> Any:

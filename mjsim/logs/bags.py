@@ -6,7 +6,6 @@ reads scans and pictures while their ticks are written. So the memory depends on
 Times are those in the headers of messages; without a header, the time of recording.
 """
 
-import math
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
@@ -22,15 +21,16 @@ from mjsim.interface import CameraFrame, Intrinsics, PointCloud, Scan
 from mjsim.logs.bag_clouds import cloud_of
 from mjsim.logs.bag_contents import Contents, Moves, Stream, moving_in_tf, times_of
 from mjsim.logs.bag_file import Bag, BagMessages, is_bag
-from mjsim.logs.bag_frames import frame_name, is_base
+from mjsim.logs.bag_frames import frame_name, is_base, level_mount, mount_of
 from mjsim.logs.bag_gps import gps_poses
-from mjsim.logs.bag_messages import UPSIDE_DOWN, assumed_intrinsics, intrinsics_of, scan_of
+from mjsim.logs.bag_messages import UPSIDE_DOWN, assumed_intrinsics, intrinsics_of, is_clockwise, scan_of
 from mjsim.logs.bag_pictures import depth_of, frame_of, shown_depth
 from mjsim.logs.bag_topics import INFO, ODOMETRY, TRANSFORMS, RobotTopics, plain_topic, robots_of
 from mjsim.logs.log import AHEAD, Log, Mount, Wishes
 from mjsim.logs.merge import continuous, longest_gap, track_of
 from mjsim.logs.readings import TOGETHER, InertialTable, Readings, partners
 from mjsim.logs.robot_log import NO_ODOMETRY, RESTARTS, RobotLog
+from mjsim.logs.sweep import beam_times, last_beam, swept
 from mjsim.record import LoggedCamera, LoggedFrame, logged_frame
 
 __all__ = ["is_bag", "read_bag"]
@@ -236,15 +236,28 @@ class _Robot:
                     f"'{self._bag.path}': scans on '{topic}' have {beams:,} beams; a lidar has at most {MAX_BEAMS:,}"
                 )
             place = self._place(name, frame_name(stream.first.header.frame_id))
-            mounts[name] = Mount() if place is None else _mount(place)
+            mounts[name] = Mount() if place is None else mount_of(place)
             hangs = place is not None and float(place[2, 2]) < UPSIDE_DOWN
             if place is not None and abs(float(place[2, 2])) < -UPSIDE_DOWN:
                 self._notes[f"place of {name}"] = "not level; scans are treated as if it were"
-            scans[name] = self._readings(topic, stream, partial(scan_of, upside_down=hangs, beams=beams))
+            scans[name] = self._swept(topic, stream, mounts[name], upside_down=hangs, beams=beams)
             self._count_odd(topic, stream)
             if others := sum(stream.kinds[number] != (beams,) for number in stream.numbers().tolist()):
                 self._notes[f"beams of {name}"] = f"{others} scans have more or fewer; resampled to {beams}"
         return mounts, scans
+
+    def _swept(self, topic: str, stream: Stream, mount: Mount, *, upside_down: bool, beams: int) -> Readings[Scan]:
+        """Return the scans of a lidar, each as seen from where the robot was at its last beam, by odometry."""
+        take, track = partial(scan_of, upside_down=upside_down, beams=beams), self._track
+        last = last_beam(stream.first, np.array(stream.stamps)[stream.numbers()])
+        if not last or track is None:
+            return self._readings(topic, stream, take)
+
+        def make(message: Any, stamp: float) -> Scan:
+            times = beam_times(message, beams, reverse=is_clockwise(message, upside_down=upside_down))
+            return swept(take(message, stamp), times - max(last, 0.0), track, mount)
+
+        return self._readings(topic, stream, make, later=max(last, 0.0))
 
     def _clouds(self) -> tuple[dict[str, Readings[PointCloud]], dict[str, Mount]]:
         """Return clouds rotated to the axes of the robot, and the mounts of the lidars."""
@@ -255,16 +268,16 @@ class _Robot:
             if stream is None:
                 continue
             place = self._place(name, frame_name(stream.first.header.frame_id))
-            mounts[name] = Mount() if place is None else _level(place)
+            mounts[name] = Mount() if place is None else level_mount(place)
             turned = np.eye(4) if place is None else place
             clouds[name] = self._readings(topic, stream, partial(cloud_of, robot_from_sensor=turned))
             self._count_odd(topic, stream)
         return clouds, mounts
 
-    def _readings(self, topic: str, stream: Stream, make: Callable[..., Any]) -> Readings[Any]:
-        """Return the readings of a stream, each converted from its message and stamp on request."""
+    def _readings(self, topic: str, stream: Stream, make: Callable[..., Any], *, later: float = 0.0) -> Readings[Any]:
+        """Return the readings of a stream, each made on request from its message and its stamp, moved `later` [s]."""
         numbers = stream.numbers()
-        stamps = np.array(stream.stamps)[numbers]
+        stamps = np.array(stream.stamps)[numbers] + later
 
         def take(number: int) -> Any:
             message = self._messages.take(topic, int(numbers[number]))
@@ -347,24 +360,12 @@ class _Robot:
                 continue
             place = self._place(name, self._contents.imu_frames[topic])
             place = np.eye(4) if place is None else place
-            mounts[name] = _level(place)
+            mounts[name] = level_mount(place)
             rows = np.array(recorded).reshape(-1, 7)
             for columns in (slice(1, 4), slice(4, 7)):
                 rows[:, columns] = rows[:, columns] @ place[:3, :3].T
             tables[name] = rows
         return InertialTable(tables), mounts
-
-
-def _mount(place: Array) -> Mount:
-    """Return the mount of a sensor: its position, and the direction of its x axis."""
-    x, y, z = place[:3, 3].tolist()
-    return Mount(at=(x, y, z), yaw=math.atan2(place[1, 0], place[0, 0]))
-
-
-def _level(place: Array) -> Mount:
-    """Return the mount of a sensor whose readings are rotated to the axes of the robot."""
-    x, y, z = place[:3, 3].tolist()
-    return Mount(at=(x, y, z))
 
 
 def _size(stream: Stream) -> tuple[int, int]:

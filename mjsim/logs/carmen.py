@@ -31,6 +31,7 @@ from mjsim.logs.log import MOTION, Log, Mount
 from mjsim.logs.merge import MotionNoise
 from mjsim.logs.readings import kept
 from mjsim.logs.robot_log import RobotLog
+from mjsim.logs.set_back import ForwardClock
 from mjsim.logs.text import left_out_cut, lines_of
 
 MESSAGES = ("ODOM", "FLASER", "RLASER", "TRUEPOS", "PARAM", "SYNC")
@@ -66,6 +67,9 @@ class _Found:
     mounts: dict[str, tuple[float, float, float]] = field(default_factory=dict)
     parameters: dict[str, str] = field(default_factory=dict)
     left_out: Counter[str] = field(default_factory=Counter)
+    clock: ForwardClock = field(default_factory=lambda: ForwardClock(()))
+    stamps: list[float] = field(default_factory=list)
+    """Of all messages in the order of the file, as written [s]."""
 
 
 def is_carmen(path: Path) -> bool:
@@ -91,18 +95,12 @@ def read_carmen(path: Path) -> Log:
     Raises:
         UsageError: It cannot be read, contains neither odometry nor scans, or a line is invalid.
     """
-    found, notes = _Found(), dict[str, str]()
-    for number, line in enumerate(lines_of(path, notes), start=1):
-        words = line.split()
-        if not words or words[0].startswith("#"):
-            continue
-        try:
-            _take(found, words)
-        except (ValueError, IndexError) as error:
-            if (found.odometry or found.scans) and left_out_cut(path, line, notes):
-                break
-            why = str(error) if isinstance(error, ValueError) else f"{words[0]} has too few values"
-            raise UsageError(f"{path}:{number}: {why}"[:LONGEST_MESSAGE]) from None
+    notes = dict[str, str]()
+    found = _read(path, notes, ForwardClock(()))
+    clock = ForwardClock(found.stamps)
+    if clock.begins:
+        found = _read(path, notes, clock)
+        notes["clock"] = f"set back {len(clock.begins)} times, as in logs that were joined; times go on from there"
     if not found.odometry and not found.scans:
         raise UsageError(f"'{path}' holds neither odometry nor scans of CARMEN")
     notes |= {f"{kind} left out": str(count) for kind, count in sorted(found.left_out.items())}
@@ -114,13 +112,30 @@ def read_carmen(path: Path) -> Log:
         if len(lasers[name]) != len(ordered):
             notes[f"{name} scans of another number of beams left out"] = str(len(ordered) - len(lasers[name]))
     robot = RobotLog(
-        track=_rows(found.odometry, 4) if found.odometry else None,
+        track=clock.connected(_rows(found.odometry, 4)) if found.odometry else None,
         twists=_rows(found.twists, 3),
         scans={name: kept(_without_returns(scans)) for name, scans in lasers.items()},
         truth=_rows(found.truth, 4) if found.truth else None,
         gap=1.0,
     )
     return Log(kind="carmen", robot=robot, mounts=_mounts(found, path), motion=_motion(found, path), notes=notes)
+
+
+def _read(path: Path, notes: dict[str, str], clock: ForwardClock) -> _Found:
+    """Return the data in a file, with times by a clock."""
+    found = _Found(clock=clock)
+    for number, line in enumerate(lines_of(path, notes), start=1):
+        words = line.split()
+        if not words or words[0].startswith("#"):
+            continue
+        try:
+            _take(found, words)
+        except (ValueError, IndexError) as error:
+            if (found.odometry or found.scans) and left_out_cut(path, line, notes):
+                break
+            why = str(error) if isinstance(error, ValueError) else f"{words[0]} has too few values"
+            raise UsageError(f"{path}:{number}: {why}"[:LONGEST_MESSAGE]) from None
+    return found
 
 
 def _take(found: _Found, words: Sequence[str]) -> None:
@@ -130,12 +145,12 @@ def _take(found: _Found, words: Sequence[str]) -> None:
         found.parameters[words[1]] = words[2] if len(words) > 2 else ""
     elif kind == "ODOM":
         x, y, heading, forward, turn, _ = _numbers(words, 1, 7)
-        stamp = _stamp(words, 7)
+        stamp = _stamp(found, words, 7)
         found.odometry.append((stamp, x, y, heading))
         found.twists.append((stamp, forward, turn))
     elif kind == "TRUEPOS":
         x, y, heading, *moved = _numbers(words, 1, 7)
-        stamp = _stamp(words, 7)
+        stamp = _stamp(found, words, 7)
         found.truth.append((stamp, x, y, heading))
         found.odometry.append((stamp, moved[0], moved[1], moved[2]))
     elif kind in ("FLASER", "RLASER"):
@@ -151,7 +166,7 @@ def _take_old(found: _Found, words: Sequence[str]) -> None:
     count = _count(words[1], least=2)
     ranges = _values(words, 2, 2 + count)
     _, _, _, x, y, heading = _numbers(words, 2 + count, 8 + count)
-    stamp = _stamp(words, 8 + count)
+    stamp = _stamp(found, words, 8 + count)
     step = _step(count)
     name = "front" if words[0] == "FLASER" else "rear"
     first = -math.pi / 2 if count * step > 3.0 and count * step < 3.2 else -step * (count - 1) / 2
@@ -173,11 +188,11 @@ def _take_new(found: _Found, words: Sequence[str]) -> None:
     name = "front" if LASERS[words[0]] == 1 else f"laser{LASERS[words[0]]}"
     if words[0].startswith("ROBOT"):
         laser, robot = _numbers(words, at, at + 3), _numbers(words, at + 3, at + 6)
-        stamp = _stamp(words, at + 11)
+        stamp = _stamp(found, words, at + 11)
         found.odometry.append((stamp, robot[0], robot[1], robot[2]))
         found.mounts.setdefault(name, _seen_from(laser, robot))
     else:
-        stamp = _stamp(words, at)
+        stamp = _stamp(found, words, at)
     scan = _scan(stamp, ranges, first, step, farthest=farthest)
     if len(strengths) == len(ranges):
         scan = replace(scan, intensities=np.array(strengths))
@@ -283,12 +298,13 @@ def _count(word: str, *, least: int) -> int:
     return int(word)
 
 
-def _stamp(words: Sequence[str], at: int) -> float:
+def _stamp(found: _Found, words: Sequence[str], at: int) -> float:
     """Return when a message was sent [s]; its word follows the last value."""
     if len(words) < at + 1:
         raise ValueError(f"{words[0]} has no time at its end; after its values come time, host and time of logging")
     (stamp,) = _numbers(words, at, at + 1)
-    return stamp
+    found.stamps.append(stamp)
+    return found.clock.time(len(found.stamps) - 1, stamp)
 
 
 def _in_order(scans: Sequence[Scan]) -> list[Scan]:

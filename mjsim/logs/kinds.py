@@ -11,9 +11,10 @@ from mjsim.logs import columns, mrclam, victoria_park
 from mjsim.logs.bags import is_bag, read_bag
 from mjsim.logs.carmen import is_carmen, read_carmen
 from mjsim.logs.euroc import is_euroc, read_euroc
-from mjsim.logs.log import Log, Wishes, record_logs, require_motion
+from mjsim.logs.log import Log, Wishes, record_logs
 from mjsim.logs.rgbd import is_rgbd, read_rgbd
 from mjsim.logs.text import lines_of
+from mjsim.logs.usable import require_motion, usable
 from mjsim.record import Recording, is_mcap
 from mjsim.world import Run, step_misfit
 
@@ -102,7 +103,7 @@ def import_log(
         return import_log(path / inside[0], wishes=wishes, record=record, progress=progress, overwrite=overwrite)
     _refuse(wishes, kind.name, robots=kind.robots, landmarks=kind.landmarks, topics=kind.topics)
     with ExitStack() as stack:
-        logs = kind.read(path, wishes, stack)
+        logs = [usable(log) for log in kind.read(path, wishes, stack)]
         for log in logs:
             require_motion(log, path)
         return record_logs(logs, path, wishes, record=record, progress=progress, overwrite=overwrite)

@@ -33,8 +33,6 @@ SPARE = 1.5
 """Minimum number of ticks per scan at the chosen rate."""
 STEEPEST = 89.0
 """Maximum pitch of a camera in a world file, up and down [deg]."""
-SMALLEST, LARGEST = 16, 4096
-"""Limits of width and height of pictures in a recording [px]."""
 
 
 AHEAD = np.array([[0.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.3], [0.0, 0.0, 0.0, 1.0]])
@@ -181,7 +179,6 @@ def record_logs(
             f"'{source}' lasts {span[1] - span[0]:.0f} s; a recording lasts at most {LONGEST:.0f}: choose a part with"
             " --begin and --seconds, or say the unit of its times if they are not seconds"
         )
-    _require_sizes(logs, source)
     notes = {key: value for log in logs for key, value in (*log.notes.items(), *_missed_truth(log, span))}
     if origin:
         notes["origin of the world"] = origin
@@ -209,17 +206,6 @@ def _continuous(log: Log, fact: str) -> Log:
     if not restarted:
         return log
     return replace(log, robot=replace(log.robot, track=track), notes={**log.notes, fact: restarted})
-
-
-def _require_sizes(logs: Sequence[Log], source: Path) -> None:
-    """Check that all pictures have supported sizes."""
-    for name, camera in ((name, camera) for log in logs for name, camera in log.cameras.items()):
-        width, height = camera.intrinsics.width, camera.intrinsics.height
-        if not all(SMALLEST <= size <= LARGEST for size in (width, height)):
-            raise UsageError(
-                f"'{source}': pictures of '{name}' have {width} x {height} pixels; a camera has {SMALLEST} to {LARGEST}"
-                " to each side"
-            )
 
 
 def _missed_truth(log: Log, span: tuple[float, float]) -> Iterator[tuple[str, str]]:
@@ -373,20 +359,3 @@ def _rate_of(log: Log) -> float:
     counts = [len(each) for part in (robot.scans, robot.cameras, robot.clouds) for each in part.values()]
     frequency = max(counts, default=0) / max(last - first, 1e-3)
     return next((rate for rate in RATES if rate >= SPARE * frequency), RATES[-1])
-
-
-def require_motion(log: Log, source: Path) -> None:
-    """Check that a log contains motion or sensor data."""
-    robot = log.robot
-    if (
-        robot.track is None
-        and not len(robot.twists)
-        and not any((robot.scans, robot.cameras, robot.clouds, robot.sightings, robot.imu))
-    ):
-        unread = ", ".join(
-            f"{fact}: {count}" for fact, count in log.notes.items() if "left out" in fact and count != "0"
-        )
-        raise UsageError(
-            f"'{source}' holds no odometry, scans, clouds, pictures, IMU or sightings; there is nothing to record"
-            f"{f' ({unread})' if unread else ''}"[:LONGEST_MESSAGE]
-        )

@@ -4,19 +4,32 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from mjsim.errors import RecordingError
+from mjsim.errors import RecordingError, UsageError
 from mjsim.output import NewFile, next_free
+
+OTHER = (
+    *(".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm", ".gif", ".png", ".jpg", ".jpeg", ".svg", ".pdf", ".html"),
+    *(".yaml", ".yml", ".json", ".csv", ".txt", ".npz", ".mat", ".bag", ".db3", ".zip", ".py", ".m"),
+)
+"""Suffixes of other files, under which nobody would look for a recording."""
+
+
+def require_recording_name(path: str | Path) -> None:
+    """Raise UsageError if a file name has the suffix of something else than a recording."""
+    if Path(path).suffix.lower() in OTHER:
+        raise UsageError(f"cannot write a recording as '{Path(path).name}'; name it .mcap")
 
 
 def reserve(path: str | Path | NewFile, *, overwrite: bool = False) -> NewFile:
     """Reserve the name of a recording for one writer; a name that is already reserved is returned as it is.
 
     Raises:
-        UsageError: The file exists and may not be replaced, or is being written.
+        UsageError: The file exists and may not be replaced, is being written, or has the suffix of another kind.
         RecordingError: It cannot be written.
     """
     if isinstance(path, NewFile):
         return path
+    require_recording_name(path)
     with _reporting(path):
         return NewFile(path, overwrite=overwrite)
 
@@ -38,9 +51,10 @@ def reserve_whole(path: str | Path, *, overwrite: bool = False) -> WholeFile:
     """Reserve the name of a recording that is kept only if its writer reports that it is complete.
 
     Raises:
-        UsageError: The file exists and may not be replaced, or is being written.
+        UsageError: The file exists and may not be replaced, is being written, or has the suffix of another kind.
         RecordingError: It cannot be written.
     """
+    require_recording_name(path)
     with _reporting(path):
         return WholeFile(path, overwrite=overwrite)
 

@@ -2,12 +2,13 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from mjsim.geometry import Array, roll_and_pitch
-from mjsim.record import Recording, Track
+from mjsim.record import Recording, Track, read_recording
 from mjsim.report import metrics
 from mjsim.report.arms import arm_figures
 from mjsim.report.consistency import nees_figures, nis_figures, normalised_innovations
@@ -26,20 +27,24 @@ ESTIMATE_FIGURES = (
 """Keys of the statistics that need an estimate."""
 
 
-def statistics(recording: Recording, *, begin: float | None = None, end: float | None = None) -> dict[str, Any]:
+def statistics(
+    recording: Recording | str | Path, *, begin: float | None = None, end: float | None = None
+) -> dict[str, Any]:
     """Return the statistics of each robot by name, and those of the run under 'run'.
 
     The keys are those of `statistics.json`, which has the robots one level down, under 'robots'.
 
     Args:
-        recording: The recording of a run.
+        recording: The recording of a run, or its file.
         begin: Start of the section [s]; by default that of the run.
         end: End of the section [s]; by default that of the run.
 
     Raises:
-        UsageError: There is no tick between these times.
+        UsageError: There is no tick between these times, or the file cannot be read.
+        RecordingError: The file is not a recording.
     """
-    figures = statistics_file(recording.between(begin, end))
+    run = recording if isinstance(recording, Recording) else read_recording(recording)
+    figures = statistics_file(run.between(begin, end))
     return {**figures["robots"], "run": figures["run"]}
 
 

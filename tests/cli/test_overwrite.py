@@ -36,6 +36,16 @@ class TestTheCommandRun:
         assert Path("run.mcap").read_bytes() == Path("film.mp4").read_bytes() == b"precious"
         assert not Path("new.mcap").exists()
 
+    def test_refuses_a_recording_under_the_name_of_something_else(self, capsys):
+        for words in (
+            ("run", "room.yaml", "-o", "film.mp4"),
+            ("import-log", "room.yaml", "-o", "run.bag"),
+            ("bridge", "room.yaml", "-o", "run.csv"),
+        ):
+            code, out, err = typed(*words, capsys=capsys)
+            assert (code, out, err) == (2, "", f"cannot write a recording as '{words[-1]}'; name it .mcap\n")
+            assert not Path(words[-1]).exists()
+
     @pytest.mark.parametrize(
         ("key", "value"), [("robots.scout.preset", "none"), ("run.drivers.scout.navigator.speed", "fast")]
     )

@@ -181,9 +181,11 @@ def test_a_camera_of_an_unknown_encoding_is_left_out_and_reported(tmp_path):
         for k in range(5):
             header = bag.header(START + 0.1 * k, "eye")
             bag.put("/odom", START + 0.1 * k, bag.odometry(header, "base_link", Pose3(0, 0, 0, 0, 0, 0, 1)))
-            bag.put("/eye/image_raw", START + 0.1 * k, bag.image(header, "nv21", np.zeros((16, 16), np.uint8)))
+            bag.put("/eye/image_raw", START + 0.1 * k, bag.image(header, "nv24", np.zeros((16, 16), np.uint8)))
+            bag.put("/icon/image_raw", START + 0.1 * k, bag.image(header, "mono8", np.zeros((8, 16), np.uint8)))
     log = mjsim.import_log(tmp_path / "seen")
     assert log.metadata["/eye/image_raw messages left out"] == "5"
+    assert log.metadata["icon left out"].startswith("pictures of 16 x 8 pixels; a camera has 16 to 4096")
     assert not log.cameras()
 
 

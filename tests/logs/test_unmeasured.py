@@ -8,7 +8,7 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 import mjsim
-from mjsim.datasets import export_rosbag2, export_tum_rgbd
+from mjsim.datasets import export_euroc, export_rosbag2, export_tum_rgbd
 from mjsim.geometry import Pose, Pose3
 from mjsim.logs.merge import joined, restarts_of
 from tests.bags import START, new_bag
@@ -19,7 +19,7 @@ NOT_MEASURED = -1.0
 
 @pytest.mark.slow
 @pytest.mark.parametrize("missing", ["linear_acceleration", "angular_velocity"])
-def test_what_an_inertial_sensor_does_not_measure_is_not_zero(missing, tmp_path):
+def test_what_an_inertial_sensor_does_not_measure_is_not_zero(missing, tmp_path, capsys):
     felt, turn = np.array([0.1, 0.2, 9.8]), np.array([0.0, 0.0, 0.3])
     with new_bag(tmp_path / "bag") as bag:
         for k in range(40):
@@ -47,6 +47,10 @@ def test_what_an_inertial_sensor_does_not_measure_is_not_zero(missing, tmp_path)
                 assert min(first, 0.0) == expected[1]
     (folder,) = export_tum_rgbd(run, tmp_path / "tum")
     assert (folder / "accelerometer.txt").exists() == (missing == "angular_velocity")
+    # The format has no sign for what is not measured, and programs do not expect 'nan'.
+    (folder,) = export_euroc(run, tmp_path / "euroc")
+    assert {each.name for each in (folder / "mav0").iterdir()} == {"cam0", "body.yaml"}
+    assert "'imu' of robot 'robot' does not measure turn rates and accelerations" in capsys.readouterr().err
 
 
 def driven(count: int = 60) -> np.ndarray:

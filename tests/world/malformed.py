@@ -80,6 +80,7 @@ TEXTS = {
         "1:23: box[1] is -1 m; it must be above 0",
     ),
     "a size of zero": ("floor: {tile: 0}", "1:15: tile is 0 m; it must be above 0"),
+    "a size that no mesh has": ("floor: {tile: 1.e-9}", "1:15: a length is 1e-09 m; it must be at least 1e-05 m"),
     "NaN": ("robots: [{name: a, at: [.nan, 1]}]", "1:25: at[0] is nan; it must be a finite number"),
     "infinity": ("run: {seconds: .inf}", "1:16: seconds is inf; it must be a finite number"),
     "a number that overflows": ("run: {seconds: 1e999}", "1:16: seconds is inf; it must be a finite number"),

@@ -96,6 +96,11 @@ def test_an_angle_is_in_degrees_and_becomes_radians():
         signal_of({"ramp": {"slope": 1}}, angle=True)
 
 
+def test_a_signal_that_is_no_mapping_is_named_as_such():
+    with pytest.raises(ValueError, match=r"^a signal is 3; it must be a mapping, such as \{'constant': 0.3\}$"):
+        signal_of(3)
+
+
 def test_a_file_of_an_angle_is_in_degrees_unless_it_says_otherwise(folder):
     signal = Signal.model_validate({"table": {"file": "force.csv"}})
     read = (folder / "force.csv").read_bytes()

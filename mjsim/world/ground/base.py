@@ -71,9 +71,19 @@ USE_PATTERN = r"^(exec:.+|[^:]+\.m|[^:]+:[A-Za-z_][A-Za-z0-9_]*)$"
 Name = Annotated[str, Field(pattern=NAME_PATTERN, max_length=64)]
 """A name: letters, digits, `_`, `.` and `-`."""
 
+SMALLEST = 1e-5
+"""Meshes of smaller things have no volume, and bodies of their size no inertia [m]."""
+
+
+def _require_visible(length: float) -> float:
+    if length < SMALLEST:
+        raise ValueError(f"a length is {length:g} m; it must be at least {SMALLEST:g} m")
+    return length
+
+
 Metres = Annotated[float, Field(ge=-1e4, le=1e4)]
-Length = Annotated[float, Field(gt=0, le=1e4)]
-"""A length above zero [m]."""
+Length = Annotated[float, Field(gt=0, le=1e4), AfterValidator(_require_visible)]
+"""A length above zero, at least `SMALLEST` [m]."""
 Distance = Annotated[float, Field(ge=0, le=1e4)]
 """A distance, zero allowed [m]."""
 Degrees = Annotated[float, Field(ge=-3600, le=3600)]

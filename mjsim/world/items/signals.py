@@ -111,6 +111,8 @@ def signal_of(keys: Mapping[str, Any], *, angle: bool = False, rng: "Generator |
     Raises:
         ValueError: A key is invalid; the message says which.
     """
+    if not isinstance(keys, Mapping):
+        raise ValueError(f"a signal is {str(keys)[:60]}; it must be a mapping, such as {{'constant': 0.3}}")
     try:
         signal = Signal.model_validate(keys)
     except ValidationError as error:

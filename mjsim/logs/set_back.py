@@ -1,0 +1,61 @@
+"""Logs that were joined, or whose clock was set back: their times go on from there."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.geometry import Array, wrap_angles
+from mjsim.logs.merge import LEAST_JUMP, joined
+
+LEAST = 2.0
+"""Times of one log may go back by up to this, as its messages are delayed by different amounts [s]."""
+AGREE = 5
+"""Number of messages before and after, whose median decides."""
+LATE, SHORTEST = 200, 1.0
+"""Messages that were only written late: times return within this number of them, or they last less than this [s]."""
+PAUSE = 0.1
+"""Time between the last message before and the first after, which nothing tells [s]."""
+
+
+class ForwardClock:
+    """A clock that goes on where that of a log was set back."""
+
+    def __init__(self, stamps: Sequence[float]) -> None:
+        """Find where it was set back.
+
+        Args:
+            stamps: Of all messages in the order of the file [s].
+        """
+        times, rows = np.array(stamps), []
+        for row in (np.flatnonzero(np.diff(times) < -LEAST) + 1).tolist():
+            before, after = times[max(row - AGREE, 0) : row], times[row : row + AGREE]
+            part = times[row : row + LATE]
+            is_late = part.max() > before.max() or np.ptp(part) < SHORTEST
+            if np.median(after) < np.median(before) - LEAST and after[0] < before.min() and not is_late:
+                rows.append(row)
+        self._rows: NDArray[np.intp] = np.array(rows, dtype=np.intp)
+        self._shifts = [0.0]
+        self.begins: list[float] = []
+        """When each part but the first begins by this clock [s]."""
+        parts = np.split(times, self._rows)
+        for row, part in enumerate(parts[1:]):
+            end = float(parts[row].max()) + self._shifts[-1]
+            self.begins.append(end + PAUSE)
+            self._shifts.append(end + PAUSE - float(part.min()))
+
+    def time(self, number: int, stamp: float) -> float:
+        """Return the time of a message, counted from 0 in the order of the file [s]."""
+        return stamp + self._shifts[int(np.searchsorted(self._rows, number, side="right"))]
+
+    def connected(self, track: Array) -> Array:
+        """Return odometry that goes on where it was when the clock was set back, if it jumped there; shape (K, 4).
+
+        Args:
+            track: Rows of time by this clock [s], x, y [m] and heading [rad], in order of time.
+        """
+        rows = np.searchsorted(track[:, 0], self.begins)
+        rows = rows[(rows > 0) & (rows < len(track))]
+        steps = track[rows, 1:] - track[rows - 1, 1:]
+        far = (np.hypot(steps[:, 0], steps[:, 1]) > LEAST_JUMP[0]) | (np.abs(wrap_angles(steps[:, 2])) > LEAST_JUMP[1])
+        return joined(track, rows[far]) if far.any() else track
