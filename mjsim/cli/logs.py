@@ -14,7 +14,7 @@ from mjsim.progress import say, tracked
 if TYPE_CHECKING:
     from mjsim.logs import Calibration
 
-PRINTED = ("calibration", "clock", "odometry", "place of")
+PRINTED = ("calibration", "clock", "odometry", "place of", "sweep of")
 """Prefixes of the metadata entries that are printed after an import."""
 
 
@@ -39,6 +39,9 @@ def import_log(
     seconds: Annotated[float | None, typer.Option(help="Import only this much [s].", min=0.0)] = None,
     known_map: Annotated[
         bool, typer.Option("--known-map", help="Give modules the positions of the landmarks.")
+    ] = False,
+    deskew: Annotated[
+        bool, typer.Option("--deskew", help="Move the beams of a bag's scans to where the lidar was at the last one.")
     ] = False,
     distance_noise: Annotated[
         float | None, typer.Option(help="Odometry noise of distance [m/sqrt(m)].", min=0.0)
@@ -71,6 +74,7 @@ def import_log(
         robots=robot or (),
         topics=_topics(topic or ()),
         known_map=known_map,
+        deskew=deskew,
         motion={name: value for name, value in motion.items() if value is not None},
         range_noise=range_noise,
         bearing_noise=None if bearing_noise_deg is None else math.radians(bearing_noise_deg),

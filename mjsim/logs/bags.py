@@ -45,7 +45,7 @@ def read_bag(path: Path, wishes: Wishes, stack: ExitStack) -> list[Log]:
 
     Args:
         path: A file, or the folder of a bag of ROS 2.
-        wishes: Options of the user: topics and robots.
+        wishes: Options of the user: topics, robots and deskewing.
         stack: Keeps the bag open while scans and pictures are read.
 
     Raises:
@@ -60,7 +60,7 @@ def read_bag(path: Path, wishes: Wishes, stack: ExitStack) -> list[Log]:
         raise UsageError(line[:LONGEST_MESSAGE])
     contents = Contents(bag, robots)
     messages = BagMessages(bag, times_of(contents.streams))
-    logs = [_Robot(bag, contents, messages, robot).log() for robot in robots]
+    logs = [_Robot(bag, contents, messages, robot, deskew=wishes.deskew).log() for robot in robots]
     if len(logs) > 1:
         logs = [
             replace(log, notes={f"{fact} of {log.name}": value for fact, value in log.notes.items()}) for log in logs
@@ -91,8 +91,11 @@ def _unread(bag: Bag, robots: Sequence[RobotTopics]) -> dict[str, str]:
 class _Robot:
     """One robot of a bag."""
 
-    def __init__(self, bag: Bag, contents: Contents, messages: BagMessages, topics: RobotTopics) -> None:
+    def __init__(
+        self, bag: Bag, contents: Contents, messages: BagMessages, topics: RobotTopics, *, deskew: bool
+    ) -> None:
         self._bag, self._contents, self._messages, self._topics = bag, contents, messages, topics
+        self._deskew = deskew
         self._frames = contents.frames_of(topics.space)
         self._notes: dict[str, str] = {}
         self._odometry = self._moves(topics.odometry) or self._transformed()
@@ -240,17 +243,21 @@ class _Robot:
             hangs = place is not None and float(place[2, 2]) < UPSIDE_DOWN
             if place is not None and abs(float(place[2, 2])) < -UPSIDE_DOWN:
                 self._notes[f"place of {name}"] = "not level; scans are treated as if it were"
-            scans[name] = self._swept(topic, stream, mounts[name], upside_down=hangs, beams=beams)
+            scans[name] = self._timed_scans(topic, stream, mounts[name], upside_down=hangs, beams=beams)
+            if not self._deskew and (lasting := last_beam(stream.first, np.array(stream.stamps)[stream.numbers()])):
+                self._notes[f"sweep of {name}"] = f"{abs(lasting):.3f} s; beams stay as measured without --deskew"
             self._count_odd(topic, stream)
             if others := sum(stream.kinds[number] != (beams,) for number in stream.numbers().tolist()):
                 self._notes[f"beams of {name}"] = f"{others} scans have more or fewer; resampled to {beams}"
         return mounts, scans
 
-    def _swept(self, topic: str, stream: Stream, mount: Mount, *, upside_down: bool, beams: int) -> Readings[Scan]:
-        """Return the scans of a lidar, each as seen from where the robot was at its last beam, by odometry."""
+    def _timed_scans(
+        self, topic: str, stream: Stream, mount: Mount, *, upside_down: bool, beams: int
+    ) -> Readings[Scan]:
+        """Return the scans of a lidar; deskewed, each is as seen from where the robot was at its last beam."""
         take, track = partial(scan_of, upside_down=upside_down, beams=beams), self._track
         last = last_beam(stream.first, np.array(stream.stamps)[stream.numbers()])
-        if not last or track is None:
+        if not (self._deskew and last) or track is None:
             return self._readings(topic, stream, take)
 
         def make(message: Any, stamp: float) -> Scan:

@@ -167,6 +167,8 @@ def _refuse(wishes: Wishes, kind: str, *, robots: bool, landmarks: bool, topics:
     """Refuse options that do not apply to a log format."""
     if wishes.topics and not topics:
         raise UsageError(f"{kind} has no topics; leave out --topic")
+    if wishes.deskew and not topics:
+        raise UsageError(f"{kind} does not say when beams were measured; leave out --deskew")
     if wishes.robots and not robots:
         raise UsageError(f"{kind} has one robot; leave out --robot")
     if wishes.known_map and not landmarks:

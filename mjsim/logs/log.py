@@ -53,6 +53,8 @@ class Wishes:
     """Robots to import from a log with several, by number or name; by default all."""
     topics: Mapping[str, Sequence[str]] = field(default_factory=dict)
     """For a bag: kind of data, such as 'odometry' or 'scan' -> topics to read."""
+    deskew: bool = False
+    """For a bag: whether beams are moved, by odometry, to where the lidar was at the last one of their scan."""
     known_map: bool = False
     """Whether modules get the positions of landmarks."""
     motion: Mapping[str, float] = field(default_factory=dict)
