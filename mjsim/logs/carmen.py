@@ -42,6 +42,8 @@ STAMP = 3
 """Number of words at the end of a line: time of sending, host, time of logging."""
 OFFSETS = {"front": "robot_frontlaser_offset", "rear": "robot_rearlaser_offset"}
 """Parameters with the forward offset of a laser [m]."""
+RESOLUTIONS = {"FLASER": "laser_front_laser_resolution", "RLASER": "laser_rear_laser_resolution"}
+"""Parameters with the angle between two beams of a laser whose number of beams does not tell it [deg]."""
 NOISE = {"distance": "odometry_noise_distance", "turn": "odometry_noise_turn", "veer": "odometry_noise_veer"}
 """Parameters in logs of `mjsim export --carmen`, by the fields of `MotionNoise`."""
 MAX_BEAMS = 10_000
@@ -100,7 +102,7 @@ def read_carmen(path: Path) -> Log:
     clock = ForwardClock(found.stamps)
     if clock.begins:
         found = _read(path, notes, clock)
-        notes["clock"] = f"set back {len(clock.begins)} times, as in logs that were joined; times go on from there"
+        notes["clock"] = f"{clock.about}, as in logs that were joined; times go on from there"
     if not found.odometry and not found.scans:
         raise UsageError(f"'{path}' holds neither odometry nor scans of CARMEN")
     notes |= {f"{kind} left out": str(count) for kind, count in sorted(found.left_out.items())}
@@ -167,7 +169,7 @@ def _take_old(found: _Found, words: Sequence[str]) -> None:
     ranges = _values(words, 2, 2 + count)
     _, _, _, x, y, heading = _numbers(words, 2 + count, 8 + count)
     stamp = _stamp(found, words, 8 + count)
-    step = _step(count)
+    step = _step(count, found.parameters.get(RESOLUTIONS[words[0]]))
     name = "front" if words[0] == "FLASER" else "rear"
     first = -math.pi / 2 if count * step > 3.0 and count * step < 3.2 else -step * (count - 1) / 2
     found.scans.setdefault(name, []).append(_scan(stamp, ranges, first, step))
@@ -263,13 +265,27 @@ def _seen_from(laser: Sequence[float], robot: Sequence[float]) -> tuple[float, f
     return c * x + s * y, c * y - s * x, laser[2] - robot[2]
 
 
-def _step(count: int) -> float:
+def _step(count: int, given: str | None) -> float:
     """Return the angle between two beams of a laser without a configuration [rad].
 
+    Args:
+        count: Number of its beams.
+        given: Parameter of the log with the angle, used for other numbers than those of the usual lasers [deg].
+
     References:
-        The resolutions of the SICK LMS of 1 and 0.5 degrees, with and without the last beam; 0.25 degrees over 100.
+        The resolutions of the SICK LMS of 1, 0.5 and 0.25 degrees, with and without the last beam, over 180, 100 and
+        270 degrees; those of the Hokuyo URG and UTM.
     """
-    steps = {180: 1.0, 181: 1.0, 360: 0.5, 361: 0.5, 401: 0.25, 400: 0.25}
+    steps = {180: 1.0, 181: 1.0, 360: 0.5, 361: 0.5, 401: 0.25, 400: 0.25, 540: 0.5, 541: 0.5}
+    steps |= {682: 360.0 / 1024.0, 683: 360.0 / 1024.0, 769: 360.0 / 1024.0, 1080: 0.25, 1081: 0.25}
+    if given is not None and count not in steps:
+        try:
+            resolution = float(given)
+        except ValueError:
+            resolution = 0.0
+        if not 0.0 < resolution * (count - 1) <= 360.0:
+            raise ValueError(f"a laser has {count} beams {given[:40]} degrees apart; they cover 0 to 360 degrees")
+        return math.radians(resolution)
     return math.radians(steps.get(count, 180.0 / (count - 1)))
 
 

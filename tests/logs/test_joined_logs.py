@@ -1,6 +1,7 @@
-"""CARMEN logs one after the other in a file, the second of which began earlier."""
+"""CARMEN logs one after the other in a file, the second of which began earlier or much later."""
 
 import numpy as np
+import pytest
 
 import mjsim
 
@@ -16,11 +17,12 @@ def _lines(begin: float, x: float, *, count: int = 40) -> list[str]:
     return lines
 
 
-def test_a_log_behind_a_later_one_goes_on_from_there(tmp_path):
+@pytest.mark.parametrize(("begin", "said"), [(7.0, "set back 1 times"), (190_000.0, "set back 0 times and ahead")])
+def test_a_log_behind_another_goes_on_from_there(begin, said, tmp_path):
     path = tmp_path / "both.clf"
-    path.write_text("\n".join([*_lines(90_000.0, 3.0), *_lines(7.0, 40.0)]) + "\n")
+    path.write_text("\n".join([*_lines(90_000.0, 3.0), *_lines(begin, 40.0)]) + "\n")
     run = mjsim.import_log(path)
-    assert run.metadata["clock"].startswith("set back 1 times")
+    assert run.metadata["clock"].startswith(said)
     moved = np.array([seen.odometry.forward for seen in run.observations("robot")])
     assert 7.9 < run.time[-1] < 8.4
     assert moved.min() >= 0.0
@@ -36,3 +38,14 @@ def test_messages_that_come_late_set_no_clock(tmp_path):
     run = mjsim.import_log(path)
     assert "clock" not in run.metadata
     assert run.time[-1] < 4.1
+
+
+@pytest.mark.parametrize(
+    ("count", "given", "span"), [(200, "0.5", 99.5), (181, "7", 180.0), (683, None, 682 * 360 / 1024)]
+)
+def test_beams_are_apart_as_the_laser_or_the_log_says(count, given, span, tmp_path):
+    path = tmp_path / "log.clf"
+    scans = [f"FLASER {count} {' '.join(['2.5'] * count)} 0 0 0 0 0 0 {0.1 * k} host 0" for k in range(3)]
+    path.write_text("\n".join([f"PARAM laser_front_laser_resolution {given} nohost 0"] * bool(given) + scans) + "\n")
+    scan = next(seen.scans["front"] for seen in mjsim.import_log(path).observations("robot") if seen.scans)
+    assert np.degrees(np.ptp(scan.angles())) == pytest.approx(span)
