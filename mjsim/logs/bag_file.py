@@ -75,9 +75,13 @@ class Bag(Closes):
                 f"ROS bags need a package that is not installed ({error.name}): pip install 'mjsim[ros]'"
             ) from None
         described = path if (path / METADATA).is_file() else None
+        for each in path.iterdir() if described is not None else ():
+            # A pipe without a writer would block forever.
+            if each.exists() and not each.is_file() and not each.is_dir():
+                raise UsageError(f"cannot read '{each}': it is not a file; copy what it gives into one")
         try:
             files = {file: _kind_of(file) or file.suffix.lower() for file in _files_of(path)}
-            self._reader, self.cut = open_reader(files, described=described)
+            self._reader, self.cut, self.misdescribed = open_reader(files, described=described)
             with parsing():
                 self.is_ros2, self._decode = decoder_of(self._reader)
         except BrokenBagError as error:

@@ -18,6 +18,8 @@ UNMEASURED = -1.0
 """First element of a covariance of what an inertial sensor does not measure."""
 FASTEST = 1e6
 """Maximum of a valid twist [m/s, rad/s]."""
+WIDEST = 3.0 * math.pi
+"""Maximum angle of a scan: some lidars measure more than a whole turn [rad]."""
 UPSIDE_DOWN = -0.5
 """A lidar is mounted upside down if the z component of its z axis in the robot frame is below this."""
 
@@ -42,6 +44,8 @@ def scan_of(message: Any, stamp: float, *, upside_down: bool, beams: int | None 
     first, step = float(message.angle_min), _step(message)
     if len(ranges) < 2 or not math.isfinite(first) or not 0.0 < abs(step) < math.pi:
         raise ValueError(f"a scan of {len(ranges)} beams from {first:g} rad on, {step:g} rad apart")
+    if abs(step) * (len(ranges) - 1) > WIDEST:
+        raise ValueError(f"a scan over {abs(step) * (len(ranges) - 1):g} rad; angles are in radians")
     nearest, farthest = limits_of(message)
     ranges[~(ranges >= nearest)] = -np.inf
     ranges[ranges >= farthest] = np.inf

@@ -1,7 +1,6 @@
 """Readers of bags: those of rosbags, and two that need no index, for truncated files."""
 
 import re
-import sys
 from bz2 import BZ2Decompressor
 from collections import defaultdict
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
@@ -26,6 +25,7 @@ from rosbags.rosbag1.reader import (
     read_uint32,
 )
 from rosbags.rosbag2 import Reader as Reader2
+from rosbags.rosbag2 import ReaderError
 from rosbags.rosbag2.reader import DirectoryReader
 from rosbags.rosbag2.storage_mcap import McapReader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -33,12 +33,12 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from mjsim.logs.bag_parsing import BrokenBagError, parsing
 from mjsim.logs.bag_sqlite import SqliteFile
 from mjsim.logs.bag_topics import TRANSFORMS
+from mjsim.logs.bag_unpacking import MAX_PART, bound_unpacking, require_unpackable, unpacked
 
-if sys.version_info >= (3, 14):
-    from compression import zstd
-else:
-    from backports import zstd
-
+bound_unpacking()
+METADATA, ZSTD_SUFFIXES = "metadata.yaml", (".zst", ".zstd")
+MAX_METADATA = 16 << 20
+"""Maximum size of metadata [bytes]."""
 MAGIC1 = b"#ROSBAG V2.0\n"
 SCHEMAS = ("ros2msg", "ros2idl", "omgidl", "")
 """Languages of message definitions in MCAP files of ROS 2."""
@@ -48,14 +48,14 @@ MIDDLE = re.compile(r"^(\w+)/(\w+)$")
 """Name of a type in ROS 1: package and type."""
 BEGUN: Mapping[str, Callable[[bytes], bytes]] = {
     "none": lambda data: data,
-    "bz2": lambda data: BZ2Decompressor().decompress(data),
-    "lz4": lambda data: LZ4FrameDecompressor().decompress(data),
+    "bz2": lambda data: BZ2Decompressor().decompress(data, MAX_PART),
+    "lz4": lambda data: LZ4FrameDecompressor().decompress(data, MAX_PART),
 }
 """Decompressors for the readable start of a chunk of ROS 1."""
 
 
-def open_reader(files: Mapping[Path, str], *, described: Path | None) -> tuple[Any, str]:
-    """Return an open reader of a bag, and the reason if the bag is truncated, else ''.
+def open_reader(files: Mapping[Path, str], *, described: Path | None) -> tuple[Any, str, str]:
+    """Return an open reader of a bag, the reason if the bag is truncated, and that if its metadata is wrong, else ''.
 
     Args:
         files: Of the bag, with the type of each: '.bag', '.db3' or '.mcap', whatever its name.
@@ -67,20 +67,20 @@ def open_reader(files: Mapping[Path, str], *, described: Path | None) -> tuple[A
     reason = ""
     if described is not None:
         try:
-            return _opened(lambda: _Bag2(described)), ""
+            return _opened(lambda: _Bag2(described)), "", ""
         except BrokenBagError as error:
             if not files:
                 raise
             reason = f"{error}"
     with ExitStack() as undo:
-        parts, cuts = [], [reason]
+        parts, cuts = [], []
         for file, kind in files.items():
             reader, cut = _open_file(file, kind)
             undo.callback(reader.close)
             parts.append(reader)
             cuts.append(f"{file.name}: {cut}" if cut and len(files) > 1 else cut)
         undo.pop_all()
-    return parts[0] if len(parts) == 1 else _Joined(parts), "; ".join(filter(None, cuts))
+    return parts[0] if len(parts) == 1 else _Joined(parts), "; ".join(filter(None, cuts)), reason
 
 
 def _open_file(path: Path, kind: str) -> tuple[Any, str]:
@@ -128,16 +128,45 @@ class _Schemas(dict[int, Any]):
         super().__setitem__(number, schema if schema.encoding in SCHEMAS else schema._replace(encoding=""))
 
 
+class _Mcap(McapReader):
+    """An MCAP file; without chunks, its messages are in the order of the file."""
+
+    def messages(
+        self, connections: Collection[Connection], start: int | None = None, stop: int | None = None
+    ) -> Generator[tuple[Connection, int, bytes], None, None]:
+        """Yield messages."""
+        whole = super().messages if self.chunks else self.messages_scan
+        yield from whole(connections, start, stop)
+
+
 class _Folder2(DirectoryReader):
     """The folder of a bag of ROS 2 with its metadata."""
 
-    STORAGE_PLUGINS: Mapping[str, Any] = {**DirectoryReader.STORAGE_PLUGINS, "sqlite3": SqliteFile}
+    STORAGE_PLUGINS: Mapping[str, Any] = {"sqlite3": SqliteFile, "mcap": _Mcap}
+
+    def open(self) -> None:
+        """Open its files."""
+        if (size := Path(str(self.path), METADATA).stat().st_size) > MAX_METADATA:
+            raise ReaderError(f"it has {size:,} bytes")
+        for file in Path(str(self.path)).iterdir():
+            if file.suffix in ZSTD_SUFFIXES:
+                require_unpackable(file)
+        super().open()
+        self._packed = self.metadata.compression_mode == "message"
+        self.metadata = self.metadata._replace(compression_mode=None)
+
+    def messages(
+        self, connections: Collection[Connection], start: int | None = None, stop: int | None = None
+    ) -> Generator[tuple[Connection, int, bytes], None, None]:
+        """Yield messages, decompressed if each was compressed."""
+        for connection, time, data in super().messages(connections, start, stop):
+            yield connection, time, unpacked(data) if self._packed else data
 
 
 class _Bag2(Reader2):
     """A bag of ROS 2."""
 
-    STORAGE_PLUGINS: Mapping[str, Any] = {**Reader2.STORAGE_PLUGINS, "dir": _Folder2, ".db3": SqliteFile}
+    STORAGE_PLUGINS: Mapping[str, Any] = {"dir": _Folder2, ".db3": SqliteFile, ".mcap": _Mcap}
 
 
 class _NamedReader2(_Bag2):
@@ -155,7 +184,7 @@ class _NamedReader2(_Bag2):
     ) -> Generator[tuple[Connection, int, bytes], None, None]:
         """Yield messages, decompressed if each was compressed, since the metadata that states it may be missing."""
         for connection, time, data in super().messages(connections, start, stop):
-            yield connection, time, zstd.decompress(data) if data[:4] == ZSTD else data
+            yield connection, time, unpacked(data) if data[:4] == ZSTD else data
 
 
 class _Joined:
@@ -184,6 +213,9 @@ class _Joined:
 class _CutReader1(Reader1):
     """A bag of ROS 1 without its index: all chunks are scanned, the last one as far as it goes."""
 
+    is_whole = False
+    """Whether all its data is there."""
+
     def open(self) -> None:
         """Open the file and find its messages."""
         self.bio = self.path.open("rb")
@@ -195,8 +227,9 @@ class _CutReader1(Reader1):
         indexes: dict[int, list[IndexData]] = defaultdict(list)
         # It ends where the file was truncated.
         with suppress(ReaderError1, EOFError, OSError, ValueError, RuntimeError):
-            while True:
-                self._read_chunks(found, indexes)
+            while not self.is_whole:
+                is_cut = self._read_chunks(found, indexes)
+                self.is_whole = not is_cut and self.bio.tell() == self.path.stat().st_size
         self.indexes = {number: sorted(entries) for number, entries in indexes.items()}
         self.connections = [
             connection._replace(msgcount=len(indexes[number]))
@@ -204,16 +237,17 @@ class _CutReader1(Reader1):
             if number in indexes
         ]
 
-    def _read_chunks(self, found: dict[int, Connection], indexes: dict[int, list[IndexData]]) -> None:
-        """Process the next record."""
+    def _read_chunks(self, found: dict[int, Connection], indexes: dict[int, list[IndexData]]) -> bool:
+        """Process the next record; return whether the file ends in it."""
         assert self.bio is not None
         position = self.bio.tell()
         header = Header.read(self.bio)
         if header.get_uint8("op") != RecordType.CHUNK:
             read_bytes(self.bio, read_uint32(self.bio))
-            return
+            return False
         self.bio.seek(position)
-        chunk = self._rest_of(self.read_chunk())
+        declared = self.read_chunk()
+        chunk = self._rest_of(declared)
         self.bio.seek(chunk.datapos)
         content = chunk.decompressor(read_bytes(self.bio, chunk.datasize))
         # A chunk that was not written to disk is all zeros.
@@ -223,6 +257,7 @@ class _CutReader1(Reader1):
         entries = [entry.time for index in indexes.values() for entry in index if entry.chunk_pos == position]
         if entries:
             self.chunk_infos.append(ChunkInfo(position, min(entries), max(entries) + 1, {}))
+        return chunk is not declared
 
     def _rest_of(self, chunk: Chunk) -> Chunk:
         """Return a chunk, or its start if the file ends in it."""

@@ -65,8 +65,9 @@ def read_bag(path: Path, wishes: Wishes, stack: ExitStack) -> list[Log]:
         logs = [
             replace(log, notes={f"{fact} of {log.name}": value for fact, value in log.notes.items()}) for log in logs
         ]
-    broken = {"bag breaks off": bag.cut} if bag.cut else {}
-    shared = {**_left_out(contents, robots), **contents.notes, **_unread(bag, robots), **broken}
+    broken = {"bag breaks off": bag.cut, "metadata.yaml left out": bag.misdescribed}
+    shared = {**_left_out(contents, robots), **contents.notes, **_unread(bag, robots)}
+    shared |= {fact: why for fact, why in broken.items() if why}
     return [replace(logs[0], notes={**logs[0].notes, **shared}), *logs[1:]]
 
 

@@ -102,7 +102,8 @@ def test_a_folder_whose_metadata_are_wrong_is_read_by_its_files(tmp_path):
         (tmp_path / "run" / "metadata.yaml").write_text(wrong)
         with RosBag(tmp_path / "run") as bag:
             assert len(list(bag.messages(["/scan"]))) == 10
-            assert bag.cut
+            assert bag.misdescribed
+            assert not bag.cut
 
 
 def test_messages_out_of_order_and_those_of_a_wrong_clock_do_no_harm(tmp_path):
