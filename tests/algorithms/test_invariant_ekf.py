@@ -105,11 +105,13 @@ def test_both_mended_filters_hold_what_they_promise_on_all_golden_runs(place):
     means = {name: float(np.mean(values)) for name, values in errors.items()}
     most = 0.8 if place == "cloister" else 1.1 * means["standard"]
     assert max(means["first-estimates"], means["invariant"]) < most, errors
+    # The standard filter fails on the large loop.
+    assert place == "atrium" or means["standard"] > 2.0, errors
 
 
 @pytest.mark.slow
 def test_the_invariant_filter_is_consistent_on_a_loop():
-    runs = 50
+    runs = 30
     low, high = chi2.ppf([0.025, 0.975], 3 * runs) / runs
     average = np.mean([ring_nees(InvariantEkfSlamFilter(pose=(10.0, 0.0, np.pi / 2)), seed) for seed in range(runs)], 0)
     assert np.mean((average > low) & (average < high)) > 0.8
