@@ -236,10 +236,11 @@ class Contents:
         self.moves.setdefault(message.topic, Moves(child=child)).twists.append((time, *twist_of(content)))
 
     def _take_imu(self, message: RosMessage) -> None:
-        content = self._bag.decode(message)
-        self.imu_frames.setdefault(message.topic, frame_name(content.header.frame_id))
-        reading = imu_of(content, self._stamp(message))
-        self.imus.setdefault(message.topic, array("d")).extend((reading.stamp, *reading.acceleration, *reading.turn))
+        stamp = self._stamp(message)
+        if message.topic not in self.imu_frames:
+            self.imu_frames[message.topic] = frame_name(self._bag.decode(message).header.frame_id)
+        reading = imu_of(message.data, is_ros2=self._bag.is_ros2)
+        self.imus.setdefault(message.topic, array("d")).extend((stamp, *reading))
 
     def _take_fix(self, message: RosMessage) -> None:
         content = self._bag.decode(message)

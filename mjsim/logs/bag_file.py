@@ -106,17 +106,12 @@ class Bag(Closes):
         if not chosen:
             return
         found = self._reader.messages(chosen, start=start)
-        while True:
-            try:
-                with parsing():
-                    following = next(found, None)
-            except BrokenBagError as error:
-                self.cut = self.cut or f"{error}"
-                return
-            if following is None:
-                return
-            connection, time, data = following
-            yield RosMessage(connection.topic, time, bytes(data))
+        try:
+            with parsing():
+                for connection, time, data in found:
+                    yield RosMessage(connection.topic, time, bytes(data))
+        except BrokenBagError as error:
+            self.cut = self.cut or f"{error}"
 
     def decode(self, message: RosMessage) -> Any:
         """Return a decoded message, with the field names of ROS.

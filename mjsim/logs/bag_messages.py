@@ -1,13 +1,14 @@
 """Converts messages of ROS to readings: scans, motion, inertial readings, calibrations."""
 
 import math
+import struct
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.interface import ImuReading, Intrinsics, Scan
+from mjsim.interface import Intrinsics, Scan
 from mjsim.logs.bag_frames import matrix_of
 
 NEAREST, FARTHEST = 0.01, 100.0
@@ -16,6 +17,9 @@ ASSUMED_FOV = math.radians(60.0)
 """Horizontal field of view of a camera without calibration."""
 UNMEASURED = -1.0
 """First element of a covariance of what an inertial sensor does not measure."""
+NOTHING = (math.nan,) * 3
+IMU_SIZE = 37 * 8
+"""Orientation, turn rate and acceleration, each with its covariance [bytes]."""
 FASTEST = 1e6
 """Maximum of a valid twist [m/s, rad/s]."""
 WIDEST = 3.0 * math.pi
@@ -99,26 +103,36 @@ def limits_of(message: Any) -> tuple[float, float]:
     return nearest, farthest if nearest < farthest <= 1e4 else max(FARTHEST, 2.0 * nearest)
 
 
-def imu_of(message: Any, stamp: float) -> ImuReading:
+def imu_of(data: bytes, *, is_ros2: bool) -> tuple[float, ...]:
     """Return the reading of a `sensor_msgs/Imu` in its own frame; NaN where it says that it does not measure.
 
+    Decoded by hand: a bag may have hundreds of these for each scan.
+
+    Args:
+        data: As serialised.
+        is_ros2: Whether in CDR.
+
+    Returns:
+        Acceleration x, y, z [m/s^2] and turn rate x, y, z [rad/s].
+
     Raises:
-        ValueError: A number is not finite.
+        ValueError: It was cut, or a number is not finite.
 
     References:
         ROS REP 145, Conventions for IMU sensor drivers: a first element of -1 in a covariance.
     """
-    force, turn = message.linear_acceleration, message.angular_velocity
-    acceleration, rate = np.array([[force.x, force.y, force.z], [turn.x, turn.y, turn.z]], dtype=float)
-    if not np.isfinite(acceleration).all() or not np.isfinite(rate).all():
+    order = ">" if is_ros2 and data[1:2] == b"\x00" else "<"
+    # After the time come the length of the frame's name, the name and, in CDR, the padding to 8 bytes.
+    length = int.from_bytes(data[12:16], "big" if order == ">" else "little")
+    begin = 16 + length + (-(12 + length) % 8 if is_ros2 else 0)
+    if len(data) < begin + IMU_SIZE:
+        raise ValueError("an inertial reading that was cut")
+    numbers = struct.unpack_from(f"{order}37d", data, begin)
+    (turned, *_), (felt, *_) = numbers[16:25], numbers[28:37]
+    values = *numbers[25:28], *numbers[13:16]
+    if not all(map(math.isfinite, values)):
         raise ValueError("an inertial reading that is not a number")
-    for values, covariance in (
-        (acceleration, message.linear_acceleration_covariance),
-        (rate, message.angular_velocity_covariance),
-    ):
-        if covariance[0] == UNMEASURED:
-            values[:] = np.nan
-    return ImuReading(stamp, acceleration, rate)
+    return (*(NOTHING if felt == UNMEASURED else values[:3]), *(NOTHING if turned == UNMEASURED else values[3:]))
 
 
 def pose_of(message: Any) -> Array:

@@ -182,7 +182,7 @@ class _Ticked:
             scans=self._taken_at(self._log.scans, self._scans, row),
             clouds=self._taken_at(self._log.clouds, self._clouds, row),
             imu=tuple(
-                self._shifted(reading)
+                ImuReading(reading.stamp - self._start, reading.acceleration, reading.turn, reading.name)
                 for reading in sorted(
                     (self._log.imu[k] for k in range(*self._imu[row])), key=lambda reading: reading.name
                 )

@@ -6,12 +6,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
 
 import mjsim
 from mjsim.datasets import export_euroc, export_rosbag2, export_tum_rgbd
 from mjsim.geometry import Pose, Pose3
+from mjsim.logs.bag_messages import imu_of
 from mjsim.logs.merge import joined, restarts_of
-from tests.bags import START, new_bag
+from tests.bags import START, Bag, new_bag
 
 NOT_MEASURED = -1.0
 """First element of a covariance."""
@@ -51,6 +53,24 @@ def test_what_an_inertial_sensor_does_not_measure_is_not_zero(missing, tmp_path,
     (folder,) = export_euroc(run, tmp_path / "euroc")
     assert {each.name for each in (folder / "mav0").iterdir()} == {"cam0", "body.yaml"}
     assert "'imu' of robot 'robot' does not measure turn rates and accelerations" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("ros1", [True, False])
+def test_inertial_readings_decoded_by_hand_are_those_of_rosbags(ros1):
+    rng = np.random.default_rng(0)
+    store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.LATEST)
+    bag, kind = Bag(None, store, ros1=ros1), "sensor_msgs/msg/Imu"
+    for letters in range(9):
+        told = bag.imu(bag.header(START, "f" * letters), rng.normal(size=3), rng.normal(size=3))
+        told.orientation_covariance = rng.normal(size=9)
+        force, turn = told.linear_acceleration, told.angular_velocity
+        for little in (True,) if ros1 else (True, False):
+            packed = store.serialize_ros1(told, kind) if ros1 else store.serialize_cdr(told, kind, little_endian=little)
+            data = bytes(packed)
+            assert imu_of(data, is_ros2=not ros1) == (force.x, force.y, force.z, turn.x, turn.y, turn.z)
+            for cut in (0, 1, 15, 16, len(data) - 1):
+                with pytest.raises(ValueError, match="that was cut"):
+                    imu_of(data[:cut], is_ros2=not ros1)
 
 
 def driven(count: int = 60) -> np.ndarray:

@@ -3,6 +3,7 @@
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from math import isfinite
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from mjsim.world import Imu, World
 
 UNKNOWN, NONE = [0.0] * 9, [-1.0, *[0.0] * 8]
 """Covariances in `sensor_msgs/Imu`: unknown, and not measured."""
+NOTHING = {"x": 0.0, "y": 0.0, "z": 0.0}
 
 
 def _messages(readings: Sequence[ImuReading]) -> list[Message]:
@@ -34,8 +36,10 @@ def _readings(messages: Sequence[Message]) -> tuple[ImuReading, ...]:
     )
 
 
-def _xyz(values: Array) -> dict[str, float]:
-    return dict(zip("xyz", values.tolist(), strict=True))
+def _xyz(values: Array) -> dict[str, float] | None:
+    """Return the numbers along the axes; None if they were not measured."""
+    x, y, z = values.tolist()
+    return {"x": x, "y": y, "z": z} if isfinite(x) and isfinite(y) and isfinite(z) else None
 
 
 def _topic_message(tick: Tick, robot: str) -> Message | None:
@@ -47,11 +51,8 @@ def _topic_message(tick: Tick, robot: str) -> Message | None:
         {
             "name": each.name,
             "stamp": each.stamp,
-            **{
-                key: _xyz(values)
-                for key, values in (("acceleration", each.acceleration), ("turn", each.turn))
-                if np.isfinite(values).all()
-            },
+            **({} if (felt := _xyz(each.acceleration)) is None else {"acceleration": felt}),
+            **({} if (turned := _xyz(each.turn)) is None else {"turn": turned}),
         }
         for each in seen.imu
     ]
@@ -61,7 +62,7 @@ def _topic_message(tick: Tick, robot: str) -> Message | None:
 def _stream_messages(robot: str, readings: Sequence[ImuReading]) -> Iterator[tuple[str, Message]]:
     """Yield topic and message of each reading, with the fields of `sensor_msgs/Imu`."""
     for each in readings:
-        turns, felt = (bool(np.isfinite(values).all()) for values in (each.turn, each.acceleration))
+        turned, felt = _xyz(each.turn), _xyz(each.acceleration)
         yield (
             f"/{robot}/{each.name}/imu",
             {
@@ -69,9 +70,9 @@ def _stream_messages(robot: str, readings: Sequence[ImuReading]) -> Iterator[tup
                 "header": {"stamp": stamp_json(each.stamp), "frame_id": f"{robot}/{each.name}"},
                 "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0},
                 "orientation_covariance": NONE,
-                "angular_velocity": _xyz(each.turn if turns else np.zeros(3)),
-                "angular_velocity_covariance": UNKNOWN if turns else NONE,
-                "linear_acceleration": _xyz(each.acceleration if felt else np.zeros(3)),
+                "angular_velocity": turned or NOTHING,
+                "angular_velocity_covariance": UNKNOWN if turned else NONE,
+                "linear_acceleration": felt or NOTHING,
                 "linear_acceleration_covariance": UNKNOWN if felt else NONE,
             },
         )
