@@ -61,10 +61,10 @@ class UncertainPlace:
     at: Array
     """The pose without systematic errors, shape (3,)."""
     slopes: Array
-    """Its derivative by the errors of odometry, shape (3, 4)."""
+    """Its derivative by the errors of odometry, shape (3, 6)."""
 
     def given(self, errors: Array) -> Array:
-        """Return the pose for given errors of odometry (4,), shape (3,)."""
+        """Return the pose for given errors of odometry (6,), shape (3,)."""
         return self.at + self.slopes @ errors
 
 
@@ -127,7 +127,7 @@ class PartsMap:
             level_scan: The scan as received.
             surface: Its walls, in the robot's frame.
             matched: The robot in the frame of the previous scan, or of the prior.
-            slopes: Derivative of that by the systematic errors of odometry, shape (3, 4).
+            slopes: Derivative of that by the systematic errors of odometry, shape (3, 6).
         """
         errors = self._errors
         place = self._place.given(errors)
@@ -154,7 +154,7 @@ class PartsMap:
 
     @property
     def _errors(self) -> Array:
-        """Systematic errors of odometry, from consecutive scans and loops, shape (4,)."""
+        """Systematic errors of odometry, from consecutive scans and loops, shape (6,)."""
         return self._bias.errors + self._by_loops
 
     def poses(self) -> Array:
@@ -240,7 +240,7 @@ class PartsMap:
 
         Args:
             step: To the newest part of that solution, shape (3,).
-            joint: Covariance of it and of the systematic errors of odometry, shape (7, 7).
+            joint: Covariance of it and of the systematic errors of odometry, shape (9, 9).
         """
         since, covariance, slopes = self._since
         _, F, G = self._motion(step, since)

@@ -1,4 +1,6 @@
-"""Systematic errors of odometry, in distance and heading, estimated from scan matches."""
+"""Systematic errors of odometry, in distance, heading and centre of rotation, estimated from scan matches."""
+
+import math
 
 import numpy as np
 
@@ -6,9 +8,12 @@ from mjsim.geometry import Array
 
 from .pose_matrices import inverse
 
-PRIOR = np.array([0.05, 0.05, 0.01, 0.02])
+PRIOR = np.array([0.05, 0.05, 0.01, 0.02, 0.1, 0.05])
 """Prior standard deviations of the errors of odometry: relative error of distance, relative error of turn, turn per
-metre [rad/m], turn per second of motion [rad/s]."""
+metre [rad/m], turn per second of motion [rad/s], and position of the origin of the robot's frame relative to the centre
+of its rotation, ahead and to the left [m]: many logs do not tell where the lidar is mounted."""
+COUNT = len(PRIOR)
+"""Number of the errors."""
 DRIFT = 0.01
 """Random walk of the errors per scan, relative to those standard deviations, because tyres and floors change."""
 CLEAR = 0.1
@@ -18,7 +23,7 @@ GATE = 9.0
 
 
 class OdometryBias:
-    """Estimates the errors of odometry, a Kalman filter of four states that changes slowly.
+    """Estimates the errors of odometry, a Kalman filter of six states that changes slowly.
 
     References:
         Martinelli, Tomatis, Siegwart, Simultaneous Localization and Odometry Self Calibration for Mobile Robot,
@@ -28,11 +33,10 @@ class OdometryBias:
     def __init__(self) -> None:
         """Start without errors."""
         self._drift = np.diag((DRIFT * PRIOR) ** 2)
-        self.errors: Array = np.zeros(4)
-        """Relative error of distance, relative error of turn, turn per metre [rad/m] and per second [rad/s], shape
-        (4,)."""
+        self.errors: Array = np.zeros(COUNT)
+        """In the order of `PRIOR`, shape (6,)."""
         self.covariance: Array = np.diag(PRIOR**2)
-        """Of them, shape (4, 4)."""
+        """Of them, shape (6, 6)."""
 
     def corrected(self, step: Array, seconds: float) -> Array:
         """Return the motion of a tick without the errors of odometry, shape (3,) [m, m, rad].
@@ -44,7 +48,7 @@ class OdometryBias:
         return step - _effects(step, float(np.hypot(step[0], step[1])), seconds) @ self.errors
 
     def slopes(self, step: Array, distance: float, seconds: float) -> Array:
-        """Return the derivative of a corrected step by the errors of odometry, shape (3, 4).
+        """Return the derivative of a corrected step by the errors of odometry, shape (3, 6).
 
         Args:
             step: The step by odometry alone, shape (3,) [m, m, rad].
@@ -82,6 +86,9 @@ class OdometryBias:
         by_both = inverse(after)
         scan_information = by_both - by_odometry
         if correction @ by_odometry @ correction <= GATE and np.linalg.eigvalsh(scan_information)[0] >= 0.0:
+            # Errors are relative to the measured step. The one by odometry contains its noise: on a straight way on
+            # which it only seems to turn, it would show that all turns are told too large.
+            H = -_effects(step + H @ self.errors + correction, distance, seconds)
             clear = _clear(scan_information)
             # Between scans alone and odometry: information of the difference, and that times the difference itself,
             # which is larger than `correction` where scans tell little.
@@ -103,11 +110,10 @@ def _clear(information: Array) -> Array:
 
 
 def _effects(step: Array, distance: float, seconds: float) -> Array:
-    """Return the derivative of a step of odometry by the errors, shape (3, 4)."""
+    """Return the derivative of a step of odometry by the errors, shape (3, 6)."""
     forward, left, turn = step.tolist()
-    effects = np.zeros((3, 4))
-    effects[:, 0] = forward, left, 0.0
-    effects[2, 1:] = turn, distance, seconds
+    c, s = math.cos(turn), math.sin(turn)
     # A turn that comes evenly moves the end of the step aside by half of it.
-    effects[0, 1:], effects[1, 1:] = -0.5 * left * effects[2, 1:], 0.5 * forward * effects[2, 1:]
-    return effects
+    turns = np.array([[-0.5 * left], [0.5 * forward], [1.0]]) * (turn, distance, seconds)
+    # Odometry tells the motion of the centre of rotation, R - I times the arm less than that of the origin.
+    return np.column_stack([(forward, left, 0.0), turns, (1.0 - c, -s, 0.0), (s, 1.0 - c, 0.0)])

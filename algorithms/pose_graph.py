@@ -10,7 +10,7 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from mjsim.geometry import Array, wrap_angle, wrap_angles
 
-COMMON = 4
+COMMON = 6
 """Number of errors common to all steps: the systematic errors of odometry."""
 HUBER = 2.0
 """Huber threshold of a step between distant poses, in standard deviations."""
@@ -36,9 +36,9 @@ class PoseGraph:
     error_covariances: Array = field(default_factory=lambda: np.zeros((0, 3, 3)))
     """Covariance of the error of each step, shape (k, 3, 3); weights may be more conservative."""
     slopes: Array = field(default_factory=lambda: np.zeros((0, 3, COMMON)))
-    """Derivative of each step by the common errors, shape (k, 3, 4); `steps` are given for common errors of 0."""
+    """Derivative of each step by the common errors, shape (k, 3, 6); `steps` are given for common errors of 0."""
     errors: Array = field(default_factory=lambda: np.zeros(COMMON))
-    """Estimate of the common errors of all steps, shape (4,)."""
+    """Estimate of the common errors of all steps, shape (6,)."""
     _expected: Array = field(default_factory=lambda: np.zeros(COMMON), init=False, repr=False)
     _prior_covariance: Array = field(default_factory=lambda: np.eye(COMMON), init=False, repr=False)
     _solution: "GraphSolution | None" = field(default=None, init=False, repr=False)
@@ -50,7 +50,7 @@ class PoseGraph:
         return len(self.poses) - 1
 
     def expect(self, errors: Array, covariance: Array) -> None:
-        """Set the prior of the common errors: mean (4,) and covariance (4, 4)."""
+        """Set the prior of the common errors: mean (6,) and covariance (6, 6)."""
         self._expected, self._prior_covariance = errors, covariance
 
     def add_step(
@@ -70,7 +70,7 @@ class PoseGraph:
             step: Pose of the second in the frame of the first for common errors of 0, shape (3,).
             information: Its weight, shape (3, 3).
             covariance: Covariance of its own error, shape (3, 3); by default the inverse of the weight.
-            slopes: Its derivative by the common errors, shape (3, 4); by default 0.
+            slopes: Its derivative by the common errors, shape (3, 6); by default 0.
         """
         covariance = np.asarray(np.linalg.inv(information), dtype=float) if covariance is None else covariance
         self.ends = np.concatenate([self.ends, np.array([[one, other]], dtype=np.intp)])
@@ -111,7 +111,7 @@ class PoseGraph:
         return self.joint_covariance(number)[:3, :3]
 
     def joint_covariance(self, number: int) -> Array:
-        """Return the covariance of one pose and of the common errors of all steps, shape (7, 7).
+        """Return the covariance of one pose and of the common errors of all steps, shape (9, 9).
 
         References:
             White, A heteroskedasticity-consistent covariance matrix estimator, Econometrica 48, 1980: least squares
@@ -151,7 +151,7 @@ class PoseGraph:
         return [joint[:3, :3] for joint in self.joint_step_covariances(ones, other)]
 
     def joint_step_covariances(self, ones: Sequence[int], other: int) -> list[Array]:
-        """Return the joint covariances of each of these steps and of the common errors, shape (7, 7) each."""
+        """Return the joint covariances of each of these steps and of the common errors, shape (9, 9) each."""
         numbers = [*ones, other]
         columns = self._columns(numbers)
         joint = columns[_ends(numbers, len(columns))]
@@ -166,7 +166,7 @@ class PoseGraph:
         return found
 
     def _columns(self, numbers: Sequence[int]) -> Array:
-        """Return the columns of the inverse of H of k poses and of the common errors, shape (3 n + 4, 3 k + 4)."""
+        """Return the columns of the inverse of H of k poses and of the common errors, shape (3 n + 6, 3 k + 6)."""
         if self._solution is None or max(numbers) >= self.solved:
             self.factorise()
         assert self._solution is not None
@@ -190,7 +190,7 @@ class PoseGraph:
         return error, np.concatenate([A, B], axis=2), squared
 
     def _system(self) -> tuple["GraphSolution", Array, Array]:
-        """Return the factors of H and b (3 n + 4,) of the normal equations, and each step's squared error."""
+        """Return the factors of H and b (3 n + 6,) of the normal equations, and each step's squared error."""
         number, ends = len(self.poses), self.ends
         error, J, squared = self._errors()
         weighted = J.transpose(0, 2, 1) @ (self.informations * self._weights(squared)[:, None, None])
@@ -220,13 +220,13 @@ class GraphSolution:
     factors: SuperLU
     """Factors of the poses' part."""
     across: Array
-    """Minus the derivative of the poses by the common errors, steps held, shape (3 n, 4)."""
+    """Minus the derivative of the poses by the common errors, steps held, shape (3 n, 6)."""
     common: Array
-    """Inverse of the Schur complement of the common errors' part, shape (4, 4)."""
+    """Inverse of the Schur complement of the common errors' part, shape (6, 6)."""
 
     @classmethod
     def of(cls, factors: SuperLU, across: Array, common: Array) -> "GraphSolution":
-        """Return the solution from the factors of the poses' part of H, the mixed (3 n, 4) and the errors' part (4, 4).
+        """Return the solution from the factors of the poses' part of H, the mixed (3 n, 6) and the errors' part (6, 6).
 
         References:
             Golub, Van Loan, Matrix Computations (2013), section 3.2.11: the Schur complement.
@@ -235,7 +235,7 @@ class GraphSolution:
         return cls(factors, follow, np.asarray(np.linalg.inv(common - across.T @ follow), dtype=float))
 
     def solve(self, right: Array) -> Array:
-        """Return the solution of H x = the right side (3 n + 4, m)."""
+        """Return the solution of H x = the right side (3 n + 6, m)."""
         poses = np.asarray(self.factors.solve(np.ascontiguousarray(right[:-COMMON])), dtype=float)
         # `across` is A^-1 B with A symmetric, so its transpose times the right side is B^T A^-1 times it.
         errors = self.common @ (right[-COMMON:] - self.across.T @ right[:-COMMON])

@@ -8,7 +8,7 @@ import pytest
 
 import mjsim
 from mjsim.algorithms.lidar_slam import LidarSlam
-from mjsim.algorithms.pose_graph import PoseGraph
+from mjsim.algorithms.pose_graph import COMMON, PoseGraph
 from mjsim.algorithms.scan_search import match_pose
 from mjsim.algorithms.scan_walls import surface_of
 from mjsim.algorithms.waypoints import Waypoints
@@ -46,7 +46,7 @@ def world(walls, at, *, farthest, noise):
 
 def test_a_graph_finds_the_error_that_its_steps_have_in_common_as_least_squares_do():
     graph, sigma, doubt, loop = PoseGraph(np.zeros((1, 3))), 0.02, 0.05, 0.03
-    slopes = np.zeros((3, 4))
+    slopes = np.zeros((3, COMMON))
     slopes[0, 0] = -GAIN
     for k in range(1, 5):
         graph.add_pose(np.array([GAIN * k, 0.0, 0.0]))
@@ -54,7 +54,7 @@ def test_a_graph_finds_the_error_that_its_steps_have_in_common_as_least_squares_
             k - 1, k, np.array([GAIN, 0.0, 0.0]), np.diag(np.array([sigma, 1e-3, 1e-3]) ** -2.0), slopes=slopes
         )
     graph.add_step(0, 3, np.array([3.0, 0.0, 0.0]), np.diag(np.array([loop, 1e-3, 1e-3]) ** -2.0))
-    graph.expect(np.zeros(4), doubt**2 * np.eye(4))
+    graph.expect(np.zeros(COMMON), doubt**2 * np.eye(COMMON))
     graph.solve()
     # Unknown: four places on the line, and the share by which odometry's way is too long.
     A = np.zeros((6, 5))
@@ -64,7 +64,7 @@ def test_a_graph_finds_the_error_that_its_steps_have_in_common_as_least_squares_
     P = np.linalg.inv((A.T * weight**2) @ A)
     x = P @ (A.T * weight**2) @ z
     np.testing.assert_allclose(graph.poses[1:, 0], x[:4], atol=1e-9)
-    np.testing.assert_allclose(graph.errors, [x[4], 0.0, 0.0, 0.0], atol=1e-9)
+    np.testing.assert_allclose(graph.errors, [x[4], *[0.0] * (COMMON - 1)], atol=1e-9)
     both = np.ix_([0, 3], [0, 3])
     np.testing.assert_allclose(graph.joint_covariance(4)[both], P[np.ix_([3, 4], [3, 4])], rtol=1e-6)
     np.testing.assert_allclose(graph.joint_step_covariances([0], 4)[0][both], P[np.ix_([3, 4], [3, 4])], rtol=1e-6)
@@ -132,7 +132,8 @@ def test_along_a_bare_corridor_the_robot_knows_how_far_too_long_its_way_may_be_a
     before, after = np.argmax(truth[:, 0] > 15.0), -1
     assert errors[before, 0] > 0.4
     assert errors[before, 0] < 2.5 * sure[before]
-    assert abs(errors[after, 0]) < 0.5 * errors[before, 0]
+    # A tenth is twice what is expected; the last 2 m, on which the end of the corridor is seen, tell half of it.
+    assert abs(errors[after, 0]) < 0.6 * errors[before, 0]
 
 
 @pytest.mark.slow

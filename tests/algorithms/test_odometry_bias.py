@@ -23,7 +23,8 @@ def drive(bias, scans, *, steps, slip=0.0, turn=TURN):
         after = np.linalg.inv(np.linalg.inv(scans) + np.linalg.inv(before))
         off = true - guess
         off[2] = wrap_angle(float(off[2]))
-        bias.learn(told, 0.3, 0.4, after @ np.linalg.inv(scans) @ off, BEFORE, after)
+        correction = after @ np.linalg.inv(scans) @ off
+        bias.learn(told, 0.3, 0.4, correction, BEFORE, after)
 
 
 def test_a_gain_and_a_drift_of_odometry_are_learnt():
@@ -61,3 +62,32 @@ def test_a_turn_of_two_degrees_a_second_is_learnt_and_taken_for_no_slip():
     drive(bias, 1e-6 * np.eye(3), steps=20, turn=np.radians(2.0))
     straight = np.array([0.33, 0.0, 0.4 * np.radians(2.0)])
     assert abs(bias.corrected(straight, 0.4)[2]) < 0.1 * straight[2]
+
+
+def test_where_the_lidar_is_mounted_is_learnt_from_turns():
+    bias, rng, arm = OdometryBias(), np.random.default_rng(2), np.array([0.2, -0.05])
+    for k in range(60):
+        turn = rng.uniform(-0.3, 0.3) * (k % 2)
+        c, s = np.cos(turn), np.sin(turn)
+        told = np.array([0.3, 0.0, turn]) + rng.normal(0.0, 0.002, 3)
+        true = told + np.array([[c - 1.0, -s], [s, c - 1.0], [0.0, 0.0]]) @ arm
+        guess, before = bias.corrected(told, 0.4), BEFORE + bias.step_covariance(told, 0.3, 0.4)
+        after = np.linalg.inv(1e6 * np.eye(3) + np.linalg.inv(before))
+        correction = after @ (1e6 * np.eye(3)) @ (true - guess)
+        bias.learn(told, 0.3, 0.4, correction, BEFORE, after)
+    np.testing.assert_allclose(bias.errors[4:], arm, atol=0.02)
+    turned = np.array([0.0, 0.0, 0.5])
+    ahead = [(np.cos(0.5) - 1.0) * 0.2 + np.sin(0.5) * 0.05, np.sin(0.5) * 0.2 - (np.cos(0.5) - 1.0) * 0.05]
+    np.testing.assert_allclose(bias.corrected(turned, 0.4)[:2], ahead, atol=0.01)
+
+
+def test_turns_that_odometry_only_seems_to_make_do_not_show_that_turns_are_told_too_large():
+    bias, rng = OdometryBias(), np.random.default_rng(3)
+    for _ in range(300):
+        told, true = np.array([0.3, 0.0, rng.normal(0.0, 0.03)]), np.array([0.3, 0.0, 0.0])
+        before = np.diag([0.02, 0.02, 0.03]) ** 2
+        guess, by_both = bias.corrected(told, 0.4), before + bias.step_covariance(told, 0.3, 0.4)
+        after = np.linalg.inv(1e6 * np.eye(3) + np.linalg.inv(by_both))
+        correction = after @ (1e6 * np.eye(3)) @ (true - guess)
+        bias.learn(told, 0.3, 0.4, correction, before, after)
+    assert abs(bias.errors[1]) < 0.03
