@@ -17,9 +17,10 @@ The log is imported as by `mjsim import-log`. Each step of odometry has independ
 
 Each row has the mean and the largest translational error of relations between places that the robot came back to (at
 least a minute later, within 1 m and 40 degrees), for the final path, the online estimate and odometry; then the ATE of
-the final path and of odometry, NEES mean and median, loops, and scans in the map. Buildings: `blocks`, corridors around
-four blocks; `offices`, rooms along two corridors; `mine`, tunnels around four pillars of rock; `ward`, two long
-corridors with identical rooms; `cubicles`, a hall with a regular grid of identical partitions.
+the final path and of odometry, NEES mean and median, loops, scans in the map, and the mean and the largest rotational
+error of relations for the final path. Buildings: `blocks`, corridors around four blocks; `offices`, rooms along two
+corridors; `mine`, tunnels around four pillars of rock; `ward`, two long corridors with identical rooms; `cubicles`, a
+hall with a regular grid of identical partitions.
 """
 
 import argparse
@@ -72,6 +73,8 @@ class Building:
     text: str
     start: tuple[float, float]
     points: Sequence[tuple[float, float]]
+    later: tuple[str, int] | None = None
+    """As it is after so many of the points; None if nothing changes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -328,12 +331,13 @@ def row(log: Path) -> str:
     final = np.array([pose.as_array() for _, pose in slam.path()])
     relations = revisited(times, truth)
     wheels = np.array([pose.as_array() for pose in reckoned[1:]])
-    shifts = [misfits(relations, times, poses)[0] for poses in (final, np.array(online), wheels)]
+    shifts, turns = zip(*[misfits(relations, times, poses) for poses in (final, np.array(online), wheels)], strict=True)
     ates = [np.sqrt(np.mean(absolute_trajectory_errors(truth, poses) ** 2)) for poses in (final, wheels)]
     told = "  ".join(f"{shift.mean():6.3f} {shift.max():6.3f}" for shift in shifts)
+    turned = np.degrees(turns[0])
     return (
         f"{told}  {ates[0]:6.3f} {ates[1]:6.2f}  {np.mean(nees):6.1f} {np.median(nees):6.2f} "
-        f"{slam.loops:5d} {len(slam.keyframes):5d}"
+        f"{slam.loops:5d} {len(slam.keyframes):5d}  {turned.mean():5.2f} {turned.max():5.2f}"
     )
 
 
@@ -360,7 +364,9 @@ def main() -> None:
     parser.add_argument("--keep", type=Path, help="folder in which the logs stay")
     given = parser.parse_args()
     print("                        relations, mean and largest [m]: final path, online, odometry; ATE [m]: final path,")
-    print("building  odometry seed   odometry; NEES mean, median; loops, scans in the map")
+    print(
+        "building  odometry seed   odometry; NEES mean, median; loops, scans in the map; turn, mean and largest [deg]"
+    )
     for name in given.buildings or buildings():
         for seed in range(1, given.seeds + 1):
             building = buildings()[name]

@@ -6,7 +6,9 @@
 Odometry has the errors `coarse` of `carmen_logs.py`, and rows have the same figures. Buildings: `loop`, a ring of bare
 corridors, 196 m around, that closes late; `wings`, four wings with identical rooms around a hall, so that the building
 looks the same from all four sides; `campus`, two rings with long corridors, doors in niches, and a large hall; `lofts`,
-rooms with few straight walls whose doors are narrow. Styles of robots and logs:
+rooms with few straight walls whose doors are narrow; `square`, four corridors and a cross between them, loops of 51 m,
+and `courts`, two rings of 250 m and the corridor between them, both with offices and furniture; in these two, doors
+and furniture change half-way. Styles of robots and logs:
 
 - `plain`: 180 beams of 1 degree, up to 40 m, 5 scans a second;
 - `near`: ranges up to 8 m, others read 8.0;
@@ -16,7 +18,12 @@ rooms with few straight walls whose doors are narrow. Styles of robots and logs:
 - `glass`: a quarter of the walls, in pieces of 1.5 m, returns only beams that meet it within 8 degrees of its normal;
 - `people`: eight people walk beside the robot;
 - `stands`: the robot stands for 60 s every two minutes, and odometry lines come ten times as often as scans;
-- `worn`: the errors of `jumps` and `glass`, with ranges up to 8 m, and 3 scans a second.
+- `worn`: the errors of `jumps` and `glass`, with ranges up to 8 m, and 3 scans a second;
+- `aged`: as logs of 2000: a scan every 0.1 to 0.4 m or 3 to 12 degrees; odometry is up to 0.08 s old, 2 % too long,
+  with turns 3 % too large and 0.3 degrees for each metre, and every minute the wheels slip by 0.2 m and 5 degrees;
+  four people; glass; two sectors of each scan return nothing;
+- `mount`: as `aged`, and the log does not tell that the lidar is 0.2 m ahead of the axle;
+- `sparse`: as `mount`, with a scan every 0.3 to 1 m or 9 to 30 degrees.
 """
 
 import argparse
@@ -26,18 +33,20 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from carmen_logs import SPEED, Building, Drive, box, driven, jagged, niched, rectangle, row, world
+from carmen_logs import SPEED, Building, Drive, driven, row
+from hard_buildings import buildings
 from lidar_buildings import walks
 from threadpoolctl import threadpool_limits
 
 import mjsim
-from mjsim.geometry import Array, Pose, wrap_angles
+from mjsim.geometry import Array, Pose, wrap_angle, wrap_angles
 
 ROBOT = """
 robots:
   - name: scout
     preset: pioneer3dx
     at: AT
+    heading_deg: HEADING
     drive: {noise: {speed: 0.02, turn: 0.02}}
     sensors: [{lidar: scan, at: [0.2, 0, 0.3], yaw_deg: YAW, beams: BEAMS, fov_deg: FOV, range: [0.05, 40],
                rate_hz: 10, noise: {range: 0.01}}]
@@ -66,6 +75,12 @@ class Style:
     glass: bool = False
     people: int = 0
     stands: bool = False
+    aged: bool = False
+    """Whether odometry and scans are those of `aged`."""
+    apart: float = 1.0
+    """Distance between two scans of `aged`, relative to that of `aged` itself."""
+    told: bool = True
+    """Whether the log tells where the lidar is."""
 
 
 STYLES = {
@@ -78,77 +93,32 @@ STYLES = {
     "people": Style(people=8),
     "stands": Style(stands=True),
     "worn": Style(reach=NEAR, every=0.33, jumps=True, glass=True),
+    "aged": Style(aged=True, glass=True, people=4),
+    "mount": Style(aged=True, glass=True, people=4, told=False),
+    "sparse": Style(aged=True, glass=True, people=4, told=False, apart=2.5),
 }
-
-
-def buildings() -> dict[str, Building]:
-    """Return all buildings by their names."""
-    return {"loop": loop(), "wings": wings(), "campus": campus(), "lofts": lofts()}
-
-
-def loop() -> Building:
-    """Return a ring of bare corridors."""
-    walls = [rectangle(0, 0, 62, 40), rectangle(2.2, 2.2, 57.6, 35.6)]
-    ring = [(60.9, 1.1), (60.9, 38.9), (1.1, 38.9), (1.1, 1.1)]
-    return Building(world("loop", walls), (3.0, 1.1), [*ring, *ring[:2], (20.0, 38.9), (60.9, 38.9), *ring[:1]])
-
-
-def wings() -> Building:
-    """Return four wings with identical rooms around a hall: the building looks the same from four sides."""
-    middle, quarter = np.array([22.0, 22.0]), np.array([[0.0, -1.0], [1.0, 0.0]])
-    lines, doors, way = list[list[tuple[float, float]]](), list[str](), list[tuple[float, float]]()
-    R = np.eye(2)
-    for _ in range(4):
-
-        def at(*points: tuple[float, float], R: Array = R) -> list[tuple[float, float]]:
-            return [tuple((middle + R @ point).round(3).tolist()) for point in points]
-
-        lines += [at((4, -4), (4, -1), (20, -1)), at((20, -6), (20, 6)), at((20, 1), (4, 1), (4, 4))]
-        for x in (4.0, 8.0, 12.0, 16.0):
-            lines += [at((x, 1.0), (x, 6.0)), at((x, -1.0), (x, -6.0))]
-        lines += [at((4.0, 6.0), (20.0, 6.0)), at((4.0, -6.0), (20.0, -6.0))]
-        way += at((18.5, 0.0), (2.5, 0.0))
-        R = quarter @ R
-    return Building(world("wings", lines, doors), (22.0, 22.0), [*way, *way[:6], (22.0, 22.0)])
-
-
-def campus() -> Building:
-    """Return two rings with long corridors, doors in niches, and a hall with pillars between them."""
-    rng = np.random.default_rng(11)
-    walls = [niched(rectangle(2, 2, 42, 26), rng, inward=True), niched(rectangle(66, 2, 24, 26), rng, inward=True)]
-    walls.append(niched(rectangle(0, 0, 92, 30), rng, inward=False))
-    things = [f"{{cylinder: [0.3, 2.0], at: [{x}, {y}]}}" for x in (49.0, 55.0, 61.0) for y in (6.0, 15.0, 24.0)]
-    left, right = [(1.0, 29.0), (1.0, 1.0)], [(91.0, 1.0), (91.0, 29.0)]
-    way = [(46.0, 1.0), (64.0, 1.0), *right, (46.0, 29.0), *left, (46.0, 1.0), (52.0, 12.0), (52.0, 27.0), (46.0, 29.0)]
-    return Building(world("campus", walls, (), things), (3.0, 1.0), [*way, *left, (46.0, 1.0), (64.0, 1.0), *right])
-
-
-def lofts() -> Building:
-    """Return rooms with uneven walls and furniture; doors are narrow."""
-    rng, doors, things = np.random.default_rng(12), list[str](), list[str]()
-    for i in range(1, 4):
-        doors.append(
-            f"{{points: [[{9 * i}, 0], [{9 * i}, 16]], openings: [{{at: 3, width: 1}}, {{at: 12, width: 1}}]}}"
-        )
-    for i in range(4):
-        doors.append(f"{{points: [[{9 * i}, 8], [{9 * i + 9}, 8]], openings: [{{at: 5, width: 1.0}}]}}")
-    for _ in range(40):
-        spot = rng.uniform([0.8, 0.8], [35.2, 15.2])
-        if abs(spot[1] - 3.5) > 1.2 and abs(spot[1] - 12.5) > 1.2 and abs((spot[0] - 5.5) % 9.0) > 1.1:
-            things.append(box((spot[0], spot[1]), rng.uniform([0.2, 0.2], [0.9, 0.5]), float(rng.uniform(0, 90))))
-    way = [(5.5, 3.5), (5.5, 12.5), (14.5, 12.5), (14.5, 3.5), (23.5, 3.5), (23.5, 12.5), (32.5, 12.5), (32.5, 3.5)]
-    walls = [jagged(rectangle(0, 0, 36, 16), rng)]
-    return Building(world("lofts", walls, doors, things), (2.0, 3.5), [*way, *way[::-1], *way, (5.5, 3.5)])
+AHEAD = 0.2
+"""The lidar is so far ahead of the axle [m]."""
+LAG = 0.08
+"""Largest age of odometry beside a scan [s]."""
 
 
 def drive_of(building: Building, style: Style, *, seed: int) -> Drive:
     """Return a drive through a building."""
     beams, fov, yaw = (361, 180.0, 0.0) if style.half else (180, 179.0, -0.5)
-    text = building.text + ROBOT.replace("BEAMS", str(beams)).replace("FOV", str(fov)).replace("YAW", str(yaw))
-    room = mjsim.parse_world(text.replace("AT", str(list(building.start))))
+    robot = ROBOT.replace("BEAMS", str(beams)).replace("FOV", str(fov)).replace("YAW", str(yaw))
     people = mjsim.parse_world(f"mjsim: 1\nname: people\nobstacles: [{', '.join(walks(building, style.people))}]\n")
-    room = room.model_copy(update={"obstacles": [*room.obstacles, *people.obstacles]})
-    return driven(room, building.points, speed=style.speed, seed=seed)
+    later, change = building.later or ("", len(building.points))
+    drives, pose = list[Drive](), np.array([*building.start, 0.0])
+    for text, points in ((building.text, building.points[:change]), (later, building.points[change:])):
+        if points:
+            at, heading = str(pose[:2].tolist()), str(float(np.degrees(pose[2])))
+            room = mjsim.parse_world(text + robot.replace("AT", at).replace("HEADING", heading))
+            room = room.model_copy(update={"obstacles": [*room.obstacles, *people.obstacles]})
+            drives.append(driven(room, points, speed=style.speed, seed=seed))
+            pose = drives[-1].poses[-1]
+    poses, ranges = (np.concatenate(each) for each in zip(*[(d.poses, d.ranges) for d in drives], strict=True))
+    return Drive(0.1 * np.arange(len(poses)), poses, ranges)
 
 
 def standing(drive: Drive) -> Drive:
@@ -175,10 +145,17 @@ def odometry(drive: Drive, style: Style, rng: np.random.Generator) -> Array:
             jump, sign = 2, rng.choice([-1.0, 1.0]) * np.radians(rng.uniform(5.0, 20.0))
         if jump:
             jump, turn = jump - 1, turn + 0.5 * sign
+        if style.aged:
+            slips = drive.times[number] % 60.0 > 59.0
+            forward, turn = 1.02 * forward + 0.02 * slips, 1.03 * turn + np.radians(0.3 * ahead + 0.5 * slips)
         way += ahead
         place = place @ Pose(forward, 0.0, turn)
         told.append(place)
     poses = np.array([pose.as_array() for pose in told])
+    poses[:, 2] = np.unwrap(poses[:, 2])
+    if style.aged:
+        lag = rng.uniform(0.0, LAG, len(poses))
+        poses = np.column_stack([np.interp(drive.times - lag, drive.times, column) for column in poses.T])
     return np.column_stack(
         [poses[:, :2].round(2), wrap_angles(np.radians(0.5 * np.round(2 * np.degrees(poses[:, 2]))))]
     )
@@ -197,6 +174,9 @@ def spoilt(drive: Drive, number: int, style: Style, rng: np.random.Generator) ->
         straight = np.abs((angles + np.pi / 4) % (np.pi / 2) - np.pi / 4) < np.radians(8.0)
         ranges[glass & ~straight] = np.inf
     ranges[rng.random(len(ranges)) < 0.02] = np.inf
+    if style.aged:
+        for begin, width in zip(rng.integers(len(ranges), size=2), rng.integers(3, 20, size=2), strict=True):
+            ranges[begin : begin + width] = np.inf
     return np.where(ranges < style.reach, ranges, style.reach if style.reach < 40.0 else CODE)
 
 
@@ -204,8 +184,8 @@ def log_lines(drive: Drive, style: Style, seed: int) -> Iterator[str]:
     """Yield the lines of a log."""
     rng = np.random.default_rng([seed, 5])
     drive = standing(drive) if style.stands else drive
-    told, due = odometry(drive, style, rng), 0.0
-    yield "PARAM robot_frontlaser_offset 0.2 nohost 0\n"
+    told, due = odometry(drive, style, rng), Due(style, rng)
+    yield f"PARAM robot_frontlaser_offset {AHEAD if style.told else 0.0} nohost 0\n"
     for number, time in enumerate(drive.times.tolist()):
         x, y, heading = told[number].tolist()
         pose, stamp = f"{x:.6f} {y:.6f} {heading:.6f}", 1e9 + time + rng.uniform(0.0, 0.02)
@@ -215,13 +195,38 @@ def log_lines(drive: Drive, style: Style, seed: int) -> Iterator[str]:
                 between[2] = told[number - 1, 2]
                 line = " ".join(f"{value:.6f}" for value in between.tolist())
                 yield f"ODOM {line} 0 0 0 {stamp - 0.07 * (1 - share):.6f} nohost 0\n"
-        true = " ".join(f"{value:.6f}" for value in drive.poses[number].tolist())
+        # Without a place of the lidar, it is taken for the robot.
+        where = Pose(*drive.poses[number]) @ Pose(0.0 if style.told else AHEAD, 0.0, 0.0)
+        true = " ".join(f"{value:.6f}" for value in where.as_array().tolist())
         yield f"TRUEPOS {true} {pose} {stamp:.6f} nohost 0\n"
-        if time < due:
+        if not due.now(time, drive.poses[number]):
             continue
-        due = time + style.every * rng.uniform(0.5, 1.5) - 0.05
         values = " ".join(f"{value:.2f}" for value in spoilt(drive, number, style, rng).tolist())
         yield f"FLASER {drive.ranges.shape[1]} {values} {pose} {pose} {stamp:.6f} nohost 0\n"
+
+
+class Due:
+    """When a robot logs a scan."""
+
+    def __init__(self, style: Style, rng: np.random.Generator) -> None:
+        """Log the first one."""
+        self._style, self._rng = style, rng
+        self._next, self._last, self._far = 0.0, np.full(3, np.inf), np.zeros(2)
+
+    def now(self, time: float, pose: Array) -> bool:
+        """Return whether a scan is logged at a time [s] and a true pose (3,)."""
+        if self._style.aged:
+            x, y, turn = np.abs(pose - self._last)
+            due = time >= self._next or np.hypot(x, y) > self._far[0] or abs(wrap_angle(turn)) > self._far[1]
+        else:
+            due = time >= self._next
+        if due and self._style.aged:
+            self._next, self._last = time + 2.0, pose
+            least, most = np.array([0.12, np.radians(3.6)]), np.array([0.4, np.radians(12.0)])
+            self._far = self._style.apart * self._rng.uniform(least, most)
+        elif due:
+            self._next = time + self._style.every * self._rng.uniform(0.5, 1.5) - 0.05
+        return bool(due)
 
 
 def main() -> None:
@@ -233,7 +238,7 @@ def main() -> None:
     parser.add_argument("--keep", type=Path, help="folder in which the logs stay")
     given = parser.parse_args()
     print("                       relations, mean and largest [m]: final path, online, odometry; ATE [m]: final path,")
-    print("building style   seed   odometry; NEES mean, median; loops, scans in the map")
+    print("building style   seed   odometry; NEES mean, median; loops, scans in the map; turn, mean and largest [deg]")
     for name in given.buildings or buildings():
         for seed in range(1, given.seeds + 1):
             drives: dict[Style, Drive] = {}
