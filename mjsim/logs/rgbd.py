@@ -40,8 +40,8 @@ ANY_TIME = "timestamp"
 CAMERA = "camera"
 PER_METRE = np.float32(5000.0)
 """Depth values per metre."""
-ASSOCIATIONS = "associations.txt"
-"""The file written by `associate.py` of the data set's tools; some data sets only have this one."""
+ASSOCIATIONS = ("associations.txt", "association.txt", "associate.txt", "associated.txt")
+"""Names for what `associate.py` of the data set's tools prints; some data sets only have this file."""
 CALIBRATIONS = {
     1: (517.3, 516.5, 318.6, 255.3, 0.2624, -0.9531, -0.0054, 0.0026, 1.1633),
     2: (520.9, 521.0, 325.1, 249.7, 0.2312, -0.7849, -0.0033, -0.0001, 0.9172),
@@ -54,7 +54,7 @@ USUAL = (525.0, 525.0, 319.5, 239.5)
 
 def is_rgbd(path: Path) -> bool:
     """Return whether a folder contains a list of pictures."""
-    return path.is_dir() and any((path / name).is_file() for name in ("rgb.txt", ASSOCIATIONS))
+    return path.is_dir() and any((path / name).is_file() for name in ("rgb.txt", *ASSOCIATIONS))
 
 
 def read_rgbd(path: Path) -> Log:
@@ -91,7 +91,7 @@ def read_rgbd(path: Path) -> Log:
 def _lists(path: Path, notes: dict[str, str]) -> tuple[tuple[Array, list[Path]], tuple[Array, list[Path]]]:
     """Return the times [s] and files of pictures and depth in a folder."""
     if not (path / "rgb.txt").is_file():
-        return paired_pictures(path / ASSOCIATIONS, notes)
+        return paired_pictures(next(path / name for name in ASSOCIATIONS if (path / name).is_file()), notes)
     depth, none = path / "depth.txt", (np.zeros(0), list[Path]())
     return listed_pictures(path / "rgb.txt", notes), listed_pictures(depth, notes) if depth.is_file() else none
 

@@ -139,7 +139,7 @@ def test_pictures_and_depth_may_be_listed_in_pairs(depth_first, folder, tmp_path
     for name in ("rgb", "depth"):
         (path / f"{name}.txt").unlink()
     pairs = zip(*(lists[::-1] if depth_first else lists), strict=True)
-    (path / "associations.txt").write_text("\n".join(" ".join(pair) for pair in reversed(list(pairs))))
+    (path / "associate.txt").write_text("\n".join(" ".join(pair) for pair in reversed(list(pairs))))
     told, paired = (read_rgbd(each).robot.cameras["camera"] for each in (folder[0], path))
     np.testing.assert_array_equal(paired.stamps, told.stamps)
     for number in range(len(told)):
