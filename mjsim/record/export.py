@@ -6,7 +6,7 @@ Every file is written completely or not at all, and replaces an existing one onl
 import csv
 import io
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ from mjsim.errors import UsageError
 from mjsim.geometry import Array, Pose, Pose3, roll_and_pitch
 from mjsim.interface import Sighting
 from mjsim.output import free_paths, new_file, require_free, write_file, write_files
-from mjsim.record.joint_tables import joint_tables
+from mjsim.record.joint_tables import joint_tables, mechanism_tables
 from mjsim.record.readings import SensorTable
 from mjsim.record.recording import Recording, Track
 from mjsim.record.sensor_tables import sensor_tables
@@ -69,8 +69,8 @@ def export_csv(recording: Recording, folder: str | Path, *, overwrite: bool = Fa
     """Write `R_track.csv`, `R_landmarks.csv`, `R_sightings.csv`, `R_innovations.csv`, `R_events.csv` for each robot R.
 
     There is also a table for each sensor whose readings have one, such as `R_scan_LIDAR.csv`, and for each arm,
-    `R_joints_ARM.csv`; and, unless they would be empty, `things.csv` (poses of doors, movers and movable things) and
-    `events.csv` (events of the world).
+    `R_joints_ARM.csv`; for each mechanism M, `M_joints.csv` and, if it has sensors, `M_sensors.csv`; and, unless they
+    would be empty, `things.csv` (poses of doors, movers and movable things) and `events.csv` (events of the world).
 
     `time` is that of the tick, `moment` when the robot was at these poses: in a log, at the scan or picture that came
     with the tick. Numbers are written so that they read back exactly; a missing value is an empty field. The table of
@@ -80,9 +80,11 @@ def export_csv(recording: Recording, folder: str | Path, *, overwrite: bool = Fa
         The files written.
 
     Raises:
-        UsageError: A file exists, or cannot be written.
+        UsageError: A file exists, or cannot be written, or there is nothing to write.
     """
     tables = list(_tables(recording))
+    if not tables:
+        raise UsageError(f"'{recording.path}' has no robots, mechanisms, movable things or events; nothing is written")
     paths = free_paths(folder, (f"{name}.csv" for name, _, _ in tables), overwrite=overwrite)
     for path, (_, header, rows) in zip(paths, tables, strict=True):
         write_file(path, _table(header, rows), overwrite=overwrite)
@@ -104,6 +106,9 @@ def _tables(recording: Recording) -> Iterator[tuple[str, Sequence[str], Iterable
             *((table.name, list(table.columns), zip(*table.columns.values(), strict=True)) for table in sensors),
         ):
             yield f"{name}_{kind}", header, rows
+    for name, tables in mechanism_tables(recording).items():
+        for table in tables:
+            yield f"{name}_{table.name}", list(table.columns), zip(*table.columns.values(), strict=True)
 
 
 def _table(header: Sequence[str], rows: Iterable[Iterable[Any]]) -> bytes:
@@ -216,6 +221,8 @@ def export_npz(recording: Recording, file: str | Path, *, overwrite: bool = Fals
     for name, track in recording.robots.items():
         found = _arrays_of_track(track) | _arrays_of_sensors(recording, name)
         arrays |= {f"{name}/{key}": value for key, value in found.items()}
+    for name, tables in mechanism_tables(recording).items():
+        arrays |= {f"{name}/{key}": value for key, value in _arrays_of_tables(tables).items()}
     with new_file(file, overwrite=overwrite) as part, part.open("wb") as stream:
         np.savez_compressed(stream, **arrays)
     return Path(file)
@@ -224,7 +231,8 @@ def export_npz(recording: Recording, file: str | Path, *, overwrite: bool = Fals
 def export_mat(recording: Recording, file: str | Path, *, overwrite: bool = False) -> Path:
     """Write all arrays into one MATLAB file: `time`, `qpos`, `qvel`, `seed`, and the struct `robots` of all robots.
 
-    Its fields have the names of `export_npz`: `robots.R.landmarks.mean` and so on. Characters that MATLAB does not
+    Its fields have the names of `export_npz`: `robots.R.landmarks.mean` and so on; `mechanisms` has the mechanisms, if
+    there are any. Characters that MATLAB does not
     allow in names become underscores; `robots.R.name` is the robot's own name.
 
     Returns:
@@ -238,15 +246,24 @@ def export_mat(recording: Recording, file: str | Path, *, overwrite: bool = Fals
     require_free(Path(file), overwrite=overwrite, source=recording.path)
     robots: dict[str, Any] = {}
     for name, track in recording.robots.items():
-        fields: dict[str, Any] = {"name": name}
-        for key, value in (_arrays_of_track(track) | _arrays_of_sensors(recording, name)).items():
-            group, _, field = key.rpartition("/")
-            (fields.setdefault(_plain_name(group), {}) if group else fields)[field] = value
-        robots[_field_name(name, robots)] = fields
-    content = _arrays_of(recording) | {"robots": robots}
+        arrays = _arrays_of_track(track) | _arrays_of_sensors(recording, name)
+        robots[_field_name(name, robots)] = _struct(name, arrays)
+    mechanisms: dict[str, Any] = {}
+    for name, tables in mechanism_tables(recording).items():
+        mechanisms[_field_name(name, mechanisms)] = _struct(name, _arrays_of_tables(tables))
+    content = _arrays_of(recording) | {"robots": robots} | ({"mechanisms": mechanisms} if mechanisms else {})
     with new_file(file, overwrite=overwrite) as part, part.open("wb") as stream:
         savemat(stream, content, long_field_names=True, do_compression=True, oned_as="column")
     return Path(file)
+
+
+def _struct(name: str, arrays: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields of a robot or a mechanism, those with a `/` in their names one level down."""
+    fields: dict[str, Any] = {"name": name}
+    for key, value in arrays.items():
+        group, _, field = key.rpartition("/")
+        (fields.setdefault(_plain_name(group), {}) if group else fields)[field] = value
+    return fields
 
 
 def _plain_name(name: str) -> str:
@@ -309,7 +326,10 @@ def _arrays_of_track(track: Track) -> dict[str, Any]:
 
 
 def _arrays_of_sensors(recording: Recording, robot: str) -> dict[str, Any]:
-    tables = _more_tables(recording, robot)
+    return _arrays_of_tables(_more_tables(recording, robot))
+
+
+def _arrays_of_tables(tables: Iterable[SensorTable]) -> dict[str, Any]:
     return {f"{table.name}/{key}": values for table in tables for key, values in table.arrays.items()}
 
 

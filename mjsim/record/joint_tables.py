@@ -1,4 +1,4 @@
-"""Joints of arms, and wheels of balancing bases, as tables and arrays for `export`."""
+"""Joints of arms, wheels of balancing bases, and mechanisms, as tables and arrays for `export`."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -23,13 +23,31 @@ def joint_tables(recording: Recording, robot: str) -> list[SensorTable]:
     Arrays are `time`, `names`, `q`, `qd`, `qdd`, `tau` and `goal`, shape (N, joints), `tool` (N, 7) and `T` (N, 4, 4).
     """
     return [
-        _table(name.partition("/")[2], recording.time, track)
+        _table(f"joints_{name.partition('/')[2]}", recording.time, track)
         for name, track in recording.joints.items()
         if name.partition("/")[0] == robot and "/" in name
     ]
 
 
-def _table(part: str, time: Array, track: JointTrack) -> SensorTable:
+def mechanism_tables(recording: Recording) -> dict[str, list[SensorTable]]:
+    """Return the tables of each mechanism: `joints`, as those of an arm, and `sensors` with a column for each value.
+
+    Arrays of sensors are `time`, `names`, `units`, and `values`, shape (N, names).
+    """
+    tables: dict[str, list[SensorTable]] = {}
+    for name, track in recording.joints.items():
+        if "/" not in name:
+            tables.setdefault(name, []).append(_table("joints", recording.time, track))
+    for name, read in recording.readings.items():
+        columns: dict[str, Iterable[Any]] = {"time": recording.time.tolist()}
+        columns |= {each: _fields(values) for each, values in zip(read.names, read.values.T, strict=True)}
+        names = {key: np.array(words, dtype=np.str_) for key, words in (("names", read.names), ("units", read.units))}
+        arrays: dict[str, Any] = {"time": recording.time, **names, "values": read.values}
+        tables.setdefault(name, []).append(SensorTable(name="sensors", columns=columns, arrays=arrays))
+    return tables
+
+
+def _table(name: str, time: Array, track: JointTrack) -> SensorTable:
     values = {short: getattr(track, key) for key, short in NAMES.items()}
     columns: dict[str, Iterable[Any]] = {"time": time.tolist()}
     for number, joint in enumerate(track.names):
@@ -38,7 +56,7 @@ def _table(part: str, time: Array, track: JointTrack) -> SensorTable:
     if np.isfinite(track.tool).any():
         columns |= {f"tool_{key}": _fields(column) for key, column in zip(TOOL, track.tool.T, strict=True)}
         arrays |= {"tool": track.tool, "T": _matrices(track.tool)}
-    return SensorTable(name=f"joints_{part}", columns=columns, arrays=arrays)
+    return SensorTable(name=name, columns=columns, arrays=arrays)
 
 
 def _fields(column: Array) -> list[float | None]:
