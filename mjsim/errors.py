@@ -68,9 +68,9 @@ class UsageError(MjsimError):
 class OutOfReachError(UsageError):
     """A tool of an arm cannot be brought to a place."""
 
-    def __init__(self, message: str, *, short: float) -> None:
-        self.short = short
-        """Distance that remains [m]."""
+    def __init__(self, message: str, *, short: float, nearest: tuple[float, float, float] | None = None) -> None:
+        self.short, self.nearest = short, nearest
+        """Distance that remains [m], and the place that it can be brought to, frame of the robot [m]."""
         super().__init__(message)
 
 

@@ -15,7 +15,7 @@ from mjsim.report.drawings import drawing_files, png_of, require_formats
 from mjsim.report.html_page import html_page, html_table, picture
 from mjsim.report.statistics import known_part, stands, statistics_file
 from mjsim.report.tables import csv_table, key_figures, latex_table
-from mjsim.world import World, event_text
+from mjsim.world import World, as_motions, event_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -137,7 +137,7 @@ def _times(run: dict[str, Any]) -> str:
 
 def _page(recording: Recording, run: dict[str, Any], sections: list[str]) -> str:
     factor = "" if run["real_time_factor"] is None else f", {run['real_time_factor']:.1f} times real time"
-    happened = [(event_text(event), f"{event.time:.2f} s") for event in recording.events]
+    happened = [(event_text(event), f"{event.time:.2f} s") for event in as_motions(recording.events)]
     story = f"<h2>What happened to the world</h2>{html_table((), happened)}" if happened else ""
     cut = "" if run["whole"] else "; the file ends before its end: the run was killed, or the file was cut"
     about = f"{run['sim_seconds']:.1f} s simulated{factor}, seed {run['seed']}{cut}"

@@ -15,7 +15,7 @@ from mjsim.record import RobotEvent, reserve, reserve_next
 from mjsim.run import Driver, drivers_of, one_blas_thread, record_paths, recorder_of, tick_count, ticks
 from mjsim.session.gate import Gate, State
 from mjsim.session.helm import Helm
-from mjsim.session.touches import joints_keys, noise_kept, schedule_touch, touch_of
+from mjsim.session.touches import Touches, joints_keys, noise_kept, touch_of
 from mjsim.session.watcher import Watcher
 from mjsim.world import NoiseEvent, ReachEvent, World, WorldEvent, with_noise
 
@@ -80,7 +80,7 @@ class Session(Closes):
         self._gate = Gate(speed, self._notify)
         self._newest: Tick | None = None
         self._number = 0
-        self._touched: tuple[WorldEvent, ...] = ()
+        self._touches = Touches()
         self._thread = threading.Thread(target=self._work, name="mjsim-session", daemon=True)
 
     def start(self, *, paused: bool = False) -> None:
@@ -208,7 +208,7 @@ class Session(Closes):
         """
         self.touch({"noise": key, "value": value})
 
-    def touch(self, keys: Mapping[str, Any]) -> WorldEvent:
+    def touch(self, keys: Mapping[str, Any], *, follows: bool = False) -> WorldEvent:
         """Apply an event of the world file at the next tick; waits until it is accepted.
 
         Do not call it from the session's own thread, which calls `on_tick`. A paused run shows the touch at its next
@@ -216,6 +216,9 @@ class Session(Closes):
 
         Args:
             keys: As in a world file, without `time`: `{"move": "scout", "to": [5, 2]}`, `{"open": "gate"}`.
+            follows: Whether a `reach` or `lead` gives a later target to a motion that an earlier touch began, as while
+                something is dragged. It becomes a row of `then` in the event of that touch, and `on_change` is not
+                called.
 
         Returns:
             The event with its time; numbers are rounded as in a world file.
@@ -224,14 +227,14 @@ class Session(Closes):
             UsageError: The keys are invalid, they name something that does not exist, they place it where there is no
                 space, or the run is over; then nothing changes.
         """
-        event = touch_of(keys)
-        self._do(lambda sim: self._take_touch(sim, event))
-        return self._touched[-1]
+        event, taken = touch_of(keys), list[WorldEvent]()
+        self._do(lambda sim: taken.append(self._take_touch(sim, event, follows=follows)), quiet=follows)
+        return taken[0]
 
     @property
     def touched(self) -> tuple[WorldEvent, ...]:
         """Touches since the start, in order; `keep_events` writes them into the text of the world."""
-        return self._touched
+        return self._touches.events
 
     def wait(self, *states: State, timeout: float | None = None) -> State:
         """Wait for one of these states, by default 'ended' or 'failed', and return the current state.
@@ -274,12 +277,13 @@ class Session(Closes):
         self.start()
         return self
 
-    def _do(self, work: "Callable[[Simulation], None]") -> None:
+    def _do(self, work: "Callable[[Simulation], None]", *, quiet: bool = False) -> None:
         """Do work in the session's thread between two ticks, and wait for it."""
         if not self._thread.is_alive() or self._gate.leaving == "close":
             raise UsageError("the session is not running; start it first")
         self._gate.schedule(work).result()
-        self._notify()
+        if not quiet:
+            self._notify()
 
     def _newer(self, number: int, timeout: float | None) -> "tuple[int, Tick] | None":
         gate = self._gate
@@ -326,11 +330,11 @@ class Session(Closes):
         if sim is None:
             return Simulation(self.world, seed=self.seed)
         self._helm.let_go()
-        noise = noise_kept(self._touched, sim.world)
+        noise = noise_kept(self._touches.events, sim.world)
         sim.reset(self.seed)
         for event in noise:
             sim.set_noise(event.noise, event.value)
-        self._touched, self.world = noise, sim.tuned
+        self._touches, self.world = Touches(noise), sim.tuned
         return sim
 
     def _run(self, sim: "Simulation") -> None:
@@ -377,12 +381,13 @@ class Session(Closes):
         if self._on_tick is not None:
             self._on_tick(tick)
 
-    def _take_touch(self, sim: "Simulation", event: WorldEvent) -> None:
+    def _take_touch(self, sim: "Simulation", event: WorldEvent, *, follows: bool) -> WorldEvent:
         if self.state in ("ended", "failed") or self._gate.leaving is not None:
             raise UsageError("the run is over; start it again")
-        self._touched = schedule_touch(sim, event, self._touched)
+        touch = self._touches.take(sim, event, follows=follows)
         if isinstance(event, NoiseEvent):
             self.world = with_noise(self.world, event.noise, event.value)
+        return touch
 
 
 def _checked_speed(speed: float | None) -> float | None:

@@ -17,6 +17,7 @@ from mjsim.world import (
     event_from,
     noise_figures,
     rounded,
+    with_target,
 )
 
 if TYPE_CHECKING:
@@ -57,26 +58,62 @@ def joints_keys(world: World, robot: str, arm: str, positions: Sequence[float] |
     return {"reach": robot, "arm": arm, "joints_deg": values}
 
 
-def schedule_touch(sim: "Simulation", event: WorldEvent, touched: Sequence[WorldEvent]) -> tuple[WorldEvent, ...]:
-    """Schedule an event for the next tick.
+class Touches:
+    """Touches of a run until now, as events of the world file."""
 
-    Args:
-        sim: The run.
-        event: The event.
-        touched: Earlier touches.
+    def __init__(self, events: Iterable[WorldEvent] = ()) -> None:
+        """Start with events of the start."""
+        self.events = tuple(events)
+        """Each with the time of its tick."""
+        self._time = -1.0
+        self._pending: dict[int, WorldEvent] = {}
+        """Touches of the next tick, which is at that time [s], by the index of their event."""
 
-    Returns:
-        All touches until now, each with the time of its tick as in a world file. If noise is changed more than once
-        before a tick, only the last value counts.
+    def take(self, sim: "Simulation", event: WorldEvent, *, follows: bool) -> WorldEvent:
+        """Schedule an event for the next tick, and return it.
 
-    Raises:
-        UsageError: The event names something that does not exist, or places something where there is no space, or
-            outside the world.
-    """
-    touch = event.model_copy(update={"time": _written_time((sim.tick + 1) * sim.dt)})
-    same = next((each for each in touched if _is_overruled(each, touch)), None)
-    touch = sim.schedule(touch, instead_of=same)
-    return (*(each for each in touched if each is not same), touch)
+        If noise or a target that follows is changed more than once before a tick, only the last value counts.
+
+        Args:
+            sim: The run.
+            event: The event.
+            follows: Whether it is a later target of the motion of an earlier touch; then it becomes a part of it.
+
+        Raises:
+            UsageError: The event names something that does not exist, or places something where there is no space, or
+                outside the world; then nothing changes.
+        """
+        touch = event.model_copy(update={"time": _written_time((sim.tick + 1) * sim.dt)})
+        if touch.time != self._time:
+            self._time, self._pending = touch.time, {}
+        place = self._continued(touch) if follows else None
+        if place is None:
+            return self._take_new(sim, touch)
+        # In the file, simultaneous events are in the order in which their motions began.
+        later = next((self._pending[each] for each in sorted(self._pending) if each > place), None)
+        touch = sim.schedule(touch, instead_of=self._pending.get(place), before=later)
+        self._pending[place] = touch
+        whole = with_target(self.events[place], touch)
+        assert whole is not None, "found to be a part of it"
+        self.events = (*self.events[:place], whole, *self.events[place + 1 :])
+        return touch
+
+    def _take_new(self, sim: "Simulation", touch: WorldEvent) -> WorldEvent:
+        """Schedule a touch that begins a new event."""
+        same = next((place for place, each in self._pending.items() if _is_overruled(each, touch)), None)
+        touch = sim.schedule(touch, instead_of=None if same is None else self._pending[same])
+        if same is not None:
+            self.events = (*self.events[:same], *self.events[same + 1 :])
+            del self._pending[same]
+            self._pending = {place - (place > same): each for place, each in self._pending.items()}
+        self._pending[len(self.events)] = touch
+        self.events = (*self.events, touch)
+        return touch
+
+    def _continued(self, touch: WorldEvent) -> int | None:
+        """Return the index of the event of which a target is a part; None if there is none."""
+        places = reversed(range(len(self.events)))
+        return next((place for place in places if with_target(self.events[place], touch) is not None), None)
 
 
 def noise_kept(touched: Iterable[WorldEvent], world: World) -> tuple[NoiseEvent, ...]:

@@ -295,9 +295,9 @@ class Simulation(Closes):
         goal = {"rotation_deg": tuple(to_deg)} if isinstance(to_deg, Sequence) else {"to_deg": to_deg}
         self._happen(lead=mechanism, joint=joint, **goal)
 
-    def schedule(self, event: WorldEvent, *, instead_of: WorldEvent | None = None) -> WorldEvent:
+    def schedule(self, event: WorldEvent, **order: WorldEvent | None) -> WorldEvent:
         """Schedule an event, like those of the world file, for a future tick; see `WorldScript.schedule`."""
-        return self._script.schedule(event, instead_of=instead_of)
+        return self._script.schedule(event, **order)
 
     def happened(self) -> tuple[WorldEvent, ...]:
         """Return the events of the world since the last call, with their times."""

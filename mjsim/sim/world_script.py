@@ -1,12 +1,12 @@
 """Scripted changes of a world: events, movers, joints with motors."""
 
+import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import mujoco
-import numpy as np
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array, Pose
@@ -14,6 +14,7 @@ from mjsim.sim.actuation import Actuation
 from mjsim.sim.arms import ArmAtWork
 from mjsim.sim.joints import Joints
 from mjsim.sim.movers import Movers
+from mjsim.sim.placing import heading_of, put_down
 from mjsim.sim.scenery import Scenery
 from mjsim.sim.shoves import Shoves
 from mjsim.sim.streams import stream
@@ -40,6 +41,7 @@ from mjsim.world import (
     led_values,
     misplaced,
     reached_joints,
+    single_targets,
     with_noise,
 )
 
@@ -97,7 +99,8 @@ class WorldScript:
         self._joints = Joints(model, data, [leaf.joint() for leaf in self._doors.values()])
         self._shoves = Shoves(model, data)
         # The last one is next; of simultaneous events, the first in the file comes first.
-        self._due = sorted(world.run.events, key=lambda event: event.time)[::-1]
+        events = itertools.chain(*map(single_targets, world.run.events))
+        self._due = sorted(events, key=lambda event: event.time)[::-1]
         self._happened: list[WorldEvent] = []
         obstacles = list(zip(world.obstacles, item_names(world.obstacles), strict=True))
         self._moving = [name for obstacle, name in obstacles if obstacle.movable or obstacle.path is not None]
@@ -106,12 +109,15 @@ class WorldScript:
         self._heights = {robot.name: 0.0 for robot in world.robots}
         self._movers.put(0.0)
 
-    def schedule(self, event: WorldEvent, *, instead_of: WorldEvent | None = None) -> WorldEvent:
+    def schedule(
+        self, event: WorldEvent, *, instead_of: WorldEvent | None = None, before: WorldEvent | None = None
+    ) -> WorldEvent:
         """Schedule an event, after those of the same time.
 
         Args:
             event: The event.
             instead_of: A pending event to replace.
+            before: A pending event of the same time to precede.
 
         Returns:
             The event; for a hand, with the distance that will remain to its target.
@@ -120,6 +126,22 @@ class WorldScript:
             UsageError: It names something that does not exist, or places something where there is no space; then
                 nothing changes.
         """
+        first, *later = single_targets(event)
+        self._check_possible(first)
+        for each in later:
+            self._check(each)
+        if isinstance(first, ReachEvent) and first.hand is not None:
+            until = [each for each in reversed(self._due) if each.time <= first.time and each is not instead_of]
+            first = self._scenery.tried(first, until)
+        due = [each for each in self._due if each is not instead_of]
+        place = next((number + 1 for number, each in enumerate(due) if each is before), 0)
+        self._due = [*later[::-1], *due[:place], first, *due[place:]]
+        # The sort is stable, and of simultaneous ones the newest comes first: it is executed last.
+        self._due.sort(key=lambda each: -each.time)
+        return event if later else first
+
+    def _check_possible(self, event: WorldEvent) -> None:
+        """Raise UsageError if an event is impossible now."""
         self._check(event)
         if isinstance(event, MoveEvent):
             self._check_room(event)
@@ -132,13 +154,6 @@ class WorldScript:
             wrong = self._barred(event.release, self._released(event.release, event.joint))
         if wrong:
             raise UsageError(wrong)
-        if isinstance(event, ReachEvent) and event.hand is not None:
-            until = [each for each in reversed(self._due) if each.time <= event.time]
-            event = self._scenery.tried(event, until)
-        self._due = [event, *(each for each in self._due if each is not instead_of)]
-        # The sort is stable, and of simultaneous ones the newest comes first: it is executed last.
-        self._due.sort(key=lambda each: -each.time)
-        return event
 
     def let_happen(self, time: float) -> None:
         """Execute all scripted events that are due at a time [s]."""
@@ -148,11 +163,12 @@ class WorldScript:
             self._scenery.show(replace(self._scenery.looks, time=time))
 
     def happen(self, event: WorldEvent, time: float) -> None:
-        """Execute an event now.
+        """Execute an event now; later targets of it follow in time.
 
         Raises:
             UsageError: It names something that does not exist.
         """
+        event, *later = single_targets(event)
         self._check(event)
         match event:
             case MoveEvent():
@@ -185,6 +201,8 @@ class WorldScript:
             happened = self._scenery.tried(happened)
         self._scenery.show(replace(self._scenery.looks.after(happened, self._world), time=time))
         self._happened.append(happened)
+        if later:
+            self._due = sorted([*later[::-1], *self._due], key=lambda each: -each.time)
 
     @property
     def looks(self) -> Looks:
@@ -353,41 +371,18 @@ class WorldScript:
         return f"{name}/base" if name in self._heights else f"obstacle/{name}"
 
     def _put_down(self, event: MoveEvent, data: mujoco.MjData) -> int:
-        """Move a free body elsewhere, with all its parts at rest; its wheels keep their angles.
-
-        Returns:
-            The root body of what was moved.
-        """
-        model = self._model
-        joint = model.joint(f"{event.move}/free" if event.move in self._heights else f"obstacle/{event.move}")
-        start = int(joint.qposadr[0])
-        heading = _heading(_matrix(data.qpos[start + 3 : start + 7]))
-        if event.heading_deg is not None:
-            heading = math.radians(event.heading_deg)
-        data.qpos[start : start + 2] = event.to
-        data.qpos[start + 2] = self._heights.get(event.move, model.qpos0[start + 2])
-        data.qpos[start + 3 : start + 7] = [math.cos(heading / 2), 0.0, 0.0, math.sin(heading / 2)]
-        root = int(model.body_rootid[model.jnt_bodyid[joint.id]])
-        data.qvel[model.body_rootid[model.dof_bodyid] == root] = 0.0
-        return root
+        """Move a robot or an obstacle elsewhere in a state; return the root body of what was moved."""
+        joint = f"{event.move}/free" if event.move in self._heights else f"obstacle/{event.move}"
+        height = self._heights.get(event.move)
+        heading = None if event.heading_deg is None else math.radians(event.heading_deg)
+        return put_down(self._model, data, joint, event.to, height=height, heading=heading)
 
     def _pose(self, body: str) -> Pose:
         index = self._model.body(body).id
         x, y, _ = self._data.xpos[index].tolist()
-        return Pose(x, y, _heading(self._data.xmat[index]))
+        return Pose(x, y, heading_of(self._data.xmat[index]))
 
 
 def _require(name: str, kind: str, known: Iterable[str]) -> None:
     if name not in known:
         raise UsageError(f"no {kind} '{name}' in this world{did_you_mean(name, known)}")
-
-
-def _matrix(quaternion: Array) -> Array:
-    matrix = np.zeros(9)
-    mujoco.mju_quat2Mat(matrix, quaternion)
-    return matrix
-
-
-def _heading(matrix: Array) -> float:
-    """Return the heading of a body's x axis from above [rad]; its rotation matrix has shape (9,)."""
-    return math.atan2(float(matrix[3]), float(matrix[0]))

@@ -25,6 +25,8 @@ REST = 0.005
 """Minimum interval between checks of the viewers [s]."""
 HURRIED, BUSY = 0.3, 0.12
 """Fraction of time for external views while a run goes as fast as possible, and while it is late."""
+LATER = 0.3
+"""Maximum time until changes by a drag are reported [s]."""
 FAREWELL = 1.0
 """A browser that has not received the last messages after this time misses them [s]."""
 LATE = 0.97
@@ -64,6 +66,7 @@ class Stage:
         self._root: Path | None = None
         self._made: dict[str, tuple[object, asyncio.Future[tuple[float, bytes]]]] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
+        self._later: asyncio.TimerHandle | None = None
 
     def put_on(
         self,
@@ -108,6 +111,11 @@ class Stage:
         with self._counting:
             self.version += 1
         self.wake()
+
+    def changed_later(self) -> None:
+        """Report a change within `LATER` seconds, together with others; from the server's thread."""
+        if self._later is None or self._later.when() < asyncio.get_running_loop().time():
+            self._later = asyncio.get_running_loop().call_later(LATER, self.changed)
 
     async def once(self, name: str, seen: Seen, *, make: Encode[Seen]) -> tuple[float, bytes]:
         """Return the data of a view, made for the first browser that asks and shared with the others."""

@@ -13,14 +13,13 @@ from mjsim.geometry import Array, Pose3
 from mjsim.interface import CameraFrame, PointCloud, Scan, Sighting
 from mjsim.record import Tick
 from mjsim.sim import LedPeople, lidar_places
+from mjsim.web.happenings import Happenings
 from mjsim.web.history import Past
 from mjsim.web.measured import SHOWN_FOR, lidar_points, lidar_readings
 from mjsim.web.news import EventNews, PastNews
-from mjsim.web.tick_json import events_json, mechanisms_json, tick_json
+from mjsim.web.tick_json import mechanisms_json, tick_json
 from mjsim.world import World
 
-EVENTS = 1000
-"""Number of events kept for late joiners."""
 LONGEST_TURN = 2.0
 """Longest scan of a lidar including its latency, for which robot poses are kept [s]."""
 PACED_OVER = 1.0
@@ -63,8 +62,7 @@ class Feed:
         self._tick_json: tuple[int, str] = (0, "")
         self._looking: dict[str, str] = {}
         self._pasts: dict[str, Past] = {}
-        self._events: deque[tuple[int, EventNews]] = deque(maxlen=EVENTS)
-        self._event_count = 0
+        self._events = Happenings()
         self._paced: deque[tuple[float, float]] = deque()
 
     def begin(self, world: World) -> None:
@@ -88,9 +86,7 @@ class Feed:
                 self._pasts.setdefault(robot, Past()).take(tick, robot)
                 self._take_shots(tick, robot)
                 self._take_scans(tick, robot)
-            for event in events_json(tick):
-                self._event_count += 1
-                self._events.append((self._event_count, event))
+            self._events.take(tick)
             self._paced.append((time.perf_counter(), tick.time))
             while self._paced[-1][0] - self._paced[0][0] > PACED_OVER and len(self._paced) > 2:
                 self._paced.popleft()
@@ -143,15 +139,15 @@ class Feed:
         return found
 
     def events(self, after: int) -> tuple[int, list[EventNews]]:
-        """Return the number of the newest event, and all events after a given number."""
+        """Return the number of changes of events, and all events that changed after a given number."""
         with self._lock:
-            return self._event_count, [event for number, event in self._events if number > after]
+            return self._events.count, self._events.after(after)
 
     def past(self) -> tuple[int, PastNews]:
         """Return the number of events, and the whole history until now."""
         with self._lock:
             pasts = {name: past.copy() for name, past in self._pasts.items()}
-            count, events = self._event_count, [event for _, event in self._events]
+            count, events = self._events.count, self._events.all()
         return count, {
             "kind": "past",
             "robots": {name: each.as_json() for name, each in pasts.items()},

@@ -76,6 +76,8 @@ class JointGrip(TypedDict):
     """The point to drag."""
     ball: NotRequired[BallFrame]
     """Of a ball joint, which has no axis."""
+    loop: NotRequired[bool]
+    """Of a joint in a mechanism with loops: its axis may move with its value."""
 
 
 @_DOCUMENTED

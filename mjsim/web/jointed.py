@@ -108,6 +108,10 @@ def grips_json(world: World, values: Values, poses: Mapping[str, Pose3]) -> list
         if mechanism.name in values
         for grip in _mechanism_grips(mechanism, values[mechanism.name])
     ]
+    loops = {mechanism.name for mechanism in world.mechanisms if mechanism.assembly.cuts}
+    for grip in grips:
+        if grip["of"] in loops:
+            grip["loop"] = True
     for key, robot, item in _arms(world):
         if key in values and robot.name in poses:
             grips += _arm_grips(key, item, values[key], poses[robot.name].matrix())

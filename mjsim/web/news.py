@@ -128,6 +128,8 @@ class EventNews(TypedDict):
     """null: the world."""
     event: str
     text: str
+    motion: NotRequired[int]
+    """Number of a motion; a later event with the same number replaces this one."""
 
 
 @_DOCUMENTED
@@ -301,7 +303,10 @@ class RefusedNews(TypedDict):
 
 @_DOCUMENTED
 class ShortNews(TypedDict):
-    """A hand or tool that the page moved does not reach its target; a tool then stays where it was."""
+    """A hand or tool that the page moved does not reach its target.
+
+    A hand, and a tool that is dragged, comes as near as it can; otherwise a tool stays where it was.
+    """
 
     kind: Literal["short"]
     of: str
@@ -309,6 +314,13 @@ class ShortNews(TypedDict):
     """left or right for a person's hand, else the arm of a robot."""
     metres: float
     """Distance to the target [m]."""
+
+
+@_DOCUMENTED
+class TouchedNews(TypedDict):
+    """A touch of this page was accepted; a touch is answered with this, `short` or `refused`."""
+
+    kind: Literal["touched"]
 
 
 @_DOCUMENTED
@@ -325,4 +337,6 @@ class FrameHead(TypedDict):
     """Distances at the near and the far end of the colour scale of a depth picture [m]."""
 
 
-News = TypeAliasType("News", RunNews | SceneNews | PastNews | TickNews | EventNews | RefusedNews | ShortNews)
+News = TypeAliasType(
+    "News", RunNews | SceneNews | PastNews | TickNews | EventNews | RefusedNews | ShortNews | TouchedNews
+)

@@ -62,6 +62,9 @@ class Touch(_Request):
     do: Literal["touch"]
     event: dict[str, Any]
     """Its keys as in the world file, without `time`."""
+    drag: Literal["first", "next"] | None = None
+    """While something is dragged: the first of its targets, or a later one, which becomes a part of the same event. A
+    paused run executes no tick."""
 
 
 class SetNoise(_Request):

@@ -17,7 +17,7 @@ from mjsim.web.measured import SensorPast, row_of
 from mjsim.web.news import EventNews, RobotTick, TickNews, TrackHistory
 from mjsim.web.showing import shown_json
 from mjsim.web.tick_json import outlines_json, people_json, recognised_json, robots_json, with_removed
-from mjsim.world import EVENT_KINDS, event_text, kind_of
+from mjsim.world import EVENT_KINDS, as_motions, event_text, kind_of
 
 MAX_ROWS = 5000
 """Maximum number of rows of a track."""
@@ -116,7 +116,7 @@ def events_json(recording: Recording) -> list[EventNews]:
         for name, track in recording.robots.items()
         for event in track.events
     ]
-    for happened in recording.events:
+    for happened in as_motions(recording.events):
         kind = str(kind_of(happened, EVENT_KINDS))
         events.append(
             {"kind": "event", "time": happened.time, "robot": None, "event": kind, "text": event_text(happened)}

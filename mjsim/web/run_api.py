@@ -20,7 +20,7 @@ from mjsim.web.answers import RefusedError, answer_get
 from mjsim.web.current_run import Scene, Stage
 from mjsim.web.files import source_of
 from mjsim.web.folder import Folder
-from mjsim.web.news import ShortNews
+from mjsim.web.news import ShortNews, TouchedNews
 from mjsim.web.requests import (
     DriveByHand,
     FrameShown,
@@ -119,8 +119,9 @@ class RunApi:
             case SetNoise():
                 await asyncio.to_thread(self._session().set_noise, request.key, request.value)
             case Touch():
-                if (short := await asyncio.to_thread(self._touch, request)) is not None:
-                    await viewer.send(short)
+                await viewer.send(await asyncio.to_thread(self._touch, request))
+                if request.drag == "next":
+                    self.stage.changed_later()
             case DriveByHand():
                 self._drive(request)
 
@@ -172,20 +173,24 @@ class RunApi:
             raise WorldError(problems)
         return world
 
-    def _touch(self, request: Touch) -> ShortNews | None:
-        """Apply an event to the run; return a message if a hand or tool does not reach its target, otherwise None."""
-        session = self._session()
+    def _touch(self, request: Touch) -> ShortNews | TouchedNews:
+        """Apply an event to the run; return a message that tells whether a hand or tool reaches its target."""
+        session, follows = self._session(), request.drag == "next"
         try:
-            event = session.touch(request.event)
+            event = session.touch(request.event, follows=follows)
         except OutOfReachError as miss:
             if not round(miss.short, 3):  # It is turned otherwise.
                 raise
+            if request.drag is not None and miss.nearest is not None:
+                # At the edge of its reach, the nearest place may be just beyond it.
+                with contextlib.suppress(OutOfReachError):
+                    session.touch({**request.event, "tool": miss.nearest}, follows=follows)
             arm = str(request.event.get("arm", "arm"))
             return {"kind": "short", "of": str(request.event["reach"]), "part": arm, "metres": round(miss.short, 3)}
-        if session.state == "paused":
+        if session.state == "paused" and request.drag is None:
             session.tick()
         if not isinstance(event, ReachEvent) or event.hand is None or not event.short:
-            return None
+            return {"kind": "touched"}
         return {"kind": "short", "of": event.reach, "part": event.hand, "metres": round(event.short, 3)}
 
     def _drive(self, request: DriveByHand) -> None:

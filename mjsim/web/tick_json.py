@@ -1,6 +1,6 @@
 """A run in JSON for the page."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from mjsim.web.jointed import arm_facts, drawn_bodies, grips_json, joint_rows_js
 from mjsim.web.measured import flat_points
 from mjsim.web.news import (
     Chosen,
-    EventNews,
     NoiseFigure,
     Recognised,
     RobotFacts,
@@ -24,15 +23,12 @@ from mjsim.web.news import (
 )
 from mjsim.web.showing import shown_json
 from mjsim.world import (
-    EVENT_KINDS,
     Camera,
     Looks,
     Modules,
     Robot,
     Use,
     World,
-    event_text,
-    kind_of,
     noise_figures,
     rims,
 )
@@ -182,16 +178,6 @@ def _twist(command: Command | WheelCommand, seen: Observation) -> tuple[float, f
 def recognised_json(sightings: Sequence[Sighting]) -> list[Recognised]:
     """Return name and corners [px] of what was recognised in a picture."""
     return [(each.name, plain(each.corners, 2)) for each in sightings if each.corners is not None]
-
-
-def events_json(tick: Tick) -> Iterator[EventNews]:
-    """Yield the events at a tick, of the world and its robots."""
-    for happened in tick.events:
-        kind = str(kind_of(happened, EVENT_KINDS))
-        yield {"kind": "event", "time": happened.time, "robot": None, "event": kind, "text": event_text(happened)}
-    for robot, order in tick.orders.items():
-        for event in order.events:
-            yield {"kind": "event", "time": event.time, "robot": robot, "event": event.kind, "text": event.text}
 
 
 def robots_json(world: World, *, first: str | None = None) -> list[RobotFacts]:

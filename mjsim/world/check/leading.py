@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from mjsim.errors import did_you_mean
 from mjsim.world.check.standing import Finding
-from mjsim.world.items import LeadEvent, Mechanism, ReleaseEvent, World
+from mjsim.world.items import LeadEvent, Mechanism, ReleaseEvent, World, single_targets
 
 ROUNDED = 1e-6
 """Tolerance for values beyond the range, because a world file rounds them [rad, m]."""
@@ -16,13 +16,16 @@ Led = tuple[bool, float, float]
 def misled_joints(world: World) -> Iterator[Finding]:
     """Yield the problems of events that lead joints of mechanisms."""
     for index, event in enumerate(world.run.events):
+        place: tuple[str | int, ...] = ("lead",) if isinstance(event, LeadEvent) else ("release",)
         try:
-            if isinstance(event, LeadEvent):
-                led_goals(world, event)
-            elif isinstance(event, ReleaseEvent) and event.joint is not None:
+            for number, target in enumerate(single_targets(event)):
+                place = ("then", number - 1) if number else place
+                if isinstance(target, LeadEvent):
+                    led_goals(world, target)
+            if isinstance(event, ReleaseEvent) and event.joint is not None:
                 led_values(world, event.release, event.joint)
         except ValueError as error:
-            yield str(error), ("run", "events", index, "lead" if isinstance(event, LeadEvent) else "release")
+            yield str(error), ("run", "events", index, *place)
 
 
 def led_goals(world: World, event: LeadEvent) -> dict[str, float]:

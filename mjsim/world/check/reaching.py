@@ -3,8 +3,9 @@
 from collections.abc import Iterator
 
 from mjsim.errors import did_you_mean
+from mjsim.geometry import Array
 from mjsim.world.check.standing import Finding
-from mjsim.world.items import ReachEvent, ReleaseEvent, RobotArm, World, reached_joints
+from mjsim.world.items import ReachEvent, ReleaseEvent, RobotArm, World, reached_joints, single_targets
 
 
 def beyond_reach(world: World) -> Iterator[Finding]:
@@ -21,8 +22,19 @@ def beyond_reach(world: World) -> Iterator[Finding]:
             except ValueError as error:
                 yield str(error), (*path, "arm" if "arm" in event.model_fields_set else event_key(event))
                 continue
-            if isinstance(event, ReachEvent) and (wrong := reached_joints(item, event, item.start())[1]) is not None:
-                yield str(wrong), (*path, "tool" if event.joints_deg is None else "joints_deg")
+            if isinstance(event, ReachEvent):
+                yield from ((wrong, (*path, *place)) for wrong, place in _beyond(item, event))
+
+
+def _beyond(item: RobotArm, event: ReachEvent) -> Iterator[Finding]:
+    """Yield which targets of an event an arm does not reach; inverse kinematics starts at the target before."""
+    now: Array | tuple[float, ...] = item.start()
+    first = "tool" if event.joints_deg is None else "joints_deg"
+    for number, target in enumerate(single_targets(event)):
+        assert isinstance(target, ReachEvent), "it is a part of one"
+        now, wrong = reached_joints(item, target, now)
+        if wrong is not None:
+            yield str(wrong), ("then", number - 1) if number else (first,)
 
 
 def unknown_person(world: World, name: str) -> str | None:

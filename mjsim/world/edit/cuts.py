@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from mjsim.world.edit.layout import WIDTH
+from mjsim.world.edit.snippet import folded
 from mjsim.world.yaml import Entry, Span
 
 Cut = tuple[int, int, str]
@@ -166,8 +167,10 @@ def _without_comma(text: str, entry: Entry) -> list[Cut]:
 
 def _into_brackets(text: str, parent: Span, index: int, line: str) -> list[Cut]:
     entries = parent.entries
+    indent = _indent(text, entries[0]) + 2 if entries else 0
     if not entries:
-        inner = text[parent.start + 1 : parent.end - 1]
+        inner, begin = text[parent.start + 1 : parent.end - 1], line_start(text, parent.start)
+        line = _fold(text, line, column=parent.start + 1 - begin, indent=_margin(text, begin) + _DEEPER)
         return [
             (parent.start + 1, parent.start + 1, f"{line} ")
             if inner.strip()
@@ -176,15 +179,18 @@ def _into_brackets(text: str, parent: Span, index: int, line: str) -> list[Cut]:
     if index < len(entries):
         following = entries[index]
         gap = _gap(text, following.start, following.start, line, entries[0])
+        line = _fold(text, line, column=following.start - line_start(text, following.start), indent=indent)
         return [(following.start, following.start, f"{line},{gap}")]
     last = entries[-1]
     comma = _comma(text, last.end)
     rest = _REST.match(text, last.end if comma is None else comma + 1)
     if rest is not None and _leads(text, last.start):
-        indent = text[line_start(text, last.start) : last.start]
-        added = (rest.end(), rest.end(), f"{new_line(text)}{indent}{line}{',' if comma is not None else ''}")
+        margin = text[line_start(text, last.start) : last.start]
+        line = _fold(text, line, column=len(margin), indent=len(margin) + 2)
+        added = (rest.end(), rest.end(), f"{new_line(text)}{margin}{line}{',' if comma is not None else ''}")
         return [added] if comma is not None else [(last.end, last.end, ","), added]
     gap = _gap(text, last.end, last.start, line, entries[0])
+    line = _fold(text, line, column=indent - 2, indent=indent) if gap != " " else line
     if comma is not None:
         return [(comma + 1, comma + 1, f"{gap}{line},")]
     return [(last.end, last.end, f",{gap}{line}")]
@@ -204,8 +210,18 @@ def _indent(text: str, first: Entry) -> int:
     column = first.start - begin
     if column <= _FAR:
         return column
-    own = text[begin : first.start]
-    return len(own) - len(own.lstrip()) + _DEEPER
+    return _margin(text, begin) + _DEEPER
+
+
+def _margin(text: str, begin: int) -> int:
+    """Return the number of spaces at the start of a line."""
+    own = text[begin : line_rest(text, begin)]
+    return len(own) - len(own.lstrip())
+
+
+def _fold(text: str, line: str, *, column: int, indent: int) -> str:
+    """Return an entry with the line breaks of the text where it is too long."""
+    return folded(line, column=column, indent=indent).replace("\n", new_line(text))
 
 
 def _into_lines(text: str, parent: Span, index: int, lines: Sequence[str]) -> list[Cut]:

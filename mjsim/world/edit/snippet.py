@@ -53,6 +53,48 @@ def inline(value: Any) -> str:
     return scalar(value)
 
 
+def folded(line: str, *, column: int, indent: int) -> str:
+    """Return what `inline` gives with line breaks where it would be too long, between whole items where possible.
+
+    Args:
+        line: The text.
+        column: Column at which it begins.
+        indent: Indentation of further lines.
+    """
+    lines, begin = list[str](), 0
+    breaks = _breaks(line)
+    while column + len(line) - begin > WIDTH:
+        whole = [at for at, between in breaks if begin < at <= begin + WIDTH - column and between]
+        within = [at for at, _ in breaks if begin < at <= begin + WIDTH - column]
+        later = [at for at, _ in breaks if at > begin]
+        if not later:
+            break
+        at = (whole or within or later[:1])[-1]
+        lines.append(line[begin:at])
+        begin, column = at + 1, indent
+    return f"\n{' ' * indent}".join([*lines, line[begin:]])
+
+
+def _breaks(line: str) -> list[tuple[int, bool]]:
+    """Return where a line may be broken: behind commas; and whether a list, a mapping or a key begins there."""
+    found, around, quoted, at = list[tuple[int, bool]](), "", False, 0
+    while at < len(line):
+        mark = line[at]
+        if quoted:
+            at += mark == "\\"
+            quoted = mark != '"'
+        elif mark == '"':
+            quoted = True
+        elif mark in "[{":
+            around += mark
+        elif mark in "]}":
+            around = around[:-1]
+        elif line.startswith(", ", at):
+            found.append((at + 1, around[-1:] != "[" or line[at + 2] in "[{"))
+        at += 1
+    return found
+
+
 def below(value: Any, indent: int) -> list[str]:
     """Return the lines of a non-empty mapping or list below a key or after a dash, with an indentation."""
     if isinstance(value, list):

@@ -152,4 +152,9 @@ from .things import StepsObstacle as StepsObstacle
 from .underfoot import height_under as height_under
 from .values import with_parts as with_parts
 from .values import with_values as with_values
+from .waypoints import as_motions as as_motions
+from .waypoints import extend_motion as extend_motion
+from .waypoints import last_time as last_time
+from .waypoints import single_targets as single_targets
+from .waypoints import with_target as with_target
 from .world import World as World

@@ -24,6 +24,9 @@ from mjsim.world.ground import (
 from mjsim.world.items.light import Brightness
 from mjsim.world.items.signals import Signal
 
+MAX_TARGETS = 1000
+"""Maximum number of targets of an event after its first."""
+
 
 class _Event(Model):
     time: Annotated[float, Field(ge=0, le=1e6)]
@@ -130,6 +133,12 @@ class PushEvent(_Event):
         return self
 
 
+TargetRows = Annotated[
+    tuple[Annotated[tuple[Annotated[float, Field(ge=-1e6, le=1e6)], ...], Field(strict=False)], ...],
+    Field(strict=False, min_length=1, max_length=MAX_TARGETS),
+]
+
+
 class ReachEvent(_Event):
     """Moves an arm to joint values or a tool pose, at up to 1 rad/s or 1 m/s, and holds it until released.
 
@@ -151,6 +160,8 @@ class ReachEvent(_Event):
     """For a person: which hand."""
     to: Point3 | None = None
     """Position [x, y, z] of its grip, world frame, by inverse kinematics; as close as possible if out of reach [m]."""
+    then: TargetRows | None = None
+    """Later targets in place of the first: rows of the time after the event, and the target [s, ...]."""
     _short: float = PrivateAttr(default=0.0)
 
     @property
@@ -167,18 +178,30 @@ class ReachEvent(_Event):
     @model_validator(mode="after")
     def _has_goal(self) -> Self:
         if self.hand is not None or self.to is not None:
-            return self._has_hand_goal()
-        if (self.joints_deg is None) == (self.tool is None):
+            self._check_hand_goal()
+        elif (self.joints_deg is None) == (self.tool is None):
             raise fault("an arm reaches for joint values or with its tool; give joints_deg or tool: [x, y, z]")
-        if self.rpy_deg is not None and self.tool is None:
+        elif self.rpy_deg is not None and self.tool is None:
             raise fault("rpy_deg turns a tool; give tool: [x, y, z] with it", "rpy_deg")
+        _check_rows(self.then, len(self.to or self.tool or self.joints_deg or ()))
         return self
 
-    def _has_hand_goal(self) -> Self:
+    def _check_hand_goal(self) -> None:
         if self.hand is None or self.to is None:
             raise fault("a person reaches with a hand; give hand: left or right, and to: [x, y, z]")
         _refuse_of_arms(self, "arm", "joints_deg", "tool", "rpy_deg")
-        return self
+
+
+def _check_rows(rows: tuple[tuple[float, ...], ...] | None, size: int) -> None:
+    """Raise if a row does not have a later time than the one before, and as many numbers as the first target."""
+    last = 0.0
+    for number, row in enumerate(rows or ()):
+        if len(row) != 1 + size:
+            target = "the value" if size == 1 else f"the {size} numbers of the target"
+            raise fault(f"this row has {len(row)} numbers; give the time after the event, and {target}", "then", number)
+        if row[0] <= last:
+            raise fault(f"time {row[0]:g} s is not after {last:g} s; put the rows in order of time", "then", number)
+        last = row[0]
 
 
 class ReleaseEvent(_Event):
@@ -225,11 +248,15 @@ class LeadEvent(_Event):
     """Value [deg], or [m] for a translational joint."""
     rotation_deg: Annotated[tuple[_Turn, ...], Field(strict=False, min_length=3, max_length=3)] | None = None
     """For a ball joint, instead of one value: its rotation vector [rx, ry, rz]."""
+    then: TargetRows | None = None
+    """Later values in place of the first: rows of the time after the event, and the value or rotation vector [s, deg].
+    """
 
     @model_validator(mode="after")
     def _says_where(self) -> Self:
         if (self.to_deg is None) == (self.rotation_deg is None):
             raise fault("a joint is led to a value, a ball to a rotation; give to_deg, or rotation_deg: [rx, ry, rz]")
+        _check_rows(self.then, 1 if self.rotation_deg is None else 3)
         return self
 
 
@@ -321,23 +348,31 @@ def event_text(event: WorldEvent) -> str:
         case PushEvent():
             duration = "" if event.seconds is None else f" for {event.seconds:g} s"
             return f"{event.push} is pushed by a force, a {event.signal.kind}{duration}"
-        case ReachEvent(to=to) if to is not None:
-            short = f", which is {event.short:.2g} m out of reach" if event.short else ""
-            return f"the {event.hand} hand of {event.reach} reaches for [{to[0]:g}, {to[1]:g}, {to[2]:g}]{short}"
-        case ReachEvent():
-            return f"{event.arm} of {event.reach} goes to {_goal_text(event)}"
+        case ReachEvent() | LeadEvent():
+            return _motion_text(event)
         case ReleaseEvent(hand=str(hand)):
             return f"the {hand} hand of {event.release} returns to its initial position"
         case ReleaseEvent(joint=str(joint)):
             return f"joint {joint} of {event.release} is let go"
         case ReleaseEvent():
             return f"{event.arm} of {event.release} returns to its navigator"
-        case LeadEvent():
-            turned = ", ".join(f"{value:g}" for value in event.rotation_deg or ())
-            return f"joint {event.joint} of {event.lead} goes to {f'[{turned}]' if turned else f'{event.to_deg:g}'}"
 
 
-def _goal_text(event: ReachEvent) -> str:
-    values = event.tool or event.joints_deg or ()
-    listed = ", ".join(f"{value:g}" for value in values)
-    return f"joints [{listed}]" if event.tool is None else f"[{listed}] with its tool"
+def _motion_text(event: ReachEvent | LeadEvent) -> str:
+    """Return a description of a motion to a target, or through several to the last."""
+    last = event.then[-1][1:] if event.then else None
+    over = f", through {1 + len(event.then)} targets in {event.then[-1][0]:g} s" if event.then else ""
+    if isinstance(event, LeadEvent):
+        values = last or event.rotation_deg or (event.to_deg or 0.0,)
+        value = f"{values[0]:g}" if len(values) == 1 else _listed(values)
+        return f"joint {event.joint} of {event.lead} goes to {value}{over}"
+    if event.to is not None:
+        short = f", which is {event.short:.2g} m out of reach" if event.short else ""
+        return f"the {event.hand} hand of {event.reach} reaches for {_listed(last or event.to)}{short}{over}"
+    values = last or event.tool or event.joints_deg or ()
+    goal = f"joints {_listed(values)}" if event.tool is None else f"{_listed(values)} with its tool"
+    return f"{event.arm} of {event.reach} goes to {goal}{over}"
+
+
+def _listed(values: tuple[float, ...]) -> str:
+    return f"[{', '.join(f'{value:g}' for value in values)}]"

@@ -67,4 +67,5 @@ def _inverse(item: RobotArm, event: ReachEvent, start: Array) -> tuple[Array, Us
     missed = f"the tool of '{item.name}' does not reach {x}, {y}, {z} m{' turned so' if turned else ''}; it misses by"
     angle = f" and {float(np.degrees(reached.angle)):.3g} degrees" if turned else ""
     short = float(reached.distance)
-    return values, OutOfReachError(f"{missed} {short:.3g} m{angle}", short=short)
+    x_near, y_near, z_near = arm.fkine(values)[:3, 3].tolist()
+    return values, OutOfReachError(f"{missed} {short:.3g} m{angle}", short=short, nearest=(x_near, y_near, z_near))

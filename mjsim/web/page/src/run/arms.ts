@@ -3,6 +3,7 @@
 import { el, fill } from "../dom";
 import { button, sign } from "./controls";
 import { rounded, scale, shown, unit } from "./joint_units";
+import type { Leader } from "./leader";
 import type { Values } from "../api";
 import type { ArmFacts, JointFacts, RobotFacts, RobotTick } from "./protocol";
 import { word } from "../words/words";
@@ -11,8 +12,6 @@ const HINT = word("run.startARunOfA");
 const TOOL = ["x", "y", "z", "roll", "pitch", "yaw"] as const;
 /** How far sliders of joints without limits go, of those that turn and of those that slide [rad, m]. */
 const FREE = [Math.PI, 1] as const;
-/** A slider that is dragged moves its arm at most this often [ms]. */
-const CALM = 100;
 
 export interface Row {
   slider: HTMLInputElement;
@@ -39,12 +38,7 @@ export class ArmPanel {
   private robot = "";
   private enabled = false;
 
-  /** What is sent next, and the timer until then. */
-  private next: Values | null = null;
-  private waiting = 0;
-
-  /** `send` takes touches of the run, as events of a world file. */
-  constructor(private readonly send: (event: Values) => void) {
+  constructor(private readonly leader: Leader) {
     this.show(null, false);
   }
 
@@ -96,7 +90,7 @@ export class ArmPanel {
       { class: "quiet", title: word("run.letTheNavigatorMoveThis") },
       () => {
         part.wanted = null;
-        this.move({ release: this.robot, arm: facts.name });
+        this.leader.touch({ release: this.robot, arm: facts.name });
       },
       sign("restart"),
       word("run.giveBack"),
@@ -104,8 +98,10 @@ export class ArmPanel {
     const part: Part = { facts, rows, tool, release, goal: [], wanted: null };
     this.parts.push(part);
     rows.forEach((row, k) => {
-      row.slider.addEventListener("input", () => this.moveJoint(part, k, Number(row.slider.value)));
-      row.field.addEventListener("change", () => this.moveJoint(part, k, Number(row.field.value) * scale(row.facts)));
+      const slid = (): Values => this.jointEvent(part, k, Number(row.slider.value));
+      row.slider.addEventListener("input", () => this.leader.lead(slid()));
+      row.slider.addEventListener("change", () => this.leader.end(slid()));
+      row.field.addEventListener("change", () => this.leader.touch(this.jointEvent(part, k, Number(row.field.value) * scale(row.facts))));
     });
     return [
       el("h2", {}, facts.name),
@@ -131,30 +127,18 @@ export class ArmPanel {
     part.release.disabled = !this.enabled;
   }
 
-  private moveJoint(part: Part, k: number, value: number): void {
+  private jointEvent(part: Part, k: number, value: number): Values {
     part.wanted ??= [...part.goal];
     part.wanted[k] = value;
     const joints_deg = part.rows.map((row, j) => rounded(shown(row.facts, part.wanted?.[j] ?? 0)));
-    this.move({ reach: this.robot, arm: part.facts.name, joints_deg });
+    return { reach: this.robot, arm: part.facts.name, joints_deg };
   }
 
   private moveTool(part: Part): void {
     const { facts, tool } = part;
     part.wanted = null;
     const pose = tool.map((field) => Number(field.value));
-    this.move({ reach: this.robot, arm: facts.name, tool: pose.slice(0, 3), rpy_deg: pose.slice(3) });
-  }
-
-  /** Send a touch, the newest of those that come at once: each is an event that is kept. */
-  private move(event: Values): void {
-    const other = this.next !== null && (this.next["arm"] !== event["arm"] || ("release" in event));
-    if (other && this.next) this.send(this.next);
-    this.next = event;
-    this.waiting ||= window.setTimeout(() => {
-      this.waiting = 0;
-      if (this.next) this.send(this.next);
-      this.next = null;
-    }, CALM);
+    this.leader.touch({ reach: this.robot, arm: facts.name, tool: pose.slice(0, 3), rpy_deg: pose.slice(3) });
   }
 }
 

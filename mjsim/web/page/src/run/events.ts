@@ -12,6 +12,8 @@ const MOST = 300;
 /** A list of events; each can be pressed where there is something to do. */
 export class EventList {
   readonly element = el("div", { class: "run-events" });
+  /** Rows of motions that may go on, by number. */
+  private readonly motions = new Map<number, HTMLElement>();
   private readonly list = el("ol", { "aria-label": word("run.eventsNewestFirst") });
   private readonly empty: HTMLElement;
 
@@ -26,6 +28,7 @@ export class EventList {
 
   clear(): void {
     this.list.replaceChildren();
+    this.motions.clear();
     this.empty.hidden = false;
   }
 
@@ -38,7 +41,11 @@ export class EventList {
     ];
     const pick = this.pick;
     const row = pick ? button({}, () => pick(event.time), ...parts) : el("div", {}, ...parts);
-    this.list.prepend(el("li", {}, row));
+    const item = el("li", {}, row);
+    const before = event.motion === undefined ? undefined : this.motions.get(event.motion);
+    if (event.motion !== undefined) this.motions.set(event.motion, item);
+    if (before) return before.replaceWith(item);
+    this.list.prepend(item);
     while (this.list.childElementCount > MOST) this.list.lastElementChild?.remove();
   }
 

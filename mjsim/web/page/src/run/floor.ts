@@ -2,7 +2,7 @@
 
 import { el } from "../dom";
 import type { Thoughts } from "../scene/thoughts";
-import type { Bounds, Item, Point, Values } from "../api";
+import type { Bounds, Item, Point } from "../api";
 import { keyOf, Plan } from "../plan/plan";
 import { button, isPressed, setPressed, sign, toggle } from "./controls";
 import { Evidence } from "./evidence";
@@ -10,6 +10,7 @@ import { Grids } from "./grids";
 import { Layers } from "./layers";
 import { Overlay } from "./overlay";
 import type { Joints } from "./joint_grips";
+import { Leader, NOBODY } from "./leader";
 import type { JointFacts, JointGrip, JointRow, PlanarPose, RobotFacts, RobotTick } from "./protocol";
 import { Touch, type Standing } from "./touch";
 import type { Hands } from "./touch_tools";
@@ -53,11 +54,11 @@ export class Floor {
 
   constructor(
     private readonly record: RunRecord,
-    send: (event: Values) => void = () => undefined,
+    leader: Leader = new Leader(NOBODY),
   ) {
     this.plan = new Plan(this.host);
     const floorplan = { plan: this.plan, robots: () => this.standing(), hands: () => this.moment?.hands ?? {}, joints: () => this.joints(), removed: () => this.removed };
-    this.touch = new Touch(floorplan, send);
+    this.touch = new Touch(floorplan, leader);
     this.layers.changed.on(() => this.plan.drawOver());
     this.follow = toggle(
       { class: "quiet square", title: word("run.followTheRobotF") },

@@ -22,7 +22,7 @@ const TURN = Math.PI / 36;
 export interface HeldJoint {
   grip: JointGrip;
   facts: JointFacts;
-  /** Where it is, or shall be [rad, m]; unused for a ball. */
+  /** Where it is, or is to be [rad, m]; unused for a ball. */
   value: number;
   /** Of a ball: its rotation vector, as it is or shall be [rad]. */
   rotation?: Place;
@@ -38,17 +38,15 @@ export interface Joints {
   rows: Record<string, Record<string, JointRow>>;
 }
 
-/** All joints that can be moved; arms have goals, of which one is changed. */
-export function heldJoints({ facts, grips, rows }: Joints, robots: Record<string, RobotTick>): HeldJoint[] {
+/** All joints that can be moved, where they are. */
+export function heldJoints({ facts, grips, rows }: Joints): HeldJoint[] {
   return grips.flatMap((grip) => {
     const own = facts[grip.of] ?? [];
     const ball = own.find(({ name }) => name === `${grip.joint}.rx`);
     const rotation = grip.ball && rotationOf(grip, rows);
     if (ball && rotation) return [{ grip, facts: ball, value: 0, rotation }];
-    const k = own.findIndex(({ name }) => name === grip.joint);
-    const goal = goalsOf(grip, robots)?.[k];
-    const value = goal ?? rows[grip.of]?.[grip.joint]?.[0];
-    const found = own[k];
+    const value = rows[grip.of]?.[grip.joint]?.[0];
+    const found = own.find(({ name }) => name === grip.joint);
     return found && value != null ? [{ grip, facts: found, value }] : [];
   });
 }

@@ -1,9 +1,9 @@
 /** All about the joints of a run: sliders of arms and mechanisms, and how all joints move. */
 
-import type { Values } from "../api";
 import { el, fill } from "../dom";
 import { ArmPanel } from "./arms";
 import { JointStates } from "./joint_states";
+import type { Leader } from "./leader";
 import { MechanismPanel } from "./mechanisms";
 import type { RunNews, TickNews } from "./protocol";
 import type { Toasts } from "../shell/toasts";
@@ -17,10 +17,9 @@ export class JointPanel {
   private readonly fixed = el("div", {});
   private readonly states = new JointStates();
 
-  /** `send` takes touches of the run, as events of a world file. */
-  constructor(send: (event: Values) => void) {
-    this.arms = new ArmPanel(send);
-    this.mechanisms = new MechanismPanel(send);
+  constructor(leader: Leader) {
+    this.arms = new ArmPanel(leader);
+    this.mechanisms = new MechanismPanel(leader);
     this.element = el("div", {}, this.arms.element, this.mechanisms.element, this.fixed, this.states.element);
   }
 

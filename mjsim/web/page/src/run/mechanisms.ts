@@ -5,6 +5,7 @@ import { el } from "../dom";
 import { button, sign } from "./controls";
 import { jointRow, line, put, type Row } from "./arms";
 import { rounded, shown, unit } from "./joint_units";
+import type { Leader } from "./leader";
 import type { MechanismFacts, MechanismTick } from "./protocol";
 import { word } from "../words/words";
 
@@ -15,15 +16,14 @@ interface Part {
   positions: number[];
 }
 
-/** One group for each mechanism. A slider leads its joint to where it is let go. */
+/** One group for each mechanism. A slider leads its joint while it is dragged. */
 export class MechanismPanel {
   readonly element = el("div", { class: "run-noise run-mechanisms" });
   private parts: Part[] = [];
   private releases: HTMLButtonElement[] = [];
   private shape = "";
 
-  /** `send` takes touches of the run, as events of a world file. */
-  constructor(private readonly send: (event: Values) => void) {}
+  constructor(private readonly leader: Leader) {}
 
   show(mechanisms: MechanismFacts[], enabled: boolean): void {
     const shape = JSON.stringify(mechanisms);
@@ -54,13 +54,22 @@ export class MechanismPanel {
   private group(part: Part): HTMLElement[] {
     const { facts, rows } = part;
     rows.forEach((row, k) => {
-      const lead = (value: number): void =>
-        this.send({ lead: facts.name, joint: row.facts.name, to_deg: rounded(value) });
-      row.slider.addEventListener("input", () => put(row.field, shown(row.facts, Number(row.slider.value))));
-      row.slider.addEventListener("change", () =>
-        lead(shown(row.facts, Number(row.slider.value) + turns(row, part.positions[k] ?? 0))),
-      );
-      row.field.addEventListener("change", () => lead(Number(row.field.value)));
+      const event = (value: number): Values => ({ lead: facts.name, joint: row.facts.name, to_deg: rounded(value) });
+      // A drag of a slider stays in the turn in which it began.
+      let whole: number | null = null;
+      const slid = (): Values => {
+        whole ??= turns(row, part.positions[k] ?? 0);
+        return event(shown(row.facts, Number(row.slider.value) + whole));
+      };
+      row.slider.addEventListener("input", () => {
+        put(row.field, shown(row.facts, Number(row.slider.value)));
+        this.leader.lead(slid());
+      });
+      row.slider.addEventListener("change", () => {
+        this.leader.end(slid());
+        whole = null;
+      });
+      row.field.addEventListener("change", () => this.leader.touch(event(Number(row.field.value))));
     });
     const lines = rows.map((row) => {
       const made = line(row.facts.name, row.slider, row.field, unit(row.facts), this.release(facts.name, row));
@@ -73,7 +82,7 @@ export class MechanismPanel {
   /** A button that gives a joint back. */
   private release(release: string, { facts }: Row): HTMLButtonElement {
     const title = word(facts.held ? "run.letGoOf" : "run.letItFollowItsSignal", { joint: facts.name });
-    const made = button({ class: "quiet square", title }, () => this.send({ release, joint: facts.name }), sign("restart"));
+    const made = button({ class: "quiet square", title }, () => this.leader.touch({ release, joint: facts.name }), sign("restart"));
     this.releases.push(made);
     return made;
   }

@@ -50,6 +50,8 @@ export interface EventNews {
   robot: string | null;
   event: string;
   text: string;
+  /** Number of a motion; a later event with the same number replaces this one. */
+  motion?: number;
 }
 
 /** Header of a picture, or of the poses of bodies. */
@@ -114,6 +116,8 @@ export interface JointGrip {
   grip: [number, number, number];
   /** Of a ball joint, which has no axis. */
   ball?: BallFrame;
+  /** Of a joint in a mechanism with loops: its axis may move with its value. */
+  loop?: boolean;
 }
 
 /** Position [rad, m], velocity [1/s], torque or force at the joint [N m, N]. */
@@ -134,7 +138,7 @@ export interface MechanismTick {
   positions: number[];
 }
 
-export type News = RunNews | SceneNews | PastNews | TickNews | EventNews | RefusedNews | ShortNews;
+export type News = RunNews | SceneNews | PastNews | TickNews | EventNews | RefusedNews | ShortNews | TouchedNews;
 
 /** A parameter of the world that may be changed during a run. */
 export interface NoiseFigure {
@@ -264,7 +268,7 @@ export interface SceneNews {
   bounds: [number, number, number, number];
 }
 
-/** A hand or tool that the page moved does not reach its target; a tool then stays where it was. */
+/** A hand or tool that the page moved does not reach its target. A hand, and a tool that is dragged, comes as near as it can; otherwise a tool stays where it was. */
 export interface ShortNews {
   kind: "short";
   of: string;
@@ -325,6 +329,11 @@ export interface TickNews {
   grips?: JointGrip[];
   /** Names of removed beacons and obstacles; omitted if there are none. */
   removed?: string[];
+}
+
+/** A touch of this page was accepted; a touch is answered with this, `short` or `refused`. */
+export interface TouchedNews {
+  kind: "touched";
 }
 
 /** Path and errors of one robot; all lists have the same length. */
@@ -404,6 +413,7 @@ export interface Start {
 export interface Touch {
   do: "touch";
   event: Record<string, unknown>;
+  drag?: "first" | "next" | null;
 }
 
 /** Choose the views to be sent. */

@@ -6,6 +6,7 @@ import type { Spot, Tool } from "../plan/gestures";
 import type { Plan } from "../plan/plan";
 import type { Door } from "../scene/door";
 import { toggle, isPressed, setPressed, sign } from "./controls";
+import type { Leader } from "./leader";
 import { type Change, changeTo, gripAfter, type HeldJoint, heldJoints, isStill, jointAfter, jointEvent, type Joints, jointSaid, stepped, still } from "./joint_grips";
 import type { PlanarPose, RobotFacts, RobotTick, ShortNews } from "./protocol";
 import { openTouchMenu } from "./touch_menu";
@@ -39,8 +40,11 @@ interface Grab {
   /** Where the pointer took it; null by keys. */
   from: Point | null;
   push: boolean;
-  /** By how much a joint is to move. */
+  /** The joint that is held, as it is now, and by how much it is to move. */
+  joint: HeldJoint | null;
   by: Change;
+  /** Where the robot of a tool or of a joint stood when a target was sent. */
+  stood: string;
 }
 
 /** A robot where it truly is. */
@@ -75,7 +79,7 @@ export class Touch implements Tool {
 
   constructor(
     private readonly floor: Floorplan,
-    private readonly tell: (event: Values) => void,
+    private readonly leader: Leader,
   ) {
     floor.plan.overlay.push((context) => this.draw(context));
     floor.plan.menuAsked = (spot, at) => this.enabled && this.menu(spot, at);
@@ -97,21 +101,30 @@ export class Touch implements Tool {
     this.showLeads();
   }
 
+  /** What was touched is where it was led, or no longer led. */
+  reached(event: Values): void {
+    const there = this.short.delete(`${String(event["reach"] ?? event["release"])}/${String(event["hand"] ?? event["arm"])}`);
+    if (!there) return;
+    this.floor.plan.drawOver();
+    this.showLeads();
+  }
+
   private readonly noteOf = (key: string): string | undefined => {
     const metres = this.short.get(key);
     return metres === undefined ? undefined : word("run.metresShort", { metres: metres.toFixed(2) });
   };
 
-  private readonly send = (event: Values): void => {
-    this.short.delete(`${String(event["reach"] ?? event["release"])}/${String(event["hand"] ?? event["arm"])}`);
-    this.tell(event);
-  };
+  private readonly send = (event: Values): void => this.leader.touch(event);
 
   /** Have handles in a view in 3-D too. */
   leadIn(solids: Door): void {
     this.solids = solids;
     solids.chosen.on((item) => isPressed(this.button) && this.missed.emit(item?.name ? [item.name] : []));
-    solids.led.on((led) => this.send(led.joint ? this.jointEvent(led.joint) : ledEvent(led)));
+    solids.led.on((led) => {
+      const event = led.joint ? this.jointEvent(led.joint) : ledEvent(led);
+      if (led.phase === "drag") this.leader.lead(event);
+      else if (led.phase === "up" || this.leader.leads) this.leader.end(event);
+    });
   }
 
   /** Put those handles where tools are now. */
@@ -122,10 +135,19 @@ export class Touch implements Tool {
     const leads = on ? [...toolLeads(floor.robots(), this.noteOf), ...handLeads(floor.hands(), this.noteOf), ...jointLeads(this.joints())] : [];
     const isShown = this.solids?.lead(leads) ?? false;
     this.hasLeads = on || !isShown;
+    this.goAlong();
+  }
+
+  /** What is held stays under a pointer that rests while its robot drives on. */
+  private goAlong(): void {
+    const { grab } = this;
+    if (!grab || !this.leader.leads || this.stands(grab) === grab.stood) return;
+    this.take(grab, grab.to);
+    this.lead(grab);
   }
 
   private joints(): HeldJoint[] {
-    return heldJoints(this.floor.joints(), this.ticks());
+    return heldJoints(this.floor.joints());
   }
 
   private ticks(): Record<string, RobotTick> {
@@ -144,41 +166,68 @@ export class Touch implements Tool {
     const thing = this.thingAt(spot);
     if (!thing) this.missed.emit(this.floor.plan.itemsAt(spot.screen).flatMap(({ name }) => name ?? []));
     if (!thing) return false;
-    this.grab = { thing, to: thing.at, from: spot.world, push: spot.shift && !thing.held, by: unmoved(thing) };
+    this.grab = grabbed(thing, spot.world, spot.shift && !thing.held);
     return true;
   }
 
   drag(spot: Spot): void {
-    if (!this.grab?.from) return;
-    this.take(this.grab, add(this.grab.thing.at, minus(spot.world, this.grab.from)));
+    const { grab, leader } = this;
+    if (!grab?.from) return;
+    this.take(grab, add(grab.thing.at, minus(spot.world, grab.from)));
+    if (leader.leads || distance(spot.world, grab.from) > this.floor.plan.px(SLIP)) this.lead(grab);
     this.floor.plan.drawOver();
   }
 
   /** Take what is held to a place; a joint as near to it as it can be. */
   private take(grab: Grab, to: Point): void {
-    const { held } = grab.thing;
     grab.to = to;
-    if (!held || !("grip" in held)) return;
-    grab.by = changeTo(held, ([x, y]) => [x, y], to);
-    this.follow(grab, held);
+    if (!grab.joint) return;
+    grab.joint = this.joints().find((each) => isSame(each, grab.joint) && !each.grip.loop) ?? grab.joint;
+    grab.by = changeTo(grab.joint, ([x, y]) => [x, y], to);
   }
 
-  private follow(grab: Grab, held: HeldJoint): void {
-    const [x, y] = gripAfter(held.grip, grab.by);
-    grab.to = [x, y];
+  /** Let what is held follow. */
+  private lead(grab: Grab): void {
+    const event = grab.thing.held && this.heldEvent(grab);
+    if (!event) return;
+    grab.stood = this.stands(grab);
+    this.leader.lead(event);
+  }
+
+  /** Where the robot stands that carries what is held. */
+  private stands({ thing: { held } }: Grab): string {
+    if (!held || "person" in held) return "";
+    const name = "grip" in held ? held.grip.of.split("/")[0] : held.robot.name;
+    const pose = this.floor.robots().find((robot) => robot.name === name)?.pose ?? [];
+    return pose.map((value) => value.toFixed(3)).join();
+  }
+
+  /** The event that takes a tool, a hand or a joint where it is to be. */
+  private heldEvent({ thing: { held }, to, joint, by }: Grab): Values | null {
+    if (joint) return this.jointEvent(jointAfter(joint, by));
+    if (!held || "grip" in held) return null;
+    if ("person" in held) return reachEvent(held, to);
+    const robot = this.floor.robots().find(({ name }) => name === held.robot.name) ?? held.robot;
+    return reachEvent({ ...held, robot }, to);
   }
 
   up(spot: Spot): void {
     const { grab } = this;
     if (!grab?.from) return;
-    const slipped = distance(spot.world, grab.from) > this.floor.plan.px(SLIP);
+    const slipped = this.leader.leads || distance(spot.world, grab.from) > this.floor.plan.px(SLIP);
     if (slipped) return this.finish();
     this.cancel();
     this.menu(spot, this.onPage(spot.screen));
   }
 
+  /** Give up what is held; what followed goes back to where it was taken. */
   cancel(): void {
+    const { grab, leader } = this;
     this.grab = null;
+    const { held } = grab?.thing ?? {};
+    const back = grab && leader.leads && this.heldEvent({ ...grab, to: grab.thing.at, joint: held && "grip" in held ? held : null, by: unmoved(grab.thing) });
+    if (back) leader.end(back);
+    else leader.drop();
     this.floor.plan.drawOver();
   }
 
@@ -211,13 +260,14 @@ export class Touch implements Tool {
 
   /** Take what is held a step on. */
   private nudge(grab: Grab, way: Point, share: number): void {
-    const { held } = grab.thing;
-    if (!held || !("grip" in held)) {
+    const { joint } = grab;
+    if (!joint) {
       grab.to = add(grab.to, times(way, share * STEP));
       return;
     }
-    grab.by = stepped(held, grab.by, way, share);
-    this.follow(grab, held);
+    grab.by = stepped(joint, grab.by, way, share);
+    const [x, y] = gripAfter(joint.grip, grab.by);
+    grab.to = [x, y];
   }
 
   private hold(on: boolean): void {
@@ -231,17 +281,17 @@ export class Touch implements Tool {
     const things = this.things();
     const now = things.findIndex((thing) => thing.name === this.grab?.thing.name);
     const thing = things[(now + step + things.length) % Math.max(things.length, 1)] ?? things[0];
-    if (thing) this.grab = { thing, to: thing.at, from: null, push: false, by: unmoved(thing) };
+    if (thing) this.grab = grabbed(thing, null, false);
   }
 
   private finish(): void {
-    const { grab } = this;
-    this.cancel();
+    const { grab, leader } = this;
+    this.grab = null;
+    this.floor.plan.drawOver();
     if (!grab) return;
     const way = minus(grab.to, grab.thing.at);
-    const { held } = grab.thing;
-    if (held && "grip" in held) !isStill(grab.by) && this.send(this.jointEvent(jointAfter(held, grab.by)));
-    else if (held) length(way) > 0 && this.send(reachEvent(held, grab.to));
+    const event = this.heldEvent(grab);
+    if (event) (leader.leads || (grab.joint ? !isStill(grab.by) : length(way) > 0)) && leader.end(event);
     else if (grab.push) this.send({ shove: grab.thing.name, impulse: [...times(way, PER_METRE).map(rounded), 0] });
     else if (length(way) > 0) this.send({ move: grab.thing.name, to: grab.to.map(rounded) });
   }
@@ -312,11 +362,12 @@ export class Touch implements Tool {
     const [from, to] = [view.toScreen(grab.thing.at), view.toScreen(grab.to)];
     context.strokeStyle = palette.accent;
     context.lineWidth = 2;
-    const { held } = grab.thing;
-    if (held && "grip" in held) {
+    const { joint } = grab;
+    if (joint) {
       context.fillStyle = palette.accent;
-      drawJoint(context, held, view, grab.by);
-      return this.letters(context, jointSaid(jointAfter(held, grab.by)).join(" "), to);
+      drawJoint(context, joint, view, grab.by);
+      const [x, y] = gripAfter(joint.grip, grab.by);
+      return this.letters(context, jointSaid(jointAfter(joint, grab.by)).join(" "), view.toScreen([x, y]));
     }
     context.setLineDash(grab.push ? [] : [5, 4]);
     context.beginPath();
@@ -344,6 +395,15 @@ export class Touch implements Tool {
     context.fillStyle = palette.ink;
     context.fillText(text, x + 12, y - 12);
   }
+}
+
+function grabbed(thing: Touchable, from: Point | null, push: boolean): Grab {
+  const joint = thing.held && "grip" in thing.held ? thing.held : null;
+  return { thing, to: thing.at, from, push, joint, by: unmoved(thing), stood: "" };
+}
+
+function isSame({ grip }: HeldJoint, other: HeldJoint | null): boolean {
+  return grip.of === other?.grip.of && grip.joint === other.grip.joint;
 }
 
 function unmoved({ held }: Touchable): Change {

@@ -16,10 +16,11 @@ import { EventList } from "./events";
 import { Floor } from "./floor";
 import { Wheel, type Push } from "./keys";
 import { explainJoints, JointPanel } from "./joints";
+import { Leader } from "./leader";
 import { Link, type LinkState } from "./link";
 import { NoisePanel } from "./noise";
 import { Pad } from "./pad";
-import type { News, RunRequest, ShortNews, RefusedNews, RunNews, TickNews } from "./protocol";
+import type { News, RunRequest, ShortNews, RefusedNews, RunNews, TickNews, TouchedNews } from "./protocol";
 import { RunRecord } from "./record";
 import { Setup } from "./setup";
 import { sideSwitch } from "./side";
@@ -36,7 +37,14 @@ const FIRST_CHARTS: Kind[] = ["x", "y", "heading", "nees", "timing"];
 export class RunView implements View {
   readonly element = el("section", { class: "view run", "aria-label": word("run.run") });
   private readonly record = new RunRecord();
-  private readonly floor = new Floor(this.record, (event) => this.send({ do: "touch", event }));
+  private readonly leader = new Leader({
+    isLive: () => this.run?.state === "running",
+    send: (touch) => this.send(touch),
+    refused: (error) => this.studio.toasts.error(error),
+    short: (news, dragged) => this.short(news, dragged),
+    reached: (event) => this.floor.touch.reached(event),
+  });
+  private readonly floor: Floor = new Floor(this.record, this.leader);
   private readonly stage = new Stage();
   private readonly sheet: Sheet;
   private readonly plotter: Plotter;
@@ -44,7 +52,7 @@ export class RunView implements View {
   private readonly setup = new Setup();
   private readonly noise = new NoisePanel((key, value) => this.send({ do: "set", key, value }));
   private tabs: Tabs | null = null;
-  private readonly joints = new JointPanel((event) => this.send({ do: "touch", event }));
+  private readonly joints = new JointPanel(this.leader);
   private readonly events = new EventList(word("run.whatHappensToRobotsAnd"));
   private readonly keep: Keep;
   private readonly wheel = new Wheel(() => this.canDrive(), (push) => this.drive(push));
@@ -192,7 +200,9 @@ export class RunView implements View {
     this.bar.connection(lost ? "lost" : state);
     this.banner.connection(state, lost);
     if (state === "open" && this.visible) this.cameras.watch();
-    if (state !== "open") this.wheel.releaseAll();
+    if (state === "open") return;
+    this.wheel.releaseAll();
+    this.leader.forget();
   }
 
   private send(request: RunRequest): void {
@@ -201,14 +211,17 @@ export class RunView implements View {
 
   private take(news: News): void {
     if (news.kind === "run") this.takeRun(this.ownRun(news));
+    else if (news.kind === "touched" || news.kind === "short") this.leader.answered(news);
     else if (news.kind === "refused") void this.refused(news);
-    else if (news.kind === "short") {
-      this.floor.touch.staysAway(news);
-      this.studio.toasts.done(shortSaid(news, this.newest?.hands ?? {}));
-    } else if (this.live || this.run?.state !== "idle") this.takeMoment(news);
+    else if (this.live || this.run?.state !== "idle") this.takeMoment(news);
   }
 
-  private takeMoment(news: Exclude<News, RunNews | RefusedNews | ShortNews>): void {
+  private short(news: ShortNews, dragged: boolean): void {
+    this.floor.touch.staysAway(news);
+    if (!dragged) this.studio.toasts.done(shortSaid(news, this.newest?.hands ?? {}));
+  }
+
+  private takeMoment(news: Exclude<News, RunNews | RefusedNews | ShortNews | TouchedNews>): void {
     if (news.kind === "tick") this.takeTick(news);
     else if (news.kind === "event") this.events.add(news);
     else if (news.kind === "scene") {
@@ -346,7 +359,8 @@ export class RunView implements View {
       if (await this.studio.askTrust({ code: news.needs_trust, drivers })) await this.start();
       return;
     }
-    this.studio.toasts.error(news.error);
+    if (news.do === "touch") this.leader.answered(news);
+    else this.studio.toasts.error(news.error);
   }
 
   private offerRobots(news: RunNews): void {

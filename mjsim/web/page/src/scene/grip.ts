@@ -31,9 +31,10 @@ export interface Lead {
   joint?: HeldJoint;
 }
 
-/** Where one is led. */
+/** Where one is led: while it is dragged, when it is let go, and back to where it was when it is given up. */
 export interface Led {
   key: string;
+  phase: "drag" | "up" | "cancel";
   /** In the same frame as its place. */
   to: Place;
   /** Of a joint: what its value is then. */

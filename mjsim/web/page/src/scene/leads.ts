@@ -28,8 +28,9 @@ interface Held extends Knob {
   from: Vector3;
   taken: Vector3;
   to: Vector3 | null;
-  /** What is held, as it was taken. */
+  /** What is held, as it is now and as it was taken. */
   lead: Lead;
+  first: Lead;
   /** By how much a joint is to move. */
   by: Change;
 }
@@ -142,7 +143,7 @@ export class Leads implements Owner {
     const lead = this.leads.find(({ key }) => key === knob?.key);
     if (!knob || !lead) return false;
     const [from, taken] = [this.knobPlace({ ...knob, way: null }), this.knobPlace(knob)];
-    this.held = { ...knob, from, taken, to: null, lead, by: 0 };
+    this.held = { ...knob, from, taken, to: null, lead, first: lead, by: 0 };
     if (!lead.joint) this.active = knob.key;
     this.build();
     return true;
@@ -158,30 +159,41 @@ export class Leads implements Owner {
     if (held.lead.joint) return this.turn(held, [clientX, clientY]);
     const seen = held.way ? stage.onLine(clientX, clientY, held.taken, WAYS[held.way]) : stage.onFacing(clientX, clientY, held.taken);
     if (seen) held.to = held.from.clone().add(seen.sub(held.taken));
+    if (held.to) this.tell(held, held.to, "drag");
     stage.soon();
   }
 
   /** Take a joint to where its handle is seen nearest to a place of the page. */
   private turn(held: Held, [x, y]: Point): void {
+    const lead = this.leads.find(({ key }) => key === held.key);
+    // In a loop its axis moves with its value, and it is taken to where it was.
+    if (lead?.joint && !lead.joint.grip.loop) held.lead = lead;
     const { joint } = held.lead;
     if (!joint) return;
     const { left, top } = this.stage.canvas.getBoundingClientRect();
     held.by = changeTo(joint, (place) => this.stage.onCanvas(new Vector3(...place)), [x - left, y - top]);
     held.to = new Vector3(...gripAfter(joint.grip, held.by));
     this.stage.canvas.dataset["turned"] = String(held.by);
+    this.tell(held, held.to, "drag");
     this.stage.soon();
   }
 
   end(done: boolean): void {
     const { held } = this;
-    const lead = this.leads.find(({ key }) => key === held?.key);
     this.held = null;
     this.stage.soon();
-    if (!done || !held?.to || !lead) return;
+    if (!held?.to) return;
+    if (done) return this.tell(held, held.to, "up");
+    // A joint goes back to where it was taken.
+    this.tell({ ...held, lead: held.first, by: 0 }, held.from, "cancel");
+  }
+
+  private tell(held: Held, to: Vector3, phase: Led["phase"]): void {
+    const lead = this.leads.find(({ key }) => key === held.key);
+    if (!lead) return;
     const { joint } = held.lead;
-    if (joint) return this.led.emit({ key: lead.key, to: held.to.toArray(), joint: jointAfter(joint, held.by) });
-    const to = held.to.clone().applyMatrix4(this.frame(lead).clone().invert());
-    this.led.emit({ key: lead.key, to: to.toArray() });
+    if (joint) return this.led.emit({ key: lead.key, phase, to: to.toArray(), joint: phase === "cancel" ? joint : jointAfter(joint, held.by) });
+    this.led.emit({ key: lead.key, phase, to: to.clone().applyMatrix4(this.frame(lead).clone().invert()).toArray() });
   }
 
   private knobAt(event: PointerEvent): Knob | null {
