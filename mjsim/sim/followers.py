@@ -35,10 +35,13 @@ class Blend:
     """Coefficients of the powers 0 to 5 of the time relative to the duration, shape (6,)."""
 
     @classmethod
-    def to(cls, goal: float, *, begin: float, value: float, speed: float, change: float) -> "Blend":
-        """Return the motion to a goal from a value with a speed and an acceleration, at a time [s]."""
+    def to(cls, goal: float, *, begin: float, value: float, speed: float, change: float, far: float = 0.0) -> "Blend":
+        """Return the motion to a goal from a value with a speed and an acceleration, at a time [s].
+
+        `far` is the change of another value that it moves, which has the same largest speed [rad, m].
+        """
         # The maximum speed of such a motion from rest is 15/8 of its mean.
-        seconds = max(QUICKEST, 15.0 / 8.0 * abs(goal - value) / FASTEST)
+        seconds = max(QUICKEST, 15.0 / 8.0 * max(abs(goal - value), far) / FASTEST)
         # A motion that first reverses has farther to go than from rest.
         stretches = STRETCHES if speed * (goal - value) < 0.0 else STRETCHES[:1]
         blends = [
@@ -131,12 +134,12 @@ class Course:
         self._go_to(n)
         return self._window[1]
 
-    def lead(self, goal: float, n: int) -> None:
-        """Move to a value from step n on and stay there, regardless of the signal [rad, m]."""
+    def lead(self, goal: float, n: int, *, far: float = 0.0) -> None:
+        """Move to a value from step n on and stay there, regardless of the signal [rad, m]; `far` as for `Blend.to`."""
         self._go_to(n)
         speed, change = self.slope(n * self._h)
         self._offset = None
-        self._blend = Blend.to(goal, begin=n * self._h, value=self._window[1], speed=speed, change=change)
+        self._blend = Blend.to(goal, begin=n * self._h, value=self._window[1], speed=speed, change=change, far=far)
         self._window[2] = self._after(n)
 
     def release(self, n: int, *, whole: float) -> None:

@@ -1,9 +1,10 @@
-"""What a hand holds of a mechanism: one value of a joint, or the rotation of a body about a joint relative to another.
+"""What a hand holds of a mechanism: one value of a joint, the rotation of a body, or a point on a curve.
 
 A rotation is that of the second body in the frame of the joint on the first one. It is measured from the orientations
 of both bodies, so that it also exists where a loop is cut and the physics has no joint.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -11,9 +12,9 @@ import mujoco
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.mechanics import left_jacobian, rotation_of, rotation_vector
+from mjsim.mechanics import SpaceCurve, left_jacobian, rotation_of, rotation_vector
 from mjsim.sim.mechanism_state import Places, equality_rows
-from mjsim.world import Mechanism
+from mjsim.world import Assembly, CurvePoint, Mechanism
 
 
 class Grasp(Protocol):
@@ -22,6 +23,11 @@ class Grasp(Protocol):
     @property
     def size(self) -> int:
         """Number of its values."""
+        ...
+
+    @property
+    def period(self) -> float:
+        """What may be added to its value without any change: 2 pi or the length of a closed curve; otherwise 0."""
         ...
 
     def now(self, data: mujoco.MjData) -> Array:
@@ -49,6 +55,7 @@ class SingleValue:
     """Its index in qpos."""
     dof: int
     size: int = 1
+    period: float = 0.0
 
     def now(self, data: mujoco.MjData) -> Array:
         """Return its value."""
@@ -89,6 +96,11 @@ class Rotation:
         """Number of its values."""
         return 3 if self.axis is None else 1
 
+    @property
+    def period(self) -> float:
+        """Return 2 pi, 0 for a ball [rad]."""
+        return 0.0 if self.axis is None else 2.0 * math.pi
+
     def now(self, data: mujoco.MjData) -> Array:
         """Return the rotation vector, or the angle in [-pi, pi]."""
         vector = self.sign * rotation_vector(self._turned(data))
@@ -107,8 +119,7 @@ class Rotation:
     def missing(self, data: mujoco.MjData, goal: Array, speeds: Array, seconds: float) -> Array:
         """Return the rotation vector from the rotation then to the goal; of an angle, the shorter way."""
         if self.axis is not None:
-            away = goal - self.now(data) - seconds * speeds
-            return np.asarray(away - 2.0 * np.pi * np.round(away / (2.0 * np.pi)))
+            return shorter(goal - self.now(data) - seconds * speeds, self.period)
         ahead = rotation_of(seconds * speeds) @ self._turned(data)
         return rotation_vector(rotation_of(self.sign * goal) @ ahead.T)
 
@@ -125,10 +136,76 @@ class Rotation:
         return np.asarray(self._frame(data).T @ data.xmat[self.bodies[1]].reshape(3, 3) @ self.after)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Along:
+    """The position of a point along a curve of another body."""
+
+    model: mujoco.MjModel
+    curve: SpaceCurve
+    site: int
+    """Of the point."""
+    carrier: int
+    """Body of the curve."""
+    carrier_from_curve: Array
+    """Shape (4, 4)."""
+    size: int = 1
+
+    @property
+    def period(self) -> float:
+        """Return the length of a closed curve, 0 for an open one [m]."""
+        return self.curve.length if self.curve.closed else 0.0
+
+    def now(self, data: mujoco.MjData) -> Array:
+        """Return the arc length at which the curve is closest to the point [m]."""
+        return np.array([self.curve.nearest(self._inner(data))])
+
+    def slopes(self, data: mujoco.MjData) -> Array:
+        """Return the Jacobian of the velocity along the curve."""
+        tangent = self.curve.at(float(self.now(data)[0]))[1]
+        turned = data.xmat[self.carrier].reshape(3, 3) @ self.carrier_from_curve[:3, :3] @ tangent
+        rows = []
+        for body in (int(self.model.site_bodyid[self.site]), self.carrier):
+            found = np.zeros((3, self.model.nv))
+            mujoco.mj_jac(self.model, data, found, None, data.site_xpos[self.site], body)
+            rows.append(found)
+        return np.asarray(turned[None] @ (rows[0] - rows[1]) / float(tangent @ tangent))
+
+    def missing(self, data: mujoco.MjData, goal: Array, speeds: Array, seconds: float) -> Array:
+        """Return the difference, of a closed curve the shorter way."""
+        return shorter(goal - self.now(data) - seconds * speeds, self.period)
+
+    def rates(self, goal: Array, changes: Array) -> Array:
+        """Return the changes."""
+        return changes
+
+    def _inner(self, data: mujoco.MjData) -> Array:
+        """Return the point in the frame of the curve, shape (3,) [m]."""
+        on_carrier = data.xmat[self.carrier].reshape(3, 3).T @ (data.site_xpos[self.site] - data.xpos[self.carrier])
+        pose = self.carrier_from_curve
+        return np.asarray(pose[:3, :3].T @ (on_carrier - pose[:3, 3]))
+
+
+def shorter(away: Array, period: float) -> Array:
+    """Return a difference without whole periods, 0 for none."""
+    return np.asarray(away - period * np.round(away / period) if period else away)
+
+
+def period_of(assembly: Assembly, column: int) -> float:
+    """Return the period of a value where the physics has no joint: 2 pi, or the length of a closed curve; else 0."""
+    for track in assembly.tracks:
+        if track.column == column:
+            curve = track.curve(assembly.linkage)
+            return curve.length if curve.closed else 0.0
+    return 0.0 if assembly.slides[column] else 2.0 * math.pi
+
+
 def grasp_of(model: mujoco.MjModel, mechanism: Mechanism, places: Places, name: str) -> tuple[Grasp, tuple[int, ...]]:
     """Return what a hand holds by a value of a joint, and the columns of all its values: three of a ball."""
     found = mechanism.assembly
     column = found.names.index(name)
+    for track in found.tracks:
+        if track.column == column:
+            return _along(model, mechanism, track), (column,)
     joint = next(joint for joint, columns in found.columns.items() if column in columns)
     tree = next(each for each in found.linkage.joints if each.name == joint)
     parts = zip(tree.primitives, tree.columns(), strict=True)
@@ -148,6 +225,21 @@ def grasp_of(model: mujoco.MjModel, mechanism: Mechanism, places: Places, name: 
         axis=None if ball else np.array(part.axis),
     )
     return rotation, tuple(range(first, first + part.width))
+
+
+def _along(model: mujoco.MjModel, mechanism: Mechanism, track: CurvePoint) -> Along:
+    site = model.site(f"{mechanism.name}/{track.name}.b").id
+    joint = mechanism.assembly.linkage.joints[track.ghost - 1]
+    name = mechanism.assembly.bodies[joint.parent]
+    # The ground of a mechanism is a place in the world.
+    pose = joint.before if joint.parent else mechanism.world_from_ground @ joint.before
+    return Along(
+        model=model,
+        curve=track.curve(mechanism.assembly.linkage),
+        site=site,
+        carrier=model.body(f"{mechanism.name}/{name}").id if joint.parent else 0,
+        carrier_from_curve=pose,
+    )
 
 
 def yielding(model: mujoco.MjModel, data: mujoco.MjData, slopes: Array, equalities: Array) -> Array:

@@ -15,7 +15,7 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.sim.followers import Blend
-from mjsim.sim.grasps import Grasp, Rotation, grasp_of, yielding
+from mjsim.sim.grasps import Grasp, grasp_of, shorter, yielding
 from mjsim.sim.mechanism_state import Places, placed_bodies
 from mjsim.world import Mechanism
 
@@ -122,8 +122,7 @@ class Holds:
         goals = np.array(
             [requested.get(column, before) for column, before in zip(columns, previous.tolist(), strict=True)]
         )
-        if isinstance(grasp, Rotation) and grasp.size == 1:
-            goals -= 2.0 * np.pi * np.round((goals - values) / (2.0 * np.pi))
+        goals = values + shorter(goals - values, grasp.period)
         begins = zip(goals.tolist(), values.tolist(), speeds.tolist(), changes.tolist(), strict=True)
         courses = (
             Blend.to(goal, begin=time, value=value, speed=speed, change=change) for goal, value, speed, change in begins

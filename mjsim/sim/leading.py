@@ -7,7 +7,7 @@ import mujoco
 
 from mjsim.geometry import Array
 from mjsim.sim.followers import Follower
-from mjsim.sim.grasps import grasp_of
+from mjsim.sim.grasps import grasp_of, period_of
 from mjsim.sim.holds import Holds
 from mjsim.sim.locks import Locks
 from mjsim.sim.mechanism_state import Places, placed_bodies
@@ -43,9 +43,10 @@ class Leading:
                 self._sources.pop(name, None)
                 source.release(step, whole=self._whole(source))
             else:
-                source, end = self.locks.source(name, self._near(name, goal, data), step, self._values(data))
+                values, goal = self._values(data), self._near(name, goal, data)
+                source, end = self.locks.source(name, goal, step, values)
                 self._sources[name] = source
-                source.lead(end, step)
+                source.lead(end, step, far=abs(goal - float(values[self._assembly.names.index(name)])))
 
     def barred(self, goals: Mapping[str, float | None], step: int, data: mujoco.MjData) -> str:
         """Return why loops do not allow the motion of `lead`, as text; '' if they do."""
@@ -59,28 +60,26 @@ class Leading:
             return self.locks.barred(joint, self._near(joint, goal, data), step, self._values(data))
         source = self._source(joint, step, data)
         end = source.end(step, whole=self._whole(source))
-        if end is None:
-            return ""
-        return self.locks.barred(self._assembly.names[source.drive.column], end, step, self._values(data))
+        return "" if end is None else self.locks.barred_motion(source, end, step, self._values(data))
 
     def _source(self, joint: str, step: int, data: mujoco.MjData) -> Follower:
         """Return the motion that leads a joint, or would lead it."""
         return self._sources.get(joint) or self.locks.moves_most(joint, step, self._values(data))
 
     def _near(self, joint: str, goal: float, data: mujoco.MjData) -> float:
-        """Return a goal of a joint at a cut the shorter way: its angle has no whole turns."""
+        """Return a goal the shorter way, where the physics has no joint that counts turns or rounds of a curve."""
         column = self._assembly.names.index(joint)
         if column in self._places.columns:
             return goal
-        now = float(self._values(data)[column])
-        return goal - 2.0 * math.pi * round((goal - now) / (2.0 * math.pi))
+        now, period = float(self._values(data)[column]), period_of(self._assembly, column)
+        return goal - period * round((goal - now) / period) if period else goal
 
     def _values(self, data: mujoco.MjData) -> Array:
-        """Return the current values of all joints, at cuts without whole turns, shape (values,) [rad, m]."""
+        """Return the current values of all joints, shape (values,); at cuts and on curves without turns [rad, m]."""
         values = self._assembly.start.copy()
         values[self._places.columns] = self._places.read(data, self._assembly)[0][self._places.columns]
         placed_bodies(self._model, data, self._scratch)
-        for joint in self._assembly.cuts:
+        for joint in (*self._assembly.cuts, *(track.name for track in self._assembly.tracks)):
             for column in self._assembly.columns[joint]:
                 if column not in self._places.columns:
                     grasp, columns = grasp_of(self._model, self._mechanism, self._places, self._assembly.names[column])
@@ -89,5 +88,7 @@ class Leading:
 
     def _whole(self, follower: Follower) -> float:
         """Return 2 pi for a revolute joint without limits, 0 for others [rad]."""
+        if follower.drive.ends is not None:
+            return 0.0
         slides, lower, upper = led_joints(self._mechanism)[self._assembly.names[follower.drive.column]]
         return 0.0 if slides or math.isfinite(lower) or math.isfinite(upper) else 2.0 * math.pi

@@ -10,6 +10,8 @@ from mjsim.mechanics import Apart, Linear, Rows, close, rates, residual
 from mjsim.sim.followers import Follower
 from mjsim.world import Mechanism
 
+BACK = 1e-12
+"""Change of a distance, squared, by which it may go back through rounding [m^2]."""
 TRIED = 9
 """Number of positions along the path of a led joint at which closing of the loops is tested."""
 
@@ -51,6 +53,14 @@ class Locks:
         """
         return self._reached(joint, goal, step, values)[1]
 
+    def barred_motion(self, own: Follower, goal: float, step: int, values: Array) -> str:
+        """Return how loops prevent a motion from reaching its own value [rad, m], as `barred` does for a joint."""
+        if own.drive.ends is None:
+            return self.barred(self._assembly.names[own.drive.column], goal, step, values)
+        path = np.linspace(own.goal(step), goal, TRIED)[1:].tolist()
+        closed = self._closed(own, [(Apart(own.drive.ends, value), value) for value in path], step, values)
+        return "" if closed[1] is None else self._missed(self._described(own, closed[1]), closed[0])
+
     def source(self, joint: str, goal: float, step: int, values: Array) -> tuple[Follower, float]:
         """Return the motion that moves a joint most, and its value when the joint reaches its own [rad, m].
 
@@ -62,24 +72,50 @@ class Locks:
         """Return the last value of the joint's motion on the way to a goal, and what stops it, '' if nothing does."""
         column = self._assembly.names.index(joint)
         own = self.moves_most(joint, step, values)
+        begin = own.goal(step) if own.drive.column == column else float(values[column])
+        path = np.linspace(begin, goal, TRIED)[1:].tolist()
+        end, way = self._value(own, values), 0.0
+        for value in path:
+            closed, wrong = self._closed(own, [(Linear({column: 1.0}, value), value)], step, values)
+            if wrong is not None:
+                return end, self._missed(self._shown(joint, column, value), closed)
+            reached = self._value(own, closed)
+            if own.drive.ends is not None and (reached - end) * way < -BACK:
+                shown = self._shown(joint, column, value)
+                return end, f"{self._locks} before {shown}: '{own.drive.name}' would have to reverse"
+            way, values, end = reached - end, closed, reached
+        return end, ""
+
+    def _closed(
+        self, own: Follower, path: Sequence[tuple[Rows, float]], step: int, values: Array
+    ) -> tuple[Array, float | None]:
+        """Return the values after a path of one motion, and the value on it that loops do not permit, None if all do.
+
+        Args:
+            own: The motion.
+            path: Constraints in place of it, one after the other, each with its value.
+            step: Current step.
+            values: Current joint values, shape (values,) [rad, m].
+        """
         others = [_constraint(each, each.goal(step)) for each in self._followers if each is not own]
-        rows, begin = [*self._assembly.rows, *others], float(values[column])
-        if own.drive.column == column:
-            begin = own.goal(step)
-        for value in np.linspace(begin, goal, TRIED)[1:].tolist():
-            closed = close(self._assembly.linkage, [*rows, Linear({column: 1.0}, value)], values)
+        for row, value in path:
+            closed = close(self._assembly.linkage, [*self._assembly.rows, *others, row], values)
             if not closed.good:
-                turns = not self._assembly.slides[column]
-                shown = f"'{joint}' at {math.degrees(value):.4g} degrees" if turns else f"'{joint}' at {value:.4g} m"
-                return float(values[own.drive.column]), self._missed(shown, closed.values)
+                return closed.values, value
             values = closed.values
-        return float(values[own.drive.column]), ""
+        return values, None
+
+    def _value(self, own: Follower, values: Array) -> float:
+        """Return the value of a motion for joint values [rad, m]."""
+        if own.drive.ends is None:
+            return float(values[own.drive.column])
+        placed = self._assembly.linkage.place(values)
+        return float(np.linalg.norm(own.drive.ends[1].place(placed) - own.drive.ends[0].place(placed)))
 
     def moves_most(self, joint: str, step: int, values: Array) -> Follower:
         """Return the motion of a joint, or the motion of another that moves it most."""
         column = self._assembly.names.index(joint)
-        own = [each for each in self._followers if each.drive.column >= 0]
-        for each in own:
+        for each in self._followers:
             if each.drive.column == column:
                 return each
         found, led = self._assembly, self.led(step)
@@ -91,11 +127,19 @@ class Locks:
             speeds, _ = rates(found.linkage, [*found.rows, *led], values, held={}, targets=targets)
             return abs(float(speeds[column]))
 
-        return max(own, key=moved)
+        return max(self._followers, key=moved)
+
+    @property
+    def _locks(self) -> str:
+        return f"mechanism '{self._mechanism.name}' locks"
 
     def _missed(self, goals: str, values: Array) -> str:
         worst, how = self._assembly.gap(values)
-        return f"mechanism '{self._mechanism.name}' locks: with {goals} its loop at '{worst}' does not close, by {how}"
+        return f"{self._locks}: with {goals} its loop at '{worst}' does not close, by {how}"
+
+    def _shown(self, joint: str, column: int, value: float) -> str:
+        turns = not self._assembly.slides[column]
+        return f"'{joint}' at {math.degrees(value):.4g} degrees" if turns else f"'{joint}' at {value:.4g} m"
 
     def _described(self, follower: Follower, goal: float) -> str:
         drive = follower.drive

@@ -18,6 +18,7 @@ from mjsim.mechanics import (
 from mjsim.sim.closures import Closures
 from mjsim.sim.energy import EnergyCount
 from mjsim.sim.followers import Follower, yields
+from mjsim.sim.grasps import period_of
 from mjsim.sim.leading import Leading
 from mjsim.sim.mechanism_sensors import MechanismState, Probe, probes_of
 from mjsim.sim.mechanism_state import Places, actuator_forces, copy_state, equality_forces, equality_rows
@@ -279,9 +280,9 @@ class MechanismAtWork:
             if follower.drive.column >= 0:
                 goal[follower.drive.column] = follower.goal(step)
         for column, value in self._leading.holds.goals(step).items():
-            # A hand at a cut knows an angle without whole turns.
-            turns = 0.0 if column in self._places.columns else round((now.values[column] - value) / (2.0 * math.pi))
-            goal[column] = value + 2.0 * math.pi * turns
+            # A hand at a cut or on a curve does not know whole turns.
+            period = 0.0 if column in self._places.columns else period_of(self._assembly, column)
+            goal[column] = value + (period * round((now.values[column] - value) / period) if period else 0.0)
         motion = JointMotion(
             names=self._assembly.names,
             positions=now.values,

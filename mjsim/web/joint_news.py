@@ -19,6 +19,8 @@ class JointFacts(TypedDict):
     upper: float | None
     held: NotRequired[bool]
     """Of a mechanism: whether a hand holds it against what moves it; else it is led in place of its motion."""
+    period: NotRequired[float]
+    """Length of the closed curve along which it goes [m]; its position grows with each round."""
 
 
 @_DOCUMENTED
@@ -61,6 +63,19 @@ class BallFrame(TypedDict):
 
 
 @_DOCUMENTED
+class CurveFrame(TypedDict):
+    """The curve along which a point goes, now."""
+
+    points: list[float]
+    """x, y, z of points at equal distances along it, in sequence, world frame [m]; the last is at its end."""
+    length: float
+    """[m]"""
+    closed: bool
+    along: float
+    """Position of the point, from the first one [m]."""
+
+
+@_DOCUMENTED
 class JointGrip(TypedDict):
     """The point by which a joint is dragged; all in the world frame [m]."""
 
@@ -76,6 +91,8 @@ class JointGrip(TypedDict):
     """The point to drag."""
     ball: NotRequired[BallFrame]
     """Of a ball joint, which has no axis."""
+    curve: NotRequired[CurveFrame]
+    """Of a point on a curve, whose axis is its tangent."""
     loop: NotRequired[bool]
     """Of a joint in a mechanism with loops: its axis may move with its value."""
 

@@ -10,7 +10,7 @@ from mjsim.geometry import Array, Pose, Pose3
 from mjsim.mechanics import JointMotion
 from mjsim.video import arm_outlines, body_outlines, posed
 from mjsim.web.history import plain
-from mjsim.web.joint_news import BallFrame, JointFacts, JointGrip, JointRow
+from mjsim.web.joint_news import BallFrame, CurveFrame, JointFacts, JointGrip, JointRow
 from mjsim.world import BalancingDrive, Mechanism, Robot, RobotArm, World, led_joints
 
 MOVED = 1e-4
@@ -23,6 +23,8 @@ NO_LEVER = 0.02
 """Points closer to an axis than this do not show the direction of rotation [m]."""
 LOOP_SHARE, CUT_SHARE = 0.5, 0.25
 """Distance from a joint of a loop to its handle, of that to the farthest point; and of the joint where it is cut."""
+PIECES = 48
+"""Number of pieces of a curve along which a point is dragged."""
 Values = Mapping[str, Array]
 """Joint values by `ROBOT/ARM` or mechanism, shape (n,) each [rad, m]."""
 
@@ -55,6 +57,10 @@ def led_facts(mechanism: Mechanism) -> list[JointFacts]:
     facts = {name: _facts(name, *each) for name, each in led_joints(mechanism).items()}
     for name in mechanism.held & facts.keys():
         facts[name]["held"] = True
+    for track in mechanism.assembly.tracks:
+        curve = track.curve(mechanism.assembly.linkage)
+        if curve.closed and track.name in facts:
+            facts[track.name]["period"] = curve.length
     return list(facts.values())
 
 
@@ -106,7 +112,8 @@ def grips_json(world: World, values: Values, poses: Mapping[str, Pose3]) -> list
         grip
         for mechanism in world.mechanisms
         if mechanism.name in values
-        for grip in _mechanism_grips(mechanism, values[mechanism.name])
+        for grips_of in (_mechanism_grips, _curve_grips)
+        for grip in grips_of(mechanism, values[mechanism.name])
     ]
     loops = {mechanism.name for mechanism in world.mechanisms if mechanism.assembly.cuts}
     for grip in grips:
@@ -149,6 +156,26 @@ def _mechanism_grips(mechanism: Mechanism, values: Array) -> Iterator[JointGrip]
                 slides = bool(found.slides[column])
                 grip = points.mean(axis=0) if slides else at + share * (_farthest(points, at, axis) - at)
                 yield _grip(mechanism.name, name, slides, at=at, axis=axis, grip=grip)
+
+
+def _curve_grips(mechanism: Mechanism, values: Array) -> Iterator[JointGrip]:
+    """Yield the points on curves of a mechanism."""
+    found, ground, led = mechanism.assembly, mechanism.world_from_ground, led_joints(mechanism)
+    placed = found.linkage.place(values)
+    for track in found.tracks:
+        if track.name in led:
+            curve, joint = track.curve(found.linkage), found.linkage.joints[track.ghost - 1]
+            pose = ground @ placed.poses[joint.parent] @ joint.before
+            tangent = pose[:3, :3] @ curve.at(float(values[track.column]))[1]
+            at = _moved(ground, track.spot.place(placed))
+            frame: CurveFrame = {
+                "points": plain(_moved(pose, curve.sampled(PIECES)).ravel(), 3),
+                "length": curve.length,
+                "closed": curve.closed,
+                "along": round(float(values[track.column]), 5),
+            }
+            grip = _grip(mechanism.name, track.name, True, at=at, axis=tangent / np.linalg.norm(tangent), grip=at)
+            yield {**grip, "curve": frame}
 
 
 def _most_distant(points: Array, at: Array, direction: Array) -> Array:

@@ -73,7 +73,13 @@ def led_values(world: World, name: str, joint: str) -> dict[str, Led]:
             f"mechanism '{name}' has no joint '{joint}' that can be led{did_you_mean(joint, [*balls, *led])}"
         )
     known = f"those that can are {', '.join(led)}" if led else "nor can any other"
-    raise ValueError(f"joint '{joint}' of mechanism '{name}' cannot be led, as it does not move; {known}")
+    raise ValueError(f"joint '{joint}' of mechanism '{name}' cannot be led, as {_why_not(mechanism, joint)}; {known}")
+
+
+def _why_not(mechanism: Mechanism, joint: str) -> str:
+    constraint = joint.partition(".")[0]
+    own = [each.called(number) for number, each in enumerate(mechanism.constraints)]
+    return f"it is a value of the constraint '{constraint}'" if constraint in own else "it does not move"
 
 
 def led_joints(mechanism: Mechanism) -> dict[str, Led]:
@@ -90,4 +96,8 @@ def led_joints(mechanism: Mechanism) -> dict[str, Led]:
                 degrees = tuple(map(math.radians, joint.range_deg or (-math.inf, math.inf)))
                 lower, upper = (joint.range or (-math.inf, math.inf)) if slides else degrees
                 led[found.names[column]] = slides, float(lower), float(upper)
+    for track in found.tracks:
+        if track.name in movable:
+            curve = track.curve(found.linkage)
+            led[track.name] = (True, -math.inf, math.inf) if curve.closed else (True, 0.0, curve.length)
     return led

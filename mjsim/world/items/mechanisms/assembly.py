@@ -8,7 +8,19 @@ import numpy as np
 
 from mjsim.errors import did_you_mean
 from mjsim.geometry import Array
-from mjsim.mechanics import Apart, BodyPoint, Coincide, Linear, Linkage, Meet, Rows, TimeSignal, followed, jacobian
+from mjsim.mechanics import (
+    Apart,
+    BodyPoint,
+    Coincide,
+    Linear,
+    Linkage,
+    Meet,
+    Rows,
+    SpaceCurve,
+    TimeSignal,
+    followed,
+    jacobian,
+)
 from mjsim.world.items.mechanisms.points import Place
 
 TURNED = 0.05
@@ -84,6 +96,12 @@ class CurvePoint:
     number: int
     """Index of its constraint."""
 
+    def curve(self, linkage: Linkage) -> SpaceCurve:
+        """Return its curve."""
+        found = linkage.joints[self.ghost - 1].primitives[0].curve
+        assert found is not None, "made for it"
+        return found
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Assembly:
@@ -125,15 +143,29 @@ class Assembly:
 
     def free(self, rows: Sequence[Rows]) -> frozenset[int]:
         """Return the columns of values that can move at the start while equations hold."""
-        matrix = jacobian(self.linkage, rows, self.start)
+        return self._free_at(self.start, rows)
+
+    def _free_at(self, values: Array, rows: Sequence[Rows]) -> frozenset[int]:
+        matrix = jacobian(self.linkage, rows, values)
         *_, singular, directions = np.linalg.svd(np.concatenate([matrix, np.zeros((1, self.linkage.size))]))
         rank = int((singular > NO_RANK * singular.max(initial=1.0)).sum())
         return frozenset(np.flatnonzero(np.abs(directions[rank:]).max(axis=0, initial=0.0) > NO_RANK).tolist())
 
-    def undriven(self) -> frozenset[int]:
-        """Return the columns of values that forces can move: no motion prescribes them, directly or through loops."""
+    def movable(self) -> tuple[frozenset[int], frozenset[int]]:
+        """Return the columns of values that can move.
+
+        Some stand still at the start alone, as the second angle of a universal joint may; so others postures count too.
+
+        Returns:
+            undriven: Those that forces can move: no motion prescribes them, directly or through loops.
+            driven: The others that move, with a motion.
+        """
         driven = [Linear({each.column: 1.0}) if each.ends is None else Apart(each.ends, 0.0) for each in self.drives]
-        return self.free([*self.rows, *driven])
+        undriven, movable = frozenset[int](), frozenset[int]()
+        for values in self._postures():
+            undriven |= self._free_at(values, [*self.rows, *driven])
+            movable |= self._free_at(values, self.rows)
+        return undriven, movable - undriven
 
     def number(self, body: str) -> int:
         """Return the number of a body."""
@@ -191,9 +223,7 @@ class Assembly:
 
         In a planar mechanism one is enough; the other would be redundant.
         """
-        joint = self.linkage.joints[track.ghost - 1]
-        curve = joint.primitives[0].curve
-        assert curve is not None, "made for it"
+        joint, curve = self.linkage.joints[track.ghost - 1], track.curve(self.linkage)
         others = [row for row in self.rows if not (isinstance(row, Meet) and row.ghost == track.ghost)]
         needed = {0, 1}
         for values in self._postures():

@@ -17,6 +17,7 @@ from mjsim.world.items.mechanisms.points import GROUND
 
 if TYPE_CHECKING:  # Imported where it is used: worlds without mechanisms load faster.
     from mjsim.geometry import Array
+    from mjsim.mechanics import TreeJoint
     from mjsim.world.items.mechanisms.assembly import Assembly
 
 DRAWN = 64
@@ -74,45 +75,45 @@ class Mechanism(MechanismParts):
     @cached_property
     def held(self) -> frozenset[str]:
         """Names of the single values that a hand can hold by force: no motion prescribes them."""
-        found, undriven = self.assembly, self.assembly.undriven()
-        single = {
-            found.names[column]
-            for tree in found.linkage.joints
-            for primitive, column in zip(tree.primitives, tree.columns(), strict=True)
-            if tree.name in found.columns and primitive.kind in ("slide", "turn") and column in undriven
-        }
-        return frozenset(single.union(*self.balls.values()))
+        undriven, _ = self._movable
+        return frozenset(self._single(undriven).union(*self.balls.values()))
 
     @cached_property
     def driven(self) -> frozenset[str]:
-        """Names of the single values that motions of values move: their own, or those of others through loops."""
-        from mjsim.mechanics import Apart
-
-        found = self.assembly
+        """Names of the single values that motions move: their own, or others and distances through loops."""
+        found, (_, driven) = self.assembly, self._movable
         columns = {drive.column for drive in found.drives if drive.column >= 0}
-        distances = [Apart(drive.ends, 0.0) for drive in found.drives if drive.ends is not None]
-        movable = found.free([*found.rows, *distances]) if columns else frozenset[int]()
-        moved = {
-            found.names[column]
-            for tree in found.linkage.joints
-            for primitive, column in zip(tree.primitives, tree.columns(), strict=True)
-            if tree.name in found.columns and primitive.kind in ("slide", "turn") and column in movable | columns
-        }
-        return frozenset(moved - self.held)
+        return frozenset(self._single(driven | columns, balls=True) - self.held)
 
     @cached_property
     def balls(self) -> dict[str, tuple[str, ...]]:
         """By joint with a ball that a hand can hold: the names of the three values of its rotation vector."""
-        found, undriven = self.assembly, self.assembly.undriven()
-        balls = {}
-        for tree in found.linkage.joints:
+        found, (undriven, _), balls = self.assembly, self._movable, {}
+        for tree in self._trees():
             kinds = [primitive.kind for primitive in tree.primitives]
-            # The orientation of the body gives the rotation of a ball only if nothing else in the joint turns it.
-            if kinds.count("ball") == 1 and "turn" not in kinds:
+            if "ball" in kinds:
                 first = tree.columns()[kinds.index("ball")]
                 if not undriven.isdisjoint(range(first, first + 3)):
                     balls[tree.name] = found.names[first : first + 3]
         return balls
+
+    @cached_property
+    def _movable(self) -> tuple[frozenset[int], frozenset[int]]:
+        return self.assembly.movable()
+
+    def _trees(self) -> "list[TreeJoint]":
+        """Return the joints, and the positions of points along curves."""
+        return [tree for tree in self.assembly.linkage.joints if tree.name in self.assembly.columns]
+
+    def _single(self, columns: frozenset[int] | set[int], *, balls: bool = False) -> set[str]:
+        """Return the names of the values in some columns, those of ball joints if requested."""
+        return {
+            self.assembly.names[column + number]
+            for tree in self._trees()
+            for primitive, column in zip(tree.primitives, tree.columns(), strict=True)
+            for number in range(primitive.width)
+            if column + number in columns and (balls or primitive.kind != "ball")
+        }
 
     @cached_property
     def world_from_ground(self) -> "Array":

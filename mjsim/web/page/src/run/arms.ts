@@ -147,8 +147,8 @@ export function jointRow(facts: JointFacts): Row {
   const free = FREE[facts.slides ? 1 : 0];
   const slider = el("input", {
     type: "range",
-    min: facts.lower ?? -free,
-    max: facts.upper ?? free,
+    min: facts.lower ?? (facts.period ? 0 : -free),
+    max: facts.upper ?? facts.period ?? free,
     step: "any",
     "aria-label": facts.name,
   });

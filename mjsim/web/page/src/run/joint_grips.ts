@@ -3,6 +3,7 @@
 import type { Point, Values } from "../api";
 import type { Place } from "../scene/grip";
 import { ballAfter, ballTo, both, rotationAfter, rotationOf } from "./balls";
+import { curveAfter, curveTo, isSeenFromAbove } from "./curves";
 import { rounded, shown, unit } from "./joint_units";
 import { crossed, dot, minus } from "./rotations";
 import type { JointFacts, JointGrip, JointRow, RobotTick } from "./protocol";
@@ -52,8 +53,10 @@ export function heldJoints({ facts, grips, rows }: Joints): HeldJoint[] {
 }
 
 /** Whether its motion is seen from above. */
-export function showsOnPlan({ slides, axis: [x, y, z], ball }: JointGrip): boolean {
+export function showsOnPlan(grip: JointGrip): boolean {
+  const { slides, axis: [x, y, z], ball, curve } = grip;
   if (ball) return true;
+  if (curve) return isSeenFromAbove(grip, FLAT);
   return slides ? Math.hypot(x, y) > FLAT : Math.abs(z) > FLAT;
 }
 
@@ -61,6 +64,7 @@ export function showsOnPlan({ slides, axis: [x, y, z], ball }: JointGrip): boole
 export function gripAfter(joint: JointGrip, by: Change): Place {
   const { slides, at, axis, grip } = joint;
   if (typeof by !== "number") return ballAfter(joint, by);
+  if (joint.curve) return curveAfter(joint, by);
   if (slides) return [grip[0] + by * axis[0], grip[1] + by * axis[1], grip[2] + by * axis[2]];
   const way = minus(grip, at);
   // Rodrigues' formula.
@@ -102,6 +106,7 @@ export function stepped(held: HeldJoint, by: Change, [right, up]: Point, share: 
 /** The change that takes the handle as near as it can be to a place of a picture. */
 export function changeTo({ grip, facts, value }: HeldJoint, draw: (place: Place) => Point, to: Point): Change {
   if (grip.ball) return ballTo(grip, draw, to);
+  if (grip.curve) return within(value + curveTo(grip, draw, to), facts) - value;
   const missed = (by: number): Point => {
     const [x, y] = draw(gripAfter(grip, by));
     return [x - to[0], y - to[1]];

@@ -88,8 +88,9 @@ export class MechanismPanel {
   }
 }
 
-/** Whole turns of a joint without limits, which its slider leaves out [rad]. */
+/** Whole turns of a joint without limits, and rounds of a closed curve, which its slider leaves out [rad, m]. */
 function turns({ facts }: Row, value: number): number {
+  if (facts.period) return facts.period * Math.floor(value / facts.period);
   const isFree = !facts.slides && facts.lower === null && facts.upper === null;
   return isFree ? 2 * Math.PI * Math.round(value / (2 * Math.PI)) : 0;
 }

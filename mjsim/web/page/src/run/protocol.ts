@@ -41,6 +41,17 @@ export interface Chosen {
   avoidance: boolean | string;
 }
 
+/** The curve along which a point goes, now. */
+export interface CurveFrame {
+  /** x, y, z of points at equal distances along it, in sequence, world frame [m]; the last is at its end. */
+  points: number[];
+  /** [m] */
+  length: number;
+  closed: boolean;
+  /** Position of the point, from the first one [m]. */
+  along: number;
+}
+
 /** An event that concerns a robot or the world. */
 export interface EventNews {
   kind: "event";
@@ -100,6 +111,8 @@ export interface JointFacts {
   upper: number | null;
   /** Of a mechanism: whether a hand holds it against what moves it; else it is led in place of its motion. */
   held?: boolean;
+  /** Length of the closed curve along which it goes [m]; its position grows with each round. */
+  period?: number;
 }
 
 /** The point by which a joint is dragged; all in the world frame [m]. */
@@ -116,6 +129,8 @@ export interface JointGrip {
   grip: [number, number, number];
   /** Of a ball joint, which has no axis. */
   ball?: BallFrame;
+  /** Of a point on a curve, whose axis is its tangent. */
+  curve?: CurveFrame;
   /** Of a joint in a mechanism with loops: its axis may move with its value. */
   loop?: boolean;
 }
