@@ -11,7 +11,7 @@ from playwright.sync_api import expect
 import mjsim
 from mjsim.web import Studio
 from tests.browser import browser as listener
-from tests.web.test_studio_touch_page import CELL, drag, pick, screen, until
+from tests.web.test_studio_touch_page import CELL, drag, pick, screen, tool_rests, until
 from tests.windows import PATIENCE, chromium, page_at
 
 pytestmark = pytest.mark.slow
@@ -102,17 +102,6 @@ def expect_drawn(page, at, picture, *, same) -> None:
     ends = monotonic() + PATIENCE / 1000
     while (drawn(page, at) == picture) != same:
         assert monotonic() < ends
-
-
-def tool_rests():
-    """Return a fact of a tick: the joints of the arm shall be where they were to be at the tick before."""
-    before = [None]
-
-    def fact(tick) -> bool:
-        before.append(tick["robots"]["r"]["arms"]["arm"]["goal"])
-        return before[-1] == before[-2]
-
-    return fact
 
 
 def rests():

@@ -84,7 +84,7 @@ def test_a_tool_that_is_led_out_of_reach_says_by_how_much_as_a_hand_does(browser
         expect(page.locator(".toasts")).to_contain_text(said)
         with listener(studio.url) as watcher:
             now = watcher.until("tick")["robots"]["r"]["arms"]["arm"]["tool"]
-        assert now[:3] == pytest.approx(before[:3], abs=5e-3)  # at the start it still sags
+        assert now[2] > before[2] + 0.1  # as far as it can
         lead(canvas, "arm", "z", (0, 10))
         expect(note).to_have_count(0, timeout=PATIENCE)
 

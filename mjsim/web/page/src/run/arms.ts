@@ -2,7 +2,7 @@
 
 import { el, fill } from "../dom";
 import { button, sign } from "./controls";
-import { rounded, scale, shown, unit } from "./joint_units";
+import { dragged, rounded, scale, shown, unit } from "./joint_units";
 import type { Leader } from "./leader";
 import type { Values } from "../api";
 import type { ArmFacts, JointFacts, RobotFacts, RobotTick } from "./protocol";
@@ -98,7 +98,7 @@ export class ArmPanel {
     const part: Part = { facts, rows, tool, release, goal: [], wanted: null };
     this.parts.push(part);
     rows.forEach((row, k) => {
-      const slid = (): Values => this.jointEvent(part, k, Number(row.slider.value));
+      const slid = (): Values => this.jointEvent(part, k, dragged(row.facts, Number(row.slider.value)) * scale(row.facts));
       row.slider.addEventListener("input", () => this.leader.lead(slid()));
       row.slider.addEventListener("change", () => this.leader.end(slid()));
       row.field.addEventListener("change", () => this.leader.touch(this.jointEvent(part, k, Number(row.field.value) * scale(row.facts))));

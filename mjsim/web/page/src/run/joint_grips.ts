@@ -4,7 +4,7 @@ import type { Point, Values } from "../api";
 import type { Place } from "../scene/grip";
 import { ballAfter, ballTo, both, rotationAfter, rotationOf } from "./balls";
 import { curveAfter, curveTo, isSeenFromAbove } from "./curves";
-import { rounded, shown, unit } from "./joint_units";
+import { dragged, rounded, shown, unit } from "./joint_units";
 import { crossed, dot, minus } from "./rotations";
 import type { JointFacts, JointGrip, JointRow, RobotTick } from "./protocol";
 
@@ -131,8 +131,8 @@ function within(value: number, { lower, upper }: JointFacts): number {
 
 /** The event that takes a joint to its value; that of an arm keeps where its other joints shall be. */
 export function jointEvent({ grip, facts, value, rotation }: HeldJoint, all: Record<string, JointFacts[]>, robots: Record<string, RobotTick>): Values {
-  if (rotation) return { lead: grip.of, joint: grip.joint, rotation_deg: rotation.map((each) => rounded(shown(facts, each))) };
-  const to_deg = rounded(shown(facts, value));
+  if (rotation) return { lead: grip.of, joint: grip.joint, rotation_deg: rotation.map((each) => dragged(facts, each)) };
+  const to_deg = dragged(facts, value);
   const goals = goalsOf(grip, robots);
   if (!goals) return { lead: grip.of, joint: grip.joint, to_deg };
   const [reach, arm] = armOf(grip);

@@ -5,8 +5,6 @@ import type { RefusedNews, ShortNews, Touch, TouchedNews } from "./protocol";
 
 /** Targets of a drag are sent at most this often [ms]. */
 const EVERY = 80;
-/** An answer that takes longer than this does not come any more [ms]. */
-const LOST = 3000;
 
 export interface Telling {
   /** Whether what is dragged can follow: the run goes on. */
@@ -39,6 +37,8 @@ export class Leader {
   private last = "";
   /** The run has taken a target of the drag. */
   private taken = false;
+  /** It was let go, and its last target waits. */
+  private ends = false;
   private timer = 0;
   private at = 0;
   /** What the last answer of the drag said, unless it was taken. */
@@ -60,25 +60,28 @@ export class Leader {
   /** What is dragged is to be there now. */
   lead(event: Values): void {
     if (!this.telling.isLive()) return;
+    // Something else was let go just now.
+    if (this.ends) this.finish();
     this.next = event;
     this.go();
   }
 
   /** It is let go there. */
   end(event: Values): void {
-    const led = this.leads;
-    const differs = JSON.stringify(event) !== this.last;
-    if (!led) this.touch(event);
-    else if (differs) this.sendNext(event, false);
-    else if (this.trouble && !this.sent.length) this.report(this.trouble, event);
-    this.drop();
+    if (!this.leads) {
+      this.touch(event);
+      return this.drop();
+    }
+    [this.next, this.ends] = [event, true];
+    // Whether it goes on with a motion is known once the target before is answered.
+    if (!this.isWaiting) this.finish();
   }
 
   /** It is led no more; it stays where it was led to. */
   drop(): void {
     window.clearTimeout(this.timer);
     this.sent = this.sent.map(({ event }) => ({ event, dragged: false }));
-    [this.next, this.last, this.taken, this.timer, this.trouble] = [null, "", false, 0, null];
+    [this.next, this.last, this.taken, this.ends, this.timer, this.trouble] = [null, "", false, false, 0, null];
   }
 
   /** Nothing that was sent will be answered. */
@@ -94,7 +97,20 @@ export class Leader {
     if (!first.dragged) return;
     this.taken ||= answer.kind !== "refused";
     this.trouble = answer.kind === "touched" ? null : answer;
-    this.go();
+    if (this.ends) this.finish();
+    else this.go();
+  }
+
+  private get isWaiting(): boolean {
+    return this.sent.some(({ dragged }) => dragged);
+  }
+
+  /** Send the last target, unless it is there already; then say what came of it. */
+  private finish(): void {
+    const { next, trouble } = this;
+    if (next && JSON.stringify(next) !== this.last) this.sendNext(next, false);
+    else if (next && trouble) this.report(trouble, next);
+    this.drop();
   }
 
   private report(answer: Answer, event: Values, dragged = false): void {
@@ -107,13 +123,10 @@ export class Leader {
   private go(): void {
     window.clearTimeout(this.timer);
     const { next } = this;
-    if (!next || JSON.stringify(next) === this.last) return;
-    const now = performance.now();
-    const due = this.at + (this.sent.length ? LOST : EVERY);
-    if (now >= due) {
-      if (this.sent.length) this.sent = [];
-      this.sendNext(next, true);
-    } else this.timer = window.setTimeout(() => this.go(), due - now);
+    if (!next || this.ends || JSON.stringify(next) === this.last || this.isWaiting) return;
+    const wait = this.at + EVERY - performance.now();
+    if (wait <= 0) this.sendNext(next, true);
+    else this.timer = window.setTimeout(() => this.go(), wait);
   }
 
   private sendNext(event: Values, dragged: boolean): void {

@@ -4,7 +4,7 @@ import type { Values } from "../api";
 import { el } from "../dom";
 import { button, sign } from "./controls";
 import { jointRow, line, put, type Row } from "./arms";
-import { rounded, shown, unit } from "./joint_units";
+import { dragged, rounded, shown, unit } from "./joint_units";
 import type { Leader } from "./leader";
 import type { MechanismFacts, MechanismTick } from "./protocol";
 import { word } from "../words/words";
@@ -59,7 +59,7 @@ export class MechanismPanel {
       let whole: number | null = null;
       const slid = (): Values => {
         whole ??= turns(row, part.positions[k] ?? 0);
-        return event(shown(row.facts, Number(row.slider.value) + whole));
+        return event(dragged(row.facts, Number(row.slider.value) + whole));
       };
       row.slider.addEventListener("input", () => {
         put(row.field, shown(row.facts, Number(row.slider.value)));

@@ -125,6 +125,7 @@ export class Touch implements Tool {
       if (led.phase === "drag") this.leader.lead(event);
       else if (led.phase === "up" || this.leader.leads) this.leader.end(event);
     });
+    solids.put.on(({ name, to }) => this.send({ move: name, to: to.map(rounded) }));
   }
 
   /** Put those handles where tools are now. */
@@ -133,7 +134,7 @@ export class Touch implements Tool {
     const on = isPressed(this.button);
     if (!on && !this.hasLeads) return;
     const leads = on ? [...toolLeads(floor.robots(), this.noteOf), ...handLeads(floor.hands(), this.noteOf), ...jointLeads(this.joints())] : [];
-    const isShown = this.solids?.lead(leads) ?? false;
+    const isShown = this.solids?.lead(leads, on ? this.draggable() : []) ?? false;
     this.hasLeads = on || !isShown;
     this.goAlong();
   }
@@ -227,7 +228,7 @@ export class Touch implements Tool {
     const { held } = grab?.thing ?? {};
     const back = grab && leader.leads && this.heldEvent({ ...grab, to: grab.thing.at, joint: held && "grip" in held ? held : null, by: unmoved(grab.thing) });
     if (back) leader.end(back);
-    else leader.drop();
+    else if (grab) leader.drop();
     this.floor.plan.drawOver();
   }
 
@@ -297,6 +298,17 @@ export class Touch implements Tool {
   }
 
   private things(): Touchable[] {
+    return [...this.tools(), ...this.loose()];
+  }
+
+  /** What can be put elsewhere. */
+  private draggable(): Touchable[] {
+    const fixed = new Set(this.floor.robots().flatMap(({ name, can_drive }) => (can_drive ? [] : [name])));
+    return this.loose().filter(({ name }) => !fixed.has(name));
+  }
+
+  /** Robots and movable things. */
+  private loose(): Touchable[] {
     const { plan } = this.floor;
     const gone = this.floor.removed();
     const robots = this.floor.robots().map(({ name, radius, pose: [x, y, heading] }): Touchable => {
@@ -304,7 +316,7 @@ export class Touch implements Tool {
     });
     const movable = plan.items.filter((item) => item.kind === "obstacle" && item.values["movable"] === true);
     const there = movable.flatMap((item) => (item.name && !gone.has(item.name) ? [this.ofItem(item, item.name)] : []));
-    return [...this.tools(), ...robots, ...there];
+    return [...robots, ...there];
   }
 
   private ofItem(item: Item, name: string): Touchable {

@@ -6,7 +6,7 @@ import { el } from "../dom";
 import { keyOf } from "../plan/plan";
 import { themeChanged } from "../shell/theme";
 import type { Item } from "../api";
-import type { Grip, Lead, Led, Pull } from "./grip";
+import type { Grip, Lead, Led, LooseThing, Pull, Put } from "./grip";
 import type { SceneView } from "./scene";
 import type { Thoughts } from "./thoughts";
 import { word } from "../words/words";
@@ -22,6 +22,8 @@ export class Door {
   readonly pulled = new Signal<Pull>();
   /** What is led somewhere by a handle. */
   readonly led = new Signal<Led>();
+  /** What is put elsewhere. */
+  readonly put = new Signal<Put>();
   /** Told with its pictures a second when those are too few. */
   readonly slow = new Signal<number>();
   /** Told when the scene is there, and when it no longer is. */
@@ -92,9 +94,9 @@ export class Door {
     this.view?.hold(grip, said);
   }
 
-  /** Which tools and hands can be led; false while there is no scene to show them in. */
-  lead(leads: Lead[]): boolean {
-    if (this.isReady) this.view?.lead(leads);
+  /** Which tools and hands can be led, and which things dragged; false while there is no scene to show them in. */
+  lead(leads: Lead[], loose: LooseThing[]): boolean {
+    if (this.isReady) this.view?.lead(leads, loose);
     return this.isReady;
   }
 
@@ -155,6 +157,7 @@ export class Door {
     view.chosen.on((item) => this.chosen.emit(item));
     view.handles.pulled.on((pull) => this.pulled.emit(pull));
     view.leads.led.on((led) => this.led.emit(led));
+    view.loose.put.on((put) => this.put.emit(put));
     view.slow.on((rate) => this.slow.emit(rate));
     view.show(...this.shown);
     view.hold(...this.held);

@@ -41,6 +41,18 @@ export interface Led {
   joint?: HeldJoint;
 }
 
+/** A robot or a movable thing that can be put elsewhere. */
+export interface LooseThing {
+  name: string;
+  at: Point;
+}
+
+/** Where one is put. */
+export interface Put {
+  name: string;
+  to: Point;
+}
+
 /** One moment of a drag by a handle. */
 export interface Pull {
   kind: "move" | "turn" | "lift";

@@ -42,6 +42,8 @@ export class Leads implements Owner {
   /** What is written beside handles. */
   readonly notes = el("div", { class: "scene-notes" });
   private readonly group = new Group();
+  /** The line from what is led to where it is to be. */
+  private readonly thread = new LineSegments(points([0, 0, 0, 0, 0, 1]), new LineBasicMaterial(inkOf(color("--accent"))));
   private leads: Lead[] = [];
   private find: Find = () => null;
   /** Which of them has handles along axes. */
@@ -51,7 +53,8 @@ export class Leads implements Owner {
   private readonly gesture: Gesture;
 
   constructor(private readonly stage: Stage3d) {
-    stage.over.add(this.group);
+    stage.over.add(this.group, inFront(new Group(), this.thread));
+    this.thread.frustumCulled = this.thread.visible = false;
     stage.drawing.on(() => this.scale());
     this.gesture = new Gesture(stage, this);
   }
@@ -67,12 +70,15 @@ export class Leads implements Owner {
 
   recolor(): void {
     this.shown = "";
+    this.thread.material.color.set(color("--accent"));
     this.build();
   }
 
   dispose(): void {
     this.gesture.dispose();
     clearHandles(this.group);
+    this.thread.geometry.dispose();
+    this.thread.material.dispose();
   }
 
   /** Make handles anew where there are others. */
@@ -94,10 +100,23 @@ export class Leads implements Owner {
       made?.scale.setScalar(handleLength(this.stage, place));
       if (lead.joint && made) pointTo(made, new Vector3(...lead.joint.grip.at).sub(place).divideScalar(handleLength(this.stage, place)));
     });
+    this.pull();
     this.stage.orbit.updateMatrixWorld();
     this.write();
     const places = this.knobs().map((knob) => [knob.key, knob.way ?? "", ...this.stage.onCanvas(this.knobPlace(knob)).map(Math.round)]);
     this.stage.canvas.dataset["leads"] = JSON.stringify(places);
+  }
+
+  /** Draw the line from what is held to where it is to be. */
+  private pull(): void {
+    const lead = this.leads.find(({ key }) => key === this.held?.key);
+    const to = this.held?.to;
+    this.thread.visible = Boolean(lead && to);
+    if (!lead || !to) return;
+    const places = this.thread.geometry.getAttribute("position");
+    places.setXYZ(0, ...new Vector3(...lead.at).applyMatrix4(this.frame(lead)).toArray());
+    places.setXYZ(1, ...to.toArray());
+    places.needsUpdate = true;
   }
 
   /** Write beside each handle what there is to say of it. */

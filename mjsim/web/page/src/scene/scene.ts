@@ -7,9 +7,10 @@ import { el, fill } from "../dom";
 import { color } from "../shell/theme";
 import { Signal } from "../signal";
 import { takeAway } from "./away";
-import type { Grip, Lead } from "./grip";
+import type { Grip, Lead, LooseThing } from "./grip";
 import { Handles } from "./handles";
 import { Leads } from "./leads";
+import { Loose } from "./loose";
 import { type AsDragged, clearMarks, heights, itemAt, MarkInk, markOf, points } from "./marks";
 import { countThings, dispose, pose, readSolids, thingOf, type Solids } from "./solids";
 import { ABOVE, Stage3d } from "./stage";
@@ -36,6 +37,7 @@ export class SceneView {
   private grip: Grip | null = null;
   readonly handles: Handles;
   readonly leads: Leads;
+  readonly loose: Loose;
   /** Told with the pictures a second when those are too few. */
   readonly slow: Signal<number>;
   private readonly marks = new Group();
@@ -57,6 +59,7 @@ export class SceneView {
     this.stage = new Stage3d(word("scene.theWorldIn3d"), word("scene.noGraphics"));
     this.handles = new Handles(this.stage);
     this.leads = new Leads(this.stage);
+    this.loose = new Loose(this.stage);
     this.slow = this.stage.pacing.slow;
     this.note = el("p", { class: "hint scene-note", role: "status" }, word("scene.loading"));
     this.follow = el("select", { "aria-label": word("scene.follow") });
@@ -69,7 +72,7 @@ export class SceneView {
     const whole = el("button", { class: "quiet", type: "button", onclick: () => this.fit() }, word("scene.showAll"));
     const bar = el("div", { class: "scene-bar", role: "group", "aria-label": word("scene.bar") });
     bar.append(this.eye, this.follow, whole, this.ruler, this.said);
-    this.element.append(this.stage.canvas, this.leads.notes, bar, this.note);
+    this.element.append(this.stage.canvas, this.leads.notes, this.loose.notes, bar, this.note);
     this.stage.over.add(this.marks, this.measure, this.touching.group);
     this.stage.picked.on((hit) => this.pick(hit));
     this.follow.addEventListener("change", () => this.setFollowed());
@@ -144,10 +147,11 @@ export class SceneView {
     this.mark();
   }
 
-  /** Which tools and hands can be led. */
-  lead(leads: Lead[]): void {
+  /** Which tools and hands can be led, and which things dragged. */
+  lead(leads: Lead[], loose: LooseThing[]): void {
     const bodies = new Map(this.solids?.bodies.map((body) => [String(body.userData["name"]), body]) ?? []);
     this.leads.show(leads, (name) => bodies.get(name) ?? null);
+    this.loose.show(loose, this.solids?.bodies ?? []);
   }
 
   /** Where a drag has things meanwhile; null: it is over. */
@@ -175,6 +179,7 @@ export class SceneView {
     if (this.solids) dispose(this.solids);
     this.handles.dispose();
     this.leads.dispose();
+    this.loose.dispose();
     this.touching.dispose();
     clearMarks(this.marks);
     this.ink.dispose();

@@ -177,6 +177,13 @@ export class Stage3d {
     return [(0.5 + 0.5 * x) * this.canvas.clientWidth, (0.5 - 0.5 * y) * this.canvas.clientHeight];
   }
 
+  /** Where on the page a place of the world is seen [px]. */
+  onPage(place: Vector3): Point {
+    const { left, top } = this.canvas.getBoundingClientRect();
+    const [x, y] = this.onCanvas(place);
+    return [left + x, top + y];
+  }
+
   /** Which place so high [m] is seen at a place of the page; null when none is. */
   onLevel(clientX: number, clientY: number, height: number): Vector3 | null {
     return this.onPlane(clientX, clientY, new Plane(new Vector3(0, 0, 1), -height));
