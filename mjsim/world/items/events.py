@@ -249,8 +249,7 @@ class LeadEvent(_Event):
     rotation_deg: Annotated[tuple[_Turn, ...], Field(strict=False, min_length=3, max_length=3)] | None = None
     """For a ball joint, instead of one value: its rotation vector [rx, ry, rz]."""
     then: TargetRows | None = None
-    """Later values in place of the first: rows of the time after the event, and the value or rotation vector [s, deg].
-    """
+    """Later values in place of the first: rows of the time after the event, and the value or rotation [s, deg]."""
 
     @model_validator(mode="after")
     def _says_where(self) -> Self:

@@ -7,15 +7,14 @@ import type { Plan } from "../plan/plan";
 import type { Door } from "../scene/door";
 import { toggle, isPressed, setPressed, sign } from "./controls";
 import type { Leader } from "./leader";
-import { type Change, changeTo, gripAfter, type HeldJoint, heldJoints, isStill, jointAfter, jointEvent, type Joints, jointSaid, stepped, still } from "./joint_grips";
+import { type Change, changeTo, gripAfter, type HeldJoint, heldJoints, isStill, jointAfter, jointEvent, type Joints, stepped, still } from "./joint_grips";
 import type { PlanarPose, RobotFacts, RobotTick, ShortNews } from "./protocol";
+import { drawGrab, type Grab, letters, PER_METRE } from "./touch_draw";
 import { openTouchMenu } from "./touch_menu";
-import { drawJoint, drawTools, handLeads, type Hands, type Held, jointLeads, ledEvent, reachEvent, toolLeads, toolsOf } from "./touch_tools";
+import { drawTools, handLeads, type Hands, type Held, jointLeads, ledEvent, reachEvent, toolLeads, toolsOf } from "./touch_tools";
 import { Signal } from "../signal";
 import { word } from "../words/words";
 
-/** A push by a drag with Shift [N s for a metre]. */
-const PER_METRE = 10;
 /** The pointer may slip so far and it is still a click [px]. */
 const SLIP = 4;
 /** An arrow key takes what is held so far; with Shift a tenth of it [m]. */
@@ -31,20 +30,6 @@ export interface Touchable {
   radius: number;
   /** Of a tool, a hand or a joint, whose it is. */
   held?: Held;
-}
-
-interface Grab {
-  thing: Touchable;
-  /** Where it is to be. */
-  to: Point;
-  /** Where the pointer took it; null by keys. */
-  from: Point | null;
-  push: boolean;
-  /** The joint that is held, as it is now, and by how much it is to move. */
-  joint: HeldJoint | null;
-  by: Change;
-  /** Where the robot of a tool or of a joint stood when a target was sent. */
-  stood: string;
 }
 
 /** A robot where it truly is. */
@@ -361,51 +346,15 @@ export class Touch implements Tool {
     return [box.left + x, box.top + y];
   }
 
-  /** The thing as it would stand, and the way there; an arrow for a push. */
+  /** Handles of what can be led, and what is held. */
   private draw(context: CanvasRenderingContext2D): void {
-    const { grab } = this;
     const { view, palette } = this.floor.plan;
     if (isPressed(this.button)) {
       const tools = this.tools();
       drawTools(context, tools, view, palette);
-      for (const { name, at } of tools) this.letters(context, this.noteOf(name) ?? "", view.toScreen(at));
+      for (const { name, at } of tools) letters(context, this.noteOf(name) ?? "", view.toScreen(at), palette);
     }
-    if (!grab) return;
-    const [from, to] = [view.toScreen(grab.thing.at), view.toScreen(grab.to)];
-    context.strokeStyle = palette.accent;
-    context.lineWidth = 2;
-    const { joint } = grab;
-    if (joint) {
-      context.fillStyle = palette.accent;
-      drawJoint(context, joint, view, grab.by);
-      const [x, y] = gripAfter(joint.grip, grab.by);
-      return this.letters(context, jointSaid(jointAfter(joint, grab.by)).join(" "), view.toScreen([x, y]));
-    }
-    context.setLineDash(grab.push ? [] : [5, 4]);
-    context.beginPath();
-    context.moveTo(...from);
-    context.lineTo(...to);
-    context.stroke();
-    if (grab.push) arrowHead(context, from, to);
-    else {
-      context.beginPath();
-      context.arc(...to, Math.max(grab.thing.radius * view.scale, 6), 0, 2 * Math.PI);
-      context.stroke();
-    }
-    context.setLineDash([]);
-    const way = minus(grab.to, grab.thing.at);
-    const place = grab.to.map((value) => value.toFixed(2)).join(", ");
-    this.letters(context, grab.push ? `${(length(way) * PER_METRE).toFixed(1)} N s` : `${grab.thing.name}  ${place}`, to);
-  }
-
-  private letters(context: CanvasRenderingContext2D, text: string, [x, y]: Point): void {
-    const { palette } = this.floor.plan;
-    context.font = "12px system-ui, sans-serif";
-    context.lineWidth = 3;
-    context.strokeStyle = palette.paper;
-    context.strokeText(text, x + 12, y - 12);
-    context.fillStyle = palette.ink;
-    context.fillText(text, x + 12, y - 12);
+    if (this.grab) drawGrab(context, this.grab, view, palette);
   }
 }
 
@@ -424,16 +373,6 @@ function unmoved({ held }: Touchable): Change {
 
 function isJoint({ held }: Touchable): boolean {
   return held !== undefined && "grip" in held;
-}
-
-function arrowHead(context: CanvasRenderingContext2D, from: Point, to: Point): void {
-  const angle = Math.atan2(to[1] - from[1], to[0] - from[0]);
-  context.beginPath();
-  for (const side of [-0.5, 0.5]) {
-    context.moveTo(...to);
-    context.lineTo(to[0] - 10 * Math.cos(angle + side), to[1] - 10 * Math.sin(angle + side));
-  }
-  context.stroke();
 }
 
 /** To the millimetre. */
