@@ -105,4 +105,5 @@ def _check_types(schema: dict[str, Any]) -> None:
 
 def test_every_key_of_every_event_has_its_place_in_the_topic_of_events():
     said = set(WORLD_TOPICS["/events"]["properties"]["event"]["properties"])
-    assert {key for kind in EVENT_KINDS.values() for key in kind.model_fields} == said
+    # Later targets of a motion are recorded as events of their own.
+    assert {key for kind in EVENT_KINDS.values() for key in kind.model_fields} - {"then"} == said
