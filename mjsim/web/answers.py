@@ -1,6 +1,7 @@
 """Requests and responses of the page: JSON in, JSON out, one line per error."""
 
-from collections.abc import Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -9,10 +10,14 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 
 from mjsim.errors import MjsimError
+from mjsim.web.bodies import Bodies
 from mjsim.web.local import HEADERS
 
 MAX_JSON = 12_000_000
 """Maximum size of a request [bytes]: the text of a world and the requested changes."""
+
+MAX_DIGITS = 18
+"""Maximum length of the stated size of a body."""
 
 
 class RefusedError(Exception):
@@ -40,10 +45,10 @@ def posted(kind: type[Asked], work: Callable[[Asked], Any]) -> Endpoint:
         if request.headers.get("content-type", "").partition(";")[0].strip() != "application/json":
             return refusal(RefusedError(415, "send this as application/json"))
         try:
-            data = await body_of(request, limit=MAX_JSON)
+            async with body_of(request, limit=MAX_JSON) as data:
+                return await answered(lambda: work(_read(kind, data)))
         except RefusedError as refused:
             return refusal(refused)
-        return await answered(lambda: work(_read(kind, data)))
 
     return endpoint
 
@@ -73,8 +78,22 @@ def refusal(refused: RefusedError) -> Response:
     return JSONResponse({"error": refused.message, **refused.more}, refused.status, headers=HEADERS)
 
 
-async def body_of(request: Request, *, limit: int) -> bytes:
-    """Return the body of a request.
+@asynccontextmanager
+async def body_of(request: Request, *, limit: int) -> AsyncIterator[bytes]:
+    """Give the body of a request to the block; large ones wait until there is room for them in memory.
+
+    Raises:
+        RefusedError: It has more than `limit` bytes; the rest is not read.
+    """
+    stated = request.headers.get("content-length", "")
+    size = int(stated) if stated.isdecimal() and len(stated) < MAX_DIGITS else limit
+    bodies: Bodies = request.state.connections.bodies
+    async with bodies.room(min(size, limit)):
+        yield await read_body(request, limit=limit)
+
+
+async def read_body(request: Request, *, limit: int) -> bytes:
+    """Return the body of a request; see `body_of` for large ones.
 
     Raises:
         RefusedError: It has more than `limit` bytes; the rest is not read.

@@ -13,6 +13,8 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 from websockets.exceptions import HeaderLineTooLong, RequestLineTooLong, TooManyHeaders
 from websockets.frames import CloseCode, Frame
 
+from mjsim.web.bodies import Bodies
+
 SWEEP = 0.5
 """Interval between checks of the connections [s]."""
 COOKIE = "mjsim-session-"
@@ -104,7 +106,7 @@ class Connections:
 
     def __init__(self, limits: Limits) -> None:
         """Start without connections."""
-        self.limits = limits
+        self.limits, self.bodies = limits, Bodies()
         self._max_strangers = limits.strangers
         self._strangers: dict[Visitor, None] = {}
         self._known: set[Visitor] = set()

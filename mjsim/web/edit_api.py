@@ -237,10 +237,10 @@ class EditApi:
     async def _upload(self, request: Request) -> Response:
         name, world = request.query_params.get("name", "picture"), request.query_params.get("path")
         try:
-            data = await body_of(request, limit=MAX_BYTES)
+            async with body_of(request, limit=MAX_BYTES) as data:
+                return await answered(lambda: bring_picture(self._folder, data, name=name, world=world))
         except RefusedError as refused:
             return refusal(refused)
-        return await answered(lambda: bring_picture(self._folder, data, name=name, world=world))
 
     def _picture(self, request: Request) -> Response:
         given = request.query_params

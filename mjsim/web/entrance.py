@@ -8,7 +8,7 @@ from starlette.requests import Request
 from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from mjsim.web.answers import RefusedError, body_of
+from mjsim.web.answers import RefusedError, read_body
 from mjsim.web.connections import COOKIE, Visitor
 from mjsim.web.entrance_pages import LOGIN_HEADERS, WELCOME_HEADERS, login_page, welcome_page
 from mjsim.web.keys import Keys
@@ -77,7 +77,7 @@ class Entrance:
         if self._penalty.is_full(peer):
             return _page(429, "too many wrong tokens at once; try again in a few seconds, or open a one-time address")
         try:
-            form = parse_qs((await body_of(request, limit=_MAX_BODY)).decode("latin-1"))
+            form = parse_qs((await read_body(request, limit=_MAX_BODY)).decode("latin-1"))
         except RefusedError as refused:
             return _page(refused.status, refused.message)
         # The pasted text may be the whole address.

@@ -21,6 +21,8 @@ LARGEST = 2048
 QUALITY = 92
 """JPEG quality, 0 to 100."""
 LARGEST_SMALL = 1024
+ROWS = 256
+"""Rows of a picture that are converted at once."""
 _ODD = re.compile(r"[^A-Za-z0-9_.-]+")
 
 Pixels = NDArray[np.uint8]
@@ -108,8 +110,13 @@ def _plain(pixels: NDArray[np.generic]) -> Pixels:
     if plain.ndim == 2:
         return np.asarray(cv2.cvtColor(plain, cv2.COLOR_GRAY2BGR), dtype=np.uint8)
     if plain.shape[2] == 4:
-        alpha = plain[..., 3:].astype(np.float32) / 255.0
-        return np.asarray(plain[..., :3] * alpha + 255.0 * (1.0 - alpha), dtype=np.uint8)
+        blended: Pixels = np.empty((*plain.shape[:2], 3), dtype=np.uint8)
+        # In parts: as floating-point numbers all of it would take a dozen times the memory.
+        for first in range(0, len(plain), ROWS):
+            part = plain[first : first + ROWS]
+            alpha = part[..., 3:].astype(np.float32) / 255.0
+            blended[first : first + ROWS] = part[..., :3] * alpha + 255.0 * (1.0 - alpha)
+        return blended
     return plain
 
 

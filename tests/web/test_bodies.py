@@ -1,0 +1,48 @@
+"""Large requests of one page, or of many, take a bounded amount of memory together."""
+
+import asyncio
+
+import pytest
+
+from mjsim.web.bodies import SMALL, Bodies
+
+
+def test_large_bodies_wait_for_room_and_small_ones_do_not():
+    async def work() -> list[str]:
+        bodies, order = Bodies(total=4 * SMALL), []
+        first_may_go = asyncio.Event()
+
+        async def one(name: str, size: int, until: asyncio.Event | None = None) -> None:
+            async with bodies.room(size):
+                order.append(name)
+                if until is not None:
+                    await until.wait()
+
+        holding = asyncio.create_task(one("first", 3 * SMALL, first_may_go))
+        await asyncio.sleep(0)
+        waiting = [asyncio.create_task(one(name, 2 * SMALL)) for name in ("second", "third")]
+        # As large as a client says, but never more than there is.
+        waiting.append(asyncio.create_task(one("huge", 10**17)))
+        await one("small", SMALL)
+        assert order == ["first", "small"]
+        first_may_go.set()
+        await asyncio.gather(holding, *waiting)
+        return order
+
+    assert sorted(asyncio.run(asyncio.wait_for(work(), 10.0))) == ["first", "huge", "second", "small", "third"]
+
+
+def test_a_body_that_fails_or_is_given_up_leaves_its_room():
+    async def work() -> None:
+        bodies = Bodies(total=2 * SMALL)
+        with pytest.raises(ValueError, match="damaged"):
+            async with bodies.room(2 * SMALL):
+                raise ValueError("damaged")
+        async with bodies.room(2 * SMALL):
+            given_up = asyncio.create_task(bodies.room(2 * SMALL).__aenter__())
+            await asyncio.sleep(0)
+            given_up.cancel()
+        async with bodies.room(2 * SMALL):
+            pass
+
+    asyncio.run(asyncio.wait_for(work(), 10.0))
