@@ -6,15 +6,18 @@ of both bodies, so that it also exists where a loop is cut and the physics has n
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import mujoco
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.mechanics import SpaceCurve, left_jacobian, rotation_of, rotation_vector
+from mjsim.mechanics import left_jacobian, rotation_of, rotation_vector
 from mjsim.sim.mechanism_state import Places, equality_rows
 from mjsim.world import Assembly, CurvePoint, Mechanism
+
+if TYPE_CHECKING:  # Imported where it is used: it needs scipy.
+    from mjsim.mechanics import SpaceCurve
 
 
 class Grasp(Protocol):
@@ -141,7 +144,7 @@ class Along:
     """The position of a point along a curve of another body."""
 
     model: mujoco.MjModel
-    curve: SpaceCurve
+    curve: "SpaceCurve"
     site: int
     """Of the point."""
     carrier: int

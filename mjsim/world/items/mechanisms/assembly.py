@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,12 +17,14 @@ from mjsim.mechanics import (
     Linkage,
     Meet,
     Rows,
-    SpaceCurve,
     TimeSignal,
     followed,
     jacobian,
 )
 from mjsim.world.items.mechanisms.points import Place
+
+if TYPE_CHECKING:  # Imported where it is used: it needs scipy.
+    from mjsim.mechanics import SpaceCurve
 
 TURNED = 0.05
 """Smaller angles are not reported for a loop that does not close [deg]."""
@@ -96,7 +99,7 @@ class CurvePoint:
     number: int
     """Index of its constraint."""
 
-    def curve(self, linkage: Linkage) -> SpaceCurve:
+    def curve(self, linkage: Linkage) -> "SpaceCurve":
         """Return its curve."""
         found = linkage.joints[self.ghost - 1].primitives[0].curve
         assert found is not None, "made for it"
