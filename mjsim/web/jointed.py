@@ -23,7 +23,7 @@ NO_LEVER = 0.02
 """Points closer to an axis than this do not show the direction of rotation [m]."""
 LOOP_SHARE, CUT_SHARE = 0.5, 0.25
 """Distance from a joint of a loop to its handle, of that to the farthest point; and of the joint where it is cut."""
-PIECES = 48
+PIECES = 72
 """Number of pieces of a curve along which a point is dragged."""
 Values = Mapping[str, Array]
 """Joint values by `ROBOT/ARM` or mechanism, shape (n,) each [rad, m]."""

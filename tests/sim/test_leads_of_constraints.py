@@ -61,6 +61,20 @@ mechanisms:
     actuators: [{signal: {constant: {value_deg: 120}}, velocity: a}]
 run: {seconds: 1}
 """
+RSSR = """
+mjsim: 1
+mechanisms:
+  - name: rssr
+    elevation: 2
+    bodies: [{name: crank, rod: [0.3, 0.03]}, {name: link, rod: [1.0, 0.03]}, {name: rocker, rod: [0.8, 0.03]}]
+    joints:
+      - {of: [ground, crank], axis: [0, 1, 0], revolute: a, start_deg: 30}
+      - {of: [crank.end, link], spherical: b, near_deg: [0, 0, 60]}
+      - {of: [{ground: [1, 0.3, 0]}, rocker], axis: [0, 0, 1], revolute: d, near_deg: 120}
+      - {of: [link.end, rocker.end], universal: c}
+    actuators: [{angle: a, signal: {constant: {value_deg: 30}}}]
+run: {seconds: 1}
+"""
 
 
 def stepped(sim, seconds):
@@ -133,6 +147,18 @@ def test_a_point_on_a_cam_is_led_by_the_motion_of_the_cam():
         led, _ = stepped(sim, 2.0)
     assert led["contact"] == pytest.approx(before["contact"] + 0.2, abs=1e-5)
     assert abs(led["turn"] - before["turn"]) > 0.1
+
+
+@pytest.mark.slow
+def test_a_value_of_a_ball_that_a_motion_turns_through_a_loop_is_led_by_that_motion():
+    with mjsim.Simulation(mjsim.parse_world(RSSR)) as sim:
+        before, _ = stepped(sim, 0.04)
+        sim.lead("rssr", "b.ry", math.degrees(before["b.ry"]) + 8)
+        led, _ = stepped(sim, 1.0)
+        with pytest.raises(UsageError, match=r"joint 'b' of mechanism 'rssr' has 3 values to lead; lead one of b\.rx"):
+            sim.lead("rssr", "b", [0, 0, 0])
+    assert math.degrees(led["b.ry"] - before["b.ry"]) == pytest.approx(8, abs=1e-3)
+    assert abs(led["a"] - before["a"]) > 0.05
 
 
 def test_a_joint_that_stands_still_at_the_start_alone_can_be_led():

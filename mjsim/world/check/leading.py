@@ -68,6 +68,10 @@ def led_values(world: World, name: str, joint: str) -> dict[str, Led]:
         return {joint: led[joint]}
     if joint in balls:
         return {value: led[value] for value in balls[joint]}
+    if values := [each for each in led if each.startswith(f"{joint}.")]:
+        raise ValueError(
+            f"joint '{joint}' of mechanism '{name}' has {len(values)} values to lead; lead one of {', '.join(values)}"
+        )
     if joint not in names:
         raise ValueError(
             f"mechanism '{name}' has no joint '{joint}' that can be led{did_you_mean(joint, [*balls, *led])}"

@@ -5,8 +5,8 @@ import type { Place } from "../scene/grip";
 import type { JointGrip } from "./protocol";
 import { minus, plus, times } from "./rotations";
 
-/** Places that are as near to the pointer, relative to the size of the curve in the picture, count as equal. */
-const EQUAL = 0.01;
+/** So much farther from the pointer a place may be seen, as a share of the curve's size, for a whole round less to go. */
+const NEARER = 0.02;
 
 /** Where the handle is once its point has gone so far along the curve [m]. */
 export function curveAfter(grip: JointGrip, by: number): Place {
@@ -32,9 +32,10 @@ export function curveTo(grip: JointGrip, draw: (place: Place) => Point, to: Poin
     return { by: closed ? by - length * Math.round(by / length) : by, far: Math.hypot(x - to[0], y - to[1]) };
   });
   const spans = [0, 1].map((axis) => drawn.map((place) => place[axis as 0 | 1])).map((each) => Math.max(...each) - Math.min(...each));
-  const limit = Math.min(...ways.map(({ far }) => far)) + EQUAL * Math.max(...spans);
-  const good = ways.filter(({ far }) => far <= limit).map(({ by }) => by);
-  return good.reduce((best, by) => (Math.abs(by) < Math.abs(best) ? by : best), good[0] ?? 0);
+  // Of parts of the curve that cross in the picture it is the one that the point is on.
+  const dear = (NEARER * Math.max(...spans)) / length;
+  const cost = ({ by, far }: { by: number; far: number }): number => far + dear * Math.abs(by);
+  return ways.reduce((best, each) => (cost(each) < cost(best) ? each : best), { by: 0, far: Infinity }).by;
 }
 
 /** Whether the curve is seen from above as more than a line straight up. */

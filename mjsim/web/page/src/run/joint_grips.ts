@@ -60,6 +60,11 @@ export function showsOnPlan(grip: JointGrip): boolean {
   return slides ? Math.hypot(x, y) > FLAT : Math.abs(z) > FLAT;
 }
 
+/** Which of handles that lie on each other is taken: the lowest; a point on a curve before other joints of its body. */
+export function rankOf({ curve }: JointGrip): number {
+  return curve ? 1 : 2;
+}
+
 /** Where the handle is once the joint was moved. */
 export function gripAfter(joint: JointGrip, by: Change): Place {
   const { slides, at, axis, grip } = joint;

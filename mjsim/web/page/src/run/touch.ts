@@ -7,7 +7,7 @@ import type { Plan } from "../plan/plan";
 import type { Door } from "../scene/door";
 import { toggle, isPressed, setPressed, sign } from "./controls";
 import type { Leader } from "./leader";
-import { type Change, changeTo, gripAfter, type HeldJoint, heldJoints, isStill, jointAfter, jointEvent, type Joints, stepped, still } from "./joint_grips";
+import { type Change, changeTo, gripAfter, type HeldJoint, heldJoints, isStill, jointAfter, jointEvent, type Joints, rankOf, stepped, still } from "./joint_grips";
 import type { PlanarPose, RobotFacts, RobotTick, ShortNews } from "./protocol";
 import { drawGrab, type Grab, letters, PER_METRE } from "./touch_draw";
 import { openTouchMenu } from "./touch_menu";
@@ -320,7 +320,7 @@ export class Touch implements Tool {
       thing.held || robots.has(thing.name)
         ? distance(thing.at, world) <= Math.max(thing.radius, plan.px(12))
         : under.includes(thing.name);
-    const order = (a: Touchable, b: Touchable): number => Number(isJoint(a)) - Number(isJoint(b)) || distance(a.at, world) - distance(b.at, world);
+    const order = (a: Touchable, b: Touchable): number => rank(a) - rank(b) || distance(a.at, world) - distance(b.at, world);
     // Of handles that lie on each other those of joints come last.
     return things.filter((thing) => thing.held && near(thing)).sort(order)[0] ?? things.find(near) ?? null;
   }
@@ -354,7 +354,10 @@ export class Touch implements Tool {
       drawTools(context, tools, view, palette);
       for (const { name, at } of tools) letters(context, this.noteOf(name) ?? "", view.toScreen(at), palette);
     }
-    if (this.grab) drawGrab(context, this.grab, view, palette);
+    const { grab } = this;
+    if (!grab) return;
+    const now = grab.push ? null : this.things().find(({ name }) => name === grab.thing.name);
+    drawGrab(context, grab, now?.at ?? grab.thing.at, this.floor.plan);
   }
 }
 
@@ -371,8 +374,8 @@ function unmoved({ held }: Touchable): Change {
   return held && "grip" in held ? still(held) : 0;
 }
 
-function isJoint({ held }: Touchable): boolean {
-  return held !== undefined && "grip" in held;
+function rank({ held }: Touchable): number {
+  return held && "grip" in held ? rankOf(held.grip) : 0;
 }
 
 /** To the millimetre. */

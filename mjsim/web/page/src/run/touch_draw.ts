@@ -8,6 +8,12 @@ import { type Change, gripAfter, type HeldJoint, jointAfter, jointSaid } from ".
 import type { Touchable } from "./touch";
 import { drawJoint } from "./touch_tools";
 
+/** What is drawn on. */
+interface Sheet {
+  view: PlanView;
+  palette: Palette;
+}
+
 /** A push by a drag with Shift [N s for a metre]. */
 export const PER_METRE = 10;
 
@@ -25,9 +31,9 @@ export interface Grab {
   stood: string;
 }
 
-/** The thing as it would stand, and the way there; an arrow for a push. */
-export function drawGrab(context: CanvasRenderingContext2D, grab: Grab, view: PlanView, palette: Palette): void {
-  const [from, to] = [view.toScreen(grab.thing.at), view.toScreen(grab.to)];
+/** The thing as it would stand, and the way there from where it is now; an arrow for a push. */
+export function drawGrab(context: CanvasRenderingContext2D, grab: Grab, now: Point, { view, palette }: Sheet): void {
+  const [from, to] = [view.toScreen(now), view.toScreen(grab.to)];
   context.strokeStyle = palette.accent;
   context.lineWidth = 2;
   const { joint } = grab;

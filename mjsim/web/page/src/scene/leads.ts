@@ -4,7 +4,7 @@
  */
 
 import { Group, LineBasicMaterial, LineSegments, Matrix4, type Object3D, Vector3 } from "three";
-import { type Change, changeTo, gripAfter, jointAfter } from "../run/joint_grips";
+import { type Change, changeTo, gripAfter, jointAfter, rankOf } from "../run/joint_grips";
 import { el } from "../dom";
 import { color } from "../shell/theme";
 import { Signal } from "../signal";
@@ -216,10 +216,10 @@ export class Leads implements Owner {
   }
 
   private knobAt(event: PointerEvent): Knob | null {
-    const joints = new Set(this.leads.filter(({ joint }) => joint).map(({ key }) => key));
+    const ranks = new Map(this.leads.map(({ key, joint }) => [key, joint ? rankOf(joint.grip) : 0]));
     const found = knobsNear(this.stage, event, this.knobs(), (knob) => this.knobPlace(knob));
     // What is led anywhere comes before joints beside it, which come apart from it as one goes nearer.
-    return found.sort((a, b) => Number(joints.has(a.key)) - Number(joints.has(b.key)))[0] ?? null;
+    return found.sort((a, b) => (ranks.get(a.key) ?? 0) - (ranks.get(b.key) ?? 0))[0] ?? null;
   }
 }
 
