@@ -14,6 +14,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 from mjsim.errors import UsageError
+from mjsim.exchange.robots.xacro_eval import guarded
 from mjsim.models import with_prefixes
 from mjsim.syntax import parse_python
 
@@ -174,7 +175,10 @@ class _Names:
         if depth > DEEPEST or len(text) > LONGEST:
             raise UsageError(f"{self._path}: the value '{text[:60]}' refers to itself; correct its xacro:property")
         new = _SUBSTITUTION.sub(lambda match: self._value(match, depth), text)
-        return new if new == text else self.text(new, depth + 1)
+        if new == text:
+            # Such as calls within the parentheses of $(eval ...).
+            raise NotPlainError(f"'{text[:60]}'")
+        return self.text(new, depth + 1)
 
     def holds(self, text: str) -> bool:
         """Return whether a condition is true."""
@@ -254,7 +258,8 @@ def _by_library(path: Path, feature: str, arguments: Mapping[str, str], find: Ca
     before = substitution_args._eval_find
     substitution_args._eval_find = package_folder
     try:
-        return bytes(xacro.process_file(str(path), mappings=dict(arguments)).toxml().encode())
+        with guarded(xacro, substitution_args):
+            return bytes(xacro.process_file(str(path), mappings=dict(arguments)).toxml().encode())
     except UsageError:
         raise
     except Exception as error:
