@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import overload
 
 import mujoco
@@ -10,7 +10,7 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.people import columns
-from mjsim.world import HandLed, Looks, Person, World
+from mjsim.world import HandLed, HandMotion, Looks, Person, World
 
 UPPER = (
     *("abdomen", "thorax", "neck", "head"),
@@ -89,6 +89,19 @@ class LedPeople:
         far = self._course(name, turns).short[len(turns) - 1] if turns else 0.0
         return far if far > AWAY else 0.0
 
+    def computed(self, reached: Mapping[str, tuple[HandLed, ...]]) -> dict[str, tuple[HandLed, ...]]:
+        """Return motions with how the figures move, so that others who show them need not compute it again."""
+        found = {}
+        for name, turns in reached.items():
+            course = self._course(name, turns)
+            found[name] = tuple(
+                turn if turn.motion else replace(turn, motion=HandMotion(values, short, seconds))
+                for turn, values, short, (_, seconds) in zip(
+                    turns, course.postures[1:], course.short, course.times, strict=False
+                )
+            )
+        return found
+
     def grips(self, looks: Looks | None) -> dict[str, dict[str, Array]]:
         """Return the positions of the grips of all hands, by person and side, world frame, shape (3,) each [m]."""
         for name, person in self._people.items():
@@ -148,7 +161,11 @@ class LedPeople:
         if (known := _shared(course.aims, aims)) < len(aims):
             del course.aims[known:], course.postures[known + 1 :], course.short[known:], course.times[known:]
             for number in range(known, len(aims)):
-                values, far = self._aimed(name, course.postures, aims[: number + 1])
+                known_motion = turns[number].motion
+                if known_motion is not None:
+                    values, far = known_motion.values, known_motion.short
+                else:
+                    values, far = self._aimed(name, course.postures, aims[: number + 1])
                 course.aims.append(aims[number])
                 course.postures.append(values)
                 course.short.append(far)
@@ -157,7 +174,9 @@ class LedPeople:
             del course.times[known:]
             for number in range(known, len(begins)):
                 course.times.append((begins[number], 0.0))
-                course.times[number] = begins[number], self._duration(name, course, number + 1)
+                motion = turns[number].motion
+                seconds = self._duration(name, course, number + 1) if motion is None else motion.seconds
+                course.times[number] = begins[number], seconds
         course.requested = turns
         return course
 

@@ -1,6 +1,7 @@
 """Appearance of a compiled world after events: light, lamps, and removed objects."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -43,6 +44,8 @@ class Scenery:
                 dim_lamp(self._model, light, lamp, brightness)
         if looks.reached or before.reached:
             self._hands.show(looks.reached, looks.time)
+            if any(turns[-1].motion is None for turns in looks.reached.values()):
+                self._looks = replace(looks, reached=self._hands.people.computed(looks.reached))
         for name in sorted(looks.removed - before.removed):
             self._take_away(name)
         for name in sorted(before.removed - looks.removed):

@@ -72,6 +72,7 @@ from .items import FloorPatch as FloorPatch
 from .items import ForceActuator as ForceActuator
 from .items import GripTarget as GripTarget
 from .items import HandLed as HandLed
+from .items import HandMotion as HandMotion
 from .items import Hands as Hands
 from .items import Imu as Imu
 from .items import JointSensor as JointSensor

@@ -236,3 +236,18 @@ def test_a_hand_that_was_led_more_often_than_calls_may_nest_is_shown_from_any_of
     other = LedPeople(world)
     for anew in ((*turns[:5], turns[9]), turns[:6], ()):
         np.testing.assert_array_equal(people.values("anna", anew), other.values("anna", anew))
+
+
+def test_others_take_over_how_a_hand_moves_from_the_run_and_get_what_they_would_compute():
+    with mjsim.Simulation(mjsim.parse_world(ROOM.replace("EVENTS", EVENT))) as sim:
+        for _ in range(6):
+            sim.step()
+        turns = sim.looks.reached["anna"]
+        assert turns[0].motion is not None
+        plain = tuple(replace(turn, motion=None) for turn in turns)
+        np.testing.assert_array_equal(
+            LedPeople(sim.world).values("anna", turns, 0.3), LedPeople(sim.world).values("anna", plain, 0.3)
+        )
+        # It is taken over, not computed again.
+        shifted = tuple(replace(turn, motion=replace(turn.motion, values=turn.motion.values + 1.0)) for turn in turns)
+        np.testing.assert_array_equal(LedPeople(sim.world).values("anna", shifted), turns[0].motion.values + 1.0)

@@ -60,6 +60,7 @@ from .lidars import Lidar as Lidar
 from .lidars import Lidar3d as Lidar3d
 from .light import Lamp as Lamp
 from .looks import HandLed as HandLed
+from .looks import HandMotion as HandMotion
 from .looks import Looks as Looks
 from .looks import first_looks as first_looks
 from .looks import looks_after as looks_after

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 from mjsim.world.ground import item_names
 from mjsim.world.items.events import (
@@ -16,6 +17,21 @@ from mjsim.world.items.events import (
 )
 from mjsim.world.items.world import World
 
+if TYPE_CHECKING:
+    from mjsim.geometry import Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HandMotion:
+    """How a figure moves a hand, once it is known."""
+
+    values: "Array"
+    """Joint values at its end, shape (n,) [rad]."""
+    short: float
+    """Remaining distance of the hand from its target [m]."""
+    seconds: float
+    """Its duration [s]."""
+
 
 @dataclass(frozen=True, slots=True)
 class HandLed:
@@ -27,6 +43,8 @@ class HandLed:
     """left or right."""
     to: tuple[float, float, float] | None
     """Target of its grip, world frame [m]; None for its start position."""
+    motion: HandMotion | None = field(default=None, compare=False, repr=False)
+    """How it moves; None if it was not computed yet."""
 
 
 @dataclass(frozen=True, slots=True)
