@@ -1,6 +1,6 @@
 """Loop closure: searches for new submaps in older ones; only unambiguous matches are accepted."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +11,7 @@ from .pose_graph import compose, step_between
 from .pose_matrices import inverse
 from .scan_matching import CUT, WEIGHED, Match, WallField
 from .scan_search import CLEAR, GATE, hypotheses, is_ambiguous
-from .scan_walls import Surface
+from .scan_walls import Surface, rotation
 
 LEAST = 40
 """Minimum number of elements on old walls for a loop: 4 m of wall."""
@@ -22,7 +22,16 @@ NARROWEST = np.array([0.3, 0.3, 0.06])
 FLOOR = np.diag([0.015, 0.015, 0.004]) ** 2
 """Covariance of a loop in addition to that of the match: walls are not exactly straight [m^2, rad^2]."""
 SURE = np.array([0.6, 0.6, 0.15])
-"""If three standard deviations of a place are below this, one loop suffices [m, m, rad]."""
+"""If three standard deviations of the shift by a loop are below this, the loop needs no confirmation [m, m, rad]."""
+APART, NEIGHBOURS = 6.0, 12
+"""Two loops confirm each other if their places are at least this far apart [m], and at most this many parts: what looks
+like somewhere else from one place, also does so a step further on."""
+TELLING = 0.25
+"""Maximum standard deviation of the position of loops that confirm each other [m]."""
+TOLERANCE, GROWTH = np.array([0.05, 0.05, 0.02]), np.array([0.01, 0.01, 0.0])
+"""Standard deviation of the way between two loops in the map [m, m, rad], and its growth with their distance [1]."""
+CONTRARY = 9.0
+"""Normalised squared difference above which two loops contradict each other."""
 
 UNSEEN = 0.5
 """Cost of an element where no old wall is near, relative to one beside an old wall: the old part may not have seen it.
@@ -93,8 +102,10 @@ def find_loop(
     difference = step_between(guess, best.pose)
     if difference @ information @ difference > GATE:
         return None
-    seen = best.seen + 1e-3 * np.eye(3)
-    return Loop(old, new, best.pose, inverse(inverse(seen) + FLOOR), bool((reach < SURE).all()))
+    own = inverse(best.seen + 1e-3 * np.eye(3)) + FLOOR
+    shift = covariance @ inverse(covariance + own) @ covariance
+    certain = bool((3.0 * np.sqrt(np.diag(shift)) < SURE).all())
+    return Loop(old, new, best.pose, inverse(own), certain)
 
 
 def _judged(match: Match, elements: int, unseen: float) -> Match:
@@ -119,19 +130,41 @@ def _fits(match: Match, elements: int, share: float) -> bool:
     return on >= LEAST and match.share > 0.3 and match.share / (match.share + match.conflict + 1e-9) > share
 
 
-def agree(one: Loop, other: Loop, poses: Array) -> bool:
-    """Return whether two loops between the same parts of the path agree.
+def confirmed_by(loop: Loop, others: Sequence[Loop], poses: Array) -> list[Loop]:
+    """Return the loops that confirm one; none if they are too near, or if as many places contradict as agree.
 
     Args:
-        one: A loop.
-        other: Another one.
+        loop: A loop.
+        others: Loops that need confirmation.
         poses: Of all parts of the map, shape (n, 3); right for neighbours.
     """
-    if abs(one.old - other.old) > 12 or abs(one.new - other.new) > 12 or one.new == other.new:
-        return False
-    by_one = compose(poses[one.old], one.step)
-    by_other = compose(poses[other.old], other.step)
+    compared = [(other, *_difference(loop, other, poses)) for other in others if _are_neighbours(loop, other)]
+    agreeing = [other for other, squared, telling in compared if telling and squared < CONTRARY]
+    against = {other.new for other, squared, _ in compared if squared >= CONTRARY}
+    apart = any(np.hypot(*(poses[loop.new] - poses[other.new])[:2]) > APART for other in agreeing)
+    return agreeing if apart and len({other.new for other in agreeing}) > len(against) else []
+
+
+def _are_neighbours(one: Loop, other: Loop) -> bool:
+    """Return whether two loops join the same parts of the path."""
+    return abs(one.old - other.old) <= NEIGHBOURS and 0 < abs(one.new - other.new) <= NEIGHBOURS
+
+
+def _difference(one: Loop, other: Loop, poses: Array) -> tuple[float, bool]:
+    """Return the normalised squared difference of two loops between neighbours, and whether both tell the position."""
+    by_one, by_other = compose(poses[one.old], one.step), compose(poses[other.old], other.step)
     # Where the second new part lies, by each of the two loops.
-    predicted = compose(by_one, step_between(poses[one.new], poses[other.new]))
-    difference = predicted - by_other
-    return bool(np.hypot(*difference[:2]) < 0.5 and abs(wrap_angle(float(difference[2]))) < 0.08)
+    way = step_between(poses[one.new], poses[other.new])
+    difference = compose(by_one, way) - by_other
+    difference[2] = wrap_angle(float(difference[2]))
+    own = _in_world(one, poses) + _in_world(other, poses)
+    telling = bool(np.linalg.eigvalsh(own[:2, :2])[1] < TELLING**2)
+    covariance = own + np.diag((TOLERANCE + GROWTH * np.hypot(*way[:2])) ** 2)
+    return float(difference @ inverse(covariance) @ difference), telling
+
+
+def _in_world(loop: Loop, poses: Array) -> Array:
+    """Return the covariance of the step of a loop in the axes of the world, shape (3, 3)."""
+    R = np.eye(3)
+    R[:2, :2] = rotation(float(poses[loop.old, 2]))
+    return np.asarray(R @ inverse(loop.information) @ R.T)

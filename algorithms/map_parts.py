@@ -11,7 +11,7 @@ from mjsim.geometry import Array
 from .ekf_models import odometry_motion
 from .free_space import seen_through
 from .level_scan import LevelScan
-from .loop_closing import WIDEST, Loop, agree, find_loop
+from .loop_closing import WIDEST, Loop, confirmed_by, find_loop
 from .odometry_bias import OdometryBias
 from .pose_graph import COMMON, PoseGraph, carried, compose, composed, step_between
 from .pose_matrices import inverse
@@ -293,8 +293,8 @@ class PartsMap:
         return [(pose, each.level_scan) for pose, each in zip(step_between(frame, poses), members, strict=True)]
 
     def _consider(self, loop: Loop) -> None:
-        """Close a loop if it is certain, or agrees with another; otherwise remember it."""
-        witnesses = [other for other in self._unconfirmed if agree(loop, other, self.graph.poses)]
+        """Close a loop if it is certain or others confirm it; otherwise remember it."""
+        witnesses = confirmed_by(loop, self._unconfirmed, self.graph.poses)
         if not loop.certain and not witnesses:
             self._unconfirmed.append(loop)
             return

@@ -7,7 +7,7 @@ import pytest
 
 from mjsim.algorithms.free_space import seen_through
 from mjsim.algorithms.level_scan import LevelScan
-from mjsim.algorithms.loop_closing import KEPT, find_loop
+from mjsim.algorithms.loop_closing import KEPT, Loop, confirmed_by, find_loop
 from mjsim.algorithms.scan_matching import WallField
 from mjsim.algorithms.scan_search import SCORED, search
 from mjsim.algorithms.scan_walls import Surface, joined, placed, surface_of
@@ -120,3 +120,46 @@ def test_a_loop_through_free_space_is_refused():
     assert loop is not None
     np.testing.assert_allclose(loop.step, 0.0, atol=0.02)
     assert find_loop(0, 20, ROOM, ROOM, np.zeros(3), covariance, **arguments, through=lambda step: 0.3) is None
+
+
+POSES = np.array([(3.0 * k, 0.0, 0.0) for k in range(60)])
+"""Of parts of a map: a straight corridor."""
+
+
+def loop(old, new, *, off, along=0.03):
+    """Return a loop that is off along the corridor by some distance, with a standard deviation."""
+    step = POSES[new] - POSES[old] + (off, 0.0, 0.0)
+    return Loop(old, new, step, np.diag(np.array([along, 0.03, 0.005]) ** -2.0), False)
+
+
+def test_loops_of_two_places_confirm_each_other_not_those_of_one():
+    first, near, far = loop(0, 40, off=6.0), loop(1, 41, off=6.02), loop(3, 43, off=6.05)
+    assert confirmed_by(near, [first], POSES) == []
+    assert confirmed_by(far, [first, near], POSES) == [first, near]
+
+
+def test_loops_that_differ_by_more_than_the_way_between_them_do_not_agree():
+    assert confirmed_by(loop(3, 43, off=6.5), [loop(0, 40, off=6.0)], POSES) == []
+
+
+def test_as_many_places_that_contradict_outweigh_those_that_agree():
+    right, wrong = loop(0, 40, off=0.0), [loop(2, 42, off=-6.0), loop(3, 42, off=-6.1)]
+    assert confirmed_by(loop(5, 45, off=-6.0), [right, *wrong], POSES) == []
+    assert confirmed_by(loop(5, 45, off=0.05), [right, loop(3, 43, off=0.0), *wrong], POSES) != []
+
+
+def test_a_loop_that_does_not_tell_the_place_along_a_corridor_confirms_nothing():
+    assert confirmed_by(loop(3, 43, off=6.0), [loop(0, 40, off=6.0, along=30.0)], POSES) == []
+
+
+def test_a_loop_needs_no_confirmation_in_a_direction_in_which_it_tells_nothing():
+    bare = joined([wall((0, -1), (12, -1)), wall((12, 1), (0, 1))])
+    middle = between(bare, 2.0, 10.0)
+    arguments = {"share": 0.75, "through": lambda step: 0.0}
+    found = find_loop(0, 20, bare, middle, np.zeros(3), np.diag([1.0, 0.01, 1e-4]), **arguments)
+    assert found is not None
+    assert found.certain
+    # Across the corridor it tells much.
+    found = find_loop(0, 20, bare, middle, np.zeros(3), np.diag([1.0, 0.09, 1e-4]), **arguments)
+    assert found is not None
+    assert not found.certain
