@@ -86,6 +86,7 @@ def find_loop(
     thin = scan.thinned(250)
     if min(len(walls.points), len(thin.points)) < LEAST:
         return None
+    covariance = _bent(covariance)
     reach = 3.0 * np.sqrt(np.diag(covariance))
     window = np.clip(reach, NARROWEST, WIDEST)
     information = inverse(covariance + FLOOR)
@@ -99,13 +100,24 @@ def find_loop(
         return None
     if through(best.pose) > THROUGH:
         return None
-    difference = step_between(guess, best.pose)
+    difference = best.pose - guess
+    difference[2] = wrap_angle(float(difference[2]))
     if difference @ information @ difference > GATE:
         return None
     own = inverse(best.seen + 1e-3 * np.eye(3)) + FLOOR
     shift = covariance @ inverse(covariance + own) @ covariance
     certain = bool((3.0 * np.sqrt(np.diag(shift)) < SURE).all())
     return Loop(old, new, best.pose, inverse(own), certain)
+
+
+def _bent(covariance: Array) -> Array:
+    """Return the covariance (3, 3) of a step with the second-order effect of its heading on its position.
+
+    An uncertain heading h moves the end of a way of length r on an arc, which is h^2 r / 2 off its tangent. Of the
+    position's standard deviation, h r is the part of the heading.
+    """
+    x, y, heading = np.diag(covariance).tolist()
+    return covariance + np.diag([0.25 * heading * (x + y)] * 2 + [0.0])
 
 
 def _judged(match: Match, elements: int, unseen: float) -> Match:

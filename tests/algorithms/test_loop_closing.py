@@ -163,3 +163,24 @@ def test_a_loop_needs_no_confirmation_in_a_direction_in_which_it_tells_nothing()
     found = find_loop(0, 20, bare, middle, np.zeros(3), np.diag([1.0, 0.09, 1e-4]), **arguments)
     assert found is not None
     assert not found.certain
+
+
+def test_an_uncertain_heading_at_the_end_of_a_long_way_does_not_rule_out_the_right_place():
+    # The robot drove 10 m with an error of the heading of 0.5 rad; it ended 0.6 rad off, on an arc.
+    way, heading = 10.0, 0.6
+    J = np.array([[0.0], [way], [1.0]])
+    covariance = 0.5**2 * J @ J.T + np.diag([0.1, 0.1, 0.02]) ** 2
+    guess = np.array([way * (1.0 - np.cos(heading)), -way * np.sin(heading), -heading])
+    found = find_loop(0, 20, ROOM, ROOM, guess, covariance, share=0.75, through=lambda step: 0.0)
+    assert found is not None
+    np.testing.assert_allclose(found.step, 0.0, atol=0.05)
+
+
+def test_the_uncertainty_of_a_step_has_the_axes_of_the_old_part_whichever_way_the_robot_looks():
+    covariance = np.diag([0.01, 0.3, 0.02]) ** 2
+    turned = np.array([0.0, 0.0, 0.5 * np.pi])
+    for off in (np.array([0.15, 0.0, 0.0]), np.array([0.0, 0.9, 0.0])):
+        found = find_loop(
+            0, 20, ROOM.moved(turned), ROOM, turned + off, covariance, share=0.75, through=lambda step: 0.0
+        )
+        assert (found is not None) == (off[1] > 0.0)
