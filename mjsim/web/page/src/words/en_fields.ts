@@ -281,6 +281,7 @@ export const EN_FIELDS = {
   "field.texture": "Texture",
   "field.tf": "Transfer function",
   "field.theta": "Theta",
+  "field.then": "Later targets",
   "field.thickness": "Thickness",
   "field.ticks": "Ticks",
   "field.tile": "Tile",
