@@ -3,6 +3,7 @@
 import os
 import re
 import shutil
+import sqlite3
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -41,8 +42,10 @@ def new_folders(places: Sequence[Path], *, files: str, overwrite: bool) -> Itera
             for folder in made:
                 with suppress(OSError):  # it is no longer empty
                     folder.rmdir()
-    except OSError as error:
-        raise UsageError(f"cannot write '{home}': {error.strerror or error}") from error
+    except (OSError, sqlite3.OperationalError) as error:
+        # The database of a bag reports a full disk in its own way.
+        reason = getattr(error, "strerror", None) or error
+        raise UsageError(f"cannot write '{home}': {reason}") from error
 
 
 def _move(part: Path, place: Path, *, files: str) -> None:

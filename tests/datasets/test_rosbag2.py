@@ -1,6 +1,7 @@
 """Bags, read back field by field by rosbags: what each message must hold is computed here from the recording."""
 
 import math
+import resource
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from mjsim.datasets.recorded_robots import RecordedRobots
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose, Pose3
 from mjsim.record import Recording, read_recording
+from tests.strangers import as_stranger
 
 SCOUT = "x7_tip_top"
 """The robot '7.tip-top' as ROS allows it."""
@@ -335,3 +337,16 @@ def test_a_file_in_the_place_of_the_folder_is_kept(run: Recording, tmp_path: Pat
 def test_an_unknown_storage_is_refused(run: Recording, tmp_path: Path):
     with pytest.raises(UsageError, match="storage is 'zip'; it is mcap or sqlite3"):
         export_rosbag2(run, tmp_path / "bag", storage="zip")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+def test_a_disk_that_is_full_is_one_line_and_leaves_nothing(storage: str, run: Recording, tmp_path: Path):
+    def export() -> str:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+        with pytest.raises(UsageError, match=r"^cannot write '[^']*': .+$") as caught:
+            export_rosbag2(run, tmp_path / "bag", storage=storage)  # type: ignore[arg-type]
+        return str(caught.value)
+
+    assert len(as_stranger(export, other=False).splitlines()) == 1
+    assert not list(tmp_path.iterdir())
