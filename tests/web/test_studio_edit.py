@@ -3,19 +3,15 @@
 import json
 import math
 import os
-from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 from shapely import Point, Polygon, unary_union
 
 import mjsim
 from mjsim.bench.entering import client_of
-from mjsim.video import take_picture
 from mjsim.web import Studio
 from mjsim.web.items import scene_of
-from mjsim.web.pictures import encoded
 from mjsim.world import wall_polygons
 
 PATIENCE = 60.0
@@ -325,76 +321,12 @@ def test_new_worlds_begin_empty_or_as_a_template_and_are_not_written_before_they
     assert sorted(folder.rglob("*")) == before
 
 
-def test_pictures_are_imported_beside_the_world_and_shown_as_thumbnails(client, folder):
-    lion = Path(mjsim.__file__).parent.parent / "assets" / "posters" / "lion.jpg"
-    brought = client.post("/api/upload?name=Our Lion.jpg&path=deep/hall.yaml", content=lion.read_bytes()).json()
-    assert brought == {"path": "Our-Lion.jpg", "file": "deep/Our-Lion.jpg"}
-    told_so = told(
-        client, "parse", path="deep/hall.yaml", text="mjsim: 1\nbeacons: [{name: l, image: Our-Lion.jpg, at: [1, 1]}]\n"
-    )
-    assert told_so["problems"] == []
-    for query in ("path=deep/Our-Lion.jpg", "path=Our-Lion.jpg&world=deep/hall.yaml", "path=posters/lion.jpg"):
-        answer = client.get(f"/api/picture?{query}&size=64")
-        assert answer.headers["content-type"] == "image/jpeg"
-        small = cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR)
-        assert max(small.shape[:2]) == 64
-    (folder / "deep" / "Our-Lion.jpg").unlink()
-
-
-def pixels(jpeg):
-    return cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR).astype(int)
-
-
-@pytest.mark.slow
-def test_the_preview_shows_what_the_camera_would_see_from_there(client):
-    asked = {"path": "room.yaml", "text": ROOM, "robot": "scout", "camera": "front", "width": 160}
-    for at, heading in (([1.0, 2.0], 0.0), ([4.5, 2.0], 0.0), ([2.0, 3.0], -90.0)):
-        answer = client.post("/api/preview", json={**asked, "at": at, "heading_deg": heading})
-        moved = mjsim.parse_world(ROOM.replace("at: [1, 2], sensors", f"at: {at}, heading_deg: {heading}, sensors"))
-        wanted = encoded(np.ascontiguousarray(take_picture(moved, "scout/front")[..., ::-1]), ".jpg")
-        # From a place 10 cm away it differs by more than 4.
-        assert np.abs(pixels(answer.content) - pixels(wanted)).mean() < 0.5
-        assert float(answer.headers["server-timing"].partition("dur=")[2]) > 0.0
-    other = client.post("/api/preview", json={**asked, "at": [1, 2], "text": ROOM.replace("[5.94, 2]", "[5.94, 2.4]")})
-    assert other.status_code == 200
-    assert client.post("/api/preview", json={**asked, "camera": "back", "at": [1, 2]}).status_code == 404
-    wrong = client.post("/api/preview", json={**asked, "text": ROOM + "wals: 1\n", "at": [1, 2]})
-    assert (wrong.status_code, wrong.json()["error"][:27]) == (409, "line 18: unknown key 'wals'")
-
-
 def test_a_world_built_in_python_has_items_too():
     world = mjsim.World(robots=[{"name": "scout", "at": (1.0, 2.0), "heading_deg": 45.0}])
     (robot,) = scene_of(world)["items"]
     assert (robot["at"], robot["written"], robot["fixed"], robot["line"]) == ([1.0, 2.0], [], None, 1)
     assert math.isclose(robot["heading_deg"], 45.0)
     assert json.dumps(robot)
-
-
-@pytest.mark.slow
-def test_models_robots_and_arms_are_portrayed_by_themselves_and_anew_when_their_file_changes(folder, client):
-    stool = '<mujoco><worldbody><geom type="cylinder" size="0.2 0.25" pos="0 0 0.25" rgba="{} 1"/></worldbody></mujoco>'
-    for colour in ("1 0 0", "0 0 1"):
-        (folder / "stool.xml").write_text(stool.format(colour))
-        answer = client.get("/api/portrait?kind=model&name=stool.xml&world=room.yaml")
-        assert answer.headers["content-type"] == "image/jpeg"
-        picture = cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR_RGB).astype(int)
-        assert picture.shape == (180, 240, 3)
-        first, last = picture[..., 0] - picture[..., 2], 100
-        middle = first[60:120, 90:150]
-        assert (middle > last if colour == "1 0 0" else middle < -last).mean() > 0.8
-        assert (np.abs(first[:, :20]) < last).all()  # whole: nothing of it reaches the edge
-    for query in ("kind=robot&name=create3", "kind=arm&name=puma560"):
-        assert client.get(f"/api/portrait?{query}").status_code == 200
-    (folder / "stool.xml").unlink()
-    for query, status, said in (
-        ("kind=lamp&name=x", 400, "no pictures of kind 'lamp'; there are model, robot, arm"),
-        ("kind=model&name=gone.xml", 409, "gone.xml"),
-        ("kind=model&name=../secret.xml", 409, "../secret.xml"),
-        ("kind=robot&name=create", 409, "did you mean 'create3'"),
-    ):
-        answer = client.get(f"/api/portrait?{query}")
-        assert answer.status_code == status
-        assert said in answer.json()["error"]
 
 
 def test_a_text_that_was_parsed_before_is_parsed_anew_once_a_file_that_it_names_is_another(client, folder):
