@@ -34,6 +34,7 @@ def recording_json(recording: Recording, *, path: str, scene: Mapping[str, Any])
     cameras = ["/".join(camera) for camera in recording.cameras()]
     return {
         "path": path,
+        "bytes": recording.path.stat().st_size,
         "name": recording.world.name,
         "robots": robots_json(recording.world),
         "seconds": float(recording.time[-1]),

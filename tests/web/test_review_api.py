@@ -90,6 +90,7 @@ def picture(page, **keys):
 def test_the_page_receives_all_data_of_a_recording(page, recording):
     told = get(page, "").json()
     assert (told["name"], told["seconds"], told["dt"], told["seed"], told["whole"]) == ("room", 2.96, 0.04, 1, True)
+    assert told["bytes"] == recording.path.stat().st_size
     assert told["cameras"] == ["scout/front"]
     assert told["scene"]["bounds"] == [-2.0, -2.0, 2.0, 2.0]
     assert [event["text"] for event in told["events"]] == ["the ambient light becomes 0.3"]

@@ -1,7 +1,9 @@
 """The Review view in a real browser, on a real server and a real recording."""
 
+import base64
 import math
 import time
+from functools import partial
 
 import av
 import numpy as np
@@ -107,6 +109,26 @@ def test_a_marked_part_has_the_figures_of_its_ticks(review, recorded):
     rows = [line.split(",") for line in review.evaluate("navigator.clipboard.readText()").splitlines()]
     assert rows[0] == ["robot", "figure", "part", "value", "unit"]
     assert ["scout", "Position error", "max", repr(figure(review, "Position error, max")), "m"] in rows
+
+
+DROP = """([name, base64]) => {
+  const dropped = new DataTransfer();
+  dropped.items.add(new File([Uint8Array.from(atob(base64), (each) => each.charCodeAt(0))], name));
+  document.querySelector("#view-review").dispatchEvent(new DragEvent("drop", {dataTransfer: dropped, bubbles: true}));
+}"""
+
+
+def test_a_recording_that_is_dropped_is_the_one_that_is_opened(review, recorded, tmp_path):
+    with mjsim.Simulation(mjsim.parse_world(ROOM), seed=2) as sim:
+        mjsim.run(sim, seconds=0.4, record=tmp_path / "run.mcap")
+    drop = partial(review.evaluate, DROP)
+    drop(["run.mcap", base64.b64encode((tmp_path / "run.mcap").read_bytes()).decode()])
+    expect(review.locator(".run-time")).to_contain_text("of 0.36 s", timeout=PATIENCE)  # not the one of the same name
+    brought = set(recorded.rglob("*.mcap"))
+    assert len(brought) == 2
+    drop(["run.mcap", base64.b64encode((recorded / "out" / "run.mcap").read_bytes()).decode()])
+    expect(review.locator(".run-time")).to_contain_text("of 7.96 s", timeout=PATIENCE)
+    assert set(recorded.rglob("*.mcap")) == brought  # it lies there already
 
 
 def mark(page, begin: float, end: float) -> None:

@@ -4,6 +4,7 @@ import { ApiError } from "../api";
 import { el, fill } from "../dom";
 import { button } from "../run/controls";
 import type { Studio } from "../shell/view";
+import { recordings } from "./recording";
 import { word } from "../words/words";
 
 export class Library {
@@ -36,6 +37,11 @@ export class Library {
     this.hint.textContent = recordings.length
       ? word("review.orDropAnMcapFile")
       : word("review.thereIsNoRecordingIn");
+  }
+
+  /** Focus the button that starts a comparison. */
+  focus(): void {
+    this.go.focus({ preventScroll: true });
   }
 
   /** Let recordings be dropped on an element. */
@@ -111,11 +117,19 @@ export class Library {
     );
   }
 
+  /** Return the path of a dropped file if it is in the folder already; a file of the same name may be another one. */
+  private async found({ name, size }: File): Promise<string | null> {
+    for (const path of this.studio.folder.recordings.filter((each) => each.split("/").pop() === name)) {
+      const there = await recordings.open(path).catch(() => null);
+      if (there?.bytes === size) return path;
+    }
+    return null;
+  }
+
   private async upload(file: File): Promise<void> {
-    // One that lies in the folder already need not be sent.
-    const there = this.studio.folder.recordings.filter((path) => path.split("/").pop() === file.name);
-    if (there.length === 1 && there[0]) return this.open(there[0]);
     try {
+      const there = await this.found(file);
+      if (there !== null) return this.open(there);
       const address = `/api/recording/upload?${new URLSearchParams({ name: file.name })}`;
       const response = await fetch(address, { method: "POST", body: file }).catch(() => null);
       const answer = (await response?.json().catch(() => ({}))) as { path?: string; error?: string } | undefined;

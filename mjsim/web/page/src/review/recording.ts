@@ -13,6 +13,8 @@ export interface Recording {
   /** One tick [s]. */
   dt: number;
   seed: number | null;
+  /** Size of its file. */
+  bytes: number;
   /** Whether it was closed properly; false: it was cut off, or is still being written. */
   whole: boolean;
   scene: { items: Item[]; bounds: Bounds };
