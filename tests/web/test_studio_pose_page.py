@@ -55,6 +55,21 @@ def drag_in_drawing(sheet, part, by):
     sheet.page.mouse.up()
 
 
+def touched_twice(sheet, part):
+    """Rest a finger on a part of the drawing from aside, and move another one beside it."""
+    box, around = (sheet.page.locator(f".side {each}").first.bounding_box() for each in (f"[data-name={part}]", "svg"))
+    resting = {"x": box["x"] + box["width"] / 2, "y": box["y"] + box["height"] / 2, "id": 1}
+    fingers = sheet.page.context.new_cdp_session(sheet.page)
+
+    def touch(kind, *points):
+        fingers.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    touch("touchStart", resting)
+    for kind, far in (("touchStart", 5), ("touchMove", 20), ("touchMove", 40)):
+        touch(kind, resting, {"x": around["x"] + 5, "y": around["y"] + far, "id": 2})
+    touch("touchEnd")
+
+
 def test_joints_of_a_mechanism_are_dragged_on_the_plan_and_from_the_side_and_by_sliders(sheet):
     pose = sheet.page.get_by_label("Pose", exact=True)
     sheet.drag((3, 3), (3.4, 3.3))
@@ -78,6 +93,18 @@ def test_joints_of_a_mechanism_are_dragged_on_the_plan_and_from_the_side_and_by_
     assert arm.evaluate("shape => shape.isConnected"), "what the pointer holds is drawn anew in its place"
     pose.get_by_role("button", name="Whole").click()
     expect(sheet.title).to_have_text("press")
+
+
+def test_a_slider_has_the_range_of_its_joint_and_a_second_finger_drags_nothing(sheet):
+    sheet.text.get_by_text("swing").click()
+    sheet.press("End", "ArrowLeft")
+    slider = sheet.page.get_by_label("Pose", exact=True).get_by_label("swing", exact=True)
+    expect(slider).to_have_attribute("min", "-180")
+    sheet.type(", range_deg: [-90, 45]")
+    expect(slider).to_have_attribute("min", "-90")
+    touched_twice(sheet, "arm")
+    sheet.page.wait_for_load_state("networkidle")
+    expect(sheet.text).not_to_contain_text(re.compile("swing.*start_deg: .*range_deg"))
 
 
 def test_a_rocker_drags_its_crank_and_says_where_the_loop_does_not_close(sheet):

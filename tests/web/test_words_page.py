@@ -36,7 +36,8 @@ WORDS = re.compile(r"^[A-Z][a-z]+([ ;]|$)|[A-Za-z]{2,}[,.;:]? [a-z]{2,}|\} [a-z]
 PLAIN = re.compile(
     r"mjsim studio|<\?xml|run-chart |^.(Alt|Ctrl|Page) [^a-z]|system-ui|:is\(|/api/|^.Hz|\$\{(Object|plain)\b"
     r"|^.(Pair|Item|Key|Literal|Tab|Escape|Arrow)"  # nodes of a parsed text, keys of a keyboard
-    r"|(swatch|reset|form|add \$\{title\}|group).$|on its way|the scene has no root"  # marks, and our own fault
+    r"|(swatch|reset|remove|form|add( \$\{title\})?|group).$"  # marks
+    r"|on its way|the scene has no root"  # and our own fault
 )
 """The program's name, markup, classes, fonts, addresses, units, and names of keys, which keyboards show so."""
 

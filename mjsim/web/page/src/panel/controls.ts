@@ -3,6 +3,7 @@
 import { el, fill, icon } from "../dom";
 import { ICONS } from "../shell/icons";
 import type { Field, Kind } from "./schema";
+import { SEVERAL } from "./several";
 import { word } from "../words/words";
 
 export interface Entry {
@@ -79,9 +80,16 @@ function base(entry: Entry, text: string, part = ""): Record<string, string | bo
   };
 }
 
+/** Smaller numbers are rounding errors. */
+const NOTHING = 1e-12;
+
+/** Format a value: numbers to four decimals, small ones, such as inertias, to four significant digits. */
 function shown(value: unknown): string {
   if (value === null || value === undefined) return "–";
-  return typeof value === "number" ? String(Number(value.toFixed(4))) : String(value);
+  if (value === SEVERAL) return word("panel.several");
+  if (typeof value !== "number") return String(value);
+  const size = Math.abs(value);
+  return size < NOTHING ? "0" : String(Number(size < 0.1 ? value.toPrecision(4) : value.toFixed(4)));
 }
 
 /** A number, or arithmetic such as ${width / 2}; undefined when it is neither. */
@@ -131,10 +139,12 @@ function refuse(input: HTMLInputElement, entry: Entry, message: string): void {
 
 function numberRow(entry: Entry, parts: string[]): HTMLElement {
   const values = Array.isArray(entry.value) ? (entry.value as unknown[]) : parts.map(() => 0);
+  // Includes parts that were entered while the server has not answered yet.
+  let now = values;
   const step = 0.1;
   const inputs = parts.map((part, index) => {
     const input = el("input", { ...base(entry, shown(values[index]), part), inputmode: "decimal", class: "number" });
-    const give = (value: number | string): void => entry.give(values.map((old, k) => (k === index ? value : old)));
+    const give = (value: number | string): void => entry.give((now = now.map((old, k) => (k === index ? value : old))));
     return el("label", { class: "part" }, el("span", {}, part), stepping(input, entry, step, give));
   });
   return el(
@@ -170,14 +180,21 @@ function switchField(entry: Entry): HTMLElement {
     "aria-describedby": `${entry.id}-meaning`,
   });
   input.checked = entry.value === true;
+  input.indeterminate = entry.value === SEVERAL;
   input.addEventListener("change", () => entry.give(input.checked));
-  return el("label", { class: "switch" }, input, el("span", { class: "hint" }, word(input.checked ? "panel.yes" : "panel.no")));
+  const said = input.indeterminate ? "panel.several" : input.checked ? "panel.yes" : "panel.no";
+  return el("label", { class: "switch" }, input, el("span", { class: "hint" }, word(said)));
 }
 
 function choiceField(entry: Entry, options: (string | number)[]): HTMLSelectElement {
-  const all = entry.field.nullable ? ["", ...options] : options;
+  const { value } = entry;
+  const isKnown = options.some((option) => option === value) || value === null || value === undefined;
+  // Values that differ, and expressions, are not among the options: they get an entry of their own.
+  const none = isKnown ? (entry.field.nullable ? "–" : null) : shown(value);
+  const all = none === null ? options : ["", ...options];
+  const now = isKnown ? (value ?? "") : "";
   const nodes = all.map((option) =>
-    el("option", { value: option, selected: option === (entry.value ?? "") }, option === "" ? "–" : String(option)),
+    el("option", { value: option, selected: option === now }, option === "" ? none : String(option)),
   );
   const select = el(
     "select",
@@ -226,13 +243,15 @@ function pictureField(entry: Entry, tools: Tools): HTMLElement {
     title: path ?? word("panel.chooseAPicture"),
     onclick: () => void choose(),
   });
-  fill(button, picture, el("span", { class: "path" }, path?.replace(/^.*\//, "") ?? word("panel.choose")));
+  const name = entry.value === SEVERAL ? word("panel.several") : (path?.replace(/^.*\//, "") ?? word("panel.choose"));
+  fill(button, picture, el("span", { class: "path" }, name));
   return button;
 }
 
 /** What has no control of its own is written as JSON. */
 function dataField(entry: Entry): HTMLInputElement {
-  const input = el("input", { ...base(entry, JSON.stringify(entry.value ?? null)), class: "mono" });
+  const text = entry.value === SEVERAL ? shown(entry.value) : JSON.stringify(entry.value ?? null);
+  const input = el("input", { ...base(entry, text), class: "mono" });
   return commit(input, (text) => {
     if (text === input.defaultValue) return;
     try {

@@ -1,6 +1,6 @@
 /** The panel of what is selected: every field of it, or of the world when nothing is. */
 
-import type { Change, Item, Problem, Values } from "../api";
+import type { Change, Item, Path, Problem, Values } from "../api";
 import { el, fill, icon, type Child } from "../dom";
 import { arrangeable, type Arrangement, ARRANGEMENTS } from "../edit/arrange";
 import { type Editor, itemOf } from "../edit/editor";
@@ -11,6 +11,7 @@ import { ICONS } from "../shell/icons";
 import { choosePicture } from "./pictures";
 import { objectRows, type Sheet, type Subject } from "./rows";
 import type { SchemaBook } from "./schema";
+import { common, retold } from "./several";
 import { word } from "../words/words";
 
 /** Keys of the world that have a plan of their own, and those that nobody needs to see. */
@@ -171,8 +172,10 @@ export class Panel {
 
   /** Buttons that make things one group and take them out of theirs. */
   private grouper(items: Item[], whole: string | null): Child {
-    const button = (text: string, together: boolean): HTMLElement =>
-      el("button", { onclick: () => void this.editor.group(together) }, text);
+    const button = (text: string, together: boolean): HTMLElement => {
+      const press = (): void => void this.editor.group(together);
+      return el("button", { "data-id": together ? "group" : "ungroup", onclick: press }, text);
+    };
     const own = groupable(items);
     return el(
       "div",
@@ -231,16 +234,30 @@ export class Panel {
     const active = document.activeElement;
     if (!(active instanceof HTMLElement) || !this.body.contains(active)) return () => undefined;
     const id = active.dataset["id"];
+    const byKeys = active.matches(":focus-visible");
     const typed = active instanceof HTMLInputElement ? typedIn(active) : null;
     const top = this.body.scrollTop;
     return () => {
-      const again = [...this.body.querySelectorAll<HTMLElement>("[data-id]")].find(
-        (other) => other.dataset["id"] === id,
-      );
+      const again = this.control((other) => other === id) ?? (byKeys ? this.nextTo(id) : null);
       again?.focus({ preventScroll: true });
       if (typed && again instanceof HTMLInputElement && document.activeElement === again) keepTyped(again, typed);
       this.body.scrollTop = top;
     };
+  }
+
+  private control(isIt: (id: string) => boolean): HTMLElement | null {
+    const all = [...this.body.querySelectorAll<HTMLElement>("[data-id]:not(:disabled)")];
+    return all.find((other) => isIt(other.dataset["id"] ?? "")) ?? null;
+  }
+
+  /** Return what gets the focus of a control that is gone: its field, the group around it, or the plan. */
+  private nextTo(id = ""): HTMLElement {
+    const [key] = /^\[.*\]/.exec(id) ?? ["[]"];
+    for (let path = JSON.parse(key) as Path; path.length; path = path.slice(0, -1)) {
+      const found = this.control((other) => other === keyOf(path) || other.startsWith(`${keyOf(path)} `));
+      if (found) return found;
+    }
+    return this.editor.plan.host;
   }
 }
 
@@ -281,25 +298,4 @@ function given(world: { values: Values; written: string[]; raw?: Values }): {
   raw: unknown;
 } {
   return { values: world.values, written: world.written, raw: world.raw };
-}
-
-/** The same change for another item. */
-function retold(change: Change, from: Item | undefined, to: Item): Change {
-  return from ? { ...change, path: [...to.path, ...change.path.slice(from.path.length)] } : change;
-}
-
-/** What several items have in common: values that differ are not shown as written. */
-function common(items: Item[]): Subject {
-  const [first] = items;
-  if (!first) return { path: [], values: {}, raw: undefined, written: [], fixed: true };
-  const same = (key: string): boolean =>
-    items.every((item) => JSON.stringify(item.values[key]) === JSON.stringify(first.values[key]));
-  const values = Object.fromEntries(
-    Object.entries(first.values).map(([key, value]) => [
-      key,
-      same(key) ? value : typeof value === "object" ? value : "several",
-    ]),
-  );
-  const written = first.written.filter((key) => same(key));
-  return { path: first.path, values, raw: undefined, written, fixed: items.some((item) => item.fixed !== null) };
 }

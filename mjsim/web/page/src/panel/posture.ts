@@ -64,6 +64,8 @@ export class PosturePane {
 
   private put(row: Row, value: JointValue | undefined): void {
     if (!value) return;
+    // The range of a joint may have been edited.
+    Object.assign(row.slider, { min: String(value.low), max: String(value.high) });
     if (document.activeElement !== row.slider) row.slider.value = String(value.value);
     put(row.field, value.value, value.unit === "m" ? 4 : 2);
   }

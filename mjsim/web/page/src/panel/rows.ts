@@ -133,10 +133,16 @@ function resetButton(place: Place): HTMLElement {
 }
 
 /** An object that is not there, with a button that puts it in. */
-function emptyRow(sheet: Sheet, { field, fixed, give }: Place, schema: Schema): HTMLElement {
+function emptyRow(sheet: Sheet, { field, path, fixed, give }: Place, schema: Schema): HTMLElement {
   const add = el(
     "button",
-    { type: "button", class: "quiet add", disabled: fixed, onclick: () => give(sheet.book.fresh(schema)) },
+    {
+      type: "button",
+      class: "quiet add",
+      disabled: fixed,
+      "data-id": `${keyOf(path)} add`,
+      onclick: () => give(sheet.book.fresh(schema)),
+    },
     icon(ICONS.plus),
     field.label,
   );
@@ -244,6 +250,7 @@ function listEntry(
       disabled: place.fixed,
       title: word("panel.takeItOut"),
       "aria-label": word("panel.takeOut", { label: field.label }),
+      "data-id": `${keyOf(path)} remove`,
       onclick: () => sheet.change([{ op: "remove", path }]),
     },
     icon(ICONS.trash),
@@ -262,7 +269,9 @@ function adder(sheet: Sheet, place: Place, entry: Schema): HTMLElement {
   const add = (schema: Schema): void =>
     sheet.change([{ op: "add", path: place.path, value: sheet.book.fresh(schema) }]);
   const options =
-    field.kind.is === "union" ? field.kind.options : [{ title: singular(place.field.label), schema: entry }];
+    field.kind.is === "union"
+      ? field.kind.options
+      : [{ title: word("panel.addTo", { list: place.field.label }), schema: entry }];
   const buttons = options.map(({ title, schema }) =>
     el(
       "button",
@@ -353,10 +362,6 @@ function entryTitle(value: unknown, index: number, schema: Schema): string {
   const naming = namingKey(schema);
   if (naming && typeof has[naming] === "string") return `${labelOf(naming)} ${has[naming]}`;
   return typeof has["name"] === "string" ? has["name"] : String(index + 1);
-}
-
-function singular(label: string): string {
-  return label.replace(/s$/, "").toLowerCase();
 }
 
 function plain(value: unknown): string {

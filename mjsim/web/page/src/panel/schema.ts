@@ -261,7 +261,7 @@ export class SchemaBook {
     const title =
       schema["type"] === "object"
         ? wordFor("form", String(schema["title"] ?? "more"))
-        : (plain[String(schema["type"])] ?? "value");
+        : (plain[String(schema["type"])] ?? word("panel.value"));
     return { title, schema };
   }
 }
@@ -300,7 +300,7 @@ function rest(node: Schema): Schema {
 }
 
 function pretty(unit: string): string {
-  return unit.replace("^2", "²").replace("^3", "³").replace(/^deg/, "°");
+  return unit.replaceAll("^2", "²").replaceAll("^3", "³").replace(/^deg/, "°");
 }
 
 /** The unit that a description names, or a key ends in. */

@@ -17,7 +17,7 @@ export class SideDrawing {
   private readonly svg = document.createElementNS(SPACE, "svg");
   private readonly shapes = document.createElementNS(SPACE, "g");
   private readonly floor = document.createElementNS(SPACE, "line");
-  private held: { part: string; from: Point; screen: Point; moved: boolean } | null = null;
+  private held: { pointer: number; part: string; from: Point; screen: Point; moved: boolean } | null = null;
 
   constructor(
     private readonly poser: Poser,
@@ -30,8 +30,8 @@ export class SideDrawing {
     this.element.append(this.svg);
     this.svg.addEventListener("pointerdown", (event) => this.down(event));
     this.svg.addEventListener("pointermove", (event) => this.move(event));
-    this.svg.addEventListener("pointerup", () => this.up());
-    this.svg.addEventListener("pointercancel", () => this.cancel());
+    this.svg.addEventListener("pointerup", (event) => this.isHolder(event) && this.up());
+    this.svg.addEventListener("pointercancel", (event) => this.isHolder(event) && this.cancel());
     window.addEventListener("keydown", (event) => event.key === "Escape" && this.cancel());
   }
 
@@ -89,19 +89,25 @@ export class SideDrawing {
 
   private down(event: PointerEvent): void {
     const part = event.target instanceof SVGElement ? event.target.dataset["pull"] : undefined;
-    if (!part || event.button !== 0 || !this.subject()) return;
+    if (!part || event.button !== 0 || !this.subject() || this.held) return;
     event.preventDefault();
     this.svg.setPointerCapture(event.pointerId);
-    this.held = { part, from: this.place(event), screen: [event.clientX, event.clientY], moved: false };
+    const { pointerId: pointer, clientX, clientY } = event;
+    this.held = { pointer, part, from: this.place(event), screen: [clientX, clientY], moved: false };
   }
 
   private move(event: PointerEvent): void {
     const { held } = this;
-    if (!held) return;
+    if (!held || !this.isHolder(event)) return;
     const [x, y] = held.screen;
     held.moved ||= Math.hypot(event.clientX - x, event.clientY - y) > THRESHOLD;
     const end = this.place(event);
     if (held.moved) this.poser.follow({ pull: { look: this.poser.look, part: held.part, start: held.from, end } });
+  }
+
+  /** Whether an event belongs to the pointer that drags. */
+  private isHolder(event: PointerEvent): boolean {
+    return event.pointerId === this.held?.pointer;
   }
 
   private up(): void {

@@ -79,6 +79,7 @@ export const EN = {
   "edit.chooseAPicture": "Choose a picture",
   "edit.chooseARobot": "Choose a robot",
   "edit.chooseAnArm": "Choose an arm",
+  "edit.click": "Click.",
   "edit.clickCornerByCornerEnter":
     "Click each corner. Enter or a double click ends the wall, the first corner closes the room, Esc cancels.",
   "edit.clickNearAWallIt": "Click near a wall: it is hung there, facing the room.",
@@ -200,6 +201,7 @@ export const EN = {
   "edit.window": "Window",
   "edit.zoomIn": "Zoom in (+)",
   "edit.zoomOut": "Zoom out (-)",
+  "panel.addTo": "Add to {list}",
   "panel.alignAndDistribute": "Align and distribute",
   "panel.choose": "Choose …",
   "panel.chooseAModel": "Choose a model",
