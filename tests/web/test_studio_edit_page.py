@@ -29,6 +29,12 @@ obstacles:
 """
 
 
+ALT_GR = """plan => plan.dispatchEvent(new KeyboardEvent("keydown", {
+  key: "[", code: "Digit8", ctrlKey: true, altKey: true, modifierAltGraph: true, bubbles: true, cancelable: true,
+}))"""
+"""The sign [ as it is typed on a German keyboard under Windows."""
+
+
 def saved(sheet: Sheet, folder) -> str:
     sheet.save()
     return (folder / "room.yaml").read_bytes().decode()
@@ -49,9 +55,14 @@ def test_walls_are_drawn_corner_by_corner(sheet, tmp_path):
 
 
 def test_a_world_is_built_from_nothing_saved_checked_and_run(sheet, tmp_path):
+    sheet.press("w")
+    sheet.click(1, 3)
+    sheet.click(2, 3)
     sheet.button("New world").click()
     sheet.button("Empty room").click()
     expect(sheet.title).to_have_text("room")
+    sheet.plan.focus()
+    sheet.press("v")  # the wall that was begun stays in the world before
     sheet.button("Draw the first wall").click()
     for corner in ((-4, -3), (4, -3), (4, 3), (-4, 3), (-4, -3)):
         sheet.click(*corner)
@@ -131,6 +142,12 @@ def test_an_error_is_shown_in_the_panel_in_the_text_and_at_the_item(sheet):
     png = np.frombuffer(sheet.page.screenshot(clip=clip), np.uint8)
     red, green, blue = np.moveaxis(cv2.imdecode(png, cv2.IMREAD_COLOR_RGB).astype(int), -1, 0)
     assert ((red > green + 60) & (red > blue + 60)).sum() > 50  # a red edge about it
+    sheet.text.click()
+    sheet.press("Control+a")
+    sheet.page.keyboard.insert_text(
+        '{mjsim: 1, name: "\N{ROBOT FACE}", walls: [{points: [[0, 0], [1, 0]], height: -5}]}'
+    )
+    expect(sheet.page.locator(".cm-lintRange-error").last).to_have_text("-5")  # the robot is one letter
 
 
 def test_the_plan_is_worked_by_keys_alone(sheet, tmp_path):
@@ -140,7 +157,8 @@ def test_the_plan_is_worked_by_keys_alone(sheet, tmp_path):
     sheet.plan.focus()
     sheet.press("PageDown", "PageDown", "PageDown", "PageUp", "PageDown")  # the wall, the robot, the crate
     expect(sheet.title).to_have_text("crate")
-    sheet.press("ArrowRight", "ArrowRight", "Shift+ArrowUp", "[")
+    sheet.press("ArrowRight", "ArrowRight", "Shift+ArrowUp")
+    sheet.plan.evaluate(ALT_GR)
     sheet.reads("heading_deg: 15")
     number = re.search(r"at: \[([\d.]+), ([\d.]+)\], heading_deg: 15", saved(sheet, tmp_path))
     assert 2.0 < float(number[1]) < 3.0

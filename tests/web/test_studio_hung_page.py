@@ -40,6 +40,11 @@ def test_pictures_go_with_their_wall_when_it_is_moved_turned_and_reshaped(sheet)
     sheet.reads(
         "points: [[0, 0], [4, 0]]", "at: [1, -0.06], heading_deg: -90}   # outside", "at: [3, 0.06], heading_deg: 90}"
     )
+    sheet.page.keyboard.down("Shift")
+    sheet.click(2, -6)
+    sheet.page.keyboard.up("Shift")
+    sheet.button("Align bottom edges").click()  # of the wall and the box, which is the lower one
+    sheet.reads("points: [[0, -6.45], [4, -6.45]]", "at: [1, -6.51], heading_deg: -90}", "at: [3, -6.39]", *stays)
 
 
 def test_pictures_go_with_their_wall_when_its_numbers_are_typed(sheet):

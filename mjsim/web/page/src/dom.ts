@@ -29,6 +29,26 @@ export function put(parent: HTMLElement, children: HTMLElement[]): void {
   });
 }
 
+/** Controls that can have the focus. */
+const CONTROLS = ":is(button, input, select, summary):not(:disabled)";
+
+/** Replace an element's children; the focus stays on the control of the same name or, for keyboard users, near it. */
+export function refill(element: Element, ...children: Child[]): void {
+  const before = [...element.querySelectorAll<HTMLElement>(CONTROLS)];
+  const index = before.findIndex((control) => control === document.activeElement);
+  const active = before[index];
+  const byKeys = active?.matches(":focus-visible") ?? false;
+  fill(element, ...children);
+  if (!active) return;
+  const after = [...element.querySelectorAll<HTMLElement>(CONTROLS)];
+  const again = after.find((control) => nameOf(control) === nameOf(active));
+  (again ?? (byKeys ? after[Math.min(index, after.length - 1)] : null))?.focus({ preventScroll: true });
+}
+
+function nameOf(control: HTMLElement): string {
+  return `${control.tagName} ${control.getAttribute("aria-label") ?? control.textContent}`;
+}
+
 /** Draw an icon from the path of an SVG of 20 x 20, in lines of the text's colour. */
 export function icon(path: string): SVGSVGElement {
   const space = "http://www.w3.org/2000/svg";
@@ -46,9 +66,19 @@ export function isTyping(target: EventTarget | null): boolean {
   return target.isContentEditable || ["INPUT", "TEXTAREA", "SELECT"].includes(target.tagName);
 }
 
+/** Tell whether Space presses a button that was focused by keyboard, so that it is no shortcut. */
+export function isPress({ key, target }: KeyboardEvent): boolean {
+  return key === " " && target instanceof HTMLElement && target.matches(":is(button, summary):focus-visible");
+}
+
 /** Tell whether the key for shortcuts is held: Ctrl, or Cmd on a Mac. */
 export function isCommand(event: KeyboardEvent | MouseEvent): boolean {
-  return event.ctrlKey || event.metaKey;
+  return (event.ctrlKey || event.metaKey) && !isSign(event);
+}
+
+/** Tell whether AltGr is held, which types characters such as [ on some keyboards; Windows adds Ctrl and Alt. */
+export function isSign(event: KeyboardEvent | MouseEvent): boolean {
+  return event.getModifierState("AltGraph");
 }
 
 function present(children: Child[]): (Node | string)[] {

@@ -1,13 +1,13 @@
 /** What is done to the world in the Edit view, whether by mouse, by keys or by a button. */
 
 import type { Change, Item, Path, Point, Values } from "../api";
-import { short } from "../plan/geometry";
 import { keyOf, type Plan } from "../plan/plan";
 import type { Look } from "../plan/items";
 import type { Studio } from "../shell/view";
 import { debounced, Signal } from "../signal";
 import { arranged, type Arrangement } from "./arrange";
 import { type Piece, written } from "./clipboard";
+import { asWritten, copied, freshName, remarked, renamed } from "./copies";
 import { following } from "./follow";
 import { byThemselves, grouped, regrouped, turnedAlike, ungrouped, withGroups } from "./groups";
 import { picturesAlong, withPictures } from "./hung";
@@ -31,7 +31,9 @@ export class Editor {
   private readonly onTheWay = new Map<string, Item>();
   private readonly write = debounced(() => this.writeSteps(), 200);
   /** What was copied or pasted last, and how often that was pasted since. */
-  private copied = { text: "", pasted: 0 };
+  private clip = { text: "", pasted: 0 };
+  /** The end of the queue of things that are added. */
+  private putIn: Promise<unknown> = Promise.resolve();
 
   constructor(
     readonly studio: Studio,
@@ -125,11 +127,21 @@ export class Editor {
     return change.op === "set" && wall ? picturesAlong(wall, change.path.slice(2), change.value, this.drawn) : [];
   }
 
-  /** Put a new item at the end of a list, and select it. */
-  async add(list: Path, value: Values): Promise<void> {
-    if (!(await this.apply([{ op: "add", path: list, value }]))) return;
-    const last = this.inList(list).at(-1);
-    if (last) this.select([last]);
+  /** Append a new item to a list and select it, under a name and a marker that no item added before it has. */
+  async add(list: Path, item: Values): Promise<void> {
+    await this.inTurn(async () => {
+      const value = renamed(remarked(item, this.items), this.names());
+      if (!(await this.apply([{ op: "add", path: list, value }]))) return;
+      const last = this.inList(list).at(-1);
+      if (last) this.select([last]);
+    });
+  }
+
+  /** Add things after all that were asked for earlier. */
+  private inTurn(work: () => Promise<void>): Promise<void> {
+    const done = this.putIn.then(() => this.document.settled()).then(work);
+    this.putIn = done.catch(() => undefined); // the caller handles its own errors
+    return done;
   }
 
   /** Those of some items that can be changed here; says why when one cannot. */
@@ -201,26 +213,26 @@ export class Editor {
   /** Return what is selected as text of a world, to be put on the clipboard; empty when nothing can be copied. */
   copy(): string {
     const pieces = this.pieces();
-    this.copied = { text: written(pieces), pasted: 0 };
+    this.clip = { text: written(pieces), pasted: 0 };
     if (pieces.length) this.said.emit(word("edit.copied", { things: pieces.length === 1 ? counted(this.selected.slice(0, 1)) : word("edit.things2", { count: pieces.length }) }));
-    return this.copied.text;
+    return this.clip.text;
   }
 
   /** Put in the things of a text; without one those that were copied here. Pasted again, they go on in one direction. */
-  async paste(text = this.copied.text): Promise<void> {
-    if (text !== this.copied.text) this.copied = { text, pasted: 0 };
-    const times = ++this.copied.pasted;
+  async paste(text = this.clip.text): Promise<void> {
+    if (text !== this.clip.text) this.clip = { text, pasted: 0 };
+    const times = ++this.clip.pasted;
     try {
       const { items } = await this.studio.api.items(text);
-      await this.document.settled();
-      await this.insert(items, times);
+      await this.inTurn(() => this.insert(items, times));
     } catch (error) {
       this.studio.toasts.error(error);
     }
   }
 
   duplicate(): void {
-    void this.insert(this.pieces(), 1);
+    // Read the selection in turn, so that a second Ctrl+D copies the first copy.
+    void this.inTurn(() => this.insert(this.pieces(), 1));
   }
 
   private pieces(): Piece[] {
@@ -238,7 +250,8 @@ export class Editor {
   async arrange(how: Arrangement): Promise<void> {
     // Things may still be where the text before had them.
     await this.document.settled();
-    await this.apply(arranged(this.free(this.selected), how, this.items).flatMap(({ changes }) => changes));
+    const changed = withPictures(arranged(this.free(this.selected), how, this.items), this.items);
+    await this.apply(changed.flatMap(({ changes }) => changes));
   }
 
   /** Make what is selected one group, or take it out of its groups. */
@@ -266,14 +279,9 @@ export class Editor {
     void this.commit(changed);
   }
 
-  /** A name that nothing has yet: as wished, or with a number. `behind`: what is written behind it of the first repetition. */
-  freshName(wish: string, taken: Set<string> = this.names(), behind = ""): string {
-    const base = wish.replace(/[^A-Za-z0-9_.-]/g, "-").replace(/^[^A-Za-z0-9_]+/, "") || "thing";
-    const stem = base.replace(/-\d+$/, "");
-    for (let number = 1; ; number++) {
-      const name = number === 1 ? base : `${stem}-${number}`;
-      if (!taken.has(name) && !taken.has(name + behind)) return name;
-    }
+  /** A name that nothing has yet: as wished, or with a number. */
+  freshName(wish: string): string {
+    return freshName(wish, this.names());
   }
 
   private get shift(): Point {
@@ -284,12 +292,10 @@ export class Editor {
   /** Put in things under names of their own, so many steps beside where they were. */
   private async insert(pieces: Piece[], steps: number): Promise<void> {
     if (pieces.length === 0) return;
-    const taken = this.names();
     const by: Point = [this.shift[0] * steps, this.shift[1] * steps];
-    const values = regrouped(pieces.map(({ value }) => value), this.items);
+    const values = copied(regrouped(pieces.map(({ value }) => value), this.items), by, this.names());
     const changes = pieces.map(({ list }, index): Change => {
-      const fresh = this.renamed(offset(values[index] ?? {}, by), taken);
-      return { op: "add", path: list === "floor" ? ["floor", "patches"] : [list], value: fresh };
+      return { op: "add", path: list === "floor" ? ["floor", "patches"] : [list], value: values[index] };
     });
     if (!(await this.apply(changes))) return;
     const lists = [...new Set(changes.map((change) => keyOf(change.path)))];
@@ -298,17 +304,6 @@ export class Editor {
       return this.inList(path).slice(-changes.filter((change) => keyOf(change.path) === key).length);
     });
     this.select(added);
-  }
-
-  /** A thing and the openings in it under names that are not taken; those are taken then. */
-  private renamed(value: Values, taken: Set<string>): Values {
-    const fresh = { ...value };
-    const { name, openings } = fresh;
-    // Names with expressions in them are made by the text.
-    if (typeof name === "string" && !name.includes("${"))
-      taken.add((fresh["name"] = this.freshName(name, taken, fresh["repeat"] ? "-1" : "")));
-    if (Array.isArray(openings)) fresh["openings"] = openings.map((one: Values) => this.renamed(one, taken));
-    return fresh;
   }
 
   private names(): Set<string> {
@@ -370,23 +365,6 @@ export function described(item: Item): string {
   const facing = item.heading_deg !== null && item.type !== "Opening" ? `, ${Math.round(item.heading_deg)}°` : "";
   const held = item.fixed ? `; ${item.fixed}` : "";
   return `${name}${facing}${held}`;
-}
-
-/** What stands of an item in the text, so that a copy says the same. */
-function asWritten(item: Item): Values {
-  const { repeat: _, ...raw } = item.raw ?? Object.fromEntries(item.written.map((key) => [key, item.values[key]]));
-  return structuredClone(raw);
-}
-
-function offset(value: Values, [dx, dy]: Point): Values {
-  const shift = (point: unknown): unknown =>
-    Array.isArray(point) && typeof point[0] === "number" && typeof point[1] === "number"
-      ? [short(point[0] + dx), short(point[1] + dy), ...point.slice(2)]
-      : point;
-  const fresh: Values = { ...value };
-  if ("at" in fresh) fresh["at"] = shift(fresh["at"]);
-  if (Array.isArray(fresh["points"])) fresh["points"] = fresh["points"].map(shift);
-  return fresh;
 }
 
 function comparePaths(a: Path, b: Path): number {

@@ -1,7 +1,8 @@
-/** What goes with a new name: the driver of a robot, what hangs on a thing, and the events that name either. */
+/** What goes with a new name: the driver of a robot, what hangs or sits on a thing, and the events that name either. */
 
 import type { Change, Item, Path, Values } from "../api";
 import type { WorldDocument } from "../shell/document";
+import { relinked } from "./links";
 
 /** Keys of events whose value is the name of a thing. */
 const NAMING = ["move", "open", "close", "lamp", "remove", "restore", "shove", "push", "reach", "release", "lead"];
@@ -13,8 +14,8 @@ export function following(change: Change, document: WorldDocument): Change[] {
   const old = item?.name;
   if (!item || !old || item.raw?.["repeat"] !== undefined) return [];
   const name = change.value;
-  const hung = document.items.filter((other) => other.values["on"] === old && !other.fixed);
-  const follow = hung.map((other): Change => ({ op: "set", path: [...other.path, "on"], value: name }));
+  const names = new Map([[old, name]]);
+  const follow = document.items.flatMap((other) => (other.fixed ? [] : relinked(other, names)));
   const drivers = document.parsed.run["drivers"];
   if (item.type === "Robot" && typeof drivers === "object" && drivers !== null && old in drivers)
     follow.push({ op: "rename", path: ["run", "drivers", old], value: name });

@@ -1,7 +1,7 @@
 /** The keys of the Edit view: the plan can be worked without a mouse. */
 
 import type { Item, Point } from "../api";
-import { isCommand, isTyping } from "../dom";
+import { isCommand, isSign, isTyping } from "../dom";
 import type { Spot } from "../plan/gestures";
 import type { Editor } from "./editor";
 import type { Tools } from "./tools";
@@ -50,7 +50,7 @@ export class EditKeys {
   key(event: KeyboardEvent): boolean {
     if (!this.editor.document.isOpen) return false;
     if (isCommand(event) && !(event.key in ARROWS)) return this.command(event.key.toLowerCase(), event.shiftKey);
-    if (event.altKey) return false;
+    if (event.altKey && !isSign(event)) return false;
     const onButton =
       event.target instanceof HTMLButtonElement ||
       (event.target instanceof HTMLElement && event.target.tagName === "SUMMARY");

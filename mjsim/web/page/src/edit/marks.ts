@@ -14,7 +14,8 @@ export function paintViews(context: CanvasRenderingContext2D, plan: Plan, robot:
   const turn = robot.heading_deg ?? 0;
   for (const sensor of sensors as Values[]) {
     const at = sensor["at"];
-    if (typeof sensor["camera"] !== "string" || !Array.isArray(at)) continue;
+    // The plan does not know the pose of a camera on an arm.
+    if (typeof sensor["camera"] !== "string" || !Array.isArray(at) || typeof sensor["on"] === "string") continue;
     const middle = plan.view.toScreen(add(robot.at, rotate([Number(at[0]), Number(at[1])], turn)));
     paintWedge(context, plan, middle, turn + Number(sensor["yaw_deg"] ?? 0), Number(sensor["fov_deg"] ?? 60));
   }

@@ -31,7 +31,7 @@ const KINDS: Record<string, Kind> = {
   sphere: { title: word("edit.sphere"), hint: word("edit.clickOrDragFromIts"), make: () => roundMaker(OBSTACLES, (radius) => ({ sphere: radius })) },
   model: { title: word("edit.model"), hint: TURNED, make: (choice) => turnedMaker(OBSTACLES, "obstacle", 0.3, () => ({ model: choice().model })) },
   area: { title: word("edit.areaOfFloor"), hint: SIZED, make: () => sizedMaker(["floor", "patches"], "patch", [2, 1.5], (sides) => ({ size: sides, color: "#93a878" })) },
-  lamp: { title: word("edit.lamp"), hint: "Click.", make: () => turnedMaker(["lamps"], "light", 0, () => ({ height: 2.4 })) },
+  lamp: { title: word("edit.lamp"), hint: word("edit.click"), make: () => turnedMaker(["lamps"], "light", 0, () => ({ height: 2.4 })) },
   person: { title: word("edit.person"), hint: TURNED, make: () => turnedMaker(["people"], "obstacle", 0.25, () => ({ name: "person", sex: "female" })) },
   arm: { title: word("edit.arm"), hint: TURNED, make: (choice) => turnedMaker(["robots"], "robot", 0.15, () => ({ name: "arm", base: "fixed", arms: [{ preset: choice().arm }] })) },
   mechanism: { title: word("edit.mechanism"), hint: TURNED, make: () => turnedMaker(["mechanisms"], "obstacle", 0.5, pendulum) },

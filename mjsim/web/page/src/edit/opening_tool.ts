@@ -80,7 +80,7 @@ export class OpeningTool implements Tool {
         const far = distance(foot, spot.world);
         const long = distance(from, to);
         if (far > plan.px(spot.touch ? 30 : 20) || (best && far >= best.far) || long < 0.1) return;
-        const width = Math.min(KINDS[this.kind].width, short(long, 2));
+        const width = Math.min(KINDS[this.kind].width, Math.floor(100 * long) / 100);
         const wish = along * long - width / 2;
         const at = short(
           Math.min(Math.max(spot.alt ? wish : Math.round(wish / plan.step) * plan.step, 0), long - width),

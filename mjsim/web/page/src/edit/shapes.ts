@@ -12,6 +12,7 @@ import {
   minus,
   nearestOn,
   rotate,
+  rounded,
   short,
   times,
   turned,
@@ -258,7 +259,8 @@ function openingHandles(item: Item, items: Item[]): Handle[] {
   const { start, along, at, width, long } = frame;
   const place = (far: number): Point => add(start, times(along, far));
   const drawn = (to: Point, first: boolean): Changed => {
-    const far = short(Math.min(Math.max(dot(minus(to, start), along), 0), long), 2);
+    const wish = Math.min(Math.max(dot(minus(to, start), along), 0), long);
+    const far = Math.min(short(wish, 2), long); // rounding must not exceed the length of the wall
     const from = first ? Math.min(far, at + width - LEAST) : at;
     const wide = short(first ? at + width - from : Math.max(far - at, LEAST));
     const changes: Change[] = [{ op: "set", path: [...item.path, "width"], value: wide }];
@@ -353,10 +355,6 @@ function shifted(item: Item, by: Point): Item {
 function frameOf(item: Item, items: Item[]): number {
   const on = item.values["on"];
   return (typeof on === "string" && items.find((other) => other.name === on)?.heading_deg) || 0;
-}
-
-function rounded(point: Point): Point {
-  return [short(point[0]), short(point[1])];
 }
 
 function cursorAlong(degrees: number): string {

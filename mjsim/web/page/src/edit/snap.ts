@@ -1,7 +1,7 @@
 /** Where a point goes that was meant to be near something: ends of walls, right angles, the grid. */
 
 import type { Item, Point } from "../api";
-import { add, direction, distance, dot, heading, minus, nearestOn, short, times } from "../plan/geometry";
+import { add, direction, distance, dot, heading, minus, nearestOn, rounded, short, times } from "../plan/geometry";
 import { cornersOf, isWall, segmentsOf } from "./shapes";
 
 export interface Snapped {
@@ -50,14 +50,11 @@ function snapAngle(point: Point, last: Point, before: Point | undefined, step: n
   return rounded(add(last, times(ahead, along)));
 }
 
-/** A wall's centreline close by: a new wall begins on it. */
+/** Snap to the nearest wall centreline within reach, so that walls can be joined. */
 function onWall(point: Point, walls: Item[], reach: number): Snapped | null {
-  for (const [from, to] of walls.filter(isWall).flatMap(segmentsOf)) {
-    const { at } = nearestOn(point, from, to);
-    if (distance(at, point) > reach) continue;
-    return { at: rounded(at), to: "wall" };
-  }
-  return null;
+  const feet = walls.filter(isWall).flatMap(segmentsOf).map(([from, to]) => nearestOn(point, from, to).at);
+  const foot = nearest(point, feet, reach);
+  return foot && { at: rounded(foot), to: "wall" };
 }
 
 function nearest(point: Point, among: Point[], reach: number): Point | null {
@@ -67,8 +64,4 @@ function nearest(point: Point, among: Point[], reach: number): Point | null {
 
 function turnBetween(a: number, b: number): number {
   return ((((a - b) % 360) + 540) % 360) - 180;
-}
-
-function rounded(point: Point): Point {
-  return [short(point[0]), short(point[1])];
 }

@@ -1,13 +1,14 @@
 /** The tools of the Edit view, their buttons, and what can be chosen for them. */
 
 import type { Values } from "../api";
-import { el, fill, icon } from "../dom";
+import { el, icon, refill } from "../dom";
 import type { Tool } from "../plan/gestures";
 import { chooser, chooseRobot } from "../panel/gallery";
 import { choosePicture } from "../panel/pictures";
 import type { SchemaBook } from "../panel/schema";
 import { ICONS } from "../shell/icons";
 import { Signal } from "../signal";
+import { freshMarker } from "./copies";
 import type { Editor } from "./editor";
 import { MoreThings } from "./more_things";
 import { OpeningTool } from "./opening_tool";
@@ -54,7 +55,9 @@ const BEACONS: Record<Beacon, string> = {
 
 export class Tools {
   readonly bar = el("div", { class: "tools", role: "toolbar", "aria-label": word("edit.tools"), "aria-orientation": "vertical" });
+  /** The choices of the tool; the view appends controls of its own. */
   readonly strip = el("div", { class: "strip" });
+  private readonly chosen = el("div", { class: "strip-tool" });
   readonly changed = new Signal<ToolName>();
   readonly wall: WallTool;
   private readonly more: MoreThings;
@@ -100,10 +103,13 @@ export class Tools {
       ),
       more: this.more.tool,
     };
+    this.strip.append(this.chosen);
     this.addButtons();
     const { host } = editor.plan;
     host.addEventListener("pointermove", (event) => this.tell(event));
     host.addEventListener("pointerleave", () => (this.where.textContent = ""));
+    // An unfinished wall belongs to the world in which it was begun.
+    editor.document.opened.on(() => this.wall.cancel());
     this.take("select");
   }
 
@@ -182,7 +188,7 @@ export class Tools {
   private drawStrip(): void {
     const hint = this.now === "more" ? this.more.hint : HINTS[this.now];
     const title = TOOLS.find((tool) => tool.name === this.now)?.title ?? "";
-    fill(this.strip, el("b", {}, title), ...this.choices(), el("span", { class: "hint" }, hint), this.where);
+    refill(this.chosen, el("b", {}, title), ...this.choices(), el("span", { class: "hint" }, hint), this.where);
   }
 
   private choices(): HTMLElement[] {
@@ -261,11 +267,8 @@ export class Tools {
     if (this.look === "picture") return pictureBeacon(this.picture);
     if (this.look === "reflector") return { name: "reflector", value: {} };
     if (this.look === "anchor") return { name: "anchor", value: { anchor: true } };
-    const ids = this.editor.items
-      .map((item) => item.values["marker"] as Values | null | undefined)
-      .map((marker) => Number(marker?.["id"] ?? -1));
-    const id = Math.max(-1, ...ids) + 1;
-    return { name: `tag${id}`, value: { marker: { dictionary: "4x4_50", id: id % 50 }, width: 0.3 } };
+    const { name, marker } = freshMarker(this.editor.items);
+    return { name, value: { marker, width: 0.3 } };
   }
 
   private robot(): Values {

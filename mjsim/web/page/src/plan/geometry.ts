@@ -18,7 +18,8 @@ export function direction(degrees: number): Point {
 
 /** Heading of a vector, in (-180, 180]. */
 export function heading(vector: Point): number {
-  return (Math.atan2(vector[1], vector[0]) * 180) / Math.PI;
+  // Adding 0 turns -0 into 0: atan2(-0, -1) is -180 degrees.
+  return (Math.atan2(vector[1] + 0, vector[0]) * 180) / Math.PI;
 }
 
 /** The same angle in (-180, 180]. */
@@ -65,6 +66,9 @@ export function boundsOf(points: Point[]): Bounds {
 export function overlaps(a: Bounds, b: Bounds): boolean {
   return a[0] <= b[2] && b[0] <= a[2] && a[1] <= b[3] && b[1] <= a[3];
 }
+
+/** A point as it is written in the text. */
+export const rounded = ([x, y]: Point): Point => [short(x), short(y)];
 
 /** A number as it is written: at most so many decimals, no zeros behind. */
 export function short(value: number, decimals = 4): number {

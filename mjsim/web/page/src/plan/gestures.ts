@@ -74,6 +74,8 @@ export class Gestures {
     host.addEventListener("contextmenu", (event) => event.preventDefault(), { signal });
     window.addEventListener("keydown", (event) => this.held(event, true), { signal });
     window.addEventListener("keyup", (event) => this.held(event, false), { signal });
+    // The key may be released in another window.
+    window.addEventListener("blur", () => (this.space = false), { signal });
   }
 
   get dragging(): boolean {

@@ -246,6 +246,8 @@ export class Plan {
     if (width === 0 || height === 0) return;
     const middle = this.view.toWorld([this.view.width / 2, this.view.height / 2]);
     Object.assign(this.view, { width, height });
+    // The browser's zoom changes the pixel ratio, too.
+    for (const layer of [this.under, this.over]) layer.getCanvas().setPixelRatio(window.devicePixelRatio);
     this.stage.size({ width, height });
     if (!this.fitted || this.whole) return this.fit();
     this.view.centre(middle);

@@ -37,6 +37,12 @@ export function ask<T>(title: string, body: Child[], choices: Choice<T>[]): Prom
   });
 }
 
+/** Whether a pointer is over the box of an element. */
+function isOver(element: HTMLElement, { clientX, clientY }: MouseEvent): boolean {
+  const { left, right, top, bottom } = element.getBoundingClientRect();
+  return left <= clientX && clientX <= right && top <= clientY && clientY <= bottom;
+}
+
 /** Ask with a dialog that closes itself: `make` gets how to give the answer. */
 export function askWith<T>(title: string, make: (answer: (value: T | null) => void) => Child[]): Promise<T | null> {
   return new Promise((resolve) => {
@@ -56,7 +62,12 @@ export function askWith<T>(title: string, make: (answer: (value: T | null) => vo
       dialog.remove();
       resolve(given);
     });
-    dialog.addEventListener("click", (event) => event.target === dialog && answer(null));
+    // A drag that begins inside may end outside, as when text is selected; the padding counts as inside.
+    let beganOutside = false;
+    dialog.addEventListener("pointerdown", (event) => (beganOutside = !isOver(dialog, event)));
+    dialog.addEventListener("click", (event) => {
+      if (event.target === dialog && beganOutside && !isOver(dialog, event)) answer(null);
+    });
     document.body.append(dialog);
     dialog.showModal();
     (dialog.querySelector<HTMLElement>("[autofocus]") ?? close).focus();

@@ -1,7 +1,7 @@
 /** The frame of the page: tabs, the world's name, open and save, the switch of colours, and the keys for them. */
 
 import { api, type Folder } from "../api";
-import { el, fill, icon, isCommand, isTyping } from "../dom";
+import { el, fill, icon, isCommand, isPress, isSign, isTyping } from "../dom";
 import { makeEditView } from "../edit/edit";
 import { makeReviewView } from "../review/index";
 import { makeRunView } from "../run/index";
@@ -200,14 +200,14 @@ export class Shell implements Studio {
   private key(event: KeyboardEvent): void {
     if (document.querySelector("dialog[open]")) return;
     if (this.globalKey(event)) return event.preventDefault();
-    const isText = isTyping(event.target);
+    const isText = isTyping(event.target) || isPress(event);
     if (!isText && !event.defaultPrevented && this.now && this.views.get(this.now)?.key?.(event))
       event.preventDefault();
   }
 
   private globalKey(event: KeyboardEvent): boolean {
     const live = this.folder.mode === "live";
-    if (event.altKey && !isCommand(event) && /^Digit[123]$/.test(event.code) && !live) {
+    if (event.altKey && !isCommand(event) && !isSign(event) && /^Digit[123]$/.test(event.code) && !live) {
       this.show(NAMES[Number(event.code.slice(5)) - 1] ?? "edit");
       return true;
     }

@@ -81,7 +81,7 @@ export class TextPane {
   goTo(line: number, column = 1): void {
     const { doc } = this.view.state;
     const at = doc.line(Math.min(Math.max(line, 1), doc.lines));
-    const position = Math.min(at.from + column - 1, at.to);
+    const position = at.from + offsetOf(at.text, column);
     this.view.dispatch({
       selection: { anchor: position },
       effects: EditorView.scrollIntoView(position, { y: "center" }),
@@ -170,7 +170,7 @@ export class TextPane {
     const { doc } = this.view.state;
     const found = problems.map((problem): Diagnostic => {
       const line = doc.line(Math.min(Math.max(problem.line, 1), doc.lines));
-      const from = Math.min(line.from + Math.max(problem.column, 1) - 1, line.to);
+      const from = line.from + offsetOf(line.text, problem.column);
       const word = /^("[^"]*"|'[^']*'|[\w.$-]+|.)/.exec(doc.sliceString(from, line.to));
       return {
         from,
@@ -201,6 +201,11 @@ export class TextPane {
     const item = itemAtLine(line, this.world.items, this.world.text);
     this.world.select(item ? [item.path] : []);
   }
+}
+
+/** Return the offset of a column, counted from 1: the server counts code points, the editor units of UTF-16. */
+function offsetOf(line: string, column: number): number {
+  return [...line].slice(0, Math.max(column, 1) - 1).join("").length;
 }
 
 /** The innermost item whose text a line belongs to. */
