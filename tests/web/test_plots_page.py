@@ -67,7 +67,8 @@ def test_numbers_are_drawn_against_each_other_in_layouts_that_stay(browser, fold
     expect.set_options(timeout=PATIENCE)
     track = mjsim.read_recording(folder / "run.mcap").robots["scout"]
     with Studio(folder) as studio, page_at(browser, studio.url) as page:
-        page.evaluate("localStorage.setItem('mjsim.review.layouts', '{\"layouts\": [1, {\"name\": 2}]}')")
+        kept = [1, {"name": 2}, *({"name": f"Layout {k}", "charts": []} for k in range(1, 40))]
+        page.evaluate("kept => localStorage.setItem('mjsim.review.layouts', kept)", json.dumps({"layouts": kept}))
         page.reload()
         review = opened(page)
         draw(review, X)
@@ -91,10 +92,15 @@ def test_numbers_are_drawn_against_each_other_in_layouts_that_stay(browser, fold
         page.get_by_label("Name of the layout").fill("empty one")
         page.get_by_role("button", name="Keep").click()
         expect(review.locator(".plotter-chart .run-chart")).to_have_count(0)
+        review.get_by_role("button", name="Rename …").click()  # though there can be no more of them
+        page.get_by_label("Name of the layout").fill("an empty one")
+        page.keyboard.press("Enter")
+        layout = review.get_by_label("Layout", exact=True)
+        expect(layout).to_have_value("an empty one")
         page.reload()
         review = opened(page)
-        expect(review.get_by_label("Layout", exact=True)).to_have_value("empty one")
-        review.get_by_label("Layout", exact=True).select_option("Layout 1")
+        expect(layout).to_have_value("an empty one")
+        layout.select_option("Layout 1")
         expect(review.locator(".plotter-chart .run-chart")).to_have_count(2)
 
         chart = review.locator(".run-chart", has_text="against")
@@ -124,18 +130,28 @@ def test_numbers_of_a_live_run_are_drawn_as_they_come(browser, folder):
         assert len(kept["layouts"][0]["charts"][0]["fields"]) == 2
 
 
+def far_away(route):
+    """Answer with numbers as of a world in UTM coordinates."""
+    answer = route.fetch()
+    told = answer.json()
+    route.fulfill(response=answer, json={**told, "values": [value + 6.25e6 for value in told["values"]]})
+
+
 @pytest.mark.parametrize(("width", "height", "least"), [(1280, 720, 150), (640, 360, 200), (390, 844, 250)])
 def test_a_chart_of_one_number_against_another_is_high_enough_to_read_at_200_percent_too(
     browser, folder, width, height, least
 ):
     """A window of 1280 x 720 at 200 % has 640 x 360 pixels for the page."""
     with Studio(folder) as studio, page_at(browser, studio.url, width=width, height=height) as page:
+        page.route("**/api/recording/column*", far_away)
         review = opened(page)
         review.get_by_label("Kind of chart 1").select_option("xy")
         draw(review, X)
         draw(review, Y)
         expect(review.locator(".plotter-xy circle")).to_have_count(1)
         assert review.locator(".plotter-xy").bounding_box()["height"] >= least
+        across = review.locator(".plotter-xy text[text-anchor=middle]").all_text_contents()[:-2]  # without both names
+        assert len(across) == len(set(across)) >= 2
 
 
 SWATCHES = """list => [...list.querySelectorAll("i")].map(swatch => {
@@ -162,6 +178,8 @@ def test_truth_estimate_and_odometry_have_their_own_colours_in_whatever_order(br
         colors = ["odometry", "estimate", "truth"]
         assert review.locator(".plotter-list").evaluate(SWATCHES) == colors
         assert chart.locator(".run-chart-legend").evaluate(SWATCHES) == colors
+        page.get_by_role("button", name="Dark colours").click()
+        assert review.locator(".plotter-list").evaluate(SWATCHES) == colors
 
 
 def test_the_lines_of_errors_have_names_the_narrow_bound_before_the_wide(browser, folder):

@@ -2,6 +2,8 @@
 
 import json
 
+import cv2
+import numpy as np
 import pytest
 from playwright.sync_api import expect
 
@@ -18,7 +20,10 @@ LONG = """\
 mjsim: 1
 name: long
 walls: [{points: [[-4, -1], [4, -1], [4, 1], [-4, 1]], closed: true}]
-obstacles: [{name: west, box: [0.4, 0.4, 0.5], at: [-3.7, 0]}, {name: east, box: [0.4, 0.4, 0.5], at: [3.7, 0]}]
+obstacles:
+  - {name: west, box: [0.4, 0.4, 0.5], at: [-3.7, 0]}
+  - {name: east, box: [0.4, 0.4, 0.5], at: [3.7, 0]}
+  - {name: mast, box: [20, 40, 40], at: [250, 0], color: "#ff0000"}
 """
 HEAD = 40
 """Of a tile [px]."""
@@ -47,6 +52,23 @@ def in_sight(page, canvas, name) -> bool:
     return 0 < middle[0] < box["width"] and 0 < middle[1] < box["height"]
 
 
+def look_along_x(page, canvas) -> None:
+    """Turn a view that shows all, from the south-west and above, to the east."""
+    box = canvas.bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 0.149 * box["height"], y - 0.097 * box["height"], steps=4)
+    page.mouse.up()
+
+
+def reddish(canvas) -> int:
+    """Return how many pixels of a view are red."""
+    picture = cv2.imdecode(np.frombuffer(canvas.screenshot(), np.uint8), cv2.IMREAD_COLOR_RGB).astype(int)
+    red, green, blue = np.moveaxis(picture, -1, 0)
+    return int(((red > green + 60) & (red > blue + 60)).sum())
+
+
 def sized(page, canvas, size) -> None:
     """Give the page another size, and wait for the pictures of the canvas in that size."""
     drawn = int(canvas.get_attribute("data-frames"))
@@ -66,6 +88,19 @@ def test_the_view_in_3d_shows_all_in_another_size_and_keeps_where_it_was_turned_
             sized(page, canvas, size)
             assert in_sight(page, canvas, "west"), size
             assert in_sight(page, canvas, "east"), size
+        look_along_x(page, canvas)
+        for _ in range(30):
+            canvas.press("+")
+        page.evaluate(DRAWN)
+        assert reddish(canvas) > 1000  # the mast, 120 m away, though what is looked at is 1 m away
+        # Of a page at 200 % all pixels are drawn.
+        zoomed = {"width": WIDE["width"] // 2, "height": WIDE["height"] // 2, "deviceScaleFactor": 2, "mobile": False}
+        page.context.new_cdp_session(page).send("Emulation.setDeviceMetricsOverride", zoomed)
+        for drawn in ("#view-edit .plan canvas", "#view-edit .scene canvas"):
+            page.wait_for_function(
+                "drawn => [...document.querySelectorAll(drawn)].every(each => each.width === 2 * each.clientWidth)",
+                arg=drawn,
+            )
 
 
 def test_charts_and_pictures_fill_their_places_in_another_size_and_when_they_are_enlarged(browser, folder):

@@ -141,6 +141,13 @@ def test_recordings_are_compared_on_one_clock(browser, folder, tmp_path):
         told = [each.text for each in paths.iter("{http://www.w3.org/2000/svg}text")]
         assert {"Paths", "x [m]", "y [m]", *(group.label for group in said.groups)} <= set(told)
 
+        # Space presses the button that the keyboard is at, and both ways the keyboard goes along.
+        page.keyboard.press("Home")
+        page.get_by_role("button", name="Back", exact=True).focus()
+        page.keyboard.press(" ")
+        expect(page.get_by_role("button", name="Compare 2 chosen")).to_be_focused()
+        page.keyboard.press(" ")
+        expect(page.locator(".compare")).to_be_focused()
         page.keyboard.press("Escape")
         expect(page.get_by_label("Compare clean.mcap")).to_be_checked()
         page.locator("[data-path='clean.mcap']").click()

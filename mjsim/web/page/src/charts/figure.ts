@@ -288,8 +288,9 @@ function decades([low, high]: Range): number[] {
   return found.filter((value) => value >= low && value <= high).filter((value, _, all) => all.length < 9 || /^[01]/.test(String(value)));
 }
 
+/** Format a number without rounding errors; ticks of large numbers, such as UTM coordinates, stay distinct. */
 function short(value: number): string {
-  return String(Number(value.toPrecision(6)));
+  return String(Number(value.toPrecision(12)));
 }
 
 function round(value: number): number {

@@ -55,7 +55,7 @@ export class Layouts {
 
   rename(name: string): string | null {
     if (name === this.now.name) return null;
-    const wrong = this.refused(name);
+    const wrong = this.refused(name, 0);
     if (wrong) return wrong;
     this.now.name = name;
     this.choose(name);
@@ -72,10 +72,12 @@ export class Layouts {
     remembered(this.key, JSON.stringify({ chosen: this.chosen, layouts: this.all }));
   }
 
-  private refused(name: string): string | null {
+  /** Return why a layout cannot have a name, or null; `more` is how many layouts this would add. */
+  private refused(name: string, more = 1): string | null {
     if (!name) return word("charts.giveTheLayoutA");
     if (this.all.some((layout) => layout.name === name)) return word("charts.thereIsALayout", { name });
-    return this.all.length < MOST.layouts ? null : word("charts.layoutsAreKeptRemove", { layouts: MOST.layouts });
+    const fits = this.all.length + more <= MOST.layouts;
+    return fits ? null : word("charts.layoutsAreKeptRemove", { layouts: MOST.layouts });
   }
 }
 

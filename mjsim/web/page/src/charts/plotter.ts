@@ -1,8 +1,9 @@
 /** Any numbers in charts of one's own: found by words, over time or against each other, in layouts that are kept. */
 
-import { el, fill, put } from "../dom";
+import { el, fill, put, refill } from "../dom";
 import { button, choice, sign } from "../run/controls";
 import { ask } from "../shell/dialog";
+import { themeChanged } from "../shell/theme";
 import { newestWins } from "../signal";
 import { colorsOf } from "./colors";
 import { NO_MARKS, type Handlers, type Marks } from "./chart";
@@ -68,6 +69,7 @@ export class Plotter {
   ) {
     this.layouts = new Layouts(`${key}.layouts`);
     this.element.append(this.head, this.cards, this.search, this.note, this.found);
+    themeChanged.on(() => this.list());
     this.list();
   }
 
@@ -186,7 +188,7 @@ export class Plotter {
   private list(): void {
     const { charts } = this.layouts.now;
     this.current = Math.min(this.current, charts.length - 1);
-    fill(this.head, ...this.layoutControls());
+    refill(this.head, ...this.layoutControls());
     const add = button(
       { class: "quiet run-small", disabled: charts.length >= MOST.charts },
       () => {
@@ -195,7 +197,7 @@ export class Plotter {
       },
       word("charts.addChart"),
     );
-    fill(this.cards, ...charts.map((chart, k) => this.card(chart, k)), add);
+    refill(this.cards, ...charts.map((chart, k) => this.card(chart, k)), add);
   }
 
   private layoutControls(): HTMLElement[] {

@@ -9,6 +9,7 @@ import { clock } from "../run/bar";
 import { button, sign, write } from "../run/controls";
 import { faded, ROW_COLORS, rowColor } from "../run/ink";
 import type { Studio } from "../shell/view";
+import { Signal } from "../signal";
 import { compare, type Comparison, type Group, type TimeLine } from "./comparison";
 import { comparisonFigures } from "./compare_figures";
 import { ComparePlan } from "./compare_plan";
@@ -26,7 +27,9 @@ export function styleOf(k: number, count: number): Pick<Line, "color" | "dash"> 
 }
 
 export class Compare {
-  readonly element = el("section", { class: "compare", "aria-label": word("review.comparison") });
+  readonly element = el("section", { class: "compare", tabindex: -1, "aria-label": word("review.comparison") });
+  /** Emitted when the list of recordings is visible again. */
+  readonly closed = new Signal();
   private readonly player = new Player();
   /** How many comparisons have been asked for, or left. */
   private turn = 0;
@@ -81,8 +84,10 @@ export class Compare {
   close(): void {
     this.turn += 1;
     this.player.pause();
+    if (!this.active) return;
     this.element.remove();
     this.host.toggleAttribute("data-comparing", false);
+    this.closed.emit();
   }
 
   pause(): void {
@@ -115,6 +120,8 @@ export class Compare {
     fill(this.figures, ...comparisonFigures(comparison));
     this.draw(comparison);
     this.plan.take(comparison);
+    // The control that had the focus is hidden now.
+    this.element.focus({ preventScroll: true });
     const ends = groups.flatMap(({ errors, nees }) => [...errors, nees].map(({ time }) => time[time.length - 1] ?? 0));
     this.seconds = Math.max(0, ...ends);
     this.scrub.load(this.seconds, STEP, []);

@@ -114,6 +114,7 @@ export class ReviewView implements View {
     ]);
     this.content = this.build();
     this.compare = new Compare(studio, this.element);
+    this.compare.closed.on(() => this.library.focus());
     this.library.takeDrops(this.element);
     this.floor.layers.changed.on(() => this.show(this.player.time));
     this.player.changed.on((time) => this.show(time));

@@ -69,12 +69,14 @@ export class SceneView {
       { class: "quiet", type: "button", "aria-pressed": "false", onclick: () => this.setRuler(!this.measuring) },
       word("scene.measure"),
     );
-    const whole = el("button", { class: "quiet", type: "button", onclick: () => this.fit() }, word("scene.showAll"));
+    const fit = (): void => this.stage.fit();
+    const whole = el("button", { class: "quiet", type: "button", onclick: fit }, word("scene.showAll"));
     const bar = el("div", { class: "scene-bar", role: "group", "aria-label": word("scene.bar") });
     bar.append(this.eye, this.follow, whole, this.ruler, this.said);
     this.element.append(this.stage.canvas, this.leads.notes, this.loose.notes, bar, this.note);
     this.stage.over.add(this.marks, this.measure, this.touching.group);
     this.stage.picked.on((hit) => this.pick(hit));
+    this.stage.freed.on(() => (this.eye.value = ""));
     this.follow.addEventListener("change", () => this.setFollowed());
     this.eye.addEventListener("change", () => this.setEye());
   }
@@ -92,7 +94,7 @@ export class SceneView {
     this.mark();
     this.note.hidden = true;
     this.element.toggleAttribute("data-filled", true);
-    if (first) this.fit();
+    if (first) this.stage.fit();
   }
 
   /** Say why there is nothing to see. */
@@ -195,11 +197,6 @@ export class SceneView {
     return this.ruler.getAttribute("aria-pressed") === "true";
   }
 
-  private fit(): void {
-    this.eye.value = "";
-    this.stage.fit();
-  }
-
   private mark(): void {
     clearMarks(this.marks);
     if (this.solids && this.selected.length) this.marks.add(markOf(this.selected, this.solids.root, this.dragged ?? ((item) => item), this.ink));
@@ -272,7 +269,6 @@ export class SceneView {
     if (!body || !this.followed) return;
     const size = new Box3().setFromObject(body).getSize(new Vector3()).length();
     this.stage.lookAt(this.followed, 8 * size, ABOVE);
-    this.eye.value = "";
   }
 
   private followedBody(): Solids["bodies"][number] | null {

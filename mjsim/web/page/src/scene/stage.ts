@@ -11,6 +11,7 @@ import {
   Plane,
   Raycaster,
   Scene,
+  Sphere,
   Vector2,
   Vector3,
   WebGLRenderer,
@@ -49,6 +50,8 @@ export class Stage3d {
   readonly controls: OrbitControls;
   /** A press without a move: what it met first, if anything. */
   readonly picked = new Signal<Intersection | null>();
+  /** Emitted when the view returns to the free camera. */
+  readonly freed = new Signal();
   /** Told before each picture. */
   readonly drawing = new Signal();
   /** Whether pictures come quickly enough. */
@@ -68,6 +71,8 @@ export class Stage3d {
   private has = 0;
   private pressed: [number, number] | null = null;
   private drawn = 0;
+  /** Bounding sphere of the scene. */
+  private readonly ball = new Sphere();
   /** From where all of it is seen, and the middle that is looked at then; null when it was never fitted. */
   private fitted: [Vector3, Vector3] | null = null;
   private readonly endings: (() => void)[] = [];
@@ -100,6 +105,7 @@ export class Stage3d {
   show(root: Object3D): void {
     this.content.clear();
     this.content.add(root);
+    new Box3().setFromObject(root).getBoundingSphere(this.ball);
     this.soon();
   }
 
@@ -126,6 +132,7 @@ export class Stage3d {
     this.orbit.position.copy(place).addScaledVector(from.clone().normalize(), distance);
     this.controls.target.copy(place);
     this.ride(null);
+    this.freed.emit();
     this.controls.update();
     this.soon();
   }
@@ -255,7 +262,8 @@ export class Stage3d {
   private near(): void {
     const distance = this.orbit.position.distanceTo(this.controls.target);
     this.orbit.near = Math.max(0.01, distance / 200);
-    this.orbit.far = Math.max(100, 60 * distance);
+    // Includes the whole scene from any place; the precision of depth depends on the near plane.
+    this.orbit.far = Math.max(100, 60 * distance, this.orbit.position.distanceTo(this.ball.center) + this.ball.radius);
     this.orbit.updateProjectionMatrix();
   }
 
@@ -322,6 +330,8 @@ export class Stage3d {
   }
 
   private key(event: KeyboardEvent): void {
+    // These belong to the browser: zoom of the page, history.
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
     const factor = { "+": 0.8, "=": 0.8, "-": 1.25 }[event.key];
     if (factor) this.zoom(factor);
     else if (event.key === "0") this.fit();
