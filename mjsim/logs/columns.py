@@ -21,11 +21,10 @@ from pydantic import AfterValidator, Field, model_validator
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.interface import ImuReading, Scan, Sighting
-from mjsim.logs.csv_table import CsvTable, read_csv
+from mjsim.logs.csv_table import CsvTable, headings, read_csv
 from mjsim.logs.log import BEARING, MOTION, RANGE, Log, Mount, Wishes
 from mjsim.logs.readings import kept
 from mjsim.logs.robot_log import RobotLog
-from mjsim.logs.table import UNIT
 from mjsim.logs.text import lies_in, lines_of
 from mjsim.world import Model, read_described
 
@@ -281,7 +280,7 @@ class _Tables:
             return None
         table = self._table(columns)
         turned = (
-            _angle(table, columns, "heading") if columns.quaternion is None else _headings(table, columns.quaternion)
+            _angle(table, columns, "heading") if columns.quaternion is None else headings(table, columns.quaternion)
         )
         return self._rows(columns, table, *self._lengths(table, columns.x, columns.y), turned)
 
@@ -369,7 +368,10 @@ class _Tables:
         return [table.column(name) * self._metre for name in names]
 
     def _times(self, spec: _Table, table: CsvTable) -> Array:
-        return table.times(spec.time, unit=self._second)
+        times = table.times(spec.time, unit=self._second)
+        if back := int(np.count_nonzero(np.diff(times) < 0.0)):
+            self._notes[f"clock of {spec.file}"] = f"goes back {back} times; the rows are sorted by time"
+        return times
 
     def _rows(self, spec: _Table, table: CsvTable, *columns: Array) -> Array:
         rows = np.column_stack([self._times(spec, table), *columns])
@@ -380,16 +382,6 @@ def _angle(table: CsvTable, spec: _Angled, name: str) -> Array:
     """Return a column of angles [rad]."""
     radians = getattr(spec, name)
     return table.column(radians) if radians is not None else np.radians(table.column(getattr(spec, f"{name}_deg")))
-
-
-def _headings(table: CsvTable, names: Sequence[str | int]) -> Array:
-    """Return the headings of quaternions, seen from above [rad]."""
-    x, y, z, w = (table.column(name) for name in names)
-    length = np.sqrt(x * x + y * y + z * z + w * w)
-    if len(odd := np.flatnonzero(np.abs(length - 1.0) > UNIT)):
-        line = table.lines[odd[0]]
-        raise UsageError(f"{table.path}:{line}: the quaternion has length {length[odd[0]]:.3g}, not 1")
-    return np.asarray(np.arctan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z))
 
 
 def _plain(name: str) -> str:

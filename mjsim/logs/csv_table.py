@@ -12,6 +12,7 @@ import numpy as np
 
 from mjsim.errors import LONGEST_MESSAGE, UsageError, did_you_mean
 from mjsim.geometry import Array
+from mjsim.logs.table import UNIT
 from mjsim.logs.text import left_out_cut, lines_of
 
 DECIMAL = re.compile(r"[-+]?\d*,\d+(e[-+]?\d+)?", re.IGNORECASE)
@@ -188,3 +189,13 @@ def _is_number(word: str) -> bool:
 
 def _is_finite(word: str) -> bool:
     return _is_number(word) and math.isfinite(float(word))
+
+
+def headings(table: CsvTable, names: Sequence[str | int]) -> Array:
+    """Return the headings of quaternions, seen from above [rad]."""
+    x, y, z, w = (table.column(name) for name in names)
+    length = np.sqrt(x * x + y * y + z * z + w * w)
+    if len(odd := np.flatnonzero(np.abs(length - 1.0) > UNIT)):
+        line = table.lines[odd[0]]
+        raise UsageError(f"{table.path}:{line}: the quaternion has length {length[odd[0]]:.3g}, not 1")
+    return np.asarray(np.arctan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z))
