@@ -43,6 +43,50 @@ def running(tmp_path_factory):
         yield server
 
 
+ARM = """
+mjsim: 1
+robots: [{name: r, base: fixed, at: [1, 2], arms: [{preset: puma560}]}]
+run: {seconds: 1000}
+"""
+
+
+def test_each_target_of_a_drag_is_answered_the_drag_is_one_event_and_a_paused_run_does_not_go_on(page):
+    def drag(seen, number, tool):
+        seen.say("touch", event={"reach": "r", "arm": "arm", "tool": tool}, drag="next" if number else "first")
+        while (kind := seen.take()) not in ("touched", "short", "refused"):
+            pass
+        return seen.news[kind]
+
+    with browser(page.url) as seen:
+        seen.say("start", path="arm.yaml", text=ARM, speed=1.0)
+        seen.until("run", state="running")
+        seen.until("tick")
+        for k in range(5):
+            assert drag(seen, k, [0.5, 0.1 - 0.02 * k, 0.4])["kind"] == "touched"
+            for _ in range(3):  # of two targets before a tick the first would not count
+                seen.until("tick")
+        # Out of reach it comes as near as it can.
+        short = drag(seen, 5, [0.5, 0.1, 3.0])
+        assert (short["kind"], short["of"], short["part"]) == ("short", "r", "arm")
+        assert 1.0 < short["metres"] < 2.5
+        # The list of touches follows the drag.
+        while not (touched := seen.news["run"]["touched"]) or len(touched[0].get("then", ())) < 5:
+            seen.take()
+        (event,) = seen.news["run"]["touched"]
+        _, *edge = event["then"][-1]
+        assert np.linalg.norm(np.subtract(edge, [0.5, 0.1, 3.0])) == pytest.approx(short["metres"], abs=2e-3)
+        # All targets are one line in the list of events.
+        events = [each for each in seen.events if each["event"] == "reach"]
+        assert {each["motion"] for each in events} == {events[0]["motion"]}
+        assert "through 6 targets" in events[-1]["text"]
+        seen.say("pause")
+        at = seen.until("run", state="paused")["time"]
+        assert drag(seen, 0, [0.5, 0.1, 0.4])["kind"] == "touched"
+        assert drag(seen, 1, [0.5, 0.1, 9.0])["kind"] == "short"
+        seen.until("run")
+        assert seen.news["tick"]["time"] == pytest.approx(at)
+
+
 def test_a_page_without_a_run_says_so(page):
     with browser(page.url) as seen:
         assert seen.until("run")["state"] == "idle"
