@@ -15,6 +15,8 @@ NEAREST, FARTHEST = 0.01, 100.0
 """Range limits of a lidar whose messages do not give them [m]."""
 ASSUMED_FOV = math.radians(60.0)
 """Horizontal field of view of a camera without calibration."""
+BROWNS, FISHEYES = ("plumb_bob", "rational_polynomial", "radtan", ""), ("equidistant", "fisheye", "kannala_brandt")
+"""Names of lens models."""
 UNMEASURED = -1.0
 """First element of a covariance of what an inertial sensor does not measure."""
 NOTHING = (math.nan,) * 3
@@ -180,12 +182,13 @@ def intrinsics_of(message: Any, *, width: int, height: int, rectified: bool) -> 
     )
     straight = rectified and P.size == 12 and P[0] > 0.0
     fx, fy, cx, cy = (P[0], P[5], P[2], P[6]) if straight else (K[0], K[4], K[2], K[5])
-    if not fx > 0.0 or not fy > 0.0:
+    if not fx > 0.0 or not fy > 0.0 or not np.isfinite([fx, fy, cx, cy, *D]).all():
         return None
     (left, told_width), (top, told_height) = _sides(message, width, height)
     across, down = ((size / given if given else 1.0) for size, given in ((width, told_width), (height, told_height)))
-    fisheye = message.distortion_model in ("equidistant", "fisheye", "kannala_brandt")
-    distortion = () if rectified or not D.any() else tuple(D[: 4 if fisheye else 8].tolist())
+    fisheye = message.distortion_model in FISHEYES
+    bent = D.any() and not rectified and message.distortion_model in (*FISHEYES, *BROWNS)
+    distortion = tuple(D[: 4 if fisheye else 8].tolist()) if bent else ()
     if not fisheye and len(distortion) == 8 and not any(distortion[5:]):
         distortion = distortion[:5]
     lens = "pinhole" if not distortion else "fisheye" if fisheye else "brown"
@@ -200,6 +203,15 @@ def intrinsics_of(message: Any, *, width: int, height: int, rectified: bool) -> 
         lens,
         distortion,
     )
+
+
+def unread_lens(message: Any) -> str:
+    """Return what of the lens in a `sensor_msgs/CameraInfo` is not supported, '' if all is."""
+    D = np.asarray(getattr(message, "d", getattr(message, "D", ())), dtype=float).ravel()
+    if D.any() and message.distortion_model not in (*FISHEYES, *BROWNS):
+        known = ", ".join(filter(None, (*BROWNS, *FISHEYES)))
+        return f"lens of model '{message.distortion_model[:40]}' taken for a pinhole; supported are {known}"
+    return "coefficients after the eighth, of thin prisms and tilted sensors, left out" if D[8:].any() else ""
 
 
 def _sides(message: Any, width: int, height: int) -> tuple[tuple[int, int], tuple[int, int]]:

@@ -37,6 +37,7 @@ PLAIN = {
     "bgr16": ("BGR", 2),
 }
 """Encoding -> order of channels, and bytes per channel."""
+CHANNELS = {"GRAY": 1, "RGBA": 4, "BGRA": 4}
 YUV = {"yuv422": "UYVY", "uyvy": "UYVY", "yuv422_yuy2": "YUY2", "yuyv": "YUY2"}
 HALVED = {"nv12": "NV12", "nv21": "NV21"}
 """Encodings whose colour has half the width and height of the picture, below its brightness."""
@@ -70,8 +71,13 @@ def size_of(message: Any) -> tuple[int, int]:
     if hasattr(message, "encoding"):
         if not is_read(message.encoding):
             raise ValueError(f"pictures with the encoding '{message.encoding}' are not supported")
-        return int(message.width), _height(message)
-    return _packed_size(message, _unpacked(message)[1])
+        height = _height(message)
+        _require_rows(message, height * 3 // 2 if message.encoding.lower() in HALVED else height, _row_bytes(message))
+        return int(message.width), height
+    try:
+        return _packed_size(message, _unpacked(message)[1])
+    except ValueError as error:
+        raise ValueError(f"a picture of format '{message.format[:40]}' {error}") from None
 
 
 def frame_of(message: Any, stamp: float, intrinsics: Intrinsics) -> LoggedFrame:
@@ -126,7 +132,7 @@ def _picture(message: Any) -> Picture:
     encoding = message.encoding.lower()
     if encoding in PLAIN:
         order, size = PLAIN[encoding]
-        channels = _channels(message, {"GRAY": 1, "RGBA": 4, "BGRA": 4}.get(order, 3), f"u{size}")
+        channels = _channels(message, CHANNELS.get(order, 3), f"u{size}")
         picture = _upper(channels)
         return np.asarray(picture if order == "RGB" else cv2.cvtColor(picture, getattr(cv2, f"COLOR_{order}2RGB")))
     if BAYER.fullmatch(encoding):
@@ -151,11 +157,27 @@ def _channels(message: Any, count: int, kind: str) -> Any:
 
 def _rows(message: Any, count: int, used: int) -> Any:
     """Return the bytes that are used in each row of a picture, shape (count, used)."""
+    _require_rows(message, count, used)
     step, data = int(message.step), np.asarray(message.data, dtype=np.uint8)
-    if not 0 < used <= step or len(data) < step * count:
-        size = f"{int(message.width)} x {int(message.height)}"
-        raise ValueError(f"a picture of {size} pixels in {len(data)} bytes, {step} a row")
     return np.ascontiguousarray(data[: step * count].reshape(count, step)[:, :used])
+
+
+def _require_rows(message: Any, count: int, used: int) -> None:
+    """Check that a picture has some rows, of which some bytes are used."""
+    step, size = int(message.step), len(message.data)
+    if not 0 < used <= step or size < step * count:
+        pixels = f"{int(message.width)} x {int(message.height)}"
+        raise ValueError(f"a picture of {pixels} pixels in {size} bytes, {step} a row")
+
+
+def _row_bytes(message: Any) -> int:
+    """Return how many bytes of each row of a picture are used."""
+    encoding = message.encoding.lower()
+    if encoding in PLAIN:
+        order, size = PLAIN[encoding]
+        return int(message.width) * size * CHANNELS.get(order, 3)
+    wide = 4 if message.encoding == "32FC1" else 2 if encoding in YUV or encoding.endswith(("16", "16uc1")) else 1
+    return int(message.width) * wide
 
 
 def _height(message: Any) -> int:

@@ -23,7 +23,7 @@ from mjsim.logs.bag_contents import Contents, Moves, Stream, moving_in_tf, times
 from mjsim.logs.bag_file import Bag, BagMessages, is_bag
 from mjsim.logs.bag_frames import frame_name, is_base, level_mount, mount_of
 from mjsim.logs.bag_gps import gps_poses
-from mjsim.logs.bag_messages import UPSIDE_DOWN, assumed_intrinsics, intrinsics_of, is_clockwise, scan_of
+from mjsim.logs.bag_messages import UPSIDE_DOWN, assumed_intrinsics, intrinsics_of, is_clockwise, scan_of, unread_lens
 from mjsim.logs.bag_pictures import depth_of, frame_of, shown_depth
 from mjsim.logs.bag_topics import INFO, ODOMETRY, TRANSFORMS, RobotTopics, plain_topic, robots_of
 from mjsim.logs.log import AHEAD, Log, Mount, Wishes
@@ -339,6 +339,8 @@ class _Robot:
         intrinsics = None if info is None else intrinsics_of(info, width=width, height=height, rectified=rectified)
         if intrinsics is None:
             self._notes[f"calibration of {name}"] = "not in the bag; 60 degrees are assumed"
+        elif not rectified and (unread := unread_lens(info)):
+            self._notes[f"calibration of {name}"] = unread
         return intrinsics or assumed_intrinsics(width, height)
 
     def _with_depth(

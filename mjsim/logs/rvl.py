@@ -23,7 +23,7 @@ def rvl_size(data: bytes) -> tuple[int, int]:
         ValueError: The data are too short.
     """
     if len(data) < SIZE.size:
-        raise ValueError("a damaged depth picture (RVL)")
+        raise ValueError("is a damaged depth picture (RVL)")
     width, height = SIZE.unpack_from(data)
     return int(width), int(height)
 

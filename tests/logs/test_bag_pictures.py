@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from mjsim.interface import Intrinsics
-from mjsim.logs.bag_messages import intrinsics_of
-from mjsim.logs.bag_pictures import depth_of, frame_of
+from mjsim.logs.bag_messages import intrinsics_of, unread_lens
+from mjsim.logs.bag_pictures import depth_of, frame_of, size_of
 from mjsim.record import filed_frame
 from mjsim.record.logged_frame import decode_picture
 
@@ -111,3 +111,51 @@ def test_a_part_of_the_calibrated_picture_keeps_its_rays(binning):
     info.roi = SimpleNamespace(x_offset=0, y_offset=0, width=0, height=0)
     found = intrinsics_of(info, width=320, height=240, rectified=False)
     assert found.cx == pytest.approx((320.3 + 0.5) / 2 - 0.5)
+
+
+@pytest.mark.parametrize(
+    ("model", "numbers", "lens", "said"),
+    [
+        ("plumb_bob", [0.1, 0.01, 0.0, 0.0, 0.0], "brown", ""),
+        ("equidistant", [0.1, 0.01, 0.0, 0.0], "fisheye", ""),
+        ("division", [0.1], "pinhole", "lens of model 'division' taken for a pinhole"),
+        ("rational_polynomial", [0.1] * 14, "brown", "coefficients after the eighth"),
+        ("plumb_bob", [float("nan")] * 5, None, ""),
+    ],
+)
+def test_lenses_that_are_not_supported_are_said(model, numbers, lens, said):
+    info = SimpleNamespace(
+        width=64,
+        height=48,
+        distortion_model=model,
+        k=np.array([50.0, 0.0, 32.0, 0.0, 50.0, 24.0, 0.0, 0.0, 1.0]),
+        p=np.zeros(12),
+        d=np.array(numbers),
+        binning_x=0,
+        binning_y=0,
+        roi=SimpleNamespace(x_offset=0, y_offset=0, width=0, height=0),
+    )
+    found = intrinsics_of(info, width=64, height=48, rectified=False)
+    assert (None if found is None else found.lens) == lens
+    if found is not None:
+        assert unread_lens(info).startswith(said)
+        assert bool(unread_lens(info)) == bool(said)
+
+
+def test_a_picture_that_is_not_all_there_is_found_before_it_is_read():
+    for encoding, pixels in (
+        ("rgb8", np.zeros((16, 16, 3), dtype=np.uint8)),
+        ("mono16", np.zeros((16, 16), dtype=np.uint16)),
+        ("32FC1", np.zeros((16, 16), dtype=np.float32)),
+        ("uyvy", np.zeros((16, 16, 2), dtype=np.uint8)),
+        ("bayer_rggb16", np.zeros((16, 16), dtype=np.uint16)),
+        ("nv12", np.zeros((24, 16), dtype=np.uint8)),
+    ):
+        image = _Image(encoding, pixels)
+        assert size_of(image) == (16, 16)
+        image.data = image.data[:-1]
+        with pytest.raises(ValueError, match="a picture of 16 x"):
+            size_of(image)
+        image.data, image.width = np.append(image.data, [0]).astype(np.uint8), 4000
+        with pytest.raises(ValueError, match="a picture of 4000 x"):
+            size_of(image)
