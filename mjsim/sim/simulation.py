@@ -213,7 +213,7 @@ class Simulation(Closes):
         return self._robot(robot).identities(self.tick)
 
     def move(self, name: str, pose: Pose) -> None:
-        """Put a robot or a movable obstacle at a pose, at rest; odometry does not measure the move.
+        """Put a robot or a movable obstacle at a pose, free or not, at rest; odometry does not measure the move.
 
         Raises:
             UsageError: The name does not exist, or the pose is out of bounds.

@@ -11,14 +11,16 @@ from mjsim.web import Studio
 from tests.browser import browser
 
 ROBOT = "mjsim: 1\nrobots: [{name: scout, at: [0, 0], KEYS}]\n"
+BODY = "body: {radius: 0.1, height: 0.1, mass: 1e-6}"
 TINY = {
-    "scout/wheel_left": ROBOT.replace("KEYS", "drive: {type: differential, wheel_radius: 1e-9, track: 0.33}"),
-    "scout/wheel_front_left": ROBOT.replace(
-        "KEYS", "drive: {type: mecanum, wheel_radius: 1e-9, track: 0.4, wheelbase: 0.4}"
+    "scout/wheel_left": ROBOT.replace(
+        "KEYS", f"drive: {{type: differential, wheel_radius: 1e-4, track: 0.33}}, {BODY}"
     ),
-    "scout/base": ROBOT.replace("KEYS", "body: {radius: 1e-9, height: 1e-9, mass: 0.001}"),
-    "beacon:backs": "mjsim: 1\nbeacons: [{name: lion, image: posters/lion.jpg, at: [0, 0], width: 1e-9}]\n",
-    "obstacle/1": "mjsim: 1\nobstacles: [{ramp: [1e-9, 1e-9, 1e-9], at: [0, 0]}]\n",
+    "scout/wheel_front_left": ROBOT.replace(
+        "KEYS", f"drive: {{type: mecanum, wheel_radius: 1e-4, track: 0.4, wheelbase: 0.4}}, {BODY}"
+    ),
+    "scout/base": ROBOT.replace("KEYS", "body: {radius: 1e-5, height: 1e-5, mass: 1e-6}"),
+    "obstacle/1": "mjsim: 1\nobstacles: [{ramp: [1.1e-5, 1.1e-5, 1.1e-5], at: [0, 0]}]\n",
 }
 
 

@@ -25,7 +25,7 @@ MISTAKES = [
     (
         "rod: [1.0, 0.05]",
         "rod: [1e-9, 0.05]",
-        "5:34: the rod is 1e-09 m long; make it 1e-05 m at least, or a sphere",
+        "5:34: a length is 1e-09 m; it must be at least 1e-05 m",
     ),
     ("rod: [1.0, 0.05]", "rod: [.nan, 0.05]", "5:34: rod[0] is nan; it must be a finite number"),
     ("rod: [1.0, 0.05]", "rod: [1e300, 0.05]", "5:34: rod[0] is 1e+300 m; it must be at most 10000"),

@@ -49,7 +49,7 @@ def test_a_robot_may_start_under_what_hangs_high():
 @pytest.mark.parametrize(
     ("obstacle", "message"),
     [
-        ("box: [1, 1, 1e-7]", "a size is 1e-07 m; a movable object is at least 0.001 m large"),
+        ("box: [1, 1, 1e-4]", "a size is 0.0001 m; a movable object is at least 0.001 m large"),
         ("cylinder: [1e-5, 1]", "a size is 1e-05 m; a movable object is at least 0.001 m large"),
         ("box: [1, 1, 1], mass: 1e-9", "mass is 1e-09 kg; it must be at least 0.001"),
     ],

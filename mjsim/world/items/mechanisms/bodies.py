@@ -19,8 +19,6 @@ DENSITY = 1000.0
 
 LIGHTEST = 1e-9
 """Smallest mass of a moving body in the physics [kg]."""
-SHORTEST = 1e-5
-"""Smallest length of a rod with a direction in the physics [m]."""
 RIM = 24
 """Number of points on the rim of a cylinder."""
 
@@ -157,12 +155,6 @@ class MechanismRod(_Even):
 
     rod: Annotated[tuple[Length, ...], Field(strict=False, min_length=2, max_length=2)]
     """[length, radius] [m]."""
-
-    @model_validator(mode="after")
-    def _has_a_direction(self) -> Self:
-        if self.rod[0] < SHORTEST:
-            raise fault(f"the rod is {self.rod[0]:g} m long; make it {SHORTEST:g} m at least, or a sphere", "rod", 0)
-        return self
 
     def volume(self) -> float:
         """Return the volume of a cylinder [m^3]."""
