@@ -56,12 +56,7 @@ def repeats(text, touched, hand, place) -> bool:
 @pytest.mark.parametrize(
     ("text", "targets"),
     [
-        (
-            bars().replace("seconds: 3", "seconds: 0.4"),
-            [{"lead": "bars", "joint": "q2", "to_deg": 30 + 4 * k} for k in range(8)],
-        ),
         (ARM, [{"reach": "r", "tool": [0.5, 0.1 - 0.02 * k, 0.4]} for k in range(8)]),
-        (ARM, [{"reach": "r", "joints_deg": [5 * k, 0, 0, 0, 0, 0]} for k in range(8)]),
         (
             ROOM.replace("seconds: 2", "seconds: 0.4"),
             [{"reach": "anna", "hand": "right", "to": [1.1, 0.1 + 0.02 * k, 1]} for k in range(8)],

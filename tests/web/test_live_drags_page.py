@@ -71,7 +71,9 @@ def test_a_joint_follows_the_pointer_goes_back_with_escape_and_the_drag_is_one_e
     assert same_run(hand, tmp_path / "again.mcap")
 
 
-def test_a_tool_follows_on_the_plan_and_a_paused_run_waits_until_it_is_let_go(browser, tmp_path):
+def test_a_tool_follows_on_the_plan_and_its_joints_by_sliders_and_a_paused_run_waits_until_it_is_let_go(
+    browser, tmp_path
+):
     with running(browser, tmp_path, CELL) as (studio, page):
         page.get_by_role("button", name="Touch: drag").click()
         start = tool_at(now(studio))
@@ -90,14 +92,8 @@ def test_a_tool_follows_on_the_plan_and_a_paused_run_waits_until_it_is_let_go(br
         assert now(studio)["time"] == before
         page.mouse.up()
         until(studio, page, lambda tick: tick["time"] == pytest.approx(before + 0.04))
-        keep(page, 2)
-    first, second = mjsim.load_world(tmp_path / "room.yaml").run.events
-    assert first.then
-    assert second.then is None
-
-
-def test_sliders_lead_while_they_are_dragged_and_are_one_event(browser, tmp_path):
-    with running(browser, tmp_path, CELL) as (studio, page):
+        page.get_by_role("button", name="Resume", exact=True).click()
+        expect(page.locator(".run-state")).to_have_text("Running", timeout=PATIENCE)
         page.get_by_role("tab", name="Joints").locator("visible=true").click()
         slider = page.get_by_role("slider", name="joint1").locator("visible=true")
         box = slider.bounding_box()
@@ -110,9 +106,11 @@ def test_sliders_lead_while_they_are_dragged_and_are_one_event(browser, tmp_path
         aim = float(slider.input_value())
         until(studio, page, lambda tick: abs(tick["joints"]["r/arm"]["joint1"][0] - aim) < 0.02)
         page.mouse.up()
-        keep(page, 1)
-    (event,) = mjsim.load_world(tmp_path / "room.yaml").run.events
-    assert math.radians(event.then[-1][1]) == pytest.approx(aim, abs=1e-3)
+        keep(page, 3)
+    dragged, placed, slid = mjsim.load_world(tmp_path / "room.yaml").run.events
+    assert dragged.then
+    assert placed.then is None
+    assert math.radians(slid.then[-1][1]) == pytest.approx(aim, abs=1e-3)
 
 
 def test_a_robot_is_dragged_in_3d_with_a_ghost_and_put_there_when_it_is_let_go(browser, tmp_path):
