@@ -93,6 +93,9 @@ class JointGrip(TypedDict):
     """Of a ball joint, which has no axis."""
     curve: NotRequired[CurveFrame]
     """Of a point on a curve, whose axis is its tangent."""
+    toward: NotRequired[tuple[float, float, float]]
+    """In a mechanism with one degree of freedom and loops: how the point moves with the value, as its axis moves too
+    [m, m/rad]."""
     loop: NotRequired[bool]
     """Of a joint in a mechanism with loops: its axis may move with its value."""
 

@@ -7,7 +7,7 @@ from typing import cast
 import numpy as np
 
 from mjsim.geometry import Array, Pose, Pose3
-from mjsim.mechanics import JointMotion
+from mjsim.mechanics import JointMotion, inverted, jacobian
 from mjsim.video import arm_outlines, body_outlines, posed
 from mjsim.web.history import plain
 from mjsim.web.joint_news import BallFrame, CurveFrame, JointFacts, JointGrip, JointRow
@@ -23,6 +23,10 @@ NO_LEVER = 0.02
 """Points closer to an axis than this do not show the direction of rotation [m]."""
 LOOP_SHARE, CUT_SHARE = 0.5, 0.25
 """Distance from a joint of a loop to its handle, of that to the farthest point; and of the joint where it is cut."""
+STILL = 1e-6
+"""Relative motion of a value below which it stands still while others move."""
+SLOPE = 1e-5
+"""Change of a value for the derivative of a handle's position [rad, m]."""
 PIECES = 72
 """Number of pieces of a curve along which a point is dragged."""
 Values = Mapping[str, Array]
@@ -133,7 +137,7 @@ def _mechanism_grips(mechanism: Mechanism, values: Array) -> Iterator[JointGrip]
     found, ground = mechanism.assembly, mechanism.world_from_ground
     placed = found.linkage.place(values)
     trees = {each.name: each for each in found.linkage.joints}
-    led = led_joints(mechanism)
+    led, motion = led_joints(mechanism), _single_motion(mechanism, values)
     for joint in mechanism.joints:
         if joint.name not in trees:
             continue
@@ -155,7 +159,26 @@ def _mechanism_grips(mechanism: Mechanism, values: Array) -> Iterator[JointGrip]
                 axis = ground[:3, :3] @ placed.axes[column]
                 slides = bool(found.slides[column])
                 grip = points.mean(axis=0) if slides else at + share * (_farthest(points, at, axis) - at)
-                yield _grip(mechanism.name, name, slides, at=at, axis=axis, grip=grip)
+                made = _grip(mechanism.name, name, slides, at=at, axis=axis, grip=grip)
+                if motion is not None and abs(motion[column]) > STILL:
+                    change = values + SLOPE / motion[column] * motion
+                    ahead = ground @ found.linkage.place(change).poses[body]
+                    moved = _moved(ahead @ inverted(ground @ placed.poses[body]), grip)
+                    made["toward"] = plain((moved - grip) / SLOPE, 4)
+                yield made
+
+
+def _single_motion(mechanism: Mechanism, values: Array) -> Array | None:
+    """Return the direction in which the values of a mechanism with loops move together, shape (values,).
+
+    None without loops, or if there are several directions.
+    """
+    found = mechanism.assembly
+    if not found.cuts:
+        return None
+    _, singular, directions = np.linalg.svd(jacobian(found.linkage, found.rows, values))
+    rank = int((singular > STILL * singular.max(initial=1.0)).sum())
+    return np.asarray(directions[-1]) if found.linkage.size - rank == 1 else None
 
 
 def _curve_grips(mechanism: Mechanism, values: Array) -> Iterator[JointGrip]:

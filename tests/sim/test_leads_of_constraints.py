@@ -144,7 +144,7 @@ def test_a_point_on_a_cam_is_led_by_the_motion_of_the_cam():
     with mjsim.Simulation(mjsim.parse_world(CAM)) as sim:
         before, _ = stepped(sim, 0.08)
         sim.lead("cam", "contact", before["contact"] + 0.2)
-        led, _ = stepped(sim, 1.4)
+        led, _ = stepped(sim, 2.0)
     assert led["contact"] == pytest.approx(before["contact"] + 0.2, abs=1e-5)
     assert abs(led["turn"] - before["turn"]) > 0.1
 

@@ -5,7 +5,7 @@ import type { Place } from "../scene/grip";
 import { ballAfter, ballTo, both, rotationAfter, rotationOf } from "./balls";
 import { curveAfter, curveTo, isSeenFromAbove } from "./curves";
 import { dragged, rounded, shown, unit } from "./joint_units";
-import { crossed, dot, minus } from "./rotations";
+import { crossed, dot, minus, plus, times } from "./rotations";
 import type { JointFacts, JointGrip, JointRow, RobotTick } from "./protocol";
 
 /** Values of a joint that turns are tried so far apart, all the way round [rad]. */
@@ -15,6 +15,9 @@ const STEPS = 12;
 const SLOPE = 1e-4;
 /** What turns about an axis, or slides along one, that stands nearer to upright than this does or does not show from above. */
 const FLAT = 0.05;
+/** A joint in a loop is led so far at once [m, rad]. */
+const STRAIGHT = 0.2;
+const TURNED = 0.35;
 /** A key takes a joint so far [m, rad]. */
 const STEP = 0.1;
 const TURN = Math.PI / 36;
@@ -60,6 +63,11 @@ export function showsOnPlan(grip: JointGrip): boolean {
   return slides ? Math.hypot(x, y) > FLAT : Math.abs(z) > FLAT;
 }
 
+/** Whether its axis moves with it, and how is not known: it is taken to where it was when it was taken. */
+export function isFrozen({ loop, toward }: JointGrip): boolean {
+  return Boolean(loop && !toward);
+}
+
 /** Which of handles that lie on each other is taken: the lowest; a point on a curve before other joints of its body. */
 export function rankOf({ curve }: JointGrip): number {
   return curve ? 1 : 2;
@@ -70,6 +78,7 @@ export function gripAfter(joint: JointGrip, by: Change): Place {
   const { slides, at, axis, grip } = joint;
   if (typeof by !== "number") return ballAfter(joint, by);
   if (joint.curve) return curveAfter(joint, by);
+  if (joint.toward) return plus(grip, times(joint.toward, by));
   if (slides) return [grip[0] + by * axis[0], grip[1] + by * axis[1], grip[2] + by * axis[2]];
   const way = minus(grip, at);
   // Rodrigues' formula.
@@ -111,6 +120,7 @@ export function stepped(held: HeldJoint, by: Change, [right, up]: Point, share: 
 /** The change that takes the handle as near as it can be to a place of a picture. */
 export function changeTo({ grip, facts, value }: HeldJoint, draw: (place: Place) => Point, to: Point): Change {
   if (grip.ball) return ballTo(grip, draw, to);
+  if (grip.toward) return within(value + towards(grip, draw, to), facts) - value;
   if (grip.curve) return within(value + curveTo(grip, draw, to), facts) - value;
   const missed = (by: number): Point => {
     const [x, y] = draw(gripAfter(grip, by));
@@ -128,6 +138,16 @@ export function changeTo({ grip, facts, value }: HeldJoint, draw: (place: Place)
     best = next;
   }
   return within(value + best, facts) - value;
+}
+
+/** The step of a joint in a loop that takes its handle nearer: straight on, so no farther than that is nearly right. */
+function towards({ grip, toward = [0, 0, 0], slides }: JointGrip, draw: (place: Place) => Point, to: Point): number {
+  const [x, y] = draw(grip);
+  const [u, v] = draw(plus(grip, times(toward, SLOPE)));
+  const [dx, dy] = [(u - x) / SLOPE, (v - y) / SLOPE];
+  const by = (dx * (to[0] - x) + dy * (to[1] - y)) / Math.max(dx * dx + dy * dy, 1e-12);
+  const most = slides ? STRAIGHT : TURNED;
+  return Math.min(Math.max(by, -most), most);
 }
 
 function within(value: number, { lower, upper }: JointFacts): number {

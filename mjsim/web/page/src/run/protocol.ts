@@ -131,6 +131,8 @@ export interface JointGrip {
   ball?: BallFrame;
   /** Of a point on a curve, whose axis is its tangent. */
   curve?: CurveFrame;
+  /** In a mechanism with one degree of freedom and loops: how the point moves with the value, as its axis moves too [m, m/rad]. */
+  toward?: [number, number, number];
   /** Of a joint in a mechanism with loops: its axis may move with its value. */
   loop?: boolean;
 }

@@ -7,7 +7,7 @@ import type { Plan } from "../plan/plan";
 import type { Door } from "../scene/door";
 import { toggle, isPressed, setPressed, sign } from "./controls";
 import type { Leader } from "./leader";
-import { type Change, changeTo, gripAfter, type HeldJoint, heldJoints, isStill, jointAfter, jointEvent, type Joints, rankOf, stepped, still } from "./joint_grips";
+import { type Change, changeTo, gripAfter, type HeldJoint, heldJoints, isFrozen, isStill, jointAfter, jointEvent, type Joints, rankOf, stepped, still } from "./joint_grips";
 import type { PlanarPose, RobotFacts, RobotTick, ShortNews } from "./protocol";
 import { drawGrab, type Grab, letters, PER_METRE } from "./touch_draw";
 import { openTouchMenu } from "./touch_menu";
@@ -17,6 +17,8 @@ import { word } from "../words/words";
 
 /** The pointer may slip so far and it is still a click [px]. */
 const SLIP = 4;
+/** A joint of a loop is led anew if its value differs by more [rad, m]. */
+const SETTLED = 0.004;
 /** An arrow key takes what is held so far; with Shift a tenth of it [m]. */
 const STEP = 0.1;
 const ARROWS: Record<string, Point> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
@@ -58,6 +60,8 @@ export class Touch implements Tool {
   /** How far hands and tools stay away from where they were led [m], by person and side or robot and arm. */
   private readonly short = new Map<string, number>();
   private enabled = false;
+  /** The joint that was led last, where it was led to. */
+  private settled: HeldJoint | null = null;
   /** Whether the view in 3-D has handles, or may have. */
   private hasLeads = false;
   private grab: Grab | null = null;
@@ -124,10 +128,11 @@ export class Touch implements Tool {
     this.goAlong();
   }
 
-  /** What is held stays under a pointer that rests while its robot drives on. */
+  /** What is held stays under a pointer that rests while its robot drives on; a joint of a loop comes nearer. */
   private goAlong(): void {
     const { grab } = this;
-    if (!grab || !this.leader.leads || this.stands(grab) === grab.stood) return;
+    const comesNearer = grab?.joint?.grip.toward !== undefined;
+    if (!grab || !this.leader.leads || (!comesNearer && this.stands(grab) === grab.stood)) return;
     this.take(grab, grab.to);
     this.lead(grab);
   }
@@ -141,6 +146,10 @@ export class Touch implements Tool {
   }
 
   private jointEvent(held: HeldJoint): Values {
+    const { settled } = this;
+    // Steps towards the pointer end where they hardly differ.
+    if (held.grip.toward && this.leader.leads && settled && isSame(held, settled) && Math.abs(held.value - settled.value) < SETTLED) held = settled;
+    this.settled = held;
     return jointEvent(held, this.floor.joints().facts, this.ticks());
   }
 
@@ -168,7 +177,7 @@ export class Touch implements Tool {
   private take(grab: Grab, to: Point): void {
     grab.to = to;
     if (!grab.joint) return;
-    grab.joint = this.joints().find((each) => isSame(each, grab.joint) && !each.grip.loop) ?? grab.joint;
+    grab.joint = this.joints().find((each) => isSame(each, grab.joint) && !isFrozen(each.grip)) ?? grab.joint;
     grab.by = changeTo(grab.joint, ([x, y]) => [x, y], to);
   }
 

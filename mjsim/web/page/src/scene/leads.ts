@@ -4,7 +4,7 @@
  */
 
 import { Group, LineBasicMaterial, LineSegments, Matrix4, type Object3D, Vector3 } from "three";
-import { type Change, changeTo, gripAfter, jointAfter, rankOf } from "../run/joint_grips";
+import { type Change, changeTo, gripAfter, isFrozen, jointAfter, rankOf } from "../run/joint_grips";
 import { el } from "../dom";
 import { color } from "../shell/theme";
 import { Signal } from "../signal";
@@ -33,6 +33,8 @@ interface Held extends Knob {
   first: Lead;
   /** By how much a joint is to move. */
   by: Change;
+  /** Where the pointer was last, once it has moved. */
+  pointer: Point | null;
 }
 
 type Find = (body: string) => Object3D | null;
@@ -65,6 +67,8 @@ export class Leads implements Owner {
     if (!this.leads.some(({ key }) => key === this.active)) this.active = this.leads.find(({ joint }) => !joint)?.key ?? "";
     if (this.held && !this.leads.some(({ key }) => key === this.held?.key)) this.gesture.giveUp();
     this.build();
+    // A joint of a loop comes nearer to a pointer that rests.
+    if (this.held?.pointer && this.held.lead.joint?.grip.toward) this.turn(this.held, this.held.pointer);
     this.stage.soon();
   }
 
@@ -162,7 +166,7 @@ export class Leads implements Owner {
     const lead = this.leads.find(({ key }) => key === knob?.key);
     if (!knob || !lead) return false;
     const [from, taken] = [this.knobPlace({ ...knob, way: null }), this.knobPlace(knob)];
-    this.held = { ...knob, from, taken, to: null, lead, first: lead, by: 0 };
+    this.held = { ...knob, from, taken, to: null, lead, first: lead, by: 0, pointer: null };
     if (!lead.joint) this.active = knob.key;
     this.build();
     return true;
@@ -175,7 +179,8 @@ export class Leads implements Owner {
   drag({ clientX, clientY }: PointerEvent): void {
     const { held, stage } = this;
     if (!held) return;
-    if (held.lead.joint) return this.turn(held, [clientX, clientY]);
+    held.pointer = [clientX, clientY];
+    if (held.lead.joint) return this.turn(held, held.pointer);
     const seen = held.way ? stage.onLine(clientX, clientY, held.taken, WAYS[held.way]) : stage.onFacing(clientX, clientY, held.taken);
     if (seen) held.to = held.from.clone().add(seen.sub(held.taken));
     if (held.to) this.tell(held, held.to, "drag");
@@ -186,7 +191,7 @@ export class Leads implements Owner {
   private turn(held: Held, [x, y]: Point): void {
     const lead = this.leads.find(({ key }) => key === held.key);
     // In a loop its axis moves with its value, and it is taken to where it was.
-    if (lead?.joint && !lead.joint.grip.loop) held.lead = lead;
+    if (lead?.joint && !isFrozen(lead.joint.grip)) held.lead = lead;
     const { joint } = held.lead;
     if (!joint) return;
     const { left, top } = this.stage.canvas.getBoundingClientRect();
