@@ -170,7 +170,8 @@ def test_a_tool_is_dragged_on_the_plan_and_its_arm_given_back_and_both_are_kept(
         drag(page, start, goal)
         until(studio, page, lambda tick: near(tool_at(tick), *goal))
         drag(page, goal, (3.8, 3.8))
-        expect(page.locator(".toasts")).to_contain_text("The tool of arm of r cannot reach that point")
+        said = "The tool of arm of r cannot reach that point"
+        expect(page.locator(".toasts")).to_contain_text(said, timeout=PATIENCE)
         # It goes there as far as it can.
         until(studio, page, lambda tick: math.dist(tool_at(tick), (3.8, 3.8)) < math.dist(goal, (3.8, 3.8)) - 0.3)
         until(studio, page, tool_rests())
