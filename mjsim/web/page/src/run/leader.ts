@@ -27,7 +27,9 @@ interface Sent {
   dragged: boolean;
 }
 
-type Answer = TouchedNews | ShortNews | RefusedNews;
+/** What the server says to a touch that it took. */
+export type TouchAnswer = TouchedNews | ShortNews;
+type Answer = TouchAnswer | RefusedNews;
 
 export class Leader {
   /** What was sent and is not answered yet, in order. */

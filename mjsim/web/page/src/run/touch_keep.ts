@@ -4,7 +4,11 @@ import type { Values } from "../api";
 import { el, fill } from "../dom";
 import type { Studio } from "../shell/view";
 import { button } from "./controls";
-import type { RunNews, ShortNews } from "./protocol";
+import { Leader } from "./leader";
+export type { TouchAnswer } from "./leader";
+import type { RunNews, ShortNews, Touch as TouchRequest } from "./protocol";
+import type { Toasts } from "../shell/toasts";
+import type { Touch } from "./touch";
 import type { Hands } from "./touch_tools";
 import { word } from "../words/words";
 
@@ -49,8 +53,31 @@ export class Keep {
   }
 }
 
+/** What a run tells of touches. */
+interface Touched {
+  isLive(): boolean;
+  send(touch: TouchRequest): void;
+  /** Where it is said what comes of them. */
+  said(): { touch: Touch; hands: Hands; toasts: Toasts };
+}
+
+/** Sends touches of a run, and says what comes of them. */
+export function leaderOf({ isLive, send, said }: Touched): Leader {
+  return new Leader({
+    isLive,
+    send,
+    refused: (error) => said().toasts.error(error),
+    short: (news, dragged) => {
+      const { touch, hands, toasts } = said();
+      touch.staysAway(news);
+      if (!dragged) toasts.done(shortSaid(news, hands));
+    },
+    reached: (event) => said().touch.reached(event),
+  });
+}
+
 /** How far a hand of one of the people, or the tool of an arm, stays away from where it was led. */
-export function shortSaid({ of, part, metres }: ShortNews, people: Hands): string {
+function shortSaid({ of, part, metres }: ShortNews, people: Hands): string {
   const said = { of, part, metres: metres.toFixed(2) };
   if (!(of in people)) return word("run.toolStaysAway", said);
   return part === "left" ? word("run.leftHandStaysAway", said) : word("run.rightHandStaysAway", said);

@@ -16,18 +16,17 @@ import { EventList } from "./events";
 import { Floor } from "./floor";
 import { Wheel, type Push } from "./keys";
 import { explainJoints, JointPanel } from "./joints";
-import { Leader } from "./leader";
 import { Link, type LinkState } from "./link";
 import { NoisePanel } from "./noise";
 import { Pad } from "./pad";
-import type { News, RunRequest, ShortNews, RefusedNews, RunNews, TickNews, TouchedNews } from "./protocol";
+import type { News, RunRequest, RefusedNews, RunNews, TickNews } from "./protocol";
 import { RunRecord } from "./record";
 import { Setup } from "./setup";
 import { sideSwitch } from "./side";
 import { startWorld } from "./start";
 import { Tabs } from "./tabs";
 import { Stage } from "./tile";
-import { Keep, shortSaid } from "./touch_keep";
+import { Keep, leaderOf, type TouchAnswer } from "./touch_keep";
 import { word } from "../words/words";
 
 /** Charts are drawn at most this often [ms]. */
@@ -37,12 +36,9 @@ const FIRST_CHARTS: Kind[] = ["x", "y", "heading", "nees", "timing"];
 export class RunView implements View {
   readonly element = el("section", { class: "view run", "aria-label": word("run.run") });
   private readonly record = new RunRecord();
-  private readonly leader = new Leader({
-    isLive: () => this.run?.state === "running",
-    send: (touch) => this.send(touch),
-    refused: (error) => this.studio.toasts.error(error),
-    short: (news, dragged) => this.short(news, dragged),
-    reached: (event) => this.floor.touch.reached(event),
+  private readonly leader = leaderOf({
+    isLive: () => this.run?.state === "running", send: (touch) => this.send(touch),
+    said: () => ({ touch: this.floor.touch, hands: this.newest?.hands ?? {}, toasts: this.studio.toasts }),
   });
   private readonly floor: Floor = new Floor(this.record, this.leader);
   private readonly stage = new Stage();
@@ -160,12 +156,7 @@ export class RunView implements View {
     this.solids.door.chosen.on((item) => item?.kind === "robot" && this.chooseRobot(item.name ?? ""));
     this.floor.touch.missed.on((names) => explainJoints(names, this.run, this.studio.toasts));
     this.bar.element.prepend(sideSwitch(side));
-    const dock = el(
-      "div",
-      { class: "run-dock" },
-      el("div", { class: "run-dock-head" }, this.robot, chips),
-      this.sheet.element,
-    );
+    const dock = el("div", { class: "run-dock" }, el("div", { class: "run-dock-head" }, this.robot, chips), this.sheet.element);
     const rail = el("div", { class: "run-rail" }, this.cameras.switches, this.noPictures, this.stage.rail);
     const middle = el("div", { class: "run-middle" }, this.stage.element, this.advice.element);
     this.element.append(
@@ -216,12 +207,7 @@ export class RunView implements View {
     else if (this.live || this.run?.state !== "idle") this.takeMoment(news);
   }
 
-  private short(news: ShortNews, dragged: boolean): void {
-    this.floor.touch.staysAway(news);
-    if (!dragged) this.studio.toasts.done(shortSaid(news, this.newest?.hands ?? {}));
-  }
-
-  private takeMoment(news: Exclude<News, RunNews | RefusedNews | ShortNews | TouchedNews>): void {
+  private takeMoment(news: Exclude<News, RunNews | RefusedNews | TouchAnswer>): void {
     if (news.kind === "tick") this.takeTick(news);
     else if (news.kind === "event") this.events.add(news);
     else if (news.kind === "scene") {
