@@ -114,6 +114,12 @@ def _effects(step: Array, distance: float, seconds: float) -> Array:
     forward, left, turn = step.tolist()
     c, s = math.cos(turn), math.sin(turn)
     # A turn that comes evenly moves the end of the step aside by half of it.
-    turns = np.array([[-0.5 * left], [0.5 * forward], [1.0]]) * (turn, distance, seconds)
+    aside, ahead = -0.5 * left, 0.5 * forward
     # Odometry tells the motion of the centre of rotation, R - I times the arm less than that of the origin.
-    return np.column_stack([(forward, left, 0.0), turns, (1.0 - c, -s, 0.0), (s, 1.0 - c, 0.0)])
+    return np.array(
+        [
+            [forward, aside * turn, aside * distance, aside * seconds, 1.0 - c, s],
+            [left, ahead * turn, ahead * distance, ahead * seconds, -s, 1.0 - c],
+            [0.0, turn, distance, seconds, 0.0, 0.0],
+        ]
+    )
