@@ -9,8 +9,8 @@ from mjsim.geometry import Array, wrap_angle
 
 from .pose_graph import compose, step_between
 from .pose_matrices import inverse
-from .scan_matching import CUT, WEIGHED, Match, WallField
-from .scan_search import CLEAR, GATE, hypotheses, is_ambiguous
+from .scan_matching import BESIDE, CUT, WEIGHED, Match, WallField
+from .scan_search import CLEAR, GATE, RADIUS, hypotheses, is_ambiguous
 from .scan_walls import Surface, rotation
 
 LEAST = 40
@@ -90,8 +90,11 @@ def find_loop(
     reach = 3.0 * np.sqrt(np.diag(covariance))
     window = np.clip(reach, NARROWEST, WIDEST)
     information = inverse(covariance + FLOOR)
+    near = _within_reach(walls, thin, guess, window)
+    if len(near.points) < LEAST:
+        return None
     found = hypotheses(
-        WallField(walls), thin, guess, information, window, limit=6, behind=BEHIND, kept=KEPT, unseen=UNSEEN
+        WallField(near), thin, guess, information, window, limit=6, behind=BEHIND, kept=KEPT, unseen=UNSEEN
     )
     elements = len(thin.points)
     found = sorted((_judged(match, elements, UNSEEN) for match in found), key=lambda match: match.cost)
@@ -108,6 +111,14 @@ def find_loop(
     shift = covariance @ inverse(covariance + own) @ covariance
     certain = bool((3.0 * np.sqrt(np.diag(shift)) < SURE).all())
     return Loop(old, new, best.pose, inverse(own), certain)
+
+
+def _within_reach(walls: Surface, scan: Surface, guess: Array, window: Array) -> Surface:
+    """Return the walls that a scan may lie on or near within a window around a guess; others only cost time."""
+    points = scan.moved(guess).points
+    margin = window[:2] + window[2] * np.hypot(*scan.points.T).max() + BESIDE + RADIUS
+    inside = ((walls.points > points.min(axis=0) - margin) & (walls.points < points.max(axis=0) + margin)).all(axis=1)
+    return Surface(walls.points[inside], walls.normals[inside], walls.noise[inside])
 
 
 def _bent(covariance: Array) -> Array:
