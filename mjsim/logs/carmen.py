@@ -32,7 +32,7 @@ from mjsim.logs.merge import MotionNoise
 from mjsim.logs.readings import kept
 from mjsim.logs.robot_log import RobotLog
 from mjsim.logs.set_back import ForwardClock
-from mjsim.logs.text import left_out_cut, lines_of
+from mjsim.logs.text import LARGEST, left_out_cut, lines_of
 
 MESSAGES = ("ODOM", "FLASER", "RLASER", "TRUEPOS", "PARAM", "SYNC")
 """First words of lines of such a log, beside those of `LASERS`."""
@@ -302,9 +302,10 @@ def _values(words: Sequence[str], begin: int, end: int) -> list[float]:
 def _numbers(words: Sequence[str], begin: int, end: int) -> list[float]:
     """Return the finite numbers at some places of a line."""
     values = _values(words, begin, end)
-    if not all(map(math.isfinite, values)):
-        bad = next(word for word, value in zip(words[begin:end], values, strict=True) if not math.isfinite(value))
-        raise ValueError(f"{words[0]} holds {bad[:40]!r}; numbers must be finite")
+    # Written so that NaN fails too.
+    if not all(abs(value) <= LARGEST for value in values):
+        bad = next(word for word, value in zip(words[begin:end], values, strict=True) if not abs(value) <= LARGEST)
+        raise ValueError(f"{words[0]} holds {bad[:40]!r}; numbers must be finite, and at most {LARGEST:g}")
     return values
 
 

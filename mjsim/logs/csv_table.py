@@ -1,7 +1,6 @@
 """Text tables with named columns."""
 
 import csv
-import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -13,7 +12,7 @@ import numpy as np
 from mjsim.errors import LONGEST_MESSAGE, UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.logs.table import UNIT
-from mjsim.logs.text import left_out_cut, lines_of
+from mjsim.logs.text import LARGEST, left_out_cut, lines_of
 
 DECIMAL = re.compile(r"[-+]?\d*,\d+(e[-+]?\d+)?", re.IGNORECASE)
 """A number with a decimal comma."""
@@ -188,7 +187,7 @@ def _is_number(word: str) -> bool:
 
 
 def _is_finite(word: str) -> bool:
-    return _is_number(word) and math.isfinite(float(word))
+    return _is_number(word) and abs(float(word)) <= LARGEST
 
 
 def headings(table: CsvTable, names: Sequence[str | int]) -> Array:

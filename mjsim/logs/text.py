@@ -17,6 +17,8 @@ MAX_BYTES = 4 << 30
 """Maximum size of text in a log [bytes]."""
 LONGEST_LINE = 1 << 20
 """Maximum length of a line [bytes]."""
+LARGEST = 1e30
+"""Largest number in a log; products of larger ones overflow."""
 _HEAD = 1 << 16
 """Bytes from the beginning of a text, by which its lines and its packing are known."""
 UNPACKERS: Mapping[str, tuple[bytes, Callable[[Path], Any]]] = {

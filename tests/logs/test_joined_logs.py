@@ -49,3 +49,12 @@ def test_beams_are_apart_as_the_laser_or_the_log_says(count, given, span, tmp_pa
     path.write_text("\n".join([f"PARAM laser_front_laser_resolution {given} nohost 0"] * bool(given) + scans) + "\n")
     scan = next(seen.scans["front"] for seen in mjsim.import_log(path).observations("robot") if seen.scans)
     assert np.degrees(np.ptp(scan.angles())) == pytest.approx(span)
+
+
+def test_a_number_whose_square_overflows_is_refused(tmp_path):
+    path = tmp_path / "log.clf"
+    path.write_text("\n".join(f"ODOM {x} 0 0 0 0 0 {1.0 + 0.1 * k} host 0" for k, x in enumerate([0, 0.1, 1e308, 0.3])))
+    with pytest.raises(
+        mjsim.UsageError, match=r"log\.clf:3: ODOM holds '1e\+308'; numbers must be finite, and at most"
+    ):
+        mjsim.import_log(path)
