@@ -10,6 +10,8 @@ from collections.abc import Callable, Container, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from mjsim.syntax import parse_python
+
 INNER = ("_", "gi_", "f_", "tb_", "co_", "cr_", "ag_", "func_")
 """Attributes with these prefixes lead from a value to the interpreter."""
 FUNCTIONS = frozenset(
@@ -35,7 +37,10 @@ def require_harmless(text: str, *, known: Container[str] | None = None) -> None:
         ValueError: It could do something else, or take any time.
         SyntaxError: It is not an expression.
     """
-    for node in ast.walk(ast.parse(text.strip(), mode="eval")):
+    tree = parse_python(text.strip())
+    if [type(statement) for statement in tree.body] != [ast.Expr]:
+        raise SyntaxError(f"'{text.strip()[:60]}' is not an expression")
+    for node in ast.walk(tree):
         match node:
             case ast.Attribute(attr=name) if name.startswith(INNER):
                 raise ValueError(f"'{name[:40]}' is not allowed in '{text.strip()[:60]}'")
