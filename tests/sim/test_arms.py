@@ -58,13 +58,12 @@ def test_computed_torque_keeps_the_pumas_path_within_half_a_thousandth():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("scale", [0.8, 1.2])
-def test_adaptive_control_learns_masses_that_computed_torque_has_wrong(scale):
+def test_adaptive_control_learns_masses_that_computed_torque_has_wrong():
     # What does not learn errs by the same there and back, every 4 s.
-    wrong = errors(controlled("ComputedTorque", mass_scale=scale), seconds=8.0, repeat="true")
-    learns = errors(controlled("Adaptive", mass_scale=scale), seconds=20.0, repeat="true")
+    wrong = errors(controlled("ComputedTorque", mass_scale=0.8), seconds=8.0, repeat="true")
+    learns = errors(controlled("Adaptive", mass_scale=0.8), seconds=20.0, repeat="true")
     last = slice(-100, None)  # there and back
-    # 11 and 9 times, for as long as 20 s last and at the end of them.
+    # 11 times; 9 with masses of 1.2.
     assert np.abs(learns).max() * 7.0 < np.abs(wrong).max()
     assert np.abs(learns[last]).max() * 7.0 < np.abs(wrong[last]).max()
     assert np.sqrt((learns**2).mean()) * 7.0 < np.sqrt((wrong**2).mean())
