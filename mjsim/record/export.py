@@ -232,8 +232,8 @@ def export_mat(recording: Recording, file: str | Path, *, overwrite: bool = Fals
     """Write all arrays into one MATLAB file: `time`, `qpos`, `qvel`, `seed`, and the struct `robots` of all robots.
 
     Its fields have the names of `export_npz`: `robots.R.landmarks.mean` and so on; `mechanisms` has the mechanisms, if
-    there are any. Characters that MATLAB does not
-    allow in names become underscores; `robots.R.name` is the robot's own name.
+    there are any. Characters that MATLAB does not allow in names become underscores; `robots.R.name` is the robot's own
+    name.
 
     Returns:
         The file written.

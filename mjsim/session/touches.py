@@ -86,15 +86,14 @@ class Touches:
         touch = event.model_copy(update={"time": _written_time((sim.tick + 1) * sim.dt)})
         if touch.time != self._time:
             self._time, self._pending = touch.time, {}
-        place = self._continued(touch) if follows else None
-        if place is None:
+        continued = self._continued(touch) if follows else None
+        if continued is None:
             return self._take_new(sim, touch)
+        place, whole = continued
         # In the file, simultaneous events are in the order in which their motions began.
         later = next((self._pending[each] for each in sorted(self._pending) if each > place), None)
         touch = sim.schedule(touch, instead_of=self._pending.get(place), before=later)
         self._pending[place] = touch
-        whole = with_target(self.events[place], touch)
-        assert whole is not None, "found to be a part of it"
         self.events = (*self.events[:place], whole, *self.events[place + 1 :])
         return touch
 
@@ -110,10 +109,12 @@ class Touches:
         self.events = (*self.events, touch)
         return touch
 
-    def _continued(self, touch: WorldEvent) -> int | None:
-        """Return the index of the event of which a target is a part; None if there is none."""
-        places = reversed(range(len(self.events)))
-        return next((place for place in places if with_target(self.events[place], touch) is not None), None)
+    def _continued(self, touch: WorldEvent) -> tuple[int, WorldEvent] | None:
+        """Return the index of the event of which a target is a part, and the event with it; None if there is none."""
+        for place in reversed(range(len(self.events))):
+            if (whole := with_target(self.events[place], touch)) is not None:
+                return place, whole
+        return None
 
 
 def noise_kept(touched: Iterable[WorldEvent], world: World) -> tuple[NoiseEvent, ...]:

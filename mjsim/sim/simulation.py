@@ -54,8 +54,7 @@ class Simulation(Closes):
             seed: Seed of all random numbers in the run; by default that of the world.
 
         Raises:
-            UsageError: The seed is negative, a camera's rate does not divide the loop's, or MuJoCo cannot compile the
-                world.
+            UsageError: The seed is negative, a camera's rate does not divide the loop's, or the world cannot compile.
         """
         self.world = world
         self.seed = checked_seed(world.run.seed if seed is None else seed)
@@ -80,7 +79,7 @@ class Simulation(Closes):
     def reset(self, seed: int | None = None) -> None:
         """Return to the start: from now on, everything is byte for byte as in a new simulation with that seed.
 
-        It is fast, because nothing is compiled again and the cameras keep their renderers. `robots` is created again.
+        Nothing is compiled again, and cameras keep their renderers; `robots` is created again.
 
         Args:
             seed: Seed of all random numbers from now on; by default the same as before.
@@ -213,13 +212,12 @@ class Simulation(Closes):
         return self._robot(robot).identities(self.tick)
 
     def move(self, name: str, pose: Pose) -> None:
-        """Put a robot or a movable obstacle at a pose, free or not, at rest; odometry does not measure the move.
+        """Put a robot or a movable obstacle at rest at a pose, also inside a wall; odometry does not measure the move.
 
         Raises:
             UsageError: The name does not exist, or the pose is out of bounds.
         """
-        x, y, heading = pose.x, pose.y, math.degrees(pose.heading)
-        self._happen(move=name, to=(x, y), heading_deg=heading)
+        self._happen(move=name, to=(pose.x, pose.y), heading_deg=math.degrees(pose.heading))
 
     def open_door(self, name: str, angle: float = math.pi / 2) -> None:
         """Start to open a door to an angle, positive to the left side of its wall [rad].
@@ -295,9 +293,11 @@ class Simulation(Closes):
         goal = {"rotation_deg": tuple(to_deg)} if isinstance(to_deg, Sequence) else {"to_deg": to_deg}
         self._happen(lead=mechanism, joint=joint, **goal)
 
-    def schedule(self, event: WorldEvent, **order: WorldEvent | None) -> WorldEvent:
+    def schedule(
+        self, event: WorldEvent, *, instead_of: WorldEvent | None = None, before: WorldEvent | None = None
+    ) -> WorldEvent:
         """Schedule an event, like those of the world file, for a future tick; see `WorldScript.schedule`."""
-        return self._script.schedule(event, **order)
+        return self._script.schedule(event, instead_of=instead_of, before=before)
 
     def happened(self) -> tuple[WorldEvent, ...]:
         """Return the events of the world since the last call, with their times."""
