@@ -66,3 +66,23 @@ def test_each_picture_has_the_shape_of_its_own_camera_in_each_world(browser, tmp
         page.get_by_role("button", name="Start", exact=True).click()
         expect(page.locator(".run-state")).to_have_text("Running", timeout=PATIENCE)
         assert (ratio("eye"), ratio("eye2")) == ("320 / 160", "320 / 80")
+
+
+def test_a_world_that_opens_late_is_the_one_that_start_begins_and_leaves_the_person_where_they_went(browser, tmp_path):
+    (tmp_path / "room.yaml").write_text(ROOM.replace("SECONDS", "1000"))
+    (tmp_path / "other.yaml").write_text(ROOM.replace("SECONDS", "1000").replace("height: 240", "height: 160"))
+    with Studio(tmp_path, world="room.yaml") as studio, page_at(browser, studio.url) as page:
+        run = page.get_by_role("tab", name="Run", exact=True)
+        run.click()
+        held = []
+        page.route("**/api/open", lambda route: held.append(route))
+        page.keyboard.press("Control+o")
+        with page.expect_request("**/api/open"):
+            page.get_by_role("dialog").get_by_role("button", name="other.yaml").click()
+        run.click()
+        page.get_by_role("button", name="Start", exact=True).click()
+        held[0].continue_()
+        expect(page.locator(".run-state")).to_have_text("Running", timeout=PATIENCE)
+        expect(run).to_have_attribute("aria-selected", "true")
+        frame = page.locator("#view-run [data-view='scout/eye'] .run-picture")
+        assert frame.evaluate("frame => frame.style.aspectRatio") == "320 / 160"

@@ -3,10 +3,13 @@
 import type { Studio } from "../shell/view";
 import { word } from "../words/words";
 
-/** Begin with the world that is open once its text is settled; say why not where it is wrong, or where its code may not run. */
+/**
+ * Begin with the world that is open, or is being opened, once its text is settled; say why not where it is wrong, or
+ * where its code may not run.
+ */
 export async function startWorld(studio: Studio, begin: (path: string, text: string) => void): Promise<void> {
   const { document, toasts } = studio;
-  await document.settled();
+  await studio.settled();
   const { path, text, parsed } = document;
   if (path === null) return toasts.error(word("run.noWorldIsOpenOpen"));
   const wrong = parsed.problems.find((problem) => problem.kind === "error");

@@ -17,6 +17,8 @@ export class Files {
   isSaving = false;
   /** How many worlds have been asked for. */
   private turn = 0;
+  /** The world that was asked for last; false: it was not taken up. */
+  coming: Promise<boolean> = Promise.resolve(false);
 
   constructor(
     private readonly studio: Studio,
@@ -50,13 +52,12 @@ export class Files {
 
   /** Open a world and show it. */
   async openPath(path: string): Promise<void> {
-    if (!(await this.load(() => this.studio.api.open(path), false))) return;
-    this.studio.show("edit");
+    if (!(await this.loadToEdit(() => this.studio.api.open(path), false))) return;
     await this.drafts.offerOwn();
   }
 
   async create(template?: string): Promise<void> {
-    if (await this.load(() => this.studio.api.create(template), true)) this.studio.show("edit");
+    await this.loadToEdit(() => this.studio.api.create(template), true);
   }
 
   /** Save where it came from; a new one is asked for its name. */
@@ -92,8 +93,21 @@ export class Files {
     else await this.create(wanted.make);
   }
 
+  /** Take up a world and show it, unless the person has gone to a view meanwhile. */
+  private async loadToEdit(get: () => Promise<Opened>, isNew: boolean): Promise<boolean> {
+    const { visits } = this.studio;
+    const taken = await this.load(get, isNew);
+    if (taken && this.studio.visits === visits) this.studio.show("edit");
+    return taken;
+  }
+
+  private load(get: () => Promise<Opened>, isNew: boolean): Promise<boolean> {
+    this.coming = this.loadNow(get, isNew);
+    return this.coming;
+  }
+
   /** Take up a world; false: the person would rather stay, or it cannot be read. */
-  private async load(get: () => Promise<Opened>, isNew: boolean): Promise<boolean> {
+  private async loadNow(get: () => Promise<Opened>, isNew: boolean): Promise<boolean> {
     if (!(await this.mayLeave())) return false;
     const { document: world, toasts } = this.studio;
     const { text } = world;

@@ -51,6 +51,7 @@ export class Shell implements Studio {
   private readonly redo = tool("redo", word("shell.redoCtrlShiftZ"), () => void this.document.redo());
   private readonly steps = stepsButton(this.document);
   private now: ViewName | null = null;
+  visits = 0;
 
   constructor(
     root: HTMLElement,
@@ -87,6 +88,7 @@ export class Shell implements Studio {
   show(name: ViewName, recording?: string): void {
     if (recording !== undefined) this.recording = recording;
     if (this.folder.mode === "live" && name !== "run") return;
+    this.visits++;
     const again = this.now === name;
     if (this.now && !again) this.views.get(this.now)?.hidden();
     let view = this.views.get(name);
@@ -103,6 +105,11 @@ export class Shell implements Studio {
     this.place.replaceChildren(view.element);
     history.replaceState(null, "", `#${name}`);
     if (!again || recording !== undefined) view.shown();
+  }
+
+  async settled(): Promise<void> {
+    if (this.folder.mode !== "live") await this.files.coming;
+    await this.document.settled();
   }
 
   async refresh(): Promise<void> {

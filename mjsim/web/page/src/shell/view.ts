@@ -25,6 +25,8 @@ export interface Studio {
   /** The world that is open: its path and text, saved or not. */
   readonly document: WorldDocument;
   readonly toasts: Toasts;
+  /** How often a tab has been shown or chosen again: who has gone somewhere meanwhile is not taken elsewhere. */
+  readonly visits: number;
   /** Show a tab; Review may be told which recording to open. */
   show(view: ViewName, recording?: string): void;
   /** The recording that Review is to open when it is next shown. */
@@ -32,6 +34,8 @@ export interface Studio {
   /** Let the person choose a world to open, or what a new one begins with. */
   askOpen(): Promise<void>;
   askNew(): Promise<void>;
+  /** Wait for a world that is being opened, and until the text of the one that is open is settled. */
+  settled(): Promise<void>;
   /** Ask for the folder's files again. */
   refresh(): Promise<void>;
   /** Let the person allow the world's own code, or that of a run; false: they would rather not. */
