@@ -92,10 +92,10 @@ function shown(value: unknown): string {
   return size < NOTHING ? "0" : String(Number(size < 0.1 ? value.toPrecision(4) : value.toFixed(4)));
 }
 
-/** A number, or arithmetic such as ${width / 2}; undefined when it is neither. */
+/** A number, or arithmetic such as ${width / 2}; undefined when it is neither: a comma may separate decimals or thousands. */
 function readNumber(text: string): number | string | undefined {
   if (text.includes("${")) return text;
-  const value = Number(text.replace(",", ".").replace("−", "-"));
+  const value = Number(text.replace("−", "-"));
   return text === "" || !Number.isFinite(value) ? undefined : value;
 }
 
@@ -126,7 +126,7 @@ function stepping(
     const value = readNumber(text);
     if (value !== undefined) give(value);
     else if (text === "" && !entry.field.required) entry.give(undefined);
-    else refuse(input, entry, word("panel.isNoNumber", { text }));
+    else refuse(input, entry, word(text.includes(",") ? "panel.hasAComma" : "panel.isNoNumber", { text }));
   });
 }
 

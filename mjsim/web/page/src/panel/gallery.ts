@@ -3,7 +3,7 @@
 import { el, type Child } from "../dom";
 import { askWith } from "../shell/dialog";
 import type { Studio } from "../shell/view";
-import { word } from "../words/words";
+import { meaningOf, word } from "../words/words";
 
 /** What can be chosen. */
 interface Entry {
@@ -30,7 +30,7 @@ export async function chooseModel(studio: Studio): Promise<string | null> {
 
 /** Let the person choose a preset of a robot; null when they would rather not. */
 export function chooseRobot(studio: Studio): Promise<string | null> {
-  const entries = studio.folder.shipped.presets.map(({ name, about }) => ({ value: name, name, about }));
+  const entries = studio.folder.shipped.presets.map(({ name, about }) => ({ value: name, name, about: meaningOf(about) }));
   return choose(studio, "robot", word("panel.chooseARobot"), [[word("panel.comeWithMjsim"), entries]]);
 }
 

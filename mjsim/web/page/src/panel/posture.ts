@@ -99,9 +99,11 @@ export class PosturePane {
     slider.addEventListener("input", () => give(slider));
     slider.addEventListener("change", () => void this.poser.keep());
     field.addEventListener("change", () => {
+      if (Number.isNaN(field.valueAsNumber)) return;
       give(field);
       void this.poser.keep();
     });
+    this.refillOnLeaving(field);
     this.sliders.push({ name, slider, field });
     return el("div", { class: "posture-row" }, el("span", {}, name.replaceAll("_", " ")), slider, field, unit);
   }
@@ -111,14 +113,21 @@ export class PosturePane {
       const label = word("panel.handAxis", { hand: handName(side), axis });
       const field = el("input", { type: "number", step: 0.01, disabled: fixed, "aria-label": label });
       field.addEventListener("change", () => this.lead(side));
+      this.refillOnLeaving(field);
       this.hands.push({ side, axis: k, field });
       return field;
     });
     return el("div", { class: "posture-row posture-hand" }, el("span", {}, handName(side)), ...fields, "m");
   }
 
+  /** A field that is left empty, or without a number, shows the value again. */
+  private refillOnLeaving(field: HTMLInputElement): void {
+    field.addEventListener("blur", () => Number.isNaN(field.valueAsNumber) && this.draw());
+  }
+
   private lead(side: string): void {
-    const [x = 0, y = 0, z = 0] = this.hands.filter((hand) => hand.side === side).map(({ field }) => Number(field.value));
+    const [x = 0, y = 0, z = 0] = this.hands.filter((hand) => hand.side === side).map(({ field }) => field.valueAsNumber);
+    if ([x, y, z].some(Number.isNaN)) return;
     this.poser.follow({ hands: { [side]: [x, y, z] } });
     void this.poser.keep();
   }

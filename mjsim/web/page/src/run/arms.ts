@@ -101,7 +101,7 @@ export class ArmPanel {
       const slid = (): Values => this.jointEvent(part, k, dragged(row.facts, Number(row.slider.value)) * scale(row.facts));
       row.slider.addEventListener("input", () => this.leader.lead(slid()));
       row.slider.addEventListener("change", () => this.leader.end(slid()));
-      row.field.addEventListener("change", () => this.leader.touch(this.jointEvent(part, k, Number(row.field.value) * scale(row.facts))));
+      whenEntered(row.field, (value) => this.leader.touch(this.jointEvent(part, k, value * scale(row.facts))));
     });
     return [
       el("h2", {}, facts.name),
@@ -137,7 +137,8 @@ export class ArmPanel {
   private moveTool(part: Part): void {
     const { facts, tool } = part;
     part.wanted = null;
-    const pose = tool.map((field) => Number(field.value));
+    const pose = tool.map((field) => field.valueAsNumber);
+    if (pose.some(Number.isNaN)) return;
     this.leader.touch({ reach: this.robot, arm: facts.name, tool: pose.slice(0, 3), rpy_deg: pose.slice(3) });
   }
 }
@@ -164,6 +165,11 @@ export function line(label: string, slider: HTMLElement, field: HTMLElement, uni
     slider,
     el("span", { class: "run-noise-value" }, field, el("span", { class: "run-unit" }, unit), more),
   );
+}
+
+/** Take up numbers that are entered; an empty field, or no number, means nothing: the next tick fills it again. */
+export function whenEntered(field: HTMLInputElement, take: (value: number) => void): void {
+  field.addEventListener("change", () => Number.isNaN(field.valueAsNumber) || take(field.valueAsNumber));
 }
 
 /** Write a number into a field in which nobody types. */

@@ -3,7 +3,7 @@
 import type { Values } from "../api";
 import { el } from "../dom";
 import { button, sign } from "./controls";
-import { jointRow, line, put, type Row } from "./arms";
+import { jointRow, line, put, type Row, whenEntered } from "./arms";
 import { dragged, rounded, shown, unit } from "./joint_units";
 import type { Leader } from "./leader";
 import type { MechanismFacts, MechanismTick } from "./protocol";
@@ -69,7 +69,7 @@ export class MechanismPanel {
         this.leader.end(slid());
         whole = null;
       });
-      row.field.addEventListener("change", () => this.leader.touch(event(Number(row.field.value))));
+      whenEntered(row.field, (value) => this.leader.touch(event(value)));
     });
     const lines = rows.map((row) => {
       const made = line(row.facts.name, row.slider, row.field, unit(row.facts), this.release(facts.name, row));

@@ -1,0 +1,38 @@
+"""Numbers that are typed into fields are read as they are meant, or refused in a line, in a real browser."""
+
+import pytest
+from playwright.sync_api import expect
+
+pytestmark = pytest.mark.slow
+ROOM = """\
+mjsim: 1
+obstacles: [{name: post, box: [2, 2, 2], at: [1, 1]}]
+people: [{name: eve, sex: female, at: [4, 1]}]
+"""
+
+
+def test_a_number_with_a_comma_is_refused_as_nobody_knows_what_it_separates(sheet):
+    sheet.click(1, 1)
+    field, line = sheet.field("At x"), sheet.page.locator(".field-error")
+    for text in ("1,000", "1,5"):
+        field.fill(text)
+        field.press("Enter")
+        expect(line).to_have_text(
+            f"'{text}' has a comma; write decimals with a point, and thousands without a mark: 1.5, 1000"
+        )
+    field.fill("3.5")
+    field.press("Enter")
+    sheet.reads("box: [2, 2, 2], at: [3.5, 1]")
+    expect(line).to_have_count(0)
+
+
+def test_an_empty_field_of_a_joint_or_a_hand_moves_nothing(sheet):
+    sheet.click(4, 1)
+    for field in (sheet.page.get_by_label("left_elbow_flexion, °"), sheet.page.get_by_label("left hand x, m")):
+        field.evaluate("field => { for (let each = field; each; each = each.parentElement) each.open = true; }")
+        before = field.input_value()
+        field.fill("")
+        field.press("Tab")
+        expect(field).to_have_value(before)
+    sheet.reads("eve, sex: female, at: [4, 1]}")
+    expect(sheet.unsaved).to_be_hidden()
