@@ -9,6 +9,7 @@ import { arranged, type Arrangement } from "./arrange";
 import { type Piece, written } from "./clipboard";
 import { asWritten, copied, freshName, remarked, renamed } from "./copies";
 import { following } from "./follow";
+import { forgetting, withMounted } from "./gone";
 import { byThemselves, grouped, regrouped, turnedAlike, ungrouped, withGroups } from "./groups";
 import { picturesAlong, withPictures } from "./hung";
 import { Poser } from "./poser";
@@ -198,16 +199,13 @@ export class Editor {
     const keys = new Set(items.map(({ path }) => keyOf(path)));
     const isPart = ({ path }: Item): boolean => path.some((_, count) => count && keys.has(keyOf(path.slice(0, count))));
     const whole = items.filter((item) => !isPart(item));
-    const changes: Change[] = whole
-      .sort((a, b) => comparePaths(b.path, a.path))
-      .map(({ path }) => ({ op: "remove", path }));
-    for (const { name, type } of whole) {
-      if (type === "Robot" && name && this.hasDriver(name))
-        changes.push({ op: "unset", path: ["run", "drivers", name] });
-    }
+    const gone = withMounted(whole, this.items).sort((a, b) => comparePaths(b.path, a.path));
+    const along = forgetting(gone, this.document);
     this.document.select([]);
-    void this.apply(changes);
+    void this.apply([...along, ...gone.map(({ path }): Change => ({ op: "remove", path }))]);
     if (whole.length) this.said.emit(word("edit.deleted", { things: counted(whole) }));
+    const more = along.length + gone.length - whole.length;
+    if (more) this.studio.toasts.done(word("edit.deletedWith", { things: counted(whole), more }));
   }
 
   /** Return what is selected as text of a world, to be put on the clipboard; empty when nothing can be copied. */
@@ -313,11 +311,6 @@ export class Editor {
   private inList(list: Path): Item[] {
     const found = this.items.filter((item) => item.path.length === list.length + 1 && isWithin(item.path, list));
     return found.filter((item) => !item.fixed).sort((a, b) => comparePaths(a.path, b.path));
-  }
-
-  private hasDriver(name: string): boolean {
-    const drivers = this.document.parsed.run["drivers"];
-    return typeof drivers === "object" && drivers !== null && name in drivers;
   }
 
   private show(): void {

@@ -16,6 +16,23 @@ export function relinked({ path, raw, values }: Item, names: ReadonlyMap<string,
   });
 }
 
+/** Return the changes after which a thing refers to none of some things; a person without its seat stays at its place. */
+export function unlinked({ path, raw, values, at: place, heading_deg }: Item, names: ReadonlySet<string>): Change[] {
+  const written = raw ?? values;
+  return LINKS.flatMap((link): Change[] => {
+    const named = at(written, link);
+    if (typeof named !== "string" || !(names.has(named) || names.has(named.slice(0, named.lastIndexOf("."))))) return [];
+    const stands = link[0] === "seat" && place !== null && written["at"] === undefined;
+    const posed: Change[] = stands ? [{ op: "set", path: [...path, "at"], value: place }, { op: "set", path: [...path, "heading_deg"], value: heading_deg ?? 0 }] : [];
+    return [...posed, { op: "unset", path: [...path, ...link] }];
+  });
+}
+
+/** Return whether a beacon is mounted on one of some things. */
+export function isMountedOn({ type, values }: Item, names: ReadonlySet<string | null>): boolean {
+  return type === "Beacon" && typeof values["on"] === "string" && names.has(values["on"]);
+}
+
 /** Return a thing that refers to renamed things by their new names. */
 export function withLinks(thing: Values, names: ReadonlyMap<string, string>): Values {
   const fresh = structuredClone(thing);

@@ -4,7 +4,7 @@ import type { syntaxTree } from "@codemirror/language";
 import { ancestor, nameOf, type Read, type SyntaxNode, valueOf } from "./tree";
 
 /** Keys that give a name, by the list in which they stand; `name` does everywhere. */
-const GIVING: Record<string, string[]> = {
+export const GIVING: Record<string, string[]> = {
   joints: [
     ...["revolute", "prismatic", "cylindrical", "spherical", "planar", "universal", "gimbal", "bushing", "bearing"],
     ...["weld", "six_dof", "telescoping", "custom", "screw", "in_plane"],
