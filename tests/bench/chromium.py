@@ -38,8 +38,11 @@ ARGUMENTS = [
 ]
 PATIENCE = 60_000
 """Nothing on the page takes this long [ms], on however loaded a machine."""
-WANTED = ("ERR_CONNECTION_", "ERR_EMPTY_RESPONSE", "WebSocket connection", "409 (Conflict)", "401 (Unauthorized)")
-"""What chromium says on its own when a server is gone, or refuses a change or a browser, which some tests want."""
+WANTED = (
+    *("ERR_CONNECTION_", "ERR_EMPTY_RESPONSE", "WebSocket connection"),
+    *("409 (Conflict)", "401 (Unauthorized)", "403 (Forbidden)"),
+)
+"""What chromium says on its own when a server is gone, or refuses a change, a browser or code: some tests want it."""
 
 
 def chromium_path() -> str | None:

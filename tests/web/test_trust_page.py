@@ -67,3 +67,24 @@ def test_a_module_that_is_chosen_for_a_run_is_asked_for_and_runs(page):
     expect(dialog.get_by_role("listitem")).to_have_text(["go.py", "helper.py"], timeout=PATIENCE)
     dialog.get_by_role("button", name="Allow").click()
     expect(page.locator(".run-state")).to_have_text("Running", timeout=PATIENCE)
+
+
+def test_a_scene_asks_once_about_the_same_code_and_shows_the_newest_text(page, tmp_path):
+    open_world(page, "driven.yaml")
+    page.get_by_role("tab", name="Edit", exact=True).click()
+    page.get_by_role("button", name="3-D").locator("visible=true").first.click()
+    dialog = page.get_by_role("dialog", name="Let this world's code run?")
+    dialog.get_by_role("button", name="Not now").click(timeout=PATIENCE)
+    door = page.locator("#view-edit .scene-door")
+    review = door.get_by_role("button", name="Review the code")
+    expect(review).to_be_visible(timeout=PATIENCE)
+    with page.expect_response("**/api/scene"):  # the page reads what is new on disk
+        (tmp_path / "driven.yaml").write_text(WORLD.replace("[1, 1]", "[1, 2]"))
+    expect(review).to_be_visible()
+    expect(dialog).to_have_count(0)
+    review.click()
+    expect(dialog).to_be_visible()
+    (tmp_path / "driven.yaml").write_text(WORLD.replace("[1, 1]", "[2, 2]"))
+    expect(page.locator(".cm-content")).to_contain_text("[2, 2]", timeout=PATIENCE)
+    dialog.get_by_role("button", name="Allow").click()
+    expect(door).to_have_attribute("data-scene", "there", timeout=PATIENCE)

@@ -2,7 +2,7 @@
 
 import { ApiError } from "../api";
 import { newestWins, Signal } from "../signal";
-import { el } from "../dom";
+import { el, type Child } from "../dom";
 import { keyOf } from "../plan/plan";
 import { themeChanged } from "../shell/theme";
 import type { Item } from "../api";
@@ -33,6 +33,8 @@ export class Door {
   private loaded: unknown = null;
   /** The scene that is on its way, or there. */
   private asked: unknown = null;
+  /** The code of a world that the person did not allow. */
+  private declined = "";
   private order: (() => Promise<ArrayBuffer>) | null = null;
   private shown: [Item[], Item[]] = [[], []];
   private thought: Thoughts | null = null;
@@ -134,11 +136,23 @@ export class Door {
     } catch (error) {
       if (!(error instanceof Error)) throw error;
       if (this.asked !== key) return;
-      this.view?.say(error.message);
-      if (!this.view) this.element.replaceChildren(el("p", { class: "hint scene-none", role: "status" }, error.message));
-      const asks = error instanceof ApiError && error.data["needs_trust"] !== undefined;
-      if (asks && (await this.allow())) this.wanted(key);
+      const code = error instanceof ApiError && JSON.stringify(error.data["needs_trust"]);
+      const isNew = Boolean(code) && code !== this.declined;
+      this.say(error.message, code && !isNew ? el("button", { onclick: () => void this.ask(code) }, word("edit.lookAtWhatItIs")) : "");
+      if (code && isNew) await this.ask(code);
     }
+  }
+
+  /** Let the person allow code; about code that was not allowed, a button asks again. */
+  private async ask(code: string): Promise<void> {
+    this.declined = (await this.allow()) ? "" : code;
+    // Another scene may be wanted meanwhile.
+    this.wanted(this.asked);
+  }
+
+  private say(...told: Child[]): void {
+    if (this.view) this.view.say(...told);
+    else this.element.replaceChildren(el("p", { class: "hint scene-none", role: "status" }, ...told));
   }
 
   private async move(order: () => Promise<ArrayBuffer>): Promise<void> {

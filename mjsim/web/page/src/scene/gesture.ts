@@ -29,7 +29,6 @@ export class Gesture {
   /** The press by which a handle is held. */
   private start: PointerEvent | null = null;
   private moving = false;
-  private readonly endings: (() => void)[] = [];
 
   constructor(
     private readonly stage: Stage3d,
@@ -45,11 +44,6 @@ export class Gesture {
       this.end(false);
     };
     window.addEventListener("keydown", escape, true);
-    this.endings.push(() => window.removeEventListener("keydown", escape, true));
-  }
-
-  dispose(): void {
-    for (const end of this.endings) end();
   }
 
   /** Let go of what is held, as if Escape were pressed. */
@@ -66,7 +60,6 @@ export class Gesture {
       if (was || this.start) event.stopImmediatePropagation();
     };
     canvas.addEventListener(kind, first, true);
-    this.endings.push(() => canvas.removeEventListener(kind, first, true));
   }
 
   private down(event: PointerEvent): void {

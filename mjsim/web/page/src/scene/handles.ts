@@ -35,17 +35,11 @@ export class Handles implements Owner {
   private grip: Grip | null = null;
   private knobs: Knob[] = [];
   private held: Held | null = null;
-  private readonly gesture: Gesture;
 
   constructor(private readonly stage: Stage3d) {
     stage.over.add(this.group);
     stage.drawing.on(() => this.scale());
-    this.gesture = new Gesture(stage, this);
-  }
-
-  dispose(): void {
-    this.gesture.dispose();
-    clearHandles(this.group);
+    new Gesture(stage, this);
   }
 
   /** Hold a thing whose middle is so high [m]; null: nothing. */

@@ -78,13 +78,6 @@ export class Leads implements Owner {
     this.build();
   }
 
-  dispose(): void {
-    this.gesture.dispose();
-    clearHandles(this.group);
-    this.thread.geometry.dispose();
-    this.thread.material.dispose();
-  }
-
   /** Make handles anew where there are others. */
   private build(): void {
     const shown = [this.active, ...this.leads.map(({ key }) => key)].join("\n");

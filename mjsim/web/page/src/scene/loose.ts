@@ -41,11 +41,6 @@ export class Loose implements Owner {
     if (this.held && !things.some(({ name }) => name === this.held?.thing.name)) this.gesture.giveUp();
   }
 
-  dispose(): void {
-    this.gesture.dispose();
-    this.clear();
-  }
-
   take({ clientX, clientY }: PointerEvent): boolean {
     const hit = this.things.length && this.stage.isFree ? this.stage.under(clientX, clientY) : null;
     const met = hit && typeof hit.faceIndex === "number" ? thingOf(hit.object as Mesh, hit.faceIndex) : "";

@@ -61,10 +61,6 @@ export class MarkInk {
   recolor(): void {
     for (const each of [this.edges, this.veil]) each.color.set(color("--accent"));
   }
-
-  dispose(): void {
-    for (const each of [this.edges, this.veil]) each.dispose();
-  }
 }
 
 /** Mark items in a scene, the first ones of very many, where a drag has them meanwhile. */

@@ -3,7 +3,7 @@
 import { Box3, Group, Line, LineBasicMaterial, Vector3, type Intersection, type Material, type Mesh } from "three";
 import type { Item } from "../api";
 import { Grids } from "../run/grids";
-import { el, fill } from "../dom";
+import { el, fill, type Child } from "../dom";
 import { color } from "../shell/theme";
 import { Signal } from "../signal";
 import { takeAway } from "./away";
@@ -98,9 +98,9 @@ export class SceneView {
   }
 
   /** Say why there is nothing to see. */
-  say(text: string): void {
+  say(...told: Child[]): void {
     this.note.hidden = false;
-    this.note.textContent = text;
+    fill(this.note, ...told);
   }
 
   /** Put what moves where it is. */
@@ -175,18 +175,6 @@ export class SceneView {
     this.ink.recolor();
     this.think(this.thought);
     this.mark();
-  }
-
-  dispose(): void {
-    if (this.solids) dispose(this.solids);
-    this.handles.dispose();
-    this.leads.dispose();
-    this.loose.dispose();
-    this.touching.dispose();
-    clearMarks(this.marks);
-    this.ink.dispose();
-    for (const each of this.retired) each.dispose();
-    this.stage.dispose();
   }
 
   get canvas(): HTMLCanvasElement {

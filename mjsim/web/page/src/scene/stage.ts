@@ -75,7 +75,6 @@ export class Stage3d {
   private readonly ball = new Sphere();
   /** From where all of it is seen, and the middle that is looked at then; null when it was never fitted. */
   private fitted: [Vector3, Vector3] | null = null;
-  private readonly endings: (() => void)[] = [];
 
   /** `label` names the picture; `refusal` is the message of the Error where the browser draws nothing in 3-D. */
   constructor(label: string, refusal: string) {
@@ -93,12 +92,6 @@ export class Stage3d {
     this.scene.add(this.content, this.over, this.orbit, new AmbientLight("white", 1.7));
     this.recolor();
     this.listen();
-  }
-
-  dispose(): void {
-    for (const end of this.endings) end();
-    this.controls.dispose();
-    this.renderer.dispose();
   }
 
   /** Show this in the place of what was shown. */
@@ -316,7 +309,6 @@ export class Stage3d {
       this.draw();
     });
     sizes.observe(this.canvas);
-    this.endings.push(() => sizes.disconnect());
     this.canvas.addEventListener("pointerdown", (event) => (this.pressed = [event.clientX, event.clientY]));
     this.canvas.addEventListener("pointerup", (event) => this.release(event));
     this.canvas.addEventListener("keydown", (event) => this.key(event));

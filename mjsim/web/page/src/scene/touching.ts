@@ -35,13 +35,6 @@ export class Touching {
     this.floor.material.color.set(color("--muted"));
     this.others.material.color.set(color("--error"));
   }
-
-  dispose(): void {
-    for (const each of [this.floor, this.others]) {
-      each.geometry.dispose();
-      each.material.dispose();
-    }
-  }
 }
 
 function mark(token: string, least: number): ReturnType<typeof dots> {
