@@ -19,6 +19,7 @@ from .drawings import drawing_files as drawing_files
 from .drawings import parse_formats as parse_formats
 from .drawings import png_of as png_of
 from .drawings import require_formats as require_formats
+from .figures import FIGURES as FIGURES
 from .figures import lacks_estimator as lacks_estimator
 from .figures import largest as largest
 from .html_page import html_page as html_page

@@ -142,7 +142,9 @@ def cell_legend(groups: Sequence[Group]) -> str:
     summaries = [summary for group in groups for summary in group.spreads.values()]
     sure = any(summary.low is not None for summary in summaries)
     few = any(summary.low is None and summary.count > 1 for summary in summaries)
-    return "mean" + " [95 % interval]" * sure + " (least to largest)" * few
+    if few:
+        return "mean [95 % interval] (least to largest)" if sure else "mean (least to largest)"
+    return "mean [95 % interval]" if sure else "mean"
 
 
 def _short(figure: ReportFigure, value: float) -> str:

@@ -11,6 +11,7 @@ from mjsim.errors import MjsimError
 from mjsim.geometry import Array
 from mjsim.report import (
     FEW,
+    FIGURES,
     STATES,
     Comparison,
     Group,
@@ -74,6 +75,7 @@ def compared_json(comparison: Comparison, *, scene: Mapping[str, Any] | None) ->
         "means": mean_rows(comparison),
         "certain": verdict_rows(comparison),
         "know": [*comparison.consistency, *comparison.remarks],
+        "keys": {figure.title: figure.key for figure in FIGURES},
         "differences": [
             {**each, "title": item.figure.title}
             for each, item in zip(content["differences"], comparison.differences, strict=True)

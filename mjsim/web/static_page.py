@@ -13,6 +13,7 @@ from starlette.routing import BaseRoute, Route
 from mjsim.web.local import HEADERS
 
 _FILES = {"/": ("index.html", "text/html"), "/studio.js": ("studio.js", "text/javascript")}
+_FILES |= {"/languages.js": ("languages.js", "text/javascript")}
 _FILES |= {"/studio.css": ("studio.css", "text/css"), "/scene.js": ("scene.js", "text/javascript")}
 _UNBUILT = "<!doctype html><title>mjsim</title><p>The page is not built; run scripts/make/page."
 

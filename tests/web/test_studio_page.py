@@ -10,11 +10,11 @@ import mjsim.web
 
 WEB = Path(mjsim.web.__file__).parent
 PAGE, STATIC = WEB / "page", WEB / "static"
-PACKED = {"index.html", "studio.js", "scene.js", "studio.css", "LICENSES.txt"}
+PACKED = {"index.html", "studio.js", "scene.js", "languages.js", "studio.css", "LICENSES.txt"}
 BESIDE = ("build.mjs", "index.html", "package.json", "package-lock.json", "tsconfig.json")
 
 
-@pytest.mark.parametrize("name", ["studio.js", "scene.js", "studio.css"])
+@pytest.mark.parametrize("name", ["studio.js", "scene.js", "languages.js", "studio.css"])
 def test_the_bundle_was_made_from_the_sources_beside_it(name):
     sources = {path.relative_to(PAGE).as_posix(): path for path in (PAGE / "src").rglob("*") if path.is_file()}
     digest = hashlib.sha256()

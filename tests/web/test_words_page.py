@@ -117,8 +117,9 @@ def table_of(*names):
 
 
 def test_translations_have_keys_and_values_of_the_english_table():
-    english = table_of("en.ts", "en_fields.ts")
-    names = {path.name for path in (SOURCES / "words").glob("*.ts")} - {"en.ts", "en_fields.ts", "words.ts"}
+    own = {"en.ts", "en_fields.ts", "en_server.ts", "en_said.ts"}
+    english = table_of(*own)
+    names = {path.name for path in (SOURCES / "words").glob("*.ts")} - own - {"words.ts", "languages.ts"}
     others = {name for name in names if "_meanings" not in name}
     assert others
     for name in others:
@@ -127,6 +128,8 @@ def test_translations_have_keys_and_values_of_the_english_table():
         for key, text in translated.items():
             assert text
             assert sorted(re.findall(r"\{\w+\}", text)) == sorted(re.findall(r"\{\w+\}", english[key])), key
+        share = rf"{name[:-3]}: \{{ name: \"\w+\", share: {100 * len(translated) // len(english)} \}}"
+        assert re.search(share, (SOURCES / "words" / "words.ts").read_text("utf-8")), share
 
 
 def test_meanings_are_translated_by_the_sentences_of_the_schema():

@@ -36,8 +36,12 @@ function licences(inputs) {
 
 const first = `/* sources ${sourceHash()} */`;
 const { metafile } = await build({
-  // The view in 3-D is fetched when it is first opened.
-  entryPoints: { studio: join(here, "src", "main.ts"), scene: join(here, "src", "scene", "scene.ts") },
+  // The view in 3-D is fetched when it is first opened, tables of other languages when one is chosen.
+  entryPoints: {
+    studio: join(here, "src", "main.ts"),
+    scene: join(here, "src", "scene", "scene.ts"),
+    languages: join(here, "src", "words", "languages.ts"),
+  },
   outdir: target,
   bundle: true,
   minify: true,

@@ -1,7 +1,7 @@
 /** What the server offers: its values, and one call for each of its addresses. */
 
 import type { Item } from "./run/protocol";
-import { word } from "./words/words";
+import { said, word } from "./words/words";
 
 export type Point = [number, number];
 export type Path = (string | number)[];
@@ -255,7 +255,10 @@ export const api = {
   dropDraft: (id: string) => postJson<Values>("/api/draft/drop", { id }),
   trust: (path: string, text: string, code: Code, drivers: Record<string, Values>) =>
     postJson<Values>("/api/trust", { path, text, code, drivers }),
-  pose: async (ask: PoseAsk): Promise<Pose> => ({ ...(await postJson<Omit<Pose, "look">>("/api/pose", ask)), look: ask.look }),
+  pose: async (ask: PoseAsk): Promise<Pose> => {
+    const pose = await postJson<Omit<Pose, "look">>("/api/pose", ask);
+    return { ...pose, note: said(pose.note), look: ask.look };
+  },
   scene: async (path: string, text: string) => (await postForBlob("/api/scene", { path, text })).arrayBuffer(),
   preview: (ask: PreviewAsk) => postForBlob("/api/preview", ask),
   /** How often pictures have changed on disk; browsers keep those of an address. */
@@ -298,6 +301,6 @@ async function answer(address: string, request: RequestInit): Promise<Response> 
   }
   if (response.ok) return response;
   const data = (await response.json().catch(() => ({}))) as Values;
-  const message = typeof data["error"] === "string" ? data["error"] : word("start.answered", { status: response.status });
+  const message = typeof data["error"] === "string" ? said(data["error"]) : word("start.answered", { status: response.status });
   throw new ApiError(response.status, message, data);
 }

@@ -6,21 +6,31 @@ import { save } from "../charts/save";
 import { rowColor } from "../run/ink";
 import { themeChanged } from "../shell/theme";
 import type { Comparison, Difference, Group } from "./comparison";
-import { word } from "../words/words";
+import { said, word, wordOr } from "../words/words";
 
 export function comparisonFigures(comparison: Comparison): HTMLElement[] {
-  const { groups, certain, know, cells, means, differences } = comparison;
+  const { groups, know, cells, differences } = comparison;
+  const titled = (name: string): string => titleOf(name, comparison);
+  const certain = comparison.certain.map(([better = "", than = "", figure = "", ...rest]) => [better, than, titled(figure), ...rest]);
+  const means = comparison.means.map(([figure = "", ...rest]) => [titled(figure), ...rest]);
   const nothing = el("p", {}, word("review.noFigureIsCertainTo"));
   const heads = [word("review.better"), word("review.than"), word("review.in"), word("review.byInterval"), word("review.pairs")];
   return [
     legend(groups),
     el("h3", {}, word("review.whatIsCertain")),
     certain.length ? table(heads, certain, { class: "compare-certain" }) : nothing,
-    ...(know.length ? [el("h3", {}, word("review.whatToKnow")), el("ul", { class: "compare-know" }, ...know.map((told) => el("li", {}, `${told}.`)))] : []),
-    el("div", { class: "run-figures-head" }, el("h3", {}, word("review.figuresOf", { cells })), csvButton(comparison)),
+    ...(know.length ? [el("h3", {}, word("review.whatToKnow")), el("ul", { class: "compare-know" }, ...know.map((told) => el("li", {}, `${said(told)}.`)))] : []),
+    el("div", { class: "run-figures-head" }, el("h3", {}, word("review.figuresOf", { cells: said(cells) })), csvButton(comparison)),
     table([word("review.figure"), ...groups.map(({ label }) => label)], means, { class: "compare-means" }),
     ...(differences.length ? [el("h3", {}, word("review.differencesOfPairsMeanInterval")), ...differenceTables(differences)] : []),
   ];
+}
+
+/** The name of a figure in the language of the page, with its unit where that stands behind it. */
+function titleOf(name: string, { keys }: Comparison): string {
+  const cut = name.lastIndexOf(" [");
+  const [title, unit] = cut < 0 ? [name, ""] : [name.slice(0, cut), name.slice(cut)];
+  return wordOr("figure", keys[title] ?? "", title) + unit;
 }
 
 function legend(groups: Group[]): HTMLElement {
@@ -49,11 +59,11 @@ function differenceTables(differences: Difference[]): HTMLElement[] {
   });
 }
 
-function differenceRow({ title, unit, mean, low, high, pairs, reason }: Difference): string[] {
+function differenceRow({ figure, title, unit, mean, low, high, pairs, reason }: Difference): string[] {
   const short = (value: number): string => String(Number(value.toPrecision(3)));
   const interval = low === null || high === null ? "" : ` [${short(low)}, ${short(high)}]`;
-  const text = mean === null ? reason : `${short(mean)}${interval} ${unit}`.trim();
-  return [title, text, String(pairs)];
+  const text = mean === null ? said(reason) : `${short(mean)}${interval} ${unit}`.trim();
+  return [wordOr("figure", figure, title), text, String(pairs)];
 }
 
 function table(heads: string[], rows: string[][], attributes: { class: string }): HTMLElement {

@@ -58,6 +58,8 @@ export interface Comparison {
   /** Better, than, in, by, pairs. */
   certain: string[][];
   know: string[];
+  /** Keys of figures by what they are called in these tables. */
+  keys: Record<string, string>;
   differences: Difference[];
   /** `table.csv` of `mjsim compare`. */
   csv: string;

@@ -4,7 +4,7 @@ import { ApiError } from "../api";
 import { el, fill } from "../dom";
 import { button, sign } from "../run/controls";
 import { recordings, type Recording } from "./recording";
-import { word } from "../words/words";
+import { said, word } from "../words/words";
 
 /** The server is asked how far it is so often [ms]. */
 const ASK = 400;
@@ -69,7 +69,7 @@ export class Film {
   private async follow(id: string, bar: HTMLProgressElement): Promise<string> {
     for (;;) {
       const job = await recordings.job(id);
-      if (job.error) throw new ApiError(500, job.error);
+      if (job.error) throw new ApiError(500, said(job.error));
       if (job.path) return job.path;
       bar.max = Math.max(job.total, 1);
       bar.value = job.done;

@@ -9,7 +9,7 @@ import { drawRecognised, pixelRatio } from "../run/screen";
 import { makeTile, type Tile } from "../run/tile";
 import { titleOf } from "./film";
 import { recordings, type Recording } from "./recording";
-import { word } from "../words/words";
+import { said, word } from "../words/words";
 
 interface Shown {
   tile: Tile;
@@ -132,7 +132,7 @@ export class Pictures {
     if (!response || this.recording !== recording) return;
     if (!response.ok) {
       const answer = (await response.json().catch(() => ({}))) as { error?: string };
-      note.textContent = answer.error ?? word("review.noPicture");
+      note.textContent = answer.error ? said(answer.error) : word("review.noPicture");
       return;
     }
     const bitmap = await createImageBitmap(await response.blob()).catch(() => null);

@@ -1,6 +1,7 @@
 /** The bar to go through a recording: events stand on it, and the part that is marked. */
 
 import { el, fill } from "../dom";
+import { sentenceOf } from "../run/events";
 import type { EventNews } from "../run/protocol";
 import { word } from "../words/words";
 
@@ -41,7 +42,7 @@ export class Scrub {
   }
 
   private flag(event: EventNews): HTMLElement {
-    const title = `${event.time.toFixed(2)} s  ${event.robot ? `${event.robot}: ` : ""}${event.text}`;
+    const title = `${event.time.toFixed(2)} s  ${sentenceOf(event)}`;
     return el("button", {
       type: "button",
       tabindex: -1,

@@ -4,13 +4,16 @@ import { el, fill } from "../dom";
 import { csvOf, save } from "../charts/save";
 import { button, sign } from "../run/controls";
 import type { Figures } from "./recording";
-import { word } from "../words/words";
+import { word, wordOr } from "../words/words";
 
 interface Row {
   robot: string;
+  /** What they are called in files, and their keys. */
   group: string;
+  groupKey: string;
   /** Which of the group: mean, RMSE and so on; empty where there is one only. */
   part: string;
+  partKey: string;
   value: number;
   unit: string;
 }
@@ -57,27 +60,29 @@ const PLAIN = new Set(["count", "false", "singular", "in_band", "independent"]);
 export function rowsOf(figures: Figures): Row[] {
   return Object.entries(figures.robots).flatMap(([robot, values]) => {
     const rows = Object.entries(values).flatMap(([key, value]) => leaves(robot, key, value));
-    return rows.sort((a, b) => rank(a.group) - rank(b.group));
+    return rows.sort((a, b) => rank(a.groupKey) - rank(b.groupKey));
   });
 }
 
 function leaves(robot: string, key: string, value: unknown): Row[] {
-  const { label: group, unit } = named(key);
-  if (typeof value === "number") return [{ robot, group, part: "", value, unit }];
+  const { label: group, key: groupKey, unit } = named(key);
+  if (typeof value === "number") return [{ robot, group, groupKey, part: "", partKey: "", value, unit }];
   if (typeof value !== "object" || value === null || Array.isArray(value) || LEFT_OUT.has(key)) return [];
   return Object.entries(value as Record<string, unknown>)
     .filter(([part]) => !LEFT_OUT.has(part))
     .flatMap(([part, each]) =>
       typeof each === "number"
-        ? [{ robot, group, part: words(part), value: each, unit: PLAIN.has(part) ? "" : unit }]
+        ? [{ robot, group, groupKey, part: words(part), partKey: part, value: each, unit: PLAIN.has(part) ? "" : unit }]
         : [],
     );
 }
 
-function named(key: string): { label: string; unit: string } {
+function named(key: string): { label: string; key: string; unit: string } {
   const found = UNITS.find(([suffix]) => key.endsWith(suffix));
-  const label = words(found ? key.slice(0, -found[0].length) : key);
+  const own = found ? key.slice(0, -found[0].length) : key;
+  const label = words(own);
   return {
+    key: own,
     label: /^(nees|nis|ate|rpe)/.test(label) ? label.toUpperCase() : label.charAt(0).toUpperCase() + label.slice(1),
     unit: found?.[1] ?? "",
   };
@@ -87,8 +92,7 @@ function words(key: string): string {
   return key.replaceAll("_", " ").replace("rmse", "RMSE").replace(/^rms$/, "RMS");
 }
 
-function rank(label: string): number {
-  const key = label.toLowerCase().replaceAll(" ", "_");
+function rank(key: string): number {
   const found = FIRST.findIndex((first) => key.startsWith(first));
   return found < 0 ? FIRST.length : found;
 }
@@ -150,10 +154,11 @@ export class Table {
     const several = new Set(this.rows.map((row) => row.robot)).size > 1;
     let last = "";
     const body = this.rows.flatMap((row) => {
-      const group = several ? `${row.robot}: ${row.group}` : row.group;
+      const own = wordOr("statistic", row.groupKey, row.group);
+      const group = several ? `${row.robot}: ${own}` : own;
       const begins = group !== last && row.part !== "";
       last = group;
-      const line = rowOf(row, row.part || group);
+      const line = rowOf(row, row.part ? wordOr("statistic", row.partKey, row.part) : group);
       return begins ? [el("tr", {}, el("th", { colspan: 3, scope: "rowgroup" }, group)), line] : [line];
     });
     const head = el(

@@ -39,9 +39,10 @@ export interface BarOrders {
 
 /** Seconds as people read them. */
 export function clock(seconds: number): string {
-  if (seconds < 60) return `${seconds.toFixed(2)} s`;
-  const minutes = Math.floor(seconds / 60);
-  return `${minutes}:${(seconds - 60 * minutes).toFixed(2).padStart(5, "0")}`;
+  // Rounded first: 59.999 s are a minute.
+  const hundredths = Math.round(100 * seconds);
+  if (hundredths < 6000) return `${(hundredths / 100).toFixed(2)} s`;
+  return `${Math.floor(hundredths / 6000)}:${((hundredths % 6000) / 100).toFixed(2).padStart(5, "0")}`;
 }
 
 /** The strip; it shows what the server says and sends what is pressed. */

@@ -4,10 +4,15 @@ import { clock } from "./bar";
 import { el } from "../dom";
 import { button } from "./controls";
 import type { EventNews } from "./protocol";
-import { word } from "../words/words";
+import { said, word, wordOr } from "../words/words";
 
 /** Most that are shown. */
 const MOST = 300;
+
+/** What happened, in one sentence. */
+export function sentenceOf({ robot, text }: EventNews): string {
+  return robot ? `${robot}: ${said(text)}` : said(text);
+}
 
 /** A list of events; each can be pressed where there is something to do. */
 export class EventList {
@@ -36,8 +41,8 @@ export class EventList {
     this.empty.hidden = true;
     const parts = [
       el("time", {}, clock(event.time)),
-      el("b", { "data-event": event.event }, event.event),
-      el("span", {}, event.robot ? `${event.robot}: ${event.text}` : event.text),
+      el("b", { "data-event": event.event }, wordOr("event", event.event, event.event)),
+      el("span", {}, sentenceOf(event)),
     ];
     const pick = this.pick;
     const row = pick ? button({}, () => pick(event.time), ...parts) : el("div", {}, ...parts);

@@ -3,7 +3,7 @@
 import { el } from "../dom";
 import { button, sign, write } from "./controls";
 import type { NoiseFigure } from "./protocol";
-import { word, wordFor } from "../words/words";
+import { meaningOf, word, wordFor } from "../words/words";
 
 /** The slider's way is cut into so many steps. */
 const STEPS = 1000;
@@ -102,7 +102,7 @@ export class NoisePanel {
     const unit = el("span", { class: "run-unit" }, unitShown(noise));
     return el(
       "div",
-      { class: "run-noise-row", title: noise.description ?? undefined },
+      { class: "run-noise-row", title: noise.description ? meaningOf(noise.description) : undefined },
       el("span", { class: "run-noise-label" }, label),
       slider,
       el("span", { class: "run-noise-value" }, field, unit, reset),

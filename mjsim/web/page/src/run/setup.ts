@@ -3,7 +3,7 @@
 import { el, fill } from "../dom";
 import type { Module, Modules } from "../api";
 import { choice } from "./controls";
-import { word } from "../words/words";
+import { meaningOf, word } from "../words/words";
 
 /** A module and the arguments that it is made with. */
 interface Use {
@@ -165,12 +165,12 @@ export class Setup {
       input.addEventListener("change", () => (pick.values[each.name] = input.value.trim()));
       return el(
         "label",
-        { class: "run-field", title: each.about ?? null },
+        { class: "run-field", title: each.about ? meaningOf(each.about) : null },
         el("span", {}, each.name.replaceAll("_", " ")),
         input,
       );
     });
-    fill(place, module.about ? el("p", { class: "hint" }, module.about) : null, ...fields);
+    fill(place, module.about ? el("p", { class: "hint" }, meaningOf(module.about)) : null, ...fields);
   }
 }
 

@@ -27,7 +27,7 @@ import { startWorld } from "./start";
 import { Tabs } from "./tabs";
 import { Stage } from "./tile";
 import { Keep, leaderOf, type TouchAnswer } from "./touch_keep";
-import { word } from "../words/words";
+import { said, word } from "../words/words";
 
 /** Charts are drawn at most this often [ms]. */
 const CALM = 120;
@@ -38,7 +38,7 @@ export class RunView implements View {
   private readonly record = new RunRecord();
   private readonly leader = leaderOf({
     isLive: () => this.run?.state === "running", send: (touch) => this.send(touch),
-    said: () => ({ touch: this.floor.touch, hands: this.newest?.hands ?? {}, toasts: this.studio.toasts }),
+    told: () => ({ touch: this.floor.touch, hands: this.newest?.hands ?? {}, toasts: this.studio.toasts }),
   });
   private readonly floor: Floor = new Floor(this.record, this.leader);
   private readonly stage = new Stage();
@@ -248,7 +248,7 @@ export class RunView implements View {
     this.offerRobots(news);
     this.cameras.run(news.robots);
     this.noise.show(news.noise ?? [], this.running() && news.controllable);
-    this.banner.run(news.state === "failed" ? (news.error ?? null) : null);
+    this.banner.run(news.state === "failed" && news.error ? said(news.error) : null);
     this.showArms();
     this.keep.show(news);
     this.floor.touch.enable(this.running() && news.controllable);
@@ -346,7 +346,7 @@ export class RunView implements View {
       return;
     }
     if (news.do === "touch") this.leader.answered(news);
-    else this.studio.toasts.error(news.error);
+    else this.studio.toasts.error(said(news.error));
   }
 
   private offerRobots(news: RunNews): void {

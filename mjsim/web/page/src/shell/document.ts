@@ -5,7 +5,7 @@ import { debounced, newestWins, Signal } from "../signal";
 import { difference } from "../text/difference";
 import { History } from "./history";
 import { named } from "./naming";
-import { word, wordFor } from "../words/words";
+import { said, word, wordFor } from "../words/words";
 
 const EMPTY: Parsed = { problems: [], items: [], bounds: [0, 0, 10, 8], name: "", run: {}, needs_trust: {}, files: {} };
 /** Typing is read after so long a pause [ms]. */
@@ -379,7 +379,8 @@ export class WorldDocument {
 /** A thing without a name, called by its kind and its number in the language of the page. */
 function labelled(item: Item): Item {
   const number = Number(item.path.at(-1)) + 1;
-  return item.name === null ? { ...item, label: wordFor("item", item.kind, { number }) } : item;
+  const fixed = item.fixed && said(item.fixed);
+  return item.name === null ? { ...item, fixed, label: wordFor("item", item.kind, { number }) } : { ...item, fixed };
 }
 
 /** The line in which two texts begin to differ, counted from 1. */

@@ -7,7 +7,7 @@ import { Drafts } from "./drafts";
 import type { Notices } from "./notices";
 import type { TabLink } from "./tab";
 import type { Studio } from "./view";
-import { word } from "../words/words";
+import { meaningOf, word } from "../words/words";
 
 type Wanted = { open: string } | { make: string | undefined } | { restore: Draft };
 
@@ -274,7 +274,7 @@ export class Files {
         "button",
         { class: "card", onclick: () => answer({ make: name }) },
         el("b", {}, name),
-        el("span", { class: "hint" }, about[name] ?? ""),
+        el("span", { class: "hint" }, meaningOf(about[name] ?? "")),
       ),
     );
     return [empty, ...others];

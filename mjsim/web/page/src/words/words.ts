@@ -1,43 +1,44 @@
 /** The visible words of the page in the language that was chosen; each language is one table, looked up by key. */
 
-import { DE } from "./de";
-import { DE_MEANINGS } from "./de_meanings";
 import { EN } from "./en";
 import { EN_FIELDS } from "./en_fields";
+import type { EN_SAID } from "./en_said";
+import { EN_SERVER } from "./en_server";
 
-const ENGLISH_WORDS = { ...EN, ...EN_FIELDS };
-export type Key = keyof typeof ENGLISH_WORDS;
+const ENGLISH_WORDS = { ...EN, ...EN_FIELDS, ...EN_SERVER };
+export type Key = keyof typeof ENGLISH_WORDS | keyof typeof EN_SAID;
 export type Words = Record<Key, string>;
 
 const KEY = "mjsim-language";
 /** Of the address of the page: ?lang=de chooses a language. */
 const PARAMETER = "lang";
+/** The tables of other languages, as a program of its own. */
+const PROGRAM = "/languages.js";
 interface Language {
   /** As its speakers call it. */
   name: string;
-  /** Its table, made when it is chosen; a word that is missing there is shown in English. */
-  table(): Partial<Words>;
-  /** The meaning of a field, by its English sentence; one that is missing there is shown in English. */
-  meaning(english: string): string | undefined;
+  /** Share of the words that are translated, rounded down [%]; the others are shown in English. */
+  share: number;
 }
 
 /** By their BCP 47 tags. */
 const LANGUAGES: Record<string, Language> = {
-  en: { name: "English", table: () => ENGLISH_WORDS, meaning: (english) => english },
-  de: { name: "Deutsch", table: () => DE, meaning: (english) => DE_MEANINGS[english] },
-  "en-XA": { name: "Énglísh", table: accented, meaning: accent },
+  en: { name: "English", share: 100 },
+  de: { name: "Deutsch", share: 16 },
+  "en-XA": { name: "Énglísh", share: 100 },
 };
 /** Shows what is in no table: for those who write the page, offered only where it was switched on by hand. */
 const FOR_DEVELOPERS = "en-XA";
 
 /** The tag of the language of the page. */
 export const language = chosen();
-const words: Words = { ...ENGLISH_WORDS, ...LANGUAGES[language]?.table() };
+const others = language === "en" ? null : ((await import(PROGRAM)) as typeof import("./languages"));
+const words: Record<string, string> = others?.tableOf(language, ENGLISH_WORDS) ?? ENGLISH_WORDS;
 document.documentElement.lang = language;
 
 /** Look up words; what stands in braces there, as {path}, is replaced by the value of that name. */
 export function word(key: Key, values: Record<string, string | number | null | undefined> = {}): string {
-  return words[key].replace(/\{(\w+)\}/g, (whole, name: string) => String(values[name] ?? whole));
+  return (words[key] ?? key).replace(/\{(\w+)\}/g, (whole, name: string) => String(values[name] ?? whole));
 }
 
 /**
@@ -51,19 +52,37 @@ export function wordFor(kind: "field" | "form" | "item" | "part", key: string, v
   return plain.charAt(0).toUpperCase() + plain.slice(1);
 }
 
+/** Look up what the data calls by a key of a kind: a figure, a statistic, an event; `otherwise` where it has no entry. */
+export function wordOr(kind: "figure" | "statistic" | "event", key: string, otherwise: string): string {
+  const known = `${kind}.${key}`;
+  return known in words ? word(known as Key) : otherwise;
+}
+
+/** What the server said in English, in the language of the page; what is not in the table stays as it is. */
+export function said(english: string): string {
+  if (!others) return english;
+  for (const [key, sentence] of (sentences ??= others.sentences())) {
+    const found = sentence.exec(english);
+    if (!found) continue;
+    // A value may be a sentence as well; names have no spaces.
+    const values = Object.entries(found.groups ?? {}).map(([name, value]) => [name, value.includes(" ") ? said(value) : value]);
+    return word(key as Key, Object.fromEntries(values) as Record<string, string>);
+  }
+  return english;
+}
+
+let sentences: [string, RegExp][] | null = null;
+
 /** The meaning of a field in the language of the page; `english` is the sentence of the schema. */
 export function meaningOf(english: string): string {
-  return (english && LANGUAGES[language]?.meaning(english)) || english;
+  return (english && others?.meaningIn(language, english)) || english;
 }
 
 /** The languages that a person can choose: tag and name, with the share that is translated where that is not all. */
 export function offered(): [tag: string, name: string][] {
   return Object.entries(LANGUAGES)
     .filter(([tag]) => tag !== FOR_DEVELOPERS || tag === language)
-    .map(([tag, { name, table }]) => {
-      const share = Object.keys(table()).length / Object.keys(ENGLISH_WORDS).length;
-      return [tag, share < 1 ? `${name} (${Math.max(Math.floor(100 * share), 1)} %)` : name];
-    });
+    .map(([tag, { name, share }]) => [tag, share < 100 ? `${name} (${Math.max(share, 1)} %)` : name]);
 }
 
 /** Use another language from the next load of the page on. */
@@ -113,15 +132,5 @@ function known(tag: string): string | null {
 
 /** Nobody is given half a translation who did not ask for it. */
 function isComplete(tag: string): boolean {
-  return Object.keys(LANGUAGES[tag]?.table() ?? {}).length === Object.keys(ENGLISH_WORDS).length;
-}
-
-/** English with accents, in brackets and longer: what stays plain is in no table, what is cut off has no room. */
-function accented(): Words {
-  return Object.fromEntries(Object.entries(ENGLISH_WORDS).map(([key, text]) => [key, accent(text)])) as Words;
-}
-
-function accent(text: string): string {
-  const accents: Record<string, string> = { a: "á", e: "é", i: "í", o: "ó", u: "ú", A: "Á", E: "É", I: "Í", O: "Ó", U: "Ú" };
-  return `[${text.replace(/\{\w+\}|[aeiou]/gi, (part) => accents[part] ?? part)}~]`;
+  return LANGUAGES[tag]?.share === 100;
 }
