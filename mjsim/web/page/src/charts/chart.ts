@@ -111,7 +111,7 @@ export class Chart {
     const { robust, mostOfFirst, atLeast = [0, 0] } = this.settings;
     if (robust) this.most = 1.3 * quantile(columns.slice(1).flat(), MOST_SHOWN);
     if (mostOfFirst) this.most = mostOfFirst * Math.max(atLeast[1], largest(columns[1] ?? []));
-    this.element.classList.toggle("unknown", columns.slice(1).every((column) => column.every((each) => each === null)));
+    this.element.classList.toggle("unknown", columns.slice(1).every((column) => column.every((each) => each == null)));
     this.plot.setData(columns as unknown as uPlot.AlignedData);
   }
 

@@ -85,6 +85,10 @@ export class Plotter {
       await this.draw(turn);
     } catch (error) {
       if (turn !== this.turn) return;
+      // What was drawn is of another source.
+      this.take([]);
+      this.list();
+      void this.draw(turn);
       this.note.textContent = "";
       this.fail(error);
     }

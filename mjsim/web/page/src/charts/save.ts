@@ -13,7 +13,7 @@ export function save(blob: Blob, name: string): void {
 export function csvOf(rows: (string | number | null | undefined)[][]): string {
   const cell = (value: string | number | null | undefined): string => {
     const text = String(value ?? "");
-    return /[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+    return /[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
   };
   return [...rows.map((row) => row.map(cell).join(",")), ""].join("\n");
 }

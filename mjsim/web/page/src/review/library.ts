@@ -1,11 +1,11 @@
 /** The recordings of the folder, and a place to drop another. */
 
 import { ApiError } from "../api";
-import { el, fill } from "../dom";
+import { el, refill } from "../dom";
 import { button } from "../run/controls";
 import type { Studio } from "../shell/view";
 import { recordings } from "./recording";
-import { word } from "../words/words";
+import { said, word } from "../words/words";
 
 export class Library {
   readonly element = el("div", { class: "run-library" });
@@ -29,9 +29,9 @@ export class Library {
   show(chosen: string | null): void {
     const { recordings, sweeps } = this.studio.folder;
     for (const path of this.ticked) if (!recordings.includes(path) && !sweeps.includes(path)) this.ticked.delete(path);
-    fill(this.list, ...recordings.map((path) => el("li", {}, this.box(path), this.entry(path, path === chosen))));
+    refill(this.list, ...recordings.map((path) => el("li", {}, this.box(path), this.entry(path, path === chosen))));
     const swept = sweeps.map((path) => el("li", {}, el("label", {}, this.box(path), path)));
-    fill(this.sweeps, sweeps.length > 0 && el("h2", {}, word("review.sweeps")), sweeps.length > 0 && el("ul", {}, ...swept));
+    refill(this.sweeps, sweeps.length > 0 && el("h2", {}, word("review.sweeps")), sweeps.length > 0 && el("ul", {}, ...swept));
     this.foot.hidden = recordings.length + sweeps.length === 0;
     this.count();
     this.hint.textContent = recordings.length
@@ -136,7 +136,7 @@ export class Library {
       if (!response?.ok || !answer?.path)
         throw new ApiError(
           response?.status ?? 0,
-          answer?.error ?? word("review.couldNotBeTakenCopy", { name: file.name }),
+          answer?.error ? said(answer.error) : word("review.couldNotBeTakenCopy", { name: file.name }),
         );
       await this.studio.refresh();
       this.open(answer.path);
