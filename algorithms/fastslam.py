@@ -19,6 +19,7 @@ from mjsim.interface import BeaconInfo, Estimate, Observation, RobotInfo, Sighti
 
 from .monte_carlo import systematic_resample_with
 from .odometry_errors import COUNT, OdometryErrors
+from .picture_errors import PictureErrors, each_of
 
 GATE = 13.8
 """Gate for the squared Mahalanobis distance of a sighting: accepts 99.9 % of correct ones (chi-square, 2 degrees of
@@ -57,6 +58,8 @@ class FastSlam:
         odometry_scale: float = 1.0,
         sighting_scale: float = 1.0,
         systematic: float = 1.0,
+        nod_deg: float = 0.15,
+        repeat: float = 0.5,
     ) -> None:
         """Set the rules.
 
@@ -66,6 +69,10 @@ class FastSlam:
             sighting_scale: Factor on the standard deviation of sightings.
             systematic: Distance over which systematic errors of odometry are assumed to equal its noise [m]; infinite
                 for none.
+            nod_deg: Pitch and roll of the robot at constant speed, standard deviation; they shift all sightings of one
+                picture.
+            repeat: Correlated part of the variance of a camera's sightings from image to image (0 to 1), times the
+                distance over which it is correlated [m].
         """
         if particles < 2:
             raise ValueError(f"particles is {particles}; it must be at least 2")
@@ -74,6 +81,7 @@ class FastSlam:
         self._odometry_scale = odometry_scale
         self._sighting_scale = sighting_scale
         self._systematic = systematic
+        self._nod, self._repeat = math.radians(nod_deg), repeat
 
     def start(self, robot: RobotInfo, catalogue: Mapping[str, BeaconInfo], rng: Generator) -> None:
         """Draw the first poses from the prior; the maps are empty."""
@@ -88,19 +96,23 @@ class FastSlam:
         self._odometry_errors = OdometryErrors(self._systematic)
         self._errors, self._error_covariance = np.zeros((self._number, COUNT)), np.zeros((COUNT, COUNT))
         self._failures = np.zeros(self._islands)
+        self._picture_errors = PictureErrors(robot, nod=self._nod, repeat=self._repeat)
 
     def update(self, seen: Observation) -> Estimate:
         """Return the belief after this tick's odometry and sightings."""
         moved = seen.odometry
-        known = [sighting for sighting in seen.sightings if sighting.name in self._index]
+        self._picture_errors.move(moved, seen.sightings)
+        noises = each_of(self._picture_errors.covariance(seen.sightings, scale=self._sighting_scale))
+        looks = list(zip(seen.sightings, noises, strict=True))
+        known = [(sighting, R) for sighting, R in looks if sighting.name in self._index]
         covariance = moved.covariance * self._odometry_scale**2
         delay = float(self._weights @ self._errors[:, 3])
         control, slopes, gained = self._odometry_errors.step(moved, covariance, seen.dt, delay=delay)
         self._error_covariance += np.diag(gained)
         self._move(control, covariance, slopes, known)
-        for sighting in seen.sightings:
+        for sighting, R in looks:
             if sighting.name is not None and sighting.name not in self._index:
-                self._add(sighting)
+                self._add(sighting, R)
         if known:
             self._resample()
         return self._belief()
@@ -110,7 +122,7 @@ class FastSlam:
         """Estimated systematic errors of odometry, shape (4,): those of `EkfSlam.systematic_errors`."""
         return np.asarray(self._weights @ self._errors)
 
-    def _move(self, control: Array, covariance: Array, slopes: Array, sightings: list[Sighting]) -> None:
+    def _move(self, control: Array, covariance: Array, slopes: Array, looks: list[tuple[Sighting, Array]]) -> None:
         """Sample each pose from the distribution given odometry and sightings, weight it, and correct its map."""
         before, steps = self._poses, control + self._errors @ slopes.T
         expected = _compounded(before, steps)
@@ -120,8 +132,8 @@ class FastSlam:
         G[:, 0, 0], G[:, 0, 1], G[:, 1, 0], G[:, 1, 1], G[:, 2, 2] = c, -s, s, c, 1.0
         P = G @ covariance @ G.transpose(0, 2, 1)
         mean, log_weights = expected.copy(), np.zeros(self._number)
-        for sighting in sightings:
-            i, R = self._index[sighting.name or ""], self._noise(sighting)
+        for sighting, R in looks:
+            i = self._index[sighting.name or ""]
             nu, H, H_landmark = particle_innovations(mean, self._means[:, i], sighting)
             Q = R + H_landmark @ self._covariances[:, i] @ H_landmark.transpose(0, 2, 1)
             S = Q + H @ P @ H.transpose(0, 2, 1)
@@ -143,8 +155,8 @@ class FastSlam:
         weights = self._by_island(np.log(np.maximum(self._weights, TINY)) + log_weights)
         weights = np.exp(weights - weights.max(axis=1, keepdims=True))
         self._weights = (weights / weights.sum(axis=1, keepdims=True)).ravel() / self._islands
-        for sighting in sightings:
-            self._correct(sighting)
+        for sighting, R in looks:
+            self._correct(sighting, R)
 
     def _learn(self, off: Array, covariance: Array, slopes: Array) -> None:
         """Update the systematic errors of odometry with the sampled steps: a Kalman update for each particle.
@@ -159,18 +171,18 @@ class FastSlam:
         self._errors = self._errors + off @ K.T
         self._error_covariance = self._error_covariance - K @ slopes @ self._error_covariance
 
-    def _correct(self, sighting: Sighting) -> None:
+    def _correct(self, sighting: Sighting, R: Array) -> None:
         """Correct a landmark in each particle's map: a Kalman update of two states."""
         i = self._index[sighting.name or ""]
         nu, _, H = particle_innovations(self._poses, self._means[:, i], sighting)
-        P, R = self._covariances[:, i], self._noise(sighting)
+        P = self._covariances[:, i]
         S = R + H @ P @ H.transpose(0, 2, 1)
         K = P @ H.transpose(0, 2, 1) @ np.linalg.inv(S)
         good = np.einsum("ni,ni->n", nu, np.linalg.solve(S, nu[..., None])[..., 0]) < GATE
         self._means[good, i] += (K @ nu[..., None])[good, :, 0]
         self._covariances[good, i] = (P - K @ S @ K.transpose(0, 2, 1))[good]
 
-    def _add(self, sighting: Sighting) -> None:
+    def _add(self, sighting: Sighting, R: Array) -> None:
         """Add a landmark to each map, where its particle sees it."""
         i = len(self._index)
         self._index[sighting.name or ""] = i
@@ -181,7 +193,7 @@ class FastSlam:
         c, s = np.cos(direction), np.sin(direction)
         J = np.stack([np.stack([c, -sighting.range * s], -1), np.stack([s, sighting.range * c], -1)], axis=-2)
         self._means[:, i] = self._poses[:, :2] + sighting.range * np.stack([c, s], axis=-1)
-        self._covariances[:, i] = J @ self._noise(sighting) @ J.transpose(0, 2, 1)
+        self._covariances[:, i] = J @ R @ J.transpose(0, 2, 1)
 
     def _resample(self) -> None:
         """Draw particles by weight in each island where few of them have most of it; replace lost islands."""
@@ -204,9 +216,6 @@ class FastSlam:
     def _by_island(self, values: Array) -> Array:
         """Return values of particles (n,) by island, shape (islands, particles of each)."""
         return values.reshape(self._islands, -1)
-
-    def _noise(self, sighting: Sighting) -> Array:
-        return np.asarray(sighting.covariance * self._sighting_scale**2)
 
     def _belief(self) -> Estimate:
         """Return mean and covariance over the particles, of the pose and of each landmark.
