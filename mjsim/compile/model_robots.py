@@ -107,6 +107,7 @@ def add_model_robot(
             _add_knuckle(build, part, next(name for name in hinges if name in steering), steering)
         else:
             _add_part(build, part)
+    _keep_total_mass(build)
     for x, y, radius in body.casters:
         add_steady_caster(base, x=x, y=y, radius=radius)
     exclude_parts(spec, base)
@@ -272,14 +273,9 @@ def _add_roller_wheel(build: _Build, part: Rigid, wheel: Wheel, sizes: WheelSpec
     assert wheel.rollers is not None, "a wheel without rollers is a plain one"
     seen, _ = seen_and_touched(build.original.model, urdf=build.original.urdf)
     has_visual = any(bool(seen[number]) for number in build.rest.geoms(part))
+    angle, count, heading = wheel.rollers.angle, wheel.rollers.count, wheel.heading
     body = add_roller_wheel(
-        build.spec,
-        build.made[0],
-        sizes,
-        heading=wheel.heading,
-        angle=wheel.rollers.angle,
-        count=wheel.rollers.count,
-        seen=not has_visual,
+        build.spec, build.made[0], sizes, heading=heading, angle=angle, count=count, seen=not has_visual
     )
     c, s = math.cos(wheel.heading), math.sin(wheel.heading)
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
@@ -287,7 +283,16 @@ def _add_roller_wheel(build: _Build, part: Rigid, wheel: Wheel, sizes: WheelSpec
     build.rolling.add(part.root)
     _add_geoms(build, part, touch=False)
     assert wheel.motor is not None, "wheels with rollers are driven"
-    add_motor(build.spec, build.robot.drive, sizes, wheel.motor, load=mass_of(build.body, build.rest))
+    add_motor(build.spec, build.robot.drive, sizes, wheel.motor, load=sizes.mass / WHEEL_SHARE)
+
+
+def _keep_total_mass(build: _Build) -> None:
+    """Take from the chassis what mjsim's wheels with rollers weigh more than those of the file."""
+    load, base, rolling = mass_of(build.body, build.rest), build.made[0], build.rolling
+    wheels = [part for part in build.rest.parts if part.root in rolling]
+    more = sum(WHEEL_SHARE * load * (part.parent not in rolling) - part.mass * build.heavier for part in wheels)
+    left = max(1.0 - more / base.mass, LIGHTEST)
+    base.mass, base.inertia = base.mass * left, np.asarray(base.inertia) * left
 
 
 def _add_roller_visual(build: _Build, part: Rigid) -> None:

@@ -7,8 +7,13 @@ import pytest
 
 import mjsim
 from mjsim.exchange import RobotOptions, bring_robot
+from mjsim.exchange.robots.frame import find_stand
+from mjsim.exchange.robots.gear import find_gear
+from mjsim.exchange.robots.omni import without_rollers
+from mjsim.exchange.robots.preset import first_plan, preset_text
+from mjsim.models import anatomy_of, gather_robot
 from tests.exchange.bringing import brought
-from tests.exchange.odd_robots import joint, robot, tyre
+from tests.exchange.odd_robots import joint, on_mecanum, on_three, robot, tyre
 
 DATA = Path(__file__).parents[1] / "data" / "robots"
 pytestmark = pytest.mark.slow  # Each robot is driven to be measured.
@@ -64,3 +69,16 @@ def test_a_part_without_any_mass_weighs_what_its_shapes_do_and_is_named(tmp_path
     (tmp_path / "robot.urdf").write_text(robot(links, WHEELS))
     made = bring_robot(tmp_path / "robot.urdf", name="r", options=RobotOptions(), packages={}, arguments={})
     assert any("'base' has no mass; its shapes get a density of 1000 kg/m^3 instead" in line for line in made.report)
+
+
+@pytest.mark.parametrize("text", [on_three(), on_mecanum(), on_mecanum(rollers=8)])
+def test_a_robot_on_rollers_weighs_what_its_file_says(text, tmp_path):
+    (tmp_path / "robot.urdf").write_text(text)
+    told = sum(float(mass.get("value", "")) for mass in ElementTree.fromstring(text).iter("mass"))
+    found = gather_robot("robot.urdf", lambda name: (tmp_path / name).read_bytes())
+    gear = find_gear(anatomy_of(found), RobotOptions(), file="robot.urdf", urdf=True)
+    stand = find_stand(without_rollers(anatomy_of(found))[0], gear, acceleration=1.0)
+    plan = first_plan("robot", "robot.urdf", gear, stand, ())
+    (tmp_path / "robot.yaml").write_text(preset_text(plan, ()))
+    model = mjsim.compile_world(mjsim.load_world(tmp_path / "robot.yaml")).compile()
+    assert float(model.body("robot/base").subtreemass[0]) == pytest.approx(told, rel=2e-3)

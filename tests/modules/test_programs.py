@@ -114,6 +114,7 @@ MISTAKES = [
     ("1 / 0", "ended with exit code 1 before it answered: ZeroDivisionError: division by zero"),
     ("os.close(1); sys.exit(2)", "ended with exit code 2 before it answered"),
     ("print('hello', flush=True)", "answered 'hello', which is not JSON; print other output to standard error"),
+    ("print(json.dumps(GOOD, indent=1), flush=True)", "answered '{', which is not JSON; write each answer on one line"),
     ("print('[1, 2]', flush=True)", "answered JSON that is not an object; write {...}"),
     ("print(json.dumps({'error': 'lost\\nat sea'}), flush=True)", "raised lost at sea"),
     ("print('{}', flush=True)", "returned no est.pose"),
@@ -174,6 +175,38 @@ def test_two_answers_to_one_request_are_an_error(tmp_path):
     world = room(tmp_path, "estimator: {use: 'exec:./bad'}")
     with mjsim.Simulation(world) as sim, pytest.raises(mjsim.ModuleFault, match=r"answered more than it was asked for"):
         mjsim.run(sim)
+
+
+def test_a_second_answer_that_comes_late_is_told(tmp_path, capfd):
+    script(
+        tmp_path, "twice", REPLY.replace("GOOD", repr(GOOD)).replace("BAD", f"print({json.dumps(GOOD)!r}, flush=True)")
+    )
+    text = (tmp_path / "twice").read_text() + "print('{}', flush=True)\n"  # after the end of the requests
+    (tmp_path / "twice").write_text(text)
+    world = room(tmp_path, "estimator: {use: 'exec:./twice'}")
+    with mjsim.Simulation(world) as sim:
+        mjsim.run(sim, seconds=0.2)
+    assert "scout/estimator: gave more answers than it was asked for" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("name", "first", "says"),
+    [
+        ("mine", "#!/no/such/python", "names the interpreter '/no/such/python' in its first line, which is not there"),
+        ("mine", "#!", "names the interpreter '' in its first line, which is not there; correct the line"),
+        ("mine", "#!/bin/sh\r", "has the line ends of Windows, with which its first line starts no interpreter; save"),
+        ("mine", "#!/usr/bin/env -S nosuchtongue -u", "needs the interpreter 'nosuchtongue', which is not installed"),
+        ("mine.py", "import sys", "does not name its interpreter; begin it with '#!/usr/bin/env python3', or write"),
+        ("mine.sh", "read line", ""),
+        ("mine", "#!/usr/bin/env -S LANG=C sh -e", ""),
+        ("mine.py", "\x7fELF\0", ""),
+    ],
+)
+def test_a_script_whose_first_line_starts_nothing_is_told_before_it_is_run(tmp_path, name, first, says):
+    script(tmp_path, name, f"{first}\n", head="")
+    said = " ".join(str(problem) for problem in check_modules(room(tmp_path, f"navigator: {{use: 'exec:./{name}'}}")))
+    assert says in said
+    assert bool(says) == bool(said)
 
 
 @pytest.mark.parametrize(

@@ -15,12 +15,16 @@ LEAST_SLACK = 0.006
 """Minimum of that distance [m]."""
 LOWEST_POINTS = 0.003
 """Points of a shape within this height above its lowest point touch the floor [m]."""
+LEAST_SUPPORT = 0.004
+"""Smaller shapes only mark a frame, such as that of the footprint, and support nothing [m]."""
 SAME_PLACE = 0.02
 """Casters closer together than this are one [m]."""
 MAX_CASTERS = 12
 GRAVITY = 9.81
 REACH = 0.8
-"""Position of a caster that the file lacks, as a fraction of the body's extent."""
+"""Position of a caster that the file lacks, as a fraction of the extent of the body's lower part."""
+LOWER = 1.5
+"""Height of that part, which has no arms, in wheel diameters."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,6 +98,8 @@ def _casters(anatomy: Anatomy, gear: Gear, stand: Stand, solid: list[Shape]) -> 
         if shape.part in turning:
             continue
         points = stand.point(shape.points)
+        if float(np.ptp(points, axis=0).max()) < LEAST_SUPPORT:
+            continue
         lowest = float(points[:, 2].min())
         named = any(CASTER.search(name) for name in shape.names)
         if lowest < max(SLACK * least * (1.5 if named else 0.5), LEAST_SLACK):
@@ -122,10 +128,11 @@ def _steadied(
     spare = max(0.002, float(center[2]) * acceleration / GRAVITY)
     small = 0.3 * min(float(wheel[2]) for wheel in wheels)
     notes, steady = [], list(casters)
+    below = points[points[:, 2] < 2.0 * LOWER * max(float(wheel[2]) for wheel in wheels)]
     for sign, word in ((1.0, "ahead"), (-1.0, "behind")):
         if max(sign * x for x in along) >= sign * float(center[0]) + spare:
             continue
-        reach = REACH * float((sign * points[:, 0]).max())
+        reach = REACH * float((sign * (below if len(below) else points)[:, 0]).max())
         x = sign * max(sign * float(center[0]) + spare, reach)
         steady.append((x, 0.0, small))
         notes.append(f"a caster that slides is added at {x:.3f} m {word}, as it would tip over its wheels without")

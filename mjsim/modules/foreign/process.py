@@ -32,6 +32,7 @@ _KEEP = (
     'exec 3<&-; cd -- "$1" || exit 126; shift; '
 )
 """Kills the group and who left it when its parent is gone for any reason: then that end of descriptor 3 is closed."""
+_TOO_MANY = b"gave more answers than it was asked for, so that some were those to earlier requests\n"
 ON_STANDARD = _KEEP + 'exec "$@"'
 """Requests on standard input, answers on standard output."""
 ON_3_AND_4 = _KEEP + 'exec "$@" 3<&0 4>&1 0</dev/null 1>&2'
@@ -83,7 +84,7 @@ class Process(Closes):
         finally:
             for fd in (*theirs, *copies):
                 os.close(fd)
-        self._output, self._rest, self._open = output, bytearray(), True
+        self._output, self._rest, self._open, self._asked = output, bytearray(), True, False
         for fd in self._ours:
             os.set_blocking(fd, False)
         for fd in self._ours[:2]:
@@ -105,14 +106,17 @@ class Process(Closes):
             Ended: It ended, or was killed because it was too slow or its answer too large.
         """
         deadline = time.monotonic() + patience
+        self._take(0.0)  # A second answer may have come after the one that was read.
         if self._rest:
             self._stop(f"answered more than it was asked for: {bytes(self._rest[:60])!r}")
+        self._asked = True
         left = self._write(memoryview(request))
         while not (size := ends(self._rest)):
             self._wait(deadline, patience, writes=bool(left))
             left = self._write(left)
         answer = bytes(self._rest[:size])
         del self._rest[:size]
+        self._asked = False
         return answer
 
     def _write(self, left: memoryview) -> memoryview:
@@ -191,6 +195,9 @@ class Process(Closes):
             until = time.monotonic() + GRACE
             while not self._has_ended() and time.monotonic() < until:
                 self._take(0.005)
+            self._take(0.0)
+            if self._rest and not self._asked:
+                self._output.take(_TOO_MANY)
             self._kill()
 
     def _kill(self) -> None:

@@ -88,7 +88,8 @@ class ProgramEngine(Engine):
             answer = json.loads(line)
         except (ValueError, RecursionError):
             text = one_line(line[:200].decode(errors="replace"))[:60]
-            raise Failed(f"answered '{text}', which is not JSON; print other output to standard error") from None
+            remedy = "write each answer on one line" if text in ("{", "[") else "print other output to standard error"
+            raise Failed(f"answered '{text}', which is not JSON; {remedy}") from None
         if not isinstance(answer, dict):
             raise Failed("answered JSON that is not an object; write {...}")
         if "error" in answer:

@@ -22,6 +22,20 @@ from mjsim.modules.hosts import Defect, Host, Offer, Provenance
 from mjsim.world import Source, Use
 
 _MARK = "exec:"
+_FIRST = 256
+"""Length of what Linux reads of a first line [bytes]."""
+_INTERPRETERS = {
+    ".py": "python3",
+    ".js": "node",
+    ".mjs": "node",
+    ".pl": "perl",
+    ".rb": "ruby",
+    ".lua": "lua",
+    ".jl": "julia",
+    ".R": "Rscript",
+    ".m": "octave",
+}
+"""Usual interpreters by the ends of names."""
 
 
 class ProgramHost(Host):
@@ -108,3 +122,36 @@ def _require_program(use: Use, source: Source) -> None:
     path = beside(program, source)
     if not os.access(path, os.X_OK):
         raise ValueError(f"'{program}' cannot be executed; type: chmod +x {path.name}")
+    try:
+        folders = paths_of(use, source)
+    except ValueError:
+        return  # It is told with the key.
+    if problem := _unstartable(path, folders):
+        raise ValueError(f"'{program}' {problem}")
+
+
+def _unstartable(path: Path, folders: Sequence[Path]) -> str:
+    """Return why the first line of a script starts no interpreter, as a sentence without its subject; '' if it does.
+
+    The shell would only say that the script itself was not found, or read it as a script of its own.
+    """
+    with path.open("rb") as file:
+        first, end, _ = file.read(_FIRST).partition(b"\n")
+    if not first.startswith(b"#!"):
+        needed = _INTERPRETERS.get(path.suffix)
+        if needed is None or b"\0" in first:
+            return ""
+        by_name = f"'exec:{needed} {path.name}'"
+        return f"does not name its interpreter; begin it with '#!/usr/bin/env {needed}', or write {by_name}"
+    if end and first.endswith(b"\r"):
+        return (
+            "has the line ends of Windows, with which its first line starts no interpreter; save it with those of Linux"
+        )
+    words = os.fsdecode(first[2:]).split()
+    if not words or not Path(words[0]).is_file():
+        return f"names the interpreter '{' '.join(words[:1])}' in its first line, which is not there; correct the line"
+    asked = [word for word in words[1:] if not word.startswith("-") and "=" not in word]
+    where = os.pathsep.join([*map(str, folders), os.environ.get("PATH", "")])
+    if Path(words[0]).name == "env" and asked and shutil.which(asked[0], path=where) is None:
+        return f"needs the interpreter '{asked[0]}', which is not installed"
+    return ""

@@ -26,11 +26,18 @@ def check_world(world: World) -> list[Problem]:
     """Return the implausible values of a valid world, sorted by position; no user code is run."""
     findings = itertools.chain(
         *(_openings(world), _crowded(world), _deaf_tags(world), beyond_reach(world), _noise_of_nothing(world)),
-        misled_joints(world),
+        *(misled_joints(world), _diverging(world)),
     )
     source = world.source
     faults = ((path, partial(str, message)) for message, path in findings)
     return sorted(problems_at(source.written, source.file, faults))
+
+
+def _diverging(world: World) -> Iterator[Finding]:
+    if world.mechanisms:  # Most worlds have none, and need not load what computes them.
+        from mjsim.world.check.springs import diverging_springs
+
+        yield from diverging_springs(world)
 
 
 def _noise_of_nothing(world: World) -> Iterator[Finding]:

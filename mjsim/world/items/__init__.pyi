@@ -90,6 +90,7 @@ from .mechanisms import TorqueActuator as TorqueActuator
 from .mechanisms import actuator_kind as actuator_kind
 from .mechanisms import carried_body as carried_body
 from .mechanisms import free_columns as free_columns
+from .mechanisms import mass_matrix as mass_matrix
 from .mechanisms import place_of as place_of
 from .mechanisms import pulled_values as pulled_values
 from .mechanisms import restarted as restarted

@@ -15,6 +15,7 @@ from .bodies import MechanismCylinder as MechanismCylinder
 from .bodies import MechanismModel as MechanismModel
 from .bodies import MechanismRod as MechanismRod
 from .joints import MechanismJoint as MechanismJoint
+from .masses import mass_matrix as mass_matrix
 from .mechanism import Mechanism as Mechanism
 from .motor_joint import MotorJoint as MotorJoint
 from .points import GROUND as GROUND

@@ -22,7 +22,7 @@ def check_inertias(mechanism: MechanismParts, found: Assembly, values: Array) ->
         found: Its assembly.
         values: At the start, shape (values,).
     """
-    matrix = _mass_matrix(mechanism, found, values)
+    matrix = mass_matrix(mechanism, found, values)
     own = [column for name in {tree.name for tree in _carrying(found)} for column in found.columns[name]]
     matrix = matrix[np.ix_(own, own)]
     scale = np.diag(matrix)
@@ -41,7 +41,7 @@ def _carrying(found: Assembly) -> list[TreeJoint]:
     return list(found.linkage.joints[:count])
 
 
-def _mass_matrix(mechanism: MechanismParts, found: Assembly, values: Array) -> Array:
+def mass_matrix(mechanism: MechanismParts, found: Assembly, values: Array) -> Array:
     """Return the mass matrix of the tree, shape (values, values) [kg, kg m, kg m^2]."""
     linkage = found.linkage
     placement, total = linkage.place(values), np.zeros((linkage.size, linkage.size))
