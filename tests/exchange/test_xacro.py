@@ -1,5 +1,6 @@
 """Xacro: plain properties, arguments and conditions resolve to what the library makes of them; macros need it."""
 
+import tracemalloc
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -135,3 +136,46 @@ def test_expressions_that_only_compute_are_those_of_the_library(tmp_path):
     assert ElementTree.canonicalize(made, strip_text=True) == ElementTree.canonicalize(
         xacro.process_file(str(tmp_path / "robot.xacro")).toxml(), strip_text=True
     )
+
+
+@pytest.mark.parametrize(
+    "expression",
+    [
+        "len('x' * 10**10)",
+        "len([0] * 10**10)",
+        "'x' * 10**10 if False else [[[0] * 1000] * 1000] * 1000",
+        "('x' * 1000).replace('x', 'y' * 100000)",
+        "','.join(['x' * 1000] * 100000)",
+        "'%10000000000d' % 1",
+        "'%*d' % (10**9, 1)",
+        "('%(a)s' * 200000) % dict(a='x' * 10**5)",
+        "'x'.center(10**10)",
+        "list(map(str.center, ['x'], [10**10]))",
+        "factorial(10**6)",
+        "math.prod(python.range(1, 10**6))",
+        "python.sum([[]] * 1000, [0] * 1000)",
+        "round(5, -10**9)",
+        "list(python.range(10**9))",
+        "[x for x in python.range(10**6) for y in python.range(10**6)]",
+    ],
+)
+def test_what_an_expression_would_compute_is_bounded_before_it_is_computed(tmp_path, expression):
+    text = f'{HEAD}<xacro:property name="a" value="${{{expression}}}"/><link name="${{a}}"/></robot>'
+    (tmp_path / "robot.xacro").write_text(text)
+    tracemalloc.start()
+    with pytest.raises(UsageError, match="gives a number or a text that is too large"):
+        resolved(text.encode(), tmp_path / "robot.xacro", arguments={}, find=lambda _: None)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 50e6
+
+
+def test_macros_that_double_with_each_other_are_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("mjsim.exchange.robots.xacro_eval.MOST_MACROS", 200)
+    doubling = "".join(
+        f'<xacro:macro name="m{k}"><xacro:m{k - 1}/><xacro:m{k - 1}/></xacro:macro>' for k in range(1, 30)
+    )
+    text = f'{HEAD}<xacro:macro name="m0"><link name="l"/></xacro:macro>{doubling}<xacro:m29/></robot>'
+    (tmp_path / "robot.xacro").write_text(text)
+    with pytest.raises(UsageError, match="elements of xacro are expanded"):
+        resolved(text.encode(), tmp_path / "robot.xacro", arguments={}, find=lambda _: None)

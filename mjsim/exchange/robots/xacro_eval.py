@@ -10,6 +10,7 @@ from collections.abc import Callable, Container, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from mjsim.exchange.robots.xacro_bounds import HIGHEST, Bounds, rewritten
 from mjsim.syntax import parse_python
 
 INNER = ("_", "gi_", "f_", "tb_", "co_", "cr_", "ag_", "func_")
@@ -18,15 +19,13 @@ FUNCTIONS = frozenset(
     ("True", "False", "None", "abs", "all", "any", "bool", "dict", "float", "int", "len", "list", "max", "min", "range")
 ) | {"round", "sorted", "str", "sum", "tuple", "zip", "map", "filter", "enumerate", "divmod", "pow"}
 """Functions of Python that an expression may call in `$(eval ...)`."""
-HIGHEST = 10
-"""Maximum exponent: higher powers take any time and memory."""
-MAX_BITS, LONGEST = 4096, 1_000_000
-"""Maximum size of a number [bits], and length of a text or a list that an expression gives."""
+MOST_MACROS = 20_000
+"""Maximum number of elements of xacro that are expanded: macros that call others may double with each."""
 REFUSED = (ast.Lambda, ast.NamedExpr, ast.Await, ast.Yield, ast.YieldFrom, ast.LShift)
 
 
-def require_harmless(text: str, *, known: Container[str] | None = None) -> None:
-    """Check that an expression only computes.
+def require_harmless(text: str, *, known: Container[str] | None = None) -> ast.expr:
+    """Return the tree of an expression that only computes.
 
     Args:
         text: Of the expression.
@@ -37,9 +36,11 @@ def require_harmless(text: str, *, known: Container[str] | None = None) -> None:
         ValueError: It could do something else, or take any time.
         SyntaxError: It is not an expression.
     """
-    tree = parse_python(text.strip())
-    if [type(statement) for statement in tree.body] != [ast.Expr]:
-        raise SyntaxError(f"'{text.strip()[:60]}' is not an expression")
+    match parse_python(text.strip()).body:
+        case [ast.Expr(value=tree)]:
+            pass
+        case _:
+            raise SyntaxError(f"'{text.strip()[:60]}' is not an expression")
     for node in ast.walk(tree):
         match node:
             case ast.Attribute(attr=name) if name.startswith(INNER):
@@ -50,6 +51,7 @@ def require_harmless(text: str, *, known: Container[str] | None = None) -> None:
                 raise ValueError(f"'{text.strip()[:60]}' has a power; exponents are numbers up to {HIGHEST}")
             case _ if isinstance(node, REFUSED):
                 raise ValueError(f"{type(node).__name__} is not allowed in '{text.strip()[:60]}'")
+    return tree
 
 
 def _is_known(name: str, known: Container[str] | None) -> bool:
@@ -61,35 +63,56 @@ def _is_low(exponent: ast.expr) -> bool:
     return isinstance(inner, ast.Constant) and isinstance(inner.value, int | float) and abs(inner.value) <= HIGHEST
 
 
-def _bounded(value: Any) -> Any:
-    """Return a value, unless it is too large to go on with."""
-    is_large = value.bit_length() > MAX_BITS if isinstance(value, int) else False
-    if is_large or (hasattr(value, "__len__") and len(value) > LONGEST):
-        raise ValueError("an expression gives a number or a text that is too large")
-    return value
+class _Evaluator:
+    """Evaluates the expressions of one file."""
+
+    def __init__(self, xacro: Any, substitution: Any) -> None:
+        self._xacro, self._substitution = xacro, substitution
+        self._bounds, self._macros = Bounds(), 0
+        self._expand: Callable[..., Any] = xacro.handle_macro_call
+
+    def of_text(self, text: str, names: dict[str, Any], inner: Any = None) -> Any:
+        """Return the value of `${...}`, as `xacro.safe_eval` does."""
+        names.update(__builtins__=self._bounds.names())
+        return self._value(text, None, names, inner)
+
+    def of_command(self, text: str, context: dict[str, Any]) -> str:
+        """Return the value of `$(eval ...)`, as the library's module of substitutions does."""
+        arguments, substitution = context.setdefault("arg", {}), self._substitution
+        functions = {
+            **substitution._eval_dict,
+            "arg": lambda name: substitution.convert_value(substitution._eval_arg(name, args=arguments), "auto"),
+            "dirname": lambda: substitution._eval_dirname(context["filename"]),
+        }
+        python = {name: getattr(builtins, name) for name in FUNCTIONS}
+        inner = substitution._DictWrapper(arguments, functions)
+        return str(self._value(text, arguments, {"__builtins__": python | self._bounds.names()}, inner))
+
+    def macro(self, node: Any, *others: Any) -> Any:
+        """Expand a macro, unless there are too many."""
+        self._macros += 1
+        if self._macros > MOST_MACROS:
+            raise ValueError(f"more than {MOST_MACROS:,} elements of xacro are expanded")
+        return self._expand(node, *others)
+
+    def _value(self, text: str, known: Container[str] | None, names: dict[str, Any], inner: Any) -> Any:
+        code = compile(rewritten(require_harmless(text, known=known)), "<expression>", "eval")
+        # Checked, with nothing of Python but what is in the names.
+        return self._bounds.made(eval(code, names, inner))
 
 
 @contextmanager
 def guarded(xacro: Any, substitution: Any) -> Iterator[None]:
-    """Check every expression that the library evaluates in the block.
+    """Check every expression that the library evaluates in the block, and count the macros.
 
     Args:
         xacro: The library.
         substitution: Its module of `$(...)`.
     """
-    of_text: Callable[..., Any] = xacro.safe_eval
-    of_command: Callable[..., str] = substitution._eval
-
-    def safe_eval(text: str, *names: Any) -> Any:
-        require_harmless(text)
-        return _bounded(of_text(text, *names))
-
-    def command(text: str, context: Any) -> str:
-        require_harmless(text, known=context.get("arg", {}))
-        return str(_bounded(of_command(text, context)))
-
-    xacro.safe_eval, substitution._eval = safe_eval, command
+    before = xacro.safe_eval, substitution._eval, xacro.handle_macro_call
+    ours = _Evaluator(xacro, substitution)
+    xacro.safe_eval, substitution._eval, xacro.handle_macro_call = ours.of_text, ours.of_command, ours.macro
     try:
         yield
     finally:
-        xacro.safe_eval, substitution._eval = of_text, of_command
+        xacro.safe_eval, substitution._eval, xacro.handle_macro_call = before
