@@ -250,13 +250,63 @@ def write_file(path: str | Path, data: bytes, *, overwrite: bool = False) -> Pat
 
 
 def write_files(folder: str | Path, files: Mapping[str, bytes], *, overwrite: bool = False) -> None:
-    """Write files into a folder, by their names; none of them if one exists and may not be replaced.
+    """Write files into a folder, by their names; all of them, or none.
 
     Raises:
         UsageError: One exists, would be outside the folder, or cannot be written.
     """
-    for path, data in zip(free_paths(folder, files, overwrite=overwrite), files.values(), strict=True):
-        write_file(path, data, overwrite=overwrite)
+    free_paths(folder, files, overwrite=overwrite)
+    with new_files(folder, overwrite=overwrite) as parts:
+        for name, data in files.items():
+            write_part(parts / name, data)
+
+
+@contextmanager
+def new_files(folder: str | Path, *, overwrite: bool = False) -> Iterator[Path]:
+    """Yield a folder to write files into; at the end of the block all are moved to `folder`, or none if it fails.
+
+    Raises:
+        UsageError: A file exists and may not be replaced, or cannot be written.
+    """
+    folder = Path(folder)
+    try:
+        made = _made_folders(folder)
+        parts = Path(tempfile.mkdtemp(prefix=".mjsim-files-", dir=folder))
+        try:
+            yield parts
+            moves = {part: folder / part.relative_to(parts) for part in sorted(parts.rglob("*")) if part.is_file()}
+            require_free(*moves.values(), overwrite=overwrite)
+            for part, path in moves.items():
+                _move(part, path, overwrite=overwrite)
+        finally:
+            shutil.rmtree(parts, ignore_errors=True)
+            for place in made:
+                with suppress(OSError):  # it is no longer empty
+                    place.rmdir()
+    except OSError as error:
+        raise UsageError(f"cannot write '{folder}': {error.strerror or error}") from error
+
+
+def write_part(part: Path, data: bytes) -> None:
+    """Write a file of `new_files`, whose name may have folders."""
+    part.parent.mkdir(parents=True, exist_ok=True)
+    part.write_bytes(data)
+
+
+def _move(part: Path, path: Path, *, overwrite: bool) -> None:
+    """Move a complete file to its path; a symbolic link there is followed, and the mode of a replaced file stays."""
+    if path.is_symlink():
+        # It may lead to another file system.
+        with new_file(path, overwrite=overwrite) as place:
+            shutil.copyfile(part, place)
+        return
+    path.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        _create(path)
+    except FileExistsError:
+        require_free(path, overwrite=overwrite)
+        part.chmod(stat.S_IMODE(path.stat().st_mode))
+    os.replace(part, path)
 
 
 def write_set(folder: str | Path, files: Mapping[str, bytes], *, of: str, overwrite: bool = False) -> None:

@@ -15,7 +15,8 @@ References:
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -94,9 +95,11 @@ def _carried(recorded: RecordedRobots) -> list[str]:
 
 def _write(recorded: RecordedRobots, robot: str, folder: Path) -> None:
     """Write the data set of one robot."""
-    rows, cameras = _readings(recorded, robot), _sensors(recorded, robot, "camera")
-    imus = {name: sheet for name, sheet in _sensors(recorded, robot, "imu").items() if rows[name] is not None}
-    for name in rows.keys() - imus.keys():
+    folder.mkdir(parents=True)
+    cameras, sheets = _sensors(recorded, robot, "camera"), _sensors(recorded, robot, "imu")
+    waiting = tables_of(recorded, robot, list(sheets), folder)
+    imus = {name: sheet for name, sheet in sheets.items() if name in waiting}
+    for name in sheets.keys() - imus.keys():
         line = f"'{name}' of robot '{robot}' does not measure turn rates and accelerations, as EuRoC requires"
         if not cameras and not imus:
             raise UsageError(line)
@@ -109,7 +112,7 @@ def _write(recorded: RecordedRobots, robot: str, folder: Path) -> None:
         _list(folder / f"cam{number}", "#timestamp [ns],filename", _pictures(recorded, robot, name, folder, number))
     for number, (name, sheet) in enumerate(imus.items()):
         _begin(folder / f"imu{number}", _imu_yaml(f"{robot}/{name}", sheet, body_from_base @ sheet.robot_from_sensor))
-        _list(folder / f"imu{number}", IMU_HEAD, rows[name] or ())
+        waiting[name].rename(folder / f"imu{number}" / "data.csv")
     if states := _states(recorded, robot, base_from_body):
         truth = folder / "state_groundtruth_estimate0"
         _begin(truth, _yaml("truth", "visual-inertial", "the truth of the recording", np.eye(4)))
@@ -129,20 +132,30 @@ def _pictures(recorded: RecordedRobots, robot: str, camera: str, folder: Path, n
             yield f"{nanoseconds(stamp)},{file}"
 
 
-def _readings(recorded: RecordedRobots, robot: str) -> dict[str, list[str] | None]:
-    """Return the rows of each inertial sensor of a robot; None if a quantity was never measured.
+def tables_of(recorded: RecordedRobots, robot: str, names: Sequence[str], folder: Path) -> dict[str, Path]:
+    """Write the table of each inertial sensor as the recording is read; it is moved once sensors have their numbers.
 
-    Single readings without one are left out: the format has no sign for them.
+    Single readings without a quantity are left out: the format has no sign for them.
+
+    Returns:
+        Sensor -> its table; without sensors of which no reading has all quantities.
     """
-    rows: dict[str, list[str] | None] = {name: [] for name in _sensors(recorded, robot, "imu")}
-    seen = Counter[str]()
-    for tick in recorded.ticks(robot) if rows else ():
-        for each in tick.seen.imu if tick.seen is not None else ():
-            values = [*each.turn.tolist(), *each.acceleration.tolist()]
-            seen[each.name] += 1
-            if (found := rows.get(each.name)) is not None and all(map(math.isfinite, values)):
-                found.append(",".join([str(nanoseconds(each.stamp)), *map(repr, values)]))
-    return {name: found if found or not seen[name] else None for name, found in rows.items()}
+    files, seen, written = {name: folder / f".{name}.csv" for name in names}, Counter[str](), Counter[str]()
+    with ExitStack() as stack:
+        tables = {name: stack.enter_context(file.open("w")) for name, file in files.items()}
+        for table in tables.values():
+            table.write(f"{IMU_HEAD}\n")
+        for tick in recorded.ticks(robot) if names else ():
+            for each in tick.seen.imu if tick.seen is not None else ():
+                values = [*each.turn.tolist(), *each.acceleration.tolist()]
+                seen[each.name] += 1
+                if each.name in tables and all(map(math.isfinite, values)):
+                    tables[each.name].write(f"{','.join([str(nanoseconds(each.stamp)), *map(repr, values)])}\n")
+                    written[each.name] += 1
+    unmeasured = [name for name in names if seen[name] and not written[name]]
+    for name in unmeasured:
+        files.pop(name).unlink()
+    return files
 
 
 def _begin(folder: Path, about: str) -> None:
@@ -151,7 +164,9 @@ def _begin(folder: Path, about: str) -> None:
 
 
 def _list(folder: Path, head: str, rows: Iterable[str]) -> None:
-    (folder / "data.csv").write_text("".join(f"{line}\n" for line in (head, *rows)))
+    with (folder / "data.csv").open("w") as file:
+        file.write(f"{head}\n")
+        file.writelines(f"{line}\n" for line in rows)
 
 
 def _states(recorded: RecordedRobots, robot: str, base_from_body: Array) -> list[str]:

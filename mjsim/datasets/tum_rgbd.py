@@ -13,8 +13,10 @@ References:
     Sturm et al., A benchmark for the evaluation of RGB-D SLAM systems, IROS 2012; "File formats" of its web page.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
 from pathlib import Path
+from typing import IO
 
 import numpy as np
 
@@ -22,7 +24,7 @@ from mjsim.datasets.place import new_folders
 from mjsim.datasets.recorded_robots import RecordedRobots, RecordedTick, depth_time, png_of
 from mjsim.errors import UsageError
 from mjsim.geometry import Array, Pose3
-from mjsim.interface import ImuReading, Intrinsics
+from mjsim.interface import Intrinsics
 from mjsim.record import Recording
 
 DEPTH_SCALE = 5000.0
@@ -65,10 +67,9 @@ def _write(recorded: RecordedRobots, robot: str, camera: str, folder: Path) -> N
     depth = recorded.has_depth(robot, camera)
     for name in ("rgb", "depth") if depth else ("rgb",):
         (folder / name).mkdir(parents=True)
-    pictures, depths, felt, stamps = [], [], [], []
+    pictures, depths, stamps = [], [], []
     imu = next((name for name, sensor in recorded.infos[robot].sensors.items() if sensor.kind == "imu"), None)
-    for tick in recorded.ticks(robot):
-        felt += [_row(each.stamp, each.acceleration) for each in _felt(tick, imu)]
+    for tick in _felt(recorded.ticks(robot), imu, folder / "accelerometer.txt"):
         if (stamp := tick.stamps.get(camera)) is not None:
             data, suffix = recorded.picture(robot, camera, stamp)
             pictures.append(_file(folder, "rgb", stamp, data, suffix))
@@ -85,8 +86,6 @@ def _write(recorded: RecordedRobots, robot: str, camera: str, folder: Path) -> N
     # A log without any has no such file, as programs that read the format expect.
     if truth:
         _list(folder / "groundtruth.txt", "ground truth trajectory\n# timestamp tx ty tz qx qy qz qw", truth)
-    if felt:
-        _list(folder / "accelerometer.txt", "accelerometer data\n# timestamp ax ay az", felt)
     intrinsics = recorded.infos[robot].sensors[camera].intrinsics
     assert intrinsics is not None, "it is a camera"
     rate = recorded.infos[robot].sensors[camera].rate_hz
@@ -106,12 +105,18 @@ def _poses(recorded: RecordedRobots, robot: str, camera: str, stamps: Sequence[f
     return {time: Pose3.from_matrix(pose.matrix() @ mounted) for time, pose in poses.items()}
 
 
-def _felt(tick: RecordedTick, imu: str | None) -> list[ImuReading]:
-    return (
-        []
-        if tick.seen is None
-        else [each for each in tick.seen.imu if each.name == imu and np.isfinite(each.acceleration).all()]
-    )
+def _felt(ticks: Iterator[RecordedTick], imu: str | None, path: Path) -> Iterator[RecordedTick]:
+    """Yield ticks, and write the accelerations that an inertial sensor measured; no file without any."""
+    with ExitStack() as stack:
+        file: IO[str] | None = None
+        for tick in ticks:
+            for each in tick.seen.imu if tick.seen is not None else ():
+                if each.name == imu and np.isfinite(each.acceleration).all():
+                    if file is None:
+                        file = stack.enter_context(path.open("w"))
+                        file.write("# accelerometer data\n# timestamp ax ay az\n")
+                    file.write(f"{_row(each.stamp, each.acceleration)}\n")
+            yield tick
 
 
 def _in_steps(metres: Array) -> "np.ndarray[tuple[int, ...], np.dtype[np.uint16]]":

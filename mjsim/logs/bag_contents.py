@@ -165,6 +165,14 @@ class Contents:
         others = [tree for name, tree in self._frames.items() if name != robot and not (own and name)]
         return reduce(FrameTree.joined, [*own, *others], FrameTree())
 
+    def left_out_of(self, robots: Sequence[RobotTopics]) -> dict[str, str]:
+        """Return the metadata about left-out messages of the topics that are read of robots."""
+        topics = [topic for robot in robots for topic in robot.all()]
+        counts = {f"{topic} messages left out": str(self.left_out[topic]) for topic in topics}
+        return counts | {
+            f"first message of {topic} left out": self.reasons[topic] for topic in topics if topic in self.reasons
+        }
+
     def _roles(self, robots: Sequence[RobotTopics]) -> dict[str, Callable[[RosMessage], None]]:
         """Return the handler of the messages of each topic."""
         roles: dict[str, Callable[[RosMessage], None]] = {}
@@ -303,6 +311,16 @@ class Contents:
         for topic, fixes in self.fixes.items():
             self.fixes[topic] = sorted((f for f in fixes if abs(f.time - middle) <= limit), key=lambda fix: fix.time)
             self.left_out[topic] += len(fixes) - len(self.fixes[topic])
+
+
+def unread_topics(bag: Bag, robots: Sequence[RobotTopics]) -> dict[str, str]:
+    """Return the metadata about topics of a bag that are not read of robots."""
+    read = {topic for robot in robots for topic in robot.all()}
+    return {
+        f"{topic} left out": f"{count} messages of {bag.types[topic]}"
+        for topic, count in bag.counts.items()
+        if count and topic not in read and bag.types[topic] not in (*TRANSFORMS, INFO)
+    }
 
 
 def moving_in_tf(bag: Bag) -> list[str]:

@@ -6,7 +6,7 @@ reads scans and pictures while their ticks are written. So the memory depends on
 Times are those in the headers of messages; without a header, the time of recording.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
@@ -19,16 +19,16 @@ from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.geometry import Array, Pose3
 from mjsim.interface import CameraFrame, Intrinsics, PointCloud, Scan
 from mjsim.logs.bag_clouds import cloud_of
-from mjsim.logs.bag_contents import Contents, Moves, Stream, moving_in_tf, times_of
+from mjsim.logs.bag_contents import Contents, Moves, Stream, moving_in_tf, times_of, unread_topics
 from mjsim.logs.bag_file import Bag, BagMessages, is_bag
 from mjsim.logs.bag_frames import frame_name, is_base, level_mount, mount_of
 from mjsim.logs.bag_gps import gps_poses
 from mjsim.logs.bag_messages import UPSIDE_DOWN, assumed_intrinsics, intrinsics_of, is_clockwise, scan_of, unread_lens
 from mjsim.logs.bag_pictures import depth_of, frame_of, shown_depth
-from mjsim.logs.bag_topics import INFO, ODOMETRY, TRANSFORMS, RobotTopics, plain_topic, robots_of
+from mjsim.logs.bag_topics import ODOMETRY, TRANSFORMS, RobotTopics, plain_topic, robots_of
 from mjsim.logs.log import AHEAD, Log, Mount, Wishes
 from mjsim.logs.merge import continuous, longest_gap, track_of
-from mjsim.logs.readings import TOGETHER, InertialTable, Readings, partners
+from mjsim.logs.readings import TOGETHER, Damage, DamagedReadingError, InertialTable, Readings, partners
 from mjsim.logs.robot_log import NO_ODOMETRY, RESTARTS, RobotLog
 from mjsim.logs.sweep import beam_times, last_beam, swept
 from mjsim.record import LoggedCamera, LoggedFrame, logged_frame
@@ -66,27 +66,9 @@ def read_bag(path: Path, wishes: Wishes, stack: ExitStack) -> list[Log]:
             replace(log, notes={f"{fact} of {log.name}": value for fact, value in log.notes.items()}) for log in logs
         ]
     broken = {"bag breaks off": bag.cut, "metadata.yaml left out": bag.misdescribed}
-    shared = {**_left_out(contents, robots), **contents.notes, **_unread(bag, robots)}
+    shared = {**contents.left_out_of(robots), **contents.notes, **unread_topics(bag, robots)}
     shared |= {fact: why for fact, why in broken.items() if why}
     return [replace(logs[0], notes={**logs[0].notes, **shared}), *logs[1:]]
-
-
-def _left_out(contents: Contents, robots: Sequence[RobotTopics]) -> dict[str, str]:
-    """Return the metadata about left-out messages of topics that are read."""
-    topics = [topic for robot in robots for topic in robot.all()]
-    counts = {f"{topic} messages left out": str(contents.left_out[topic]) for topic in topics}
-    reasons = contents.reasons
-    return counts | {f"first message of {topic} left out": reasons[topic] for topic in topics if topic in reasons}
-
-
-def _unread(bag: Bag, robots: Sequence[RobotTopics]) -> dict[str, str]:
-    """Return the metadata about topics that are not read."""
-    read = {topic for robot in robots for topic in robot.all()}
-    return {
-        f"{topic} left out": f"{count} messages of {bag.types[topic]}"
-        for topic, count in bag.counts.items()
-        if count and topic not in read and bag.types[topic] not in (*TRANSFORMS, INFO)
-    }
 
 
 class _Robot:
@@ -98,7 +80,7 @@ class _Robot:
         self._bag, self._contents, self._messages, self._topics = bag, contents, messages, topics
         self._deskew = deskew
         self._frames = contents.frames_of(topics.space)
-        self._notes: dict[str, str] = {}
+        self._notes, self._damage = dict[str, str](), Damage()
         self._odometry = self._moves(topics.odometry) or self._transformed()
         self._track = None if self._odometry is None else self._odometry.planar()
         if self._track is not None:
@@ -138,6 +120,7 @@ class _Robot:
             truth=gps,
             poses=self._truth(),
             gap=GAP if gps is None else longest_gap(gps),
+            damage=self._damage,
         )
         return Log(
             kind="bag of ROS 2" if self._bag.is_ros2 else "bag of ROS 1",
@@ -292,8 +275,7 @@ class _Robot:
             try:
                 return make(self._bag.decode(message), float(stamps[number]))
             except ValueError as error:
-                line = f"'{self._bag.path}': {topic} at {stamps[number]:.3f} s: {error}"
-                raise UsageError(line[:LONGEST_MESSAGE]) from None
+                raise DamagedReadingError(f"{topic} at {stamps[number]:.3f} s: {error}") from None
 
         return Readings(stamps, take)
 
@@ -307,14 +289,14 @@ class _Robot:
         depths = {name: each for name, each in streams.items() if _is_of_depth(each[1])}
         cameras: dict[str, LoggedCamera] = {}
         frames: dict[str, Readings[LoggedFrame]] = {}
-        for name, (topic, stream) in streams.items():
-            if name not in depths:
-                camera, pictures = self._camera(name, topic, stream, frame_of)
-                partner = next((other for other in depths if _belong(stream, depths[other][1])), None)
-                if partner is not None:
-                    pictures = self._with_depth(name, pictures, camera.intrinsics, *depths.pop(partner))
-                    camera = replace(camera, has_depth=True)
-                cameras[name], frames[name] = camera, pictures
+        for name in [name for name in streams if name not in depths]:
+            topic, stream = streams[name]
+            camera, pictures = self._camera(name, topic, stream, frame_of)
+            partner = next((other for other in depths if _belong(stream, depths[other][1])), None)
+            if partner is not None:
+                pictures = self._with_depth(name, pictures, camera.intrinsics, *depths.pop(partner))
+                camera = replace(camera, has_depth=True)
+            cameras[name], frames[name] = camera, pictures
         for name, (topic, stream) in depths.items():
             camera, frames[name] = self._camera(name, topic, stream, _depth_frame)
             cameras[name] = replace(camera, has_depth=True)
@@ -357,7 +339,11 @@ class _Robot:
             other = partner[number]
             if other < 0:
                 return frame
-            return replace(frame, depth=depths.take(other), depth_stamp=float(depths.stamps[other]))
+            try:
+                return replace(frame, depth=depths.take(other), depth_stamp=float(depths.stamps[other]))
+            except DamagedReadingError as error:
+                self._damage.add(f"depth of {name}", error)
+                return frame
 
         return Readings(pictures.stamps, take)
 

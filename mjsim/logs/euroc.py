@@ -28,7 +28,7 @@ from mjsim.logs.bag_messages import assumed_intrinsics
 from mjsim.logs.csv_table import read_csv
 from mjsim.logs.log import AHEAD, Log, Mount
 from mjsim.logs.merge import longest_gap
-from mjsim.logs.picture_files import frame_in, listed_pictures, size_in
+from mjsim.logs.picture_files import frame_in, listed_pictures, usual_size
 from mjsim.logs.readings import Readings
 from mjsim.logs.robot_log import RobotLog
 from mjsim.logs.table import with_unit_quaternions
@@ -95,7 +95,7 @@ def _camera(
         notes: Facts about the log.
     """
     stamps, files = listed_pictures(folder / "data.csv", notes, folder="data", separator=",", second=NANOSECOND)
-    width, height = size_in(files[0], files[0].read_bytes())
+    width, height = usual_size(files)
     if sheet is None:
         notes[f"calibration of {folder.name}"] = "not in the folder; 60 degrees are assumed"
         notes[f"place of {folder.name}"] = "not in the folder; a guess"

@@ -1,6 +1,7 @@
 """Pictures of a log in separate files, and the list with their times."""
 
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -8,10 +9,13 @@ import numpy as np
 from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Intrinsics
-from mjsim.logs.readings import rising
+from mjsim.logs.readings import DamagedReadingError, rising
 from mjsim.logs.text import left_out_cut, lies_in, lines_of
 from mjsim.models import any_picture_size
 from mjsim.record import LoggedFrame, filed_frame
+
+SAMPLED = 9
+"""Number of pictures of a camera whose sizes are compared."""
 
 
 def listed_pictures(
@@ -101,21 +105,40 @@ def frame_in(file: Path, stamp: float, intrinsics: Intrinsics) -> LoggedFrame:
     """Return the picture in a file.
 
     Raises:
-        UsageError: It is broken, or does not have its camera's size.
+        DamagedReadingError: It is broken, cannot be read, or does not have its camera's size.
     """
     try:
-        return filed_frame(file.read_bytes(), stamp, intrinsics)
+        return filed_frame(bytes_in(file), stamp, intrinsics)
     except ValueError as error:
-        raise UsageError(f"'{file}' holds {error}; it needs {intrinsics.width} x {intrinsics.height}") from None
+        needed = f"it needs {intrinsics.width} x {intrinsics.height}"
+        raise DamagedReadingError(f"'{file}' holds {error}; {needed}") from None
 
 
-def size_in(file: Path, data: bytes) -> tuple[int, int]:
-    """Return width and height of the picture in a file, without decoding it [px].
+def bytes_in(file: Path) -> bytes:
+    """Return the content of a file.
 
     Raises:
-        UsageError: It is not a picture.
+        DamagedReadingError: It cannot be read.
     """
     try:
-        return any_picture_size(data)
-    except ValueError as error:
-        raise UsageError(f"'{file}' {error}") from None
+        return file.read_bytes()
+    except OSError as error:
+        raise DamagedReadingError(f"cannot read '{file}': {error.strerror or error}") from None
+
+
+def usual_size(files: Sequence[Path]) -> tuple[int, int]:
+    """Return the most common width and height of pictures in files, by some of them [px].
+
+    Raises:
+        UsageError: None is a picture.
+    """
+    sizes, problems = Counter[tuple[int, int]](), []
+    # The last picture of a log that was cut off is often damaged, the first one a test.
+    for number in np.unique(np.linspace(0, len(files) - 1, SAMPLED).astype(int)).tolist():
+        try:
+            sizes[any_picture_size(bytes_in(files[number]))] += 1
+        except (ValueError, DamagedReadingError) as error:
+            problems.append(f"{error}" if isinstance(error, DamagedReadingError) else f"'{files[number]}' {error}")
+    if not sizes:
+        raise UsageError(problems[0][:LONGEST_MESSAGE])
+    return sizes.most_common(1)[0][0]

@@ -1,12 +1,14 @@
 """Readings of one sensor of a log: all times are known, and each reading is loaded on request."""
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Generic, Protocol, TypeVar, cast, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mjsim.errors import LONGEST_MESSAGE
 from mjsim.geometry import Array
 from mjsim.interface import CameraFrame, ImuReading
 
@@ -25,6 +27,31 @@ class Stamped(Protocol):
 T = TypeVar("T", bound=Stamped)
 
 
+class DamagedReadingError(Exception):
+    """A reading cannot be decoded; the message says where it is and what is wrong."""
+
+
+@dataclass(slots=True)
+class Damage:
+    """Readings that turn out to be damaged when they are loaded, and are left out."""
+
+    counts: Counter[str] = field(default_factory=Counter)
+    """What they are, such as 'pictures of front' -> their number."""
+    reasons: dict[str, str] = field(default_factory=dict)
+    """What they are -> where the first one is and what is wrong with it."""
+
+    def add(self, what: str, error: DamagedReadingError) -> None:
+        """Count a reading."""
+        self.counts[what] += 1
+        self.reasons.setdefault(what, f"{error}")
+
+    def notes(self) -> dict[str, str]:
+        """Return the metadata about them, which is complete after the last reading."""
+        facts = {f"damaged {what} left out": str(count) for what, count in self.counts.items()}
+        firsts = {f"first of the damaged {what} left out": why for what, why in self.reasons.items()}
+        return {fact: value[:LONGEST_MESSAGE] for fact, value in (*facts.items(), *firsts.items())}
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Readings(Generic[T]):
     """Readings in order of time."""
@@ -32,7 +59,7 @@ class Readings(Generic[T]):
     stamps: Array
     """By the log's clock, shape (N,), ascending [s]."""
     take: Callable[[int], T]
-    """Index -> reading; most efficient if indices ascend."""
+    """Index -> reading; most efficient if indices ascend. Raises `DamagedReadingError`."""
 
     def __len__(self) -> int:
         """Return the number of readings."""

@@ -25,21 +25,25 @@ import numpy as np
 
 from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.geometry import Array, Pose3
-from mjsim.interface import ImuReading, Intrinsics
+from mjsim.interface import CameraFrame, ImuReading, Intrinsics
+from mjsim.logs.bag_pictures import shown_depth
 from mjsim.logs.log import AHEAD, Log
 from mjsim.logs.merge import longest_gap
-from mjsim.logs.picture_files import frame_in, listed_pictures, paired_pictures, size_in
-from mjsim.logs.readings import TOGETHER, Readings, partners
+from mjsim.logs.picture_files import bytes_in, frame_in, listed_pictures, paired_pictures, usual_size
+from mjsim.logs.readings import TOGETHER, Damage, DamagedReadingError, Readings, partners
 from mjsim.logs.robot_log import RobotLog
 from mjsim.logs.table import read_table, with_unit_quaternions
 from mjsim.logs.text import lines_of
-from mjsim.record import LoggedCamera, LoggedFrame
+from mjsim.models import any_picture_size
+from mjsim.record import LoggedCamera, LoggedFrame, logged_frame
 
 ANY_TIME = "timestamp"
 """Column of times in any order: several programs write such folders."""
 CAMERA = "camera"
 PER_METRE = np.float32(5000.0)
 """Depth values per metre."""
+COLOURS, DEPTHS, ACCELERATIONS = "rgb.txt", "depth.txt", "accelerometer.txt"
+"""Lists of a folder, of which one is enough."""
 ASSOCIATIONS = ("associations.txt", "association.txt", "associate.txt", "associated.txt")
 """Names for what `associate.py` of the data set's tools prints; some data sets only have this file."""
 CALIBRATIONS = {
@@ -53,8 +57,8 @@ USUAL = (525.0, 525.0, 319.5, 239.5)
 
 
 def is_rgbd(path: Path) -> bool:
-    """Return whether a folder contains a list of pictures."""
-    return path.is_dir() and any((path / name).is_file() for name in ("rgb.txt", *ASSOCIATIONS))
+    """Return whether a folder contains a list of pictures or of depth, or accelerations with or without poses."""
+    return path.is_dir() and any((path / name).is_file() for name in (COLOURS, DEPTHS, ACCELERATIONS, *ASSOCIATIONS))
 
 
 def read_rgbd(path: Path) -> Log:
@@ -63,47 +67,82 @@ def read_rgbd(path: Path) -> Log:
     Raises:
         UsageError: A file does not exist or is invalid (the message has file and line).
     """
-    notes: dict[str, str] = {}
+    notes, damage = dict[str, str](), Damage()
+    cameras, frames = _camera(path, notes, damage)
+    poses = _truth(path, notes)
+    robot = RobotLog(
+        cameras=frames,
+        imu=_accelerations(path, notes),
+        poses=poses,
+        gap=longest_gap(poses),
+        damage=damage,
+    )
+    return Log(kind="TUM RGB-D", robot=robot, name="robot", cameras=cameras, notes=notes)
+
+
+def _camera(
+    path: Path, notes: dict[str, str], damage: Damage
+) -> tuple[dict[str, LoggedCamera], dict[str, Readings[LoggedFrame]]]:
+    """Return the data sheet and the pictures of the camera, by its name; nothing of a folder without pictures."""
     (stamps, pictures), (depth_stamps, depths) = _lists(path, notes)
-    width, height = size_in(pictures[0], pictures[0].read_bytes())
-    intrinsics = _intrinsics(path, width, height, notes)
+    if not pictures and not depths:
+        return {}, {}
+    intrinsics = _intrinsics(path, *usual_size(pictures or depths), notes)
+    place = AHEAD.copy()
+    place[:3, 3] = 0.0
+    camera = LoggedCamera(intrinsics, place, has_depth=bool(depths))
+    if not pictures:
+        notes["pictures"] = "not in the folder; grey ones show the depth"
+
+        def take_depth(number: int) -> LoggedFrame:
+            depth = _depth(depths[number], intrinsics)
+            return logged_frame(CameraFrame(float(depth_stamps[number]), shown_depth(depth), intrinsics, depth))
+
+        return {CAMERA: camera}, {CAMERA: Readings(depth_stamps, take_depth)}
     partner = partners(stamps, depth_stamps, tolerance=TOGETHER).tolist()
     if depths:
         notes["pictures without depth"] = str(sum(other < 0 for other in partner))
 
     def take(number: int) -> LoggedFrame:
-        frame = frame_in(pictures[number], float(stamps[number]), intrinsics)
-        other = partner[number]
+        frame, other = frame_in(pictures[number], float(stamps[number]), intrinsics), partner[number]
         if other < 0:
             return frame
-        return replace(frame, depth=_depth(depths[other], intrinsics), depth_stamp=float(depth_stamps[other]))
+        try:
+            return replace(frame, depth=_depth(depths[other], intrinsics), depth_stamp=float(depth_stamps[other]))
+        except DamagedReadingError as error:
+            damage.add(f"depth of {CAMERA}", error)
+            return frame
 
-    poses = _truth(path, notes)
-    robot = RobotLog(
-        cameras={CAMERA: Readings(stamps, take)}, imu=_accelerations(path, notes), poses=poses, gap=longest_gap(poses)
-    )
-    place = AHEAD.copy()
-    place[:3, 3] = 0.0
-    camera = LoggedCamera(intrinsics, place, has_depth=bool(depths))
-    return Log(kind="TUM RGB-D", robot=robot, name="robot", cameras={CAMERA: camera}, notes=notes)
+    return {CAMERA: camera}, {CAMERA: Readings(stamps, take)}
 
 
 def _lists(path: Path, notes: dict[str, str]) -> tuple[tuple[Array, list[Path]], tuple[Array, list[Path]]]:
     """Return the times [s] and files of pictures and depth in a folder."""
-    if not (path / "rgb.txt").is_file():
-        return paired_pictures(next(path / name for name in ASSOCIATIONS if (path / name).is_file()), notes)
-    depth, none = path / "depth.txt", (np.zeros(0), list[Path]())
-    return listed_pictures(path / "rgb.txt", notes), listed_pictures(depth, notes) if depth.is_file() else none
+    colours, depths = path / COLOURS, path / DEPTHS
+    paired = next((path / name for name in ASSOCIATIONS if (path / name).is_file()), None)
+    if not colours.is_file() and paired is not None:
+        return paired_pictures(paired, notes)
+    none = np.zeros(0), list[Path]()
+    pictures = listed_pictures(colours, notes) if colours.is_file() else none
+    return pictures, listed_pictures(depths, notes) if depths.is_file() else none
 
 
 def _depth(file: Path, intrinsics: Intrinsics) -> Array:
-    """Return the depth in a file, shape (height, width) [m]; +inf for none."""
-    data = file.read_bytes()
-    # Pictures that are too large are not decoded.
-    fits = size_in(file, data) == (intrinsics.width, intrinsics.height)
+    """Return the depth in a file, shape (height, width) [m]; +inf for none.
+
+    Raises:
+        DamagedReadingError: It is not such a picture.
+    """
+    data = bytes_in(file)
+    try:
+        # Pictures that are too large are not decoded.
+        fits = any_picture_size(data) == (intrinsics.width, intrinsics.height)
+    except ValueError as error:
+        raise DamagedReadingError(f"'{file}' {error}") from None
     values = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED) if fits else None
     if values is None or values.dtype != np.uint16 or values.ndim != 2:
-        raise UsageError(f"'{file}' is not a depth image of {intrinsics.width} x {intrinsics.height} pixels of 16 bits")
+        size = f"{intrinsics.width} x {intrinsics.height}"
+        raise DamagedReadingError(f"'{file}' is not a depth image of {size} pixels of 16 bits")
     return np.where(values > 0, values.astype(np.float32) / PER_METRE, np.inf).astype(float)
 
 
@@ -167,7 +206,7 @@ def _truth(path: Path, notes: dict[str, str]) -> Array | None:
 
 def _accelerations(path: Path, notes: dict[str, str]) -> list[ImuReading]:
     """Return the readings of the accelerometer; turn rates are NaN, because there are no gyroscopes."""
-    file = path / "accelerometer.txt"
+    file = path / ACCELERATIONS
     if not file.is_file():
         return []
     rows = read_table(file, (ANY_TIME, "x", "y", "z"), notes=notes)

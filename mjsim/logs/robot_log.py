@@ -15,7 +15,7 @@ from mjsim.geometry import Array, Pose3, places_at, poses_at
 from mjsim.interface import Command, ImuReading, Observation, Odometry, PointCloud, Scan, Sighting
 from mjsim.logs.merge import MotionNoise, motions, track_motions, unknown_motion
 from mjsim.logs.noise_file import UNBIASED, Bias, bias_note
-from mjsim.logs.readings import Readings, at_stamps, stamps_of
+from mjsim.logs.readings import Damage, DamagedReadingError, Readings, at_stamps, stamps_of
 from mjsim.logs.ticks import write_ticks
 from mjsim.record import LoggedCamera, LoggedFrame, Recording
 from mjsim.world import World
@@ -58,6 +58,8 @@ class RobotLog:
     replaces `truth`."""
     gap: float = 0.1
     """Maximum time between two rows of truth to interpolate [s]."""
+    damage: Damage = field(default_factory=Damage)
+    """Readings that could not be loaded; filled while they are recorded."""
 
     def has_odometry(self) -> bool:
         """Return whether it has odometry or commands; poses that are the same all the time are none."""
@@ -109,6 +111,7 @@ def write_robot_logs(
         world,
         accounts,
         metadata={"log start": repr(span[0]), **left_out, **bias_note(bias), **metadata},
+        damage={name: log.damage for name, log in logs.items()},
         cameras=cameras,
         record=record,
         overwrite=overwrite,
@@ -237,10 +240,18 @@ class _Ticked:
 
     def _taken_at(self, sensors: Mapping[str, Readings[Taken]], ticks: Mapping[str, dict[int, int]], row: int) -> Any:
         """Return the readings of a tick by sensor, with the times when they were taken, not after the tick [s]."""
-        found = {name: sensors[name].take(rows[row]) for name, rows in ticks.items() if row in rows}
+        found = {name: self._loaded(name, sensors[name], rows[row]) for name, rows in ticks.items() if row in rows}
         now = row * self._dt
-        shifted = {name: self._shifted(each) for name, each in found.items()}
+        shifted = {name: self._shifted(each) for name, each in found.items() if each is not None}
         return {name: replace(each, stamp=min(max(each.stamp, 0.0), now)) for name, each in shifted.items()}
+
+    def _loaded(self, name: str, readings: Readings[Taken], number: int) -> Taken | None:
+        """Return a reading of a sensor; None if it is damaged, which is noted."""
+        try:
+            return readings.take(number)
+        except DamagedReadingError as error:
+            self._log.damage.add(f"readings of {name}", error)
+            return None
 
     def _shifted(self, reading: Any) -> Any:
         return at_stamps(reading, lambda time: time - self._start)

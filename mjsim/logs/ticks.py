@@ -15,6 +15,7 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import Command, Observation
+from mjsim.logs.readings import Damage
 from mjsim.output import temporary_file
 from mjsim.record import (
     LOGGED_CAMERAS,
@@ -63,6 +64,7 @@ def write_ticks(
     *,
     metadata: Mapping[str, str],
     cameras: Mapping[tuple[str, str], LoggedCamera] = MappingProxyType({}),
+    damage: Mapping[str, Damage] = MappingProxyType({}),
     record: str | Path | None,
     overwrite: bool = False,
     progress: Callable[[float], None] | None = None,
@@ -74,6 +76,7 @@ def write_ticks(
         accounts: By the name of the robot, all with the same number of ticks.
         metadata: Origin of the data.
         cameras: Data sheets of cameras whose pictures are stored, by robot and camera.
+        damage: Readings that the accounts could not load, by the name of the robot; noted after the last tick.
         record: The MCAP file; a temporary one, deleted with the recording, if None.
         overwrite: Whether that may replace a file.
         progress: Called with the progress [%].
@@ -85,7 +88,7 @@ def write_ticks(
     if record is None:
         with temporary_file("log.mcap") as path:
             recording = write_ticks(
-                world, accounts, metadata=metadata, cameras=cameras, record=path, overwrite=False, progress=progress
+                world, accounts, metadata=metadata, cameras=cameras, damage=damage, record=path, progress=progress
             )
         weakref.finalize(recording, rmtree, path.parent, ignore_errors=True)
         return recording
@@ -101,8 +104,18 @@ def write_ticks(
                 recorder.write(tick)
                 if progress is not None:
                     progress(100.0 * row / count)
+            recorder.add_metadata(_damaged(damage))
             place.is_whole = True
     return read_recording(record)
+
+
+def _damaged(damage: Mapping[str, Damage]) -> dict[str, str]:
+    """Return the metadata about damaged readings of robots, named if there are several."""
+    return {
+        f"{fact} of {robot}" if len(damage) > 1 else fact: value
+        for robot, each in damage.items()
+        for fact, value in each.notes().items()
+    }
 
 
 def cut(first: float, last: float, *, begin: float, seconds: float | None, rate_hz: float) -> tuple[float, float]:

@@ -15,7 +15,7 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.geometry import Array, Pose, Pose3, roll_and_pitch
 from mjsim.interface import Sighting
-from mjsim.output import free_paths, new_file, require_free, write_file, write_files
+from mjsim.output import free_paths, new_file, new_files, require_free, write_files, write_part
 from mjsim.record.joint_tables import joint_tables, mechanism_tables
 from mjsim.record.readings import SensorTable
 from mjsim.record.recording import Recording, Track
@@ -86,8 +86,9 @@ def export_csv(recording: Recording, folder: str | Path, *, overwrite: bool = Fa
     if not tables:
         raise UsageError(f"'{recording.path}' has no robots, mechanisms, movable things or events; nothing is written")
     paths = free_paths(folder, (f"{name}.csv" for name, _, _ in tables), overwrite=overwrite)
-    for path, (_, header, rows) in zip(paths, tables, strict=True):
-        write_file(path, _table(header, rows), overwrite=overwrite)
+    with new_files(folder, overwrite=overwrite) as parts:
+        for path, (_, header, rows) in zip(paths, tables, strict=True):
+            write_part(parts / path.name, _table(header, rows))
     return paths
 
 
@@ -367,14 +368,14 @@ def export_images(recording: Recording, folder: str | Path, *, overwrite: bool =
                 f"'{folder / robot / camera}' holds pictures; name another folder, or add --overwrite (in Python:"
                 " overwrite=True)"
             )
-    for robot, camera in recording.cameras():
-        for stamp, data, form in recording.pictures(robot, camera):
-            # Padded, so that files sort by time.
-            name = f"{robot}/{camera}/{stamp:015.6f}.{_SUFFIXES.get(form, form)}"
-            write_files(folder, {name: data}, overwrite=overwrite)
-            count += 1
-    if not count:
-        raise UsageError(
-            f"'{recording.path}' has no {'pictures' if recording.cameras() else 'camera'}; nothing is written"
-        )
+    with new_files(folder, overwrite=overwrite) as parts:
+        for robot, camera in recording.cameras():
+            for stamp, data, form in recording.pictures(robot, camera):
+                # Padded, so that files sort by time.
+                write_part(parts / robot / camera / f"{stamp:015.6f}.{_SUFFIXES.get(form, form)}", data)
+                count += 1
+        if not count:
+            raise UsageError(
+                f"'{recording.path}' has no {'pictures' if recording.cameras() else 'camera'}; nothing is written"
+            )
     return count

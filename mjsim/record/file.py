@@ -75,7 +75,7 @@ def raw_messages(
         elif isinstance(record, Attachment):
             head.files[record.name] = record.data
         elif isinstance(record, Metadata):
-            head.metadata[record.name] = record.metadata
+            head.metadata[record.name] = {**head.metadata.get(record.name, {}), **record.metadata}
         elif isinstance(record, Footer):
             head.whole = True
 

@@ -168,6 +168,11 @@ class Recorder:
         """
         self._put(Batch(time=time, messages=[(f"/{robot}/path", path_message(time, path))]))
 
+    def add_metadata(self, entries: Mapping[str, str]) -> None:
+        """Add what was not known at the beginning to the metadata, after the last tick."""
+        if entries:
+            self._put(Batch(time=0.0, metadata=entries))
+
     def close(self) -> None:
         """Write all waiting data and end the file; further calls do nothing."""
         if self._closed:

@@ -63,7 +63,7 @@ class Batch:
 
     time: float
     """Simulated [s]."""
-    messages: Sequence[tuple[str, Message]]
+    messages: Sequence[tuple[str, Message]] = ()
     """Topic and JSON message, in the order of the file."""
     joints: Sequence[tuple[str, Estimate, Array]] = ()
     """Topic, estimate, joint covariance."""
@@ -77,6 +77,8 @@ class Batch:
     """Appearance of the world, if it has changed."""
     closing: Sequence[tuple[str, Message]] = ()
     """As `messages`, but written last: a tick that has them is complete."""
+    metadata: Mapping[str, str] = field(default_factory=dict)
+    """Added to that at the beginning of the file."""
 
 
 class Writer:
@@ -172,6 +174,8 @@ class Writer:
         if batch.frames:
             frames = frames_message(batch.time, batch.frames, self._mounts, moments=batch.moments)
             self._frames.log(frames, log_time=log_time)
+        if batch.metadata:
+            self._mcap.write_metadata(METADATA_NAME, dict(batch.metadata))
         for topic, message in batch.closing:
             self._log(topic, message, log_time)
             self._whole_ticks = True

@@ -1,9 +1,12 @@
 """Data sets, read back by evo, by csv, PyYAML and OpenCV, and by the importer of CARMEN logs; times, frames, units."""
 
 import csv
+import itertools
 import math
 import re
 import shutil
+import tracemalloc
+from collections.abc import Iterator
 from pathlib import Path
 
 import cv2
@@ -14,6 +17,8 @@ from evo.tools import file_interface
 
 import mjsim
 from mjsim.datasets import export_carmen, export_euroc, export_rosbag2, export_tum_rgbd
+from mjsim.datasets.euroc import tables_of
+from mjsim.datasets.recorded_robots import RecordedRobots, RecordedTick
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose, Pose3
 from mjsim.logs import import_log
@@ -368,3 +373,28 @@ def test_sensors_that_arms_carry_are_left_out_of_euroc_and_named(tmp_path: Path,
         UsageError, match="'hand' of robot 'up6' moves with an arm; EuRoC has only sensors that are fixed"
     ):
         export_euroc(mjsim.read_recording(tmp_path / "hand.mcap"), tmp_path / "none")
+
+
+class _Repeated:
+    """A recording whose only tick comes again and again."""
+
+    def __init__(self, run: Recording, count: int) -> None:
+        with RecordedRobots(run, redraw=False) as recorded:
+            self.infos, (_, self.tick, *_) = recorded.infos, recorded.ticks(ROBOT)
+        self.recording, self.count = run, count
+
+    def on_arms(self, robot: str) -> set[str]:
+        return set()
+
+    def ticks(self, robot: str) -> Iterator[RecordedTick]:
+        return itertools.repeat(self.tick, self.count)
+
+
+def test_inertial_readings_are_written_as_the_recording_is_read(run: Recording, tmp_path: Path):
+    repeated = _Repeated(run, 5000)
+    tracemalloc.start()
+    (file,) = tables_of(repeated, ROBOT, ["imu"], tmp_path).values()
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert file.stat().st_size > 500_000
+    assert peak < 100_000

@@ -116,8 +116,46 @@ def test_depth_that_says_it_has_gigabytes_is_not_decoded(folder, tmp_path):
     data = bytearray(file.read_bytes())
     data[16:24] = (30_000).to_bytes(4, "big") * 2
     file.write_bytes(data)
-    with pytest.raises(UsageError, match="900 megapixels"):
-        mjsim.import_log(tmp_path / "huge")
+    log = mjsim.import_log(tmp_path / "huge")
+    assert log.metadata["damaged depth of camera left out"] == "1"
+    assert "900 megapixels" in log.metadata["first of the damaged depth of camera left out"]
+
+
+def test_damaged_pictures_and_depth_are_left_out_and_said(folder, tmp_path):
+    shutil.copytree(folder[0], tmp_path / "cut")
+    pictures, depths = (sorted((tmp_path / "cut" / kind).iterdir()) for kind in ("rgb", "depth"))
+    (tmp_path / "cut" / "rgb" / "first.png").write_bytes(b"")
+    rows = (tmp_path / "cut" / "rgb.txt").read_text()
+    (tmp_path / "cut" / "rgb.txt").write_text(f"0.0001 rgb/first.png\n{rows}")
+    for file in (depths[1], depths[3]):
+        file.write_bytes(file.read_bytes()[:-60])
+    pictures[2].write_bytes(b"no picture")
+    log = mjsim.import_log(tmp_path / "cut")
+    assert log.metadata["damaged readings of camera left out"] == "2"
+    assert log.metadata["damaged depth of camera left out"] == "2"
+    assert depths[1].name in log.metadata["first of the damaged depth of camera left out"]
+    assert len(list(log.pictures("robot", "camera"))) == len(pictures) - 1
+    assert len(list(log.depths("robot", "camera"))) == len(pictures) - 3
+    assert log.metadata["log"] == "TUM RGB-D"
+
+
+@pytest.mark.parametrize("without", [("rgb.txt",), ("rgb.txt", "depth.txt")])
+def test_folders_with_depth_or_accelerations_alone_come_in(without, folder, tmp_path):
+    shutil.copytree(folder[0], tmp_path / "tum")
+    for name in without:
+        (tmp_path / "tum" / name).unlink()
+    log, whole = mjsim.import_log(tmp_path / "tum"), mjsim.import_log(folder[0])
+    felt, expected = (
+        np.array([each.acceleration for seen in run.observations("robot") for each in seen.imu]) for run in (log, whole)
+    )
+    np.testing.assert_array_equal(felt, expected)
+    assert np.isfinite(log.robots["robot"].truth).all(axis=1).any()
+    cameras = [] if "depth.txt" in without else [("robot", "camera")]
+    assert list(log.cameras()) == cameras
+    for camera in cameras:
+        depths = ([values for _, values in run.depths(*camera)] for run in (log, whole))
+        for one, other in zip(*depths, strict=True):
+            np.testing.assert_array_equal(one, other)
 
 
 def test_files_that_a_list_names_and_nobody_has_are_left_out_and_counted(folder, tmp_path):
@@ -154,13 +192,17 @@ def test_pictures_and_depth_may_be_listed_in_pairs(depth_first, folder, tmp_path
 def test_an_import_that_fails_on_its_way_leaves_what_was_there(folder, tmp_path):
     path, run = tmp_path / "tum", tmp_path / "run.mcap"
     shutil.copytree(folder[0], path)
-    sorted((path / "rgb").iterdir())[-1].write_bytes(b"no picture")
-    with pytest.raises(UsageError, match="not a PNG or JPEG"):
-        mjsim.import_log(path, record=run)
+
+    def interrupt(percent: float) -> None:
+        if percent > 50.0:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        mjsim.import_log(path, record=run, progress=interrupt)
     assert sorted(tmp_path.iterdir()) == [path]
     run.write_bytes(b"of yesterday")
-    with pytest.raises(UsageError, match="not a PNG or JPEG"):
-        mjsim.import_log(path, record=run, overwrite=True)
+    with pytest.raises(KeyboardInterrupt):
+        mjsim.import_log(path, record=run, progress=interrupt, overwrite=True)
     assert run.read_bytes() == b"of yesterday"
 
 

@@ -90,3 +90,34 @@ def test_bags_with_rvl_and_nv12_come_in(tmp_path):
         _, image = next(run.images("robot", name))
         # Limited range of brightness, and colour of 2 x 2 pixels.
         assert np.abs(image.astype(int) - colour).max() < 6, name
+
+
+def test_damaged_depth_of_a_bag_is_left_out_with_the_reason(tmp_path):
+    depth = _depth()
+    png = cv2.imencode(".png", depth)[1].tobytes()
+    noise = np.random.default_rng(1).integers(0, 256, (24, 32, 3)).astype(np.uint8)
+    colour = cv2.imencode(".png", noise)[1].tobytes()
+    with new_bag(tmp_path / "run") as bag:
+        for k in range(6):
+            at = START + 0.1 * k
+            # Heads and ends are right.
+            sent = {
+                "rvl": _packed(depth)[: -40 if k == 3 else None],
+                "png": png[:60] + bytes(9) + png[69:] if k == 3 else png,
+            }
+            for name, data in sent.items():
+                told = bag.compressed(bag.header(at, name), f"16UC1; compressedDepth {name}", bytes(12) + data)
+                bag.put(f"/{name}/image_raw/compressedDepth", at, told)
+            told = bag.compressed(
+                bag.header(at, "png"), "png", colour[:60] + bytes(9) + colour[69:] if k == 1 else colour
+            )
+            bag.put("/png/colour/compressed", at, told)
+    run = mjsim.import_log(tmp_path / "run")
+    assert len(list(run.depths("robot", "rvl"))) == 5
+    assert run.metadata["damaged readings of rvl left out"] == "1"
+    assert "a damaged depth picture (RVL)" in run.metadata["first of the damaged readings of rvl left out"]
+    # Depth of the same frame belongs to the colour, which stays without it.
+    assert len(list(run.pictures("robot", "png_colour"))) == 5
+    assert len(list(run.depths("robot", "png_colour"))) == 4
+    assert run.metadata["damaged depth of png_colour left out"] == "1"
+    assert run.metadata["damaged readings of png_colour left out"] == "1"

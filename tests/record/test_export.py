@@ -1,4 +1,6 @@
 import csv
+import resource
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -145,6 +147,31 @@ def test_an_export_that_fails_leaves_no_half_file(recording: Recording, tmp_path
     with pytest.raises(UsageError, match=r"scout_truth.tum' is a folder; name a file"):
         export_tum(recording, blocked)
     assert [path.name for path in blocked.iterdir()] == ["scout_truth.tum"]
+
+
+@pytest.mark.parametrize("export", [export_tum, export_csv, export_images])
+def test_an_export_that_fails_leaves_no_file_and_those_before_as_they_were(
+    export: Callable[..., object], recording: Recording, tmp_path: Path
+):
+    whole, before = tmp_path / "whole", resource.getrlimit(resource.RLIMIT_FSIZE)
+    export(recording, whole)
+    files = {path: path.read_bytes() for path in whole.rglob("*") if path.is_file()}
+    sizes = sorted(map(len, files.values()))
+    # Some files fit on the disk, others do not.
+    largest = (sizes[0] + sizes[-1]) // 2
+    for path in files:
+        path.write_text("old")
+    for place, overwrite in ((tmp_path / "made", False), (whole, True)):
+        try:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (largest, before[1]))
+            with pytest.raises(UsageError, match=r"^cannot write '[^']*': File too large$"):
+                export(recording, place, overwrite=overwrite)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert {path: path.read_text() for path in tmp_path.rglob("*") if path.is_file()} == dict.fromkeys(files, "old")
+    assert not (tmp_path / "made").exists()
+    export(recording, whole, overwrite=True)
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == files
 
 
 def test_a_written_file_replaces_the_one_before_when_told(recording: Recording, tmp_path: Path):
