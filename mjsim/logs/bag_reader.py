@@ -1,29 +1,14 @@
-"""Readers of bags: those of rosbags, and two that need no index, for truncated files."""
+"""Readers of bags: those of rosbags, and others that need no index, for truncated files."""
 
 import re
-from bz2 import BZ2Decompressor
-from collections import defaultdict
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from heapq import merge
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-from lz4.frame import LZ4FrameDecompressor
 from rosbags.interfaces import Connection
 from rosbags.rosbag1 import Reader as Reader1
-from rosbags.rosbag1 import ReaderError as ReaderError1
-from rosbags.rosbag1.reader import (
-    Chunk,
-    ChunkInfo,
-    Header,
-    IndexData,
-    RecordType,
-    decompressors,
-    read_bytes,
-    read_uint32,
-)
 from rosbags.rosbag2 import Reader as Reader2
 from rosbags.rosbag2 import ReaderError
 from rosbags.rosbag2.reader import DirectoryReader
@@ -31,27 +16,21 @@ from rosbags.rosbag2.storage_mcap import McapReader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from mjsim.logs.bag_parsing import BrokenBagError, parsing
+from mjsim.logs.bag_ros1 import OldBag1, ScannedBag1, is_old
 from mjsim.logs.bag_sqlite import SqliteFile
 from mjsim.logs.bag_topics import TRANSFORMS
-from mjsim.logs.bag_unpacking import MAX_PART, bound_unpacking, require_unpackable, unpacked
+from mjsim.logs.bag_unpacking import bound_unpacking, require_unpackable, unpacked
 
 bound_unpacking()
 METADATA, ZSTD_SUFFIXES = "metadata.yaml", (".zst", ".zstd")
 MAX_METADATA = 16 << 20
 """Maximum size of metadata [bytes]."""
-MAGIC1 = b"#ROSBAG V2.0\n"
 SCHEMAS = ("ros2msg", "ros2idl", "omgidl", "")
 """Languages of message definitions in MCAP files of ROS 2."""
 ZSTD = b"\x28\xb5\x2f\xfd"
 """First bytes of zstd data; CDR messages start with a zero."""
 MIDDLE = re.compile(r"^(\w+)/(\w+)$")
 """Name of a type in ROS 1: package and type."""
-BEGUN: Mapping[str, Callable[[bytes], bytes]] = {
-    "none": lambda data: data,
-    "bz2": lambda data: BZ2Decompressor().decompress(data, MAX_PART),
-    "lz4": lambda data: LZ4FrameDecompressor().decompress(data, MAX_PART),
-}
-"""Decompressors for the readable start of a chunk of ROS 1."""
 
 
 def open_reader(files: Mapping[Path, str], *, described: Path | None) -> tuple[Any, str, str]:
@@ -86,17 +65,28 @@ def open_reader(files: Mapping[Path, str], *, described: Path | None) -> tuple[A
 def _open_file(path: Path, kind: str) -> tuple[Any, str]:
     """Return an open reader of one file, and the reason if the file is truncated, else ''."""
     try:
-        return _opened(lambda: Reader1(path) if kind == ".bag" else _NamedReader2(path, kind)), ""
+        part = _opened(lambda: Reader1(path) if kind == ".bag" else _NamedReader2(path, kind))
+        if kind != ".bag" or part.connections:
+            return part, ""
+        # Its index lists no chunks: there may be messages outside of any.
+        part.close()
+        return _scanned(path, kind), ""
     except BrokenBagError as error:
         # A truncated file is tried without its index; for what is not a bag at all, the first error says more.
         if kind not in (".bag", ".mcap"):
             raise
         with suppress(BrokenBagError):
-            part = _opened(lambda: _CutReader1(path) if kind == ".bag" else _CutMcap(path))
+            part = _scanned(path, kind)
             if part.connections:
                 return part, "" if getattr(part, "is_whole", False) else f"{error}"
             part.close()
         raise
+
+
+def _scanned(path: Path, kind: str) -> Any:
+    """Return an open reader of one file that does not use its index."""
+    make: Any = OldBag1 if is_old(path) else ScannedBag1 if kind == ".bag" else _CutMcap
+    return _opened(lambda: make(path))
 
 
 def _opened(make: Callable[[], Any]) -> Any:
@@ -208,86 +198,6 @@ class _Joined:
         """Close all files."""
         for part in self.parts:
             part.close()
-
-
-class _CutReader1(Reader1):
-    """A bag of ROS 1 without its index: all chunks are scanned, the last one as far as it goes."""
-
-    is_whole = False
-    """Whether all its data is there."""
-
-    def open(self) -> None:
-        """Open the file and find its messages."""
-        self.bio = self.path.open("rb")
-        if self.bio.readline() != MAGIC1:
-            raise ReaderError1("File magic is invalid.")
-        Header.read(self.bio, RecordType.BAGHEADER)
-        read_bytes(self.bio, read_uint32(self.bio))
-        found: dict[int, Connection] = {}
-        indexes: dict[int, list[IndexData]] = defaultdict(list)
-        # It ends where the file was truncated.
-        with suppress(ReaderError1, EOFError, OSError, ValueError, RuntimeError):
-            while not self.is_whole:
-                is_cut = self._read_chunks(found, indexes)
-                self.is_whole = not is_cut and self.bio.tell() == self.path.stat().st_size
-        self.indexes = {number: sorted(entries) for number, entries in indexes.items()}
-        self.connections = [
-            connection._replace(msgcount=len(indexes[number]))
-            for number, connection in found.items()
-            if number in indexes
-        ]
-
-    def _read_chunks(self, found: dict[int, Connection], indexes: dict[int, list[IndexData]]) -> bool:
-        """Process the next record; return whether the file ends in it."""
-        assert self.bio is not None
-        position = self.bio.tell()
-        header = Header.read(self.bio)
-        if header.get_uint8("op") != RecordType.CHUNK:
-            read_bytes(self.bio, read_uint32(self.bio))
-            return False
-        self.bio.seek(position)
-        declared = self.read_chunk()
-        chunk = self._rest_of(declared)
-        self.bio.seek(chunk.datapos)
-        content = chunk.decompressor(read_bytes(self.bio, chunk.datasize))
-        # A chunk that was not written to disk is all zeros.
-        with suppress(ReaderError1):
-            self._list(content, position, found, indexes)
-        self.chunks[position] = chunk
-        entries = [entry.time for index in indexes.values() for entry in index if entry.chunk_pos == position]
-        if entries:
-            self.chunk_infos.append(ChunkInfo(position, min(entries), max(entries) + 1, {}))
-        return chunk is not declared
-
-    def _rest_of(self, chunk: Chunk) -> Chunk:
-        """Return a chunk, or its start if the file ends in it."""
-        available = self.path.stat().st_size - chunk.datapos
-        if available >= chunk.datasize:
-            return chunk
-        packed = next(name for name, each in decompressors.items() if each is chunk.decompressor)
-        return Chunk(available, chunk.datapos, BEGUN[packed])
-
-    def _list(
-        self, content: bytes, position: int, found: dict[int, Connection], indexes: dict[int, list[IndexData]]
-    ) -> None:
-        """Index the messages and connections of a chunk."""
-        records, original = BytesIO(content), self.bio
-        while records.tell() < len(content):
-            offset = records.tell()
-            header = Header.read(records)
-            if header.get_uint8("op") == RecordType.CONNECTION:
-                records.seek(offset)
-                # The parent class reads it from its file.
-                self.bio = records
-                try:
-                    connection = self.read_connection()
-                finally:
-                    self.bio = original
-                found.setdefault(connection.id, connection)
-                continue
-            read_bytes(records, read_uint32(records))
-            if header.get_uint8("op") == RecordType.MSGDATA:
-                indexes[header.get_uint32("conn")].append(IndexData(header.get_time("time"), position, offset))
 
 
 class _CutMcap(McapReader):
