@@ -10,8 +10,9 @@ from mjsim.closing import Closes
 from mjsim.errors import UsageError
 from mjsim.interface import Command, JointState, RobotInfo
 from mjsim.output import NewFile
+from mjsim.progress import say
 from mjsim.record import Order, Tick
-from mjsim.ros import COMMANDS, MAP, Outgoing, RosTick, RosTopic, RosWorld, grid_map
+from mjsim.ros import CLOCK, COMMANDS, MAP, Outgoing, RosTick, RosTopic, RosWorld, grid_map
 from mjsim.session import Session
 from mjsim.sim import Simulation
 from mjsim.world import Modules, World, grid_of
@@ -20,6 +21,8 @@ FOREVER = 1e8
 """Duration of a run without an end [s]."""
 WATCHDOG = 0.5
 """Time for which a command holds, simulated [s]."""
+FOUND = 1.0
+"""Time in which other participants of a domain are found [s]."""
 PATIENCE = 30.0
 """Maximum time that a service waits for its action [s]."""
 TWISTS = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
@@ -98,7 +101,12 @@ class Bridge(Closes):
         return [f"/{robot.name}" for robot in self._ros.robots.values()]
 
     def start(self, *, paused: bool = False) -> None:
-        """Start; if paused, stop after the first tick."""
+        """Start; if paused, stop after the first tick.
+
+        Raises:
+            UsageError: Another simulation publishes its clock on the domain.
+        """
+        self._require_alone()
         self._bus.start()
         self.session.start(paused=paused)
 
@@ -106,6 +114,22 @@ class Bridge(Closes):
         """End the run and leave the bus; a second call does nothing."""
         self.session.close()
         self._bus.close()
+
+    def _require_alone(self) -> None:
+        """Check that no other program publishes the clock; one that publishes other topics of ours is said."""
+        own = tuple(f"{robot}/" for robot in self.robots)
+        others = self._bus.publishers(
+            lambda topic: topic == CLOCK.name or (topic.startswith(own) and not topic.endswith("/cmd_vel")), wait=FOUND
+        )
+        if not others:
+            return
+        topic = CLOCK.name if CLOCK.name in others else min(others)
+        by = f"another program{f', {others[topic]},' if others[topic] else ''}"
+        more = f" and {len(others) - 1} more topics of this world" if len(others) > 1 else ""
+        line = f"{by} publishes {topic}{more} on domain {self.domain}"
+        if topic == CLOCK.name:
+            raise UsageError(f"{line}; stop it, or set ROS_DOMAIN_ID to another number")
+        say(f"{line}; whoever listens gets both")
 
     def _obey(self, robot: str, name: str, watchdog: float) -> None:
         """Drive a robot by a message on its `cmd_vel`; the stamp is ignored, since a command holds from now."""

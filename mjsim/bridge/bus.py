@@ -4,6 +4,7 @@ import ipaddress
 import os
 import socket
 import stat
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
@@ -18,6 +19,10 @@ from mjsim.ros import Outgoing, RosTopic, bytes_of, type_hash
 LOOPBACK, LOOPBACK_DEVICE = "127.0.0.1", "lo"
 MAX_DOMAIN = 232
 """Number of domains; ports of higher ones would exceed 65535."""
+LONGEST_PROCESS = 100
+"""Maximum length of what others say of their process."""
+MANY, POLL = 10_000, 0.02
+"""Maximum number of entities of other participants that are read, and how often [s]."""
 FIRST_PORT, PORTS = 7400, 250
 """First port of domain 0, and number of ports per domain, as in RTPS."""
 
@@ -65,6 +70,7 @@ class Bus(Closes):
                 f"this process is in domain {domain} already; close its other bridge, or set ROS_DOMAIN_ID"
             ) from None
         self._participant: Any = DomainParticipant(domain)
+        self._joined = time.monotonic()
         if interface is None:
             _keep_to_loopback(domain)
         self._writers: dict[RosTopic, Any] = {}
@@ -103,6 +109,28 @@ class Bus(Closes):
         reader = DataReader(self._participant, self._topic(topic.name, topic.type, space), qos=_profile(topic))
         (self._topics if space == "rt" else self._services).add(reader, topic.type, take)
 
+    def publishers(self, is_meant: Callable[[str], bool], *, wait: float) -> dict[str, str]:
+        """Return the topics that other participants publish, with the process of each if it says so.
+
+        Args:
+            is_meant: Tells which topics count, by their names; this participant must not publish these yet.
+            wait: Minimum time since this participant joined, in which others are found, unless a topic is [s].
+        """
+        from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsParticipant, BuiltinTopicDcpsPublication
+
+        writers, found = BuiltinDataReader(self._participant, BuiltinTopicDcpsPublication), dict[str, Any]()
+        while not found:
+            for each in writers.read(N=MANY):
+                space, _, topic = each.topic_name.partition("/")
+                if space == "rt" and is_meant(f"/{topic}"):
+                    found[f"/{topic}"] = each.participant_key
+            if time.monotonic() > self._joined + wait:
+                break
+            time.sleep(POLL)
+        participants = BuiltinDataReader(self._participant, BuiltinTopicDcpsParticipant).read(N=MANY)
+        processes = {each.key: _process_of(each.qos) for each in participants}
+        return {topic: processes.get(key, "") for topic, key in found.items()}
+
     def start(self) -> None:
         """Start to receive."""
         self._topics.start()
@@ -121,6 +149,13 @@ class Bus(Closes):
         from cyclonedds.topic import Topic
 
         return Topic(self._participant, f"{space}{name}", sample_type(kind))
+
+
+def _process_of(qos: Any) -> str:
+    """Return name, number and host of a participant's process, as cyclonedds announces them, else ''."""
+    told = {each.key: each.value for each in qos if type(each).__name__ == "Property"}
+    name, number, host = (told.get(f"__{key}") for key in ("ProcessName", "Pid", "Hostname"))
+    return f"{name} {number} on {host}"[:LONGEST_PROCESS] if name and number and host else ""
 
 
 def _place(interface: str | None) -> str:

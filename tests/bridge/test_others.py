@@ -1,0 +1,51 @@
+"""A bridge notices other programs that publish what it publishes."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.bridge.test_bridge import namespaces_are_allowed
+
+pytest.importorskip("cyclonedds", reason="no wheel for Python 3.14")
+
+WORLD = "mjsim: 1\nname: live\nrobots:\n  - {name: scout, preset: pioneer3dx, at: [1, 2]}\nrun: {rate_hz: 25}\n"
+OTHER = """
+import os, subprocess, sys
+from mjsim.bridge import Bus, bring_loopback_up
+from mjsim.ros import RELIABLE, RosTopic
+TOPICS = {
+    "/clock": "rosgraph_msgs/msg/Clock",
+    "/scout/odom": "nav_msgs/msg/Odometry",
+    "/scout/cmd_vel": "geometry_msgs/msg/Twist",
+    "/tf": "tf2_msgs/msg/TFMessage",
+}
+if "ROS_DOMAIN_ID" not in os.environ:
+    bring_loopback_up()
+with Bus(domain=int(os.environ.get("ROS_DOMAIN_ID", 0))) as bus:
+    for topic, kind in TOPICS.items():
+        bus.announce(RosTopic(topic, kind, RELIABLE))
+    code = subprocess.run([sys.executable, "-m", "mjsim.cli", "bridge", *sys.argv[1:]]).returncode
+sys.exit(code)
+"""
+
+
+@pytest.mark.slow
+def test_another_simulation_on_the_domain_is_one_line(tmp_path):
+    (tmp_path / "world.yaml").write_text(WORLD)
+    words = [sys.executable, "-c", OTHER, str(tmp_path / "world.yaml")]
+    environment = {name: value for name, value in os.environ.items() if name != "ROS_DOMAIN_ID"}
+    if namespaces_are_allowed():
+        words = ["unshare", "-Urn", *words]
+    else:
+        environment["ROS_DOMAIN_ID"] = str(10 + (os.getpid() + 22) % 90)
+    done = subprocess.run(
+        words, capture_output=True, text=True, check=False, cwd=Path(__file__).parents[2], env=environment
+    )
+    assert done.returncode == 2, done.stderr
+    line = r"another program(, .* \d+ on .*,)? publishes /clock and 1 more topics of this world on domain \d+; stop it"
+    assert re.search(line, done.stderr), done.stderr
+    assert len(done.stderr.splitlines()) == 2, done.stderr
