@@ -19,9 +19,17 @@ REACHED = 1e-10
 STEPS, TRIES = 60, 40
 """Maximum number of steps per try, and number of tries: the first from the caller's start, the others from random
 ones."""
+MAX_ROWS = 64
+"""Maximum number of starts that are tried at once."""
 DAMPING = 1e-2
 """Multiple of the squared error that is added to the diagonal, and its minimum."""
 LEAST_DAMPING = 1e-14
+STUCK, SETTLED = 1e9, 1e-12
+"""Damping beyond which no step helps, and the relative gain of a step below which none helps much."""
+NOTABLE = 1e-6
+"""What is not reached is left as near to its start as it is, unless another try misses by so much less [m + rad]."""
+ALIKE, AGREED = 1e-5, 2
+"""Of a goal beyond all reach, so many tries that miss by as much as the nearest one, within [m + rad], are enough."""
 TURN = 2.0 * np.pi
 
 
@@ -66,20 +74,42 @@ def solve(task: PoseGoals, q0: Array) -> Reached:
     """
     best = _inside(task, q0)
     distance, angle = _misses(task, best)
-    left = np.arange(len(best))
+    left, beyond, alike = np.arange(len(best)), _beyond(task), np.zeros(len(best), dtype=int)
     rng = np.random.default_rng(0)  # the same result at each call
-    for number in range(TRIES):
-        part = task.part(left)
-        start = best[left] if number == 0 else _anywhere(task, rng, q0[left])
-        found = _inside(task, _descend(part, start))
+    tries = 0
+    while left.size and tries < TRIES:
+        # The first start alone, then several at once: few rows cost little more than one.
+        count = min((1, 7, TRIES)[min(tries, 2)], TRIES - tries, max(1, MAX_ROWS // left.size))
+        starts = [best[left] if tries + k == 0 else _anywhere(task, rng, q0[left]) for k in range(count)]
+        tries += count
+        part = task.part(np.tile(left, count))
+        found = _inside(task, _descend(part, np.concatenate(starts)))
         offset, turned = _misses(part, found)
-        better = offset + turned < (distance + angle)[left]
-        rows = left[better]
-        best[rows], distance[rows], angle[rows] = found[better], offset[better], turned[better]
-        left = np.flatnonzero(np.maximum(distance, angle) > REACHED)
-        if left.size == 0:
-            break
+        for rows in np.arange(count * left.size).reshape(count, -1):
+            there = np.maximum(offset, turned)[rows] <= REACHED
+            nearer = (offset + turned)[rows] < (distance + angle)[left] - (NOTABLE if tries > count else 0.0)
+            better = (np.maximum(distance, angle) > REACHED)[left] & (nearer | there)
+            alike[left[nearer & better]] = 0
+            chosen, fresh = left[better], rows[better]
+            best[chosen], distance[chosen], angle[chosen] = found[fresh], offset[fresh], turned[fresh]
+            alike[left] += np.abs((offset + turned)[rows] - (distance + angle)[left]) < ALIKE
+        left = np.flatnonzero((np.maximum(distance, angle) > REACHED) & ~(beyond & (alike >= AGREED)))
     return Reached(best, np.maximum(distance, angle) <= REACHED, distance, angle)
+
+
+def _beyond(task: PoseGoals) -> NDArray[np.bool_]:
+    """Return which goals are farther from the first joint than all links together are long, bool, shape (m,)."""
+    chain, path = task.chain, [task.chain.end]
+    while chain.parents[path[-1]] >= 0:
+        path.append(chain.parents[path[-1]])
+    first, *others = path[::-1]
+    travel = np.where(chain.slides > 0.0, np.maximum(np.abs(task.lower), np.abs(task.upper)), 0.0)
+    x, y, z = chain.after[first, :3, 3]
+    pose = chain.first @ chain.before[first]
+    offsets = [chain.before[others, :3, 3], chain.after[others, :3, 3], chain.last[None, :3, 3]]
+    reach = np.hypot(x, y) + travel[path].sum() + sum(np.linalg.norm(each, axis=-1).sum() for each in offsets)
+    far = np.linalg.norm(task.goals[:, :3, 3] - pose[:3, 3] - pose[:3, 2] * z, axis=-1)
+    return np.asarray((far > reach + REACHED) & bool((task.weights[:3] > 0.0).all()))
 
 
 def _descend(task: PoseGoals, q: Array) -> Array:
@@ -95,10 +125,14 @@ def _descend(task: PoseGoals, q: Array) -> Array:
         added = damping * squared + LEAST_DAMPING
         step = np.linalg.solve(down @ slope + added[:, None, None] * identity, down @ error[..., None])[..., 0]
         ahead, slope_ahead = _error_and_slope(task, q + step)
-        good = (ahead**2).sum(axis=-1) < squared
+        after = (ahead**2).sum(axis=-1)
+        good = after < squared
+        still = ~good & (damping > STUCK) | good & (squared - after < SETTLED * squared)
         q = np.where(good[:, None], q + step, q)
         error, slope = np.where(good[:, None], ahead, error), np.where(good[:, None, None], slope_ahead, slope)
         damping = np.where(good, np.maximum(damping * 0.3, 1e-8), damping * 10.0)
+        if still.all():
+            break
     return q
 
 

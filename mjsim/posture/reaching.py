@@ -12,10 +12,12 @@ from mjsim.people import SIDES, Figure
 from mjsim.posture.contacts import PointContact
 from mjsim.posture.goals import Seating
 from mjsim.posture.sitting import ROOT, Sitter
-from mjsim.posture.solve import Preference, limits, solve_posture
+from mjsim.posture.solve import Preference, limits, solve_posture, stretch_posture
 
 LED = "grip"
 """The landmark of a hand that is moved."""
+PELVIS = "pelvis"
+"""The segment that stays fixed."""
 LIMB, TRUNK = 0.2, 1.0
 """Weights of deviations by the whole range: a hand is moved mainly by its arm, and by the trunk if necessary."""
 
@@ -49,8 +51,24 @@ def lead_hands(figure: Figure, values: Array, root: Array, hands: Mapping[str, A
     weights = np.divide(LIMB, span, out=np.zeros_like(span), where=span > 0.0)
     weights[[names.index(name) for name in figure.joints if not name.startswith(SIDES)]] *= TRUNK / LIMB
     contacts = [PointContact(name=side, site=f"{side}_{LED}", target=target) for side, target in hands.items()]
-    found = solve_posture(model, contacts, Preference(values=before, weights=weights))
+    preference = Preference(values=before, weights=weights)
+    if len(contacts) == 1 and _is_beyond(model, contacts[0]):
+        found = stretch_posture(model, [], contacts[0], preference, start=before)
+        return LedPosture(values=found.values[own], short=found.errors)
+    found = solve_posture(model, contacts, preference)
     return LedPosture(values=found.values[own], short={side: found.errors[side] for side in found.missed})
+
+
+def _is_beyond(model: mujoco.MjModel, contact: PointContact) -> bool:
+    """Return whether a target is farther from the lowest joint of the trunk than what moves with it is long."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)  # that joint is in place in any posture, as the pelvis is
+    site = model.site(contact.site)
+    body, reach = int(site.bodyid[0]), float(np.linalg.norm(site.pos))
+    while model.body(model.body_parentid[body]).name != PELVIS:
+        reach += float(np.linalg.norm(model.body_pos[body]))
+        body = int(model.body_parentid[body])
+    return float(np.linalg.norm(contact.target - data.xpos[body])) > reach
 
 
 @lru_cache(maxsize=16)

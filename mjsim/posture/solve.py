@@ -137,15 +137,17 @@ def solve_posture(
         return found
     held: list[Contact] = []
     steps, values = found.steps, found.values
-    for _, ranked in groupby(sorted(contacts, key=_rank), key=_rank):
+    for _, ranked in groupby(sorted(contacts, key=_rank) if len(contacts) > 1 else (), key=_rank):
         # Within a rank, each is tried separately: a hand that cannot reach leaves the other in place.
         alone = [(each, _best(configuration, [*held, each], preference, [preference.values])) for each in ranked]
         able = [contact for contact, tried in alone if tried.holds]
         together = _best(configuration, [*held, *able], preference, [values, preference.values])
         held += able if together.holds else []
         steps, values = steps + together.steps + sum(tried.steps for _, tried in alone), together.values
+    if not held:
+        values = preference.values
     loose = [contact for contact in contacts if contact not in held]
-    final = _descend(configuration, held, preference, values, firm=FIRMEST, loose=loose)
+    final = _descend(configuration, held, preference, values, firm=FIRMEST if held else FIRMEST[:1], loose=loose)
     short = tuple(contact.name for contact in contacts if final.errors[contact.name] > TOUCH)
     return Solution(values=final.values, errors=final.errors, missed=short, steps=steps + final.steps)
 
@@ -162,7 +164,8 @@ def stretch_posture(
         preference: Determines the posture where these leave a choice.
         start: Initial values, shape (nq,).
     """
-    found = _descend(mink.Configuration(model), contacts, preference, start, firm=FIRMEST, loose=[aim])
+    firm = FIRMEST if contacts else FIRMEST[:1]
+    found = _descend(mink.Configuration(model), contacts, preference, start, firm=firm, loose=[aim])
     missed = tuple(name for name in found.missed if name != aim.name)
     return Solution(values=found.values, errors=found.errors, missed=missed, steps=found.steps)
 

@@ -52,6 +52,16 @@ def test_a_pose_out_of_reach_is_not_reached_and_says_by_how_much():
     assert reach == pytest.approx(np.hypot(5.0, 0.67183) - stretched, abs=1e-9)
 
 
+def test_the_search_for_a_pose_out_of_reach_is_bounded(monkeypatch):
+    rounds, solved = [], np.linalg.solve
+    monkeypatch.setattr(np.linalg, "solve", lambda *given: rounds.append(1) or solved(*given))
+    for place in ((1.6, 0.1, 0.5), (0.3, -1.2, 0.9), (0.0, 0.0, 1.8)):
+        far = np.eye(4)
+        far[:3, 3] = place
+        assert not PUMA.ikine(far, np.zeros(6), mask=(1, 1, 1, 0, 0, 0)).converged
+    assert len(rounds) <= 3 * 3 * 60  # three rounds of 60 steps each, not one for each of 40 tries
+
+
 def test_an_arm_of_three_joints_reaches_points():
     arm = Arm.from_dh(SLIDE_ROWS)
     q = np.array([0.3, 0.4, -0.5])

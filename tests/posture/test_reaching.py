@@ -1,5 +1,6 @@
 """Hands that are led: they get there, the feet stay, and what is out of reach is said."""
 
+import mink
 import numpy as np
 import pytest
 
@@ -31,6 +32,15 @@ def test_a_hand_that_does_not_get_there_comes_near_and_says_how_far_it_is():
     found = lead_hands(FIGURE, FIGURE.at_ease, ROOT, {"left": at})
     assert found.short["left"] == pytest.approx(np.linalg.norm(spots(found.values)[GRIP] - at), abs=1e-6)
     assert found.short["left"] < np.linalg.norm(spots(FIGURE.at_ease)[GRIP] - at) - 0.5
+
+
+def test_the_cost_of_a_hand_that_does_not_get_there_is_bounded(monkeypatch):
+    steps, solved = [], mink.solve_ik
+    monkeypatch.setattr(mink, "solve_ik", lambda *given, **more: steps.append(1) or solved(*given, **more))
+    for at, most in (((3.0, 0.2, 1.2), 60), ((0.9, 0.3, 1.2), 120)):
+        steps.clear()
+        assert lead_hands(FIGURE, FIGURE.at_ease, ROOT, {"left": np.array(at)}).short
+        assert len(steps) <= most
 
 
 def test_a_hand_that_is_led_nowhere_leaves_all_joints_as_they_are():
