@@ -15,7 +15,7 @@ from mjsim.geometry import Array
 from mjsim.interface import ArmInfo, Command, FastReading, JointState, RobotInfo
 from mjsim.mechanics import Arm, with_links
 
-from .parameter_learning import ParameterLearner, largest_inertia
+from .parameter_learning import ParameterLearner, steady_inertia
 
 STILL = 1e-4
 """Goals slower than this count as at rest [rad/s, m/s]."""
@@ -98,7 +98,9 @@ class PdGravity(_ArmController):
     """PD control of joints with gravity compensation, the default controller of arms.
 
     tau = Kp (q_goal - q) + Kd (qd_goal - qd) + g(q), with Kp = w^2 m and Kd = 2 w m for the largest inertia m of each
-    joint. Friction and inertia are not compensated, so it lags during motion.
+    joint. Where joints are so strongly coupled that these gains would be unstable at the rate of the controller, as
+    those of links in a row without rotors, m is smaller. Friction and inertia are not compensated, so it lags during
+    motion.
 
     References:
         Takegaki and Arimoto, A new feedback method for dynamic control of manipulators, ASME J. Dynamic Systems 103,
@@ -106,13 +108,15 @@ class PdGravity(_ArmController):
     """
 
     def start(self, robot: RobotInfo, part: str, rng: Generator) -> None:
-        """Find the gains."""
+        """Forget the gains of another run."""
         super().start(robot, part, rng)
-        inertia = largest_inertia(self._arm, self._info)
-        self._stiffness, self._damping = self._frequency**2 * inertia, 2.0 * self._frequency * inertia
+        self._inertia = np.zeros(0)
 
     def _law(self, state: JointState, q: Array, qd: Array, qdd: Array, dt: float) -> Array:
-        spring = self._stiffness * (q - state.positions) + self._damping * (qd - state.velocities)
+        if not len(self._inertia):
+            self._inertia = steady_inertia(self._arm, self._info, self._frequency * dt)
+        stiffness, damping = self._frequency**2 * self._inertia, 2.0 * self._frequency * self._inertia
+        spring = stiffness * (q - state.positions) + damping * (qd - state.velocities)
         return np.asarray(spring + self._arm.gravload(state.positions))
 
 

@@ -18,6 +18,10 @@ CREEP = 0.02
 """Below about this speed, dry friction is unknown [rad/s, m/s]."""
 POSTURES = 50
 """Number of postures used to find the maximum inertia and gravity torque of each joint."""
+STEADY = 0.8
+"""Largest gain of PD control, relative to the one at which it becomes unstable in one of these postures."""
+MOST_REDUCTIONS = 200
+"""Maximum number of reductions of gains."""
 
 
 class ParameterLearner:
@@ -120,6 +124,30 @@ def largest_inertia(arm: Arm, info: ArmInfo) -> Array:
     """Return the largest inertia that each joint feels, shape (n,) [kg m^2, kg]."""
     found: Array = np.diagonal(arm.inertia(postures(info)), axis1=-2, axis2=-1).max(axis=0)
     return found
+
+
+def steady_inertia(arm: Arm, info: ArmInfo, phase: float) -> Array:
+    """Return the inertia of each joint for which PD control is stable, the largest where this is, shape (n,).
+
+    With Kp = w^2 D, Kd = 2 w D and steps h, motions along an eigenvector of M^-1 D with the value k follow
+    v' = v - h k (2 w v + w^2 x), x' = x + h v'. They are stable (Jury) if k (4 w h + (w h)^2) < 4.
+
+    Args:
+        arm: The arm.
+        info: Limits of its joints.
+        phase: w h.
+    """
+    bound = STEADY * 4.0 / (4.0 * phase + phase**2)
+    inertia, all_masses = largest_inertia(arm, info), arm.inertia(postures(info))
+    for _ in range(MOST_REDUCTIONS):
+        root = np.sqrt(inertia)
+        sizes, vectors = np.linalg.eigh(root[:, None] * np.linalg.inv(all_masses) * root)
+        worst = int(np.argmax(sizes[:, -1]))
+        if sizes[worst, -1] <= bound:
+            break
+        # The joints that take part in the fastest motion are eased.
+        inertia = inertia * (0.99 * bound / sizes[worst, -1]) ** (vectors[worst, :, -1] ** 2)
+    return np.asarray(inertia)
 
 
 def strength(arm: Arm, info: ArmInfo) -> Array:

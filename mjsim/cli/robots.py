@@ -19,7 +19,10 @@ LeftWheel = Annotated[list[str] | None, typer.Option(metavar="JOINT", help="Join
 RightWheel = Annotated[list[str] | None, typer.Option(metavar="JOINT", help="Joint of a right wheel; may be repeated.")]
 Steering = Annotated[list[str] | None, typer.Option(metavar="JOINT", help="A steering joint; may be repeated.")]
 DriveKind = Annotated[
-    str | None, typer.Option(metavar="KIND", help="Kind of drive: differential, skid_steer or ackermann.")
+    str | None,
+    typer.Option(
+        metavar="KIND", help="Kind of drive: differential, skid_steer, ackermann, tricycle, mecanum or omni3."
+    ),
 ]
 Forward = Annotated[
     str | None, typer.Option(metavar="AXIS", help="Forward direction of the robot in its file: +x, -x, +y or -y.")

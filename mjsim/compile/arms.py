@@ -186,13 +186,23 @@ def _add_column(base: mujoco.MjsBody, item: RobotArm, name: str) -> None:
 
 
 def _add_excludes(spec: mujoco.MjSpec, bodies: list[mujoco.MjsBody], arm: Arm) -> None:
-    """Exclude collisions of links that always overlap because too little arm joins them."""
-    lengths = [math.dist(*link.bone) for link in arm.links]
+    """Exclude collisions of links that overlap because too little arm joins them."""
+    lengths = [_least_length(link) for link in arm.links]
     widest = max(link.radius for link in arm.links)
     for first in range(len(bodies)):
         for second in range(first + 1, len(bodies)):
             if sum(lengths[first : second - 1]) < MIN_RADII * widest:
                 spec.add_exclude(bodyname1=bodies[first].name, bodyname2=bodies[second].name)
+
+
+def _least_length(link: Link) -> float:
+    """Return how near a link keeps its neighbours to each other [m]: one that slides passes through the one before."""
+    if not link.slide:
+        return math.dist(*link.bone)
+    start = link.before[:3, 3] + link.before[:3, :3] @ link.after[:3, 3]
+    along = link.before[:3, 2]
+    nearest = np.clip(-float(start @ along), link.lower, link.upper)
+    return float(np.linalg.norm(start + nearest * along))
 
 
 def _clear_of_ground(spec: mujoco.MjSpec, robot: Robot, item: RobotArm, bodies: list[mujoco.MjsBody]) -> None:

@@ -121,8 +121,14 @@ def stated_speed(gear: Gear) -> float | None:
 def speed_source(plan: Plan) -> str:
     """Return a text that says where the maximum speed comes from."""
     if stated_speed(plan.gear) is not None:
-        return f"by the limits of its wheels, {max_speed(plan) / plan.wheel_radius:.3g} rad/s"
+        return f"by the limits of its wheels, {_slowest(plan.gear):.3g} rad/s"
     return f"a guess: wheels that turn at {WHEEL_SPEED} rad/s"
+
+
+def _slowest(gear: Gear) -> float:
+    """Return the limit of the wheel that limits the speed of the robot [rad/s]."""
+    limits = [(speed * wheel.radius, speed) for wheel in gear.wheels() if (speed := wheel.joint.speed) is not None]
+    return min(limit for limit in limits if limit[1] < NO_LIMIT)[1]
 
 
 def max_turn_deg(plan: Plan) -> float:
