@@ -278,7 +278,8 @@ class _Tables:
         """Return rows of time, x, y and heading, shape (N, 4)."""
         if columns is None:
             return None
-        table = self._table(columns)
+        headed = [columns.heading, columns.heading_deg, *(columns.quaternion or ())]
+        table = self._filled(columns, columns.x, columns.y, *headed)
         turned = (
             _angle(table, columns, "heading") if columns.quaternion is None else headings(table, columns.quaternion)
         )
@@ -288,7 +289,7 @@ class _Tables:
         """Return rows of time, forward, turn and, if it is given, left, shape (N, 3 or 4)."""
         if columns is None:
             return np.zeros((0, 3))
-        table = self._table(columns)
+        table = self._filled(columns, columns.forward, columns.left, columns.turn, columns.turn_deg)
         lateral = [] if columns.left is None else self._lengths(table, columns.left)
         return self._rows(
             columns, table, *self._lengths(table, columns.forward), _angle(table, columns, "turn"), *lateral
@@ -300,7 +301,7 @@ class _Tables:
         """Return sightings in order of time, and the landmark of each; None for an empty name."""
         if spec is None:
             return [], None
-        table = self._table(spec)
+        table = self._filled(spec, spec.range, spec.bearing, spec.bearing_deg)
         names = None if spec.name is None else [(word and _plain(word)) or None for word in table.words(spec.name)]
         columns = self._times(spec, table), *self._lengths(table, spec.range), _angle(table, spec, "bearing")
         if len(bad := np.flatnonzero(columns[1] <= 0.0)):
@@ -332,7 +333,7 @@ class _Tables:
         """Return inertial readings in order of time."""
         if spec is None:
             return []
-        table = self._table(spec)
+        table = self._filled(spec, *spec.acceleration, *(spec.turn or spec.turn_deg or ()))
         turn, unit = (spec.turn, 1.0) if spec.turn is not None else (spec.turn_deg or (), math.pi / 180.0)
         columns = [table.column(name) for name in spec.acceleration] + [unit * table.column(name) for name in turn]
         rows = self._rows(spec, table, *columns)
@@ -362,6 +363,15 @@ class _Tables:
                 raise UsageError(f"'{spec.file}' leaves the folder of the description; put the table beside it")
             self._read[key] = read_csv(path, skip=spec.skip, notes=self._notes)
         return self._read[key]
+
+    def _filled(self, spec: _Table, *names: str | int | None) -> CsvTable:
+        """Return the rows of a table with a time and a value in each of some columns; others are noted."""
+        table = self._table(spec)
+        needed = [spec.time, *(name for name in names if name is not None)]
+        kept = table.filled(needed)
+        if left := len(table.rows) - len(kept.rows):
+            self._notes[f"rows of {spec.file} without {', '.join(map(str, needed))} left out"] = str(left)
+        return kept
 
     def _lengths(self, table: CsvTable, *names: str | int) -> list[Array]:
         """Return columns of lengths [m] or velocities [m/s]."""

@@ -16,8 +16,10 @@ from mjsim.logs.text import LARGEST, left_out_cut, lines_of
 
 DECIMAL = re.compile(r"[-+]?\d*,\d+(e[-+]?\d+)?", re.IGNORECASE)
 """A number with a decimal comma."""
+BLANK = ("", "nan")
+"""What other programs write for a value that they do not have."""
 SEPARATOR_LINE = re.compile(r"sep=([;,\t|])", re.IGNORECASE)
-SEPARATORS = (";", "\t", ",")
+SEPARATORS = (";", "\t", "|", ",")
 """Column separators, tried in this order before white space. Unless it is a comma, numbers may have decimal commas."""
 
 
@@ -61,6 +63,21 @@ class CsvTable:
                 raise UsageError(f"{self.path}:{line}: {problem}"[:LONGEST_MESSAGE]) from None
             found.append((when if when.tzinfo else when.replace(tzinfo=UTC)).timestamp())
         return np.array(found)
+
+    def filled(self, names: Sequence[str | int]) -> "CsvTable":
+        """Return the rows that have a value in each of some columns; NaN is none.
+
+        Raises:
+            UsageError: There are none.
+        """
+        columns = [self._index(name) for name in names]
+        kept = [k for k, row in enumerate(self.rows) if not any(row[column].lower() in BLANK for column in columns)]
+        if not kept:
+            named = ", ".join(self.names[column] for column in columns)
+            raise UsageError(f"'{self.path}' holds no row with values of {named}"[:LONGEST_MESSAGE])
+        if len(kept) == len(self.rows):
+            return self
+        return replace(self, rows=[self.rows[k] for k in kept], lines=[self.lines[k] for k in kept])
 
     def words(self, name: str | int) -> list[str]:
         """Return the words of a column."""
@@ -151,7 +168,10 @@ def read_csv(path: Path, *, skip: int = 0, notes: dict[str, str] | None = None) 
         given = _words([comment], separator)[0] if comment else []
         names = given if len(given) == len(rows[0]) else [str(k + 1) for k in range(len(rows[0]))]
     else:
-        rows, lines = rows[1:], lines[1:]
+        rows, lines = _below_names(path, rows[1:], lines[1:], notes)
+    if all(len(row) == len(names) + 1 and not row[-1] for row in rows):
+        # Small loggers end each value with the separator, but not each name.
+        rows = [row[:-1] for row in rows]
     if len(rows) > 1 and len(rows[-1]) < len(names) and left_out_cut(path, last, notes):
         rows, lines = rows[:-1], lines[:-1]
     for number, row in zip(lines, rows, strict=True):
@@ -164,6 +184,17 @@ def read_csv(path: Path, *, skip: int = 0, notes: dict[str, str] | None = None) 
     if not rows:
         raise UsageError(f"'{path}' holds no rows, only names of columns")
     return CsvTable(path, names, rows, lines)
+
+
+def _below_names(
+    path: Path, rows: Sequence[list[str]], lines: list[int], notes: dict[str, str] | None
+) -> tuple[list[list[str]], list[int]]:
+    """Return the rows below the names of columns and their line numbers, without one of units, which is noted."""
+    first, following = (any(map(_is_number, row)) for row in rows[:2]) if len(rows) > 1 else (True, True)
+    if first or not following or notes is None:
+        return list(rows), lines
+    notes[f"line of {path.name} below the names of columns left out"] = ", ".join(rows[0])[:LONGEST_MESSAGE]
+    return list(rows[1:]), lines[1:]
 
 
 def _words(lines: Sequence[str], separator: str | None) -> list[list[str]]:

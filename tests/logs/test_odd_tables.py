@@ -196,3 +196,35 @@ def test_links_that_lead_in_a_circle_and_pipes_are_told(tmp_path):
     os.mkfifo(tmp_path / "odometry.csv")
     with pytest.raises(UsageError, match=r"cannot read '.*odometry\.csv': it is not a file; copy what it gives into"):
         mjsim.import_log(description)
+
+
+ROWS = DRIVEN.splitlines()[1:]
+
+
+@pytest.mark.parametrize(
+    ("table", "note"),
+    [
+        (DRIVEN.replace(",", "|"), {}),
+        ("t,x,y,yaw\n" + "".join(f"{row},\n" for row in ROWS), {}),
+        (
+            "t,x,y,yaw\ns,m,m,rad\n" + "\n".join(ROWS),
+            {"line of odometry.csv below the names of columns left out": "s, m, m, rad"},
+        ),
+        # Several sensors in one table, each with rows of its own.
+        (
+            "t,x,y,yaw,range\n" + "".join(f"{row},\n{row.partition(',')[0]},,,NaN,7\n" for row in ROWS),
+            {"rows of odometry.csv without t, x, y, yaw left out": "20"},
+        ),
+    ],
+)
+def test_tables_of_other_programs_are_the_same_table(table, note, tmp_path):
+    write(tmp_path, odometry=table)
+    run = mjsim.import_log(tmp_path / "log.yaml")
+    assert way(run) == pytest.approx(0.95)
+    assert {fact: value for fact, value in run.metadata.items() if "odometry.csv" in fact} == note
+
+
+def test_a_table_without_a_value_in_a_column_that_is_needed_is_one_line(tmp_path):
+    write(tmp_path, odometry="t,x,y,yaw\n" + "".join(f"{k},,0,0\n" for k in range(9)))
+    with pytest.raises(UsageError, match=r"odometry\.csv' holds no row with values of t, x, y, yaw$"):
+        mjsim.import_log(tmp_path / "log.yaml")

@@ -116,7 +116,7 @@ def test_a_fault_in_a_description_is_one_line(old, new, said, tmp_path, capsys):
     ("content", "said"),
     [
         ("t;x;y;yaw\n1;2;3\n", r"odometry\.csv:2: 3 values; the table has 4 columns"),
-        ("t;x;y;yaw\n1;2;nan;4\n", r"odometry\.csv:2: y is 'nan'; it must be a finite number"),
+        ("t;x;y;yaw\n1;2;inf;4\n", r"odometry\.csv:2: y is 'inf'; it must be a finite number"),
         ("t;x;y;yaw\n", "holds no rows, only names of columns"),
         ("", "holds no rows"),
         ("t;x;y;yaw\n" + "9" * 200_000 + ";2;3;4\n", "is not a table with the separator ';': field larger"),
