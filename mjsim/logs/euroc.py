@@ -127,7 +127,10 @@ def _imu(folder: Path, notes: dict[str, str]) -> tuple[Mount, list[ImuReading]]:
 
 def _poses(folder: Path, notes: dict[str, str]) -> Array:
     """Return rows of time and pose of the body, shape (N, 8)."""
-    table = read_csv(folder / "data.csv", notes=notes)
+    whole = read_csv(folder / "data.csv", notes=notes)
+    table = whole.filled(range(1, 9))
+    if left := len(whole.rows) - len(table.rows):
+        notes[f"rows of {folder.name}/data.csv without a pose left out"] = str(left)
     rows = np.column_stack([table.column(k) for k in (1, 2, 3, 4, 6, 7, 8, 5)])
     rows = rows[np.argsort(rows[:, 0], kind="stable")]
     rows[:, 0] *= NANOSECOND

@@ -15,6 +15,7 @@ from mjsim.logs.log import Log, Wishes, record_logs
 from mjsim.logs.rgbd import is_rgbd, read_rgbd
 from mjsim.logs.text import lines_of
 from mjsim.logs.usable import require_motion, usable
+from mjsim.output import require_free
 from mjsim.record import Recording, is_mcap
 from mjsim.world import Run, step_misfit
 
@@ -87,7 +88,7 @@ def import_log(
     path, wishes = Path(source), wishes or Wishes()
     if not path.exists():
         raise UsageError(f"no file or folder '{path}'")
-    _require_possible(path, wishes, record)
+    _require_possible(path, wishes, record, overwrite=overwrite)
     if path.is_dir() and (path / "Barcodes.dat").exists():
         _refuse(wishes, "MRCLAM", robots=True, landmarks=True)
         return _import_mrclam(path, wishes, record, progress, overwrite)
@@ -109,11 +110,14 @@ def import_log(
         return record_logs(logs, path, wishes, record=record, progress=progress, overwrite=overwrite)
 
 
-def _require_possible(path: Path, wishes: Wishes, record: str | Path | None) -> None:
-    """Refuse a recording that would replace a file of the log, and a rate that is not possible."""
+def _require_possible(path: Path, wishes: Wishes, record: str | Path | None, *, overwrite: bool) -> None:
+    """Refuse a recording that exists or would replace a file of the log, and a rate that is not possible."""
     place = None if record is None else Path(record).resolve()
     if place is not None and place.exists() and place.is_relative_to(path.resolve()):
         raise UsageError(f"'{record}' is a file of the log; name another file")
+    if record is not None:
+        # Before a long log is read.
+        require_free(Path(record), overwrite=overwrite)
     if wishes.rate_hz is not None and (misfit := step_misfit("a tick", wishes.rate_hz, Run().step)) is not None:
         raise UsageError(f"--rate: {misfit}")
 
@@ -126,6 +130,8 @@ def _unknown(path: Path, inside: Sequence[str]) -> str:
         return f"'{path}' holds {packed[0]}, packed by zstd, and no metadata.yaml that says so; unpack it (unzstd)"
     if inside:
         return f"'{path}' is a folder of logs; name one of them: {', '.join(inside)}"[:LONGEST_MESSAGE]
+    if path.is_dir() and not any(path.iterdir()):
+        return f"'{path}' is an empty folder"
     if path.is_file() and not path.stat().st_size:
         return f"'{path}' is empty"
     if path.is_file() and (cut := _cut(path)):

@@ -1,5 +1,6 @@
 """Pictures of a log in separate files, and the list with their times."""
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -14,6 +15,8 @@ from mjsim.logs.text import left_out_cut, lies_in, lines_of
 from mjsim.models import any_picture_size
 from mjsim.record import LoggedFrame, filed_frame
 
+SEPARATOR = re.compile(r"\s*,\s*|\s+")
+"""Between the time and the path of a picture."""
 SAMPLED = 9
 """Number of pictures of a camera whose sizes are compared."""
 
@@ -75,7 +78,8 @@ def _listed(
     files: list[Path] = []
     missing: list[str] = []
     for number, line in enumerate(lines, start=1):
-        words = line.partition("#")[0].strip().split(separator, maxsplit=1)
+        text = line.partition("#")[0].strip()
+        words = text.split(separator, maxsplit=1) if separator else SEPARATOR.split(text, maxsplit=1)
         if not any(words):
             continue
         try:
@@ -85,6 +89,9 @@ def _listed(
                 break
             raise UsageError(f"{path}:{number}: {line.strip()[:60]!r}; a line has a time and a path") from None
         file = path.parent / folder / name
+        if not file.is_file() and "\\" in name:
+            # A list that was written on Windows.
+            file = path.parent / folder / name.replace("\\", "/")
         if not np.isfinite(stamp) or not lies_in(file, path.parent):
             raise UsageError(f"{path}:{number}: {line.strip()[:60]!r}; the time is finite, the path in the folder")
         if not file.is_file():

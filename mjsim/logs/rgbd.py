@@ -195,7 +195,7 @@ def _truth(path: Path, notes: dict[str, str]) -> Array | None:
     file = path / "groundtruth.txt"
     if not file.is_file():
         return None
-    rows = read_table(file, (ANY_TIME, "x", "y", "z", "qx", "qy", "qz", "qw"), notes=notes)
+    rows = read_table(file, (ANY_TIME, "x", "y", "z", "qx", "qy", "qz", "qw"), gaps=True, notes=notes)
     rows = with_unit_quaternions(file, rows[np.argsort(rows[:, 0], kind="stable")])
     optical_from_body = np.linalg.inv(np.vstack([np.column_stack([AHEAD[:3, :3], np.zeros(3)]), [0.0, 0.0, 0.0, 1.0]]))
     for row in rows:

@@ -17,26 +17,39 @@ UNIT = 0.01
 
 
 def read_table(
-    path: Path, columns: Sequence[str], *, positive: Collection[str] = (), notes: dict[str, str] | None = None
+    path: Path,
+    columns: Sequence[str],
+    *,
+    positive: Collection[str] = (),
+    gaps: bool = False,
+    notes: dict[str, str] | None = None,
 ) -> Array:
     """Return the numbers of a file, one row per line, shape (N, columns), N at least 1.
 
-    Numbers are separated by white space. Empty lines and comments after '#' are skipped.
+    Numbers are separated by white space or commas. Empty lines, comments after '#' and a first line of names are
+    skipped.
 
     Args:
         path: A text file, compressed or not.
         columns: Name of each column, such as 'range'.
         positive: Columns whose values must be above 0.
-        notes: Metadata of the log. With it, a file that was cut is read up to there, which is noted.
+        gaps: Whether lines with NaN are left out, as of a tracker that lost its target.
+        notes: Metadata of the log. With it, a file that was cut is read up to there, which is noted, as gaps are.
 
     Raises:
         UsageError: The file cannot be read, is empty, or a line is invalid (the message has file and line).
     """
     rows: list[list[float]] = []
-    latest = -math.inf
+    latest, left_out, is_first = -math.inf, 0, True
     for number, line in enumerate(lines_of(path, notes), start=1):
-        words = line.partition("#")[0].split()
+        words = line.partition("#")[0].replace(",", " ").split()
         if not words:
+            continue
+        is_named, is_first = is_first and len(words) == len(columns) and not any(map(_is_number, words)), False
+        if is_named:
+            continue
+        if gaps and any(word.lower() == "nan" for word in words[1:]):
+            left_out += 1
             continue
         try:
             row = _row(words, columns, positive)
@@ -51,7 +64,17 @@ def read_table(
         rows.append(row)
     if not rows:
         raise UsageError(f"'{path}' holds no numbers; each line has {len(columns)}: {', '.join(columns)}")
+    if left_out and notes is not None:
+        notes[f"lines of {path.name} with NaN left out"] = str(left_out)
     return np.array(rows)
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
 
 
 def _row(words: Sequence[str], columns: Sequence[str], positive: Collection[str]) -> list[float]:

@@ -305,7 +305,7 @@ def test_files_that_are_not_there_or_hold_nothing_are_named(tmp_path):
 
 def test_the_command_tells_the_kind_of_a_log_by_its_files(tmp_path, capsys):
     write_victoria_park(tmp_path / "park", seconds=2.0)
-    output = tmp_path / "park.mcap"
+    output = tmp_path / "none.mcap"
     assert run_command("import-log", tmp_path / "park", "-o", output, "--rate", 12.5, "--range-noise", 0.5) == 0
     assert capsys.readouterr().out.strip() == str(output)
     recording = mjsim.read_recording(output)

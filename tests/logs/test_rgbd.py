@@ -287,3 +287,24 @@ def test_lines_of_a_folder_may_be_in_any_order(folder, tmp_path):
     for one, other in zip(shuffled.observations("robot"), ordered.observations("robot"), strict=True):
         assert [each.stamp for each in one.imu] == [each.stamp for each in other.imu]
     assert list(shuffled.pictures("robot", "camera")) == list(ordered.pictures("robot", "camera"))
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new"),
+    [
+        ("rgb.txt", " rgb/", ",rgb/"),
+        ("rgb.txt", " rgb/", " rgb\\"),
+        ("groundtruth.txt", " ", ","),
+        ("groundtruth.txt", "# ", ""),
+        ("groundtruth.txt", "# ", "0 nan nan nan nan nan nan nan\n# "),
+    ],
+)
+def test_lists_of_other_programs_are_the_same_lists(file, old, new, folder, tmp_path):
+    shutil.copytree(folder[0], tmp_path / "tum")
+    path = tmp_path / "tum" / file
+    rows = "".join(line for line in path.read_text().splitlines(True) if not line.startswith("# ground"))
+    path.write_text(rows.replace(old, new))
+    log, usual = mjsim.import_log(tmp_path / "tum"), mjsim.import_log(folder[0])
+    np.testing.assert_array_equal(log.robots["robot"].truth_pose, usual.robots["robot"].truth_pose)
+    assert list(log.pictures("robot", "camera")) == list(usual.pictures("robot", "camera"))
+    assert log.metadata.get("lines of groundtruth.txt with NaN left out") == ("1" if "nan" in new else None)
