@@ -151,7 +151,7 @@ def compare_tables(runs: Iterable[RunFigures], *, confidence: float = CONFIDENCE
             each interval is wider (Bonferroni).
 
     Raises:
-        UsageError: There are no runs, or a label has a seed twice.
+        UsageError: There are no runs, no robots in them, or a label has a seed twice.
     """
     runs_listed = tuple(runs)
     if not runs_listed:
@@ -160,6 +160,8 @@ def compare_tables(runs: Iterable[RunFigures], *, confidence: float = CONFIDENCE
         raise UsageError(f"confidence is {confidence:g}; it must be at least 0.5 and below 1")
     _require_once(runs_listed)
     groups = tuple(_group(label, robot, members) for label, robot, members in _members(runs_listed))
+    if not groups:
+        raise UsageError("no robot in these runs; only estimates of robots are compared")
     pairs = [pair for pair in itertools.combinations(groups, 2) if _comparable(groups, *pair)]
     each = 1.0 - (1.0 - confidence) / max(len(pairs), 1)
     differences = [
@@ -279,12 +281,11 @@ def _remarks(
     for group in groups:
         if group.failed:
             seeds = ", ".join(map(str, group.failed[:10])) + (", ..." if len(group.failed) > 10 else "")
-            reason = (
-                "1 run ended before its time and is"
-                if len(group.failed) == 1
-                else (f"{len(group.failed)} runs ended before their time and are")
-            )
-            yield f"{group.label}: {reason} left out (seed {seeds})"
+            if len(group.failed) == 1:
+                yield f"{group.label}: 1 run ended before its time and is left out (seed {seeds})"
+            else:
+                count = len(group.failed)
+                yield f"{group.label}: {count} runs ended before their time and are left out (seed {seeds})"
     if not pairs:
         yield "all runs have the same settings and differ only in their seed; there is nothing to compare"
     if len(pairs) > 1:

@@ -182,6 +182,8 @@ def test_a_label_with_a_seed_twice_and_no_runs_are_refused_in_a_line():
         compare_tables([*runs("a", [1.0]), *runs("a", [2.0])])
     with pytest.raises(UsageError, match="nothing to compare"):
         compare_tables([])
+    with pytest.raises(UsageError, match="no robot in these runs"):
+        compare_tables([RunFigures(label="gate", seed=1, robots={})])
 
 
 def test_runs_that_differ_only_in_their_seed_have_means_and_no_differences():

@@ -15,7 +15,13 @@ TABLE = re.compile(r'^  "([\w.]+)":\s+"(.*)",$', re.MULTILINE)
 PLACE = ROOT / "web" / "page" / "src" / "words"
 WORDS, SAID = (dict(TABLE.findall((PLACE / name).read_text("utf-8"))) for name in ("en_server.ts", "en_said.ts"))
 ELSEWHERE = (
-    *("report/comparison.py", "report/comparison_tables.py", "report/labels.py", "report/paired.py"),
+    *(
+        "report/comparison.py",
+        "report/consistency.py",
+        "report/comparison_tables.py",
+        "report/labels.py",
+        "report/paired.py",
+    ),
     *("run/falls.py", "run/pilot.py", "session/gate.py", "session/session.py", "world/items/reaching.py"),
     *("world/check/leading.py", "world/check/movers.py", "world/items/events.py"),
     *("world/edit/apart.py", "world/edit/changes.py", "world/edit/edited_text.py", "world/edit/singles.py"),

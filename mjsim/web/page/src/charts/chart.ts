@@ -190,7 +190,8 @@ export class Chart {
       legend: { show: false },
       padding: [6, 8, 0, 0],
       scales: {
-        x: { time: false },
+        // Of a single time, the axis would go to 100 s.
+        x: { time: false, range: (_plot, low, high) => [low, high === low ? low + 1 : high] },
         y: {
           ...(settings.logarithmic ? { distr: 4, asinh: 1 } : {}),
           range: (_plot, low, high) => this.range(low, high),

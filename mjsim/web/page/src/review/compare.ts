@@ -195,5 +195,7 @@ type Column = [time: number[], values: (number | null)[]];
 
 /** Columns on one clock: time, then one a column. */
 function joined(columns: Column[]): Parameters<Chart["show"]>[0] {
+  // Runs that ended early have no lines.
+  if (!columns.length) return [[]];
   return uPlot.join(columns as unknown as uPlot.AlignedData[]) as unknown as Parameters<Chart["show"]>[0];
 }

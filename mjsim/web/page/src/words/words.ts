@@ -24,15 +24,17 @@ interface Language {
 /** By their BCP 47 tags. */
 const LANGUAGES: Record<string, Language> = {
   en: { name: "English", share: 100 },
-  de: { name: "Deutsch", share: 16 },
+  de: { name: "Deutsch", share: 18 },
   "en-XA": { name: "Énglísh", share: 100 },
 };
 /** Shows what is in no table: for those who write the page, offered only where it was switched on by hand. */
 const FOR_DEVELOPERS = "en-XA";
 
+const wanted = chosen();
+// Without them the page is there in English.
+const others = wanted === "en" ? null : await (import(PROGRAM) as Promise<typeof import("./languages")>).catch(() => null);
 /** The tag of the language of the page. */
-export const language = chosen();
-const others = language === "en" ? null : ((await import(PROGRAM)) as typeof import("./languages"));
+export const language = others ? wanted : "en";
 const words: Record<string, string> = others?.tableOf(language, ENGLISH_WORDS) ?? ENGLISH_WORDS;
 document.documentElement.lang = language;
 
