@@ -1,6 +1,7 @@
 """SLAM with a lidar: matches scans to each other, and closes loops when the robot returns."""
 
 import math
+from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -15,8 +16,9 @@ from .level_scan import LevelLidar, LevelScan
 from .map_parts import Keyframe, PartsMap
 from .occupancy import OccupancyGrid, shown_grid
 from .odometry_bias import OdometryBias
+from .odometry_delay import SynchronousOdometry, retimed
 from .pose_graph import PoseGraph, compose
-from .recent_motion import SAME, RecentMotion
+from .recent_motion import SAME
 from .scan_odometry import ScanOdometry
 from .scan_search import MatchedPose, match_pose
 from .scan_walls import Surface, walls_of
@@ -80,12 +82,13 @@ class LidarSlam:
     def _begin(self, prior: Array, covariance: Array) -> None:
         """Reset everything to the start of the robot."""
         self._prior, self._newest = prior, (prior, covariance)
-        self._trajectory: list[tuple[float, int, Array]] = []
+        self._trajectory: list[tuple[float, float, int, Array]] = []
         self._reached: list[Array] = []
         self._bias = OdometryBias()
         rules = {"loop_distance": self._loop_distance, "loop_share": self._loop_share}
         self._map = PartsMap(prior, covariance, self._bias, **rules)
-        self._recent, self._by_scans = RecentMotion(), ScanOdometry()
+        self._odometry, self._by_scans = SynchronousOdometry(), ScanOdometry()
+        self._held, self._turn_since = deque[LevelScan](), 0.0
         self._squares, self._witnesses = WITNESSES * self._scale**2, WITNESSES
         self._shown, self._next_shown = tuple[Shown, ...](), 0.0
         self._rest()
@@ -127,22 +130,24 @@ class LidarSlam:
         if self._by_scans.is_needed(seen):
             walls = None if level_scan is None else walls_of(level_scan)
             seen = replace(seen, odometry=self._by_scans.update(seen, level_scan, walls))
-        forward, left, turn = seen.odometry.forward, seen.odometry.left, seen.odometry.turn
+        odometry = self._odometry.update(seen.odometry, seen.moment)
+        forward, left, turn = odometry.forward, odometry.left, odometry.turn
         moved = np.array([forward, left, turn])
         seconds = seen.dt if max(abs(forward), abs(left), abs(turn)) > STILL else 0.0
         self._raw_step = compose(self._raw_step, moved)
         self._driven, self._moving = self._driven + math.hypot(forward, left), self._moving + seconds
         self._step, F, G = self._motion(self._step, self._bias.corrected(moved, seconds))
-        self._step_covariance = F @ self._step_covariance @ F.T + G @ seen.odometry.covariance @ G.T
+        self._step_covariance = F @ self._step_covariance @ F.T + G @ odometry.covariance @ G.T
         x, y, turned = self._step.tolist()
         far = math.hypot(x, y) > self._distance or abs(turned) > self._turn
-        self._recent.move(seen.odometry, seen.moment)
+        level_scan = self._due(level_scan)
         if level_scan is not None and (far or not self.keyframes):
             walls = walls_of(level_scan) if walls is None else walls
-            self._extend(*self._from_now(level_scan, walls, seen.moment))
+            self._extend(level_scan, walls)
             self._map.work()
             self._newest = self._map.belief()
-        self._trajectory.append((seen.moment, len(self.keyframes) - 1, self._step))
+        true = self._odometry.time - self._odometry.delay.seconds
+        self._trajectory.append((seen.moment, true, len(self.keyframes) - 1, self._step))
         if self._show_every and seen.time >= self._next_shown:
             self._shown, self._next_shown = (shown_grid(self.grid()),), seen.time + self._show_every
         return self._belief()
@@ -155,12 +160,14 @@ class LidarSlam:
         # What the next scan of the map found against odometry came about on the way to it.
         ends = [compose(pose, reached) for pose, reached in zip(poses, self._reached, strict=False)]
         corrections = [target - end for target, end in zip(poses[1:-1], ends, strict=True)]
-        return [
-            (time, self._interpolated(poses[number], step, number, corrections))
-            for time, number, step in self._trajectory
+        found = [
+            self._interpolated(poses[number], step, number, corrections) for _, _, number, step in self._trajectory
         ]
+        times, true = np.array([entry[:2] for entry in self._trajectory]).reshape(-1, 2).T
+        final = retimed(times, true, found)
+        return [(time, Pose.from_array(pose)) for time, pose in zip(times.tolist(), final, strict=True)]
 
-    def _interpolated(self, last: Array, step: Array, number: int, corrections: Sequence[Array]) -> Pose:
+    def _interpolated(self, last: Array, step: Array, number: int, corrections: Sequence[Array]) -> Array:
         """Return a pose between two scans of the map.
 
         Args:
@@ -174,7 +181,7 @@ class LidarSlam:
             share = min(1.0, _size(step) / max(_size(self._reached[number]), 1e-9))
             x, y, heading = corrections[number].tolist()
             pose = pose + share * np.array([x, y, wrap_angle(heading)])
-        return Pose(float(pose[0]), float(pose[1]), wrap_angle(float(pose[2])))
+        return pose
 
     def grid(self, **keys: float) -> OccupancyGrid:
         """Return the map as a grid of odds; the keys are those of `OccupancyGrid`."""
@@ -183,17 +190,27 @@ class LidarSlam:
             grid.add(Pose.from_array(pose) @ keyframe.level_scan.robot_from_lidar, keyframe.level_scan.scan)
         return grid
 
-    def _from_now(self, level_scan: LevelScan, walls: Surface, time: float) -> tuple[LevelScan, Surface]:
+    def _due(self, level_scan: LevelScan | None) -> LevelScan | None:
+        """Return the newest scan of whose time there is odometry; later ones wait, with that of this tick."""
+        if level_scan is not None:
+            self._held.append(level_scan)
+        due = None
+        while self._held and self._odometry.time_of(self._held[0].scan.stamp) < self._odometry.time + SAME:
+            due = self._held.popleft()
+        return due
+
+    def _from_now(self, level_scan: LevelScan, walls: Surface) -> tuple[LevelScan, Surface]:
         """Return a scan and its walls in the frame of the robot now, if the scan is older than its motion."""
-        if level_scan.scan.stamp > time - SAME:
+        step = self._odometry.since(level_scan.scan.stamp)
+        if not step.any():
             return level_scan, walls
-        step, _ = self._recent.since(level_scan.scan.stamp)
         now_from_then = Pose.from_array(step).inverse()
         level_scan = replace(level_scan, robot_from_lidar=now_from_then @ level_scan.robot_from_lidar)
         return level_scan, walls.moved(now_from_then.as_array())
 
-    def _extend(self, level_scan: LevelScan, surface: Surface) -> None:
+    def _extend(self, level_scan: LevelScan, walls: Surface) -> None:
         """Match a scan, given its walls, to the last ones, and add it to the map."""
+        level_scan, surface = self._from_now(level_scan, walls)
         noise = self._scale**2 * self._step_covariance
         matched = MatchedPose(self._step, noise, noise, noise, np.eye(3))
         moved = self._raw_step, self._driven, self._moving
@@ -206,6 +223,7 @@ class LidarSlam:
             self._reached.append(self._step)
             self._check_turn(correction, matched)
             self._bias.learn(*moved, correction, noise, matched.covariance)
+            self._compare_turn(level_scan.scan.stamp, matched)
         self._map.add(level_scan, surface, matched, matched.follows @ self._bias.slopes(*moved))
         self._rest()
 
@@ -221,6 +239,14 @@ class LidarSlam:
             self._squares += correction[2] ** 2 / (by_sheet + by_scans)
             self._witnesses += 1.0
 
+    def _compare_turn(self, stamp: float, matched: MatchedPose) -> None:
+        """Let the delay of odometry be learnt from the turn of a step to a scan of some time [s]."""
+        before, self._turn_since = self._turn_since, self._odometry.turn_since(stamp)
+        turn = float(matched.pose[2]) + before - self._turn_since
+        by_sheet, by_scans = float(self._step_covariance[2, 2]), float(matched.own[2, 2])
+        variance = by_scans + min(1.0, self._squares / self._witnesses) * by_sheet + FLOOR[2] ** 2
+        self._odometry.delay.add(stamp, turn if by_scans < by_sheet else math.nan, self._moving, variance)
+
     def _slip(self) -> Array:
         """Return the covariance of the errors of odometry beyond its data sheet, shape (3, 3)."""
         distance = float(np.hypot(*self._step[:2]))
@@ -234,6 +260,10 @@ class LidarSlam:
         # Windows of matches have to be wide; since the last scan odometry errs by as much as scans have shown.
         by_odometry = max(1.0, self._squares / self._witnesses) * self._step_covariance
         covariance = F @ covariance @ F.T + G @ by_odometry @ G.T
+        if self._odometry.delay.seconds > 0.0:
+            step, step_covariance = self._odometry.overdue()
+            pose, F, G = self._motion(pose, step)
+            covariance = F @ covariance @ F.T + G @ step_covariance @ G.T
         return Estimate(Pose.from_array(pose), covariance, show=self._shown)
 
 

@@ -45,11 +45,22 @@ class RecentMotion:
         is the sum of those of odometry, which is valid while the robot turns little.
         """
         _, pose, total = self._track[-1]
-        then, known = self._at(time)
+        then, known = self.at(time)
         c, s = math.cos(then[2]), math.sin(then[2])
         dx, dy = pose[:2] - then[:2]
         turn = wrap_angle(float(pose[2] - then[2]))
         return np.array([c * dx + s * dy, c * dy - s * dx, turn]), total - known
+
+    def velocity(self, window: float) -> Array:
+        """Return the mean velocity over the last seconds, in the robot's frame, shape (3,) [m/s, m/s, rad/s].
+
+        Args:
+            window: How many seconds.
+        """
+        (x, y, turn), _ = self.since(self._track[-1][0] - window)
+        # On an arc, the way leads half of the turn beside the heading at its end.
+        c, s = math.cos(0.5 * turn), math.sin(0.5 * turn)
+        return np.array([c * x + s * y, c * y - s * x, turn]) / window
 
     def to_now(self, sighting: Sighting) -> Sighting:
         """Return a sighting transformed to the newest pose; a current one is returned unchanged."""
@@ -57,8 +68,8 @@ class RecentMotion:
             return sighting
         return carried(sighting, *self.since(sighting.stamp))
 
-    def _at(self, time: float) -> tuple[Array, Array]:
-        """Return the pose at a time, shape (3,), and the sum of the covariances up to then (3, 3)."""
+    def at(self, time: float) -> tuple[Array, Array]:
+        """Return the pose by odometry at a time, shape (3,), and the sum of the covariances up to then (3, 3)."""
         later = None
         for entry in reversed(self._track):
             if entry[0] <= time:

@@ -241,10 +241,10 @@ def world(
     return f"mjsim: 1\nname: {name}\nwalls:\n" + "\n".join(lines) + "\n" + (f"obstacles:\n{found}" if found else "")
 
 
-def driven(room: mjsim.World, points: Sequence[tuple[float, float]], *, speed: float, seed: int) -> Drive:
-    """Return a drive of the robot `scout` through a world, along points."""
+def driven(room: mjsim.World, navigator: Waypoints, *, seed: int) -> Drive:
+    """Return a drive of the robot `scout` through a world."""
     told, rows, still = Told(), list[tuple[float, Array, Array]](), 0
-    driver = mjsim.Driver(estimator=told, navigator=Waypoints(points, speed=speed), avoidance=True)
+    driver = mjsim.Driver(estimator=told, navigator=navigator, avoidance=True)
     with mjsim.Simulation(room, seed=seed) as sim:
         for tick in mjsim.ticks(sim, {"scout": driver}):
             told.pose = tick.truth["scout"]
@@ -371,7 +371,7 @@ def main() -> None:
         for seed in range(1, given.seeds + 1):
             building = buildings()[name]
             room = mjsim.parse_world(building.text + ROBOT.replace("AT", str(list(building.start))))
-            drive = driven(room, building.points, speed=SPEED, seed=seed)
+            drive = driven(room, Waypoints(building.points, speed=SPEED), seed=seed)
             for kind in given.odometry:
                 with tempfile.TemporaryDirectory() as folder, threadpool_limits(1, user_api="blas"):
                     log = (given.keep or Path(folder)) / f"{name}-{kind}-{seed}.log"
