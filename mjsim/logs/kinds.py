@@ -88,7 +88,7 @@ def import_log(
     path, wishes = Path(source), wishes or Wishes()
     if not path.exists():
         raise UsageError(f"no file or folder '{path}'")
-    _require_possible(path, wishes, record, overwrite=overwrite)
+    _require_possible(path, wishes, record)
     if path.is_dir() and (path / "Barcodes.dat").exists():
         _refuse(wishes, "MRCLAM", robots=True, landmarks=True)
         return _import_mrclam(path, wishes, record, progress, overwrite)
@@ -103,6 +103,9 @@ def import_log(
             raise UsageError(_unknown(path, inside))
         return import_log(path / inside[0], wishes=wishes, record=record, progress=progress, overwrite=overwrite)
     _refuse(wishes, kind.name, robots=kind.robots, landmarks=kind.landmarks, topics=kind.topics)
+    if record is not None:
+        # Before a long log is read.
+        require_free(Path(record), overwrite=overwrite)
     with ExitStack() as stack:
         logs = [usable(log) for log in kind.read(path, wishes, stack)]
         for log in logs:
@@ -110,14 +113,11 @@ def import_log(
         return record_logs(logs, path, wishes, record=record, progress=progress, overwrite=overwrite)
 
 
-def _require_possible(path: Path, wishes: Wishes, record: str | Path | None, *, overwrite: bool) -> None:
-    """Refuse a recording that exists or would replace a file of the log, and a rate that is not possible."""
+def _require_possible(path: Path, wishes: Wishes, record: str | Path | None) -> None:
+    """Refuse a recording that would replace a file of the log, and a rate that is not possible."""
     place = None if record is None else Path(record).resolve()
     if place is not None and place.exists() and place.is_relative_to(path.resolve()):
         raise UsageError(f"'{record}' is a file of the log; name another file")
-    if record is not None:
-        # Before a long log is read.
-        require_free(Path(record), overwrite=overwrite)
     if wishes.rate_hz is not None and (misfit := step_misfit("a tick", wishes.rate_hz, Run().step)) is not None:
         raise UsageError(f"--rate: {misfit}")
 

@@ -145,7 +145,7 @@ def test_an_impossible_run_is_an_error_before_it_starts(room, capsys, words, com
 def test_a_report_that_cannot_be_written_is_one_line(room, capsys):
     assert typed("run", "room.yaml", "-o", "run.mcap", capsys=capsys)[0] == 0
     code, _, err = typed("report", "run.mcap", "-o", "/proc/none", capsys=capsys)
-    assert (code, err) == (2, "cannot write '/proc/none/statistics.json': No such file or directory\n")
+    assert (code, err) == (2, "cannot write '/proc/none': No such file or directory\n")
 
 
 def test_what_is_no_recording_is_told_in_one_line(room, capsys):

@@ -305,14 +305,17 @@ def test_files_that_are_not_there_or_hold_nothing_are_named(tmp_path):
 
 def test_the_command_tells_the_kind_of_a_log_by_its_files(tmp_path, capsys):
     write_victoria_park(tmp_path / "park", seconds=2.0)
-    output = tmp_path / "none.mcap"
+    output = tmp_path / "park.mcap"
     assert run_command("import-log", tmp_path / "park", "-o", output, "--rate", 12.5, "--range-noise", 0.5) == 0
     assert capsys.readouterr().out.strip() == str(output)
     recording = mjsim.read_recording(output)
     assert len(recording.time) == 25
     assert recording.world.robots[0].sensors[0].noise.range == 0.5
     (tmp_path / "none").mkdir()
-    assert run_command("import-log", tmp_path / "none", "-o", output) == 2
+    assert run_command("import-log", tmp_path / "none", "-o", tmp_path / "none.mcap") == 2
+    assert "none' is an empty folder" in capsys.readouterr().err
+    (tmp_path / "none" / "notes.txt").write_text("The floor was wet.\n")
+    assert run_command("import-log", tmp_path / "none", "-o", tmp_path / "none.mcap") == 2
     assert "is not a supported log; give a folder of MRCLAM (Barcodes.dat)" in capsys.readouterr().err
     assert run_command("import-log", tmp_path / "park", "-o", output, "--known-map") == 2
     assert "Victoria Park has no known map; leave out --known-map" in capsys.readouterr().err
