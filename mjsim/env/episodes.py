@@ -187,7 +187,7 @@ class Episodes:
         ]
         for name, places in self._places.items():
             pose = places.draw(stream(seed, name, "environment/start"), taken)
-            self.sim.move(name, pose)
+            self.sim.move(name, pose, anywhere=True)
             taken.append((pose.x, pose.y, self.sim.robots[name].radius))
 
     def _robot_info(self, name: str) -> RobotInfo:

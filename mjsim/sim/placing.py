@@ -8,6 +8,29 @@ import numpy as np
 
 from mjsim.geometry import Array
 
+DEEP = 1e-3
+"""Allowed overlap of a placed object with others [m]."""
+
+
+def held_by(model: mujoco.MjModel, data: mujoco.MjData, own: int) -> str | None:
+    """Return the object inside which the parts of a root body are; None if there is none, such as on the floor."""
+    for contact in data.contact[: data.ncon]:
+        if contact.dist < -DEEP:
+            roots = model.body_rootid[model.geom_bodyid[contact.geom]].tolist()
+            for geom, root in zip(contact.geom.tolist(), roots, strict=True):
+                if own in roots and root != own and (name := _called(model, geom, root)):
+                    return name
+    return None
+
+
+def _called(model: mujoco.MjModel, geom: int, root: int) -> str:
+    """Return how a message calls the object of a geom, '' for the floor."""
+    kind, _, rest = (model.body(root).name if root else model.geom(geom).name).partition("/")
+    if kind not in ("obstacle", "door", "wall"):
+        return f"'{kind}'" if root else ""
+    rest = rest.rpartition("/")[0] if kind == "wall" else rest
+    return f"{kind}s[{int(rest) - 1}]" if rest.isdigit() else f"{kind} '{rest}'"
+
 
 def put_down(
     model: mujoco.MjModel,

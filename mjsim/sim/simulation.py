@@ -211,13 +211,16 @@ class Simulation(Closes):
         """
         return self._robot(robot).identities(self.tick)
 
-    def move(self, name: str, pose: Pose) -> None:
-        """Put a robot or a movable obstacle at rest at a pose, also inside a wall; odometry does not measure the move.
+    def move(self, name: str, pose: Pose, *, anywhere: bool = False) -> None:
+        """Put a robot or a movable obstacle at rest at a pose; odometry does not measure the move.
 
         Raises:
-            UsageError: The name does not exist, or the pose is out of bounds.
+            UsageError: The name does not exist, or the pose is out of bounds or, unless `anywhere`, inside something.
         """
-        self._happen(move=name, to=(pose.x, pose.y), heading_deg=math.degrees(pose.heading))
+        keys: dict[str, object] = {"move": name, "to": (pose.x, pose.y), "heading_deg": math.degrees(pose.heading)}
+        if not anywhere:  # There, contacts would throw it out in the next steps.
+            self._script.require_room(event_from({"time": self.time, **keys}))
+        self._happen(**keys)
 
     def open_door(self, name: str, angle: float = math.pi / 2) -> None:
         """Start to open a door to an angle, positive to the left side of its wall [rad].
@@ -240,11 +243,7 @@ class Simulation(Closes):
         self._happen(light=level)
 
     def set_lamp(self, name: str, brightness: float) -> None:
-        """Switch or dim a lamp; 0 is off.
-
-        Raises:
-            UsageError: The lamp does not exist, or the brightness is out of bounds.
-        """
+        """Switch or dim a lamp, 0 is off; raises UsageError if there is none, or the brightness is out of bounds."""
         self._happen(lamp=name, brightness=brightness)
 
     def set_noise(self, key: str, value: float) -> None:

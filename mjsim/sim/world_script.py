@@ -14,7 +14,7 @@ from mjsim.sim.actuation import Actuation
 from mjsim.sim.arms import ArmAtWork
 from mjsim.sim.joints import Joints
 from mjsim.sim.movers import Movers
-from mjsim.sim.placing import heading_of, put_down
+from mjsim.sim.placing import heading_of, held_by, put_down
 from mjsim.sim.scenery import Scenery
 from mjsim.sim.shoves import Shoves
 from mjsim.sim.streams import stream
@@ -52,9 +52,6 @@ if TYPE_CHECKING:
 
 EARLY = 1e-9
 """Tolerance by which a tick may precede the time of its event [s]."""
-DEEP = 1e-3
-"""Allowed overlap of a placed object with moving objects [m], as with static ones."""
-
 
 ArmOf = Callable[[str, str], ArmAtWork]
 Tune = Callable[[str, float], None]
@@ -341,15 +338,23 @@ class WorldScript:
 
     def _check_room(self, event: MoveEvent) -> None:
         """Raise UsageError if something would be placed inside a static object, or inside something currently there."""
-        message = misplaced(self._world, event)
-        if message is None and (found := self._obstacle_at(event)) is not None:
-            place = f"[{event.to[0]:g}, {event.to[1]:g}]"
-            message = f"'{event.move}' is placed at {place} inside {found}; move it to a free place"
-        if message is not None:
+        if (message := misplaced(self._world, event)) is not None:
             raise UsageError(message)
+        self._require_room(event)
+
+    def require_room(self, event: WorldEvent) -> None:
+        """Raise UsageError if a move names something that does not exist, or places it in something currently there."""
+        self._check(event)
+        if isinstance(event, MoveEvent):
+            self._require_room(event)
+
+    def _require_room(self, event: MoveEvent) -> None:
+        if (found := self._obstacle_at(event)) is not None:
+            place = f"[{event.to[0]:g}, {event.to[1]:g}]"
+            raise UsageError(f"'{event.move}' is placed at {place} inside {found}; move it to a free place")
 
     def _obstacle_at(self, event: MoveEvent) -> str | None:
-        """Return the moving or movable object inside which something would be placed; None if there is none."""
+        """Return the object inside which something would be placed; None if there is none, such as on the floor."""
         model = self._model
         trial = mujoco.MjData(model)
         mujoco.mj_copyData(trial, model, self._data)
@@ -358,13 +363,7 @@ class WorldScript:
                 self._put_down(due, trial)
         own = self._put_down(event, trial)
         mujoco.mj_fwdPosition(model, trial)
-        for contact in trial.contact[: trial.ncon]:
-            roots = model.body_rootid[model.geom_bodyid[contact.geom]].tolist()
-            other = next((root for root in roots if root not in (own, 0)), None)
-            if other is not None and own in roots and contact.dist < -DEEP:
-                kind, _, name = model.body(other).name.partition("/")
-                return f"{kind} '{name}'" if kind in ("obstacle", "door") else f"'{kind}'"
-        return None
+        return held_by(model, trial, own)
 
     def _body(self, name: str) -> str:
         """Return the body of a robot or an obstacle to push."""

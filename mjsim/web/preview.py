@@ -99,7 +99,7 @@ class _Set:
             if robot.base == "fixed":
                 continue
             place = Pose(robot.at[0], robot.at[1], math.radians(robot.heading_deg))
-            self._sim.move(robot.name, request.pose if robot.name == request.robot else place)
+            self._sim.move(robot.name, request.pose if robot.name == request.robot else place, anywhere=True)
         image = camera.frame(self._sim.data, 0.0).image
         return encoded(np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2BGR), dtype=np.uint8), ".jpg")
 

@@ -148,6 +148,18 @@ def test_a_movable_thing_that_is_taken_away_falls_out_of_nothing():
     assert (sim.truth("r").x, sim.truth("r").y) == pytest.approx((2.0, 5.0), abs=0.02)
 
 
+def test_nothing_is_moved_into_what_would_throw_it_out_unless_this_is_asked_for():
+    sim = hall()
+    before = sim.truth("r")
+    for place, inside in [((0.0, 3.0), r"walls\[0\]"), ((4.0, 3.0), "obstacle 'rack'"), ((6.0, 1.0), "obstacle 'ball'")]:
+        with pytest.raises(UsageError, match=f"'r' is placed at .* inside {inside}; move it to a free place"):
+            sim.move("r", Pose(*place, 0.0))
+        assert sim.truth("r") == before
+    sim.move("r", Pose(20.0, 20.0, 0.0))  # on the floor around the room
+    sim.move("r", Pose(0.0, 3.0, 0.0), anywhere=True)
+    assert sim.truth("r").x == pytest.approx(0.0)
+
+
 def test_what_is_not_there_is_named_with_its_fix():
     sim = hall()
     for call, message in [
