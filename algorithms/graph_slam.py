@@ -30,6 +30,7 @@ from .graph_refinement import Leg, MeasuredGraph, refined_poses
 from .held_frame import HeldFrame
 from .look_checks import LookChecks, PosedSighting
 from .odometry_errors import COUNT, OdometryErrors
+from .picture_errors import PictureErrors, each_of
 from .range_errors import RANGE_ERRORS, RangeErrors
 from .recent_motion import RecentMotion
 
@@ -66,6 +67,8 @@ class GraphSlam:
         turn_deg: float = 3.0,
         sighting_scale: float = 1.0,
         systematic: float = 1.0,
+        nod_deg: float = 0.15,
+        repeat: float = 0.5,
         frame: Literal["map", "start"] = "map",
     ) -> None:
         """Set the rules.
@@ -76,6 +79,10 @@ class GraphSlam:
             sighting_scale: Factor on the standard deviation of sightings.
             systematic: Distance over which systematic errors of odometry are assumed to equal its noise [m]; infinite
                 for none, also of ranges.
+            nod_deg: Pitch and roll of the robot at constant speed, standard deviation; they shift all sightings of one
+                picture.
+            repeat: Correlated part of the variance of a camera's sightings from image to image (0 to 1), times the
+                distance over which it is correlated [m].
             frame: What stays fixed if the rotation of the map relative to the start is corrected later: 'map' for the
                 published map and path, 'start' for the first pose (`held_frame`). The final path is in the frame of the
                 start.
@@ -92,6 +99,7 @@ class GraphSlam:
         self._gtsam: Any = gtsam
         self._distance, self._turn = distance, np.radians(turn_deg)
         self._scale, self._systematic, self._held = sighting_scale, systematic, frame == "map"
+        self._nod, self._repeat = math.radians(nod_deg), repeat
         self._step: Array = np.zeros(3)
         self._step_covariance: Array = np.zeros((3, 3))
         self._slopes: Array = np.zeros((3, COUNT))
@@ -106,6 +114,7 @@ class GraphSlam:
         self._common, self._ranges = gtsam.symbol("e", 0), gtsam.symbol("r", 0)
         self._motion = odometry_motion()
         self._recent = RecentMotion()
+        self._picture_errors = PictureErrors(robot, nod=self._nod, repeat=self._repeat)
         self._checks = LookChecks()
         self._names: dict[str, int] = {}
         self._places: dict[str, Array] = {}
@@ -153,8 +162,12 @@ class GraphSlam:
             self._range_errors.begin(named_sightings)
             self._range_errors.constraint(named_sightings, self._recent)
         named = [self._recent.to_now(each) for each in named_sightings]
-        if named and (far or not self._names):
-            self._extend(named, seen.time)
+        used = named if far or not self._names else []
+        self._picture_errors.move(moved, used)
+        if used:
+            covariances = each_of(self._picture_errors.covariance(used, scale=1.0))
+            used = [replace(each, covariance=R) for each, R in zip(used, covariances, strict=True)]
+            self._extend(used, seen.time)
         self._steps.append((seen.time, self._number, self._step, self._slopes))
         return self._belief()
 

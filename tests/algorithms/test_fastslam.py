@@ -7,7 +7,6 @@ import pytest
 
 from mjsim.algorithms.fastslam import ISLAND, FastSlam
 from mjsim.bench.slam_rooms import ROOMS, scores_in_room
-from tests.algorithms.test_shared_errors import nees_of_a_round
 from tests.algorithms.test_slam_estimators import ring_run
 
 
@@ -73,11 +72,3 @@ def test_there_is_a_whole_number_of_particles_on_each_island():
     for particles in (2, 19, 50, 61):
         _, belief, _ = ring_run(FastSlam(particles=particles), 3, steps=6)
         assert np.linalg.eigvalsh(belief.covariance)[0] > 0.0
-
-
-@pytest.mark.slow
-def test_a_nodding_camera_does_not_make_it_overconfident():
-    """Mean NEES over a circle among posters; 3 is ideal, a robot that is taken for level has 10 to 16."""
-    nodding = [nees_of_a_round(FastSlam(), seed).mean() for seed in range(2)]
-    level = [nees_of_a_round(FastSlam(nod_deg=0.0, repeat=0.0), seed).mean() for seed in range(2)]
-    assert max(nodding) < 6.0 < min(level)

@@ -9,6 +9,8 @@ from threadpoolctl import threadpool_limits
 
 from mjsim.algorithms.ekf_models import range_bearing
 from mjsim.algorithms.ekf_slam import EkfSlam, EkfSlamFilter, InvariantEkfSlamFilter, odometry_motion
+from mjsim.algorithms.fastslam import FastSlam
+from mjsim.algorithms.graph_slam import GraphSlam
 from mjsim.algorithms.picture_errors import PictureErrors
 from mjsim.geometry import Pose, wrap_angle
 from mjsim.interface import Intrinsics, Observation, Odometry, SensorInfo, Sighting
@@ -62,6 +64,21 @@ def test_the_estimator_of_a_nodding_robot_is_consistent_and_that_which_holds_it_
         )
     assert np.mean((average > low) & (average < high)) > 0.9
     assert np.mean((level > low) & (level < high)) < 0.6 < np.median(level) / high
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("make", "most"), [(FastSlam, 0.4), (GraphSlam, 0.7)])
+def test_particles_and_graphs_of_a_nodding_robot_are_less_confident_than_those_that_hold_it_for_level(make, most):
+    """Of a graph the difference is smaller: its robust loss bounds what a sighting counts for."""
+    if make is GraphSlam:
+        pytest.importorskip("gtsam", reason="an extra")
+    with threadpool_limits(1, user_api="blas"):
+        nodding, level = (
+            np.mean([nees_of_a_round(make(nod_deg=assumed, repeat=0.5 if assumed else 0.0), seed) for seed in range(2)])
+            for assumed in (0.15, 0.0)
+        )
+    assert nodding < 3.0
+    assert nodding < most * level
 
 
 def test_a_robot_without_a_camera_is_taken_for_level():
