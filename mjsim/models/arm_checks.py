@@ -8,6 +8,8 @@ from mjsim.models.files import Element
 from mjsim.models.inertias import mend_inertias
 from mjsim.models.prefixes import with_prefixes
 
+FEATHER = 1e-12
+"""Mass of a link that weighs nothing: below errors of rounding [kg]."""
 UNFIT = ("breaks the triangle", "principal moment", "is no number")
 """Messages of MuJoCo about impossible inertias."""
 NUMBERS = {"mass", "value", "diaginertia", "fullinertia", "pos", "quat", "ixx", "iyy", "izz", "ixy", "ixz", "iyz"}
@@ -74,7 +76,7 @@ def _number(text: str) -> float:
 
 def checked_inertias(root: Element, path: str) -> list[str]:
     """Return notes on assumed masses; raise ArmFileError for an impossible inertia."""
-    notes = mend_inertias(root, path)
+    notes = mend_inertias(root, path, feather=FEATHER)
     for note in notes:
         if any(words in note for words in UNFIT):
             name = note.partition("'")[2].partition("'")[0]

@@ -24,19 +24,22 @@ ROUNDED = 1e-8
 LEAST_MOMENT = 2e-14
 """MuJoCo treats smaller moments as zero [kg m^2]."""
 DIGITS = ".9g"
-FEATHER, FEATHER_MOMENT = 1e-6, 1e-10
-"""Mass [kg] and moments of inertia [kg m^2] of a link that weighs nothing: MuJoCo takes nothing for unknown."""
+FEATHER = 1e-6
+"""Mass of a link that weighs nothing, as MuJoCo takes nothing for unknown [kg]."""
+FEATHER_SIZE = 1e-4
+"""Moments of inertia of such a link, relative to its mass [m^2]."""
 _URDF_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
-def mend_inertias(root: Element, path: str) -> list[str]:
+def mend_inertias(root: Element, path: str, *, feather: float = FEATHER) -> list[str]:
     """Repair masses and inertias in a model's text in place; return notes on what was done.
 
     Args:
         root: Tree of MJCF or URDF.
         path: Its file, for the notes.
+        feather: Mass of a link of URDF that weighs nothing [kg].
     """
-    return list(_mend_urdf(root, path) if root.tag == "robot" else _mend_mjcf(root, path))
+    return list(_mend_urdf(root, path, feather) if root.tag == "robot" else _mend_mjcf(root, path))
 
 
 def mend_weightless(root: Element, path: str) -> Iterator[str]:
@@ -80,7 +83,7 @@ def mended(inertia: Array) -> tuple[Array, str] | None:
     return None
 
 
-def _mend_urdf(root: Element, path: str) -> Iterator[str]:
+def _mend_urdf(root: Element, path: str, feather: float) -> Iterator[str]:
     heavy = {link.get("name", "?") for link in root.findall("link") if _weight_of(link) > 0.0}
     carried = _fixed_to(root, heavy)
     for link in root.findall("link"):
@@ -88,7 +91,7 @@ def _mend_urdf(root: Element, path: str) -> Iterator[str]:
         if name in carried:
             if (below := _weight_of(link)) < 0.0:
                 yield f"{path}: link '{name}' has a mass of {below:g} kg; it weighs nothing instead"
-            _lighten(link)
+            _lighten(link, feather)
             continue
         has = link.find("collision") is not None
         if inertial is None:
@@ -137,13 +140,13 @@ def _fixed_to(root: Element, heavy: Collection[str]) -> frozenset[str]:
     return frozenset(found.difference(heavy))
 
 
-def _lighten(link: Element) -> None:
+def _lighten(link: Element, feather: float) -> None:
     """Let a link weigh nothing, as URDF means it without a mass; by its shapes MuJoCo would give it one."""
     for inertial in link.findall("inertial"):
         link.remove(inertial)
     new = link.makeelement("inertial", {})
-    new.append(new.makeelement("mass", {"value": format(FEATHER, DIGITS)}))
-    moments = dict.fromkeys(("ixx", "iyy", "izz"), format(FEATHER_MOMENT, DIGITS))
+    new.append(new.makeelement("mass", {"value": format(feather, DIGITS)}))
+    moments = dict.fromkeys(("ixx", "iyy", "izz"), format(max(FEATHER_SIZE * feather, 5.0 * LEAST_MOMENT), DIGITS))
     new.append(new.makeelement("inertia", moments | dict.fromkeys(("ixy", "ixz", "iyz"), "0")))
     link.append(new)
 

@@ -251,3 +251,21 @@ def test_an_expression_of_xacro_in_place_of_a_number_is_named_with_its_line(tmp_
     with pytest.raises((UsageError, WorldError)) as caught:
         mjsim.arm(tmp_path / "lamp.urdf")
     assert "has '0 ${pi/2} 0' in 'rpy', an expression of xacro; write the number, or expand" in str(caught.value)
+
+
+LINK = """<link name="{name}"><inertial><origin xyz="0.3 0 0"/><mass value="2"/>
+  <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>"""
+
+
+def test_a_frame_without_mass_at_the_end_adds_nothing_to_the_torques(tmp_path):
+    # Arms of URDF end in such frames: tool0, or the flange.
+    links = [LINK.format(name="base"), LINK.format(name="arm"), '<link name="tool0"/>']
+    joints = [
+        '<joint name="turn" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/>'
+        '<limit lower="-2" upper="2" effort="9" velocity="2"/></joint>',
+        '<joint name="end" type="fixed"><parent link="arm"/><child link="tool0"/><origin xyz="0.8 0 0"/></joint>',
+    ]
+    (tmp_path / "a.urdf").write_text(f'<robot name="a">{"".join(links)}{"".join(joints)}</robot>')
+    found = mjsim.arm(tmp_path / "a.urdf")
+    assert found.links[0].mass == pytest.approx(2.0, abs=1e-11)
+    assert float(found.gravload(np.zeros(1))[0]) == pytest.approx(-2.0 * 9.81 * 0.3, abs=1e-10)
