@@ -16,6 +16,9 @@ LEAST = 0.02
 """Minimum jump of a clock back in time, of a topic whose stamps then do not ascend [s]."""
 AGREE = 3
 """Number of messages before and after a jump that must agree, so that a single wrong time is not a jump."""
+RECORDER = "the recorder"
+SLACK = 1e-6
+"""Rounding of times since 1970 [s]."""
 TRUSTED = 0.5
 """Minimum ratio of the recorder's time span to that of the headers for its clock to be trusted [1]."""
 
@@ -23,8 +26,14 @@ TRUSTED = 0.5
 class Clocks:
     """The clocks of the headers of each topic, compared with the clock of the recorder."""
 
-    def __init__(self) -> None:
-        """Start without jumps."""
+    def __init__(self, set_back: Sequence[tuple[float, float]] = ()) -> None:
+        """Start without jumps.
+
+        Args:
+            set_back: When the clock of the recorder was set back, and by how much: those of headers may have been, too;
+                its own times go on there [s].
+        """
+        self._set_back = set_back
         self._seen: dict[str, array[float]] = {}
         self._jumps: dict[str, tuple[list[float], list[float]]] = {}
 
@@ -61,12 +70,12 @@ class Clocks:
 
         The clocks are right in the longest time without a jump: some robots get the time only after they have started.
         """
-        notes: dict[str, str] = {}
+        notes = {f"clock of {RECORDER}": _set_back_note(self._set_back)} if self._set_back else dict[str, str]()
         ends: list[float] = []
         for topic, numbers in self._seen.items():
             pairs = np.array(numbers).reshape(-1, 2)
             recorded, stamps = pairs[np.argsort(pairs[:, 0], kind="stable")].T
-            rows, steps = _jumps(recorded, stamps)
+            rows, steps = _jumps(recorded, stamps, self._set_back)
             ends += [float(recorded[0]), float(recorded[-1])]
             if len(rows):
                 self._jumps[topic] = recorded[rows].tolist(), list(accumulate(steps.tolist(), initial=0.0))
@@ -79,6 +88,11 @@ class Clocks:
         return notes
 
 
+def _set_back_note(set_back: Sequence[tuple[float, float]]) -> str:
+    listed = ", ".join(f"{-back:+.2f} s" for _, back in set_back[:5])
+    return f"set back {len(set_back)} times ({listed}); times go on from there"
+
+
 def _longest(times: Sequence[float]) -> float:
     """Return the middle of the longest time between two times [s]."""
     ordered = np.sort(np.array(times))
@@ -86,21 +100,31 @@ def _longest(times: Sequence[float]) -> float:
     return float(ordered[row : row + 2].mean()) if len(ordered) else 0.0
 
 
-def _jumps(recorded: Array, stamps: Array) -> tuple[NDArray[np.intp], Array]:
+def _jumps(
+    recorded: Array, stamps: Array, set_back: Sequence[tuple[float, float]] = ()
+) -> tuple[NDArray[np.intp], Array]:
     """Return the messages before which a clock jumped, and the size of the jumps [s].
 
     Args:
         recorded: When messages were recorded, ascending, shape (N,) [s].
         stamps: In their headers, shape (N,) [s].
+        set_back: As in `Clocks`.
     """
     ahead = stamps - recorded
     rows, steps = [], []
-    for row in np.flatnonzero((np.abs(np.diff(ahead)) > JUMP) | (np.diff(stamps) < 0.0)) + 1:
+    candidates = set((np.flatnonzero((np.abs(np.diff(ahead)) > JUMP) | (np.diff(stamps) < 0.0)) + 1).tolist())
+    expected = {int(np.searchsorted(recorded, time - SLACK)): back for time, back in set_back}
+    for row in sorted(candidates | expected.keys()):
         before, behind = ahead[max(row - AGREE, 0) : row], ahead[row : row + AGREE]
+        if len(before) < AGREE or len(behind) < AGREE:
+            continue
         step = float(np.median(behind) - np.median(before))
-        least = LEAST if stamps[row] < stamps[row - 1] else JUMP
+        least = LEAST if 0 < row < len(stamps) and stamps[row] < stamps[row - 1] else JUMP
+        if abs(step + expected.get(row, np.inf)) < expected.get(row, 0.0) / 2.0:
+            # The recorder's clock was set back as much then.
+            least = LEAST
         spread = JUMP if abs(step) > JUMP else abs(step) / 2.0
-        whole = len(before) == len(behind) == AGREE and np.ptp(before) < spread and np.ptp(behind) < spread
+        whole = np.ptp(before) < spread and np.ptp(behind) < spread
         if whole and abs(step) > least:
             rows.append(int(row))
             steps.append(step)

@@ -107,7 +107,7 @@ class Contents:
 
     def __init__(self, bag: Bag, robots: Sequence[RobotTopics]) -> None:
         """Read the bag once, and again if clocks jumped."""
-        self._bag, self._clocks = bag, Clocks()
+        self._bag, self._clocks = bag, Clocks(bag.set_back)
         self._takes = self._roles(robots)
         self._shared = robots[0].shared
         self._needs_odometry = any(robot.odometry is None for robot in robots)

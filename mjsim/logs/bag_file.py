@@ -69,7 +69,8 @@ class Bag(Closes):
         """Open it."""
         self.path = path
         try:
-            from mjsim.logs.bag_reader import decoder_of, open_reader
+            from mjsim.logs.bag_order import going_on
+            from mjsim.logs.bag_reader import decoder_of, files_of, open_reader
         except ImportError as error:
             raise UsageError(
                 f"ROS bags need a package that is not installed ({error.name}): pip install 'mjsim[ros]'"
@@ -84,8 +85,10 @@ class Bag(Closes):
             self._reader, self.cut, self.misdescribed = open_reader(files, described=described)
             with parsing():
                 self.is_ros2, self._decode = decoder_of(self._reader)
+                self._reader, self.set_back = going_on(self._reader, files_of(self._reader))
         except BrokenBagError as error:
             raise UsageError(f"'{path}' is not a readable bag: {error}"[:LONGEST_MESSAGE]) from None
+        # `set_back`: when the clock of the recorder was set back, and by how much [s]; its times go on there.
         self.types: Mapping[str, str] = {each.topic: each.msgtype for each in self._reader.connections}
         """Topic -> name of its type, such as 'sensor_msgs/msg/LaserScan'."""
         self.counts: Counter[str] = Counter()

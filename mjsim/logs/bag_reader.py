@@ -110,6 +110,14 @@ def decoder_of(reader: Any) -> tuple[bool, Callable[[bytes, str], Any]]:
     return not is_ros1, store.deserialize_ros1 if is_ros1 else store.deserialize_cdr
 
 
+def files_of(reader: Any) -> list[Any]:
+    """Return the readers of the files of a bag."""
+    if isinstance(reader, _Joined):
+        return [file for part in reader.parts for file in files_of(part)]
+    storage = getattr(reader, "storage", reader)
+    return list(getattr(storage, "storages", [storage]))
+
+
 class _Schemas(dict[int, Any]):
     """Schemas of an MCAP file; those in languages other than ROS's, such as JSON, are empty."""
 

@@ -6,6 +6,7 @@ import pytest
 import mjsim
 from mjsim.geometry import Pose, Pose3
 from mjsim.logs.bag_clocks import Clocks
+from mjsim.logs.bag_order import set_backs
 from tests.bags import START, new_bag
 
 
@@ -72,3 +73,66 @@ def test_a_clock_that_is_set_right_after_the_start_or_wrong_before_the_end_is_th
     assert [scan.ranges[0] for scan in scans] == [1.0 + k for k in range(60)]
     np.testing.assert_allclose([scan.stamp + start for scan in scans], 0.1 * np.arange(60), atol=1e-3)
     assert run.metadata["/scan messages left out"] == "0"
+
+
+def _put_drive(bag, recorded: list[float], *, is_own: bool = True) -> None:
+    """Write odometry at 50 Hz, scans at 10 Hz, commands, and pictures once a second, by a clock at these times."""
+    for k, at in enumerate(recorded):
+        stamp = at if is_own else START + 0.02 * k
+        bag.put("/odom", at, bag.odometry(bag.header(stamp, "odom"), "base_link", Pose3(0.01 * k, *[0] * 5, 1)))
+        if k % 5 == 2:
+            far = np.full(5, 1.0 + k // 5)
+            bag.put("/scan", at + 0.004, bag.scan(bag.header(stamp + 0.003, "laser"), far, 0.0, 0.1, (0.1, 900.0)))
+        if k % 10 == 6:
+            twist = bag.make("geometry_msgs/Twist", linear=bag.xyz(1.0 + k // 10, 0, 0), angular=bag.xyz(0, 0, 0))
+            bag.put("/cmd_vel", at + 0.001, twist)
+        if k % 50 == 33:
+            picture = np.full((16, 16), k // 50, dtype=np.uint8)
+            bag.put("/eye/image_raw", at + 0.002, bag.image(bag.header(stamp + 0.001, "eye"), "mono8", picture))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("form", "back", "is_own"),
+    [
+        ("bag-lz4", 0.3, True),
+        ("sqlite", 0.3, True),
+        ("mcap", 0.3, True),
+        ("mcap-storage", 7.0, True),
+        ("bag", 0.3, False),
+    ],
+)
+def test_parts_do_not_mix_where_the_clock_of_the_recorder_was_set_back(form, back, is_own, tmp_path):
+    true = [START + 0.02 * k for k in range(600)]
+    path = tmp_path / ("run.bag" if form.startswith("bag") else "run")
+    with new_bag(path, form) as bag:
+        _put_drive(bag, [at - (back if k >= 250 else 0.0) for k, at in enumerate(true)], is_own=is_own)
+    run = mjsim.import_log(path)
+    assert run.metadata["clock of the recorder"] == f"set back 1 times (-{back:.2f} s); times go on from there"
+    seen = list(run.observations("robot"))
+    assert [each.scans["scan"].ranges[0] for each in seen if each.scans] == [1.0 + k for k in range(120)]
+    times = [each.scans["scan"].stamp for each in seen if each.scans]
+    np.testing.assert_allclose(np.diff(times), 0.1, atol=0.005)
+    moved = [each.odometry.forward for each in seen]
+    assert min(moved) >= 0.0
+    assert sum(moved) == pytest.approx(5.99, abs=0.05)
+    pictures = [image[0, 0, 0] for _, image in run.images("robot", "eye")]
+    assert pictures == list(range(12))
+    np.testing.assert_allclose(np.diff([stamp for stamp, _ in run.images("robot", "eye")]), 1.0, atol=0.01)
+
+
+def test_disorder_of_a_bag_sets_no_clock(tmp_path):
+    rng = np.random.default_rng(0)
+    true = START + 0.02 * np.arange(400)
+    late = np.where(np.arange(400) % 97 == 50, 0.3, 0.0)
+    orders = {
+        "late": np.argsort(true + late, kind="stable"),
+        "jitter": np.argsort(true + rng.uniform(0.0, 0.05, 400), kind="stable"),
+        # By topic, one after the other, as converters of data sets write.
+        "topics": np.argsort(np.arange(400) % 4, kind="stable"),
+        "pause": np.arange(400),
+    }
+    for name, order in orders.items():
+        topics = order % 4 if name == "topics" else order % 2
+        times = true[order] + (np.arange(400) > 200) * (5.0 if name == "pause" else 0.0)
+        assert set_backs(topics, times - START) == [], name
