@@ -39,7 +39,8 @@ class SaidSensor:
     """lidar, camera or imu."""
     name: str
     keys: Mapping[str, float] = field(default_factory=dict)
-    """Its properties: beams, fov_deg, nearest, farthest, rate_hz, noise, width, height."""
+    """Its properties: beams, fov_deg, middle_deg (of its fan, to the left), nearest, farthest, rate_hz, noise, width,
+    height."""
     at: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Position in the frame of the body [m]."""
     rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -322,6 +323,7 @@ def _gazebo_keys(sensor: Element) -> dict[str, float]:
         found |= {
             "beams": number_of(ray.findtext("scan/horizontal/samples")),
             "fov_deg": None if low is None or high is None else math.degrees(high - low),
+            "middle_deg": None if low is None or high is None else math.degrees(high + low) / 2,
             "nearest": number_of(ray.findtext("range/min")),
             "farthest": number_of(ray.findtext("range/max")),
             "noise": number_of(ray.findtext("noise/stddev")),

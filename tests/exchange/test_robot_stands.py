@@ -1,10 +1,11 @@
-"""What carries a robot from a file: casters of the file, and those that it lacks."""
+"""What a robot from a file stands on, casters of the file and those that it lacks, and where its lidar looks."""
 
 import pytest
 
 from mjsim.exchange import RobotOptions
 from mjsim.exchange.robots.frame import find_stand
 from mjsim.exchange.robots.gear import find_gear
+from mjsim.exchange.robots.mounts import find_mounts
 from mjsim.exchange.robots.preset import Plan, first_plan, speed_source
 from mjsim.models import anatomy_of, gather_robot
 from tests.exchange.odd_robots import box, joint, robot, tyre
@@ -13,15 +14,21 @@ BASE = box("0.5 0.4 0.2", mass=40.0, at="0 0 0.16")
 SPECK = '<collision><origin xyz="0 0 -0.1"/><geometry><box size="0.001 0.001 0.001"/></geometry></collision>'
 
 
-def plan_of(links: dict[str, str], joints: list[str], limit: str = "") -> Plan:
+SCANNER = """<gazebo reference="scanner"><sensor name="scan" type="gpu_lidar"><lidar><scan><horizontal>
+  <samples>{}</samples><min_angle>{}</min_angle><max_angle>{}</max_angle></horizontal></scan></lidar></sensor></gazebo>"""
+
+
+def plan_of(links: dict[str, str], joints: list[str], limit: str = "", more: str = "") -> Plan:
     """Return the preset of a robot on two wheels with other parts."""
     wheels = {"l": tyre(0.1, 0.03), "r": tyre(0.1, 0.03)}
     places = [("left", "l", 0.25), ("right", "r", -0.25)]
     held = [joint(name, "base", wheel, f'xyz="0 {y} 0.1"', more=limit) for name, wheel, y in places]
-    text = robot({"base": BASE, **wheels, **links}, [*held, *joints]).encode()
-    found = anatomy_of(gather_robot("r.urdf", lambda _: text))
+    text = robot({"base": BASE, **wheels, **links}, [*held, *joints, more]).encode()
+    files = gather_robot("r.urdf", lambda _: text)
+    found = anatomy_of(files)
     gear = find_gear(found, RobotOptions(), file="r.urdf", urdf=True)
-    return first_plan("r", "r.urdf", gear, find_stand(found, gear, acceleration=1.0), ())
+    stand = find_stand(found, gear, acceleration=1.0)
+    return first_plan("r", "r.urdf", gear, stand, find_mounts(found, stand, files.sensors))
 
 
 def test_a_box_of_a_millimetre_marks_a_frame_and_carries_nothing():
@@ -39,3 +46,19 @@ def test_a_caster_that_a_file_lacks_stands_below_the_base_not_below_an_arm():
 def test_the_limit_of_the_wheels_is_told_as_the_file_has_it():
     plan = plan_of({}, [], limit='<limit effort="9" velocity="7.46"/>')
     assert speed_source(plan) == "by the limits of its wheels, 7.46 rad/s"
+
+
+@pytest.mark.parametrize(
+    ("samples", "low", "high", "rpy", "yaw", "keys"),
+    [
+        (100, -0.5, 2.0, "0 0 0", 42.97, {"beams": 100, "fov_deg": 143.24}),
+        (100, -0.5, 2.0, "3.1415926 0 0", -42.97, {"beams": 100, "fov_deg": 143.24}),  # upside down
+        (360, 0.0, 6.2832, "0 0 0", 0.0, {"beams": 360, "fov_deg": 360.0}),
+        (1, 0.0, 0.0, "0 0 1.5707963", 90.0, {"beams": 2, "fov_deg": 0.1}),
+    ],
+)
+def test_a_lidar_looks_where_the_middle_of_its_fan_is(samples, low, high, rpy, yaw, keys):
+    hold = joint("hold", "base", "scanner", f'xyz="0.1 0 0.4" rpy="{rpy}"', kind="fixed")
+    (mount,) = plan_of({"scanner": ""}, [hold], more=SCANNER.format(samples, low, high)).mounts
+    assert mount.yaw_deg == pytest.approx(yaw, abs=0.01)
+    assert {key: mount.keys[key] for key in keys} == keys

@@ -27,6 +27,10 @@ LOWEST = {"lidar": 0.02, "camera": 0.02, "imu": -0.01}
 WIDTH, HEIGHT = 640, 480
 STEEP = 85.0
 """Cameras that look up or down more steeply are ignored [deg]."""
+ALL_AROUND = 355.0
+"""A lidar with a larger field of view sees all around [deg]."""
+NARROW = 0.1
+"""Field of view of a range finder with a single beam, for which mjsim has two [deg]."""
 RATES = (25.0, 12.5, 5.0, 2.5, 1.0)
 """Rates that divide the tick rate of 25 Hz [Hz]."""
 
@@ -77,10 +81,16 @@ def _described(anatomy: Anatomy, stand: Stand, sensors: tuple[SaidSensor, ...]) 
         if place is None:
             continue
         at = place.at + place.axes @ np.array(sensor.at)
-        ahead = place.axes @ _turn(sensor.rpy)[:, 0]
+        ahead = place.axes @ _turn(sensor.rpy) @ _turn((0.0, 0.0, _middle(sensor)))[:, 0]
         if sensor.kind == "imu":
             ahead = np.array([math.cos(stand.heading), math.sin(stand.heading), 0.0])
         yield _mount(stand, sensor.kind, _plain(sensor.name), at, ahead, _keys(sensor), f"described on '{sensor.link}'")
+
+
+def _middle(sensor: SaidSensor) -> float:
+    """Return where the middle of a lidar's fan is, in its own frame, to the left [rad]; 0 if it goes all around."""
+    around = sensor.kind != "lidar" or sensor.keys.get("fov_deg", 0.0) > ALL_AROUND
+    return 0.0 if around else math.radians(sensor.keys.get("middle_deg", 0.0))
 
 
 def _cameras(anatomy: Anatomy, stand: Stand) -> Iterator[SensorMount]:
@@ -140,7 +150,9 @@ def _keys(sensor: SaidSensor) -> dict[str, object]:
         if stated.get("beams", 0) >= 2:
             keys["beams"] = min(round(stated["beams"]), 1440)
         if stated.get("fov_deg", 0) > 0:
-            keys["fov_deg"] = 360.0 if stated["fov_deg"] > 355.0 else round(stated["fov_deg"], 2)
+            keys["fov_deg"] = 360.0 if stated["fov_deg"] > ALL_AROUND else round(stated["fov_deg"], 2)
+        if stated.get("beams") == 1:
+            keys |= {"beams": 2, "fov_deg": NARROW}
         nearest, farthest = stated.get("nearest", 0.1), stated.get("farthest", 10.0)
         if 0 <= nearest < farthest <= 200:
             keys["range"] = [nearest, farthest]
