@@ -17,6 +17,7 @@ from .consistency import chi_square_bounds as chi_square_bounds
 from .drawings import FORMATS as FORMATS
 from .drawings import drawing_files as drawing_files
 from .drawings import parse_formats as parse_formats
+from .drawings import plot_text as plot_text
 from .drawings import png_of as png_of
 from .drawings import require_formats as require_formats
 from .figures import FIGURES as FIGURES

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure as Drawing
 from mjsim.geometry import Array
 from mjsim.report.comparison import Compared, Comparison, Group, Series
 from mjsim.report.consistency import STATES, chi_square_bounds
+from mjsim.report.drawings import plot_text
 from mjsim.report.figures import FIGURES, ReportFigure
 from mjsim.report.over_time import FEW, mean_of, middle_of, shared_seed
 from mjsim.report.plots import GROUPS, TRUTH, scale_nees, sheet
@@ -45,7 +46,7 @@ def nees_plot(comparison: Comparison) -> Drawing | None:
     for color, width, group in _styled(comparison.groups):
         time, values = mean_of(list(group.series.values()), lambda series: series.nees)
         if len(time) and not group.no_nees:
-            axes.plot(time, values, color=color, lw=width, label=group.label)
+            axes.plot(time, values, color=color, lw=width, label=plot_text(group.label))
     averaged = "one run each" if count == 1 else f"averaged over up to {count} runs"
     axes.set(xlabel="time [s]", ylabel="NEES", title=f"Consistency, {averaged}")
     scale_nees(axes)
@@ -60,7 +61,7 @@ def path_plot(comparison: Comparison) -> Drawing | None:
     if seed is None:
         return None
     shown = [
-        (color, width, group.label, group.series[seed])
+        (color, width, plot_text(group.label), group.series[seed])
         for color, width, group in _styled(comparison.groups)
         if seed in group.series
     ]
@@ -104,7 +105,7 @@ def difference_plot(comparison: Comparison) -> Drawing | None:
     drawing = Drawing(figsize=(9.6, height), dpi=110, layout="constrained")
     panels = np.atleast_1d(drawing.subplots(len(pairs), 1, height_ratios=[3 + len(each) for each in own]))
     for axes, (first, second), each in zip(panels, pairs, own, strict=True):
-        axes.set_title(f"{second} less {first}", fontsize=10)
+        axes.set_title(plot_text(f"{second} less {first}"), fontsize=10)
         _draw_differences(axes, each)
     panels[-1].set_xlabel("mean difference of pairs [% of the first's mean]; grey: not decided")
     return drawing
@@ -143,11 +144,13 @@ def _draw_over_time(axes: Axes, groups: Sequence[Group], values: Callable[[Serie
         runs = list(group.series.values())
         if len(runs) <= FEW:
             for number, series in enumerate(runs):
-                axes.plot(series.time, values(series), color=color, lw=width, label=None if number else group.label)
+                axes.plot(
+                    series.time, values(series), color=color, lw=width, label=None if number else plot_text(group.label)
+                )
             continue
         time, (low, median, high) = middle_of(runs, values)
         axes.fill_between(time, low, high, color=color, alpha=0.15, lw=0)
-        label = f"{group.label}: median of {len(runs)}, nine of ten"
+        label = f"{plot_text(group.label)}: median of {len(runs)}, nine of ten"
         axes.plot(time, median, color=color, lw=width, label=label)
     return any(group.series for group in groups)
 
@@ -171,7 +174,7 @@ def _draw_boxes(axes: Axes, figure: ReportFigure, groups: Sequence[Group]) -> No
             capprops={"color": color},
         )
         axes.plot(values, row + rng.uniform(-0.16, 0.16, len(values)), ".", color=color, ms=4, alpha=0.6)
-    axes.set_yticks(range(len(groups)), [group.label for group in groups])
+    axes.set_yticks(range(len(groups)), [plot_text(group.label) for group in groups])
     axes.set_ylim(len(groups) - 0.4, -0.6)
     axes.set_xlabel(figure.heading)
     axes.grid(axis="x", color="#dddddd", lw=0.6)

@@ -46,6 +46,12 @@ def drawing_as(figure: "Figure", form: str) -> bytes:
     return buffer.getvalue()
 
 
+def plot_text(text: str) -> str:
+    """Return a text, such as a name of a file, that plots show as it is: not as a formula, nor left out of a legend."""
+    shown = text.replace("$", r"\$")
+    return f" {shown}" if shown.startswith("_") else shown
+
+
 def png_of(figure: "Figure") -> bytes:
     """Return a drawing as the contents of a PNG file."""
     return drawing_as(figure, "png")

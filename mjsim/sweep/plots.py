@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mjsim.geometry import Array
-from mjsim.report import GROUPS, MAP, ODOMETRY, STATES, chi_square_bounds, drawing_files, sheet
+from mjsim.report import GROUPS, MAP, ODOMETRY, STATES, chi_square_bounds, drawing_files, plot_text, sheet
 from mjsim.sweep.plan import SweepPlan
 from mjsim.sweep.summary import interval_of_mean
 from mjsim.sweep.table import Row
@@ -69,7 +69,7 @@ def settings_plot(plan: SweepPlan, rows: Sequence[Row]) -> Figure:
         ylabel="position error, rmse [m]", title=f"the estimate of each run, means and 95 % intervals ({_count(plan)})"
     )
     below.set(ylabel="position error, rmse [m]", xlabel=key or "", title="Odometry alone")
-    below.set_xticks(places, [json.dumps(value) if key else "all runs" for value in values])
+    below.set_xticks(places, [plot_text(json.dumps(value)) if key else "all runs" for value in values])
     below.set_xlim(-0.6, len(values) - 0.4)
     if groups != [""]:
         _legend(below)
@@ -171,7 +171,7 @@ def _stacked(runs: Sequence[Series], name: str) -> tuple[Array, Array]:
 
 def _label(case: Mapping[str, Any]) -> str:
     """Return the label of a case's settings, with the last two parts of each key."""
-    return ", ".join(f"{'.'.join(key.split('.')[-2:])} {json.dumps(value)}" for key, value in case.items())
+    return plot_text(", ".join(f"{'.'.join(key.split('.')[-2:])} {json.dumps(value)}" for key, value in case.items()))
 
 
 def _count(plan: SweepPlan) -> str:

@@ -1,6 +1,7 @@
 """Plots as PNG, PDF and SVG."""
 
 import re
+import shutil
 
 import cv2
 import numpy as np
@@ -10,7 +11,7 @@ from matplotlib.figure import Figure
 import mjsim
 from mjsim.cli import main
 from mjsim.report import write_comparison, write_report
-from mjsim.report.drawings import FORMATS, drawing_as, drawing_files, parse_formats
+from mjsim.report.drawings import FORMATS, drawing_as, drawing_files, parse_formats, plot_text, png_of
 
 ROOM = """
 mjsim: 1
@@ -77,7 +78,8 @@ def test_a_report_has_each_plot_in_each_format_and_its_page_has_them_all(recordi
 @pytest.mark.slow
 def test_a_report_of_vector_plots_alone_has_no_files_of_png(recording, tmp_path):
     write_report(recording[0], tmp_path / "report", formats=["svg"])
-    write_comparison(mjsim.compare([recording[1]]), tmp_path / "comparison", formats=["pdf"])
+    odd = shutil.copy(recording[1], tmp_path / r"cost $\frac{a$.mcap")
+    write_comparison(mjsim.compare([recording[1], odd]), tmp_path / "comparison", formats=["pdf"])
     assert {path.suffix for path in (tmp_path / "report").glob("scout_*")} == {".svg"}
     assert not list((tmp_path / "comparison").glob("*.png"))
 
@@ -106,3 +108,12 @@ def test_a_wrong_format_is_an_error_before_anything_is_read(tmp_path, capsys):
         main(["report", "none.mcap", "-o", str(tmp_path), "--formats", "jpg"])
     assert ended.value.code == 2
     assert capsys.readouterr().err == "no format 'jpg' for plots; did you mean 'png'?\n"
+
+
+@pytest.mark.parametrize("name", [r"cost $\frac{a$", "$x$", "_x", "5 $"])
+def test_a_name_of_a_file_is_drawn_as_it_is_and_stands_in_the_legend(name):
+    drawing = Figure(figsize=(2, 1))
+    axes = drawing.subplots()
+    axes.plot([0, 1], label=plot_text(name))
+    assert [text.get_text() for text in axes.legend().get_texts()] == [plot_text(name)]
+    assert png_of(drawing)
