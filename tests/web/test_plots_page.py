@@ -224,3 +224,19 @@ def test_an_axis_names_two_numbers_at_least_so_that_its_scale_can_be_read(browse
                 if len(labels) < 2:
                     few[chart.locator("strong").inner_text(), height] = labels
         assert few == {}
+
+
+def test_numbers_at_an_axis_differ_far_from_the_origin(browser, tmp_path):
+    far = ROOM.replace("[-2, -2], [2, -2], [2, 2], [-2, 2]", "[8998, -2], [9002, -2], [9002, 2], [8998, 2]")
+    far = far.replace("at: [0, 0]", "at: [9000, 0]").replace("[[1, 0], [1, 1]]", "[[9001, 0], [9001, 1]]")
+    with mjsim.Simulation(mjsim.parse_world(far), seed=1) as sim:
+        mjsim.run(sim, record=tmp_path / "run.mcap")
+    with Studio(tmp_path) as studio, page_at(browser, studio.url) as page:
+        page.add_init_script(f"({LABELS})()")
+        page.reload()
+        review = opened(page)
+        draw(review, X)
+        chart = review.locator(".plotter-chart .run-chart canvas")
+        page.wait_for_function(f"canvas => ({LABELS_OF})(canvas).length > 1", arg=chart.element_handle())
+        labels = chart.evaluate(LABELS_OF)
+        assert len(set(labels)) == len(labels)

@@ -5,6 +5,8 @@ import re
 import pytest
 from playwright.sync_api import expect
 
+from tests.sheet import sheet_of
+
 pytestmark = pytest.mark.slow
 
 ROOM = """\
@@ -102,3 +104,12 @@ def at_the_end_of(sheet, piece: str, back: int) -> None:
     column = line.inner_text().index(piece) + len(piece) - back
     for _ in range(column):
         sheet.page.keyboard.press("ArrowRight")
+
+
+def test_a_file_with_an_odd_name_is_offered_and_written_with_quotes(browser, tmp_path):
+    (tmp_path / "räum #2.yaml").write_text("mjsim: 1\n")
+    with sheet_of(browser, tmp_path, "mjsim: 1\ninclude: [\nname: room\n") as sheet:
+        at_the_end_of(sheet, "include: [", 0)
+        sheet.page.keyboard.type("rä")
+        sheet.page.locator(".cm-tooltip-autocomplete li").click()
+        sheet.reads('include: ["räum #2.yaml"')

@@ -70,6 +70,8 @@ export interface Handlers {
   select?(from: number, to: number): void;
 }
 
+/** Width of a digit at an axis [px]. */
+const LETTER = 6.4;
 /** Share of the values that a robust axis shows. */
 const MOST_SHOWN = 0.99;
 
@@ -201,7 +203,8 @@ export class Chart {
         axis({ size: 22, space: 48 }),
         // A quarter of the height: then two numbers stand at it at least, whatever lies between them.
         axis({
-          size: 44,
+          // As wide as the longest number, such as a UTM coordinate, but no narrower than small ones need.
+          size: (_plot, values) => 12 + LETTER * Math.max(5, ...(values ?? []).map((each) => String(each).length)),
           space: (_plot, _axis, _low, _high, room) => Math.min(22, room / 4),
           ...lines,
           values: (_plot, ticks) => ticks.map((tick) => this.label(tick)),
@@ -351,7 +354,7 @@ function bands(line: Line, k: number): uPlot.Band[] {
   return [{ series: [line.fillTo, k + 1], fill: () => line.fill?.() ?? "transparent" }];
 }
 
-/** A number as short as it can be. */
+/** A number without rounding errors; those of large numbers stay distinct. */
 function plain(value: number | null): string {
-  return value === null ? "" : String(Number(value.toPrecision(4)));
+  return value === null ? "" : String(Number(value.toPrecision(12)));
 }

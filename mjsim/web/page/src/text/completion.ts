@@ -27,6 +27,9 @@ const NAMING = [
 /** What stands for the word that is not yet whole, so that the text around it can be read. */
 const STAND_IN = "x__";
 
+/** What a text of YAML has quotes for, also within brackets: names of files may have anything. */
+const SIGNS = /[\s,#{}[\]"'&*!|>%@`]/;
+
 /** Where a cursor stands: the keys that lead to a mapping, and either its keys so far or the key of the value. */
 interface Place {
   above: Level[];
@@ -43,13 +46,13 @@ interface Place {
 /** Offers keys with unit, meaning and default, and values; asked for by typing or Ctrl+Space. */
 export function completion(book: SchemaBook, studio: Studio): Extension {
   const source = async (context: CompletionContext): Promise<CompletionResult | null> => {
-    const word = context.matchBefore(/[\w./-]*/);
+    const word = context.matchBefore(/[\p{L}\p{N}_./-]*/u);
     if (!word || (word.from === word.to && !context.explicit)) return null;
     const place = placeOf(context, word.from);
     const options = place ? await offered(place, book, studio) : [];
     const whole = options.some(({ label }) => label === word.text);
     if (!options.length || (whole && !context.explicit)) return null;
-    return { from: word.from, options, validFor: /^[\w./-]*$/ };
+    return { from: word.from, options, validFor: /^[\p{L}\p{N}_./-]*$/u };
   };
   return [
     autocompletion({ override: [source], icons: false, defaultKeymap: false }),
@@ -63,7 +66,7 @@ async function offered(place: Place, book: SchemaBook, studio: Studio): Promise<
   const values = async (levels: Level[]): Promise<Completion[]> => {
     const field = book.along(levels);
     const found = [...parts, ...(field ? await valuesOf(field, levels, studio) : [])];
-    return [...new Set(found)].map((label) => ({ label, type: "constant" }));
+    return [...new Set(found)].map((label) => ({ label, apply: SIGNS.test(label) ? JSON.stringify(label) : label, type: "constant" }));
   };
   if (valueOf) return values([...above, valueOf]);
   const known = above.at(-1)?.key === "drivers" ? driven(has, studio) : book.missing(above, has).map(keyOption);
