@@ -91,7 +91,7 @@ def _listed(metadata: Path) -> list[str]:
 def _write(recorded: RecordedRobots, folder: Path, storage: Storage, *, redraw: bool) -> None:
     from rosbags.rosbag2 import StoragePlugin, Writer
 
-    world = recorded.recording.world
+    world, is_log = recorded.recording.world, "log" in recorded.recording.metadata
     ros = RosWorld(world, recorded.infos)
     with Writer(folder, version=VERSION, storage_plugin=StoragePlugin[storage.upper()]) as writer:
         for key, value in {**recorded.recording.metadata, "seed": str(recorded.recording.seed)}.items():
@@ -102,7 +102,9 @@ def _write(recorded: RecordedRobots, folder: Path, storage: Storage, *, redraw: 
             bag.put(known, 0.0)
         for row, (time, ticks, pictures) in enumerate(_ticks(recorded)):
             for each in ros.messages(time, ticks, _joints(recorded.recording, row, time)):
-                bag.put(each, time)
+                # A log has no such rays: that they see nothing would clear a costmap.
+                if not (is_log and each.topic.name.endswith("/proximity") and each.message.range == np.inf):
+                    bag.put(each, time)
             for robot, camera, stamp in pictures:
                 named = ros.robots[robot]
                 if redraw:

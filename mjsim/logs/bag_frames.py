@@ -41,8 +41,8 @@ def matrix_of(position: Any, orientation: Any) -> Array:
     """
     values = np.array([orientation.x, orientation.y, orientation.z, orientation.w], dtype=float)
     place = np.array([position.x, position.y, position.z], dtype=float)
-    length = float(np.linalg.norm(values))
-    # Written so that NaN fails too.
+    # Written so that NaN fails too; the square of a huge number would overflow.
+    length = float(np.linalg.norm(values)) if (np.abs(values) < 2.0).all() else 0.0
     if not (np.abs(place) < FARTHEST).all() or not 0.5 < length < 2.0:
         raise ValueError(f"a pose of numbers {place.tolist()} and quaternion {values.tolist()}")
     return Pose3(*place.tolist(), *(values / length).tolist()).matrix()

@@ -2,6 +2,7 @@
 
 import math
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from mjsim.errors import UsageError
 from mjsim.geometry import Pose, Pose3
 from mjsim.logs import Wishes
 from mjsim.logs.bag_file import Bag as RosBag
+from mjsim.logs.bag_frames import matrix_of
 from tests.bags import START, new_bag, write_scans
 from tests.real_logs import run_command
 
@@ -346,3 +348,10 @@ def test_scans_of_a_lidar_whose_number_of_beams_varies_are_kept_and_point_where_
         np.testing.assert_allclose(scan.ranges, 1.0 + scan.angles(), atol=0.51 * 2.0 * math.pi / 446)
     assert run.metadata["/scan messages left out"] == "2"
     assert run.metadata["beams of scan"] == "5 scans have more or fewer; resampled to 455"
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_quaternion_of_huge_numbers_is_no_pose():
+    position, turned = SimpleNamespace(x=0.0, y=0.0, z=0.0), SimpleNamespace(x=0.0, y=0.0, z=1e300, w=1e300)
+    with pytest.raises(ValueError, match="a pose of numbers"):
+        matrix_of(position, turned)

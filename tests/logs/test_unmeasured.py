@@ -40,6 +40,7 @@ def test_what_an_inertial_sensor_does_not_measure_is_not_zero(missing, tmp_path,
     np.testing.assert_array_equal([each.turn for each in readings], [known["angular_velocity"]] * 40)
     with AnyReader([export_rosbag2(run, tmp_path / "again")]) as reader:
         (connection,) = (each for each in reader.connections if each.topic == "/robot/imu")
+        assert "/robot/proximity" not in reader.topics
         for _, _, data in reader.messages([connection]):
             told = reader.deserialize(data, connection.msgtype)
             for name in values:
