@@ -1,8 +1,11 @@
 """What a robot from a file stands on, casters of the file and those that it lacks, and where its lidar looks."""
 
+import re
+
 import pytest
 
-from mjsim.exchange import RobotOptions
+from mjsim import UsageError
+from mjsim.exchange import RobotOptions, bring_robot
 from mjsim.exchange.robots.frame import find_stand
 from mjsim.exchange.robots.gear import find_gear
 from mjsim.exchange.robots.mounts import find_mounts
@@ -62,3 +65,27 @@ def test_a_lidar_looks_where_the_middle_of_its_fan_is(samples, low, high, rpy, y
     (mount,) = plan_of({"scanner": ""}, [hold], more=SCANNER.format(samples, low, high)).mounts
     assert mount.yaw_deg == pytest.approx(yaw, abs=0.01)
     assert {key: mount.keys[key] for key in keys} == keys
+
+
+def test_missing_meshes_are_named_where_wheels_have_no_shape(tmp_path):
+    for place, says in [
+        (
+            "package://my_bot/wheel.stl",
+            "; package 'my_bot', which may show them, was not found: give --package my_bot=",
+        ),
+        ("wheel.stl", "; meshes that may show them are missing"),
+    ]:
+        mesh = f'<visual><geometry><mesh filename="{place}"/></geometry></visual>'
+        wheels = [joint(name, "base", name, f'xyz="0 {y} 0.1"') for name, y in (("l", 0.25), ("r", -0.25))]
+        (tmp_path / "r.urdf").write_text(robot({"base": BASE, "l": mesh, "r": mesh}, wheels))
+        with pytest.raises(UsageError, match=re.escape(says)):
+            bring_robot(tmp_path / "r.urdf", name="r", options=RobotOptions(), packages={}, arguments={})
+
+
+def test_a_package_that_a_xacro_file_includes_and_is_missing_is_named_without_more(tmp_path):
+    pytest.importorskip("xacro")
+    text = '<robot xmlns:xacro="https://github.com/ros/xacro" name="r"><xacro:include filename="$(find my_bot)/a.xacro"/></robot>'
+    (tmp_path / "r.xacro").write_text(text)
+    said = f"{tmp_path / 'r.xacro'} names the package 'my_bot', which was not found; give --package my_bot=DIR"
+    with pytest.raises(UsageError, match=f"^{re.escape(said)}$"):
+        bring_robot(tmp_path / "r.xacro", name="r", options=RobotOptions(), packages={}, arguments={})

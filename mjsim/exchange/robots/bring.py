@@ -88,7 +88,7 @@ def bring_robot(
     try:
         gear = find_gear(anatomy, options, file=str(path), urdf=robot.files.urdf)
     except UsageError as error:
-        raise UsageError(source.placed(str(error))) from None
+        raise UsageError(source.placed(str(error)) + _perhaps_missing(source, robot)) from None
     # Rollers belong to their wheels: they are neither casters nor fixed joints.
     anatomy, _ = without_rollers(anatomy)
     stand = find_stand(anatomy, gear, acceleration=MARGIN * ACCELERATION)
@@ -115,6 +115,15 @@ def bring_robot(
         *_about(path, report),
     ]
     return BroughtRobot(preset_text(plan, notes), files, report)
+
+
+def _perhaps_missing(source: RobotSource, robot: RobotFiles) -> str:
+    """Return what to add to an error about the wheels of a robot whose meshes are missing."""
+    if source.missing:
+        name = min(source.missing)
+        return f"; package '{name}', which may show them, was not found: give --package {name}=DIR"
+    left_out = next((note for note in robot.notes if note.startswith("left out: missing meshes")), "")
+    return "; meshes that may show them are missing" if left_out else ""
 
 
 def _check_size(path: Path, stand: Stand) -> None:

@@ -18,8 +18,8 @@ from mjsim.exchange.robots.xacro_eval import guarded
 from mjsim.models import with_prefixes
 from mjsim.syntax import parse_python
 
-SPACES = ("http://ros.org/wiki/xacro", "http://www.ros.org/wiki/xacro", "http://wiki.ros.org/xacro")
-"""Namespaces of xacro's elements."""
+SPACE = "xacro"
+"""Part of all namespaces that files give xacro's elements, such as http://ros.org/wiki/xacro."""
 MAX_BYTES = 8_000_000
 DEEPEST = 16
 """Maximum nesting of properties."""
@@ -115,7 +115,7 @@ def parsed(data: bytes, path: Path) -> ElementTree.Element:
 def _word(tag: str) -> str | None:
     """Return the name of a xacro element; None for other elements."""
     space, _, word = tag[1:].partition("}") if tag.startswith("{") else ("", "", tag)
-    return word if space in SPACES else None
+    return word if SPACE in space.lower() else None
 
 
 def _plain(root: ElementTree.Element, path: Path, arguments: Mapping[str, str]) -> bytes:
@@ -249,10 +249,13 @@ def _by_library(path: Path, feature: str, arguments: Mapping[str, str], find: Ca
             f" or expand the file: xacro {path.name} > robot.urdf"
         ) from None
 
+    absent: list[str] = []
+
     def package_folder(name: str) -> str:
         folder = find(name)
         if folder is None:
-            raise UsageError(f"{path} names the package '{name}', which was not found; give --package {name}=DIR")
+            absent.append(name)
+            raise UsageError(f"package '{name}' was not found")
         return str(folder)
 
     before = substitution_args._eval_find
@@ -260,9 +263,13 @@ def _by_library(path: Path, feature: str, arguments: Mapping[str, str], find: Ca
     try:
         with guarded(xacro, substitution_args):
             return bytes(xacro.process_file(str(path), mappings=dict(arguments)).toxml().encode())
-    except UsageError:
-        raise
     except Exception as error:
+        if absent:  # The library may have put the error of this into one of its own.
+            name = absent[-1]
+            message = f"{path} names the package '{name}', which was not found; give --package {name}=DIR"
+            raise UsageError(message) from None
+        if isinstance(error, UsageError):
+            raise
         # The library can raise any exception for an invalid file.
         reason = " ".join(str(error).split())[:200]
         raise UsageError(f"{path} is not valid xacro: {reason}; correct it") from None
