@@ -36,6 +36,11 @@ QUANTILE = 6.3
 """90 % quantile of chi-square with three degrees of freedom."""
 CORNERS = np.stack(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5]), axis=-1).reshape(-1, 3)
 """Of a cube of side 1 around the origin: where a cell of the lattice is tried at the next level."""
+MUCH = 0.4
+"""A match that explains this share of a scan is accepted near odometry."""
+KNOWN, ENOUGH = 0.85, 40
+"""One that explains less, too, if this share of the elements near older walls is on them, and at least so many: behind a
+door most of a scan is new."""
 FEWEST = 20
 """Minimum number of elements of a scan and of the walls for a comparison."""
 
@@ -62,9 +67,10 @@ def match_pose(
 ) -> MatchedPose:
     """Return the pose of a new scan in the frame of older walls from walls and odometry, with its covariance.
 
-    A match must explain much of the scan and be compatible with odometry. If there is none, the window is enlarged, and
-    a match that contradicts odometry is accepted only if most of the scan fits and the match is unambiguous. Competing
-    hypotheses of nearly equal likelihood increase the covariance. Without any match, the result is that of odometry.
+    A match must explain much of the scan, or of what it shows of older walls, and be compatible with odometry. If there
+    is none, the window is enlarged, and a match that contradicts odometry is accepted only if most of the scan fits and
+    the match is unambiguous. Competing hypotheses of nearly equal likelihood increase the covariance. Without any
+    match, the result is that of odometry.
 
     Args:
         scan: In its own frame.
@@ -79,7 +85,7 @@ def match_pose(
     field, information = WallField(walls), inverse(covariance)
     window = np.clip(3.0 * np.sqrt(np.diag(covariance)), NARROWEST, WIDEST)
     found = hypotheses(field, scan, step, information, window)
-    held = found[0].share > 0.4 and _surprise(found[0], step, covariance) < GATE
+    held = _explains(found[0], len(scan.points)) and _surprise(found[0], step, covariance) < GATE
     # Odometry may have slipped: it counts for a tenth of its standard deviation's inverse.
     weak = 0.01 * information
     if held and not _pulled(field, scan, found[0], step, covariance, weak):
@@ -91,6 +97,12 @@ def match_pose(
     return (
         _matched(found, noise) if held else MatchedPose(step, slipped + covariance - noise, slipped, slipped, np.eye(3))
     )
+
+
+def _explains(match: Match, elements: int) -> bool:
+    """Return whether a match explains enough of a scan, or of its elements near older walls."""
+    near = match.share + match.conflict
+    return match.share > MUCH or (match.share > KNOWN * near and match.share * elements >= ENOUGH)
 
 
 def _pulled(field: WallField, scan: Surface, best: Match, step: Array, covariance: Array, weak: Array) -> bool:

@@ -26,8 +26,8 @@ curved walls, and a `laboratory`, oblique corridors around an open space. Styles
 - `mount`: as `aged`, and the log does not tell that the lidar is 0.2 m ahead of the axle;
 - `sparse`: as `mount`, with a scan every 0.3 to 1 m or 9 to 30 degrees;
 - `late` and `early`: 360 beams of half a degree, and odometry is 0.25 s older, or 0.15 s newer, than the scans;
-- `stick`: driven by hand: every 8 to 20 s the robot stops and spins by up to a full turn at 90 degrees/s; 360 beams,
-  six people; the rate of scans changes between 2 and 8 a second every 40 s, and none comes for 3 s every 90 s; odometry
+- `stick`: driven by hand: every 8 to 20 s the robot stops and spins by up to a full turn at 90 degrees/s; 360 beams;
+  the rate of scans changes between 2 and 8 a second every 40 s, and none comes for 3 s every 90 s; odometry
   is 0.2 s old, 5 % too long, with turns 5 % too small and half a degree for each metre.
 """
 
@@ -120,7 +120,7 @@ STYLES = {
     "sparse": Style(aged=True, glass=True, people=4, told=False, apart=2.5),
     "late": Style(beams=360, lag=0.25),
     "early": Style(beams=360, lag=-0.15),
-    "stick": Style(beams=360, lag=0.2, stick=True, people=6),
+    "stick": Style(beams=360, lag=0.2, stick=True),
 }
 AHEAD = 0.2
 """The lidar is so far ahead of the axle [m]."""
