@@ -6,6 +6,7 @@ and collision shapes replace them; invalid inertias are repaired. Everything is 
 
 import copy
 import math
+import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -25,6 +26,8 @@ from mjsim.models.urdf_joints import freed_wheels, joint_speeds, without_rails
 
 MAX_RETRIES = 64
 """Maximum number of meshes of a robot that MuJoCo may reject."""
+SIDEWAYS = re.compile(r"mecanum|omni|planar_?move|force_based_move", re.IGNORECASE)
+"""Plugins that move a robot in all directions."""
 GHOST = {"type": "sphere", "size": "0.005", "contype": "0", "conaffinity": "0", "rgba": "0 0 0 0"}
 """Replaces a mesh that is left out, so that its mass stays."""
 
@@ -60,6 +63,8 @@ class RobotFiles:
     """Maximum speeds of joints, where the file states them [rad/s] or [m/s]."""
     notes: tuple[str, ...]
     """Notes on what was left out or repaired."""
+    sideways: str = ""
+    """Name of the plugin of a simulator or of ros2_control that also moves it sideways; '' if there is none."""
 
 
 def gather_robot(path: str, read: Read) -> RobotFiles:
@@ -78,7 +83,7 @@ def gather_robot(path: str, read: Read) -> RobotFiles:
         gatherer.put_includes_in(root, 0)
     cleared = [*without_scenery(root, path), *without_mjcf_rails(root, path)]
     sensors = tuple(_urdf_sensors(root) if root.tag == "robot" else _mjcf_sensors(root))
-    driven = frozenset(_driven(root))
+    driven, sideways = frozenset(_driven(root)), _sideways(root)
     speeds = dict(joint_speeds(root))
     mended = [*mend_scales(root), *mend_sizes(root, path), *mend_weightless(root, path)]
     mended += [*without_rails(root, path), *freed_wheels(root, path), *mend_inertias(root, path)]
@@ -91,7 +96,7 @@ def gather_robot(path: str, read: Read) -> RobotFiles:
     model = _compiled(files, gatherer)
     _check_finite(model, path)
     speeds |= dict(_servo_speeds(model))
-    return RobotFiles(files, model, sensors, driven, speeds, (*cleared, *mended, *gatherer.notes()))
+    return RobotFiles(files, model, sensors, driven, speeds, (*cleared, *mended, *gatherer.notes()), sideways)
 
 
 class _RobotGatherer(Gatherer):
@@ -300,6 +305,12 @@ def _urdf_sensors(root: Element) -> Iterator[SaidSensor]:
             if link and kind is not None:
                 at, rpy = _pose(sensor.findtext("pose", ""))
                 yield SaidSensor(link, kind, sensor.get("name", kind), _gazebo_keys(sensor), at, rpy)
+
+
+def _sideways(root: Element) -> str:
+    """Return the name of a plugin that moves a robot sideways as well."""
+    names = (plugin.get(key, "") for plugin in root.iter("plugin") for key in ("filename", "name"))
+    return next((name for name in names if SIDEWAYS.search(name)), "")
 
 
 def _gazebo_kind(text: str) -> str | None:

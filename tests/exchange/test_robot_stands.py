@@ -6,6 +6,7 @@ import pytest
 
 from mjsim import UsageError
 from mjsim.exchange import RobotOptions, bring_robot
+from mjsim.exchange.robots.bring import moved_sideways
 from mjsim.exchange.robots.frame import find_stand
 from mjsim.exchange.robots.gear import find_gear
 from mjsim.exchange.robots.mounts import find_mounts
@@ -84,8 +85,34 @@ def test_missing_meshes_are_named_where_wheels_have_no_shape(tmp_path):
 
 def test_a_package_that_a_xacro_file_includes_and_is_missing_is_named_without_more(tmp_path):
     pytest.importorskip("xacro")
-    text = '<robot xmlns:xacro="https://github.com/ros/xacro" name="r"><xacro:include filename="$(find my_bot)/a.xacro"/></robot>'
+    include = '<xacro:include filename="$(find my_bot)/a.xacro"/>'
+    text = f'<robot xmlns:xacro="https://github.com/ros/xacro" name="r">{include}</robot>'
     (tmp_path / "r.xacro").write_text(text)
     said = f"{tmp_path / 'r.xacro'} names the package 'my_bot', which was not found; give --package my_bot=DIR"
     with pytest.raises(UsageError, match=f"^{re.escape(said)}$"):
         bring_robot(tmp_path / "r.xacro", name="r", options=RobotOptions(), packages={}, arguments={})
+
+
+@pytest.mark.parametrize(
+    ("plugin", "drive", "found"),
+    [
+        ("", None, "skid_steer"),
+        ("libgazebo_ros_skid_steer_drive.so", None, "skid_steer"),
+        ("gz::sim::systems::MecanumDrive", None, "mecanum"),
+        ("libgazebo_ros_planar_move.so", None, "mecanum"),
+        ("libgazebo_ros_planar_move.so", "skid_steer", "skid_steer"),
+    ],
+)
+def test_four_wheels_are_mecanum_if_a_plugin_moves_the_robot_sideways(plugin, drive, found):
+    links, joints = {"base": BASE}, []
+    for name, x, y in (("a", 0.2, 0.25), ("b", 0.2, -0.25), ("c", -0.2, 0.25), ("d", -0.2, -0.25)):
+        links[name] = tyre(0.1, 0.03)
+        joints.append(joint(f"{name}_wheel", "base", name, f'xyz="{x} {y} 0.1"'))
+    joints.append(f'<gazebo><plugin name="base_controller" filename="{plugin}"/></gazebo>')
+    text = robot(links, joints).encode()
+    files = gather_robot("r.urdf", lambda _: text)
+    anatomy, options = anatomy_of(files), RobotOptions(drive=drive)
+    gear = find_gear(anatomy, options, file="r.urdf", urdf=True)
+    gear = moved_sideways(gear, anatomy, files, options, file="r.urdf")
+    assert gear.drive == found
+    assert any(plugin in note for note in gear.notes) == (found == "mecanum")

@@ -40,6 +40,8 @@ SIZES = {"mecanum": "track and wheelbase together", "omni3": "a ring of wheels w
 """Names of the dimension that determines how far a robot turns."""
 SMALLEST, LARGEST = 0.02, 20.0
 """Smallest and largest diameter of accepted robots [m]."""
+MECANUM = 4
+"""Number of mecanum wheels."""
 MAX_ITERATIONS = 4
 """Maximum number of measuring runs, each with the result of the previous one."""
 CLOSE = 0.0003
@@ -87,6 +89,7 @@ def bring_robot(
     anatomy = anatomy_of(robot)
     try:
         gear = find_gear(anatomy, options, file=str(path), urdf=robot.files.urdf)
+        gear = moved_sideways(gear, anatomy, robot, options, file=str(path))
     except UsageError as error:
         raise UsageError(source.placed(str(error)) + _perhaps_missing(source, robot)) from None
     # Rollers belong to their wheels: they are neither casters nor fixed joints.
@@ -115,6 +118,23 @@ def bring_robot(
         *_about(path, report),
     ]
     return BroughtRobot(preset_text(plan, notes), files, report)
+
+
+def moved_sideways(gear: Gear, anatomy: Anatomy, robot: RobotFiles, options: RobotOptions, *, file: str) -> Gear:
+    """Return four wheels as mecanum wheels if only a plugin of the file tells that they are.
+
+    Args:
+        gear: Found without it.
+        anatomy: Contents of the file.
+        robot: The file.
+        options: What the user specified; a drive is left as it is.
+        file: Name of the file in messages.
+    """
+    if options.drive is not None or not robot.sideways or gear.drive != "skid_steer" or len(gear.wheels()) != MECANUM:
+        return gear
+    found = find_gear(anatomy, replace(options, drive="mecanum"), file=file, urdf=robot.files.urdf)
+    note = f"its wheels are mecanum, as '{robot.sideways}' moves it; --drive skid_steer makes them plain"
+    return replace(found, notes=(*found.notes, note))
 
 
 def _perhaps_missing(source: RobotSource, robot: RobotFiles) -> str:
