@@ -151,9 +151,9 @@ def test_a_movable_thing_that_is_taken_away_falls_out_of_nothing():
 def test_nothing_is_moved_into_what_would_throw_it_out_unless_this_is_asked_for():
     sim = hall()
     before = sim.truth("r")
-    for place, inside in [((0.0, 3.0), r"walls\[0\]"), ((4.0, 3.0), "obstacle 'rack'"), ((6.0, 1.0), "obstacle 'ball'")]:
+    for x, y, inside in [(0.0, 3.0, r"walls\[0\]"), (4.0, 3.0, "obstacle 'rack'"), (6.0, 1.0, "obstacle 'ball'")]:
         with pytest.raises(UsageError, match=f"'r' is placed at .* inside {inside}; move it to a free place"):
-            sim.move("r", Pose(*place, 0.0))
+            sim.move("r", Pose(x, y, 0.0))
         assert sim.truth("r") == before
     sim.move("r", Pose(20.0, 20.0, 0.0))  # on the floor around the room
     sim.move("r", Pose(0.0, 3.0, 0.0), anywhere=True)
