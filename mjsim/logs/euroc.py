@@ -32,7 +32,7 @@ from mjsim.logs.picture_files import frame_in, listed_pictures, usual_size
 from mjsim.logs.readings import Readings
 from mjsim.logs.robot_log import RobotLog
 from mjsim.logs.table import with_unit_quaternions
-from mjsim.logs.text import lines_of
+from mjsim.logs.text import LARGEST, lines_of
 from mjsim.record import LoggedCamera, LoggedFrame
 from mjsim.world import read_text
 
@@ -118,6 +118,9 @@ def _imu(folder: Path, notes: dict[str, str]) -> tuple[Mount, list[ImuReading]]:
     times, values = table.column(1), table.block(2, but=1)
     if values.shape[1] < 6:
         raise UsageError(f"'{table.path}' has {values.shape[1]} columns beside time; it needs 3 rates, 3 accelerations")
+    if wild := int(np.count_nonzero(np.abs(values[:, :6]) > LARGEST)):
+        notes[f"infinite or huge numbers of {folder.name}/data.csv left out"] = str(wild)
+        values = np.where(np.abs(values) > LARGEST, np.nan, values)
     # Quantities that only a gyroscope could measure are NaN.
     turns, forces = values[:, :3], values[:, 3:6]
     rows = zip((times * NANOSECOND).tolist(), forces @ place[:3, :3].T, turns @ place[:3, :3].T, strict=True)

@@ -64,7 +64,8 @@ def lines_of(path: Path, notes: dict[str, str] | None = None) -> Iterator[str]:
 
 def lies_in(path: Path, folder: Path) -> bool:
     """Return whether a file, there or not, is in a folder once all links are followed; one in a loop is where it is."""
-    return Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
+    # No path has a null byte, but a damaged list may.
+    return "\0" not in str(path) and Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
 
 
 def left_out_cut(path: Path, line: str, notes: dict[str, str] | None) -> bool:

@@ -78,6 +78,7 @@ def test_a_folder_comes_in_with_its_pictures_depth_calibration_and_truth_in_spac
         ("rgb.txt", "# nothing\n", "lists no pictures"),
         ("rgb.txt", "0.1 rgb/none.png\n", r"rgb\.txt:1: no file 'rgb/none.png'"),
         ("rgb.txt", "0.1 ../../secret.png\n", "the path in the folder"),
+        ("rgb.txt", "0.1 rgb/\0.png\n", "the path in the folder"),
         ("rgb.txt", "soon rgb/1.png\n", "a line has a time and a path"),
         ("groundtruth.txt", "0.0 0 0 0 0 0 0 3\n", "has length 3, not 1"),
         ("groundtruth.txt", "0.0 0 0 0\n", "a line has 8"),

@@ -194,3 +194,14 @@ def test_a_restart_of_odometry_in_a_log_of_text_is_no_motion(write, name, tmp_pa
     assert sum(moved) == pytest.approx(0.05 * 58, abs=1e-6)
     assert min(moved) > -1e-9
     assert run.metadata["restarts of odometry left out"] == "1; it begins again at 103.000 s"
+
+
+def test_infinite_numbers_of_an_inertial_table_are_not_measured(tmp_path):
+    (tmp_path / "mav0" / "imu0").mkdir(parents=True)
+    rows = [f"{10**18 + k * 10**7},0,0,0.1,0,{'inf' if k == 3 else '-1e200' if k == 5 else 0},9.81" for k in range(30)]
+    (tmp_path / "mav0" / "imu0" / "data.csv").write_text("#t,wx,wy,wz,ax,ay,az\n" + "\n".join(rows) + "\n")
+    run = mjsim.import_log(tmp_path)
+    readings = [reading for seen in run.observations("robot") for reading in seen.imu]
+    assert [k for k, each in enumerate(readings) if np.isnan(each.acceleration).all()] == [3, 5]
+    assert all(np.isfinite(each.turn).all() for each in readings)
+    assert run.metadata["infinite or huge numbers of imu0/data.csv left out"] == "2"
