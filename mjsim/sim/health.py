@@ -31,7 +31,7 @@ class Health:
     def __init__(self, model: mujoco.MjModel, world: World) -> None:
         """Find the velocities to check: those of free bases."""
         starts = [model.joint(f"{robot.name}/free").dofadr[0] for robot in world.robots if robot.base != "fixed"]
-        self._model = model
+        self._model, self._world = model, world
         self._speeds = np.array([start + axis for start in starts for axis in range(3)], dtype=int)
 
     def fault(self, data: mujoco.MjData, messages: list[str], *, loop: str | None) -> str | None:
@@ -53,4 +53,7 @@ class Health:
             failure = f"a robot moves at {np.abs(speeds).max():g} m/s"
         else:
             return None
-        return f"{failure}; likely cause: {cause}" if (cause := likely_cause(self._model)) else failure
+        from mjsim.world import diverging_springs  # it loads what computes mechanisms
+
+        cause = next((text for text, _ in diverging_springs(self._world)), "") or likely_cause(self._model)
+        return f"{failure}; likely cause: {cause}" if cause else failure

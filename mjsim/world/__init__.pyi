@@ -2,6 +2,7 @@ from .check import Solids as Solids
 from .check import arm_of_event as arm_of_event
 from .check import check_world as check_world
 from .check import disc as disc
+from .check import diverging_springs as diverging_springs
 from .check import led_goals as led_goals
 from .check import led_joints as led_joints
 from .check import led_values as led_values

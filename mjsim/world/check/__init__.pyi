@@ -4,5 +4,6 @@ from .leading import led_values as led_values
 from .movers import misplaced as misplaced
 from .plausibility import check_world as check_world
 from .reaching import arm_of_event as arm_of_event
+from .springs import diverging_springs as diverging_springs
 from .standing import Solids as Solids
 from .standing import disc as disc
