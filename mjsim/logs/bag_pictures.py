@@ -1,7 +1,7 @@
 """Converts pictures of ROS to camera frames: JPEG and PNG are kept, everything else becomes lossless PNG.
 
 rgb8 bgr8 rgba8 bgra8 8UC3 8UC4 mono8 8UC1   unchanged; transparency is ignored
-mono16 rgb16 bgr16                           the upper 8 bits
+mono16 rgb16 bgr16 rgba16 bgra16 16UC3 16UC4 the upper 8 bits
 bayer_rggb8 and so on, 8 and 16 bits         converted to RGB
 yuv422 (UYVY), uyvy, yuv422_yuy2, yuyv       converted to RGB
 nv12, nv21                                   converted to RGB; rows of brightness, then rows of colour at half the size
@@ -19,6 +19,7 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.interface import CameraFrame, Intrinsics, Picture
+from mjsim.logs.png_sums import require_sound
 from mjsim.logs.rvl import rvl_size, unpack_rvl
 from mjsim.models import any_picture_size
 from mjsim.record import LoggedFrame, filed_frame, logged_frame, require_size
@@ -35,6 +36,10 @@ PLAIN = {
     "mono16": ("GRAY", 2),
     "rgb16": ("RGB", 2),
     "bgr16": ("BGR", 2),
+    "16uc3": ("BGR", 2),
+    "rgba16": ("RGBA", 2),
+    "bgra16": ("BGRA", 2),
+    "16uc4": ("BGRA", 2),
 }
 """Encoding -> order of channels, and bytes per channel."""
 CHANNELS = {"GRAY": 1, "RGBA": 4, "BGRA": 4}
@@ -92,6 +97,7 @@ def frame_of(message: Any, stamp: float, intrinsics: Intrinsics) -> LoggedFrame:
         ValueError: It is broken, of an unknown encoding or of another size.
     """
     if not hasattr(message, "encoding"):
+        require_sound(bytes(message.data))
         return filed_frame(bytes(message.data), stamp, intrinsics)
     require_size(size_of(message), intrinsics)
     return logged_frame(CameraFrame(stamp, _picture(message), intrinsics))
@@ -220,6 +226,7 @@ def _packed_size(message: Any, data: bytes) -> tuple[int, int]:
 
 def _decoded(data: bytes) -> Any:
     """Return the pixels of a single-channel picture, shape (height, width)."""
+    require_sound(data)
     picture = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
     if picture is None or picture.ndim != 2:
         raise ValueError("a damaged depth picture")

@@ -10,6 +10,7 @@ import numpy as np
 from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Intrinsics
+from mjsim.logs.png_sums import require_sound
 from mjsim.logs.readings import DamagedReadingError, rising
 from mjsim.logs.text import left_out_cut, lies_in, lines_of
 from mjsim.models import any_picture_size
@@ -115,7 +116,9 @@ def frame_in(file: Path, stamp: float, intrinsics: Intrinsics) -> LoggedFrame:
         DamagedReadingError: It is broken, cannot be read, or does not have its camera's size.
     """
     try:
-        return filed_frame(bytes_in(file), stamp, intrinsics)
+        data = bytes_in(file)
+        require_sound(data)
+        return filed_frame(data, stamp, intrinsics)
     except ValueError as error:
         needed = f"it needs {intrinsics.width} x {intrinsics.height}"
         raise DamagedReadingError(f"'{file}' holds {error}; {needed}") from None

@@ -30,6 +30,7 @@ from mjsim.logs.bag_pictures import shown_depth
 from mjsim.logs.log import AHEAD, Log
 from mjsim.logs.merge import longest_gap
 from mjsim.logs.picture_files import bytes_in, frame_in, listed_pictures, paired_pictures, usual_size
+from mjsim.logs.png_sums import require_sound
 from mjsim.logs.readings import TOGETHER, Damage, DamagedReadingError, Readings, partners
 from mjsim.logs.robot_log import RobotLog
 from mjsim.logs.table import read_table, with_unit_quaternions
@@ -137,8 +138,9 @@ def _depth(file: Path, intrinsics: Intrinsics) -> Array:
     try:
         # Pictures that are too large are not decoded.
         fits = any_picture_size(data) == (intrinsics.width, intrinsics.height)
+        require_sound(data)
     except ValueError as error:
-        raise DamagedReadingError(f"'{file}' {error}") from None
+        raise DamagedReadingError(f"'{file}': {error}") from None
     values = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED) if fits else None
     if values is None or values.dtype != np.uint16 or values.ndim != 2:
         size = f"{intrinsics.width} x {intrinsics.height}"

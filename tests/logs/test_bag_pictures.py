@@ -41,6 +41,9 @@ def test_pictures_of_every_encoding_show_the_same():
         ("rgba8", np.concatenate([rgb, clear], axis=2)),
         ("bgra8", np.concatenate([rgb[..., ::-1], clear], axis=2)),
         ("bgr16", rgb[..., ::-1].astype(np.uint16) << 8),
+        ("16UC3", rgb[..., ::-1].astype(np.uint16) << 8),
+        ("rgba16", np.concatenate([rgb, clear], axis=2).astype(np.uint16) << 8),
+        ("bgra16", np.concatenate([rgb[..., ::-1], clear], axis=2).astype(np.uint16) << 8),
         ("bayer_rggb8", mosaic),
         ("bayer_bggr8", np.roll(mosaic, (1, 1), axis=(0, 1))),
     ):

@@ -122,14 +122,15 @@ def test_depth_that_says_it_has_gigabytes_is_not_decoded(folder, tmp_path):
     assert "900 megapixels" in log.metadata["first of the damaged depth of camera left out"]
 
 
-def test_damaged_pictures_and_depth_are_left_out_and_said(folder, tmp_path):
+def test_damaged_pictures_and_depth_are_left_out_and_said(folder, tmp_path, capfd):
     shutil.copytree(folder[0], tmp_path / "cut")
     pictures, depths = (sorted((tmp_path / "cut" / kind).iterdir()) for kind in ("rgb", "depth"))
     (tmp_path / "cut" / "rgb" / "first.png").write_bytes(b"")
     rows = (tmp_path / "cut" / "rgb.txt").read_text()
     (tmp_path / "cut" / "rgb.txt").write_text(f"0.0001 rgb/first.png\n{rows}")
-    for file in (depths[1], depths[3]):
-        file.write_bytes(file.read_bytes()[:-60])
+    depths[1].write_bytes(depths[1].read_bytes()[:-60])
+    data = depths[3].read_bytes()
+    depths[3].write_bytes(data[:90] + bytes(9) + data[99:])
     pictures[2].write_bytes(b"no picture")
     log = mjsim.import_log(tmp_path / "cut")
     assert log.metadata["damaged readings of camera left out"] == "2"
@@ -137,6 +138,8 @@ def test_damaged_pictures_and_depth_are_left_out_and_said(folder, tmp_path):
     assert depths[1].name in log.metadata["first of the damaged depth of camera left out"]
     assert len(list(log.pictures("robot", "camera"))) == len(pictures) - 1
     assert len(list(log.depths("robot", "camera"))) == len(pictures) - 3
+    # The decoder would have lines of its own.
+    assert capfd.readouterr().err == ""
     assert log.metadata["log"] == "TUM RGB-D"
 
 
