@@ -7,7 +7,7 @@ import type { Plan } from "../plan/plan";
 import type { Door } from "../scene/door";
 import { toggle, isPressed, setPressed, sign } from "./controls";
 import type { Leader } from "./leader";
-import { type Change, changeTo, gripAfter, type HeldJoint, heldJoints, isFrozen, isStill, jointAfter, jointEvent, type Joints, rankOf, stepped, still } from "./joint_grips";
+import { type Change, changeTo, goesOn, gripAfter, type HeldJoint, heldJoints, isFrozen, isStill, jointAfter, jointEvent, type Joints, letGoOf, rankOf, stepped, still } from "./joint_grips";
 import type { PlanarPose, RobotFacts, RobotTick, ShortNews } from "./protocol";
 import { drawGrab, type Grab, letters, PER_METRE } from "./touch_draw";
 import { openTouchMenu } from "./touch_menu";
@@ -132,8 +132,10 @@ export class Touch implements Tool {
   private goAlong(): void {
     const { grab } = this;
     const comesNearer = grab?.joint?.grip.toward !== undefined;
+    if (grab?.letGo && !this.leader.leads) this.grab = null;
     if (!grab || !this.leader.leads || (!comesNearer && this.stands(grab) === grab.stood)) return;
     this.take(grab, grab.to);
+    if (grab.joint && grab.letGo && !goesOn(grab.joint, grab.by, grab.letGo)) return this.finish();
     this.lead(grab);
   }
 
@@ -158,6 +160,7 @@ export class Touch implements Tool {
   }
 
   down(spot: Spot): boolean {
+    if (this.grab?.letGo) this.finish();
     const thing = this.thingAt(spot);
     if (!thing) this.missed.emit(this.floor.plan.itemsAt(spot.screen).flatMap(({ name }) => name ?? []));
     if (!thing) return false;
@@ -210,7 +213,8 @@ export class Touch implements Tool {
     const { grab } = this;
     if (!grab?.from) return;
     const slipped = this.leader.leads || distance(spot.world, grab.from) > this.floor.plan.px(SLIP);
-    if (slipped) return this.finish();
+    grab.letGo = grab.joint && this.leader.leads ? letGoOf(grab.joint, grab.by) : null;
+    if (slipped) return grab.letGo ? undefined : this.finish();
     this.cancel();
     this.menu(spot, this.onPage(spot.screen));
   }

@@ -4,7 +4,7 @@ import type { Point } from "../api";
 import { length, minus } from "../plan/geometry";
 import type { Palette } from "../plan/palette";
 import type { PlanView } from "../plan/view";
-import { type Change, gripAfter, type HeldJoint, jointAfter, jointSaid } from "./joint_grips";
+import { type Change, gripAfter, type HeldJoint, type LetGo, jointAfter, jointSaid } from "./joint_grips";
 import type { Touchable } from "./touch";
 import { drawJoint } from "./touch_tools";
 
@@ -29,6 +29,8 @@ export interface Grab {
   by: Change;
   /** Where the robot of a tool or of a joint stood when a target was sent. */
   stood: string;
+  /** Of a joint that was let go and goes on to where that was. */
+  letGo?: LetGo | null;
 }
 
 /** The thing as it would stand, and the way there from where it is now; an arrow for a push. */

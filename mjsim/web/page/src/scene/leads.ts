@@ -4,7 +4,7 @@
  */
 
 import { Group, LineBasicMaterial, LineSegments, Matrix4, type Object3D, Vector3 } from "three";
-import { type Change, changeTo, gripAfter, isFrozen, jointAfter, rankOf } from "../run/joint_grips";
+import { type Change, changeTo, goesOn, gripAfter, isFrozen, jointAfter, type LetGo, letGoOf, rankOf } from "../run/joint_grips";
 import { el } from "../dom";
 import { color } from "../shell/theme";
 import { Signal } from "../signal";
@@ -35,6 +35,8 @@ interface Held extends Knob {
   by: Change;
   /** Where the pointer was last, once it has moved. */
   pointer: Point | null;
+  /** Of a joint that was let go and goes on to where that was. */
+  letGo?: LetGo | null;
 }
 
 type Find = (body: string) => Object3D | null;
@@ -69,6 +71,7 @@ export class Leads implements Owner {
     this.build();
     // A joint of a loop comes nearer to a pointer that rests.
     if (this.held?.pointer && this.held.lead.joint?.grip.toward) this.turn(this.held, this.held.pointer);
+    if (this.held?.letGo && !(this.held.lead.joint && goesOn(this.held.lead.joint, this.held.by, this.held.letGo))) this.finish(this.held);
     this.stage.soon();
   }
 
@@ -158,6 +161,7 @@ export class Leads implements Owner {
     const knob = this.knobAt(event);
     const lead = this.leads.find(({ key }) => key === knob?.key);
     if (!knob || !lead) return false;
+    if (this.held) this.finish(this.held);
     const [from, taken] = [this.knobPlace({ ...knob, way: null }), this.knobPlace(knob)];
     this.held = { ...knob, from, taken, to: null, lead, first: lead, by: 0, pointer: null };
     if (!lead.joint) this.active = knob.key;
@@ -197,12 +201,19 @@ export class Leads implements Owner {
 
   end(done: boolean): void {
     const { held } = this;
+    if (!held) return;
+    held.letGo = held.lead.joint ? letGoOf(held.lead.joint, held.by) : null;
+    if (done) return held.letGo ? undefined : this.finish(held);
     this.held = null;
     this.stage.soon();
-    if (!held?.to) return;
-    if (done) return this.tell(held, held.to, "up");
     // A joint goes back to where it was taken.
-    this.tell({ ...held, lead: held.first, by: 0 }, held.from, "cancel");
+    if (held.to) this.tell({ ...held, lead: held.first, by: 0 }, held.from, "cancel");
+  }
+
+  private finish(held: Held): void {
+    this.held = null;
+    this.stage.soon();
+    if (held.to) this.tell(held, held.to, "up");
   }
 
   private tell(held: Held, to: Vector3, phase: Led["phase"]): void {
