@@ -103,21 +103,21 @@ def _put_drive(bag, recorded: list[float], *, is_own: bool = True) -> None:
     ],
 )
 def test_parts_do_not_mix_where_the_clock_of_the_recorder_was_set_back(form, back, is_own, tmp_path):
-    true = [START + 0.02 * k for k in range(600)]
+    true = [START + 0.02 * k for k in range(300)]
     path = tmp_path / ("run.bag" if form.startswith("bag") else "run")
     with new_bag(path, form) as bag:
-        _put_drive(bag, [at - (back if k >= 250 else 0.0) for k, at in enumerate(true)], is_own=is_own)
+        _put_drive(bag, [at - (back if k >= 125 else 0.0) for k, at in enumerate(true)], is_own=is_own)
     run = mjsim.import_log(path)
     assert run.metadata["clock of the recorder"] == f"set back 1 times (-{back:.2f} s); times go on from there"
     seen = list(run.observations("robot"))
-    assert [each.scans["scan"].ranges[0] for each in seen if each.scans] == [1.0 + k for k in range(120)]
+    assert [each.scans["scan"].ranges[0] for each in seen if each.scans] == [1.0 + k for k in range(60)]
     times = [each.scans["scan"].stamp for each in seen if each.scans]
     np.testing.assert_allclose(np.diff(times), 0.1, atol=0.005)
     moved = [each.odometry.forward for each in seen]
     assert min(moved) >= 0.0
-    assert sum(moved) == pytest.approx(5.99, abs=0.05)
+    assert sum(moved) == pytest.approx(2.99, abs=0.05)
     pictures = [image[0, 0, 0] for _, image in run.images("robot", "eye")]
-    assert pictures == list(range(12))
+    assert pictures == list(range(6))
     np.testing.assert_allclose(np.diff([stamp for stamp, _ in run.images("robot", "eye")]), 1.0, atol=0.01)
 
 
