@@ -11,7 +11,7 @@ from mjsim.geometry import Array
 from .ekf_models import odometry_motion
 from .free_space import seen_through
 from .level_scan import LevelScan
-from .loop_closing import WIDEST, Loop, confirmed_by, find_loop
+from .loop_closing import LEAST, WIDEST, Loop, confirmed_by, find_loop
 from .odometry_bias import OdometryBias
 from .pose_graph import COMMON, PoseGraph, carried, compose, composed, step_between
 from .pose_matrices import inverse
@@ -21,7 +21,10 @@ from .scan_walls import Surface, placed
 LOCAL = 6
 """Number of recent scans whose walls a new one is matched to."""
 PART = 8
-"""Number of scans in a part of the map."""
+"""Maximum number of scans in a part of the map."""
+DOUBTFUL = 0.05
+"""A step whose turn has a larger standard deviation begins a part if the scan has walls enough for a loop: scans of a
+part are fixed to each other, and no loop could correct it [rad]."""
 LENGTH = 2.0
 """Minimum length of a part when the robot drives straight [m]."""
 RECENT = 4
@@ -137,7 +140,8 @@ class PartsMap:
         slopes = F @ self._place.slopes + G @ slopes
         self._place = UncertainPlace(pose - slopes @ errors, slopes)
         self._lasting = F @ self._lasting @ F.T + G @ matched.lasting @ G.T
-        if len(self.keyframes) - self._begins[-1] >= PART:
+        doubtful = bool(self.keyframes) and matched.own[2, 2] > DOUBTFUL**2 and len(surface.points) >= LEAST
+        if len(self.keyframes) - self._begins[-1] >= PART or doubtful:
             self._begin_part()
         self.keyframes.append(Keyframe(level_scan, surface, len(self._begins) - 1, self._place))
 
@@ -201,9 +205,15 @@ class PartsMap:
         moved, F, G = self._motion(pose, step)
         return moved, F @ covariance @ F.T + G @ step_covariance @ G.T
 
+    def _members(self, part: int) -> Sequence[Keyframe]:
+        """Return the scans of a part."""
+        end = self._begins[part + 1] if part + 1 < len(self._begins) else len(self.keyframes)
+        return self.keyframes[self._begins[part] : end]
+
     def _begin_part(self) -> None:
         """Finish the current part, and start another at the newest pose."""
-        part, members = len(self._begins) - 1, self.keyframes[self._begins[-1] :]
+        part = len(self._begins) - 1
+        members = self._members(part)
         errors = self._errors
         places = np.array([each.place.given(errors) for each in members])
         self._walls.append(placed([each.surface for each in members], places))
@@ -252,7 +262,7 @@ class PartsMap:
         old = part - RECENT
         if old < 1:
             return []
-        middles = self._poses([self.keyframes[self._begins[k] + PART // 2] for k in (*range(old), part)])
+        middles = self._poses([(each := self._members(k))[len(each) // 2] for k in (*range(old), part)])
         distances = np.hypot(*(middles[:-1, :2] - middles[-1, :2]).T)
         known = _total(self._covariance, self._slopes, self._bias)
         drift = 2.0 * float(np.sqrt(np.trace(known[:2, :2])))
@@ -288,7 +298,7 @@ class PartsMap:
 
     def _views(self, parts: Iterable[int], frame: Array, *, every: int) -> list[tuple[Array, LevelScan]]:
         """Return some scans of some parts, with the robot's pose in a frame, given in the world, shape (3,)."""
-        members = [each for part in parts for each in self.keyframes[self._begins[part] :][:PART:every]]
+        members = [each for part in parts for each in self._members(part)[::every]]
         poses = self._poses(members)
         return [(pose, each.level_scan) for pose, each in zip(step_between(frame, poses), members, strict=True)]
 
