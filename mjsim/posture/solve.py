@@ -147,7 +147,7 @@ def solve_posture(
     if not held:
         values = preference.values
     loose = [contact for contact in contacts if contact not in held]
-    final = _descend(configuration, held, preference, values, firm=FIRMEST if held else FIRMEST[:1], loose=loose)
+    final = _descend(configuration, held, preference, values, firm=FIRMEST, loose=loose)
     short = tuple(contact.name for contact in contacts if final.errors[contact.name] > TOUCH)
     return Solution(values=final.values, errors=final.errors, missed=short, steps=steps + final.steps)
 
