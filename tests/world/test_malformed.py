@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import json
 import re
 import struct
 import time
@@ -11,6 +12,8 @@ import pytest
 
 from mjsim.errors import WorldError
 from mjsim.modules import load_runnable
+from mjsim.world import World, parse_world
+from mjsim.world.ground import words
 from tests.world.malformed import TEXTS
 
 LIMIT = 2.0
@@ -129,3 +132,31 @@ def test_the_command_line_says_so_and_writes_nothing(folder, tmp_path, kind):
         assert told.getvalue().startswith(f"{path}:{first}")
         assert "Traceback" not in told.getvalue()
     assert not output.exists()
+
+
+def test_every_pattern_of_the_language_is_put_into_words():
+    # One without words ended in a KeyError.
+    patterns = re.findall(r'"pattern": ("(?:[^"\\]|\\.)*")', json.dumps(World.model_json_schema()))
+    assert len(patterns) > 5
+    assert {json.loads(pattern) for pattern in patterns} <= set(words._PATTERNS)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("robots: [{at: [0, 0], preset: ../robot.yaml}]", "path '../robot.yaml' leaves its folder; name a file beside"),
+        (
+            "robots: [{at: [0, 0], preset: mein Röbi.yaml}]",
+            "no file 'mein Röbi.yaml' beside the world file or in assets",
+        ),
+        ("robots: [{at: [0, 0], preset: my robot}]", "no preset 'my robot'; did you mean"),
+        (
+            "beacons: [{at: [0, 0], marker: {dictionary: 4X4_50, id: 1}}]",
+            "no dictionary '4X4_50'; did you mean '4x4_50'?",
+        ),
+        ("plants: [{name: p, of: a b}]", "of is 'a b'; it must be NAME, or NAME/PART"),
+    ],
+)
+def test_names_of_files_and_parts_that_cannot_be_are_told(text, says):
+    with pytest.raises(WorldError, match=re.escape(says)):
+        parse_world(f"mjsim: 1\n{text}\n")

@@ -1,6 +1,8 @@
 from .base import JOINT_PATTERN as JOINT_PATTERN
 from .base import KEY as KEY
 from .base import PART_PATTERN as PART_PATTERN
+from .base import PLAIN_PATTERN as PLAIN_PATTERN
+from .base import PLANT_PATTERN as PLANT_PATTERN
 from .base import POINT_PATTERN as POINT_PATTERN
 from .base import TARGET_PATTERN as TARGET_PATTERN
 from .base import USE_PATTERN as USE_PATTERN

@@ -66,6 +66,8 @@ PART_PATTERN = r"^[A-Za-z0-9_.-]+/[A-Za-z0-9]+$"
 JOINT_PATTERN = r"^[A-Za-z0-9_][A-Za-z0-9_-]*$"
 POINT_PATTERN = r"^[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)?$"
 TARGET_PATTERN = r"^[A-Za-z0-9_][A-Za-z0-9_.-]*\.[A-Za-z0-9_][A-Za-z0-9_-]*$"
+PLAIN_PATTERN = r"^[^\x00-\x1f]+$"
+PLANT_PATTERN = r"^[A-Za-z0-9_][A-Za-z0-9_.-]*(/[A-Za-z0-9_][A-Za-z0-9_.-]*)?$"
 USE_PATTERN = r"^(exec:.+|[^:]+\.m|[^:]+:[A-Za-z_][A-Za-z0-9_]*)$"
 
 Name = Annotated[str, Field(pattern=NAME_PATTERN, max_length=64)]

@@ -16,6 +16,8 @@ from mjsim.world.ground.base import (
     KEY,
     NAME_PATTERN,
     PART_PATTERN,
+    PLAIN_PATTERN,
+    PLANT_PATTERN,
     POINT_PATTERN,
     TARGET_PATTERN,
     USE_PATTERN,
@@ -31,6 +33,8 @@ _PATTERNS = {
     JOINT_PATTERN: "a name of letters, digits, '_' and '-'; a dot separates it from the part on it",
     POINT_PATTERN: "NAME, or NAME.POINT",
     TARGET_PATTERN: "THING.TARGET",
+    PLAIN_PATTERN: "a name or a path, without control characters",
+    PLANT_PATTERN: "NAME, or NAME/PART",
     USE_PATTERN: "'module:Class', 'file.py:Class', 'file.m' or 'exec:./program'",
 }
 _KINDS = {

@@ -5,12 +5,11 @@ from typing import Annotated, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from mjsim.world.ground import Model, Name, fault
+from mjsim.world.ground import PLANT_PATTERN, Model, Name, fault
 from mjsim.world.items.signals import Signal
 
 MAX_STATES = 50
 """Largest number of states of a mathematical model."""
-PART_OF_PLANT = r"^[A-Za-z0-9_][A-Za-z0-9_.-]*(/[A-Za-z0-9_][A-Za-z0-9_.-]*)?$"
 Figure = Annotated[float, Field(ge=-1e12, le=1e12)]
 Coefficients = Annotated[tuple[Figure, ...], Field(strict=False, min_length=1, max_length=MAX_STATES + 1)]
 Row = Annotated[tuple[Figure, ...], Field(strict=False, min_length=1, max_length=MAX_STATES)]
@@ -86,7 +85,7 @@ class Plant(Model):
 
     name: Name
     """Name in the command."""
-    of: Annotated[str, Field(pattern=PART_OF_PLANT, max_length=130)] | None = None
+    of: Annotated[str, Field(pattern=PLANT_PATTERN, max_length=130)] | None = None
     """A robot, ROBOT/ARM, or a mechanism."""
     input: Name | None = None
     """Input: for a robot `forward`, `turn` or a wheel; for an arm or a mechanism a joint (its torque or force),

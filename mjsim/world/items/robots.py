@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, ValidationInfo, model_validator
 
 from mjsim.world.files import BUILT
-from mjsim.world.ground import Degrees, Length, Model, Name, Point, fault
+from mjsim.world.ground import PLAIN_PATTERN, Degrees, Length, Model, Name, Point, fault
 from mjsim.world.items.arms import RobotArm
 from mjsim.world.items.bodies import Body, BoxBody, CylinderBody, ModelBody, NoBody
 from mjsim.world.items.drives import (
@@ -20,7 +20,7 @@ from mjsim.world.items.drives import (
 from mjsim.world.items.presets import over_preset
 from mjsim.world.items.sensors import Imu, Sensor, name_of
 
-Preset = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_./-]*$", max_length=200)]
+Preset = Annotated[str, Field(pattern=PLAIN_PATTERN, max_length=200)]
 """Name of a preset, or path of its file."""
 
 

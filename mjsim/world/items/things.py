@@ -5,7 +5,19 @@ from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import Field, model_validator
 
-from mjsim.world.ground import AssetPath, Color, Degrees, Distance, Length, Model, Name, OneOf, Point, fault
+from mjsim.world.ground import (
+    PLAIN_PATTERN,
+    AssetPath,
+    Color,
+    Degrees,
+    Distance,
+    Length,
+    Model,
+    Name,
+    OneOf,
+    Point,
+    fault,
+)
 from mjsim.world.items.markers import check_marker
 from mjsim.world.items.model_files import FromFile
 from mjsim.world.items.targets import Seat, Targets, check_names
@@ -182,7 +194,7 @@ Obstacle = Annotated[
 class Marker(Model):
     """A square fiducial marker: ArUco or AprilTag."""
 
-    dictionary: Annotated[str, Field(pattern=r"^[0-9a-z_]+$", max_length=40)] = "4x4_50"
+    dictionary: Annotated[str, Field(pattern=PLAIN_PATTERN, max_length=40)] = "4x4_50"
     """Dictionary, named as in OpenCV: '4x4_50' to '7x7_1000', 'original', 'apriltag_16h5' to 'apriltag_36h11'."""
     id: Annotated[int, Field(ge=0, le=100_000)]
     """Number in the dictionary."""
