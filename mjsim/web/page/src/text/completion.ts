@@ -28,7 +28,7 @@ const NAMING = [
 const STAND_IN = "x__";
 
 /** What a text of YAML has quotes for, also within brackets: names of files may have anything. */
-const SIGNS = /[\s,#{}[\]"'&*!|>%@`]/;
+const SIGNS = /[\s,#{}[\]\x22\x27&*!|>%@\x60]/;
 
 /** Where a cursor stands: the keys that lead to a mapping, and either its keys so far or the key of the value. */
 interface Place {
