@@ -50,7 +50,7 @@ CHANGED = 1.2
 class GraphSlam:
     """Estimates the pose and a map of named beacons by incremental smoothing.
 
-    A pose is added to the graph when something is seen and the robot has moved far enough since the last one. The graph
+    A pose is added to the graph when a new landmark is seen, or any and the robot has moved far enough. The graph
     also contains the systematic errors of odometry and, where ranges scatter by less than their stated noise, those of
     ranges. Sightings have a robust loss, which bounds the influence of wrong ones. The final path is that of the whole
     graph, solved again with the estimated systematic errors and noise of sightings.
@@ -162,7 +162,8 @@ class GraphSlam:
             self._range_errors.begin(named_sightings)
             self._range_errors.constraint(named_sightings, self._recent)
         named = [self._recent.to_now(each) for each in named_sightings]
-        used = named if far or not self._names else []
+        # In a turn, the look in which a landmark appears may be the only one that connects it with those before it.
+        used = named if far or any(each.name not in self._names for each in named) else []
         self._picture_errors.move(moved, used)
         if used:
             covariances = each_of(self._picture_errors.covariance(used, scale=1.0))

@@ -28,11 +28,16 @@ PosedSighting = tuple[int, Sighting]
 
 
 class LookChecks:
-    """Checks sightings against the uncertainty of the robot's pose relative to its map, which is taken as correct."""
+    """Checks sightings against the uncertainty of the robot's pose relative to its map.
+
+    Each landmark has the uncertainty, relative to the rest of the map, that the pose had when it entered the map; a
+    sighting of it tells no more about the pose than that, until the landmark is seen from a pose known better.
+    """
 
     def __init__(self) -> None:
         """Start where the map begins."""
         self._covariance = np.zeros((3, 3))
+        self._places: dict[str, Array] = {}
         self._waiting: dict[str, deque[PosedSighting]] = {}
         self._counted: Counter[str] = Counter()
 
@@ -42,7 +47,7 @@ class LookChecks:
 
     def begin(self, name: str) -> None:
         """Register the first sighting of a landmark."""
-        self._counted[name] = 1
+        self._counted[name], self._places[name] = 1, self._covariance
 
     def is_young(self, name: str) -> bool:
         """Return whether so few sightings support a landmark that the first one may have been wrong."""
@@ -62,8 +67,11 @@ class LookChecks:
         S = H @ self._covariance @ H.T + 2.0 * sighting.covariance
         if nu @ np.linalg.solve(S, nu) > GATE:
             return False
-        self._covariance = self._covariance - self._covariance @ H.T @ np.linalg.solve(S, H @ self._covariance)
-        self._counted[sighting.name or ""] += 1
+        name = sighting.name or ""
+        by_landmark = self._covariance - self._covariance @ H.T @ np.linalg.solve(S, H @ self._covariance)
+        self._covariance = _lesser(self._covariance, by_landmark + self._places[name])
+        self._places[name] = _lesser(self._places[name], self._covariance)
+        self._counted[name] += 1
         return True
 
     def wait(self, number: int, sighting: Sighting, recent: RecentMotion, time: float) -> list[PosedSighting]:
@@ -85,6 +93,11 @@ class LookChecks:
             return []
         del self._waiting[name]
         return agreeing
+
+
+def _lesser(one: Array, other: Array) -> Array:
+    """Return the smaller of two covariances of a pose, where an error of one radian counts as one metre."""
+    return one if np.trace(one) <= np.trace(other) else other
 
 
 def _same(one: Sighting, other: Sighting) -> bool:

@@ -1,7 +1,7 @@
 """Putting free bodies elsewhere."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import mujoco
 import numpy as np
@@ -12,13 +12,16 @@ DEEP = 1e-3
 """Allowed overlap of a placed object with others [m]."""
 
 
-def held_by(model: mujoco.MjModel, data: mujoco.MjData, own: int) -> str | None:
-    """Return the object inside which the parts of a root body are; None if there is none, such as on the floor."""
+def held_by(model: mujoco.MjModel, data: mujoco.MjData, own: int, *, but: Collection[int] = ()) -> str | None:
+    """Return the object inside which the parts of a root body are; None if there is none, such as on the floor.
+
+    Root bodies of `but` do not count.
+    """
     for contact in data.contact[: data.ncon]:
         if contact.dist < -DEEP:
             roots = model.body_rootid[model.geom_bodyid[contact.geom]].tolist()
             for geom, root in zip(contact.geom.tolist(), roots, strict=True):
-                if own in roots and root != own and (name := _called(model, geom, root)):
+                if own in roots and root not in (own, *but) and (name := _called(model, geom, root)):
                     return name
     return None
 

@@ -215,7 +215,7 @@ class Simulation(Closes):
         """Put a robot or a movable obstacle at rest at a pose; odometry does not measure the move.
 
         Raises:
-            UsageError: The name does not exist, or the pose is out of bounds or, unless `anywhere`, inside something.
+            UsageError: The name does not exist, or the pose is out of bounds or in a wall or object and not `anywhere`.
         """
         keys: dict[str, object] = {"move": name, "to": (pose.x, pose.y), "heading_deg": math.degrees(pose.heading)}
         if not anywhere:  # There, contacts would throw it out in the next steps.

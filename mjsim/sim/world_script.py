@@ -343,17 +343,22 @@ class WorldScript:
         self._require_room(event)
 
     def require_room(self, event: WorldEvent) -> None:
-        """Raise UsageError if a move names something that does not exist, or places it in something currently there."""
+        """Raise UsageError if a move names something that does not exist, or places it in something other than robots.
+
+        Robots may be moved to each other's places, one after the other.
+        """
         self._check(event)
         if isinstance(event, MoveEvent):
-            self._require_room(event)
+            mobile = [robot.name for robot in self._world.robots if robot.base != "fixed"]
+            roots = [int(self._model.body(self._body(name)).rootid[0]) for name in mobile]
+            self._require_room(event, but=roots)
 
-    def _require_room(self, event: MoveEvent) -> None:
-        if (found := self._obstacle_at(event)) is not None:
+    def _require_room(self, event: MoveEvent, *, but: Sequence[int] = ()) -> None:
+        if (found := self._obstacle_at(event, but=but)) is not None:
             place = f"[{event.to[0]:g}, {event.to[1]:g}]"
             raise UsageError(f"'{event.move}' is placed at {place} inside {found}; move it to a free place")
 
-    def _obstacle_at(self, event: MoveEvent) -> str | None:
+    def _obstacle_at(self, event: MoveEvent, *, but: Sequence[int] = ()) -> str | None:
         """Return the object inside which something would be placed; None if there is none, such as on the floor."""
         model = self._model
         trial = mujoco.MjData(model)
@@ -363,7 +368,7 @@ class WorldScript:
                 self._put_down(due, trial)
         own = self._put_down(event, trial)
         mujoco.mj_fwdPosition(model, trial)
-        return held_by(model, trial, own)
+        return held_by(model, trial, own, but=but)
 
     def _body(self, name: str) -> str:
         """Return the body of a robot or an obstacle to push."""

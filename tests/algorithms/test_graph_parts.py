@@ -100,6 +100,20 @@ def test_after_a_turn_that_is_unsure_the_same_look_is_expected():
     assert not checks.agrees(np.zeros(3), np.array([3.0, 0.0]), look("post", 0.5))
 
 
+def test_a_new_landmark_does_not_tell_the_heading_with_which_it_entered_the_map():
+    checks, _ = checked()
+    checks.move(np.eye(3), np.diag([0.01, 0.01, 0.2]) ** 2)
+    checks.begin("new")
+    for _ in range(20):
+        assert checks.agrees(np.zeros(3), np.array([0.0, 3.0]), look("new", np.pi / 2))
+    assert checks.agrees(np.zeros(3), np.array([3.0, 0.0]), look("post", 0.5))
+    # Now that it was seen beside the old one, both tell the heading.
+    assert checks.agrees(np.zeros(3), np.array([0.0, 3.0]), look("new", np.pi / 2))
+    checks.move(np.eye(3), np.diag([0.01, 0.01, 0.2]) ** 2)
+    assert checks.agrees(np.zeros(3), np.array([0.0, 3.0]), look("new", np.pi / 2))
+    assert not checks.agrees(np.zeros(3), np.array([3.0, 0.0]), look("post", 0.5))
+
+
 def test_the_first_look_at_a_landmark_is_outvoted_by_the_next_two():
     checks, recent = LookChecks(), RecentMotion()
     recent.move(Odometry(0.0, 0.0, 0.0, np.zeros((3, 3))), 0.1)

@@ -160,6 +160,14 @@ def test_nothing_is_moved_into_what_would_throw_it_out_unless_this_is_asked_for(
     assert sim.truth("r").x == pytest.approx(0.0)
 
 
+def test_two_robots_are_moved_to_each_others_places():
+    sim = Simulation(parse_world("mjsim: 1\nrobots: [{name: r, at: [0, 0]}, {name: s, at: [1, 0]}]\n"))
+    r, s = sim.truth("r"), sim.truth("s")
+    sim.move("r", s)
+    sim.move("s", r)
+    assert (sim.truth("r").x, sim.truth("s").x) == pytest.approx((1.0, 0.0))
+
+
 def test_what_is_not_there_is_named_with_its_fix():
     sim = hall()
     for call, message in [
