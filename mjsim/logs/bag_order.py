@@ -20,6 +20,7 @@ from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
 
 from mjsim.geometry import Array
 from mjsim.logs.bag_parsing import BrokenBagError, parsing
+from mjsim.logs.bag_unpacking import ZSTD, unpacked
 
 AGREE = 4
 """Number of messages of a topic before and after, which must be evenly spaced."""
@@ -145,14 +146,14 @@ class InFileOrder:
     def messages(
         self, connections: Collection[Connection], start: int | None = None
     ) -> Generator[tuple[Connection, int, bytes], None, None]:
-        """Yield messages."""
+        """Yield messages, decompressed if each was compressed, which the readers of single files do not do."""
         chosen, row = {each.topic: each for each in connections}, 0
         for file in self._files:
             for topic, time, data in file.read():
                 corrected = time + int(self._shifts[np.searchsorted(self._rows, row, side="right")])
                 row += 1
                 if topic in chosen and (start is None or corrected >= start):
-                    yield chosen[topic], corrected, data
+                    yield chosen[topic], corrected, unpacked(data) if data[:4] == ZSTD else data
 
     def close(self) -> None:
         """Close it."""
@@ -221,7 +222,7 @@ def set_backs(topics: NDArray[np.intp], times: Array) -> list[tuple[int, float]]
         _, back = min((period, back) for _, _, period, back, _ in together)
         # Messages of other topics may be the first by the new clock.
         last = max(before for _, before, *_ in together)
-        first = next(row for row in range(last + 1, first + 1) if times[row] < times[last])
+        first = next((row for row in range(last + 1, first) if times[row] < times[last]), first)
         others = set(range(len(rows_of))) - {topic for *_, topic in together}
         against = sum(_goes_on(rows_of[topic], times, first, back) for topic in others)
         if against < len(together):

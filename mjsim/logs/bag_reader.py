@@ -19,7 +19,7 @@ from mjsim.logs.bag_parsing import BrokenBagError, parsing
 from mjsim.logs.bag_ros1 import OldBag1, ScannedBag1, is_old
 from mjsim.logs.bag_sqlite import SqliteFile
 from mjsim.logs.bag_topics import TRANSFORMS
-from mjsim.logs.bag_unpacking import bound_unpacking, require_unpackable, unpacked
+from mjsim.logs.bag_unpacking import ZSTD, bound_unpacking, require_unpackable, unpacked
 
 bound_unpacking()
 METADATA, ZSTD_SUFFIXES = "metadata.yaml", (".zst", ".zstd")
@@ -27,8 +27,6 @@ MAX_METADATA = 16 << 20
 """Maximum size of metadata [bytes]."""
 SCHEMAS = ("ros2msg", "ros2idl", "omgidl", "")
 """Languages of message definitions in MCAP files of ROS 2."""
-ZSTD = b"\x28\xb5\x2f\xfd"
-"""First bytes of zstd data; CDR messages start with a zero."""
 MIDDLE = re.compile(r"^(\w+)/(\w+)$")
 """Name of a type in ROS 1: package and type."""
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Collection, Generator, Mapping
 from contextlib import suppress
 from heapq import merge
 from io import BytesIO
+from itertools import takewhile
 from pathlib import Path
 
 from lz4.frame import LZ4FrameDecompressor
@@ -92,8 +93,9 @@ class ScannedBag1(Reader):
         with suppress(ReaderError):
             self._list(content, position, found, indexes)
         self.chunks[position] = chunk
-        entries = [entry.time for index in indexes.values() for entry in index if entry.chunk_pos == position]
-        if entries:
+        # Those of this chunk are the last of each connection.
+        own = (takewhile(lambda entry: entry.chunk_pos == position, reversed(index)) for index in indexes.values())
+        if entries := [entry.time for each in own for entry in each]:
             self.chunk_infos.append(ChunkInfo(position, min(entries), max(entries) + 1, {}))
         return chunk is not declared
 

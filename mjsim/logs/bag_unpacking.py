@@ -17,6 +17,8 @@ if sys.version_info >= (3, 14):
 else:
     from backports import zstd
 
+ZSTD = b"\x28\xb5\x2f\xfd"
+"""First bytes of zstd data; CDR messages start with a zero."""
 MAX_PART = 1 << 30
 """Maximum size of a chunk or of a message [bytes]."""
 SPARE = 1 << 30

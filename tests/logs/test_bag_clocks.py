@@ -99,6 +99,7 @@ def _put_drive(bag, recorded: list[float], *, is_own: bool = True) -> None:
         ("sqlite", 0.3, True),
         ("mcap", 0.3, True),
         ("mcap-storage", 7.0, True),
+        ("mcap-message", 0.3, True),
         ("bag", 0.3, False),
     ],
 )
@@ -136,3 +137,12 @@ def test_disorder_of_a_bag_sets_no_clock(tmp_path):
         topics = order % 4 if name == "topics" else order % 2
         times = true[order] + (np.arange(400) > 200) * (5.0 if name == "pause" else 0.0)
         assert set_backs(topics, times - START) == [], name
+
+
+def test_the_clock_of_topics_whose_times_are_far_from_each_other_is_found_to_be_set_back():
+    """As in bags in which the times of recording are those of headers, by several clocks."""
+    topics = np.arange(80) % 2
+    times = 0.1 * np.arange(80) - 0.9 * (np.arange(80) >= 40) - 3.0 * (topics == 1)
+    ((row, back),) = set_backs(topics, times)
+    assert row == 40
+    assert back == pytest.approx(0.9)
