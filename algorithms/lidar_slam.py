@@ -140,10 +140,9 @@ class LidarSlam:
         self._step_covariance = F @ self._step_covariance @ F.T + G @ odometry.covariance @ G.T
         x, y, turned = self._step.tolist()
         far = math.hypot(x, y) > self._distance or abs(turned) > self._turn
-        level_scan = self._due(level_scan)
-        if level_scan is not None and (far or not self.keyframes):
-            walls = walls_of(level_scan) if walls is None else walls
-            self._extend(level_scan, walls)
+        due = self._due(level_scan)
+        if due is not None and (far or not self.keyframes):
+            self._extend(due, walls_of(due) if walls is None or due is not level_scan else walls)
             self._map.work()
             self._newest = self._map.belief()
         true = self._odometry.time - self._odometry.delay.seconds

@@ -101,6 +101,20 @@ def test_without_odometry_walls_are_found_once_in_each_scan(drive, monkeypatch):
     assert len(found) == sum("scan" in each.scans for each in seen[:200])
 
 
+def test_a_scan_that_waited_for_late_odometry_has_its_own_walls(drive, monkeypatch):
+    robot, seen, _ = drive
+    added, slam = [], LidarSlam()
+    extend = slam._extend
+    monkeypatch.setattr(slam, "_extend", lambda *given: added.append(given) or extend(*given))
+    slam.start(robot, {}, np.random.default_rng(0))
+    for each in seen[:200]:
+        slam._odometry.delay.seconds = 0.16  # that of two scans: one comes when another is due
+        slam.update(each)
+    assert len(added) > 2
+    for level_scan, walls in added:
+        np.testing.assert_array_equal(walls.points, walls_of(level_scan).points)
+
+
 def test_ekf_slam_needs_no_odometry_where_it_sees_beacons(drive):
     # Five sightings a second of each beacon, to 0.05 m and a degree; in between, nothing tells the way.
     errors = errors_of(EkfSlam(jacobians="invariant"), drive)
