@@ -21,8 +21,9 @@ MAX_DOMAIN = 232
 """Number of domains; ports of higher ones would exceed 65535."""
 LONGEST_PROCESS = 100
 """Maximum length of what others say of their process."""
-MANY, POLL = 10_000, 0.02
-"""Maximum number of entities of other participants that are read, and how often [s]."""
+MANY, POLL, SETTLED = 10_000, 0.02, 0.25
+"""Maximum number of entities of other participants that are read, how often, and until how long after the last one
+[s]."""
 FIRST_PORT, PORTS = 7400, 250
 """First port of domain 0, and number of ports per domain, as in RTPS."""
 
@@ -114,17 +115,22 @@ class Bus(Closes):
 
         Args:
             is_meant: Tells which topics count, by their names; this participant must not publish these yet.
-            wait: Minimum time since this participant joined, in which others are found, unless a topic is [s].
+            wait: Time since this participant joined in which the first topic is found [s].
         """
         from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsParticipant, BuiltinTopicDcpsPublication
 
         writers, found = BuiltinDataReader(self._participant, BuiltinTopicDcpsPublication), dict[str, Any]()
-        while not found:
+        deadline = self._joined + wait
+        while True:
+            before = len(found)
             for each in writers.read(N=MANY):
                 space, _, topic = each.topic_name.partition("/")
                 if space == "rt" and is_meant(f"/{topic}"):
                     found[f"/{topic}"] = each.participant_key
-            if time.monotonic() > self._joined + wait:
+            if len(found) > before:
+                # A participant announces its topics one after the other.
+                deadline = time.monotonic() + SETTLED
+            if time.monotonic() > deadline:
                 break
             time.sleep(POLL)
         participants = BuiltinDataReader(self._participant, BuiltinTopicDcpsParticipant).read(N=MANY)
