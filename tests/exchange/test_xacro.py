@@ -1,5 +1,6 @@
 """Xacro: plain properties, arguments and conditions resolve to what the library makes of them; macros need it."""
 
+import itertools
 import tracemalloc
 from pathlib import Path
 from xml.etree import ElementTree
@@ -10,6 +11,8 @@ import xacro
 from mjsim.errors import UsageError
 from mjsim.exchange import RobotOptions, bring_robot
 from mjsim.exchange.robots.xacro import resolved
+from mjsim.exchange.robots.xacro_bounds import Bounds, TooLargeError, rewritten
+from mjsim.exchange.robots.xacro_eval import require_harmless
 
 HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
 PLAIN = f"""{HEAD}
@@ -168,6 +171,15 @@ def test_what_an_expression_would_compute_is_bounded_before_it_is_computed(tmp_p
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak < 50e6
+
+
+def test_what_is_unpacked_is_bounded_entry_by_entry(monkeypatch):
+    monkeypatch.setattr("mjsim.exchange.robots.xacro_bounds.TOTAL", 100)
+    endless, bounds = itertools.count(), Bounds()
+    code = compile(rewritten(require_harmless("[*islice(a, 200)]")), "<expression>", "eval")
+    with pytest.raises(TooLargeError):
+        eval(code, {"__builtins__": bounds.names(), "a": endless, "islice": itertools.islice})
+    assert next(endless) <= 101
 
 
 def test_macros_that_double_with_each_other_are_refused(tmp_path, monkeypatch):

@@ -214,6 +214,12 @@ class _Rewriter(ast.NodeTransformer):
         node.iter = _call(EACH, node.iter)
         return node
 
+    def visit_Starred(self, node: ast.Starred) -> ast.AST:
+        self.generic_visit(node)
+        if isinstance(node.ctx, ast.Load):
+            node.value = _call(EACH, node.value)
+        return node
+
     def visit_FormattedValue(self, node: ast.FormattedValue) -> ast.AST:
         form = node.format_spec
         if form is not None:

@@ -67,7 +67,7 @@ class _Evaluator:
     """Evaluates the expressions of one file."""
 
     def __init__(self, xacro: Any, substitution: Any) -> None:
-        self._xacro, self._substitution = xacro, substitution
+        self._substitution = substitution
         self._bounds, self._macros = Bounds(), 0
         self._expand: Callable[..., Any] = xacro.handle_macro_call
 
