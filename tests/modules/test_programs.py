@@ -1,6 +1,7 @@
 """Programs in any language are modules: JSON lines, one line for each mistake, and nothing left running."""
 
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -207,6 +208,13 @@ def test_a_script_whose_first_line_starts_nothing_is_told_before_it_is_run(tmp_p
     said = " ".join(str(problem) for problem in check_modules(room(tmp_path, f"navigator: {{use: 'exec:./{name}'}}")))
     assert says in said
     assert bool(says) == bool(said)
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may read every file")
+def test_a_program_that_may_be_run_but_not_read_is_no_defect(tmp_path):
+    script(tmp_path, "mine", "#!/no/such/python\n", head="")
+    (tmp_path / "mine").chmod(0o111)
+    assert list(check_modules(room(tmp_path, "navigator: {use: 'exec:./mine'}"))) == []
 
 
 @pytest.mark.parametrize(

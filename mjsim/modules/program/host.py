@@ -135,6 +135,8 @@ def _unstartable(path: Path, folders: Sequence[Path]) -> str:
 
     The shell would only say that the script itself was not found, or read it as a script of its own.
     """
+    if not os.access(path, os.R_OK):
+        return ""  # A compiled program starts all the same.
     with path.open("rb") as file:
         first, end, _ = file.read(_FIRST).partition(b"\n")
     if not first.startswith(b"#!"):
