@@ -37,7 +37,7 @@ class LookChecks:
     def __init__(self) -> None:
         """Start where the map begins."""
         self._covariance = np.zeros((3, 3))
-        self._places: dict[str, Array] = {}
+        self._entered: dict[str, Array] = {}
         self._waiting: dict[str, deque[PosedSighting]] = {}
         self._counted: Counter[str] = Counter()
 
@@ -47,7 +47,7 @@ class LookChecks:
 
     def begin(self, name: str) -> None:
         """Register the first sighting of a landmark."""
-        self._counted[name], self._places[name] = 1, self._covariance
+        self._counted[name], self._entered[name] = 1, self._covariance
 
     def is_young(self, name: str) -> bool:
         """Return whether so few sightings support a landmark that the first one may have been wrong."""
@@ -69,8 +69,8 @@ class LookChecks:
             return False
         name = sighting.name or ""
         by_landmark = self._covariance - self._covariance @ H.T @ np.linalg.solve(S, H @ self._covariance)
-        self._covariance = _lesser(self._covariance, by_landmark + self._places[name])
-        self._places[name] = _lesser(self._places[name], self._covariance)
+        self._covariance = _lesser(self._covariance, by_landmark + self._entered[name])
+        self._entered[name] = _lesser(self._entered[name], self._covariance)
         self._counted[name] += 1
         return True
 

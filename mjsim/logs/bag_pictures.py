@@ -97,8 +97,9 @@ def frame_of(message: Any, stamp: float, intrinsics: Intrinsics) -> LoggedFrame:
         ValueError: It is broken, of an unknown encoding or of another size.
     """
     if not hasattr(message, "encoding"):
-        require_sound(bytes(message.data))
-        return filed_frame(bytes(message.data), stamp, intrinsics)
+        data = bytes(message.data)
+        require_sound(data)
+        return filed_frame(data, stamp, intrinsics)
     require_size(size_of(message), intrinsics)
     return logged_frame(CameraFrame(stamp, _picture(message), intrinsics))
 

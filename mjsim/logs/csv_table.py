@@ -74,7 +74,7 @@ class CsvTable:
         kept = [k for k, row in enumerate(self.rows) if not any(row[column].lower() in BLANK for column in columns)]
         if not kept:
             named = ", ".join(self.names[column] for column in columns)
-            raise UsageError(f"'{self.path}' holds no row with values of {named}"[:LONGEST_MESSAGE])
+            raise UsageError(f"'{self.path}' holds no row with values of {named}; name other columns"[:LONGEST_MESSAGE])
         if len(kept) == len(self.rows):
             return self
         return replace(self, rows=[self.rows[k] for k in kept], lines=[self.lines[k] for k in kept])

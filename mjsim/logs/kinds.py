@@ -131,7 +131,7 @@ def _unknown(path: Path, inside: Sequence[str]) -> str:
     if inside:
         return f"'{path}' is a folder of logs; name one of them: {', '.join(inside)}"[:LONGEST_MESSAGE]
     if path.is_dir() and not any(path.iterdir()):
-        return f"'{path}' is an empty folder"
+        return f"'{path}' is an empty folder; name a log, or a folder that holds one"
     if path.is_file() and not path.stat().st_size:
         return f"'{path}' is empty"
     if path.is_file() and (cut := _cut(path)):

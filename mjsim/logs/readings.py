@@ -36,7 +36,7 @@ class Damage:
     """Readings that turn out to be damaged when they are loaded, and are left out."""
 
     counts: Counter[str] = field(default_factory=Counter)
-    """What they are, such as 'pictures of front' -> their number."""
+    """What they are, such as 'readings of front' -> their number."""
     reasons: dict[str, str] = field(default_factory=dict)
     """What they are -> where the first one is and what is wrong with it."""
 

@@ -226,5 +226,5 @@ def test_tables_of_other_programs_are_the_same_table(table, note, tmp_path):
 
 def test_a_table_without_a_value_in_a_column_that_is_needed_is_one_line(tmp_path):
     write(tmp_path, odometry="t,x,y,yaw\n" + "".join(f"{k},,0,0\n" for k in range(9)))
-    with pytest.raises(UsageError, match=r"odometry\.csv' holds no row with values of t, x, y, yaw$"):
+    with pytest.raises(UsageError, match=r"odometry\.csv' holds no row with values of t, x, y, yaw; name other"):
         mjsim.import_log(tmp_path / "log.yaml")
