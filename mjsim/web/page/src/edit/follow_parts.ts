@@ -5,7 +5,7 @@ import type { WorldDocument } from "../shell/document";
 import { GIVING } from "../text/names";
 import { type Own, ownDrivers, ownEvents, ownPlants } from "./own";
 
-/** Texts there are no names of parts. */
+/** Texts under these keys are not names of parts. */
 const OTHER = new Set(["name", "use", "signal", "controller", "color", "model"]);
 
 /** Changes of a world that follow when the name of a part at a path is set. */
