@@ -3,10 +3,12 @@
 Readers sort messages by the time of recording, which mixes the parts before and after.
 """
 
+import re
 from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from itertools import pairwise
+from pathlib import Path
 from struct import iter_unpack, unpack_from
 from typing import Any
 
@@ -31,6 +33,8 @@ DISORDERED = 1000
 """Topics whose times go back more often are in no order."""
 MESSAGE_INDEX = 0x07
 """Type of the record of MCAP with the times of messages."""
+NUMBERED = re.compile(r".*?(\d{1,6})(?:\.[a-z]\w*)*")
+"""Name of a file of a bag that was split."""
 LARGEST_INDEX = 1 << 26
 """Maximum size of the times of the messages of a chunk [bytes]."""
 Messages = Callable[[], Iterator[tuple[str, int, bytes]]]
@@ -177,10 +181,10 @@ def going_on(reader: Any, files: Sequence[Any]) -> tuple[Any, list[tuple[float, 
     except BrokenBagError:
         # The order of a damaged file is unknown; its messages are read as far as they go.
         return reader, []
-    known = [order for order in orders if order is not None and len(order.times)]
-    if not known or any(order is None for order in orders):
+    whole = [order for order in orders if order is not None]
+    if len(whole) < len(orders) or not any(len(order.times) for order in whole):
         return reader, []
-    known.sort(key=lambda order: int(order.times[0]))
+    known = [order for order in _one_after_the_other(files, whole) if len(order.times)]
     times = np.concatenate([order.times for order in known])
     if not (np.diff(times) < 0).any():
         return reader, []
@@ -198,6 +202,16 @@ def going_on(reader: Any, files: Sequence[Any]) -> tuple[Any, list[tuple[float, 
     moments = (times[rows] + shifts[1:]) * 1e-9
     set_back = list(zip(moments.tolist(), (back for _, back in found), strict=True))
     return InFileOrder(reader, known, rows, shifts), set_back
+
+
+def _one_after_the_other(files: Sequence[Any], orders: Sequence[FileOrder]) -> list[FileOrder]:
+    """Return files by their numbers, as in run_0.mcap, run_1.mcap; without consecutive numbers by their first times."""
+    names = [NUMBERED.fullmatch(Path(str(file.path)).name) for file in files]
+    numbers = [int(name[1]) if name else -1 for name in names]
+    first = min(numbers, default=-1)
+    if first < 0 or sorted(numbers) != list(range(first, first + len(numbers))):
+        numbers = [int(order.times[0]) if len(order.times) else 0 for order in orders]
+    return [orders[k] for k in np.argsort(numbers, kind="stable").tolist()]
 
 
 def set_backs(topics: NDArray[np.intp], times: Array) -> list[tuple[int, float]]:

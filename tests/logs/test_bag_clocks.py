@@ -122,6 +122,21 @@ def test_parts_do_not_mix_where_the_clock_of_the_recorder_was_set_back(form, bac
     np.testing.assert_allclose(np.diff([stamp for stamp, _ in run.images("robot", "eye")]), 1.0, atol=0.01)
 
 
+@pytest.mark.slow
+def test_files_of_a_split_bag_stay_in_order_where_the_clock_was_set_back_before_the_first_one(tmp_path):
+    (tmp_path / "run").mkdir()
+    for part, (times, back) in enumerate([(range(20), 0.0), (range(20, 60), 3.0)]):
+        with new_bag(tmp_path / f"part{part}") as bag:
+            for k in times:
+                at = START + 0.1 * k - back
+                bag.put("/scan", at, bag.scan(bag.header(at, "laser"), np.full(5, 1.0 + k), 0.0, 0.1, (0.1, 900.0)))
+        next((tmp_path / f"part{part}").glob("*.mcap")).rename(tmp_path / "run" / f"run_{part}.mcap")
+    run = mjsim.import_log(tmp_path / "run")
+    assert run.metadata["clock of the recorder"] == "set back 1 times (-3.00 s); times go on from there"
+    scans = [seen.scans["scan"].ranges[0] for seen in run.observations("robot") if seen.scans]
+    assert scans == [1.0 + k for k in range(60)]
+
+
 def test_disorder_of_a_bag_sets_no_clock(tmp_path):
     rng = np.random.default_rng(0)
     true = START + 0.02 * np.arange(400)
