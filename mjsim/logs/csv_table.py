@@ -174,6 +174,12 @@ def read_csv(path: Path, *, skip: int = 0, notes: dict[str, str] | None = None) 
         rows = [row[:-1] for row in rows]
     if len(rows) > 1 and len(rows[-1]) < len(names) and left_out_cut(path, last, notes):
         rows, lines = rows[:-1], lines[:-1]
+    _require_columns(path, names, rows, lines)
+    return CsvTable(path, names, rows, lines)
+
+
+def _require_columns(path: Path, names: Sequence[str], rows: Sequence[list[str]], lines: Sequence[int]) -> None:
+    """Raise UsageError if there are no rows, or one of another length than the names."""
     for number, row in zip(lines, rows, strict=True):
         if len(row) != len(names):
             hint = "; if its names are in a later line, say how many lines are before them (skip)"
@@ -183,7 +189,6 @@ def read_csv(path: Path, *, skip: int = 0, notes: dict[str, str] | None = None) 
             )
     if not rows:
         raise UsageError(f"'{path}' holds no rows, only names of columns")
-    return CsvTable(path, names, rows, lines)
 
 
 def _below_names(
