@@ -11,7 +11,7 @@ import numpy as np
 
 from mjsim.errors import LONGEST_MESSAGE, UsageError, did_you_mean
 from mjsim.geometry import Array
-from mjsim.logs.table import UNIT
+from mjsim.logs.table import UNIT, is_number
 from mjsim.logs.text import LARGEST, left_out_cut, lines_of
 
 DECIMAL = re.compile(r"[-+]?\d*,\d+(e[-+]?\d+)?", re.IGNORECASE)
@@ -52,7 +52,7 @@ class CsvTable:
             UsageError: A value is neither (the message has file and line).
         """
         words = self.words(name)
-        if not words or _is_number(words[0]):
+        if not words or is_number(words[0]):
             return self.column(name) * unit
         found = []
         for line, word in zip(self.lines, words, strict=True):
@@ -118,7 +118,7 @@ class CsvTable:
         return self.names.index(name)
 
     def _numbers(self, indices: Sequence[int], *, finite: bool = True) -> Array:
-        accepted, right = (_is_finite, "a finite number") if finite else (_is_number, "a number")
+        accepted, right = (_is_finite, "a finite number") if finite else (is_number, "a number")
         for line, row in zip(self.lines, self.rows, strict=True):
             for index in indices:
                 if not accepted(row[index]):
@@ -164,7 +164,7 @@ def read_csv(path: Path, *, skip: int = 0, notes: dict[str, str] | None = None) 
     except csv.Error as error:
         raise UsageError(f"'{path}' is not a table with the separator '{separator}': {error}") from None
     names = rows[0]
-    if all(map(_is_number, names)):
+    if all(map(is_number, names)):
         given = _words([comment], separator)[0] if comment else []
         names = given if len(given) == len(rows[0]) else [str(k + 1) for k in range(len(rows[0]))]
     else:
@@ -195,7 +195,7 @@ def _below_names(
     path: Path, rows: Sequence[list[str]], lines: list[int], notes: dict[str, str] | None
 ) -> tuple[list[list[str]], list[int]]:
     """Return the rows below the names of columns and their line numbers, without one of units, which is noted."""
-    first, following = (any(map(_is_number, row)) for row in rows[:2]) if len(rows) > 1 else (True, True)
+    first, following = (any(map(is_number, row)) for row in rows[:2]) if len(rows) > 1 else (True, True)
     if first or not following or notes is None:
         return list(rows), lines
     notes[f"line of {path.name} below the names of columns left out"] = ", ".join(rows[0])[:LONGEST_MESSAGE]
@@ -214,16 +214,8 @@ def _with_point(word: str) -> str:
     return word.replace(",", ".") if DECIMAL.fullmatch(word) else word
 
 
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
-
-
 def _is_finite(word: str) -> bool:
-    return _is_number(word) and abs(float(word)) <= LARGEST
+    return is_number(word) and abs(float(word)) <= LARGEST
 
 
 def headings(table: CsvTable, names: Sequence[str | int]) -> Array:

@@ -45,7 +45,7 @@ def read_table(
         words = line.partition("#")[0].replace(",", " ").split()
         if not words:
             continue
-        is_named, is_first = is_first and len(words) == len(columns) and not any(map(_is_number, words)), False
+        is_named, is_first = is_first and len(words) == len(columns) and not any(map(is_number, words)), False
         if is_named:
             continue
         if gaps and any(word.lower() == "nan" for word in words[1:]):
@@ -69,7 +69,8 @@ def read_table(
     return np.array(rows)
 
 
-def _is_number(word: str) -> bool:
+def is_number(word: str) -> bool:
+    """Return whether a word is a number, finite or not."""
     try:
         float(word)
     except ValueError:
