@@ -11,6 +11,7 @@ from .base import Color as Color
 from .base import Degrees as Degrees
 from .base import Deviation as Deviation
 from .base import Distance as Distance
+from .base import Legible as Legible
 from .base import Length as Length
 from .base import Metres as Metres
 from .base import Model as Model
@@ -27,7 +28,13 @@ from .gc_pause import gc_paused as gc_paused
 from .kinds import OneOf as OneOf
 from .kinds import kind_of as kind_of
 from .names import RESERVED as RESERVED
+from .names import RUN as RUN
+from .names import TakenNames as TakenNames
+from .names import composed as composed
 from .names import item_names as item_names
+from .names import legible as legible
+from .names import look_of as look_of
+from .names import reserved_fault as reserved_fault
 from .words import Path as Path
 from .words import meant_key as meant_key
 from .words import misspelt_kind as misspelt_kind

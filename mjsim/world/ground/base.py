@@ -8,6 +8,7 @@ from pydantic_core import CoreSchema, PydanticCustomError
 
 from mjsim.world.files import Source, check_picture, read_asset
 from mjsim.world.ground.descriptions import descriptions
+from mjsim.world.ground.names import legible
 
 KEY = "[key]"
 """Last step of a path that refers to a key itself, not its value; defined by pydantic."""
@@ -60,18 +61,22 @@ def _existing_model(name: str, info: ValidationInfo) -> str:
     return name
 
 
-NAME_PATTERN = r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$"
+# Of ASCII only letters, digits and a few signs; of the rest `legible` admits letters and digits.
+_HEAD, _PART, _TAIL = (rf"[^\x00-{last}:-@\[-^`{{-\x7f]" for last in ("/", ",./", ",/"))
+NAME_PATTERN = rf"^{_HEAD}{_TAIL}*$"
 COLOR_PATTERN = r"^#[0-9a-fA-F]{6}$"
-PART_PATTERN = r"^[A-Za-z0-9_.-]+/[A-Za-z0-9]+$"
-JOINT_PATTERN = r"^[A-Za-z0-9_][A-Za-z0-9_-]*$"
-POINT_PATTERN = r"^[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)?$"
-TARGET_PATTERN = r"^[A-Za-z0-9_][A-Za-z0-9_.-]*\.[A-Za-z0-9_][A-Za-z0-9_-]*$"
+PART_PATTERN = rf"^{_TAIL}+/[A-Za-z0-9]+$"
+JOINT_PATTERN = rf"^{_HEAD}{_PART}*$"
+POINT_PATTERN = rf"^{_PART}+(\.{_PART}+)?$"
+TARGET_PATTERN = rf"^{_HEAD}{_TAIL}*\.{_HEAD}{_PART}*$"
 PLAIN_PATTERN = r"^[^\x00-\x1f]+$"
-PLANT_PATTERN = r"^[A-Za-z0-9_][A-Za-z0-9_.-]*(/[A-Za-z0-9_][A-Za-z0-9_.-]*)?$"
+PLANT_PATTERN = rf"^{_HEAD}{_TAIL}*(/{_HEAD}{_TAIL}*)?$"
 USE_PATTERN = r"^(exec:.+|[^:]+\.m|[^:]+:[A-Za-z_][A-Za-z0-9_]*)$"
 
-Name = Annotated[str, Field(pattern=NAME_PATTERN, max_length=64)]
-"""A name: letters, digits, `_`, `.` and `-`."""
+Legible = AfterValidator(legible)
+"""Completes the patterns of names: see `legible`."""
+Name = Annotated[str, Field(pattern=NAME_PATTERN, max_length=64), Legible]
+"""A name: letters and digits of any script, `_`, `.` and `-`."""
 
 SMALLEST = 1e-5
 """Meshes of smaller things have no volume, and bodies of their size no inertia [m]."""

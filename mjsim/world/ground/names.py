@@ -1,10 +1,79 @@
-"""Names of items in scenes and recordings, including items unnamed in the world file."""
+"""Names: which there may be, which are reserved, and those of items unnamed in the world file."""
 
+import unicodedata
 from collections.abc import Sequence
 from typing import Protocol
 
 RESERVED = ("beacon", "ceiling", "door", "floor", "obstacle", "wall", "world")
 """First part of names in the scene for everything other than robots, mechanisms and people."""
+RUN = "run"
+"""Key of the figures of a run among those of its robots."""
+INVISIBLE = frozenset(
+    "\u034f\u115f\u1160\u17b4\u17b5\u180b\u180c\u180d\u180f\u3164\uffa0"
+    + "".join(map(chr, (*range(0xFE00, 0xFE10), *range(0xE0100, 0xE01F0))))
+)
+"""Letters and marks that Unicode lists as ignorable by default: they change nothing that is seen."""
+
+
+def legible(name: str) -> str:
+    """Return a name as `composed`.
+
+    Raises:
+        ValueError: It has characters other than letters, digits and their marks, or invisible ones; ASCII is left to
+            the pattern of the name.
+    """
+    if name.isascii():
+        return name
+    for character in name:
+        kind = unicodedata.category(character)
+        if character in INVISIBLE or kind in ("Cf", "Cc"):
+            raise ValueError(f"name '{name}' has the invisible character U+{ord(character):04X}; write it without")
+        if not character.isascii() and kind[0] not in "LMN":
+            raise ValueError(f"name '{name}' has U+{ord(character):04X}, which is no letter or digit; write it without")
+    if unicodedata.category(name[0])[0] == "M":
+        raise ValueError(f"name '{name}' begins with the mark U+{ord(name[0]):04X}; begin with a letter or a digit")
+    return composed(name)
+
+
+def composed(text: str) -> str:
+    """Return a text in Unicode normal form C, in which equal texts have equal characters."""
+    return unicodedata.normalize("NFC", text)
+
+
+def look_of(name: str) -> str:
+    """Return what a name looks like: names of equal look, such as 'a1' and its full-width form, are taken for one."""
+    return name if name.isascii() else unicodedata.normalize("NFKC", name)
+
+
+class TakenNames:
+    """Finds names that equal earlier ones, or look like them; see `look_of`."""
+
+    def __init__(self) -> None:
+        self._owners: dict[str, tuple[str, str]] = {}
+
+    def fault(self, name: str, owner: str, *, each: str = "each") -> str | None:
+        """Take a name; return why it cannot be taken, or None.
+
+        Args:
+            name: The name.
+            owner: What has it, for later faults.
+            each: What should have a name of its own.
+        """
+        name, look = composed(name), look_of(name)
+        if look not in self._owners:
+            self._owners[look] = name, owner
+            return None
+        other, place = self._owners[look]
+        if name == other:
+            return f"name '{name}' is taken by {place}; give {each} its own"
+        return f"name '{name}' looks like '{other}' of {place}; give {each} a name that looks different"
+
+
+def reserved_fault(name: str, *, reserved: Sequence[str] = RESERVED) -> str | None:
+    """Return why a robot, a mechanism or a person cannot have a name; None if it can."""
+    if name == RUN and RUN in reserved:
+        return f"'{name}' is reserved for the figures of the run, beside those of its robots; give another name"
+    return f"'{name}' is a reserved name in the scene; give another name" if name in reserved else None
 
 
 class Nameable(Protocol):

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from mjsim.errors import did_you_mean
-from mjsim.world.ground import KEY
+from mjsim.world.ground import KEY, TakenNames
 from mjsim.world.items.arms import RobotArm
 from mjsim.world.items.drives import KINDS
 from mjsim.world.items.events import OpenEvent
@@ -60,14 +60,11 @@ def _named_items(keys: Mapping[str, Any]) -> Iterator[tuple[str, tuple[str | int
 
 
 def _names_taken(keys: Mapping[str, Any]) -> Iterator[Misfit]:
-    owners: dict[str, str] = {}
+    taken = TakenNames()
     for place, path, item in _named_items(keys):
         name = item.get("name")
-        if not isinstance(name, str):
-            continue
-        if name in owners:
-            yield f"name '{name}' is taken by {owners[name]}; give each item its own", (*path, "name")
-        owners.setdefault(name, place)
+        if isinstance(name, str) and (message := taken.fault(name, place, each="each item")):
+            yield message, (*path, "name")
 
 
 def _sensors(robot: Mapping[str, Any]) -> Iterator[tuple[int, str, dict[str, Any]]]:
@@ -80,14 +77,11 @@ def _sensors(robot: Mapping[str, Any]) -> Iterator[tuple[int, str, dict[str, Any
 
 def _sensors_taken(keys: Mapping[str, Any]) -> Iterator[Misfit]:
     for index, robot in _items(keys, "robots"):
-        known: set[str] = set()
+        taken = TakenNames()
         for number, kind, sensor in _sensors(robot):
             name = sensor[kind]
-            if isinstance(name, str) and name in known:
-                message = f"name '{name}' is taken by another sensor of this robot; give each its own"
+            if isinstance(name, str) and (message := taken.fault(name, "another sensor of this robot")):
                 yield message, ("robots", index, "sensors", number, kind)
-            elif isinstance(name, str):
-                known.add(name)
 
 
 def _carried_by_nothing(keys: Mapping[str, Any]) -> Iterator[Misfit]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 from pydantic import Field, PrivateAttr, model_validator
 
 from mjsim.errors import did_you_mean
-from mjsim.world.ground import RESERVED, Color, Degrees, Model, Name, Point, fault
+from mjsim.world.ground import Color, Degrees, Model, Name, Point, fault, reserved_fault
 from mjsim.world.items.targets import Feet, Hands, TargetRef
 
 if TYPE_CHECKING:  # Imported where it is used: worlds without people load faster.
@@ -115,8 +115,8 @@ class Person(Model):
 
     @model_validator(mode="after")
     def _is_somebody(self) -> Self:
-        if self.name.partition("/")[0] in RESERVED:
-            raise fault(f"'{self.name}' is a reserved name in the scene; give another name", "name")
+        if message := reserved_fault(self.name):
+            raise fault(message, "name")
         if self.measures and "percentile" in self.model_fields_set:
             raise fault("a person is given by percentile or by measures; leave out one of them", "percentile")
         from mjsim.people import MeasureError

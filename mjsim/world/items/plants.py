@@ -5,7 +5,7 @@ from typing import Annotated, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from mjsim.world.ground import PLANT_PATTERN, Model, Name, fault
+from mjsim.world.ground import PLANT_PATTERN, Legible, Model, Name, fault
 from mjsim.world.items.signals import Signal
 
 MAX_STATES = 50
@@ -85,7 +85,7 @@ class Plant(Model):
 
     name: Name
     """Name in the command."""
-    of: Annotated[str, Field(pattern=PLANT_PATTERN, max_length=130)] | None = None
+    of: Annotated[str, Field(pattern=PLANT_PATTERN, max_length=130), Legible] | None = None
     """A robot, ROBOT/ARM, or a mechanism."""
     input: Name | None = None
     """Input: for a robot `forward`, `turn` or a wheel; for an arm or a mechanism a joint (its torque or force),

@@ -5,7 +5,19 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, ValidationInfo, model_validator
 
 from mjsim.world.files import BUILT
-from mjsim.world.ground import PLAIN_PATTERN, Degrees, Length, Model, Name, Point, fault
+from mjsim.world.ground import (
+    PLAIN_PATTERN,
+    RESERVED,
+    RUN,
+    Degrees,
+    Length,
+    Model,
+    Name,
+    Point,
+    TakenNames,
+    fault,
+    reserved_fault,
+)
 from mjsim.world.items.arms import RobotArm
 from mjsim.world.items.bodies import Body, BoxBody, CylinderBody, ModelBody, NoBody
 from mjsim.world.items.drives import (
@@ -61,6 +73,12 @@ class Robot(Model):
         return None if any(isinstance(sensor, Imu) for sensor in self.sensors) else self.drive.own_imu
 
     @model_validator(mode="after")
+    def _has_a_name_of_its_own(self) -> Self:
+        if message := reserved_fault(self.name, reserved=(*RESERVED, RUN)):
+            raise fault(message, "name")
+        return self
+
+    @model_validator(mode="after")
     def _drive_on_its_body(self) -> Self:
         own = isinstance(self.drive, UserDrive)
         if own and not isinstance(self.body, ModelBody):
@@ -107,16 +125,16 @@ class Robot(Model):
 
     @model_validator(mode="after")
     def _arms_have_names_of_their_own(self) -> Self:
-        taken = {name_of(sensor): "a sensor" for sensor in self.sensors}
+        taken = TakenNames()
+        for sensor in self.sensors:
+            taken.fault(name_of(sensor), "a sensor of this robot")
         for index, arm in enumerate(self.arms):
             if arm.name == "drive" or arm.name.startswith("wheel_"):
                 raise fault(
                     f"arm name '{arm.name}' is that of a part of the base; give it another", "arms", index, "name"
                 )
-            if arm.name in taken:
-                message = f"name '{arm.name}' is taken by {taken[arm.name]} of this robot; give each its own"
+            if message := taken.fault(arm.name, "another arm of this robot"):
                 raise fault(message, "arms", index, "name")
-            taken[arm.name] = "another arm"
         return self
 
     @model_validator(mode="before")

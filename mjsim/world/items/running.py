@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
 
-from mjsim.world.ground import USE_PATTERN, Model, Name, Rate, fault
+from mjsim.world.ground import USE_PATTERN, Model, Name, Rate, composed, fault
 from mjsim.world.items.events import WorldEvent
 
 
@@ -19,8 +19,9 @@ class Use(Model):
     """'dotted.module:Class', or, beside the world file, 'file.py:Class', 'file.m' (Octave), 'exec:./program --flag'."""
 
     def arguments(self) -> dict[str, Any]:
-        """Return the keyword arguments of the class."""
-        return dict(self.model_extra or {})
+        """Return the keyword arguments of the class; texts are composed, as the names are that they may refer to."""
+        given = self.model_extra or {}
+        return {key: composed(value) if isinstance(value, str) else value for key, value in given.items()}
 
 
 class Control(Use):

@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import AfterValidator, Field, model_validator
 
 from mjsim.errors import did_you_mean
-from mjsim.world.ground import PART_PATTERN, Distance, Model, Name, Point3, Slider, fault
+from mjsim.world.ground import PART_PATTERN, Distance, Legible, Model, Name, Point3, Slider, fault
 from mjsim.world.items.sensor_presets import over_sensor
 
 
@@ -54,7 +54,7 @@ class SensorModel(Model):
 class OnArm(SensorModel):
     """A sensor that an arm may carry."""
 
-    on: Annotated[str, Field(pattern=PART_PATTERN, max_length=129)] | None = None
+    on: Annotated[str, Field(pattern=PART_PATTERN, max_length=129), Legible] | None = None
     """Part of an arm that carries it, ARM/link1 and so on or ARM/tool, which defines its frame; default: the body."""
 
     def misfit(self, robot: Any) -> str | None:

@@ -10,17 +10,19 @@ from mjsim.world.ground import (
     TARGET_PATTERN,
     Degrees,
     Distance,
+    Legible,
     Length,
     Model,
     OneOf,
     Point3,
+    TakenNames,
     fault,
     kind_of,
 )
 
-TargetName = Annotated[str, Field(pattern=JOINT_PATTERN, max_length=64)]
+TargetName = Annotated[str, Field(pattern=JOINT_PATTERN, max_length=64), Legible]
 """Letters, digits, `_` and `-`; a dot separates it from the name of its object."""
-TargetRef = Annotated[str, Field(pattern=TARGET_PATTERN, max_length=130)]
+TargetRef = Annotated[str, Field(pattern=TARGET_PATTERN, max_length=130), Legible]
 """'THING.TARGET'."""
 
 
@@ -105,13 +107,10 @@ Targets = Annotated[tuple[Target, ...], Field(strict=False, max_length=200)]
 
 def check_names(targets: Iterable[_Target]) -> None:
     """Refuse targets of one object with the same name."""
-    taken: set[str] = set()
+    taken = TakenNames()
     for number, target in enumerate(targets):
-        if target.name in taken:
-            key = kind_of(target, TARGET_KINDS) or ""
-            message = f"name '{target.name}' is taken by another target of this thing; give each its own"
-            raise fault(message, "targets", number, key)
-        taken.add(target.name)
+        if message := taken.fault(target.name, "another target of this thing"):
+            raise fault(message, "targets", number, kind_of(target, TARGET_KINDS) or "")
 
 
 class Hands(Model):

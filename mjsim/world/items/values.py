@@ -6,7 +6,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from mjsim.errors import UsageError, did_you_mean
-from mjsim.world.ground import path_of, sentence
+from mjsim.world.ground import composed, path_of, sentence
 from mjsim.world.items.sensors import SENSOR_KINDS
 from mjsim.world.items.world import World
 
@@ -35,7 +35,7 @@ def with_parts(world: World, given: Sequence[tuple[list[str], Any, str]], label:
     tree = world.model_dump(exclude_unset=True)
     full = world.model_dump()
     for path, value, setting in given:
-        _put(tree, full, path, value, setting)
+        _put(tree, full, list(map(composed, path)), value, setting)
     try:
         changed = World.model_validate(tree, context={"source": world.source})
     except ValidationError as error:

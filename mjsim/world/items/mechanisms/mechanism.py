@@ -9,7 +9,7 @@ from pydantic import PrivateAttr, ValidationInfo, model_validator
 
 from mjsim.errors import did_you_mean
 from mjsim.world.files import BUILT, Source, read_asset
-from mjsim.world.ground import RESERVED, Degrees, Metres, Name, Point, fault
+from mjsim.world.ground import Degrees, Metres, Name, Point, TakenNames, fault, reserved_fault
 from mjsim.world.items.mechanisms.bodies import MechanismBody
 from mjsim.world.items.mechanisms.joint_kinds import Jointed
 from mjsim.world.items.mechanisms.parts import MechanismParts
@@ -46,22 +46,21 @@ class Mechanism(MechanismParts):
         source = (info.context or {}).get("source")
         if isinstance(source, Source):
             self._source = source
-        if self.name.partition("/")[0] in RESERVED:
-            raise fault(f"'{self.name}' is a reserved name in the scene; give another name", "name")
+        if message := reserved_fault(self.name):
+            raise fault(message, "name")
         for message, path in self._taken():
             raise fault(message, *path)
         _ = self.assembly
         return self
 
     def _taken(self) -> Iterator[tuple[str, tuple[str | int, ...]]]:
-        owners: dict[str, str] = {}
+        taken = TakenNames()
         lists = {"bodies": [item.name for item in self.bodies], "joints": [item.name for item in self.joints]}
         lists["constraints"] = [item.called(number) for number, item in enumerate(self.constraints)]
         for kind, names in lists.items():
             for number, name in enumerate(names):
-                if name in owners:
-                    yield f"name '{name}' is taken by {owners[name]}; give each its own", (kind, number)
-                owners.setdefault(name, f"{kind}[{number}]")
+                if message := taken.fault(name, f"{kind}[{number}]"):
+                    yield message, (kind, number)
                 if name == GROUND:
                     yield f"'{GROUND}' is the fixed frame; give another name", (kind, number)
 

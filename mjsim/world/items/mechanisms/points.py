@@ -8,7 +8,7 @@ from typing import Annotated
 from pydantic import AfterValidator, Discriminator, Field, Tag
 
 from mjsim.errors import did_you_mean
-from mjsim.world.ground import JOINT_PATTERN, POINT_PATTERN, Name, Point3
+from mjsim.world.ground import JOINT_PATTERN, POINT_PATTERN, Legible, Name, Point3
 
 GROUND = "ground"
 """Name of the fixed ground."""
@@ -20,11 +20,11 @@ def _pointing(axis: tuple[float, ...]) -> tuple[float, ...]:
     return axis
 
 
-PartName = Annotated[str, Field(pattern=JOINT_PATTERN, max_length=64)]
+PartName = Annotated[str, Field(pattern=JOINT_PATTERN, max_length=64), Legible]
 """Name of a body or a joint: letters, digits, `_` and `-`; a dot precedes the name of a point or value."""
 Axis = Annotated[Point3, AfterValidator(_pointing)]
 """A direction, of any length."""
-Named = Annotated[str, Field(pattern=POINT_PATTERN, max_length=130)]
+Named = Annotated[str, Field(pattern=POINT_PATTERN, max_length=130), Legible]
 """'BODY' or 'BODY.POINT'."""
 
 
