@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element, ParseError, fromstring, tostring
-from xml.parsers import expat
 
 import numpy as np
 
@@ -23,6 +22,7 @@ from mjsim.exchange.plan_in import read_plan
 from mjsim.exchange.roles import Role, role_of
 from mjsim.exchange.svg_tree import METRES, SHAPES, length_of, made_plain, tag_of
 from mjsim.geometry import Array
+from mjsim.models import RefusedXmlError, checked_xml
 from mjsim.world import World
 
 CURVE_STEPS = 48
@@ -143,28 +143,11 @@ def _paths(document: Any) -> tuple[list[Any], int]:
 
 def _root_of(data: bytes, path: Path) -> Element:
     """Return the root element of a drawing; entities, which can expand or refer to other files, are rejected."""
-    parser = expat.ParserCreate()
-    depth = 0
-
-    def entity(name: str, *_: object) -> None:
-        raise UsageError(f"'{path}' declares the XML entity '{name:.40}'; save it as plain SVG, without entities")
-
-    def deeper(*_: object) -> None:
-        nonlocal depth
-        depth += 1
-        if depth > DEEPEST:
-            raise UsageError(f"'{path}' has elements more than {DEEPEST} deep; save it as plain SVG")
-
-    def higher(*_: object) -> None:
-        nonlocal depth
-        depth -= 1
-
-    parser.EntityDeclHandler = entity
-    parser.StartElementHandler, parser.EndElementHandler = deeper, higher
     try:
-        parser.Parse(data, True)
-        root = fromstring(data)
-    except (expat.ExpatError, ParseError, ValueError, LookupError) as error:
+        root = fromstring(checked_xml(data, doctype=True, deepest=DEEPEST))
+    except RefusedXmlError as error:
+        raise UsageError(f"'{path}' {error}; save it as plain SVG") from None
+    except ParseError as error:
         raise UsageError(f"'{path}' is not XML, and so not an SVG drawing: {error}") from None
     if root.tag != "{http://www.w3.org/2000/svg}svg":
         raise UsageError(f"'{path}' is XML but not an SVG drawing; its first element is '{root.tag[:60]}'")

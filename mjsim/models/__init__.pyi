@@ -24,7 +24,6 @@ from .places import PlacedError as PlacedError
 from .places import line_and_column as line_and_column
 from .places import line_of as line_of
 from .places import names_in as names_in
-from .prefixes import with_prefixes as with_prefixes
 from .reader import UNSAID as UNSAID
 from .reader import no_warnings as no_warnings
 from .reader import seen_and_touched as seen_and_touched
@@ -38,3 +37,5 @@ from .robot_files import gather_robot as gather_robot
 from .robot_files import robot_text as robot_text
 from .shape import ModelShape as ModelShape
 from .shape import read_model as read_model
+from .xml_text import RefusedXmlError as RefusedXmlError
+from .xml_text import checked_xml as checked_xml

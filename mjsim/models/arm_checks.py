@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 from mjsim.models.files import Element
 from mjsim.models.inertias import mend_inertias
-from mjsim.models.prefixes import with_prefixes
+from mjsim.models.xml_text import RefusedXmlError, checked_xml
 
 FEATHER = 1e-12
 """Mass of a link that weighs nothing: below errors of rounding [kg]."""
@@ -89,12 +89,12 @@ def checked_inertias(root: Element, path: str) -> list[str]:
 def text_place(data: bytes, element: str) -> tuple[int, int]:
     """Return line and column, from 1, of a named element in a model, or of the end of valid XML."""
     try:
-        ElementTree.fromstring(with_prefixes(data))
+        text = checked_xml(data)
+        ElementTree.fromstring(text)
     except ElementTree.ParseError as error:
         return error.position[0], error.position[1] + 1
-    except ValueError:
+    except RefusedXmlError:
         return 1, 1
-    text = data.decode("utf-8", "replace")
     word = re.escape(element)
     patterns = (rf"<[^<>]*\bname\s*=\s*([\"']){word}\1", rf"<{word}\b", rf"<[^<>]*\btype\s*=\s*([\"']){word}\1")
     found = next(filter(None, (re.search(pattern, text) for pattern in patterns)), None) if element else None

@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 
 from mjsim.models.meshes import check_mesh
 from mjsim.models.pictures import picture_size
-from mjsim.models.prefixes import is_unbound, with_prefixes
+from mjsim.models.xml_text import RefusedXmlError, checked_xml
 
 Read = Callable[[str], bytes]
 """Returns a file by its path relative to the folder of the world; raises ValueError."""
@@ -122,10 +122,6 @@ class Builder(ElementTree.TreeBuilder):
         super().__init__()
         self._path, self._depth, self.count = path, 0, count
 
-    def doctype(self, name: str, pubid: str | None, system: str | None) -> None:
-        """Reject: entities could expand to any amount of text."""
-        raise ValueError(f"'{self._path}' declares a document type; leave <!DOCTYPE ...> out")
-
     def start(self, tag: str, attrs: dict[str, str]) -> Element:
         """Count an element, and start it."""
         self._depth += 1
@@ -154,13 +150,8 @@ def _tree(path: str, data: bytes, count: int) -> tuple[Element, int]:
     """Return the root of a file, and the number of elements including those counted before."""
     builder = Builder(path, count)
     parser = ElementTree.XMLParser(target=builder)
-    try:
-        parser.feed(data)
-        root: Element = parser.close()
-    except ElementTree.ParseError as error:
-        if is_unbound(error) and (bound := with_prefixes(data)) != data:
-            return _tree(path, bound, count)
-        raise
+    parser.feed(checked_xml(data))
+    root: Element = parser.close()
     return root, builder.count
 
 
@@ -184,6 +175,8 @@ class Gatherer:
             root, self._elements = _tree(path, data, self._elements)
         except ElementTree.ParseError as error:
             raise ValueError(f"'{path}' is not XML: {error}; correct it") from None
+        except RefusedXmlError as error:
+            raise ValueError(f"'{path}' {error}") from None
         root.tag = root.tag.removeprefix(FOREIGN)
         return root
 

@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 from xml.parsers import expat
 
 from mjsim.models.files import Element
+from mjsim.models.xml_text import xml_text
 
 _LINE = re.compile(r"(?:Element '(?P<tag>[\w.:-]+)',? )?line (?P<line>\d+)")
 _NAMED = re.compile(r"(?:Element name|name) '(?P<name>[^']+)'")
@@ -51,14 +52,14 @@ class PlacedError(ValueError):
 def starts(data: bytes) -> list[ElementStart]:
     """Return the starts of the elements of an XML file, in order, as far as the file is valid."""
     found: list[ElementStart] = []
-    parser = expat.ParserCreate()
+    parser = expat.ParserCreate("utf-8")
 
     def begin(tag: str, _: dict[str, str]) -> None:
         found.append(ElementStart(tag, parser.CurrentLineNumber, parser.CurrentColumnNumber + 1))
 
     parser.StartElementHandler = begin
     try:
-        parser.Parse(data, True)
+        parser.Parse(xml_text(data).encode(), True)
     except expat.ExpatError:
         return found
     return found

@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 
 from mjsim.errors import UsageError
 from mjsim.exchange.robots.xacro_eval import guarded
-from mjsim.models import with_prefixes
+from mjsim.models import RefusedXmlError, checked_xml
 from mjsim.syntax import parse_python
 
 SPACE = "xacro"
@@ -100,16 +100,14 @@ def parsed(data: bytes, path: Path) -> ElementTree.Element:
     """
     if len(data) > MAX_BYTES:
         raise UsageError(f"{path} has {len(data) / 1e6:.0f} MB of XML; it must have at most {MAX_BYTES // 10**6} MB")
-    if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
-        raise UsageError(f"{path} declares a document type; leave <!DOCTYPE ...> out")
     try:
-        return ElementTree.fromstring(with_prefixes(data))
+        return ElementTree.fromstring(checked_xml(data))
     except ElementTree.ParseError as error:
         line, column = error.position
         problem = str(error).partition(":")[0]
         raise UsageError(f"{path}:{line}:{column + 1}: this is not XML ({problem}); correct it") from None
-    except (ValueError, LookupError) as error:
-        raise UsageError(f"{path} cannot be read as XML: {error}; write it as UTF-8") from None
+    except RefusedXmlError as error:
+        raise UsageError(f"{path} {error}") from None
 
 
 def _word(tag: str) -> str | None:
