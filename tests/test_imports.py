@@ -15,7 +15,7 @@ from mjsim.bench.import_graph import Package
 
 ROOT = Path(mjsim.__file__).parent
 
-GROUND = {"closing", "errors", "faces", "geometry", "gl_request", "output", "progress", "syntax"}
+GROUND = {"closing", "errors", "faces", "geometry", "gl_request", "guarded", "output", "progress", "syntax"}
 WORLD = GROUND | {"mechanics", "models", "people", "world"}
 VALUES = WORLD | {"interface"}
 COMPILE = VALUES | {"compile", "posture"}

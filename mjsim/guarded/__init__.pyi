@@ -1,0 +1,5 @@
+from .limits import Allowance as Allowance
+from .reader import Reader as Reader
+from .reader import guarded as guarded
+from .reader import guarded_parts as guarded_parts
+from .wire import Plain as Plain

@@ -1,0 +1,105 @@
+"""The child process that decodes files of strangers; `mjsim.guarded.reader` starts it.
+
+Its standard input brings requests, pickled by the parent; its standard output takes back values in the form of
+`mjsim.guarded.wire`.
+"""
+
+import importlib
+import os
+import pickle
+import sys
+import traceback
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, BinaryIO
+
+from mjsim.errors import MjsimError, WorldError
+from mjsim.guarded.lockdown import lock_down
+from mjsim.guarded.request import LENGTH, Call
+from mjsim.guarded.wire import send
+
+OWN_ERRORS = ("UsageError", "WorldError", "RecordingError")
+"""Errors of mjsim that reach the caller as they are."""
+LONGEST_TRACEBACK = 20_000
+"""Maximum length of the traceback that is handed back for developers [characters]."""
+
+
+def main() -> None:
+    """Serve requests until the parent closes the pipe."""
+    requests = os.fdopen(os.dup(0), "rb")
+    # What libraries print must not end up between the answers.
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    warnings.simplefilter("ignore")
+    start = _next(requests)
+    if start is None:
+        return
+    _function(start.function)
+    send(answers, {"missing": lock_down(start)})
+    while (call := _next(requests)) is not None:
+        for answer in answers_to(call):
+            _send(answers, answer)
+
+
+def answers_to(call: Call) -> Iterator[Mapping[str, Any]]:
+    """Yield the answers to a call: parts of its value if it makes them one by one, and its value or its error last."""
+    try:
+        value = _function(call.function)(*call.arguments, **call.keywords)
+        if isinstance(value, Iterator):
+            for part in value:
+                yield {"part": part}
+            value = None
+        yield {"value": value}
+    except MemoryError:
+        yield {"memory": True}
+    except ImportError as error:
+        # No file makes a library missing.
+        yield {"fault": str(error), "traceback": traceback.format_exc()[-LONGEST_TRACEBACK:]}
+    except Exception as error:
+        yield _described(error)
+
+
+def _send(answers: BinaryIO, answer: Mapping[str, Any]) -> None:
+    try:
+        send(answers, answer)
+    except MemoryError:
+        send(answers, {"memory": True})
+    except TypeError as error:
+        send(answers, {"fault": str(error), "traceback": traceback.format_exc()})
+
+
+def _described(error: Exception) -> Mapping[str, Any]:
+    """Return an error as the parent is told of it; one of a library is a fault of the file."""
+    said = traceback.format_exc()[-LONGEST_TRACEBACK:]
+    if isinstance(error, WorldError):
+        problems = [[each.file, each.line, each.column, each.message] for each in error.problems]
+        return {"error": "WorldError", "problems": problems, "traceback": said}
+    kind = next((base.__name__ for base in type(error).__mro__ if base.__name__ in OWN_ERRORS), None)
+    if kind is not None and isinstance(error, MjsimError):
+        return {"error": kind, "message": str(error), "traceback": said}
+    if isinstance(error, OSError) and error.strerror:
+        return {"failed": error.strerror, "traceback": said}
+    text = str(error)
+    return {"failed": f"{type(error).__name__}: {text}" if text else type(error).__name__, "traceback": said}
+
+
+def _function(name: str) -> Callable[..., Any]:
+    module, _, attribute = name.partition(":")
+    found: Callable[..., Any] = getattr(importlib.import_module(module), attribute)
+    return found
+
+
+def _next(requests: BinaryIO) -> Any:
+    """Return the next request; None at the end."""
+    head = requests.read(LENGTH.size)
+    if len(head) < LENGTH.size:
+        return None
+    # It comes from the parent, which is trusted.
+    return pickle.loads(requests.read(*LENGTH.unpack(head)))
+
+
+if __name__ == "__main__":
+    main()
+    # Threads and exit handlers of libraries have nothing left to do.
+    sys.stdout.flush()
+    os._exit(0)

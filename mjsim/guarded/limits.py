@@ -1,0 +1,32 @@
+"""Limits of the child process that decodes a file of a stranger."""
+
+from dataclasses import dataclass
+
+MEMORY = 800 << 20
+"""Memory for a small file, libraries included [bytes]; with mjsim itself that is below 1 GB."""
+MEMORY_PER_BYTE = 16
+"""Further memory for each byte of a file."""
+SECONDS = 15.0
+"""Time for a small file [s]."""
+SECONDS_PER_MEGABYTE = 10.0
+"""Further time for each megabyte of a file [s]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Allowance:
+    """What a child may use to decode one file."""
+
+    memory: int = MEMORY
+    """Private memory [bytes]; also the largest value that it may hand back."""
+    seconds: float = SECONDS
+    """Time that the caller waits for it, and processor time that it may use, for one call [s]."""
+
+    def __post_init__(self) -> None:
+        """Check that they are above 0."""
+        if self.memory <= 0 or not 0.0 < self.seconds < float("inf"):
+            raise ValueError(f"limits are {self.memory} bytes and {self.seconds} s; both must be above 0")
+
+
+def limits_for(size: int) -> Allowance:
+    """Return the limits for a file of some size [bytes]."""
+    return Allowance(memory=MEMORY + MEMORY_PER_BYTE * size, seconds=SECONDS + SECONDS_PER_MEGABYTE * size / 1e6)

@@ -1,0 +1,36 @@
+"""What the parent asks of the child that decodes files."""
+
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mjsim.guarded.limits import Allowance
+
+LENGTH = struct.Struct("<Q")
+"""Length of a request [bytes], before its pickle."""
+
+
+@dataclass(frozen=True, slots=True)
+class Permission:
+    """The first request: what this child may do."""
+
+    function: str
+    """A function 'module:name'; its module is imported before the limits hold."""
+    limits: Allowance
+    folders: tuple[Path, ...]
+    """Folders and files that may be read."""
+    scratch: Path | None
+    """Folder in which files may be made."""
+    parent: int
+    """Number of the process that started the child."""
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A further request: a function 'module:name' and its arguments."""
+
+    function: str
+    arguments: tuple[Any, ...]
+    keywords: Mapping[str, Any]
