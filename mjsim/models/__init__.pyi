@@ -17,6 +17,7 @@ from .picture_heads import any_picture_size as any_picture_size
 from .pictures import MOST_PIXELS as MOST_PIXELS
 from .pictures import bounded_size as bounded_size
 from .pictures import picture_size as picture_size
+from .pictures import shown_size as shown_size
 from .pixels import bounded as bounded
 from .pixels import encode_png as encode_png
 from .pixels import read_picture as read_picture

@@ -4,6 +4,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from mjsim.models.pictures import LYING, orientation
+
 Picture = NDArray[np.uint8]
 """RGB picture, shape (height, width, 3), uint8."""
 WHITE = 255
@@ -19,9 +21,17 @@ def read_picture(data: bytes) -> Picture:
     if raw is None:
         raise ValueError("not a picture that can be read; use a PNG or JPEG file")
     if raw.ndim == 3 and raw.shape[2] == 4:
-        return _on_white(raw)
+        return _turned(_on_white(raw), orientation(data))
     # Decode again, now with the camera's orientation (EXIF) and 8-bit colours.
     return np.asarray(cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_COLOR_RGB), dtype=np.uint8)
+
+
+def _turned(picture: Picture, by: int) -> Picture:
+    """Return a picture upright, from an EXIF orientation."""
+    if by >= LYING:
+        picture = picture.transpose(1, 0, 2)
+    rows, columns = -1 if by in (3, 4, 7, 8) else 1, -1 if by in (2, 3, 6, 7) else 1
+    return np.ascontiguousarray(picture[::rows, ::columns])
 
 
 def bounded(picture: Picture, longest: int) -> Picture:

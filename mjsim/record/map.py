@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterator, Mapping
 
-import cv2
 import numpy as np
 from foxglove.messages import (
     Color,
@@ -23,6 +22,7 @@ from foxglove.messages import Pose as FoxglovePose
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose
+from mjsim.models import shown_size
 from mjsim.posture import columns_of
 from mjsim.record.scene import stamp
 from mjsim.world import (
@@ -198,10 +198,9 @@ def _color(text: str, *, share: float = 1.0) -> Color:
 
 
 def _height(beacon: Beacon, files: Mapping[str, bytes]) -> float:
-    """Return the height of a beacon in the map [m]; its picture is read at an eighth of its size."""
-    data = files.get(beacon.image) if beacon.image is not None else None
-    small = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_REDUCED_GRAYSCALE_8) if data else None
-    return beacon.width if small is None else float(beacon.width * small.shape[0] / small.shape[1])
+    """Return the height of a beacon in the map [m]; without a picture it is as high as wide."""
+    width, height = (1, 1) if beacon.image is None else shown_size(files[beacon.image])
+    return beacon.width * height / width
 
 
 def _pose_of(item: Hung, place: Pose) -> FoxglovePose:
