@@ -16,7 +16,7 @@ from mjsim.geometry import Array
 from mjsim.interface import Detection, Picture
 from mjsim.sim import Canvas, Renderer
 from mjsim.sim.lens import intrinsics_of
-from mjsim.world import Camera, World, parse_world
+from mjsim.world import Camera, Source, World, parse_world
 
 POSTERS = Path(str(files("mjsim.assets"))) / "posters"
 KNOWN = ("lion", "owl", "whale", "moon", "key", "cat", "fish", "pear", "anchor", "rocket", "tulip", "castle")
@@ -65,10 +65,15 @@ class Shot:
 class Studio:
     """Draws views of the room."""
 
-    def __init__(self, text: str = ROOM, sizes: Mapping[str, tuple[float, float]] = SIZES) -> None:
-        """Build a room whose beacons have given widths and heights [m]."""
+    def __init__(
+        self,
+        text: str = ROOM,
+        sizes: Mapping[str, tuple[float, float]] = SIZES,
+        files: Mapping[str, bytes] | None = None,
+    ) -> None:
+        """Build a room whose beacons have given widths and heights [m]; files are those that it names."""
         self.sizes = sizes
-        self.world: World = parse_world(text)
+        self.world: World = parse_world(text, source=Source(attached=files or {}))
         self.model = compile_world(self.world).compile()
         self.data = forwarded(self.model)
         self.canvas = Canvas(self.model)
