@@ -76,7 +76,7 @@ class MarkerBeacons:
                 continue
             picture = self._measure(name, number, np.asarray(outline, dtype=float).reshape(4, 2), view)
             # One number seen twice is a mistake of one of them; the one that looks more like it stays.
-            if picture is not None and (name not in found or found[name].correlation < picture.correlation):
+            if picture is not None and (name not in found or found[name].explained < picture.explained):
                 found[name] = picture
         return list(found.values())
 
@@ -98,7 +98,8 @@ class MarkerBeacons:
         square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
         if name not in self._gauges:
             self._gauges[name] = self._gauge(name, number)
-        found = self._gauges[name].at(homography_between(square, outline), view)
+        homography = homography_between(square, outline)
+        found = None if homography is None else self._gauges[name].at(homography, view)
         return None if found is None else self._without_border(found)
 
     def _gauge(self, name: str, number: int) -> PictureGauge:
@@ -113,6 +114,7 @@ class MarkerBeacons:
         modules = int(self._dictionary.markerSize) + 2
         outer = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
         image_from_outer = homography_between(outer, found.detection.corners)
+        assert image_from_outer is not None, "it was found there"
         corners = apply_homography(image_from_outer, outer * modules / (modules + 2))
         detection = Detection(found.detection.name, found.detection.position, found.detection.covariance, corners)
-        return FoundPicture(detection, found.pose, found.correlation)
+        return FoundPicture(detection, found.pose, found.explained)

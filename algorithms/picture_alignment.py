@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 
 from mjsim.geometry import Array
 
+from .inverses import inverse_of
 from .picture_templates import (
-    SIDES,
     TILES,
     Gray,
     ImagePyramid,
     PictureTemplate,
     apply_homography,
+    corners_by_correction,
     quadrilateral_area,
 )
 
@@ -53,8 +54,15 @@ class Alignment:
     """Of the corners (u, v) in turn, estimated from the residuals, shape (8, 8) [px^2]."""
     correlation: float
     """Correlation of the visible part with the picture, at most 1."""
+    seen: float
+    """Visible part of the picture, 0 to 1."""
     pixel: float
     """Side of a pixel of the template that was used, in the image [px]."""
+
+    @property
+    def explained(self) -> float:
+        """How much of the image the picture explains, at most 1."""
+        return self.correlation * self.seen
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,23 +96,28 @@ def search_near(templates: tuple[PictureTemplate, ...], image: ImagePyramid, hom
     return np.asarray(from_pixel @ _shift(x + dx - REACH, y + dy - REACH) @ template.pixel_from_plane)
 
 
-def align(templates: tuple[PictureTemplate, ...], image: ImagePyramid, homography: Array) -> Alignment | None:
+def align(
+    templates: tuple[PictureTemplate, ...], image: ImagePyramid, homography: Array, *, whole: bool = False
+) -> Alignment | None:
     """Return the refined alignment of a picture near an initial guess, or None if it is not visible.
 
     Args:
         templates: Of the picture.
         image: Of the camera.
         homography: Initial guess, from the plane of the picture [m] to the image [px], shape (3, 3).
+        whole: Require all of it to be visible.
     """
-    found = _align_from(templates, image, homography)
+    found = _align_from(templates, image, homography, whole)
     if found is not None:
         return found
     # A guess that is too far off for the template of the right size is mended by the smallest one.
     rough = _refine(templates[0], image, homography, hidden=None)
-    return None if rough is None else _align_from(templates, image, rough.homography)
+    return None if rough is None else _align_from(templates, image, rough.homography, whole)
 
 
-def _align_from(templates: tuple[PictureTemplate, ...], image: ImagePyramid, homography: Array) -> Alignment | None:
+def _align_from(
+    templates: tuple[PictureTemplate, ...], image: ImagePyramid, homography: Array, whole: bool
+) -> Alignment | None:
     """Return the alignment of a picture by the template of its size in the image; None if it is not visible."""
     template = templates[_fitting(templates, homography)]
     fit = _refine(template, image, homography, hidden=None)
@@ -114,6 +127,8 @@ def _align_from(templates: tuple[PictureTemplate, ...], image: ImagePyramid, hom
     if hidden.any():
         fit = _refine(template, image, fit.homography, hidden=hidden)
     if fit is None or not fit.settled:
+        return None
+    if fit.seen is not None and (whole or not template.is_measurable(fit.inverse)):
         return None
     found = _judge(template, fit)
     return found if found.correlation >= NEEDED_CORRELATION else None
@@ -137,7 +152,8 @@ def _fitting(templates: tuple[PictureTemplate, ...], homography: Array) -> int:
     corners = templates[0].corners
     area = max(quadrilateral_area(apply_homography(homography, corners)), 1.0)
     side = np.sqrt(area / quadrilateral_area(corners)) * 2.0 / templates[0].unit
-    return int(np.argmin(np.abs(np.log(np.array(SIDES) / side))))
+    sides = np.array([max(template.gray.shape) for template in templates])
+    return int(np.argmin(np.abs(np.log(sides / side))))
 
 
 def _sample(image: ImagePyramid, image_from_pixel: Array, size: tuple[int, int]) -> Gray:
@@ -164,7 +180,10 @@ def _refine(template: PictureTemplate, image: ImagePyramid, homography: Array, *
             return None
         else:
             design = template.design[seen]
-            inverse, right = np.linalg.inv((design.T @ design).astype(float)), design.T @ values[seen]
+            part = inverse_of((design.T @ design).astype(float))
+            if part is None:
+                return None
+            inverse, right = part, design.T @ values[seen]
         solution = inverse @ right
         gain = float(solution[8])
         if gain < 0.1:
@@ -229,6 +248,7 @@ def _judge(template: PictureTemplate, fit: _Fit) -> Alignment:
         homography=fit.homography,
         covariance=D @ correction @ D.T,
         correlation=_correlation(values, own),
+        seen=len(own) / len(template.own),
         pixel=float(np.sqrt(max(seen_area, 1.0) / template.gray.size)),
     )
 
@@ -237,17 +257,3 @@ def _correlation(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:
     """Return the correlation of two rows of values, from -1 to 1."""
     a, b = one - one.mean(), other - other.mean()
     return float(a @ b / np.sqrt(max(float(a @ a) * float(b @ b), 1e-9)))
-
-
-def corners_by_correction(template: PictureTemplate, homography: Array) -> Array:
-    """Return the derivatives of the corners by the eight numbers of the correction, shape (8, 8) [px]."""
-    k = template.unit
-    rows = []
-    for x, y in template.corners.tolist():
-        w = homography @ (x, y, 1.0)
-        # By unit coordinates, of which a correction is a motion.
-        slope = (homography[:2, :2] - np.outer(w[:2] / w[2], homography[2, :2])) / (w[2] * k)
-        u, v = x * k, y * k
-        moved = np.array([[u, v, 1, 0, 0, 0, -u * u, -u * v], [0, 0, 0, u, v, 1, -u * v, -v * v]])
-        rows.append(-slope @ moved)
-    return np.concatenate(rows)

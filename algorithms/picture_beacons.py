@@ -11,6 +11,14 @@ from mjsim.interface import Detection, Intrinsics, Picture
 
 from .picture_features import PictureCandidate, find_candidates, image_features, make_bank
 from .picture_gauge import FoundPicture, PictureGauge, PreparedImage, gray_of
+from .picture_likeness import Likeness, equal_pictures, likenesses
+from .picture_templates import quadrilateral_area
+from .planar_pose import image_from_plane
+
+CLEAR = 0.02
+"""How much more than any other a picture must explain of its image."""
+SMALLER_PART = 0.7
+"""Area below which another picture is a part of this one, and loses to it, relative to this one's."""
 
 __all__ = ["FoundPicture", "PictureBeacons", "PreparedImage"]
 
@@ -29,9 +37,17 @@ class PictureBeacons:
             pictures: RGB picture, shape (height, width, 3), and its width [m], by name.
         """
         grays = {name: (gray_of(picture), width) for name, (picture, width) in pictures.items()}
-        self._gauges = {name: PictureGauge(name, gray, width) for name, (gray, width) in grays.items()}
-        self._names = tuple(pictures)
-        self._bank = make_bank(list(grays.values()))
+        gauges = {name: PictureGauge(name, gray, width) for name, (gray, width) in grays.items()}
+        alike = equal_pictures({name: grays[name][0] for name, gauge in gauges.items() if gauge.templates})
+        # Of equal pictures the first one is searched for, so that it is not taken for a third one that looks like it.
+        self._names = tuple(alike)
+        self._gauges = {name: gauges[name] for name in self._names}
+        self._nameless = frozenset(name for name, group in alike.items() if len(group) > 1)
+        searched = [grays[name] for name in self._names]
+        self._bank = make_bank(searched)
+        self._likenesses: dict[str, list[Likeness]] = {name: [] for name in self._names}
+        for each in likenesses(searched, self._bank, [gauge.templates for gauge in self._gauges.values()]):
+            self._likenesses[self._names[each.shown]].append(each)
 
     def detect(self, image: Picture, intrinsics: Intrinsics) -> list[Detection]:
         """Return the pictures in an RGB image, in the order of the catalogue."""
@@ -48,7 +64,7 @@ class PictureBeacons:
         unknown[[self._names.index(name) for name in ours]] = False
         candidates = find_candidates(self._bank.of(unknown), features.only(fresh))
         found = (self._confirm(candidate, view) for candidate in candidates)
-        return [picture for picture in found if picture is not None]
+        return [picture for picture in found if picture is not None and self._is_it(picture, view)]
 
     def track(self, name: str, rotation: Array, position: Array, view: PreparedImage) -> FoundPicture | None:
         """Return a picture near a predicted pose in the camera's frame, or None if it is not visible.
@@ -66,6 +82,21 @@ class PictureBeacons:
         if homography is None:
             return None
         return self._gauges[self._names[candidate.picture]].at(np.asarray(homography), view)
+
+    def _is_it(self, found: FoundPicture, view: PreparedImage) -> bool:
+        """Return whether no other picture explains the same place about as well."""
+        name, own = found.detection.name, quadrilateral_area(found.detection.corners)
+        if name in self._nameless:
+            return False
+        for likeness in self._likenesses[name]:
+            image_from_own = image_from_plane(found.pose.rotation, found.pose.position, view.intrinsics)
+            gauge = self._gauges[self._names[likeness.taken]]
+            other = gauge.at(image_from_own @ likeness.shown_from_taken, view)
+            # One that is a part of this picture explains less.
+            larger = other is not None and quadrilateral_area(other.detection.corners) > SMALLER_PART * own
+            if other is not None and larger and other.explained > found.explained - CLEAR:
+                return False
+        return True
 
 
 def _inside(corners: Array, points: Array) -> NDArray[np.bool_]:

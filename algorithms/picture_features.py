@@ -24,8 +24,8 @@ VIEWS_DEG = {0.0: 90, -48.0: 65, 48.0: 65}
 IMAGE_FEATURES = 900
 ENLARGE = 1.5
 """Enlargement of the camera's image before features are extracted, so that distant pictures are found."""
-RIM = 18
-"""Width of the gray border around a picture, which keeps features near its edge [px]."""
+RIM, RIM_GRAY = 18, 220.0
+"""Width of the border around a picture, which keeps features near its edge [px], and its gray."""
 LIKELY_BITS = 12
 """Most of the first 64 bits that may differ in a pair of descriptors that is compared in full."""
 MATCH_BITS = 64
@@ -49,7 +49,7 @@ class Features:
     sizes: Array
     """Diameter of the patch [px of the image, or of the rotated view]."""
 
-    def only(self, chosen: NDArray[np.bool_]) -> "Features":
+    def only(self, chosen: NDArray[np.bool_] | NDArray[np.intp]) -> "Features":
         """Return the chosen rows."""
         return Features(self.descriptors[chosen], self.points[chosen], self.angles[chosen], self.sizes[chosen])
 
@@ -63,11 +63,16 @@ class Bank:
     """Index of the picture of each feature."""
     to_middle: Array
     """From the feature to the picture's center in its view, shape (n, 2) [px of that view]."""
+    front: NDArray[np.bool_]
+    """Whether that view is from the front."""
 
     def of(self, pictures: NDArray[np.bool_]) -> "Bank":
         """Return the features of the chosen pictures."""
-        chosen = pictures[self.owners]
-        return Bank(self.features.only(chosen), self.owners[chosen], self.to_middle[chosen])
+        return self.only(pictures[self.owners])
+
+    def only(self, chosen: NDArray[np.bool_]) -> "Bank":
+        """Return the chosen rows."""
+        return Bank(self.features.only(chosen), self.owners[chosen], self.to_middle[chosen], self.front[chosen])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,6 +102,7 @@ def make_bank(pictures: Sequence[tuple[Gray, float]]) -> Bank:
         ),
         np.concatenate([np.zeros(0, dtype=np.intp), *(part.owners for part in parts)]),
         np.concatenate([np.zeros((0, 2)), *(part.to_middle for part in parts)]),
+        np.concatenate([np.zeros(0, dtype=bool), *(part.front for part in parts)]),
     )
 
 
@@ -109,9 +115,16 @@ def image_features(gray: Gray) -> Features:
     return Features(found.descriptors, points, found.angles, found.sizes / ENLARGE)
 
 
-def find_candidates(bank: Bank, image: Features) -> list[PictureCandidate]:
-    """Return the pictures for which enough matches agree on place, size and direction; at most one place each."""
-    rows, entries = match(image.descriptors, bank.features.descriptors)
+def find_candidates(bank: Bank, image: Features, *, of_each: bool = False) -> list[PictureCandidate]:
+    """Return the pictures for which enough matches agree on place, size and direction; at most one place each.
+
+    Args:
+        bank: Features of the pictures.
+        image: Features of the image.
+        of_each: Match a feature of the image with the nearest of each picture, not of all.
+    """
+    owners = bank.owners if of_each else None
+    rows, entries = match(image.descriptors, bank.features.descriptors, owners)
     scales = image.sizes[rows] / bank.features.sizes[entries]
     turns = np.radians(image.angles[rows] - bank.features.angles[entries])
     x, y = bank.to_middle[entries].T * scales
@@ -127,8 +140,10 @@ def find_candidates(bank: Bank, image: Features) -> list[PictureCandidate]:
     return candidates
 
 
-def match(rows: NDArray[np.uint64], entries: NDArray[np.uint64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return pairs of similar descriptors: for each row at most its nearest entry.
+def match(
+    rows: NDArray[np.uint64], entries: NDArray[np.uint64], owners: NDArray[np.intp] | None = None
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return pairs of similar descriptors: for each row at most its nearest entry, or its nearest of each owner.
 
     Comparing the first 64 bits leaves one pair in a thousand to compare in full.
     """
@@ -139,9 +154,10 @@ def match(rows: NDArray[np.uint64], entries: NDArray[np.uint64]) -> tuple[NDArra
         candidates.append(np.flatnonzero(bits_apart <= LIKELY_BITS) + start * len(entries))
     row, entry = np.divmod(np.concatenate(candidates), max(len(entries), 1))
     bits = np.bitwise_count(rows[row] ^ entries[entry]).sum(axis=1, dtype=np.intp)
-    order = np.lexsort((entry, bits, row))
+    group = row if owners is None else row * (owners.max(initial=0) + 1) + owners[entry]
+    order = np.lexsort((entry, bits, group))
     order = order[bits[order] <= MATCH_BITS]
-    first = order[np.unique(row[order], return_index=True)[1]]
+    first = order[np.unique(group[order], return_index=True)[1]]
     return row[first], entry[first]
 
 
@@ -182,7 +198,7 @@ def _view_features(picture: int, gray: Gray, width: float, yaw_deg: float, count
     view_from_small = shift @ view_from_small
     extent = np.ceil(corners.max(axis=0) - corners.min(axis=0) + 2 * RIM).astype(int).tolist()
     view = cv2.warpPerspective(
-        small, view_from_small, extent, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=(220.0,)
+        small, view_from_small, extent, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=(RIM_GRAY,)
     )
     found = _detect(np.asarray(view, dtype=np.uint8), count, levels=6)
     middle = cv2.perspectiveTransform(np.array([[[(w - 1) / 2.0, (h - 1) / 2.0]]]), view_from_small)[0]
@@ -191,7 +207,8 @@ def _view_features(picture: int, gray: Gray, width: float, yaw_deg: float, count
         in_small = cv2.perspectiveTransform(found.points[None], np.linalg.inv(view_from_small))[0]
     plane = (in_small - ((w - 1) / 2.0, (h - 1) / 2.0)) * (width / w)
     features = Features(found.descriptors, plane, found.angles, found.sizes)
-    return Bank(features, np.full(len(plane), picture, dtype=np.intp), middle - found.points)
+    owners, front = np.full(len(plane), picture, dtype=np.intp), np.full(len(plane), yaw_deg == 0.0)
+    return Bank(features, owners, middle - found.points, front)
 
 
 def _turned_view(width: int, height: int, yaw: float) -> Array:

@@ -9,8 +9,9 @@ from mjsim.geometry import Array
 from mjsim.interface import Detection, Intrinsics, Picture
 
 from .picture_alignment import align, search_near
+from .picture_likeness import repeats
 from .picture_templates import Gray, ImagePyramid, apply_homography, make_templates, quadrilateral_area
-from .planar_pose import PlanarPose, fit_pose, image_from_plane
+from .planar_pose import PlanarPose, fit_pose, image_from_plane, picture_corners
 
 MAX_TILT_DEG = 68.0
 """Largest angle between the line of sight and the picture's normal."""
@@ -27,8 +28,8 @@ class FoundPicture:
 
     detection: Detection
     pose: PlanarPose
-    correlation: float
-    """Correlation with its image, at most 1."""
+    explained: float
+    """How much of the image it explains, at most 1: its correlation times its visible part."""
 
 
 class PreparedImage:
@@ -56,7 +57,11 @@ class PictureGauge:
         self.name = name
         self._floor = floor
         self._size = width, width * gray.shape[0] / gray.shape[1]
-        self._templates = make_templates(gray, width)
+        self._outline = picture_corners(*self._size)[:, :2]
+        self.templates = make_templates(gray, width)
+        """From small to large; empty for a picture that is plain or striped, which is never found."""
+        # Shifted, it would be taken for a picture that is partly hidden.
+        self._whole = repeats(gray)
 
     def near(self, rotation: Array, position: Array, view: PreparedImage) -> FoundPicture | None:
         """Return the picture when it is near a pose in the camera's frame, else None.
@@ -69,7 +74,7 @@ class PictureGauge:
         homography = image_from_plane(rotation, position, view.intrinsics)
         if not self._plausible(homography, view.intrinsics):
             return None
-        refined = search_near(self._templates, view.pyramid, homography)
+        refined = search_near(self.templates, view.pyramid, homography)
         return self._measured(refined, view, guess=(rotation, position))
 
     def at(self, homography: Array, view: PreparedImage) -> FoundPicture | None:
@@ -85,29 +90,30 @@ class PictureGauge:
         self, homography: Array, view: PreparedImage, *, guess: tuple[Array, Array] | None = None
     ) -> FoundPicture | None:
         """Return the picture near a homography; its pose is fitted from a guess, (3, 3) and (3,), if given."""
-        alignment = align(self._templates, view.pyramid, homography)
+        alignment = align(self.templates, view.pyramid, homography, whole=self._whole)
         if alignment is None or not self._plausible(alignment.homography, view.intrinsics):
             return None
-        outline = self._templates[0].corners
         covariance = alignment.covariance + (self._floor * alignment.pixel) ** 2 * np.eye(8)
-        corners = apply_homography(alignment.homography, outline)
+        corners = apply_homography(alignment.homography, self._outline)
         pose = fit_pose(corners, covariance, self._size, view.intrinsics, guess=guess)
+        if pose is None:
+            return None
         sight = pose.position / np.linalg.norm(pose.position)
         if pose.position[2] <= 0.0 or pose.rotation[:, 2] @ sight < np.cos(np.radians(MAX_TILT_DEG)):
             return None
-        fitted = apply_homography(image_from_plane(pose.rotation, pose.position, view.intrinsics), outline)
+        fitted = apply_homography(image_from_plane(pose.rotation, pose.position, view.intrinsics), self._outline)
         detection = Detection(self.name, pose.position, pose.covariance[:3, :3], fitted)
-        return FoundPicture(detection, pose, alignment.correlation)
+        return FoundPicture(detection, pose, alignment.explained)
 
     def _plausible(self, homography: Array, intrinsics: Intrinsics) -> bool:
         """Return whether a homography shows the picture's front, large enough, and enough of it in the image."""
-        corners = self._templates[0].corners
+        corners = self._outline
         depth = corners @ homography[2, :2] + homography[2, 2]
-        if depth.max() * depth.min() <= 0.0:
+        if not self.templates or not depth.max() * depth.min() > 0.0:
             return False
         seen = apply_homography(homography, corners)
         area = quadrilateral_area(seen)
-        if area < LEAST_SIDE**2:
+        if not area >= LEAST_SIDE**2:
             return False
         inside = np.clip(seen, 0.0, (intrinsics.width - 1.0, intrinsics.height - 1.0))
         return quadrilateral_area(inside) > 0.5 * area

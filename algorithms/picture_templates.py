@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 from mjsim.geometry import Array
 
+from .inverses import inverse_of
+
 Gray = NDArray[np.uint8]
 """Shape (height, width)."""
 
@@ -17,6 +19,13 @@ TILES = 5
 """Tiles along a side, for detecting hidden parts."""
 BLOCK = 5
 """Side of the blocks within which differences from the image are assumed to be correlated [px]."""
+NOISE = 3.0
+"""Noise of a camera for which a template is judged, standard deviation [gray values of 255]."""
+LARGEST_NOISE = 0.25
+"""Largest error of a corner by this noise, standard deviation [px of the template]. The shipped posters have 0.01 to
+0.06; plain, striped and smoothly shaded pictures have 0.3 to infinity."""
+SLIMMEST = 16
+"""Largest ratio of the sides of a picture."""
 BLUR = 0.6
 """Blur of a template, standard deviation [px]; about that of the renderer or a lens."""
 
@@ -47,20 +56,34 @@ class PictureTemplate:
     """Index among the n at which each block of BLOCK x BLOCK neighbours begins, shape (blocks,)."""
     design: NDArray[np.float32]
     """Derivatives by the eight parameters of a homography, gain, offset and two slopes, shape (n, 12)."""
-    normal: Array
-    """design.T @ design, shape (12, 12)."""
     inverse: Array
-    """Of `normal`."""
+    """Of design.T @ design, shape (12, 12)."""
     contrast: float
     """Variance of `own`."""
 
+    def is_measurable(self, inverse: Array) -> bool:
+        """Return whether noise of a camera leaves the corners accurate: not those of a plain or striped picture.
+
+        Args:
+            inverse: Of the normal matrix of the pixels used, shape (12, 12).
+        """
+        slopes = corners_by_correction(self, self.pixel_from_plane)
+        variances = np.einsum("ij,jk,ik->i", slopes, inverse[:8, :8], slopes)
+        return bool(NOISE**2 * variances.max() < LARGEST_NOISE**2)
+
 
 def make_templates(gray: Gray, width: float) -> tuple[PictureTemplate, ...]:
-    """Return the templates of a gray picture of a given width [m], from small to large."""
-    return tuple(_make_template(gray, width, side) for side in SIDES)
+    """Return the templates of a gray picture of a given width [m], from small to large.
+
+    Those at which the pose of the picture cannot be measured are left out.
+    """
+    if max(gray.shape) > SLIMMEST * min(gray.shape):
+        return ()
+    templates = (_make_template(gray, width, side) for side in SIDES)
+    return tuple(template for template in templates if template is not None)
 
 
-def _make_template(gray: Gray, width: float, side: int) -> PictureTemplate:
+def _make_template(gray: Gray, width: float, side: int) -> PictureTemplate | None:
     scale = side / max(gray.shape)
     columns, rows = max(8, round(gray.shape[1] * scale)), max(8, round(gray.shape[0] * scale))
     height = width * gray.shape[0] / gray.shape[1]
@@ -81,8 +104,11 @@ def _make_template(gray: Gray, width: float, side: int) -> PictureTemplate:
     tiles = (row * TILES // rows * TILES + column * TILES // columns)[inner]
     design = warp_slopes(small, (x0 * unit, y0 * unit), (dx * unit, dy * unit))[inner]
     normal = (design.T @ design).astype(float)
+    inverse = inverse_of(normal)
+    if inverse is None:
+        return None
     w, h = width / 2.0, height / 2.0
-    return PictureTemplate(
+    template = PictureTemplate(
         gray=np.rint(small).astype(np.uint8),
         plane_from_pixel=plane_from_pixel,
         pixel_from_plane=np.linalg.inv(plane_from_pixel),
@@ -94,10 +120,10 @@ def _make_template(gray: Gray, width: float, side: int) -> PictureTemplate:
         tile_pixels=np.bincount(tiles, minlength=TILES**2),
         blocks=np.unique(block[order], return_index=True)[1],
         design=design,
-        normal=normal,
-        inverse=np.linalg.inv(normal),
+        inverse=inverse,
         contrast=float(np.var(own)),
     )
+    return template if template.is_measurable(inverse) else None
 
 
 def warp_slopes(
@@ -152,3 +178,17 @@ def apply_homography(homography: Array, points: Array) -> Array:
     """Return points mapped by a homography, shape (n, 2)."""
     mapped = points @ homography[:, :2].T + homography[:, 2]
     return np.asarray(mapped[:, :2] / mapped[:, 2:])
+
+
+def corners_by_correction(template: PictureTemplate, homography: Array) -> Array:
+    """Return the derivatives of the corners by the eight numbers of the correction, shape (8, 8) [px]."""
+    k = template.unit
+    rows = []
+    for x, y in template.corners.tolist():
+        w = homography @ (x, y, 1.0)
+        # By unit coordinates, of which a correction is a motion.
+        slope = (homography[:2, :2] - np.outer(w[:2] / w[2], homography[2, :2])) / (w[2] * k)
+        u, v = x * k, y * k
+        moved = np.array([[u, v, 1, 0, 0, 0, -u * u, -u * v], [0, 0, 0, u, v, 1, -u * v, -v * v]])
+        rows.append(-slope @ moved)
+    return np.concatenate(rows)

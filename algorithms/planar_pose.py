@@ -11,8 +11,12 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.interface import Intrinsics
 
+from .inverses import inverse_of
+
 STEPS = 8
 """Gauss-Newton steps at most."""
+EDGE_ON = 1e-6
+"""Cosine of the angle between line of sight and normal below which a plane is a line in the image."""
 LIKELY_MISFIT = 9.2
 """99 % quantile of chi-square with 2 degrees of freedom: 8 coordinates of corners minus 6 of a pose."""
 
@@ -72,8 +76,8 @@ def fit_pose(
     intrinsics: Intrinsics,
     *,
     guess: tuple[Array, Array] | None = None,
-) -> PlanarPose:
-    """Return the pose that fits the corners best.
+) -> PlanarPose | None:
+    """Return the pose that fits the corners best; None for corners that determine none.
 
     Without a guess, or when the fit from it is poor, both poses of the ambiguity of a plane seen nearly from the
     front are refined, and the better one is returned.
@@ -88,26 +92,37 @@ def fit_pose(
     References:
         Collins, Bartoli, Infinitesimal Plane-based Pose Estimation, IJCV 109, 2014, for the second pose.
     """
-    points: Array = picture_corners(*size)
-    information: Array = np.asarray(np.linalg.inv(covariance), dtype=float)
+    points, information, start = picture_corners(*size), inverse_of(covariance), guess
+    if start is None:
+        homography = homography_between(points[:, :2], corners)
+        start = None if homography is None else pose_from_homography(homography, intrinsics)
+    if start is None or information is None:
+        return None
+    fit = _refine(*start, points, corners, information, intrinsics)
+    if fit is None:
+        return None
     if guess is not None:
-        fit = _refine(*guess, points, corners, information, intrinsics)
         if fit.misfit < LIKELY_MISFIT:
             return fit
-        rotation, position = fit.rotation, fit.position
-    else:
-        rotation, position = pose_from_homography(homography_between(points[:, :2], corners), intrinsics)
-        fit = _refine(rotation, position, points, corners, information, intrinsics)
-    sight = position / np.linalg.norm(position)
-    normal = rotation[:, 2]
-    # The other pose has its normal mirrored at the line of sight.
-    mirrored = rotation_between(normal, 2.0 * (normal @ sight) * sight - normal) @ rotation
-    other = _refine(mirrored, position, points, corners, information, intrinsics)
-    return min(fit, other, key=lambda each: each.misfit)
+        start = fit.rotation, fit.position
+    mirrored = _mirrored(*start)
+    other = None if mirrored is None else _refine(mirrored, start[1], points, corners, information, intrinsics)
+    return fit if other is None else min(fit, other, key=lambda each: each.misfit)
 
 
-def homography_between(source: Array, target: Array) -> Array:
-    """Return the homography that maps four points to four points, shape (3, 3), last element 1."""
+def _mirrored(rotation: Array, position: Array) -> Array | None:
+    """Return the rotation whose normal is mirrored at the line of sight, shape (3, 3); None for one seen edge-on."""
+    sight, normal = position / np.linalg.norm(position), rotation[:, 2]
+    if abs(normal @ sight) < EDGE_ON:
+        return None
+    return rotation_between(normal, 2.0 * (normal @ sight) * sight - normal) @ rotation
+
+
+def homography_between(source: Array, target: Array) -> Array | None:
+    """Return the homography that maps four points to four points, shape (3, 3), last element 1.
+
+    None where three points of one side are on a line, which no homography brings off it.
+    """
     x, y, u, v = source[:, 0], source[:, 1], target[:, 0], target[:, 1]
     one, zero = np.ones(4), np.zeros(4)
     rows = np.concatenate(
@@ -116,7 +131,11 @@ def homography_between(source: Array, target: Array) -> Array:
             np.stack([zero, zero, zero, x, y, one, -v * x, -v * y], axis=1),
         ]
     )
-    return np.append(np.linalg.solve(rows, np.concatenate([u, v])), 1.0).reshape(3, 3)
+    try:
+        homography = np.append(np.linalg.solve(rows, np.concatenate([u, v])), 1.0).reshape(3, 3)
+    except np.linalg.LinAlgError:
+        return None
+    return None if inverse_of(homography) is None else homography
 
 
 def rotation_between(first: Array, second: Array) -> Array:
@@ -127,19 +146,26 @@ def rotation_between(first: Array, second: Array) -> Array:
 
 def _refine(
     rotation: Array, position: Array, points: Array, corners: Array, information: Array, intrinsics: Intrinsics
-) -> PlanarPose:
-    """Return the pose after Gauss-Newton steps from an initial guess."""
+) -> PlanarPose | None:
+    """Return the pose after Gauss-Newton steps from an initial guess; None if they lead behind the camera."""
     for _ in range(STEPS):
+        if not (points @ rotation[2] + position[2]).min() > 0.0:
+            return None
         error, H = corner_error(rotation, position, points, corners, intrinsics)
         weighted = H.T @ information
         normal, pull = weighted @ H, weighted @ error
-        step: Array = np.asarray(np.linalg.solve(normal, pull), dtype=float)
+        try:
+            step: Array = np.asarray(np.linalg.solve(normal, pull), dtype=float)
+        except np.linalg.LinAlgError:
+            return None
         position = position + step[:3]
         rotation = rotation_of(step[3:]) @ rotation
         # The error after a step goes with its square.
         if np.abs(step).max() < 1e-4:
             break
-    covariance: Array = np.asarray(np.linalg.inv(normal), dtype=float)
+    covariance = inverse_of(normal)
+    if covariance is None:
+        return None
     # The last step takes from the misfit what it promises: it was small, or the fit leads nowhere.
     return PlanarPose(rotation, position, covariance, float(error @ information @ error - pull @ step))
 

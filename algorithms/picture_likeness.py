@@ -1,0 +1,138 @@
+"""Pictures that can be mistaken: for others that look like them, or for a shifted place in themselves.
+
+Both are found in the pictures alone, before any image is seen; all that is left to do in an image is to compare a
+picture that was found with those few that look like it.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+
+from mjsim.geometry import Array
+
+from .picture_alignment import LEAST_SEEN, NEEDED_CORRELATION, align
+from .picture_features import RIM, RIM_GRAY, TEMPLATE_SIDE, Bank, PictureCandidate, find_candidates
+from .picture_templates import Gray, ImagePyramid, PictureTemplate, apply_homography
+
+REPEAT_SIDE = 64
+"""Long side of a picture that is compared with itself [px]."""
+COMPARED = 90, 8
+"""Most and least features of a picture that are compared with those of others."""
+MOST_COMPARISONS = 1e8
+"""Comparisons of two descriptors above which fewer features are compared: a fraction of a second."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Likeness:
+    """A picture that looks like a part of another one or like all of it."""
+
+    shown: int
+    """Index of the picture that is looked at."""
+    taken: int
+    """Index of the one for which it can be taken."""
+    shown_from_taken: Array
+    """Homography between their planes, shape (3, 3) [m]."""
+    explained: float
+    """As of an alignment, at most 1."""
+
+
+def repeats(gray: Gray) -> bool:
+    """Return whether a picture looks like itself when it is shifted.
+
+    That is: in an image of it, a shifted one would be accepted as partly hidden.
+    """
+    scale = REPEAT_SIDE / max(gray.shape)
+    size = max(2, round(gray.shape[1] * scale)), max(2, round(gray.shape[0] * scale))
+    small = np.asarray(cv2.resize(gray, size, interpolation=cv2.INTER_AREA), dtype=float)
+    correlation = _correlation_by_shift(small)
+    # A peak apart from that at no shift; a slope that leads there is none.
+    highest = cv2.dilate(correlation, np.ones((3, 3)))
+    peaks = np.argwhere((correlation >= highest) & (correlation > NEEDED_CORRELATION))
+    apart = np.abs(peaks - np.array(correlation.shape) // 2).max(axis=1, initial=0) > 2
+    return bool(apart.any())
+
+
+def _correlation_by_shift(small: Array) -> Array:
+    """Return the correlation of a picture with itself shifted; 0 where too little of both overlaps.
+
+    References:
+        Lewis, Fast Normalized Cross-Correlation, 1995: sums over the overlap by Fourier transforms.
+    """
+    rows, columns = small.shape
+    size = 2 * REPEAT_SIDE, 2 * REPEAT_SIDE
+    parts = {"ones": np.ones_like(small), "values": small - small.mean()}
+    parts["squares"] = parts["values"] ** 2
+    there = {name: np.fft.rfft2(part, size) for name, part in parts.items()}
+    back = {name: np.fft.rfft2(part[::-1, ::-1], size) for name, part in parts.items()}
+
+    def by_shift(one: str, other: str) -> Array:
+        return np.asarray(np.fft.irfft2(there[one] * back[other], size)[: 2 * rows - 1, : 2 * columns - 1])
+
+    count = np.maximum(by_shift("ones", "ones"), 1.0)
+    own, other = by_shift("values", "ones"), by_shift("ones", "values")
+    both = by_shift("values", "values") - own * other / count
+    own_squares = by_shift("squares", "ones") - own**2 / count
+    other_squares = by_shift("ones", "squares") - other**2 / count
+    # What is plain in the overlap correlates with nothing.
+    floor = 1e-3 * float(parts["squares"].mean()) * count + 1e-6
+    correlation = both / np.sqrt(np.maximum(own_squares, floor) * np.maximum(other_squares, floor))
+    return np.where(count >= LEAST_SEEN * rows * columns, correlation, 0.0)
+
+
+def equal_pictures(grays: Mapping[str, Gray]) -> dict[str, list[str]]:
+    """Return the names of equal pictures by the first of them; a picture without an equal is alone."""
+    groups: dict[tuple[tuple[int, ...], bytes], list[str]] = {}
+    for name, gray in grays.items():
+        groups.setdefault((gray.shape, gray.tobytes()), []).append(name)
+    return {names[0]: names for names in groups.values()}
+
+
+def likenesses(
+    pictures: Sequence[tuple[Gray, float]], bank: Bank, templates: Sequence[tuple[PictureTemplate, ...]]
+) -> list[Likeness]:
+    """Return which pictures can be taken for which others.
+
+    Args:
+        pictures: In gray, with their widths [m].
+        bank: Their features.
+        templates: Their templates, at least one each.
+    """
+    found: dict[tuple[int, int], Likeness] = {}
+    for shown, (gray, width) in enumerate(pictures):
+        view, view_from_shown = _view_of(gray, width)
+        for candidate in _similar(shown, bank, view_from_shown):
+            taken = candidate.picture
+            rough, _ = cv2.findHomography(candidate.plane, candidate.image, cv2.RANSAC, 3.0)
+            alignment = None if rough is None else align(templates[taken], view, np.asarray(rough))
+            if alignment is not None:
+                shown_from_taken = np.asarray(np.linalg.inv(view_from_shown) @ alignment.homography)
+                found[shown, taken] = Likeness(shown, taken, shown_from_taken, alignment.explained)
+    # What is a part of the other one is found in it only, not the other way round.
+    for (shown, taken), each in list(found.items()):
+        back = Likeness(taken, shown, np.asarray(np.linalg.inv(each.shown_from_taken)), each.explained)
+        found.setdefault((taken, shown), back)
+    return [found[pair] for pair in sorted(found)]
+
+
+def _view_of(gray: Gray, width: float) -> tuple[ImagePyramid, Array]:
+    """Return an image of a picture from the front, and the homography from its plane [m], shape (3, 3)."""
+    scale = TEMPLATE_SIDE / max(gray.shape)
+    small = cv2.resize(gray, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    view = cv2.copyMakeBorder(small, RIM, RIM, RIM, RIM, cv2.BORDER_CONSTANT, value=(RIM_GRAY,))
+    rows, columns = small.shape
+    k, x, y = columns / width, (columns - 1) / 2.0 + RIM, (rows - 1) / 2.0 + RIM
+    return ImagePyramid(np.asarray(view, dtype=np.uint8)), np.array([[k, 0.0, x], [0.0, k, y], [0.0, 0.0, 1.0]])
+
+
+def _similar(shown: int, bank: Bank, view_from_shown: Array) -> list[PictureCandidate]:
+    """Return other pictures that share features with one, at the same places; only views from the front count."""
+    count = int(bank.owners.max()) + 1
+    most, least = COMPARED
+    compared = int(np.clip(MOST_COMPARISONS / (np.count_nonzero(bank.front) * count), least, most))
+    mine = np.flatnonzero((bank.owners == shown) & bank.front)
+    chosen = mine[np.unique(np.linspace(0, len(mine) - 1, compared).astype(int))] if len(mine) else mine
+    points = apply_homography(view_from_shown, bank.features.points[chosen])
+    view = replace(bank.features.only(chosen), points=points)
+    return find_candidates(bank.only((bank.owners != shown) & bank.front), view, of_each=True)
