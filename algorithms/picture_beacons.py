@@ -49,6 +49,11 @@ class PictureBeacons:
         for each in likenesses(searched, self._bank, [gauge.templates for gauge in self._gauges.values()]):
             self._likenesses[self._names[each.shown]].append(each)
 
+    @property
+    def searched(self) -> Sequence[str]:
+        """Names of the pictures that can be found: not those that are plain or equal to another."""
+        return [name for name in self._names if name not in self._nameless]
+
     def detect(self, image: Picture, intrinsics: Intrinsics) -> list[Detection]:
         """Return the pictures in an RGB image, in the order of the catalogue."""
         return [found.detection for found in self.search(PreparedImage(image, intrinsics))]
