@@ -14,6 +14,7 @@ from .given import sealed_catalogue as sealed_catalogue
 from .given import sealed_map as sealed_map
 from .given import sealed_observation as sealed_observation
 from .given import sealed_robot as sealed_robot
+from .hosts import MAX_BYTES as MAX_BYTES
 from .hosts import Hosted as Hosted
 from .hosts import Key as Key
 from .hosts import Offer as Offer

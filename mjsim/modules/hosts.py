@@ -1,20 +1,24 @@
 """Hosts run user modules, one host per language."""
 
+import os
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, Literal
 
 from mjsim.closing import Closes
-from mjsim.errors import UsageError
-from mjsim.world import Source, Use
+from mjsim.errors import UsageError, did_you_mean
+from mjsim.world import OutsideError, Source, Use, place_in, read_regular
 
 if TYPE_CHECKING:  # Slow to load, and not needed to inspect files.
     from mjsim.interface import BeaconInfo, WorldMap
 
 Provenance = Literal["shipped", "installed", "beside"]
 """Part of mjsim, in another package, or in files beside the world."""
+MAX_BYTES = 100_000_000
+"""Maximum size of a file with code [bytes]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,12 +78,21 @@ class Host(ABC):
         """Yield problems of a module, and why it does not fit a role."""
 
     @abstractmethod
-    def files(self, uses: Sequence[Use], source: Source) -> Mapping[str, bytes]:
+    def files(self, uses: Sequence[Use], source: Source, *, data: bool = True) -> Mapping[str, bytes]:
         """Return the files of modules by path, relative to the world's folder.
 
+        Args:
+            uses: The modules.
+            source: Source of the world.
+            data: Whether to include files that are no code.
+
         Raises:
-            UsageError: A file cannot be read.
+            UsageError: A file cannot be read, or there are too many.
         """
+
+    def elsewhere(self, uses: Sequence[Use], source: Source) -> Sequence[Path]:
+        """Return the files outside the world's folder that modules name, where that is possible."""
+        return ()
 
     @abstractmethod
     def offers(self, files: Sequence[tuple[Path, str]]) -> Iterator[Offer]:
@@ -101,6 +114,33 @@ class Host(ABC):
         """
 
 
+def folder_of(source: Source) -> Path:
+    """Return the base folder of a world's paths."""
+    return (source.folder or Path.cwd()).resolve()
+
+
+def beside(name: str, source: Source, *, folder: bool = False) -> Path:
+    """Return a file, or folder, within the folder of the world.
+
+    Raises:
+        ValueError: It does not exist, is of another kind, or is outside that folder.
+    """
+    home, exists = folder_of(source), os.path.isdir if folder else os.path.isfile
+    try:
+        path = place_in(home, name)
+        if exists(path):
+            return path
+    except OutsideError:
+        raise ValueError(f"path '{name}' leaves the folder of the world; keep it beside the world file") from None
+    except ValueError:
+        pass  # There is no file of such a name.
+    suffix, known = PurePath(name).suffix, list[str]()
+    with suppress(OSError):
+        known = [item.name for item in home.iterdir() if exists(item) and item.name.endswith(suffix)]
+    kind = "folder" if folder else "file"
+    raise ValueError(f"no {kind} '{name}' beside the world file{did_you_mean(name, known)}")
+
+
 def read_code(path: Path, source: Source) -> bytes:
     """Return the content of a code file after checking that it may run; only run these bytes.
 
@@ -109,10 +149,19 @@ def read_code(path: Path, source: Source) -> bytes:
         source: Source of the world.
 
     Raises:
-        UsageError: It may not run with this content, or cannot be read.
+        UsageError: It may not run with this content, cannot be read, or is outside the folder of the world.
     """
     try:
-        data = path.read_bytes()
+        beside(os.path.relpath(path, folder_of(source)), source)
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+    return read_admitted(path, source)
+
+
+def read_admitted(path: Path, source: Source) -> bytes:
+    """Return the content of a code file anywhere, as `read_code` does."""
+    try:
+        data = read_regular(path, limit=MAX_BYTES)
     except OSError as error:
         raise UsageError(f"cannot read '{path}': {error.strerror}") from error
     if source.admit is not None:

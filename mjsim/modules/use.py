@@ -11,11 +11,11 @@ from typing import Any
 from pydantic import ValidationError
 
 from mjsim.errors import Problem, UsageError, WorldError
-from mjsim.modules.hosts import Defect, Host, Offer
+from mjsim.modules.hosts import MAX_BYTES, Defect, Host, Offer, folder_of
 from mjsim.modules.octave import OctaveHost
 from mjsim.modules.program import ProgramHost
 from mjsim.modules.python import PythonHost
-from mjsim.world import Source, Use, UserDrive, World, check_world, load_world, problems_at
+from mjsim.world import Source, Use, UserDrive, World, check_world, load_world, problems_at, read_regular
 
 HOSTS: Sequence[Host] = (ProgramHost(), OctaveHost(), PythonHost())
 """One host per language; the first one for a module's language runs it."""
@@ -39,7 +39,8 @@ class ForeignCode:
     installed: Sequence[Use]
     """Classes of installed packages, with their keys."""
     files: Mapping[str, bytes]
-    """Content of files beside the world, by path, including their imports; empty if missing or unreadable."""
+    """Content of files beside the world, by path, including their imports; and of files elsewhere that a command line
+    names, by absolute path."""
 
 
 def host_of(use: str) -> Host:
@@ -139,16 +140,17 @@ def foreign_code(world: World) -> ForeignCode:
     """Return the code that a world loads into the process besides that of mjsim; nothing is run."""
     installed: list[Use] = []
     files: dict[str, bytes] = {}
-    folder = world.source.folder or Path.cwd()
+    folder = folder_of(world.source)
     for host, uses in _by_host(world):
         foreign = [use for use in uses if host.origin(use.use) != "shipped"]
         installed += [use for use in foreign if host.origin(use.use) == "installed"]
-        files |= {host.place(use.use): b"" for use in foreign if host.origin(use.use) == "beside"}
         try:
-            contents = host.files(foreign, world.source).items()
+            contents = host.files(foreign, world.source, data=False).items()
             # Packages under development are trusted like installed ones.
             files |= {name: data for name, data in contents if host.runs(name) and (folder / name).is_file()}
-        except UsageError:
+            found = host.elsewhere(foreign, world.source)
+            files |= {str(path): read_regular(path, limit=MAX_BYTES) for path in found}
+        except (UsageError, OSError):
             # The error is reported when it is run; nobody can have allowed this content.
             files |= {host.place(use.use): os.urandom(16) for use in foreign if host.origin(use.use) == "beside"}
     return ForeignCode(tuple(installed), files)

@@ -13,7 +13,7 @@ from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.report.comparison import RunFigures, Series
 from mjsim.report.labels import Found, settings_of
-from mjsim.world import World, load_world, with_settings
+from mjsim.world import World, load_world, place_in, read_regular, with_settings
 
 Values = list[float | None]
 Setting = Annotated[list[Any], Field(min_length=2)]
@@ -65,6 +65,8 @@ class _Outcome(BaseModel):
 
 
 File = TypeVar("File", bound=BaseModel)
+MAX_BYTES = 1_000_000_000
+"""Maximum size of a file of a sweep [bytes]."""
 
 
 def sweep_runs(folder: Path, *, alone: bool) -> list[Found]:
@@ -132,12 +134,15 @@ def sweep_world(folder: Path) -> World:
         UsageError: The plan of the sweep cannot be read.
         WorldError: The world no longer exists.
     """
-    return load_world(folder / "world" / _read(folder, folder / "sweep.json", _Plan).world)
+    try:
+        return load_world(place_in(folder / "world", _read(folder, folder / "sweep.json", _Plan).world))
+    except ValueError as error:
+        raise _unreadable(folder, f"sweep.json: 'world': {error}") from None
 
 
 def _read(folder: Path, file: Path, kind: type[File]) -> File:
     try:
-        return kind.model_validate_json(file.read_bytes())
+        return kind.model_validate_json(read_regular(file, limit=MAX_BYTES))
     except OSError as error:
         raise _unreadable(folder, f"{file.name}: {error.strerror}") from None
     except ValidationError as error:

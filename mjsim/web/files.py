@@ -15,6 +15,7 @@ from mjsim.web.items import Json
 from mjsim.world import (
     MAX_BYTES,
     Source,
+    holds_file,
     preset_names,
     read_file,
     shipped_worlds,
@@ -211,7 +212,10 @@ def free_name(folder: Path, name: str) -> str:
 
 
 def files_below(root: Path) -> Iterator[Path]:
-    """Yield the files in and below a folder, nearest first, without hidden files and links that lead outside."""
+    """Yield the files in and below a folder, nearest first.
+
+    Hidden files are left out, and links that lead outside, and names that no world can hold.
+    """
     waiting, seen = [(root, 0)], 0
     while waiting and seen < MAX_FILES:
         folder, depth = waiting.pop(0)
@@ -225,16 +229,8 @@ def files_below(root: Path) -> Iterator[Path]:
                 continue
             if entry.is_dir(follow_symlinks=False) and depth < DEEPEST:
                 waiting.append((Path(entry.path), depth + 1))
-            elif _is_file_in(entry, root):
+            elif holds_file(root, Path(entry.path)):
                 yield Path(entry.path)
-
-
-def _is_file_in(entry: os.DirEntry[str], root: Path) -> bool:
-    """Return whether an entry, with links resolved, is a file in a folder; circular links are not."""
-    try:
-        return entry.is_file() and Path(entry.path).resolve().is_relative_to(root)
-    except (OSError, RuntimeError):
-        return False
 
 
 def _contains(path: Path, word: re.Pattern[bytes]) -> bool:

@@ -1,15 +1,15 @@
 """The folder of a studio; nothing outside it is read or written."""
 
+import os
 import threading
 from pathlib import Path, PurePosixPath
 
 from mjsim.errors import UsageError
 from mjsim.web.answers import RefusedError
+from mjsim.world import OutsideError, place_in
 
 LONGEST = 400
 """Maximum length of a path [characters]."""
-LONGEST_NAME = 255
-"""Maximum length of a file name, as in file systems [bytes]."""
 
 
 class Folder:
@@ -34,18 +34,20 @@ class Folder:
             RefusedError: It lies outside the folder, or is not a valid name.
         """
         given = PurePosixPath(name)
-        if not name or len(name) > LONGEST or not name.isprintable() or "\\" in name:
+        if not name or len(name) > LONGEST or "\\" in name:
             raise RefusedError(400, f"path {name[:60]!r} is not a file name; write for example 'worlds/room.yaml'")
-        if any(len(part.encode("utf-8", "replace")) > LONGEST_NAME for part in given.parts):
-            raise RefusedError(400, f"path '{name:.60}...' has a name of more than {LONGEST_NAME} bytes; shorten it")
         if given.is_absolute() or ".." in given.parts or name[1:2] == ":":
             raise RefusedError(403, f"path '{name:.60}' leaves the folder of the studio; name a file in it")
         try:
-            path = (self.root / given).resolve()
-        except (OSError, RuntimeError):
-            raise RefusedError(400, f"path '{name:.60}' leads nowhere; name another") from None
-        if path == self.root or not path.is_relative_to(self.root):
+            path = place_in(self.root, name).resolve()
+        except OutsideError:
+            path = self.root
+        except ValueError as error:
+            raise RefusedError(400, str(error)) from None
+        if path == self.root:
             raise RefusedError(403, f"path '{name:.60}' leads out of the folder of the studio; name a file in it")
+        if os.path.lexists(path) and not (os.path.isfile(path) or os.path.isdir(path)):
+            raise RefusedError(400, f"path '{name:.60}' is a pipe or a device; name a file")
         return path
 
     def name(self, path: Path) -> str:

@@ -1,6 +1,7 @@
 """The source text of modules that a world names, for display; none of it is run."""
 
 import importlib.util
+import os
 import re
 from pathlib import Path
 
@@ -41,7 +42,7 @@ def _shipped(module: str) -> str:
 
 
 def _beside(world: World, place: str) -> str:
-    files = foreign_code(world).files
-    if place not in files:
+    files, name = foreign_code(world).files, os.path.normpath(place)
+    if name not in files or os.path.isabs(name):
         raise RefusedError(404, f"'{place}' is not a source file beside this world; only such files are shown")
-    return files[place].decode("utf-8", errors="replace")
+    return files[name].decode("utf-8", errors="replace")

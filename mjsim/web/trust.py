@@ -8,9 +8,9 @@ from hashlib import sha256
 from pathlib import Path
 
 from mjsim.errors import UsageError
-from mjsim.modules import foreign_code, modules_of
+from mjsim.modules import MAX_BYTES, foreign_code, modules_of
 from mjsim.web.answers import RefusedError
-from mjsim.world import Source, Use, World
+from mjsim.world import Source, Use, World, read_regular
 
 Code = tuple[str, str]
 """A file and the SHA-256 of its content; or the name of an installed class, and ''."""
@@ -90,7 +90,7 @@ class Trust:
         files = {name: (str(folder / name), _digest(data)) for name, data in code.files.items()}
         for path in [path for path in self._refused.copy() if path.is_relative_to(folder)]:
             with suppress(OSError):
-                files[path.relative_to(folder).as_posix()] = str(path), _digest(path.read_bytes())
+                files[path.relative_to(folder).as_posix()] = str(path), _digest(read_regular(path, limit=MAX_BYTES))
         return {**files, **{use.use: (use.use, "") for use in code.installed}}
 
 

@@ -17,9 +17,13 @@ from .edit import format_world as format_world
 from .edit import items_in as items_in
 from .edit import rounded as rounded
 from .files import LEFT_BEHIND as LEFT_BEHIND
+from .files import OutsideError as OutsideError
 from .files import Source as Source
+from .files import holds_file as holds_file
 from .files import own_copy as own_copy
+from .files import place_in as place_in
 from .files import read_asset as read_asset
+from .files import read_regular as read_regular
 from .files import shipped_worlds as shipped_worlds
 from .files import world_path as world_path
 from .files import world_summary as world_summary

@@ -3,11 +3,18 @@
 import json
 import os
 import socket
+from contextlib import closing
 
+import numpy as np
 import pytest
 
+import mjsim
 from mjsim.errors import MjsimError, UsageError
+from mjsim.geometry import Pose
+from mjsim.interface import Estimate
 from mjsim.modules import check_modules, foreign_code, make_module, user_files
+from mjsim.modules.hosts import Failed
+from mjsim.run import drivers_of
 from mjsim.world import Source, Use, parse_world
 
 CLASS = "class M:\n    def start(self, *told): pass\n    def command(self, seen, belief): pass\n"
@@ -37,11 +44,11 @@ def folder(tmp_path):
     return home
 
 
-def world_with(use, folder, **keys):
+def world_with(use, folder, *, admit=None, **keys):
     text = json.dumps({"use": use, **keys})
+    robots = "mjsim: 1\nrobots: [{name: r, preset: pioneer3dx, at: [1, 1]}]\n"
     return parse_world(
-        f"mjsim: 1\nrobots: [{{name: r, preset: pioneer3dx, at: [1, 1]}}]\nrun: {{drivers: {{r: {{navigator: {text}}}}}}}\n",
-        source=Source(folder=folder),
+        f"{robots}run: {{drivers: {{r: {{navigator: {text}}}}}}}\n", source=Source(folder=folder, admit=admit)
     )
 
 
@@ -63,7 +70,6 @@ STRAY = {
     "below a file": "m.py/m.py:M",
     "long": "a" * 240 + ".py:M",
     "long in UTF-8": "ä" * 140 + ".py:M",
-    "other case": "m.PY:M",
     "home": "~/m.py:M",
     "function above": "../outside/f.m",
     "absolute function": "{outside}/f.m",
@@ -151,3 +157,32 @@ def test_a_file_elsewhere_on_a_command_line_is_asked_about_with_its_content(fold
     (outside / "m.py").write_text("changed")
     assert foreign_code(world).files == {str(outside / "m.py"): b"changed"}
     assert user_files(world) == {}
+
+
+ANSWERS = """import sys, json
+for line in sys.stdin:
+    print(json.dumps({"forward": VERSION} if json.loads(line)["call"] == "command" else {}), flush=True)
+"""
+
+
+@pytest.mark.slow
+def test_of_a_file_elsewhere_the_content_that_was_allowed_runs(folder):
+    program = folder.parent / "outside" / "answers.py"
+    program.write_text(ANSWERS.replace("VERSION", "0.25"))
+    asked = []
+    world = world_with(f"exec:python3 {program}", folder, admit=lambda path, data: asked.append((path, data)))
+    with mjsim.Simulation(world) as sim, closing(drivers_of(world)["r"].navigator) as navigator:
+        program.write_text(ANSWERS.replace("VERSION", "0.5"))
+        navigator.start(sim.robots["r"], np.random.default_rng(0))
+        assert navigator.command(sim.sense("r"), Estimate(Pose(1.0, 1.0, 0.0), np.eye(3))).forward == 0.25
+    assert asked == [(program, ANSWERS.replace("VERSION", "0.25").encode())]
+
+
+@pytest.mark.slow
+def test_a_file_elsewhere_that_appears_after_the_code_was_allowed_does_not_run(folder):
+    program = folder.parent / "outside" / "later.py"
+    world = world_with(f"exec:python3 {program}", folder, admit=lambda *_: None)
+    with mjsim.Simulation(world) as sim, closing(drivers_of(world)["r"].navigator) as navigator:
+        program.write_text(ANSWERS)
+        with pytest.raises(Failed, match=r"later\.py', which was not there when its code was allowed"):
+            navigator.start(sim.robots["r"], np.random.default_rng(0))

@@ -23,7 +23,7 @@ ELSEWHERE = (
         "report/paired.py",
     ),
     *("run/falls.py", "run/pilot.py", "session/gate.py", "session/session.py", "world/items/reaching.py"),
-    *("world/check/leading.py", "world/check/movers.py", "world/items/events.py"),
+    *("world/check/leading.py", "world/check/movers.py", "world/files/within.py", "world/items/events.py"),
     *("world/edit/apart.py", "world/edit/changes.py", "world/edit/edited_text.py", "world/edit/singles.py"),
 )
 """Other modules whose sentences the page shows."""
@@ -33,6 +33,7 @@ NOT_MET = {
     *("'{}' is not the id of a draft; see the list", "no pictures of kind '{}'; there are {}"),
     *("'{}' is not the name of a tab; it has 16 digits, 0 to f", "a newer view was asked for", "this {}"),
     *("'{}' is not in 'out'; only files in it can be downloaded", "mjsim has no module '{}'"),
+    "path '{}' is a pipe or a device; name a file",
     *("'{}{}' cannot be written: {}", "line {}: {}{}"),
 }
 """Of requests that the page never makes, and what other sentences stand in."""

@@ -1,6 +1,7 @@
 """Code that came with a world runs once somebody allowed it, with the content that they were asked about."""
 
 import importlib.util
+import os
 import py_compile
 import time
 from itertools import count
@@ -307,3 +308,30 @@ def test_a_program_that_is_swapped_between_the_check_and_its_start_does_not_run(
     with pytest.raises(UsageError, match=r"'go\.sh' is code that you have not allowed as it is now"):
         drivers_of(world)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["driven.yaml", "go.sh"]
+
+
+def test_no_name_shows_a_file_outside_the_folder_or_stops_the_server(studio):
+    outside = studio.folder.parent / "outside"
+    outside.mkdir()
+    (outside / "m.py").write_text(f"SECRET = 1\n{CODE}")
+    (studio.folder / "link.py").symlink_to(outside / "m.py")
+    (studio.folder / "away").symlink_to(outside)
+    os.mkfifo(studio.folder / "pipe.py")
+    (studio.folder / "x.yaml").write_text(WORLD)
+    for place in (f"{outside}/m.py", "../outside/m.py", "link.py", "away/m.py", "pipe.py", "../x.yaml", ".", ".."):
+        text = WORLD.replace("go.py:Go", f"{place}:Go")
+        shown = asks(studio, "/api/parse", text).json()
+        assert len(shown["problems"]) == 1
+        refused = asks(studio, "/api/source", text, use=f"{place}:Go")
+        assert (refused.status_code, "SECRET" in refused.text) == (404, False)
+        assert begun(studio, text)["kind"] == "refused"
+
+
+def test_a_program_elsewhere_on_a_command_line_runs_as_it_was_allowed_and_is_asked_for_when_it_changes(studio):
+    outside = studio.folder.parent / "program.py"
+    outside.write_text("one")
+    text = WORLD.replace("go.py:Go", f"exec:python3 {outside}")
+    allow(studio, text)
+    assert needs(studio, text) == {}
+    outside.write_text("other")
+    assert list(begun(studio, text)["needs_trust"]) == [str(outside)]

@@ -1,7 +1,6 @@
 from .answers import Answer as Answer
-from .keys import beside as beside
+from .keys import elsewhere_in as elsewhere_in
 from .keys import files_in as files_in
-from .keys import folder_of as folder_of
 from .keys import key_defects as key_defects
 from .keys import options_of as options_of
 from .keys import paths_of as paths_of

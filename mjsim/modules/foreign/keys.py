@@ -1,24 +1,20 @@
 """Keys beside `use` that are for mjsim, not for the module: `patience` and `paths`."""
 
-from collections.abc import Iterator, Sequence
+import os
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from mjsim.errors import UsageError, did_you_mean
-from mjsim.modules.hosts import Defect
-from mjsim.world import Source, Use
+from mjsim.errors import UsageError
+from mjsim.modules.hosts import MAX_BYTES, Defect, beside, folder_of
+from mjsim.world import Source, Use, holds_file, read_regular
 
 PATIENCE = 10.0
 """Default time limit for a module to start, or to answer [s]."""
 OWN_KEYS = ("patience", "paths")
 """Keys beside `use` that are not for the module."""
-MAX_FILES, MAX_BYTES = 1000, 100_000_000
-"""Limits of the number and the size of files of a module."""
-
-
-def folder_of(source: Source) -> Path:
-    """Return the base folder of a world's paths."""
-    return (source.folder or Path.cwd()).resolve()
+MAX_FILES = 1000
+"""Maximum number of files of a world's modules."""
 
 
 def options_of(use: Use) -> dict[str, Any]:
@@ -48,27 +44,6 @@ def paths_of(use: Use, source: Source) -> list[Path]:
     if not isinstance(named, (list, tuple)) or not all(isinstance(name, str) for name in named):
         raise ValueError("paths is no list of folders; write paths: [lib, other]")
     return [beside(name, source, folder=True) for name in named]
-
-
-def beside(name: str, source: Source, *, folder: bool = False) -> Path:
-    """Return a file, or folder, within the folder of the world.
-
-    Raises:
-        ValueError: It does not exist, or is outside that folder.
-    """
-    home = folder_of(source)
-    try:
-        path = (home / name).resolve()
-        exists = path.is_dir() if folder else path.is_file()
-    except (OSError, RuntimeError, ValueError):
-        path, exists = home, False
-    if not path.is_relative_to(home):
-        raise ValueError(f"path '{name}' leaves the folder of the world; keep it beside the world file")
-    if not exists:
-        kind = "folder" if folder else "file"
-        candidates = [item.name for item in home.iterdir() if item.is_dir() == folder] if home.is_dir() else []
-        raise ValueError(f"no {kind} '{name}' beside the world file{did_you_mean(name, candidates)}")
-    return path
 
 
 def key_defects(use: Use, role: str, source: Source) -> Iterator[Defect]:
@@ -103,7 +78,7 @@ def read_files(paths: Sequence[Path], source: Source) -> dict[str, bytes]:
                 f"the modules of '{source.file}' have over {MAX_FILES} files or {MAX_BYTES >> 20} MB in their folders"
             )
         for path in paths:
-            files[path.relative_to(home).as_posix()] = path.read_bytes()
+            files[path.relative_to(home).as_posix()] = read_regular(path, limit=MAX_BYTES)
     except OSError as error:
         raise UsageError(f"cannot read '{error.filename}': {error.strerror}") from error
     return files
@@ -111,4 +86,14 @@ def read_files(paths: Sequence[Path], source: Source) -> dict[str, bytes]:
 
 def files_in(folder: Path, home: Path) -> list[Path]:
     """Return the files below a folder, except links out of the world's folder."""
-    return [path for path in sorted(folder.rglob("*")) if path.is_file() and path.resolve().is_relative_to(home)]
+    return [path for path in sorted(folder.rglob("*")) if holds_file(home, path)]
+
+
+def elsewhere_in(words: Sequence[str], source: Source) -> Mapping[Path, str]:
+    """Return the files outside the world's folder that words of a command line name, each with its text there."""
+    home, found = folder_of(source), dict[Path, str]()
+    for name in (part for word in words for part in (word, word.partition("=")[2])):
+        path = Path(os.path.realpath(home / name)) if "\0" not in name else home
+        if not path.is_relative_to(home) and os.path.isfile(path):
+            found[path] = name
+    return found

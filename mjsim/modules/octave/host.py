@@ -6,8 +6,6 @@ from pathlib import Path
 from typing import Any
 
 from mjsim.modules.foreign import (
-    beside,
-    folder_of,
     key_defects,
     options_of,
     paths_of,
@@ -15,10 +13,10 @@ from mjsim.modules.foreign import (
     read_files,
     require_sound,
 )
-from mjsim.modules.hosts import Defect, Host, Key, Offer, Provenance
+from mjsim.modules.hosts import Defect, Host, Key, Offer, Provenance, beside, folder_of
 from mjsim.modules.octave.installed import find_octave
 from mjsim.modules.octave.text import MAX_BYTES, FunctionFile, is_name, read_function
-from mjsim.world import Source, Use
+from mjsim.world import Source, Use, holds_file
 
 HEADS: Mapping[str, tuple[str, Sequence[str]]] = {
     "observer": ("z", ("obs", "robot", "state")),
@@ -71,7 +69,7 @@ class OctaveHost(Host):
         if role in HEADS and (problem := _misfit(found, role)):
             yield Defect(problem, missing=False)
 
-    def files(self, uses: Sequence[Use], source: Source) -> Mapping[str, bytes]:
+    def files(self, uses: Sequence[Use], source: Source, *, data: bool = True) -> Mapping[str, bytes]:
         """Return the functions beside those named and in their `paths`, and the data files named in their text."""
         home = folder_of(source)
         found: dict[Path, None] = {}
@@ -80,9 +78,9 @@ class OctaveHost(Host):
                 folders = [beside(use.use, source).parent, *paths_of(use, source)]
             except ValueError:
                 continue  # An error will be reported when it is run.
-            for path in (path for folder in folders for path in _functions(folder)):
-                found |= dict.fromkeys([path, *_data(path, home)])
-        return read_files([path for path in found if path.resolve().is_relative_to(home)], source)
+            for path in (path for folder in folders for path in _functions(folder, home)):
+                found |= dict.fromkeys([path, *(_data(path, home) if data else ())])
+        return read_files(list(found), source)
 
     def offers(self, files: Sequence[tuple[Path, str]]) -> Iterator[Offer]:
         """Yield the functions whose signatures are exactly those of a role."""
@@ -157,13 +155,19 @@ def _role_of(path: Path) -> str | None:
     )
 
 
-def _functions(folder: Path) -> Iterator[Path]:
-    """Yield the code files in a folder, and in the subfolders that Octave searches by itself."""
-    for path in sorted(folder.iterdir()):
-        if path.is_dir() and (path.name == "private" or path.name[:1] in "+@"):
-            yield from _functions(path)
-        elif path.suffix in _CODE and path.is_file():
-            yield path
+def _functions(folder: Path, home: Path) -> Iterator[Path]:
+    """Yield the code files in a folder, and in the subfolders that Octave searches by itself; links may form loops."""
+    waiting, seen = [folder], set[Path]()
+    while waiting:
+        place = waiting.pop()
+        if (resolved := place.resolve()) in seen or not resolved.is_relative_to(home):
+            continue
+        seen.add(resolved)
+        for path in sorted(place.iterdir()):
+            if path.is_dir() and (path.name == "private" or path.name[:1] in "+@"):
+                waiting.append(path)
+            elif path.suffix in _CODE and holds_file(home, path):
+                yield path
 
 
 def _data(path: Path, home: Path) -> Iterator[Path]:
@@ -172,5 +176,5 @@ def _data(path: Path, home: Path) -> Iterator[Path]:
     for name in _TEXT.findall(path.read_bytes()) if small else ():
         for folder in (home, path.parent):
             named = folder / name.decode()
-            if ".." not in named.parts and named.is_file():
+            if ".." not in named.parts and holds_file(home, named):
                 yield named

@@ -51,7 +51,8 @@ class ProgramEngine(Engine):
         self._fields = fields
         folder = self._place.enter()
         more = {"PATH": os.pathsep.join([*(str(folder / path) for path in self._paths), os.environ.get("PATH", "")])}
-        self._process = Process(self._command, folder, shell=ON_STANDARD, output=ShownOutput(self._who), more=more)
+        words = self._place.spelled(self._command)
+        self._process = Process(words, folder, shell=ON_STANDARD, output=ShownOutput(self._who), more=more)
         seed = int(rng.integers(2**53))
         answer = self._send({"call": "start", "version": VERSION, "seed": seed, "robot": robot})
         pictures = answer.get("pictures", False)

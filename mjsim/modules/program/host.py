@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from mjsim.modules.foreign import (
-    beside,
+    elsewhere_in,
     files_in,
-    folder_of,
     key_defects,
     options_of,
     paths_of,
@@ -18,7 +17,7 @@ from mjsim.modules.foreign import (
     read_files,
     require_sound,
 )
-from mjsim.modules.hosts import Defect, Host, Offer, Provenance
+from mjsim.modules.hosts import Defect, Host, Offer, Provenance, beside, folder_of
 from mjsim.world import Source, Use
 
 _MARK = "exec:"
@@ -65,7 +64,7 @@ class ProgramHost(Host):
         except ValueError as error:
             yield Defect(str(error))
 
-    def files(self, uses: Sequence[Use], source: Source) -> Mapping[str, bytes]:
+    def files(self, uses: Sequence[Use], source: Source, *, data: bool = True) -> Mapping[str, bytes]:
         """Return the programs, the files beside the world on their command lines, and the files in `paths`."""
         home, found = folder_of(source), []
         for use in uses:
@@ -79,6 +78,10 @@ class ProgramHost(Host):
             except ValueError:
                 continue  # An error will be reported when it is run.
         return read_files(found, source)
+
+    def elsewhere(self, uses: Sequence[Use], source: Source) -> Sequence[Path]:
+        """Return the files outside the folder of the world on the command lines: they may be code, too."""
+        return [path for use in uses for path in elsewhere_in(_words(use.use)[1:], source)]
 
     def offers(self, files: Sequence[tuple[Path, str]]) -> Iterator[Offer]:
         """Yield nothing: the role of a program cannot be derived from its file."""

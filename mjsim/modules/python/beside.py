@@ -2,6 +2,7 @@
 
 import builtins
 import importlib.util
+import os
 import re
 import sys
 import weakref
@@ -131,9 +132,9 @@ class Beside(MetaPathFinder, Loader):
         for folder in map(Path, path or ()):
             place = folder / last
             for file in (place / "__init__.py", folder / f"{last}.py"):
-                if file.is_file():
+                if os.path.isfile(file):
                     return self._spec(name, file)
-            if place.is_dir():
+            if os.path.isdir(place):
                 spec = ModuleSpec(name, self, is_package=True)
                 spec.submodule_search_locations = [str(place)]
                 return spec
@@ -163,7 +164,7 @@ class Beside(MetaPathFinder, Loader):
             raise
 
 
-def beside(source: Source, folder: Path) -> Beside:
+def importer_of(source: Source, folder: Path) -> Beside:
     """Return the importer of a folder's files for the run of a source.
 
     Args:

@@ -8,7 +8,7 @@ from importlib.machinery import ModuleSpec
 from pathlib import Path
 
 from mjsim.errors import did_you_mean
-from mjsim.modules.hosts import Defect
+from mjsim.modules.hosts import Defect, beside
 from mjsim.modules.python.offers import keys_of
 from mjsim.modules.python.outline import BoundNames, Methods, UnreadableError, methods_of, outline_of
 from mjsim.modules.roles import ROLES, awaited, lacking, unmade
@@ -46,7 +46,19 @@ def file_of(place: str, source: Source) -> Path | None:
     Raises:
         ValueError: There is no such module; the message says why.
     """
-    return _file_beside(place, source) if place.endswith(".py") else _installed_file(place)
+    return beside(place, source) if place.endswith(".py") else _installed_file(place)
+
+
+def parts_of(name: str) -> list[str]:
+    """Return the parts of a dotted module name.
+
+    Raises:
+        ValueError: It is none.
+    """
+    parts = name.split(".")
+    if not all(part.isidentifier() for part in parts):
+        raise ValueError(f"'{name}' is not a module; write 'package.module:Class' or 'file.py:Class'")
+    return parts
 
 
 def _misfit(methods: Methods, role: str) -> str | None:
@@ -72,25 +84,8 @@ def _wrong_keys(item: ast.ClassDef, methods: Methods, use: Use) -> Iterator[Defe
         yield Defect(f"{item.name} needs {listed}; write {'it' if len(missing) == 1 else 'them'} beside use")
 
 
-def _file_beside(name: str, source: Source) -> Path:
-    folder = (source.folder or Path.cwd()).resolve()
-    try:
-        path = (folder / name).resolve()
-        exists = path.is_file()
-    except (OSError, RuntimeError, ValueError):
-        path, exists = folder, False
-    if not path.is_relative_to(folder):
-        raise ValueError(f"path '{name}' leaves the folder of the world; keep it beside the world file")
-    if not exists:
-        candidates = [item.name for item in folder.glob("*.py")] if folder.is_dir() else []
-        raise ValueError(f"no file '{name}' beside the world file{did_you_mean(name, candidates)}")
-    return path
-
-
 def _installed_file(name: str) -> Path | None:
-    parts = name.split(".")
-    if not all(part.isidentifier() for part in parts):
-        raise ValueError(f"'{name}' is not a module; write 'package.module:Class' or 'file.py:Class'")
+    parts = parts_of(name)
     spec: ModuleSpec | None = None
     for count in range(1, len(parts) + 1):
         whole = ".".join(parts[:count])

@@ -37,9 +37,9 @@ class PythonHost(Host):
         """Yield what does not exist or is not Python, keys that the class does not accept, and missing methods."""
         return class_defects(use, role, source)
 
-    def files(self, uses: Sequence[Use], source: Source) -> Mapping[str, bytes]:
+    def files(self, uses: Sequence[Use], source: Source, *, data: bool = True) -> Mapping[str, bytes]:
         """Return the files of the classes, of their imports, and of files beside them that they name."""
-        return python_files(uses, source)
+        return python_files(uses, source, data=data)
 
     def offers(self, files: Sequence[tuple[Path, str]]) -> Iterator[Offer]:
         """Yield the classes in files with the suffix .py."""

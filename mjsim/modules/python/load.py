@@ -8,7 +8,9 @@ from typing import Any
 
 from mjsim.errors import ModuleFault, UsageError, did_you_mean
 from mjsim.modules.boundary import error_text, fault_of
-from mjsim.modules.python.beside import Beside, beside
+from mjsim.modules.hosts import beside
+from mjsim.modules.python.beside import Beside, importer_of
+from mjsim.modules.python.find import parts_of
 from mjsim.modules.roles import misfit
 from mjsim.world import Source, Use
 
@@ -28,24 +30,25 @@ def make_class(use: Use, source: Source, *, role: str, robot: str) -> Any:
     """
     place, _, name = use.use.rpartition(":")
     load = _Loader(role, name, robot)
-    if not place.endswith(".py"):
+    path = _file(place, source)
+    if path is None:
         return load.made(use, load.installed(place))
-    path = _file(place, (source.folder or Path.cwd()).resolve())
-    folder = beside(source, path.parent)
+    folder = importer_of(source, path.parent)
     with folder.keeping() as keep:
         made = load.made(use, load.file(folder, path))
         keep(made)
     return made
 
 
-def _file(name: str, folder: Path) -> Path:
-    """Return the file with a given name beside a world."""
-    path = folder / name
-    if not path.resolve().is_relative_to(folder):
-        raise UsageError(f"'{name}' leaves the folder of the world; keep it beside the world file")
-    if not path.is_file():
-        raise UsageError(f"no file '{name}' in {folder}")
-    return path
+def _file(place: str, source: Source) -> Path | None:
+    """Return the file of a module beside the world; None for a dotted name."""
+    try:
+        if place.endswith(".py"):
+            return beside(place, source)
+        parts_of(place)
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+    return None
 
 
 class _Loader:

@@ -1,6 +1,7 @@
 """Resolution of imports in code beside a world."""
 
 import importlib.util
+import os
 import sys
 from pathlib import Path
 
@@ -20,10 +21,10 @@ def place_of(folder: Path, name: str) -> Path | None:
     if name in sys.stdlib_module_names or name == "mjsim":
         return None
     for path in (folder / name / "__init__.py", folder / f"{name}.py"):
-        if path.is_file():
+        if os.path.isfile(path):
             return path
     package = folder / name
-    return package if package.is_dir() and any(package.glob("*.py")) and not _is_installed(name) else None
+    return package if os.path.isdir(package) and any(package.glob("*.py")) and not _is_installed(name) else None
 
 
 def _is_installed(name: str) -> bool:

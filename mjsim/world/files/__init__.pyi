@@ -13,3 +13,7 @@ from .source import check_picture as check_picture
 from .source import has_asset as has_asset
 from .source import read_asset as read_asset
 from .tables import read_columns as read_columns
+from .within import OutsideError as OutsideError
+from .within import holds_file as holds_file
+from .within import place_in as place_in
+from .within import read_regular as read_regular

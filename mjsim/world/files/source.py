@@ -2,6 +2,8 @@
 
 import contextlib
 import difflib
+import errno
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from importlib import resources
@@ -10,6 +12,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any, Self
 
 from mjsim.models import picture_size
+from mjsim.world.files.within import OutsideError, place_in, read_regular
 
 MAX_BYTES = 64_000_000
 """Maximum size of a picture [bytes]."""
@@ -53,11 +56,12 @@ def has_asset(name: str, source: Source) -> bool:
     """Return whether `read_asset` would find a file."""
     if name in source.attached:
         return True
-    path = PurePosixPath(name)
-    if _leaves(path, name):
+    if _leaves(PurePosixPath(name), name):
         return False
-    beside = None if source.folder is None else _resolved(source.folder.resolve() / path)
-    return (beside is not None and beside.is_file()) or _exists(resources.files("mjsim.assets").joinpath(name))
+    with contextlib.suppress(ValueError):
+        if _beside(name, source) is not None:
+            return True
+    return _exists(resources.files("mjsim.assets").joinpath(name))
 
 
 def read_asset(name: str, source: Source) -> bytes:
@@ -68,16 +72,11 @@ def read_asset(name: str, source: Source) -> bytes:
     """
     if name in source.attached:
         return source.attached[name]
-    path = PurePosixPath(name)
-    if _leaves(path, name):
+    if _leaves(PurePosixPath(name), name):
         raise ValueError(_LEAVES.format(name=name))
-    if source.folder is not None:
-        base = source.folder.resolve()
-        beside = _resolved(base / path)
-        if beside is not None and beside.is_file():
-            if not beside.is_relative_to(base):
-                raise ValueError(_LEAVES.format(name=name))
-            return _read(beside, name)
+    beside = _beside(name, source)
+    if beside is not None:
+        return _read(beside, name)
     shipped = resources.files("mjsim.assets").joinpath(name)
     if _exists(shipped):
         return shipped.read_bytes()
@@ -95,6 +94,25 @@ def check_picture(name: str, source: Source) -> None:
             picture_size(data)
         except ValueError as error:
             raise ValueError(f"'{name}' {error}") from None
+
+
+def _beside(name: str, source: Source) -> Path | None:
+    """Return a file beside the world file; None if there is none.
+
+    Raises:
+        ValueError: Its links lead elsewhere.
+    """
+    if source.folder is None:
+        return None
+    try:
+        path = place_in(source.folder, name)
+    except OutsideError:
+        if not os.path.isfile(source.folder / name):
+            return None
+        raise ValueError(_LEAVES.format(name=name)) from None
+    except ValueError:
+        return None
+    return path if os.path.isfile(path) else None
 
 
 def _leaves(path: PurePosixPath, name: str) -> bool:
@@ -118,11 +136,10 @@ def _resolved(path: Path) -> Path | None:
 
 def _read(path: Path, name: str) -> bytes:
     try:
-        size = path.stat().st_size
-        if size > MAX_BYTES:
-            raise ValueError(f"'{name}' has {size / 1e6:.0f} MB; it must have at most {MAX_BYTES / 1e6:.0f} MB")
-        return path.read_bytes()
+        return read_regular(path, limit=MAX_BYTES)
     except OSError as error:
+        if error.errno == errno.EFBIG:
+            raise ValueError(f"'{name}' is too large: {error.strerror}") from None
         raise ValueError(f"'{name}' cannot be read: {error.strerror}; change its permissions") from None
 
 

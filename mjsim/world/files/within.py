@@ -1,0 +1,72 @@
+"""Files that a text of somebody else names: one check of where they are and what they are."""
+
+import errno
+import os
+import stat
+from pathlib import Path
+
+LONGEST_NAME = 255
+"""Maximum length of a file name, as in file systems [bytes]."""
+
+
+class OutsideError(ValueError):
+    """A name leads out of the folder that it is relative to."""
+
+
+def place_in(folder: Path, name: str) -> Path:
+    """Return the path, without `..`, of a file or folder below another, which need not exist.
+
+    Args:
+        folder: The folder; its own links are resolved.
+        name: Relative to it; an absolute name must lead into it, too.
+
+    Raises:
+        OutsideError: It leads elsewhere, by itself or by links.
+        ValueError: It is no valid name, or its links form a loop.
+    """
+    home = folder.resolve()
+    parts = Path(name).parts
+    if not name.isprintable():
+        raise ValueError(f"path {name[:60]!r} is not a file name; write for example 'worlds/room.yaml'")
+    if any(len(part.encode("utf-8", "replace")) > LONGEST_NAME for part in parts):
+        raise ValueError(f"path '{name[:60]}...' has a name of more than {LONGEST_NAME} bytes; shorten it")
+    path = Path(os.path.normpath(home / name))
+    try:
+        resolved = path.resolve()
+    except (OSError, RuntimeError):
+        raise ValueError(f"path '{name:.60}' leads nowhere; name another") from None
+    if not resolved.is_relative_to(home):
+        raise OutsideError(f"path '{name}' leaves its folder")
+    return path if path.is_relative_to(home) else resolved
+
+
+def holds_file(folder: Path, path: Path) -> bool:
+    """Return whether a path leads to a regular file in a folder, with links resolved."""
+    try:
+        return os.path.isfile(place_in(folder, str(path)))
+    except ValueError:
+        return False
+
+
+def read_regular(path: Path, *, limit: int) -> bytes:
+    """Return the content of a regular file; a pipe without a writer does not block.
+
+    Args:
+        path: The file.
+        limit: Maximum size [bytes].
+
+    Raises:
+        OSError: It cannot be read, is no regular file, or is larger.
+    """
+    with open(path, "rb", opener=_open_at_once) as file:
+        status = os.fstat(file.fileno())
+        if not stat.S_ISREG(status.st_mode):
+            raise OSError(errno.EINVAL, "it is a pipe or a device, not a file", str(path))
+        if status.st_size > limit:
+            size = f"it has {status.st_size / 1e6:.0f} MB, more than {limit / 1e6:.0f} MB"
+            raise OSError(errno.EFBIG, size, str(path))
+        return file.read(limit)
+
+
+def _open_at_once(path: str, flags: int) -> int:
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
