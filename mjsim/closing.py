@@ -1,8 +1,16 @@
-"""Base class of resources that a `with` block closes."""
+"""Base class of resources that a `with` block closes, and waiting for threads with a limit."""
 
+import threading
 from abc import ABC, abstractmethod
+from concurrent.futures import Future
 from types import TracebackType
-from typing import Self
+from typing import Self, TypeVar
+
+from mjsim.errors import MjsimError
+
+T = TypeVar("T")
+ENDING = 30.0
+"""Time limit for a thread of ours to end once it was told to [s]; it is reached on no machine, however loaded."""
 
 
 class Closes(ABC):
@@ -21,3 +29,38 @@ class Closes(ABC):
     ) -> None:
         """Close, also if the block raised."""
         self.close()
+
+
+def join(thread: threading.Thread, *, within: float = ENDING) -> None:
+    """Wait for the end of a thread that was told to end.
+
+    Args:
+        thread: The thread.
+        within: Time limit [s].
+
+    Raises:
+        MjsimError: It did not end.
+    """
+    thread.join(within)
+    if thread.is_alive():
+        raise MjsimError(f"thread '{thread.name}' did not end within {within:g} s; what it calls does not return")
+
+
+def awaited(future: "Future[T]", what: str, *, within: float) -> T:
+    """Return the result of work in another thread.
+
+    Args:
+        future: The work; it is cancelled if it has not begun within the limit.
+        what: The result, for the message.
+        within: Time limit [s].
+
+    Raises:
+        MjsimError: It did not come; or whatever the work raised.
+    """
+    try:
+        return future.result(within)
+    except TimeoutError:
+        if future.done() and not future.cancelled():
+            raise
+        future.cancel()
+        raise MjsimError(f"{what} did not come within {within:g} s; try again when less is going on") from None

@@ -21,6 +21,8 @@ from mjsim.sim import BACKENDS, Renderer, choose_backend, make_context
 from mjsim.world import parse_world
 
 WIDTH, HEIGHT = 640, 480
+PATIENCE = 60.0
+"""Time limit for trying a backend [s]."""
 LIBRARIES = ("mujoco", "numpy", "opencv-python-headless", "dm-control", "foxglove-sdk", "av")
 ROOM = """
 mjsim: 1
@@ -137,9 +139,11 @@ def report_lines(diagnosis: Diagnosis) -> Sequence[str]:
 def _try_alone(name: str) -> str:
     """Return the result of trying a backend in a separate process: MuJoCo keeps the first backend it loads."""
     environment = {key: value for key, value in os.environ.items() if key not in ("MUJOCO_GL", "MJSIM_GL")}
-    done = subprocess.run(
-        [sys.executable, "-c", PROBE, name], env=environment, capture_output=True, text=True, check=False
-    )
+    words = [sys.executable, "-c", PROBE, name]
+    try:
+        done = subprocess.run(words, env=environment, capture_output=True, text=True, check=False, timeout=PATIENCE)
+    except subprocess.TimeoutExpired:
+        return f"no: the process did not end within {PATIENCE:g} s"
     if done.returncode < 0:
         return f"no: the process died of signal {-done.returncode}"
     return (done.stdout or done.stderr).strip().rpartition("\n")[2]

@@ -4,6 +4,7 @@ import contextlib
 import json
 import os
 import pwd
+import signal
 import traceback
 import warnings
 from collections.abc import Callable
@@ -48,11 +49,19 @@ def as_stranger(work: Callable[[], Any], *, other: bool = True) -> Any:
         finally:
             os._exit(0)
     os.close(write)
-    with os.fdopen(read, "rb") as pipe:
-        told = json.loads(pipe.read() or b'{"failed": "it died"}')
-    os.waitpid(child, 0)
+    try:
+        with os.fdopen(read, "rb") as pipe:
+            told = json.loads(pipe.read() or b'{"failed": "it died"}')
+    finally:
+        ended(child)
     assert "gave" in told, told["failed"]
     return told["gave"]
+
+
+def ended(child: int) -> None:
+    """Kill a process of ours, if it still runs, and take its end."""
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
 
 
 def fork() -> int:

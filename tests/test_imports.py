@@ -3,7 +3,6 @@
 import ast
 import importlib
 import runpy
-import subprocess
 import sys
 from pathlib import Path
 
@@ -12,6 +11,7 @@ import pytest
 import mjsim
 from mjsim.bench import import_graph
 from mjsim.bench.import_graph import Package
+from tests.children import completed
 
 ROOT = Path(mjsim.__file__).parent
 
@@ -151,7 +151,7 @@ def test_one_class_one_name(package):
 )
 def test_what_is_heavy_is_loaded_only_where_it_is_used(code, heavy):
     shown = f"import atexit, sys; atexit.register(lambda: print('LOADED', *sorted({heavy} & set(sys.modules)))); {code}"
-    done = subprocess.run([sys.executable, "-c", shown], capture_output=True, text=True, check=True)
+    done = completed([sys.executable, "-c", shown])
     assert done.stdout.splitlines()[-1] == "LOADED"
 
 

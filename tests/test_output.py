@@ -2,7 +2,6 @@
 
 import os
 import stat
-import subprocess
 import sys
 import threading
 from hashlib import sha256
@@ -10,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from mjsim.closing import join
 from mjsim.errors import UsageError
 from mjsim.output import (
     LIST,
@@ -22,6 +22,7 @@ from mjsim.output import (
     write_files,
     write_set,
 )
+from tests.children import child
 
 HELD = """
 import sys, time
@@ -82,7 +83,7 @@ def test_of_many_writers_at_once_one_wins_and_the_others_are_told(tmp_path: Path
     barrier, told = threading.Barrier(20), []
 
     def work(number: int) -> None:
-        barrier.wait()
+        barrier.wait(60.0)
         try:
             write(tmp_path / "a", str(number))
         except UsageError as error:
@@ -92,7 +93,7 @@ def test_of_many_writers_at_once_one_wins_and_the_others_are_told(tmp_path: Path
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join()
+        join(thread)
     assert len(told) == 19
     assert all("exists; " in line or "is being written; " in line for line in told)
     assert list(contents(tmp_path)) == ["a"]
@@ -104,12 +105,10 @@ def test_a_file_that_another_process_writes_is_refused_even_to_overwrite_until_t
 ):
     path = tmp_path / "a"
     path.write_text("old")
-    with subprocess.Popen([sys.executable, "-c", HELD, path, state], stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        assert process.stdout.readline() == "held\n"
+    with child([sys.executable, "-c", HELD, path, state]) as process:
+        assert process.line() == "held\n"
         with pytest.raises(UsageError, match=r"'.*a' is being written; wait for that to end, or name another file"):
             write(path, "new", overwrite=True)
-        process.kill()
     write(path, "new", overwrite=True)
     assert contents(tmp_path) == {"a": "new"}
 

@@ -2,10 +2,12 @@
 
 import os
 import pty
-import subprocess
 import sys
+from contextlib import suppress
 
 import pytest
+
+from tests.children import child, completed
 
 pytestmark = pytest.mark.slow  # Each starts a process.
 
@@ -25,14 +27,14 @@ with counted("sweep room", total=4, unit="runs") as advance:
 
 
 def test_where_nobody_watches_one_plain_line_says_how_it_ended():
-    done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, check=True)
+    done = completed([sys.executable, "-c", PROGRAM])
     assert done.stdout == ""
     assert done.stderr.startswith("mjsim: run room: 4 of 4 s in ")
     assert done.stderr.count("\n") == 1
 
 
 def test_what_takes_long_is_counted_in_one_line_where_nobody_watches():
-    done = subprocess.run([sys.executable, "-c", COUNTED], capture_output=True, text=True, check=True)
+    done = completed([sys.executable, "-c", COUNTED])
     assert done.stderr == "mjsim: sweep room: 4 of 4 runs in 0 s\n"
 
 
@@ -52,14 +54,14 @@ def on_a_terminal(program):
     """Run a program whose stderr is a terminal; return what that shows."""
     ours, theirs = pty.openpty()
     environment = {**os.environ, "TERM": "xterm", "COLUMNS": "100"}
-    process = subprocess.Popen([sys.executable, "-c", program], stderr=theirs, env=environment)
-    os.close(theirs)
-    shown = b""
-    try:
-        while chunk := os.read(ours, 4096):
-            shown += chunk
-    except OSError:
-        pass  # the other end has closed: all is read
-    assert process.wait(timeout=120) == 0
-    os.close(ours)
-    return shown.decode()
+    with (
+        child([sys.executable, "-c", program], stderr=theirs, env=environment) as process,
+        os.fdopen(ours, "rb") as shown,
+    ):
+        os.close(theirs)
+        said = b""
+        with suppress(OSError):  # the other end has closed: all is read
+            while chunk := shown.read1():
+                said += chunk
+        assert process.ended() == 0
+    return said.decode()

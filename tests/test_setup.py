@@ -9,13 +9,15 @@ from pathlib import Path
 
 import pytest
 
+from tests.children import completed
+
 ROOT = Path(__file__).parent.parent
 SCRIPTS = ROOT / "scripts"
 HOSTS = [".".join(parts) for parts in (("pypi", "org"), ("pythonhosted", "org"), ("npmjs", "org"), ("anaconda", "org"))]
 
 
 def tracked_files() -> list[Path]:
-    done = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=False)
+    done = completed(["git", "ls-files", "-z"], check=False, cwd=ROOT)
     if done.returncode:
         pytest.skip("this is no git checkout")
     return [path for name in done.stdout.split("\0") if name and (path := ROOT / name).is_file()]
@@ -33,14 +35,7 @@ def checkout(tmp_path):
 
 
 def set_up(checkout: Path, **environment: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [checkout / "scripts" / "setup"],
-        cwd="/",
-        env={"PATH": os.defpath} | environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    return completed([checkout / "scripts" / "setup"], check=False, cwd="/", env={"PATH": os.defpath} | environment)
 
 
 def python_that(folder: Path, name: str, refusal: str) -> str:
@@ -64,7 +59,7 @@ def test_the_wheel_holds_every_file_of_the_package_and_nothing_else(tmp_path):
         (tmp_path / "checkout" / path).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / path, tmp_path / "checkout" / path)
     command = [sys.executable, "-c", "import setuptools.build_meta as b, sys; b.build_wheel(sys.argv[1])", tmp_path]
-    subprocess.run(command, cwd=tmp_path / "checkout", check=True, capture_output=True)
+    completed(command, cwd=tmp_path / "checkout")
     (wheel,) = tmp_path.glob("*.whl")
     with zipfile.ZipFile(wheel) as archive:
         packed = {name for name in archive.namelist() if ".dist-info/" not in name}
@@ -109,7 +104,7 @@ def test_a_user_installation_leaves_out_large_optional_packages():
 
 
 def test_an_unknown_word_for_set_up_is_refused_with_one_line(checkout):
-    done = subprocess.run([checkout / "scripts" / "setup", "--users"], capture_output=True, text=True, check=False)
+    done = completed([checkout / "scripts" / "setup", "--users"], check=False)
     assert (done.returncode, done.stderr) == (
         1,
         "setup: '--users' is not known; type scripts/setup or scripts/setup --user\n",
@@ -139,7 +134,7 @@ def test_without_the_module_venv_set_up_makes_an_environment_of_its_own(checkout
     set_up(checkout, MJSIM_PYTHON=python)
     show = "import sys, sysconfig; print(sys.prefix, sysconfig.get_path('purelib'), sep='\\n')"
     made = checkout / ".venv"
-    done = subprocess.run([made / "bin" / "python", "-c", show], capture_output=True, text=True, check=True)
+    done = completed([made / "bin" / "python", "-c", show])
     prefix, packages = done.stdout.split("\n")[:2]
     assert Path(prefix) == made
     assert Path(packages) == made / f"lib/python{sys.version_info[0]}.{sys.version_info[1]}/site-packages"

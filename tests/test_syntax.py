@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import mjsim
+from mjsim.closing import join
 from mjsim.syntax import parse_python
 
 ROOT = Path(mjsim.__file__).parent
@@ -53,7 +54,7 @@ def faults_of(parse):
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join()
+        join(thread, within=60.0)
     return faults
 
 
@@ -67,7 +68,7 @@ def test_a_parse_that_collides_with_one_elsewhere_is_repeated(eager_switches):
     strangers = threading.Thread(target=faults_of, args=(ast.parse,))
     strangers.start()
     assert faults_of(parse_python) == []
-    strangers.join()
+    join(strangers, within=60.0)
 
 
 def test_all_of_mjsim_parses_there():

@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from mjsim.closing import join
 from mjsim.progress import say
 from mjsim.ros import message_of
 
@@ -55,7 +56,7 @@ class Listener:
         """End the thread and close the readers; a second call does nothing."""
         self._closing.set()
         if self._thread.is_alive() and threading.current_thread() is not self._thread:
-            self._thread.join()
+            join(self._thread)
         self._taken, self._waiting = [], None
 
     def _receive(self) -> None:

@@ -23,10 +23,13 @@ from gymnasium.vector.utils import (
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from mjsim.closing import ENDING
 from mjsim.env.gym import GymEnvironment
 from mjsim.env.task import Task
 from mjsim.errors import MjsimError, UsageError
 
+PATIENCE = 600.0
+"""Time limit for an answer of a process, which may have to compile the world [s]."""
 StepResult = tuple[float, bool, bool, dict[str, Any]]
 """Reward, terminated, truncated, and info; observations go through shared memory."""
 Make = Callable[[], GymEnvironment]
@@ -108,7 +111,8 @@ class VectorEnvironment(VectorEnv[Any, Any, Any]):
         for pipe in self._pipes:
             pipe.close()
         for worker in self._workers:
-            worker.join()
+            worker.join(ENDING)
+            worker.kill()
 
     def _request(self, request: str, values: list[Any]) -> tuple[Any, Any, Any, dict[str, Any]]:
         """Send a request to all, each with its own value, and return their answers."""
@@ -117,7 +121,7 @@ class VectorEnvironment(VectorEnv[Any, Any, Any]):
         try:
             for pipe, share in zip(self._pipes, self._shares, strict=True):
                 pipe.send((request, [values[number] for number in share]))
-            answers = [pipe.recv() for pipe in self._pipes]
+            answers = [_answer(pipe) for pipe in self._pipes]
         except (EOFError, BrokenPipeError, OSError):
             raise MjsimError("a process of the environments has ended; create them again") from None
         for answer in answers:
@@ -166,6 +170,13 @@ class _Share:
         """Close them."""
         for environment in self._environments:
             environment.close()
+
+
+def _answer(pipe: Connection) -> Any:
+    """Return the next answer of a process."""
+    if not pipe.poll(PATIENCE):
+        raise MjsimError(f"a process of the environments did not answer within {PATIENCE:g} s; end it with `close`")
+    return pipe.recv()
 
 
 def _work(make: Make, space: Space[Any], memory: Any, numbers: Sequence[int], pipe: Connection) -> None:

@@ -153,6 +153,8 @@ class Gate:
         """Do the requested work."""
         while self._requests:
             work, done = self._requests.popleft()
+            if not done.set_running_or_notify_cancel():
+                continue  # Who asked for it no longer waits.
             if sim is None:
                 done.set_exception(UsageError("the world is not there yet; wait until the run has begun"))
                 continue

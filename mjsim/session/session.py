@@ -7,7 +7,7 @@ from contextlib import closing, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, get_args
 
-from mjsim.closing import Closes
+from mjsim.closing import Closes, awaited, join
 from mjsim.errors import ModuleFault, UsageError, did_you_mean
 from mjsim.interface import Command
 from mjsim.output import NewFile
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from mjsim.record import Recorder, Tick
     from mjsim.sim import Simulation
 
+TICK = 60.0
+"""Time limit for a tick, in which modules may compute, and for the start of a run [s]."""
 HOLD = 0.5
 """Time for which a manual command is held [s]."""
 
@@ -266,11 +268,13 @@ class Session(Closes):
 
     def close(self) -> None:
         """End the run and its thread, and wait for it; a second call does nothing."""
-        if self._thread.is_alive():
-            self._gate.leave("close")
-            self._thread.join()
-        if self._place is not None:
-            self._place.close()
+        try:
+            if self._thread.is_alive():
+                self._gate.leave("close")
+                join(self._thread, within=TICK)
+        finally:
+            if self._place is not None:
+                self._place.close()
 
     def __enter__(self) -> Self:
         """Start."""
@@ -281,7 +285,7 @@ class Session(Closes):
         """Do work in the session's thread between two ticks, and wait for it."""
         if not self._thread.is_alive() or self._gate.leaving == "close":
             raise UsageError("the session is not running; start it first")
-        self._gate.schedule(work).result()
+        awaited(self._gate.schedule(work), "the end of a tick", within=TICK)
         if not quiet:
             self._notify()
 

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from html import escape
 from pathlib import Path
 
-from mjsim.closing import Closes
+from mjsim.closing import Closes, join
 from mjsim.web.keys import LIFETIME
 
 _REDIRECT = """<!doctype html>
@@ -71,7 +71,7 @@ class BrowserOpener(Closes):
         self._closed.set()
         for remover, over in self._private:
             over.set()
-            remover.join()
+            join(remover)
 
 
 def _seen_by_browsers() -> Path | None:

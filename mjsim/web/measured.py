@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
+from mjsim.closing import join
 from mjsim.errors import MjsimError
 from mjsim.geometry import Array
 from mjsim.interface import Observation, PointCloud, Scan
@@ -106,7 +107,7 @@ class SensorPast:
     def close(self) -> None:
         """Stop reading."""
         self._ended.set()
-        self._thread.join()
+        join(self._thread)
 
     def _read(self) -> None:
         # If the recording is damaged, the readings before the damage are drawn.

@@ -5,10 +5,12 @@ from collections import OrderedDict
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from mjsim.closing import awaited
 from mjsim.record import Recording, read_recording
 from mjsim.sim import LedPeople, Onlooker, Orbit
 from mjsim.web.answers import RefusedError
 from mjsim.web.measured import SensorPast
+from mjsim.web.preview import DRAWING
 from mjsim.web.reviewing import People, row_at
 from mjsim.web.scene_3d import Scene3d, Scene3dShelf
 from mjsim.web.shots import depth_shown, jpeg, segmentation_shown
@@ -48,7 +50,7 @@ class Opened:
             UsageError: The view does not exist.
         """
         self._require_states()
-        return self._thread.submit(self._draw, time, view, orbit=orbit).result()
+        return awaited(self._thread.submit(self._draw, time, view, orbit=orbit), "a picture", within=DRAWING)
 
     def solids(self) -> Scene3d:
         """Return the 3-D scene of its world.

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import cv2
 import numpy as np
 
+from mjsim.closing import awaited
 from mjsim.geometry import Pose
 from mjsim.sim import Canvas, OnboardCamera, Simulation, streams_of
 from mjsim.web.answers import RefusedError
@@ -16,6 +17,8 @@ from mjsim.web.pictures import encoded
 from mjsim.web.watch import Signs
 from mjsim.world import Camera, World
 
+DRAWING = 60.0
+"""Time limit for a picture, for which its world may have to be compiled [s]."""
 NARROWEST, WIDEST = 64, 1280
 """Minimum and maximum width of a picture [px]."""
 
@@ -55,11 +58,11 @@ class Preview:
         with self._lock:
             self._newest += 1
             number = self._newest
-        return self._pool.submit(self._draw, request, number).result()
+        return awaited(self._pool.submit(self._draw, request, number), "a picture", within=DRAWING)
 
     def close(self) -> None:
         """Release the renderer."""
-        self._pool.submit(self._clear).result()
+        awaited(self._pool.submit(self._clear), "the end of a picture", within=DRAWING)
         self._pool.shutdown()
 
     def _draw(self, request: PreviewRequest, number: int) -> tuple[bytes, float]:

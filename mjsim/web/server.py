@@ -14,7 +14,7 @@ from starlette.requests import Request
 from starlette.routing import BaseRoute, Route
 from starlette.types import ASGIApp
 
-from mjsim.closing import Closes
+from mjsim.closing import Closes, join
 from mjsim.errors import UsageError
 from mjsim.progress import say
 from mjsim.web.answers import answer_get
@@ -30,6 +30,8 @@ LONGEST_HEADERS = 65_536
 """Maximum size of a request's headers [bytes]; browsers send the cookies of all ports."""
 START = 20.0
 """Time limit for the start of the server [s]."""
+STOP = 60.0
+"""Time limit for the end of the server: of requests that are still being answered [s]."""
 QUEUE = 1024
 """Maximum number of connections waiting to be accepted."""
 COMPLAINT = 60.0
@@ -123,7 +125,7 @@ class Server(Closes):
                 call()
             self._loop.call_soon_threadsafe(self._connections.close_all)
         self._server.should_exit = True
-        self._thread.join()
+        join(self._thread, within=STOP)
         self._opening.close()
 
     def _address_with(self, given: Pass) -> str:

@@ -60,7 +60,9 @@ def in_its_own_process(path: Path) -> tuple[float, float]:
         "import sys, pathlib; from mjsim.bench.large import made_ready, peak_memory;"
         "print(made_ready(pathlib.Path(sys.argv[1])), peak_memory())"
     )
-    said = subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True).stdout
+    said = subprocess.run(
+        [sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True, timeout=600
+    ).stdout
     seconds, megabytes = map(float, said.split())
     return seconds, megabytes
 

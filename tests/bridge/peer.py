@@ -9,7 +9,6 @@ was received is written into FOLDER/heard.json, what was noticed into FOLDER/not
 import json
 import os
 import signal
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -18,6 +17,7 @@ import rosless
 
 from mjsim.bridge import Bus, bring_loopback_up, call_name
 from mjsim.ros import Outgoing, typestore
+from tests.children import child
 
 PATIENCE = 60.0
 TOPICS = {
@@ -177,19 +177,12 @@ def main(folder: Path, domain: int | None) -> None:
         bring_loopback_up()
     domain = domain or 0
     words = [sys.executable, "-m", "mjsim.cli", "bridge", str(folder / "world.yaml"), "-o", str(folder / "run.mcap")]
-    # Shells start what runs in the background with Ctrl-C ignored, which children inherit.
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    bridge = subprocess.Popen([*words, "--modules", "--speed", "4"], env={**os.environ, "ROS_DOMAIN_ID": str(domain)})
-    told, noticed = {}, {}
-    try:
+    environment = {**os.environ, "ROS_DOMAIN_ID": str(domain)}
+    with child([*words, "--modules", "--speed", "4"], stdout=None, stderr=None, env=environment) as bridge:
         told, noticed = listen(domain)
-        assert bridge.poll() is None
-    finally:
-        bridge.send_signal(signal.SIGINT)
-        try:
-            noticed["code"] = bridge.wait(timeout=PATIENCE)
-        finally:
-            bridge.kill()  # whoever started this waits until nobody holds its output
+        assert bridge.runs()
+        bridge.send(signal.SIGINT)
+        noticed["code"] = bridge.ended()
     plain = {"default": lambda value: value.tolist() if hasattr(value, "tolist") else list(value)}
     (folder / "heard.json").write_text(json.dumps(told, **plain))
     (folder / "noticed.json").write_text(json.dumps(noticed))

@@ -3,7 +3,6 @@
 import json
 import math
 import os
-import subprocess
 import sys
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from rosbags.highlevel import AnyReader
 import mjsim
 from mjsim.datasets import export_rosbag2
 from tests.bridge.peer import TOPICS
+from tests.children import LIMIT, completed
 
 pytest.importorskip("cyclonedds", reason="no wheel for Python 3.14")
 
@@ -44,7 +44,7 @@ run:
 
 
 def namespaces_are_allowed() -> bool:
-    return subprocess.run(["unshare", "-Urn", "true"], capture_output=True, check=False).returncode == 0
+    return completed(["unshare", "-Urn", "true"], check=False).returncode == 0
 
 
 @pytest.fixture(scope="module")
@@ -57,8 +57,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         words = ["unshare", "-Urn", *words]
     else:
         words += [str(10 + os.getpid() % 90)]  # a domain that nobody else is likely to use
-    done = subprocess.run(words, capture_output=True, text=True, check=False, cwd=Path(__file__).parents[2])
-    assert done.returncode == 0, done.stderr
+    completed(words, within=2 * LIMIT, cwd=Path(__file__).parents[2])
     return folder
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.bridge.test_bridge import namespaces_are_allowed
+from tests.children import completed
 
 pytest.importorskip("cyclonedds", reason="no wheel for Python 3.14")
 
@@ -68,9 +69,7 @@ def _done(words: list[str], domain: int) -> "subprocess.CompletedProcess[str]":
         words = ["unshare", "-Urn", *words]
     else:
         environment["ROS_DOMAIN_ID"] = str(10 + (os.getpid() + domain) % 90)
-    return subprocess.run(
-        words, capture_output=True, text=True, check=False, cwd=Path(__file__).parents[2], env=environment
-    )
+    return completed(words, check=False, cwd=Path(__file__).parents[2], env=environment)
 
 
 @pytest.mark.slow

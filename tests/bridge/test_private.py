@@ -1,13 +1,13 @@
 """`mjsim bridge --private`: nobody outside its network finds the robots; who joins it does."""
 
 import signal
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
 from tests.bridge.test_bridge import WORLD, namespaces_are_allowed
+from tests.children import LIMIT, child, completed
 
 pytest.importorskip("cyclonedds", reason="no wheel for Python 3.14")
 pytestmark = pytest.mark.slow
@@ -25,39 +25,34 @@ print(*names)
 
 def seen(*prefix: str, seconds: int) -> str:
     """Return the topics that an independent ROS 2 node discovers within a time."""
-    return subprocess.run(
-        [*prefix, sys.executable, "-c", LOOK, str(seconds)], capture_output=True, text=True, check=True
-    ).stdout
+    return completed([*prefix, sys.executable, "-c", LOOK, str(seconds)], within=2 * LIMIT).stdout
 
 
 @pytest.mark.skipif(not namespaces_are_allowed(), reason="asks Linux with namespaces for users")
 def test_only_who_joins_the_private_network_finds_the_robot(tmp_path: Path):
     (tmp_path / "room.yaml").write_text(WORLD)
     words = [sys.executable, "-m", "mjsim.cli", "bridge", str(tmp_path / "room.yaml"), "--private"]
-    with subprocess.Popen(words, stderr=subprocess.PIPE, text=True) as bridge:
-        said = bridge.stderr.readline()
-        try:
-            join = said.split("to join it: ")[1].split(" COMMAND")[0].split()
-            assert join[-1] == str(bridge.pid)
-            assert "/scout/scan" in seen(*join, seconds=60)
-            # Discovery took well under this time inside.
-            assert "/scout/scan" not in seen(seconds=5)
-            # What it writes belongs to its user, who is mapped to the same number.
-            inside, outside, count = Path(f"/proc/{bridge.pid}/uid_map").read_text().split()
-            assert (inside, count) == (outside, "1")
-        finally:
-            bridge.send_signal(signal.SIGINT)
-            bridge.communicate()
-    assert bridge.returncode == 130
+    with child(words) as bridge:
+        said = bridge.line("stderr")
+        join = said.split("to join it: ")[1].split(" COMMAND")[0].split()
+        assert join[-1] == str(bridge.pid)
+        assert "/scout/scan" in seen(*join, seconds=60)
+        # Discovery took well under this time inside.
+        assert "/scout/scan" not in seen(seconds=5)
+        # What it writes belongs to its user, who is mapped to the same number.
+        inside, outside, count = Path(f"/proc/{bridge.pid}/uid_map").read_text().split()
+        assert (inside, count) == (outside, "1")
+        bridge.send(signal.SIGINT)
+        assert bridge.ended() == 130
 
 
 def test_what_stands_in_the_way_is_said_in_one_line(tmp_path: Path):
     (tmp_path / "room.yaml").write_text(WORLD)
     words = [sys.executable, "-m", "mjsim.cli", "bridge", str(tmp_path / "room.yaml"), "--private"]
-    done = subprocess.run([*words, "--interface", "lo"], capture_output=True, text=True, check=False)
+    done = completed([*words, "--interface", "lo"], check=False)
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert "leave out --interface or --private" in done.stderr
     late = "import threading, time; threading.Thread(target=time.sleep, args=[1]).start()\n"
     late += "from mjsim.bridge import enter_private_network; enter_private_network()"
-    done = subprocess.run([sys.executable, "-c", late], capture_output=True, text=True, check=False)
+    done = completed([sys.executable, "-c", late], check=False)
     assert "UsageError: no private network on this system: [Errno" in done.stderr

@@ -1,8 +1,6 @@
 """The command line as a person types it, and a folder with a world."""
 
 import contextlib
-import signal
-import subprocess
 import sys
 import time
 
@@ -10,6 +8,7 @@ import pytest
 
 import mjsim
 from mjsim.cli import main
+from tests.children import child
 
 ROOM = """
 mjsim: 1
@@ -44,14 +43,7 @@ def typed(*words, capsys):
 
 
 def shell(*words):
-    return subprocess.Popen(
-        [sys.executable, "-m", "mjsim.cli", *words],
-        stderr=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-        # Tests that a shell started in the background have Ctrl-C ignored, and what they start would inherit that.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-    )
+    return child([sys.executable, "-m", "mjsim.cli", *words])
 
 
 def wait_for_ticks(path):

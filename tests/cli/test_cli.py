@@ -1,7 +1,6 @@
 """The command line as a person types it: exit codes, one line a mistake, results on stdout."""
 
 import json
-import os
 import signal
 import sys
 from pathlib import Path
@@ -169,11 +168,11 @@ def test_the_schema_is_json_that_names_the_walls(capsys):
 @pytest.mark.slow
 @pytest.mark.parametrize(("sent", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_ctrl_c_and_kill_close_the_recording_and_give_what_shells_expect(room, sent, code):
-    process = shell("run", "room.yaml", "-o", "run.mcap", "--seconds", "600", "--realtime")
-    wait_for_ticks("run.mcap")
-    process.send_signal(sent)
-    _, err = process.communicate(timeout=120)
-    assert process.returncode == code
+    with shell("run", "room.yaml", "-o", "run.mcap", "--seconds", "600", "--realtime") as process:
+        wait_for_ticks("run.mcap")
+        process.send(sent)
+        assert process.ended() == code
+        err = process.rest("stderr")
     assert "Traceback" not in err
     assert err.splitlines()[-1] == "mjsim: interrupted; the recording up to here is closed and readable"
     recording = mjsim.read_recording("run.mcap")
@@ -183,9 +182,7 @@ def test_ctrl_c_and_kill_close_the_recording_and_give_what_shells_expect(room, s
 
 @pytest.mark.slow
 def test_a_killed_run_leaves_a_recording_that_can_be_reported(room, capsys):
-    process = shell("run", "room.yaml", "-o", "run.mcap", "--seconds", "600", "--realtime")
-    wait_for_ticks("run.mcap")
-    os.kill(process.pid, signal.SIGKILL)
-    process.communicate(timeout=120)
+    with shell("run", "room.yaml", "-o", "run.mcap", "--seconds", "600", "--realtime"):
+        wait_for_ticks("run.mcap")
     assert not mjsim.read_recording("run.mcap").whole
     assert typed("report", "run.mcap", "-o", "report", capsys=capsys)[0] == 0

@@ -2,7 +2,6 @@
 
 import importlib.util
 import shlex
-import subprocess
 import sys
 
 import pytest
@@ -10,6 +9,7 @@ import pytest
 import mjsim
 from mjsim.cli import main
 from mjsim.errors import UsageError, how_to_install
+from tests.children import completed
 
 
 @pytest.fixture
@@ -27,8 +27,7 @@ def without(monkeypatch):
 
 def test_the_command_that_is_advised_works_in_this_environment():
     command = shlex.split(how_to_install("numpy"))
-    done = subprocess.run([*command, "--dry-run"], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    completed([*command, "--dry-run"])
 
 
 def test_pip_is_advised_where_there_is_pip(monkeypatch):

@@ -2,7 +2,6 @@
 
 import os
 import shutil
-import signal
 from pathlib import Path
 
 import pytest
@@ -59,18 +58,14 @@ class TestTheCommandRun:
         assert mjsim.read_recording("run.mcap").whole
 
     def test_at_a_file_that_another_run_writes_is_one_line_with_and_without_overwrite(self, capsys):
-        first = shell("run", "room.yaml", "-o", "run.mcap", "--seconds", "600", "--realtime")
-        try:
+        with shell("run", "room.yaml", "-o", "run.mcap", "--seconds", "600", "--realtime") as first:
             wait_for_ticks("run.mcap")
             code, out, err = typed("run", "room.yaml", "-o", "run.mcap", capsys=capsys)
             assert (code, out, err) == (2, "", f"'run.mcap' {SAID}\n")
             code, out, err = typed("run", "room.yaml", "-o", "run.mcap", "--overwrite", capsys=capsys)
             assert (code, out) == (2, "")
             assert err == "'run.mcap' is being written; wait for that to end, or name another file\n"
-            assert first.poll() is None
-        finally:
-            os.kill(first.pid, signal.SIGKILL)
-            first.communicate(timeout=120)
+            assert first.runs()
         killed = mjsim.read_recording("run.mcap")
         assert not killed.whole
         assert typed("run", "room.yaml", "-o", "run.mcap", capsys=capsys)[0] == 2
@@ -79,9 +74,10 @@ class TestTheCommandRun:
         assert mjsim.read_recording("run.mcap").whole
 
     def test_twice_at_once_writes_one_recording_and_refuses_the_other(self):
-        both = [shell("run", "room.yaml", "-o", "run.mcap", "--seconds", "2", "--realtime") for _ in range(2)]
-        told = [process.communicate(timeout=120) for process in both]
-        codes = [process.returncode for process in both]
+        words = ("run", "room.yaml", "-o", "run.mcap", "--seconds", "2", "--realtime")
+        with shell(*words) as one, shell(*words) as other:
+            codes = [process.ended() for process in (one, other)]
+            told = [(process.rest("stdout"), process.rest("stderr")) for process in (one, other)]
         assert sorted(codes) == [0, 2]
         out, err = told[codes.index(2)]
         assert out == ""

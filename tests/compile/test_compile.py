@@ -2,7 +2,6 @@
 
 import json
 import math
-import subprocess
 import sys
 from pathlib import Path
 
@@ -17,6 +16,7 @@ from mjsim.errors import UsageError
 from mjsim.models import bounded, read_picture
 from mjsim.sim import Renderer
 from mjsim.world import BoxObstacle, Source, item_names, parse_world
+from tests.children import completed
 
 RUN_IN_PLAIN_MUJOCO = """
 import json, sys
@@ -115,9 +115,7 @@ def test_plain_mujoco_loads_the_folder_and_runs_as_the_scene_in_memory_does(tmp_
     scene = export_scene(world, tmp_path / "out")
     assert scene == tmp_path / "out" / "scene.xml"
     assert {path.suffix for path in (tmp_path / "out" / "assets").rglob("*.*")} == {".png"}
-    run = subprocess.run(
-        [sys.executable, "-c", RUN_IN_PLAIN_MUJOCO, str(scene)], capture_output=True, check=True, cwd=tmp_path
-    )
+    run = completed([sys.executable, "-c", RUN_IN_PLAIN_MUJOCO, str(scene)], cwd=tmp_path)
     geoms, bodies, textures, qpos = json.loads(run.stdout)
     model = compile_world(world).compile()
     data = mujoco.MjData(model)

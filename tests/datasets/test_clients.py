@@ -1,13 +1,13 @@
 """Programs of others compute from exports what mjsim computes; `scripts/measure/clients.py` runs more of them."""
 
 import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
 
 import mjsim
 from mjsim.record import export_csv, export_mat
+from tests.children import completed
 
 WORLD = """mjsim: 1
 name: clients
@@ -44,5 +44,5 @@ def test_octave_finds_the_same_error_in_arrays(run: mjsim.Recording, tmp_path: P
     export_mat(run, tmp_path / "run.mat")
     code = "load run.mat; d = robots.scout.estimate(:, 1:2) - robots.scout.truth(:, 1:2);"
     code += "printf('%.12f', sqrt(mean(sum(d.^2, 2))))"
-    told = subprocess.run(["octave-cli", "--eval", code], cwd=tmp_path, capture_output=True, text=True, check=True)
+    told = completed(["octave-cli", "--eval", code], cwd=tmp_path)
     assert float(told.stdout) == pytest.approx(error_of(run), abs=1e-9)

@@ -1,7 +1,6 @@
 """Programs of others find where the robot was: from clouds of a 3-D lidar, and from pictures of a data set."""
 
 import json
-import subprocess
 import sys
 from dataclasses import replace
 from importlib.util import find_spec
@@ -15,6 +14,7 @@ from scipy.spatial.transform import Rotation
 import mjsim
 from mjsim.datasets import export_tum_rgbd
 from mjsim.geometry import Array
+from tests.children import completed
 
 WORLD = """mjsim: 1
 name: slam-clients
@@ -149,7 +149,7 @@ def pictures(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def alone(program: str, *arguments: object) -> Any:
     """What a program prints that runs in a process of its own: libraries of others do not always agree."""
     command = [sys.executable, "-c", program, *map(str, arguments)]
-    return json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+    return json.loads(completed(command).stdout)
 
 
 def calibration(place: Path) -> list[float]:

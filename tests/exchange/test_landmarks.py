@@ -1,7 +1,6 @@
 """Landmark maps of MATLAB's SLAM simulators become worlds, and recordings go back to MATLAB."""
 
 import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +10,7 @@ from scipy.io import savemat
 import mjsim
 from mjsim.cli import main
 from mjsim.modules import load_runnable
+from tests.children import completed
 
 OCTAVE = shutil.which("octave-cli") or shutil.which("octave")
 needs_octave = pytest.mark.skipif(
@@ -23,9 +23,7 @@ WP = np.array([[0.0, 100.0, 100.0, 0.0], [30.0, 10.0, 50.0, 50.0]])
 def octave(code: str, folder: Path) -> str:
     """Return what Octave prints."""
     words = [OCTAVE, "--norc", "--no-gui", "--quiet", "--eval", code]
-    done = subprocess.run(words, cwd=folder, capture_output=True, text=True, timeout=60, check=False)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+    return completed(words, cwd=folder).stdout
 
 
 def new(folder: Path, *words: str) -> int:

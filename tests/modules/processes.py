@@ -1,14 +1,13 @@
 """Processes that a test has started, as the system tells of them."""
 
-import subprocess
 import time
+
+from tests.children import completed
 
 
 def left_running(word: str) -> list[str]:
     """Return the processes whose command line holds a word, as ps tells."""
-    lines = subprocess.run(
-        ["ps", "-eww", "-o", "pid,args"], capture_output=True, text=True, check=True
-    ).stdout.splitlines()
+    lines = completed(["ps", "-eww", "-o", "pid,args"]).stdout.splitlines()
     return [line for line in lines if word in line and "ps -eww" not in line]
 
 

@@ -14,6 +14,7 @@ from mjsim.cli import main
 from mjsim.env.episodes import Episodes
 from mjsim.run import replay
 from mjsim.world import Modules, Use
+from tests.children import completed
 from tests.learning import room, task
 from tests.modules.faulty import ROOM, TICKS, made, written
 from tests.rover import ROVER, TANK, WORLD
@@ -166,15 +167,7 @@ def shell(
     (folder / "bad.py").write_text(written("navigator", body, start=start))
     (folder / "room.yaml").write_text(ROOM.replace("ROLE", "navigator"))
     words = [sys.executable, "-m", "mjsim.cli", "run", "room.yaml", "-o", "run.mcap", "--seconds", "60"]
-    return subprocess.run(
-        words,
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, ctrl_c),
-    )
+    return completed(words, check=False, cwd=folder, preexec_fn=lambda: signal.signal(signal.SIGINT, ctrl_c))
 
 
 @pytest.mark.slow

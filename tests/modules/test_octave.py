@@ -1,7 +1,6 @@
 """Functions in .m files are modules: the real Octave runs them; a mistake is one line, and nothing is left running."""
 
 import re
-import subprocess
 import sys
 import time
 from dataclasses import replace
@@ -17,6 +16,7 @@ from mjsim.modules import check_modules, foreign_code, make_module, missing_modu
 from mjsim.web.answers import RefusedError
 from mjsim.web.trust import Trust
 from mjsim.world import Source, Use, parse_world
+from tests.children import child
 from tests.modules.octave_room import HEADS, ROOM, needs_octave, world_of, written
 from tests.modules.processes import gone, left_running
 
@@ -48,7 +48,7 @@ def test_an_endless_loop_is_ended_after_its_patience_with_all_that_it_started(tm
 def test_octave_ends_with_who_started_it_even_when_that_is_killed_in_a_loop(tmp_path):
     world_of(tmp_path, "estimator: {use: mine.m, patience: 60}", written("estimator", "while true, end"))
     words = [sys.executable, "-m", "mjsim.cli", "run", str(tmp_path / "room.yaml"), "-o", str(tmp_path / "run.mcap")]
-    with subprocess.Popen(words, stderr=subprocess.DEVNULL) as parent:
+    with child(words) as parent:
         until = time.monotonic() + 60
         while not left_running("mjsim_serve") and time.monotonic() < until:
             time.sleep(0.05)

@@ -1,6 +1,5 @@
 """Programs end with who started them, and their last answer counts."""
 
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -8,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from mjsim.modules.foreign import ON_STANDARD, Ended, Process, ShownOutput
+from tests.children import child
 from tests.modules.processes import gone, left_running
 from tests.modules.test_programs import room, script
 
@@ -18,7 +18,7 @@ def test_a_program_ends_with_who_started_it_even_when_that_is_killed(tmp_path):
     room(tmp_path, f"estimator: {{use: 'exec:./bad {tmp_path}', patience: 60}}")
     words = [sys.executable, "-m", "mjsim.cli", "run", str(tmp_path / "room.yaml"), "-o", str(tmp_path / "run.mcap")]
     program = f"./bad {tmp_path}"
-    with subprocess.Popen(words, stderr=subprocess.DEVNULL) as parent:
+    with child(words) as parent:
         until = time.monotonic() + 30
         while not left_running(program) and time.monotonic() < until:
             time.sleep(0.05)
@@ -47,7 +47,7 @@ def test_daemons_of_a_program_end_with_it(tmp_path, answer):
     script(tmp_path, "bad", DAEMON.replace("ANSWER", answer))
     room(tmp_path, f"navigator: {{use: 'exec:./bad {tmp_path}', patience: 60}}")
     words = [sys.executable, "-m", "mjsim.cli", "run", str(tmp_path / "room.yaml"), "-o", str(tmp_path / "run.mcap")]
-    with subprocess.Popen(words, stderr=subprocess.DEVNULL) as parent:
+    with child(words) as parent:
         until = time.monotonic() + 30
         while "sleep" in answer and len(left_running("sleep 60079")) < 3 and time.monotonic() < until:
             time.sleep(0.05)

@@ -4,7 +4,6 @@ import json
 import os
 import re
 import shutil
-import subprocess
 from pathlib import Path
 
 import jsonschema
@@ -15,6 +14,7 @@ import mjsim
 from mjsim.cli import main
 from mjsim.modules import check_modules, foreign_code, make_module, user_files
 from mjsim.world import Source, Use, parse_world, with_settings
+from tests.children import completed
 from tests.modules.processes import gone
 from tests.python_script import HEAD
 
@@ -42,7 +42,7 @@ def compiled(tmp_path_factory):
     if compiler is None:
         pytest.skip("no C compiler here; type: sudo apt-get install gcc")
     path = tmp_path_factory.mktemp("c") / "reckon"
-    subprocess.run([compiler, "-O2", "-o", path, PROGRAMS / "reckon.c", "-lm"], check=True)
+    completed([compiler, "-O2", "-o", path, PROGRAMS / "reckon.c", "-lm"])
     return path
 
 

@@ -2,7 +2,6 @@
 
 import json
 import struct
-import subprocess
 import sys
 import time
 from collections.abc import Callable
@@ -13,6 +12,7 @@ import pytest
 import zstandard
 from mcap.writer import CompressionType
 
+from tests.children import completed
 from tests.hostile_recordings import Content, Parts, refused
 
 BOMB = """
@@ -58,7 +58,7 @@ def test_what_unpacks_to_far_more_is_refused_in_little_memory(
 ):
     path = tmp_path / "bomb.mcap"
     path.write_bytes(good[: good.index(b"\x06", 8)][:8] + make())
-    done = subprocess.run([sys.executable, "-c", BOMB, path], capture_output=True, text=True, check=False)
+    done = completed([sys.executable, "-c", BOMB, path], check=False)
     assert said in done.stdout
     assert done.stdout.count("\n") == 1
     assert done.stderr == "True\n"
@@ -99,7 +99,7 @@ def test_few_megabytes_take_no_more_memory_than_is_said(
     room = size - len(data)
     # What is passed over lets the file look larger, so that it may take more.
     path.write_bytes(data[:8] + b"\x7f" + struct.pack("<Q", room) + bytes(room) + data[8:])
-    done = subprocess.run([sys.executable, "-c", PEAK, path], capture_output=True, text=True, check=False)
+    done = completed([sys.executable, "-c", PEAK, path], check=False)
     *said, figures = done.stdout.splitlines()
     assert len(said) == 1, done.stderr
     assert "it would take far more memory" in said[0]

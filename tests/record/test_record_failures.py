@@ -1,7 +1,4 @@
-import os
 import random
-import signal
-import subprocess
 import sys
 import time
 from collections.abc import Iterator
@@ -15,6 +12,7 @@ from mcap.reader import make_reader
 
 from mjsim.errors import ModuleFault, RecordingError, UsageError
 from mjsim.record import Recorder, Recording, RobotEvent, Tick, read_recording
+from tests.children import child, completed
 from tests.record_ticks import DT, hand_made_ticks, hand_made_world, infos, record
 
 TICKS = 60
@@ -126,13 +124,11 @@ for k, tick in enumerate(hand_made_ticks(10**6)):
 def test_a_run_that_is_killed_loses_less_than_its_last_second(tmp_path: Path):
     path = tmp_path / "run.mcap"
     command = [sys.executable, "-c", KILLED, str(path)]
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        for line in process.stdout:
-            if int(line) == 30:
-                break
-        os.kill(process.pid, signal.SIGKILL)
-        written = 30 + len(process.stdout.readlines())
+    with child(command, cwd=ROOT) as process:
+        while int(process.line()) < 30:
+            pass
+        process.kill()
+        written = 30 + process.rest().count("\n")
     read = read_recording(path)
     assert not read.whole
     assert written - len(read.time) <= 1.0 / DT
@@ -185,7 +181,7 @@ except RecordingError as error:
 def test_a_disk_that_fills_ends_the_run_with_one_line_and_leaves_what_was_written(tmp_path: Path):
     path = tmp_path / "run.mcap"
     command = [sys.executable, "-c", FULL, str(path)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=60, check=True)
+    done = completed(command, cwd=ROOT)
     assert done.stdout == f"cannot write '{path}': File too large\n"
     assert done.stderr == ""
     assert len(read_recording(path).time) > 0
@@ -206,7 +202,7 @@ FULL_AT_ONCE = FULL.replace("(60_000, 60_000)", "(100, 100)")
 def test_a_disk_that_is_full_from_the_start_is_one_line_too(tmp_path: Path):
     path = tmp_path / "run.mcap"
     command = [sys.executable, "-Wdefault", "-c", FULL_AT_ONCE, str(path)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=60, check=True)
+    done = completed(command, cwd=ROOT)
     assert (done.stdout, done.stderr) == (f"cannot write '{path}': File too large\n", "")
 
 

@@ -11,6 +11,7 @@ from mjsim.gl_request import hide_request_from_mujoco, requested_backend
 from mjsim.sim import BACKENDS, choose_backend, make_context
 from mjsim.sim.opengl import APT_LINE, CHECKOUT
 from mjsim.sim.osmesa import has_package, system_osmesa
+from tests.children import completed
 
 DRAW_A_RED_WALL = """
 from mjsim.errors import OpenGLError
@@ -36,14 +37,7 @@ NO_VENDOR = {"__EGL_VENDOR_LIBRARY_FILENAMES": "/nowhere.json"}
 
 def in_a_process(folder: Path | None = None, **environment: str) -> subprocess.CompletedProcess[str]:
     inherited = {name: value for name, value in os.environ.items() if name not in ("MUJOCO_GL", "MJSIM_GL")}
-    return subprocess.run(
-        [sys.executable, "-c", DRAW_A_RED_WALL],
-        cwd=folder,
-        env=inherited | environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    return completed([sys.executable, "-c", DRAW_A_RED_WALL], check=False, cwd=folder, env=inherited | environment)
 
 
 def has_system_osmesa() -> bool:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from mjsim.bench.rooms import GALLERY, cast, forwarded, look_from, place
+from mjsim.closing import join
 from mjsim.compile import compile_world
 from mjsim.errors import UsageError
 from mjsim.sim import Canvas, OnboardCamera, Renderer, streams_of
@@ -135,7 +136,7 @@ def test_threads_take_turns_on_one_canvas(model: mujoco.MjModel, renderer: Rende
     for _ in range(2):
         thread = threading.Thread(target=lambda: seen.append(renderer.render(data, "overview")))
         thread.start()
-        thread.join()
+        join(thread)
     np.testing.assert_array_equal(seen[0], mine)
     np.testing.assert_array_equal(seen[1], mine)
 

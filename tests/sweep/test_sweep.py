@@ -4,7 +4,6 @@ import csv
 import json
 import os
 import signal
-import subprocess
 import sys
 import time
 from contextlib import ExitStack, contextmanager
@@ -16,6 +15,7 @@ import pytest
 import mjsim
 from mjsim.cli import main
 from mjsim.world import with_settings
+from tests.children import child, completed
 from tests.cli.shell import typed
 
 pytestmark = pytest.mark.slow  # Every sweep starts processes.
@@ -115,7 +115,7 @@ def test_a_sweep_that_is_killed_goes_on_where_it_was_and_leaves_no_process(
 ):
     out, log = tmp_path / "out", tmp_path / "log"
     line = [sys.executable, "-m", "mjsim.cli", *command(room, out)]
-    killed = subprocess.run(line, env={**os.environ, "STROLL": f"{log}|parent@3"}, check=False)
+    killed = completed(line, check=False, env={**os.environ, "STROLL": f"{log}|parent@3"})
     assert killed.returncode == -signal.SIGKILL
     assert len(list((out / "runs").glob("*.json"))) == 2
     assert not (out / "table.parquet").exists()
@@ -183,11 +183,7 @@ def cluster(folder, environment):
                 folder,
             ],
         ):
-            process = subprocess.Popen(
-                [sys.executable, "-m", *map(str, program)], env=environment, stderr=subprocess.DEVNULL
-            )
-            undo.callback(process.wait)
-            undo.callback(process.terminate)
+            undo.enter_context(child([sys.executable, "-m", *program], env=environment))
             wait_for(lambda: told.is_file() and told.read_text().endswith("}"))
         yield json.loads(told.read_text())["address"]
 

@@ -1,11 +1,12 @@
 """The program on the page of sweeps runs."""
 
 import re
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from tests.children import completed
 
 PAGE = Path(__file__).parents[2] / "docs" / "sweeps.md"
 ROOM = """
@@ -22,7 +23,7 @@ def test_the_program_of_the_page_runs_and_its_folder_holds_what_the_page_lists(t
     (tmp_path / "room.yaml").write_text(ROOM)
     (tmp_path / "program.py").write_text(code)
     # As a program of its own: its workers look for it where it was started.
-    done = subprocess.run([sys.executable, "program.py"], cwd=tmp_path, capture_output=True, text=True, check=True)
+    done = completed([sys.executable, "program.py"], cwd=tmp_path)
     assert done.stdout.endswith(" {'robots.scout.odometry.scale': 1.05}\n")
     listed = {
         name.rstrip("/")

@@ -27,14 +27,6 @@ def client(studio):
         yield browser
 
 
-@pytest.fixture(scope="module")
-def browser():
-    from tests.windows import chromium
-
-    with chromium() as browser:
-        yield browser
-
-
 @pytest.fixture
 def sheet(browser, tmp_path, request):
     """The Edit view of the room of a module of tests."""

@@ -141,16 +141,16 @@ def test_an_arm_of_a_file_is_a_world(tmp_path):
 
 
 @pytest.mark.slow
-def test_sliders_and_fields_move_an_arm_in_a_browser():
+def test_sliders_and_fields_move_an_arm_in_a_browser(browser):
     from playwright.sync_api import expect
 
-    from tests.windows import PATIENCE, chromium, page_at
+    from tests.windows import PATIENCE, page_at
 
     world = arm_world("puma560")
-    with LiveView(world) as live, chromium() as chrome:
+    with LiveView(world) as live:
         session = Session(world, speed=1.0, on_tick=live.show, on_change=live.changed)
         live.steer(session)
-        with session, page_at(chrome, live.url) as page:
+        with session, page_at(browser, live.url) as page:
             expect(page.get_by_role("tab", name="Joints")).to_have_attribute("aria-selected", "true", timeout=PATIENCE)
             page.locator("[data-view='outside'] canvas[data-filled]").wait_for(timeout=PATIENCE)
             slider = page.get_by_role("slider", name="joint1")

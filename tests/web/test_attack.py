@@ -3,8 +3,8 @@
 import json
 import os
 import re
+import signal
 import stat
-import subprocess
 import sys
 import tempfile
 import threading
@@ -18,6 +18,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 from mjsim.bench.entering import client_of
+from tests.children import child
 from tests.python_script import HEAD
 from tests.strangers import as_stranger
 
@@ -74,22 +75,19 @@ def studio(place, *, stays=0.0):
     script.chmod(0o755)
     environment = os.environ | {"BROWSER": str(script), "DISPLAY": ":7", "TMPDIR": str(temporary)}
     command = [sys.executable, "-m", "mjsim.cli", "studio", "room.yaml"]
-    with log.open("w") as out:
-        process = subprocess.Popen(command, cwd=place, env=environment, stdout=out, stderr=out)
-    try:
+    with log.open("w") as out, child(command, cwd=place, env=environment, stdout=out, stderr=out) as process:
         wait_for(lambda: told.exists(), process)
         notes = json.loads(told.read_text())
         yield re.search(r"http://127\.0\.0\.1:\d+/", log.read_text())[0], notes, log, temporary
-    finally:
-        process.terminate()
-        process.wait(PATIENCE)
+        process.send(signal.SIGTERM)
+        process.ended()
 
 
 def wait_for(there, process=None):
     until = time.monotonic() + PATIENCE
     while not there():
         assert time.monotonic() < until
-        assert process is None or process.poll() is None
+        assert process is None or process.runs()
         threading.Event().wait(0.05)
 
 

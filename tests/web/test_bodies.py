@@ -5,6 +5,7 @@ import asyncio
 import pytest
 
 from mjsim.web.bodies import SMALL, Bodies
+from tests.loops import in_a_loop
 
 
 def test_large_bodies_wait_for_room_and_small_ones_do_not():
@@ -29,7 +30,7 @@ def test_large_bodies_wait_for_room_and_small_ones_do_not():
         await asyncio.gather(holding, *waiting)
         return order
 
-    assert sorted(asyncio.run(asyncio.wait_for(work(), 10.0))) == ["first", "huge", "second", "small", "third"]
+    assert sorted(in_a_loop(work)) == ["first", "huge", "second", "small", "third"]
 
 
 def test_a_body_that_fails_or_is_given_up_leaves_its_room():
@@ -45,4 +46,4 @@ def test_a_body_that_fails_or_is_given_up_leaves_its_room():
         async with bodies.room(2 * SMALL):
             pass
 
-    asyncio.run(asyncio.wait_for(work(), 10.0))
+    in_a_loop(work)

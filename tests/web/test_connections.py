@@ -20,6 +20,7 @@ from mjsim.web.static_page import page_routes
 from mjsim.web.trust import Trust
 from mjsim.world import parse_world
 from tests.browser import browser
+from tests.children import child
 
 PATIENCE = 60.0
 """Nothing takes this long [s], on however loaded a machine."""
@@ -205,12 +206,8 @@ with Studio(sys.argv[1]) as page:
 def studio_with_few_files(folder, held):
     """Serve a studio in a process that may open `FILES` files and holds some; yield its URLs and the process."""
     command = [sys.executable, "-c", SERVE, str(folder), str(held)]
-    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    with subprocess.Popen(command, text=True, **pipes) as process:
-        try:
-            yield process.stdout.readline().split(), process
-        finally:
-            process.kill()
+    with child(command, stdin=subprocess.PIPE) as process:
+        yield process.line().split(), process
 
 
 @contextmanager
@@ -247,10 +244,9 @@ def test_a_flood_of_half_open_connections_keeps_nobody_out(tmp_path, held):
         stack.enter_context(client_of(urls[1]))
         with browser_of(client) as run:
             assert json.loads(run.recv(PATIENCE))["kind"] == "run"
-        process.stdin.write("\n")
-        process.stdin.flush()
-        process.wait(PATIENCE)
-        told = process.stderr.read().splitlines()
+        process.say("\n")
+        process.ended()
+        told = process.rest("stderr").splitlines()
     assert "Traceback" not in "".join(told)
     assert len(told) <= 1
 

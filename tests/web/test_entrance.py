@@ -3,7 +3,6 @@
 import asyncio
 import os
 import re
-import signal
 import time
 from contextlib import contextmanager
 
@@ -19,7 +18,8 @@ from mjsim.web.keys import LIFETIME, MAX_PASSES, MAX_SESSIONS, Keys
 from mjsim.web.studio import Studio
 from mjsim.web.token_penalty import AT_ONCE, FIRST, LONGEST, Penalty, delay
 from mjsim.world import parse_world
-from tests.strangers import as_stranger, fork, other_user
+from tests.loops import in_a_loop
+from tests.strangers import as_stranger, ended, fork, other_user
 
 PATIENCE = 60.0
 """No answer takes this long [s], on however loaded a machine."""
@@ -275,7 +275,7 @@ def guessing(address, *, other):
         async def all_of_them():
             await asyncio.gather(*(work() for _ in range(30)))
 
-        asyncio.run(all_of_them())
+        in_a_loop(all_of_them, within=600.0)
 
     user = other_user() if other else None
     child = fork()
@@ -292,8 +292,7 @@ def guessing(address, *, other):
         assert os.read(reading, 1), "nobody guesses"
         yield
     finally:
-        os.kill(child, signal.SIGKILL)
-        os.waitpid(child, 0)
+        ended(child)
         os.close(reading)
 
 
@@ -326,7 +325,7 @@ def test_of_tokens_that_are_tried_at_once_few_are_looked_at():
         await asyncio.gather(*waiting, return_exceptions=True)
         assert not penalty.is_full("a")
 
-    asyncio.run(guess())
+    in_a_loop(guess)
 
 
 def test_a_link_on_another_page_leads_in_by_a_step_of_our_own(stranger):

@@ -3,9 +3,7 @@
 import os
 import re
 import signal
-import subprocess
 import sys
-import threading
 from contextlib import contextmanager
 
 import httpx
@@ -16,6 +14,7 @@ from mjsim.cli import main
 from mjsim.cli.page import read_token
 from mjsim.errors import UsageError
 from mjsim.web.studio import Studio
+from tests.children import child
 
 PATIENCE = 90.0
 """No answer takes this long [s], on however loaded a machine."""
@@ -88,23 +87,9 @@ def test_the_command_refuses_in_a_line_what_is_not_safe(tmp_path, capsys):
 @contextmanager
 def command(*words, **environment):
     """Run `mjsim studio` as a shell does; its lines of stderr can be read."""
-    process = subprocess.Popen(
-        [sys.executable, "-m", "mjsim.cli", "studio", *words],
-        stderr=subprocess.PIPE,
-        text=True,
-        env=os.environ | {"PYTHONUNBUFFERED": "1", **environment},
-        # Who runs in the background of a shell ignores Ctrl-C, and so would its children.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-    )
-    # A line that never comes would be waited for: the end of the process ends that.
-    guard = threading.Timer(2 * PATIENCE, process.kill)
-    guard.start()
-    try:
+    environment = os.environ | {"PYTHONUNBUFFERED": "1", **environment}
+    with child([sys.executable, "-m", "mjsim.cli", "studio", *words], env=environment) as process:
         yield process
-    finally:
-        guard.cancel()
-        process.kill()
-        process.communicate()
 
 
 def address_in(line):
@@ -114,22 +99,22 @@ def address_in(line):
 @pytest.mark.slow
 def test_the_command_prints_addresses_that_work_once_and_serves_until_ctrl_c(folder):
     with command(str(folder / "room.yaml"), "--no-browser") as running:
-        url = address_in(running.stderr.readline())
-        assert f"kill -USR1 {running.pid}" in running.stderr.readline()
+        url = address_in(running.line("stderr"))
+        assert f"kill -USR1 {running.pid}" in running.line("stderr")
         with client_of(url) as browser:
             assert browser.get("/api/folder").json()["world"] == "room.yaml"
-        running.send_signal(signal.SIGUSR1)
-        with client_of(address_in(running.stderr.readline())) as browser:
+        running.send(signal.SIGUSR1)
+        with client_of(address_in(running.line("stderr"))) as browser:
             assert browser.get("/api/folder").status_code == 200
-        running.send_signal(signal.SIGINT)
-        assert running.wait(PATIENCE) == 0
-        assert running.stderr.read() == ""
+        running.send(signal.SIGINT)
+        assert running.ended() == 0
+        assert running.rest("stderr") == ""
 
 
 @pytest.mark.slow
 def test_the_command_warns_when_all_are_let_in(folder):
     with command(str(folder), "--no-browser", "--no-token") as running:
-        assert "warning: without a token, every user" in running.stderr.readline()
-        url = address_in(running.stderr.readline())
+        assert "warning: without a token, every user" in running.line("stderr")
+        url = address_in(running.line("stderr"))
         assert "token" not in url
         assert httpx.get(f"{url}api/folder", trust_env=False).status_code == 200

@@ -8,16 +8,10 @@ from playwright.sync_api import expect
 
 from mjsim.web.browser import BrowserOpener
 from mjsim.web.studio import Studio
-from tests.windows import PATIENCE, chromium, page_at
+from tests.windows import PATIENCE, page_at
 
 pytestmark = pytest.mark.slow
 TOKEN = "a token of some length"
-
-
-@pytest.fixture(scope="module")
-def chrome():
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +26,7 @@ def is_in(page):
     expect(page.locator(".world .name")).to_have_text("room.yaml", timeout=PATIENCE)
 
 
-def test_a_file_that_redirects_leads_in_and_reloading_does_too(chrome, studio, tmp_path, monkeypatch):
+def test_a_file_that_redirects_leads_in_and_reloading_does_too(browser, studio, tmp_path, monkeypatch):
     opened = []
     monkeypatch.setattr("webbrowser.open", lambda url: opened.append(url) or True)
     monkeypatch.setenv("TMPDIR", str(tmp_path))
@@ -40,7 +34,7 @@ def test_a_file_that_redirects_leads_in_and_reloading_does_too(chrome, studio, t
         opening.open_privately(studio.url, threading.Event(), failed=lambda: None)
         while not opened:
             pass
-        with page_at(chrome, opened[0]) as page:
+        with page_at(browser, opened[0]) as page:
             is_in(page)
             assert page.evaluate("document.referrer") == ""
             assert "token" not in page.evaluate("location.href + document.cookie")
@@ -51,8 +45,8 @@ def test_a_file_that_redirects_leads_in_and_reloading_does_too(chrome, studio, t
             assert "token" not in str(asked.value.all_headers().get("referer"))
 
 
-def test_the_form_takes_the_token_and_says_what_is_wrong(chrome, studio):
-    with page_at(chrome, studio.address) as page:
+def test_the_form_takes_the_token_and_says_what_is_wrong(browser, studio):
+    with page_at(browser, studio.address) as page:
         page.get_by_label("Token or one-time address").fill("wrong")
         page.get_by_role("button", name="Open").click()
         expect(page.get_by_role("alert")).to_contain_text("neither the token nor an address", timeout=PATIENCE)
@@ -61,18 +55,18 @@ def test_the_form_takes_the_token_and_says_what_is_wrong(chrome, studio):
         is_in(page)
 
 
-def test_a_browser_that_is_in_gives_an_address_for_another(chrome, studio):
-    with page_at(chrome, studio.url) as page:
+def test_a_browser_that_is_in_gives_an_address_for_another(browser, studio):
+    with page_at(browser, studio.url) as page:
         page.get_by_role("button", name="Open in another browser").click()
         address = page.get_by_role("dialog").get_by_label("Address")
         expect(address).to_have_value(re.compile(r"\?token="), timeout=PATIENCE)
-        with page_at(chrome, address.input_value()) as other:
+        with page_at(browser, address.input_value()) as other:
             is_in(other)
 
 
-def test_a_link_on_another_page_leads_to_the_studio(chrome, studio, tmp_path):
+def test_a_link_on_another_page_leads_to_the_studio(browser, studio, tmp_path):
     (tmp_path / "links.html").write_text(f'<a href="{studio.address}">the studio</a>')
-    with page_at(chrome, studio.url) as page:
+    with page_at(browser, studio.url) as page:
         is_in(page)
         page.goto((tmp_path / "links.html").as_uri())
         page.get_by_role("link").click()

@@ -12,7 +12,7 @@ import mjsim
 from mjsim.web import Studio
 from tests.browser import browser as listener
 from tests.web.test_studio_touch_page import CELL, drag, pick, screen, tool_rests, until
-from tests.windows import PATIENCE, chromium, page_at
+from tests.windows import PATIENCE, page_at
 
 pytestmark = pytest.mark.slow
 ROOM = """\
@@ -60,9 +60,9 @@ def tool(studio) -> np.ndarray:
         return np.array(watcher.until("tick")["robots"]["r"]["arms"]["arm"]["tool"][:3])
 
 
-def test_a_tool_is_led_in_3d_along_an_axis_and_freely_and_that_is_kept(tmp_path):
+def test_a_tool_is_led_in_3d_along_an_axis_and_freely_and_that_is_kept(browser, tmp_path):
     (tmp_path / "cell.yaml").write_text(CELL)
-    with chromium() as chrome, Studio(tmp_path, world="cell.yaml") as studio, page_at(chrome, studio.url) as page:
+    with Studio(tmp_path, world="cell.yaml") as studio, page_at(browser, studio.url) as page:
         page.get_by_role("tab", name="Run", exact=True).click()
         page.get_by_role("button", name="Start", exact=True).click()
         expect(page.locator(".run-state")).to_have_text("Running", timeout=PATIENCE)
@@ -115,9 +115,9 @@ def rests():
     return fact
 
 
-def test_a_hand_is_led_on_the_plan_and_in_3d_and_that_is_kept(tmp_path):
+def test_a_hand_is_led_on_the_plan_and_in_3d_and_that_is_kept(browser, tmp_path):
     (tmp_path / "room.yaml").write_text(ROOM)
-    with chromium() as chrome, Studio(tmp_path, world="room.yaml") as studio, page_at(chrome, studio.url) as page:
+    with Studio(tmp_path, world="room.yaml") as studio, page_at(browser, studio.url) as page:
         page.get_by_role("tab", name="Run", exact=True).click()
         page.get_by_role("button", name="Start", exact=True).click()
         expect(page.locator(".run-state")).to_have_text("Running", timeout=PATIENCE)

@@ -2,15 +2,16 @@
 
 import re
 import signal
-import subprocess
 import sys
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 import mjsim
 from mjsim.record import same_run
-from tests.browser import PATIENCE, browser
+from tests.browser import browser
+from tests.children import child
 
 pytestmark = pytest.mark.slow
 ROOM = """
@@ -42,23 +43,15 @@ def room(tmp_path, monkeypatch):
     Path("forward.py").write_text(FORWARD)
 
 
+@contextmanager
 def shell(*words):
-    """Start a live run in a shell; return it and the address of its page."""
-    process = subprocess.Popen(
-        [sys.executable, "-m", "mjsim.cli", "run", "room.yaml", "--live", *words],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-        # A shell in the background may have switched it off.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-    )
-    told = process.stderr.readline()
-    return process, re.search(r"http://127\.0\.0\.1:\S+", told)[0]
+    """Start a live run in a shell; yield it and the address of its page."""
+    with child([sys.executable, "-m", "mjsim.cli", "run", "room.yaml", "--live", *words]) as process:
+        yield process, re.search(r"http://127\.0\.0\.1:\S+", process.line("stderr"))[0]
 
 
 def test_the_page_steers_the_run_and_its_recording_is_that_of_a_plain_one(room):
-    process, url = shell("-o", "live.mcap", "--realtime")
-    with browser(url) as seen:
+    with shell("-o", "live.mcap", "--realtime") as (process, url), browser(url) as seen:
         assert seen.until("run", state="running")["controllable"]
         seen.until("tick")
         seen.say("pause")
@@ -67,8 +60,7 @@ def test_the_page_steers_the_run_and_its_recording_is_that_of_a_plain_one(room):
             seen.say("tick")
         seen.say("stop")
         seen.until("run", state="ended")
-    _, err = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 0, err
+        assert process.ended() == 0, process.rest("stderr")
     live = mjsim.read_recording("live.mcap")
     assert live.whole
     with mjsim.Simulation(mjsim.load_world("room.yaml")) as sim:
@@ -77,22 +69,21 @@ def test_the_page_steers_the_run_and_its_recording_is_that_of_a_plain_one(room):
 
 
 def test_ctrl_c_ends_a_live_run_as_any_other_even_when_it_is_paused(room):
-    process, url = shell("-o", "run.mcap", "--realtime")
-    with browser(url) as seen:
+    with shell("-o", "run.mcap", "--realtime") as (process, url), browser(url) as seen:
         seen.until("tick")
         seen.say("pause")
         seen.until("run", state="paused")
-        process.send_signal(signal.SIGINT)
-        _, err = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 130
+        process.send(signal.SIGINT)
+        assert process.ended() == 130
+        err = process.rest("stderr")
     assert "Traceback" not in err
     assert err.splitlines()[-1] == "mjsim: interrupted; the recording up to here is closed and readable"
     assert mjsim.read_recording("run.mcap").whole
 
 
 def test_a_module_that_fails_ends_a_live_run_with_its_one_line(room):
-    process, _ = shell("-o", "run.mcap")
-    _, err = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 1
+    with shell("-o", "run.mcap") as (process, _):
+        assert process.ended() == 1
+        err = process.rest("stderr")
     assert err.splitlines()[-1].startswith("navigator Forward of robot 'scout' at 1.00 s raised AssertionError")
     assert len(mjsim.read_recording("run.mcap").time) == 25

@@ -207,7 +207,7 @@ def test_a_dropped_file_is_kept_only_if_it_is_a_recording(page, folder):
     assert (folder / brought).read_bytes() == data
     with ThreadPoolExecutor(4) as pool:
         put = partial(page.post, "/api/recording/upload", params={"name": "same.mcap"}, content=data)
-        answers = [future.result() for future in [pool.submit(put) for _ in range(4)]]
+        answers = [future.result(PATIENCE) for future in [pool.submit(put) for _ in range(4)]]
     assert len({answer.json()["path"] for answer in answers}) == 4
     refused = page.post("/api/recording/upload", params={"name": "x.mcap"}, content=b"no recording at all")
     assert refused.status_code == 400

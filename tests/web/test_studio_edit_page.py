@@ -1,5 +1,4 @@
 import re
-import subprocess
 import sys
 
 import cv2
@@ -8,6 +7,7 @@ import pytest
 from playwright.sync_api import expect
 
 from mjsim.world import load_world
+from tests.children import completed
 from tests.sheet import Sheet, sheet_of
 
 pytestmark = pytest.mark.slow
@@ -79,7 +79,7 @@ def test_a_world_is_built_from_nothing_saved_checked_and_run(sheet, tmp_path):
     expect(sheet.unsaved).to_be_hidden()
     for command in (["check"], ["run", "--seconds", "0.2", "-o", str(tmp_path / "hall.mcap")]):
         main = [sys.executable, "-m", "mjsim.cli", command[0], str(tmp_path / "hall.yaml"), *command[1:]]
-        assert subprocess.run(main, capture_output=True, check=False).returncode == 0
+        completed(main)
     world = load_world(tmp_path / "hall.yaml")
     assert world.walls[0].points == ((-4, -3), (4, -3), (4, 3), (-4, 3))
     assert (world.beacons[0].at, world.beacons[0].heading_deg) == ((3.94, 0), 180)

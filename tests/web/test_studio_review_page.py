@@ -12,7 +12,7 @@ from playwright.sync_api import expect
 
 import mjsim
 from mjsim.web import Studio
-from tests.windows import PATIENCE, chromium, page_at
+from tests.windows import PATIENCE, page_at
 
 pytestmark = pytest.mark.slow
 ROOM = """
@@ -54,9 +54,9 @@ def recorded(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def review(recorded):
+def review(browser, recorded):
     """The Review view with the recording open."""
-    with chromium() as browser, Studio(recorded) as studio, page_at(browser, studio.url) as page:
+    with Studio(recorded) as studio, page_at(browser, studio.url) as page:
         page.context.grant_permissions(["clipboard-read", "clipboard-write"])
         page.get_by_role("tab", name="Review", exact=True).click()
         page.locator("[data-path='out/run.mcap']").click()

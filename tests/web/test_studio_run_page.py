@@ -2,8 +2,6 @@
 
 import os
 import re
-import signal
-import subprocess
 import sys
 from contextlib import contextmanager
 from importlib import resources
@@ -16,7 +14,8 @@ import mjsim
 from mjsim.web import LiveView, Studio
 from mjsim.web.local import listen
 from tests.browser import browser as listener
-from tests.windows import PATIENCE, agreed, chromium, page_at
+from tests.children import child
+from tests.windows import PATIENCE, agreed, page_at
 
 pytestmark = pytest.mark.slow
 DT = 0.04
@@ -39,12 +38,6 @@ run:
 
 
 @pytest.fixture(scope="module")
-def chrome():
-    with chromium() as browser:
-        yield browser
-
-
-@pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     place = tmp_path_factory.mktemp("folder")
     (place / "room.yaml").write_text(ROOM)
@@ -53,16 +46,16 @@ def folder(tmp_path_factory):
 
 
 @contextmanager
-def run_page(chrome, url, **window):
-    with page_at(chrome, url, **window) as page:
+def run_page(browser, url, **window):
+    with page_at(browser, url, **window) as page:
         page.get_by_role("tab", name="Run", exact=True).click()
         yield page
 
 
 @pytest.fixture
-def started(chrome, folder):
+def started(browser, folder):
     """The Run view of a studio in which the room runs, and the studio."""
-    with Studio(folder, world="room.yaml") as studio, run_page(chrome, studio.url) as page:
+    with Studio(folder, world="room.yaml") as studio, run_page(browser, studio.url) as page:
         start(page)
         yield page, studio
 
@@ -93,16 +86,16 @@ def wait_for_another(page: Page, view: str, before: str) -> None:
     page.wait_for_function(script, arg=[view, before], timeout=PATIENCE)
 
 
-def test_the_gallery_starts_from_the_page_and_its_pictures_come(chrome, folder):
-    with Studio(folder, world="gallery.yaml") as studio, run_page(chrome, studio.url) as page:
+def test_the_gallery_starts_from_the_page_and_its_pictures_come(browser, folder):
+    with Studio(folder, world="gallery.yaml") as studio, run_page(browser, studio.url) as page:
         start(page)
         wait_for_another(page, "scout/front", picture_of(page, "scout/front"))
         picture_of(page, "outside")
 
 
-def test_the_page_says_what_to_do_before_and_after_a_run(chrome, folder):
+def test_the_page_says_what_to_do_before_and_after_a_run(browser, folder):
     (folder / "bare.yaml").write_text(ROOM[: ROOM.index("robots:")])
-    with Studio(folder) as studio, run_page(chrome, studio.url) as page:
+    with Studio(folder) as studio, run_page(browser, studio.url) as page:
         advice = page.locator(".run-advice")
         expect(advice).to_contain_text("No world is open", timeout=PATIENCE)
         open_world(page, "room.yaml")
@@ -169,10 +162,10 @@ def noise_of(watcher, key: str, before: float) -> float:
             return told[key]
 
 
-def test_two_browsers_see_the_same_run_also_who_comes_late(chrome, started):
+def test_two_browsers_see_the_same_run_also_who_comes_late(browser, started):
     page, studio = started
     pause(page)
-    with run_page(chrome, studio.url) as late:
+    with run_page(browser, studio.url) as late:
         is_in(late, "Paused")
         agreed(page, page.locator(".run-time").inner_text, late.locator(".run-time").inner_text)
         agreed(page, lambda: picture_of(late, "scout/front"), lambda: picture_of(page, "scout/front"))
@@ -189,9 +182,9 @@ def modules_of(page) -> str:
     )
 
 
-def test_a_run_from_python_is_seen_alone_and_its_end_too(chrome):
+def test_a_run_from_python_is_seen_alone_and_its_end_too(browser):
     world = mjsim.parse_world(ROOM)
-    with mjsim.Simulation(world) as sim, LiveView(world) as view, page_at(chrome, view.url) as page:
+    with mjsim.Simulation(world) as sim, LiveView(world) as view, page_at(browser, view.url) as page:
         for tick in islice(mjsim.ticks(sim, {"scout": mjsim.Driver()}), 5):
             view.show(tick)
         expect(page.locator(".run-time")).to_contain_text("0.16 s", timeout=PATIENCE)
@@ -199,14 +192,14 @@ def test_a_run_from_python_is_seen_alone_and_its_end_too(chrome):
         expect(page.get_by_role("tab", name="Edit")).to_have_count(0)
         for name in ("Start", "Pause", "Single tick", "Stop the run", "Restart from the beginning"):
             expect(page.get_by_role("button", name=name)).to_be_hidden()
-        with page_at(chrome, view.url) as late:
+        with page_at(browser, view.url) as late:
             picture_of(late, "scout/front")
             picture_of(late, "outside")
         view.close()
         is_in(page, "Ended")
 
 
-def test_the_page_finds_back_to_a_server_that_was_killed(chrome, folder):
+def test_the_page_finds_back_to_a_server_that_was_killed(browser, folder):
     with listen(0) as free:
         port = free.getsockname()[1]
     command = [
@@ -219,12 +212,11 @@ def test_the_page_finds_back_to_a_server_that_was_killed(chrome, folder):
         "--port",
         str(port),
     ]
-    with serving(command, folder) as (first, url), run_page(chrome, url) as page:
+    with serving(command, folder) as (first, url), run_page(browser, url) as page:
         is_in(page, "Ready")
         # The world is open as well.
         expect(page.get_by_role("button", name="Start", exact=True)).to_be_enabled(timeout=PATIENCE)
-        first.send_signal(signal.SIGKILL)
-        first.wait()
+        first.kill()
         is_in(page, "Connection lost; trying again")
         with Studio(folder, world="room.yaml", port=port) as again:
             is_in(page, "No access")
@@ -245,11 +237,5 @@ def open_in(context, url):
 def serving(command, folder):
     """Run the studio from the command line until it answers; end it afterwards."""
     environment = os.environ | {"PYTHONUNBUFFERED": "1"}
-    process = subprocess.Popen(
-        command, cwd=folder, env=environment, stderr=subprocess.STDOUT, stdout=subprocess.PIPE, text=True
-    )
-    try:
-        yield process, re.search(r"http://\S+", process.stdout.readline())[0]
-    finally:
-        process.terminate()
-        process.communicate()
+    with child(command, cwd=folder, env=environment) as process:
+        yield process, re.search(r"http://\S+", process.line("stderr"))[0]

@@ -2,7 +2,6 @@
 
 import os
 import stat
-import subprocess
 import sys
 import tempfile
 import textwrap
@@ -15,9 +14,11 @@ import numpy as np
 import pytest
 from websockets.exceptions import ConnectionClosed
 
+from mjsim.closing import join
 from mjsim.world.files.saving import LEFT_BEHIND, write_new, write_whole
 from tests.asking import ROOM, told
 from tests.browser import browser
+from tests.children import completed
 
 pytestmark = pytest.mark.slow  # Each starts a server.
 
@@ -32,13 +33,7 @@ def save(client, text, *, path="room.yaml", status=200, stamp=None):
 
 
 def run(code, *arguments, **options):
-    return subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(code), *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        check=False,
-        **options,
-    )
+    return completed([sys.executable, "-c", textwrap.dedent(code), *arguments], check=False, **options)
 
 
 def names(folder):
@@ -164,9 +159,7 @@ def test_on_a_full_disk_a_save_is_refused_in_a_line_and_the_old_text_stays(tmp_p
     """A small disk of its own is mounted for it, in a namespace that nobody else sees."""
     mount = 'mount -t tmpfs -o size=128k none "$1" && exec "$2" -c "$3" "$1"'
     command = ["unshare", "--map-root-user", "--mount", "sh", "-c", mount, "sh"]
-    done = subprocess.run(
-        [*command, str(tmp_path), sys.executable, textwrap.dedent(FULL)], capture_output=True, text=True, check=False
-    )
+    done = completed([*command, tmp_path, sys.executable, textwrap.dedent(FULL)], check=False)
     if "unshare" in done.stderr or "mount" in done.stderr:
         pytest.skip("no disk can be mounted here: " + done.stderr.strip())
     assert done.stdout.splitlines() == [
@@ -189,7 +182,7 @@ def test_of_pages_that_save_at_once_one_is_first_and_all_others_are_told(client,
         for thread in threads:
             thread.start()
         for thread in threads:
-            thread.join()
+            join(thread)
         (first,) = [number for number, status in statuses.items() if status == 200]
         assert set(statuses.values()) == {200, 409}
         assert (folder / path).read_text() == f"{ROOM}# {first}\n"

@@ -10,7 +10,7 @@ import mjsim
 from mjsim.web import Studio
 from mjsim.world import EVENT_KINDS, ReachEvent, kind_of
 from tests.browser import browser as listener
-from tests.windows import PATIENCE, chromium, page_at
+from tests.windows import PATIENCE, page_at
 
 pytestmark = pytest.mark.slow
 
@@ -90,9 +90,9 @@ def pick(page: Page, at, entry: str) -> None:
     page.get_by_role("menuitem", name=entry, exact=True).click()
 
 
-def test_a_run_is_touched_by_pointer_menu_and_keys_and_what_was_done_is_kept(tmp_path):
+def test_a_run_is_touched_by_pointer_menu_and_keys_and_what_was_done_is_kept(browser, tmp_path):
     (tmp_path / "hall.yaml").write_text(HALL)
-    with chromium() as chrome, Studio(tmp_path, world="hall.yaml") as studio, page_at(chrome, studio.url) as page:
+    with Studio(tmp_path, world="hall.yaml") as studio, page_at(browser, studio.url) as page:
         page.get_by_role("tab", name="Run", exact=True).click()
         page.get_by_role("button", name="Start", exact=True).click()
         state = page.locator(".run-state")
@@ -156,12 +156,12 @@ def tool_at(tick) -> tuple[float, float]:
     return 2 - y, 2 + x
 
 
-def test_a_tool_is_dragged_on_the_plan_and_its_arm_given_back_and_both_are_kept(tmp_path):
+def test_a_tool_is_dragged_on_the_plan_and_its_arm_given_back_and_both_are_kept(browser, tmp_path):
     (tmp_path / "cell.yaml").write_text(CELL)
     item = mjsim.parse_world(CELL).robots[0].arms[0]
     x, y = item.arm.fkine(item.start())[:2, 3]
     start, goal = (2 - y, 2 + x), (1.6, 2.4)
-    with chromium() as chrome, Studio(tmp_path, world="cell.yaml") as studio, page_at(chrome, studio.url) as page:
+    with Studio(tmp_path, world="cell.yaml") as studio, page_at(browser, studio.url) as page:
         page.get_by_role("tab", name="Run", exact=True).click()
         page.get_by_role("button", name="Start", exact=True).click()
         expect(page.locator(".run-state")).to_have_text("Running", timeout=PATIENCE)
@@ -190,9 +190,9 @@ def test_a_tool_is_dragged_on_the_plan_and_its_arm_given_back_and_both_are_kept(
     assert near((2 - y, 2 + x), *goal)
 
 
-def test_joints_of_a_mechanism_are_led_by_sliders_and_that_is_kept(tmp_path):
+def test_joints_of_a_mechanism_are_led_by_sliders_and_that_is_kept(browser, tmp_path):
     (tmp_path / "press.yaml").write_text(PRESS)
-    with chromium() as chrome, Studio(tmp_path, world="press.yaml") as studio, page_at(chrome, studio.url) as page:
+    with Studio(tmp_path, world="press.yaml") as studio, page_at(browser, studio.url) as page:
         page.get_by_role("tab", name="Run", exact=True).click()
         page.get_by_role("button", name="Start", exact=True).click()
         expect(page.locator(".run-state")).to_have_text("Running", timeout=PATIENCE)

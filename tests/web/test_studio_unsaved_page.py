@@ -1,8 +1,6 @@
 """Nothing that was typed is lost: not by a crash, nor by another tab, nor by a change on disk."""
 
 import re
-import signal
-import subprocess
 import sys
 from contextlib import contextmanager
 
@@ -10,6 +8,7 @@ import pytest
 from playwright.sync_api import Error, expect
 
 from mjsim.web.studio import Studio
+from tests.children import child
 from tests.sheet import Sheet, sheet_of
 from tests.unsaved import (
     ROOM,
@@ -122,16 +121,13 @@ def test_a_world_without_a_file_is_offered_too(browser, tmp_path):
 def command(folder):
     """Serve a folder in a process of its own; yields its address, and the process."""
     words = [sys.executable, "-m", "mjsim.cli", "studio", "room.yaml", "--no-browser"]
-    with subprocess.Popen(words, cwd=folder, stderr=subprocess.PIPE, text=True) as process:
-        try:
-            found = None
-            while found is None:
-                line = process.stderr.readline()
-                assert line, "the studio ended"
-                found = re.search(r"http://[^\s;]+", line)
-            yield found.group(), process
-        finally:
-            process.kill()
+    with child(words, cwd=folder) as process:
+        found = None
+        while found is None:
+            line = process.line("stderr")
+            assert line, "the studio ended"
+            found = re.search(r"http://[^\s;]+", line)
+        yield found.group(), process
 
 
 def test_a_server_that_is_killed_while_somebody_types_loses_nothing_that_it_kept_meanwhile(browser, tmp_path):
@@ -146,8 +142,7 @@ def test_a_server_that_is_killed_while_somebody_types_loses_nothing_that_it_kept
             count += 1
             sheet.type(f"{count},")
             texts.update(drafts())
-        process.send_signal(signal.SIGKILL)
-        process.wait()
+        process.kill()
         write_line(sheet, "late")
         found = notice(sheet, "The studio does not answer: your changes are not kept")
         with page.expect_download() as download:

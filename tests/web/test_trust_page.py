@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from mjsim.web import Studio
-from tests.windows import PATIENCE, chromium, page_at
+from tests.windows import PATIENCE, page_at
 
 pytestmark = pytest.mark.slow
 CODE = """
@@ -24,11 +24,11 @@ run: {seconds: 1000, drivers: {scout: {navigator: {use: "go.py:Go"}}}}
 
 
 @pytest.fixture
-def page(tmp_path):
+def page(browser, tmp_path):
     for name, text in (("driven.yaml", WORLD), ("go.py", CODE), ("helper.py", "")):
         (tmp_path / name).write_text(text)
     (tmp_path / "plain.yaml").write_text(WORLD.replace('{navigator: {use: "go.py:Go"}}', "{}"))
-    with chromium() as chrome, Studio(tmp_path) as studio, page_at(chrome, studio.url) as page:
+    with Studio(tmp_path) as studio, page_at(browser, studio.url) as page:
         yield page
 
 

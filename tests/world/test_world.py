@@ -1,7 +1,6 @@
 """Text to world and back: the same values, the same comments, nothing of YAML 1.1."""
 
 import json
-import subprocess
 import sys
 
 import pytest
@@ -24,6 +23,7 @@ from mjsim.world import (
     with_settings,
     world_schema,
 )
+from tests.children import completed
 
 ROOM = """\
 mjsim: 1
@@ -233,4 +233,4 @@ def test_reading_worlds_brings_in_neither_shapely_nor_mujoco():
         "import sys, mjsim; mjsim.parse_world(sys.argv[1]);"
         "assert not {'shapely', 'mujoco', 'matplotlib'} & set(sys.modules)"
     )
-    subprocess.run([sys.executable, "-c", code, ROOM], check=True)
+    completed([sys.executable, "-c", code, ROOM])

@@ -1,7 +1,6 @@
 """Shipped worlds by name, `mjsim worlds`, and what every command line has: version, short help, completion."""
 
 import os
-import subprocess
 import sys
 import tomllib
 from pathlib import Path
@@ -12,6 +11,7 @@ import mjsim
 from mjsim.cli import main
 from mjsim.cli.studio import opened
 from mjsim.world import shipped_worlds, world_path
+from tests.children import completed
 
 ROOT = Path(__file__).parents[2]
 
@@ -130,7 +130,7 @@ def offered(line: str) -> list[str]:
     words = line.split(" ")
     environment = {"_MJSIM_COMPLETE": "complete_bash", "COMP_WORDS": line, "COMP_CWORD": str(len(words) - 1)}
     command = [sys.executable, "-m", "mjsim.cli"]
-    done = subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, check=False)
+    done = completed(command, check=False, env=os.environ | environment)
     return done.stdout.split()
 
 
@@ -151,6 +151,5 @@ def test_a_shell_completes_commands_options_and_worlds(folder):
 def test_the_script_for_each_shell_is_printed(shell):
     command = [sys.executable, "-m", "mjsim.cli", "--show-completion"]
     environment = os.environ | {"_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"}
-    done = subprocess.run([*command, shell], env=environment, capture_output=True, text=True, check=False)
-    assert done.returncode == 0
+    done = completed([*command, shell], env=environment)
     assert "_MJSIM_COMPLETE" in done.stdout

@@ -23,6 +23,8 @@ _POLL = 0.05
 """Interval for checking a process that does not answer [s]."""
 _MARK = "MJSIM_MODULE"
 """Environment variable by which children are found that left the process group."""
+_SIGNALS = (signal.SIGHUP, signal.SIGINT, signal.SIGQUIT, signal.SIGPIPE, signal.SIGTERM, signal.SIGCHLD)
+"""A process begins with these at their defaults, even if this one was started with some ignored, as by nohup."""
 _ROUNDS = 20
 """How often these are looked for at most: while they are killed they may start others."""
 _KEEP = (
@@ -80,7 +82,9 @@ class Process(Closes):
         self._mark = f"{_MARK}={secrets.token_hex(16)}"
         environment = {**os.environ, **(more or {}), _MARK: self._mark.partition("=")[2]}
         try:
-            self._pid = os.posix_spawn("/bin/sh", words, environment, file_actions=places, setsid=True)
+            self._pid = os.posix_spawn(
+                "/bin/sh", words, environment, file_actions=places, setsid=True, setsigmask=(), setsigdef=_SIGNALS
+            )
         finally:
             for fd in (*theirs, *copies):
                 os.close(fd)

@@ -1,0 +1,104 @@
+"""The limits of each test, and who watches over them: pytest-timeout within its process, a watchdog outside of it."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+BROWSER = 120.0
+"""Limit of a test with a browser [s]; that of others is in pyproject.toml."""
+GRACE = 20.0
+"""What a test and what it set up may take to end, once its limit within the process is over [s]."""
+COLLECTION = 300.0
+"""[s]"""
+END = 60.0
+"""What a process may take to end after its last test [s]."""
+LONGEST = (
+    "worlds/test_shipped_worlds.py",
+    "sweep/test_sweep.py",
+    "algorithms/test_slam_rooms.py",
+    "algorithms/test_invariant_ekf.py",
+    "web/test_studio_unsaved_page.py",
+    "web/test_axe_page.py",
+    "web/test_studio_newcomer.py",
+    "exchange/test_odometry_of_robots.py",
+    "sim/test_balancing_modules.py",
+    "exchange/test_map_figures.py",
+    "algorithms/test_cooperative_slam.py",
+    "exchange/test_robot_drives.py",
+    "record/test_record_bounds.py",
+    "worlds/test_matlab_world.py",
+    "web/test_studio_screen_page.py",
+    "world/test_large_world.py",
+    "worlds/test_balancing_run.py",
+    "worlds/test_gallery_run.py",
+)
+"""Files of 12 s of processor time and more, which begin first; `--durations` tells which."""
+IGNORED_AT_START = (signal.SIGPIPE, signal.SIGXFSZ)
+"""What Python itself ignores; it has the defaults in the programs that it starts."""
+
+
+class Watchdog:
+    """A program beside this process, which ends it when something takes too long."""
+
+    def __init__(self) -> None:
+        words = [sys.executable, "-S", "-E", Path(__file__).with_name("watchdog.py"), str(os.getpid())]
+        self._program = subprocess.Popen(words, stdin=subprocess.PIPE, bufsize=0, start_new_session=True)
+
+    def expect(self, what: str, seconds: float) -> None:
+        """Tell what is done from now on, and how long that may take at most; 0 for ever."""
+        assert self._program.stdin is not None
+        self._program.stdin.write(f"{seconds} {what}\n".encode())
+
+
+class Watch:
+    """What pytest does, told to the watchdog."""
+
+    def __init__(self) -> None:
+        self._watchdog = Watchdog()
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_collection(self):
+        self._watchdog.expect("the collection", COLLECTION)
+        try:
+            return (yield)
+        finally:
+            self._watchdog.expect("", 0.0)
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_timeout_set_timer(self, item, settings):
+        self._watchdog.expect(item.nodeid, settings.timeout + GRACE)
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_timeout_cancel_timer(self, item):
+        self._watchdog.expect("", 0.0)
+
+    def pytest_unconfigure(self):
+        self._watchdog.expect("the end of the process", END)
+
+
+def have_defaults() -> None:
+    """Give this process, and so all that it starts, the signals of one that is started in a terminal.
+
+    In the background of a script Ctrl-C is ignored, under nohup also the end of the terminal: what a test starts would
+    inherit that. This process itself goes on under nohup, as handlers are not inherited.
+    """
+    signal.pthread_sigmask(signal.SIG_SETMASK, ())
+    for number in sorted(signal.valid_signals() - {*IGNORED_AT_START}):
+        if signal.getsignal(number) is signal.SIG_IGN:
+            signal.signal(number, _handler(number))
+
+
+def _handler(number: int):
+    if number == signal.SIGINT:
+        return signal.default_int_handler
+    return (lambda *_: None) if number == signal.SIGHUP else signal.SIG_DFL
+
+
+def limit(item: pytest.Item) -> None:
+    """Give a test with a browser the limit of these, unless it has its own."""
+    if "browser" in item.fixturenames and item.get_closest_marker("timeout") is None:
+        item.add_marker(pytest.mark.timeout(BROWSER))

@@ -1,0 +1,103 @@
+"""Each process of tests collects a file when its turn comes: else every process would import all of them.
+
+For processes of xdist that share whole files, where no single tests are asked for.
+"""
+
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from tests.limits import LONGEST
+
+TESTS = Path(__file__).parent
+running: dict[str, str] = {}
+"""File -> its test that was begun last, for the process that shares them out."""
+
+
+class AllTests(pytest.Item):
+    """All tests of a file, until their process collects them; the only item of a file that xdist shares out."""
+
+    def runtest(self) -> None:
+        raise NotImplementedError("its tests run in its place")
+
+
+class UnreadFile(pytest.File):
+    """A file of tests that is not imported yet."""
+
+    def collect(self) -> Iterator[AllTests]:
+        yield AllTests.from_parent(self, name="all")
+
+
+def shares(config: pytest.Config) -> bool:
+    """Return whether this process shares whole files with others."""
+    return hasattr(config, "workerinput") and not any("::" in word for word in config.args)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_pycollect_makemodule(module_path, parent):
+    return UnreadFile.from_parent(parent, path=module_path) if shares(parent.config) else None
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection_modifyitems(config, items):
+    """Keep files from what leaves out tests by their names and marks, and order them: the longest first."""
+    files = [item for item in items if isinstance(item, AllTests)]
+    items[:] = [item for item in items if not isinstance(item, AllTests)]
+    yield
+    ranks = {TESTS / name: rank for rank, name in enumerate(LONGEST)}
+    files.sort(key=lambda item: (ranks.get(item.path, len(ranks)), -item.path.stat().st_size))
+    items[:] = [*files, *items]
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_protocol(item, nextitem):
+    """Collect and run the tests of a file in the place of its only item: xdist expects each report there."""
+    if not isinstance(item, AllTests):
+        return None
+    session = item.session
+    place, tests = session.items.index(item), _tests_of(item)
+    for test, following in zip(tests, [*tests[1:], nextitem], strict=False):  # of none there is no next one
+        session.items[place] = test
+        item.config.hook.pytest_runtest_protocol(item=test, nextitem=following)
+        if session.shouldfail or session.shouldstop:
+            break
+    session.items[place] = item
+    if not tests:  # else the end of its last test does this, for which pytest has nothing public
+        session._setupstate.teardown_exact(nextitem)
+    return True
+
+
+def _tests_of(item: AllTests) -> list[pytest.Item]:
+    file, session = item.parent, item.session
+    with without_collector():
+        tests = list(session.genitems(pytest.Module.from_parent(file.parent, path=item.path)))
+    item.config.hook.pytest_collection_modifyitems(session=session, config=item.config, items=tests)
+    return tests
+
+
+@contextmanager
+def without_collector() -> Iterator[None]:
+    """Leave the garbage collector out of imports: its passes took a fifth of their time."""
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
+
+
+def pytest_runtest_logstart(nodeid):
+    running[nodeid.partition("::")[0]] = nodeid
+
+
+def pytest_handlecrashitem(crashitem, report, sched):
+    """Name the test in which a process ended, and do not run it again."""
+    file = crashitem.partition("::")[0]
+    report.nodeid = running.get(file, crashitem)
+    report.longrepr = f"{report.longrepr}: {report.nodeid}; what follows in this file was left out"
+    for scope, unit in list(sched.workqueue.items()):
+        unit.pop(crashitem, None)
+        if not unit:
+            del sched.workqueue[scope]

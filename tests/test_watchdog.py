@@ -1,0 +1,78 @@
+"""What hangs where no limit within its process reaches is ended from outside, and named."""
+
+import signal
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.children import completed
+from tests.limits import GRACE, have_defaults
+
+ROOT = Path(__file__).parent.parent
+STUCK = """
+import ctypes, signal, pytest
+
+@pytest.mark.timeout(0.5)
+def test_stuck():
+    signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
+    ctypes.CDLL(None).sleep(1000)
+"""
+SIGNALS = (signal.SIGHUP, signal.SIGINT, signal.SIGQUIT, signal.SIGTERM, signal.SIGPIPE, signal.SIGCHLD)
+SHOWN = f"import signal; print(*(signal.getsignal(each) is signal.SIG_IGN for each in {[*map(int, SIGNALS)]}))"
+
+
+@pytest.fixture
+def tests(tmp_path):
+    """A folder with the rules of these tests, where a limit is over sooner."""
+    (tmp_path / "tests").mkdir()
+    for name in ("__init__", "conftest", "limits", "shares", "watchdog", "children"):
+        text = (ROOT / "tests" / f"{name}.py").read_text().replace(f"GRACE = {GRACE}", "GRACE = 0.5")
+        (tmp_path / "tests" / f"{name}.py").write_text(text)
+    (tmp_path / "pyproject.toml").write_bytes((ROOT / "pyproject.toml").read_bytes())
+    (tmp_path / "tests" / "test_stuck.py").write_text(STUCK)
+    return tmp_path
+
+
+def ran(folder, *words):
+    return completed([sys.executable, "-m", "pytest", *words], check=False, cwd=folder)
+
+
+@pytest.mark.slow
+def test_a_worker_that_is_stuck_in_c_with_signals_blocked_is_ended_and_the_others_go_on(tests):
+    (tests / "tests" / "test_well.py").write_text("def test_well(): pass\n")
+    done = ran(tests, "--numprocesses", "1", "--dist", "loadfile")
+    assert "watchdog: tests/test_stuck.py::test_stuck took more than 1 s" in done.stderr
+    assert "FAILED tests/test_stuck.py::test_stuck - worker 'gw0' crashed" in done.stdout
+    assert "1 failed, 1 passed" in done.stdout
+    assert done.returncode == 1
+
+
+@pytest.mark.slow
+def test_without_workers_it_is_ended_and_named_too(tests):
+    done = ran(tests)
+    assert "watchdog: tests/test_stuck.py::test_stuck took more than 1 s" in done.stderr
+    assert done.returncode == -signal.SIGKILL
+
+
+@pytest.mark.slow
+def test_of_a_file_that_cannot_be_imported_the_error_is_shown_and_the_others_go_on(tests):
+    (tests / "tests" / "test_stuck.py").write_text("import nothing_of_that_name\n")
+    (tests / "tests" / "test_well.py").write_text("def test_well(): pass\n")
+    done = ran(tests, "--numprocesses", "1", "--dist", "loadfile")
+    assert "No module named 'nothing_of_that_name'" in done.stdout
+    assert "1 passed, 1 error" in done.stdout
+    assert done.returncode == 1
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_tests_begin_with_signals_at_their_defaults_whoever_started_them(number):
+    before = signal.signal(number, signal.SIG_IGN)
+    try:
+        have_defaults()
+        assert completed([sys.executable, "-c", SHOWN]).stdout.split() == [
+            str(each == signal.SIGPIPE)
+            for each in SIGNALS  # Python ignores it, whoever starts it
+        ]
+    finally:
+        signal.signal(number, before)
