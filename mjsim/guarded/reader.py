@@ -16,7 +16,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from mjsim.closing import Closes
+from mjsim.closing import ENDING, Closes
 from mjsim.errors import MjsimError, Problem, RecordingError, UsageError, WorldError, one_line
 from mjsim.guarded.limits import Allowance, limits_for
 from mjsim.guarded.request import LENGTH, Call, Permission
@@ -227,7 +227,7 @@ class _Child:
         with contextlib.suppress(OSError):
             self._requests.close()
         self._answers.close()
-        self._process.wait()
+        self._process.wait(ENDING)
 
     def answers(self, call: Call, limits: Allowance, about: str) -> Iterator[Mapping[str, Any]]:
         """Yield the answers to a call; the last one has the key 'value'.
@@ -284,7 +284,10 @@ class _Child:
 
     def _cause(self, limits: Allowance) -> str:
         """Return why the child ended."""
-        code = self._process.wait()
+        with contextlib.suppress(subprocess.TimeoutExpired):  # it closed its pipe, yet it runs
+            self._process.wait(1.0)
+        self.kill()
+        code = self._process.returncode
         if self._expired or code == -getattr(signal, "SIGXCPU", 0):
             return f"it took longer than {limits.seconds:.0f} s; the file is damaged, or too large"
         if code >= 0:

@@ -2,7 +2,6 @@
 
 import os
 import signal
-import subprocess
 import sys
 import time
 from contextlib import closing
@@ -14,6 +13,7 @@ import pytest
 from mjsim.errors import RecordingError, UsageError, WorldError
 from mjsim.guarded import Allowance, Reader, guarded, guarded_parts
 from mjsim.guarded.limits import limits_for
+from tests.children import child
 from tests.guarded import decoders
 
 HERE = "tests.guarded.decoders"
@@ -181,11 +181,11 @@ def test_the_child_ends_with_its_parent(sign):
         "    reader.call('tests.guarded.decoders:hang', about='x')\n"
     )
     command = [sys.executable, "-c", code]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as parent:
-        child = int(parent.stdout.readline())
-        parent.send_signal(sign)
-        parent.wait(10)
-    until = time.monotonic() + 10.0
-    while Path(f"/proc/{child}").exists() and time.monotonic() < until:
-        time.sleep(0.01)
-    assert not Path(f"/proc/{child}").exists()
+    with child(command) as parent:
+        reader = int(parent.line())
+        parent.send(sign)
+        parent.ended()
+        until = time.monotonic() + 10.0
+        while Path(f"/proc/{reader}").exists() and time.monotonic() < until:
+            time.sleep(0.01)
+        assert not Path(f"/proc/{reader}").exists()
