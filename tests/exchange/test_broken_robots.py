@@ -50,10 +50,6 @@ IN_MILLIMETRES = robot(
 SLIDING = """<mujoco><worldbody><body name="b"><joint name="go" type="slide" axis="1 0 0"/><geom size="0.1"/></body>
 </worldbody></mujoco>"""
 XACRO = '<robot name="r" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:arg name="a" default="1"/>{}</robot>'
-MACRO = (
-    '<robot name="r" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:macro name="m" params="x"><link name="a"/>'
-    '</xacro:macro><link name="base"/></robot>'
-)
 
 
 @pytest.mark.parametrize(
@@ -107,7 +103,11 @@ MACRO = (
         (TWO.replace('radius="0.1"', 'radius="0"'), (), "size 0 must be positive"),
         ('<svg xmlns="http://www.w3.org/2000/svg"/>', (), "begins with <svg>; a model begins with <mujoco>"),
         (XACRO.format("<wheel/>"), (), "<wheel> is not a URDF element; if it calls a macro, write <xacro:wheel>"),
-        (XACRO.format('<xacro:include filename="gone.xacro"/>'), (), "is not valid xacro: No such file or directory"),
+        (
+            XACRO.format('<xacro:include filename="gone.xacro"/>'),
+            (),
+            r"urdf:1:\d+: no file '.*gone.xacro': No such file",
+        ),
         (THREE, (), "the driven wheels are ambiguous; candidates are 'left', 'right', 'third'; give --left-wheel"),
         (
             ROLLED,
@@ -140,7 +140,6 @@ MACRO = (
         ),
         (TWO, ("--package", "a=/nowhere"), "no folder '/nowhere' for package 'a'"),
         (TWO, ("--arg", "a"), "write --arg NAME=VALUE"),
-        (MACRO, (), "uses <xacro:macro> of xacro; type: pip install xacro"),
         (TWO.replace('name="odd"', 'name="$(arg x)"'), (), "xacro:arg 'x' has no value; give --arg x=VALUE"),
         (
             XACRO.format('<link name="$(arg b)"/><xacro:arg name="b"/>'),
@@ -175,9 +174,7 @@ MACRO = (
         (IN_MILLIMETRES, (), r"the robot is 500 m across; it must be 0\.02 to 20 m"),
     ],
 )
-def test_a_broken_file_is_a_one_line_error(tmp_path, monkeypatch, text, options, what):
-    if "pip install xacro" in what:
-        monkeypatch.setitem(__import__("sys").modules, "xacro", None)
+def test_a_broken_file_is_a_one_line_error(tmp_path, text, options, what):
     place = tmp_path / "robot.urdf"
     place.write_text(text)
     code, said = typed("new", "--robot-from", str(place), "-o", str(tmp_path / "out.yaml"), *options)

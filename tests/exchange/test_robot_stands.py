@@ -84,11 +84,11 @@ def test_missing_meshes_are_named_where_wheels_have_no_shape(tmp_path):
 
 
 def test_a_package_that_a_xacro_file_includes_and_is_missing_is_named_without_more(tmp_path):
-    pytest.importorskip("xacro")
     include = '<xacro:include filename="$(find my_bot)/a.xacro"/>'
     text = f'<robot xmlns:xacro="https://github.com/ros/xacro" name="r">{include}</robot>'
     (tmp_path / "r.xacro").write_text(text)
-    said = f"{tmp_path / 'r.xacro'} names the package 'my_bot', which was not found; give --package my_bot=DIR"
+    place = f"{tmp_path / 'r.xacro'}:1:{text.index('<xacro:inc') + 1}"
+    said = f"{place}: it names the package 'my_bot', which was not found; give --package my_bot=DIR"
     with pytest.raises(UsageError, match=f"^{re.escape(said)}$"):
         bring_robot(tmp_path / "r.xacro", name="r", options=RobotOptions(), packages={}, arguments={})
 
