@@ -16,6 +16,7 @@ from mjsim.cli.robots import (
     RobotFrom,
     Steering,
     XacroArgument,
+    XacroVariable,
     write_robot,
 )
 from mjsim.errors import UsageError
@@ -134,6 +135,7 @@ def new(
     forward: Forward = None,
     package: Package = None,
     arg: XacroArgument = None,
+    env: XacroVariable = None,
 ) -> None:
     """Create a world or a robot.
 
@@ -144,7 +146,7 @@ def new(
         if any(value is not None for value in (source, maze, clutter, template, robot)):
             raise UsageError("--robot-from creates the preset of a robot; create the world with a separate command")
         arguments = RobotArguments(
-            left_wheel or (), right_wheel or (), steering or (), drive, forward, package or (), arg or ()
+            left_wheel or (), right_wheel or (), steering or (), drive, forward, package or (), arg or (), env or ()
         )
         write_robot(robot_from, output, arguments, overwrite=overwrite)
         return

@@ -31,6 +31,10 @@ Package = Annotated[
     list[str] | None, typer.Option(metavar="NAME=DIR", help="Folder of a ROS package; may be repeated.")
 ]
 XacroArgument = Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="xacro argument; may be repeated.")]
+XacroVariable = Annotated[
+    list[str] | None,
+    typer.Option("--env", metavar="NAME=VALUE", help="Environment variable that xacro may read; may be repeated."),
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +48,7 @@ class RobotArguments:
     forward: str | None
     packages: Sequence[str]
     arguments: Sequence[str]
+    environment: Sequence[str]
 
 
 def write_robot(path: Path, output: Path | None, options: RobotArguments, *, overwrite: bool) -> None:
@@ -71,6 +76,7 @@ def write_robot(path: Path, output: Path | None, options: RobotArguments, *, ove
         ),
         packages=packages,
         arguments=_pairs(options.arguments, "--arg NAME=VALUE"),
+        environment=_pairs(options.environment, "--env NAME=VALUE"),
     )
     for line in brought.report:
         say(line)

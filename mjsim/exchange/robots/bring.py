@@ -23,6 +23,7 @@ from mjsim.exchange.robots.preset import (
 )
 from mjsim.exchange.robots.slip import learned, rolled
 from mjsim.exchange.robots.source import RobotSource
+from mjsim.exchange.robots.xacro import Given
 from mjsim.models import Anatomy, RobotFiles, anatomy_of, gather_robot, robot_text
 from mjsim.world import Slip
 
@@ -67,6 +68,7 @@ def bring_robot(
     options: RobotOptions,
     packages: Mapping[str, Path],
     arguments: Mapping[str, str],
+    environment: Mapping[str, str] | None = None,
 ) -> BroughtRobot:
     """Return the preset of a robot from a URDF, xacro or MJCF file.
 
@@ -76,12 +78,13 @@ def bring_robot(
         options: What the file leaves open.
         packages: Folders of ROS packages by name.
         arguments: Arguments of xacro.
+        environment: Values of `$(env NAME)` in xacro; the variables of this process are not read.
 
     Raises:
         UsageError: The file cannot be read, its wheels are missing or ambiguous, or the robot does not drive.
         PhysicsFault: The simulation became unstable.
     """
-    source = RobotSource(path, packages=packages, arguments=arguments)
+    source = RobotSource(path, packages=packages, given=Given(arguments, environment or {}))
     try:
         robot = gather_robot(source.name, source.read)
     except ValueError as error:

@@ -4,20 +4,15 @@ import os
 import posixpath
 import re
 from collections.abc import Mapping
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from xml.etree.ElementTree import Element
 
 from mjsim.errors import UsageError, did_you_mean
-from mjsim.exchange.robots.xacro import parsed, resolved
+from mjsim.exchange.robots.folders import Folders
+from mjsim.exchange.robots.xacro import Given, parsed, resolved
 from mjsim.models import PlacedError, line_and_column, line_of, names_in
 
-MAX_BYTES = 64_000_000
-"""Maximum size of one file [bytes]."""
-AROUND = 3
-"""Number of parent folders of the description that may contain its files."""
 _URI = re.compile(rb"(?:package|model)://([A-Za-z0-9_.-]+)/?([^\"'<>\s]*)")
-_LATE_DECLARATION = re.compile(rb"\A\s+<\?xml[^>]*\?>")
-"""Blank lines before the XML declaration are invalid, though many programs accept them."""
 _FILE = re.compile(rb"file://(/[^\"'<>]*)")
 _NO_NUMBER = re.compile(rb"""=\s*["'](?:[^"'<>]*\s)?[+-]?nan[\s"']""", re.IGNORECASE)
 """An attribute that contains the word `nan`."""
@@ -26,13 +21,13 @@ _NO_NUMBER = re.compile(rb"""=\s*["'](?:[^"'<>]*\s)?[+-]?nan[\s"']""", re.IGNORE
 class RobotSource:
     """Reads the files of one robot; it opens nothing outside the robot's folders and the ROS packages that it names."""
 
-    def __init__(self, path: Path, *, packages: Mapping[str, Path], arguments: Mapping[str, str]) -> None:
+    def __init__(self, path: Path, *, packages: Mapping[str, Path], given: Given) -> None:
         """Locate the description.
 
         Args:
             path: A URDF, xacro or MJCF file.
             packages: Folders of ROS packages by name; they take precedence.
-            arguments: Arguments of xacro.
+            given: Arguments and variables for xacro.
 
         Raises:
             UsageError: The file does not exist.
@@ -47,16 +42,15 @@ class RobotSource:
                 f"no file '{path}'{suggestion if suggestion.startswith('; did') else '; name a URDF or MJCF file'}"
             )
         self._given, self._path = path, path.resolve()
-        self._root = self._path.parent
-        for _ in range(AROUND):
-            if self._root.parent != self._root and not (self._root / "package.xml").is_file():
-                self._root = self._root.parent
-        self._packages = dict(packages)
-        self._arguments = arguments
-        self.missing: set[str] = set()
-        """Packages that were named but not found."""
+        self._folders, self._xacro = Folders(self._path, packages), given
+        self._root = self._folders.root
         self.expanded = False
         """Whether xacro changed the text of the description."""
+
+    @property
+    def missing(self) -> set[str]:
+        """Packages that were named but not found."""
+        return self._folders.missing
 
     @property
     def name(self) -> str:
@@ -106,65 +100,37 @@ class RobotSource:
             return self.placed(f"{self._given}: {problem}")
         return f"{self._given}:{error.start.line}:{error.start.column}: {problem}"
 
-    def folder(self, package: str) -> Path | None:
-        """Return the folder of a ROS package; None if it was not found."""
-        if package not in self._packages:
-            found = next((place for place in self._likely(package) if place.is_dir()), None)
-            if found is None:
-                self.missing.add(package)
-                return None
-            self._packages[package] = found
-        return self._packages[package]
-
     def _description(self, data: bytes) -> bytes:
         """Return the description with xacro resolved, and package paths in the form accepted by `read`."""
-        written = _LATE_DECLARATION.sub(lambda match: b"\n" * match[0].count(b"\n"), data)
-        data = resolved(written, self._path, arguments=self._arguments, find=self.folder)
-        self.expanded = data != written
-        _check_links(parsed(data, self._path), written, self._path)
+        written, root = parsed(data, self._given)
+        text = resolved(written, self._path, shown=self._given, given=self._xacro, files=self._folders)
+        self.expanded = text != written
+        if self.expanded:
+            _, root = parsed(text.encode(), self._given)
+        _check_links(root, data, self._given)
         depth = self.name.count("/")
 
         def named(match: "re.Match[bytes]") -> bytes:
             package, rest = match[1].decode(), match[2].decode("utf-8", "replace")
-            self.folder(package)
+            self._folders.package(package)
             return f"{'../' * depth}@{package}/{rest}".encode()
 
-        return _FILE.sub(self._local, _URI.sub(named, data))
+        return _FILE.sub(self._local, _URI.sub(named, text.encode()))
 
     def _local(self, match: "re.Match[bytes]") -> bytes:
         """Return an absolute path relative to the folder of the description."""
         path = Path(os.path.normpath(match[1].decode("utf-8", "replace")))
         return os.path.relpath(path, self._path.parent).encode()
 
-    def _likely(self, package: str) -> list[Path]:
-        above = [self._path.parent, *self._path.parent.parents]
-        named = [place for place in above if place.name == package]
-        beside = [place / package for place in above[: AROUND + 2]]
-        paths = [Path(entry) for entry in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if entry]
-        shared = [Path(entry) / "share" for entry in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if entry]
-        given = [place for path in (*paths, *shared) for place in _in_path(path, package)]
-        return [*named, *given, *beside]
-
     def _bytes(self, name: str) -> bytes:
         base, rest = self._root, name
         if name.startswith("@"):
             package, _, rest = name[1:].partition("/")
-            folder = self.folder(package)
+            folder = self._folders.package(package)
             if folder is None:
                 raise ValueError(f"no package '{package}'")
-            base = folder.resolve()
-        if PurePosixPath(rest).is_absolute() or ".." in PurePosixPath(posixpath.normpath(rest)).parts:
-            raise ValueError(f"'{name}' lies outside of the robot's folders")
-        try:
-            place = (base / rest).resolve(strict=True)
-            if not place.is_relative_to(base) or not place.is_file():
-                raise ValueError(f"'{name}' lies outside of the robot's folders")
-            if place.stat().st_size > MAX_BYTES:
-                raise ValueError(f"'{name}' has more than {MAX_BYTES // 10**6} MB; make it smaller")
-            return place.read_bytes()
-        except (OSError, RuntimeError) as error:
-            reason = getattr(error, "strerror", None) or "it cannot be read"
-            raise ValueError(f"no file '{name}': {reason}") from None
+            base = folder
+        return self._folders.read(base / rest)
 
 
 def _check_links(root: Element, data: bytes, path: Path) -> None:
@@ -227,13 +193,3 @@ def _check_loops(root: Element, data: bytes, path: Path) -> None:
             raise UsageError(
                 f"{_location(name, data, path)}: joint '{name}' closes a loop of links; URDF has trees only"
             )
-
-
-def _in_path(path: Path, package: str) -> list[Path]:
-    """Return where a package may lie below an entry of ROS_PACKAGE_PATH."""
-    own = [path] if path.name == package else []
-    try:
-        deeper = [place / package for place in sorted(path.iterdir()) if place.is_dir()][:200]
-    except OSError:
-        deeper = []
-    return [*own, path / package, *deeper]

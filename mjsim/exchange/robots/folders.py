@@ -1,0 +1,134 @@
+"""The folders in which the files of a robot are: its own, and those of ROS packages; nothing else is opened."""
+
+import glob
+import os
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from mjsim.exchange.robots.xacro import XacroError
+
+MAX_BYTES = 64_000_000
+"""Maximum size of one file [bytes]."""
+AROUND = 3
+"""Number of parent folders of the description that may be its package."""
+MANIFESTS = ("package.xml", "manifest.xml")
+"""A folder that contains one of these is a ROS package."""
+PARTS = ("meshes", "assets", "urdf")
+"""A folder that contains one of these is laid out like a package."""
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.-]*")
+_PATTERN = re.compile(r"[*?[]")
+
+
+class Folders:
+    """Opens files in the package of a description, and in the packages that it names."""
+
+    def __init__(self, path: Path, packages: Mapping[str, Path]) -> None:
+        """Find the package of a description: the nearest folder around it that is one, else its own folder.
+
+        Args:
+            path: The description, absolute, without links.
+            packages: Folders of ROS packages by name; they take precedence.
+        """
+        self._path = path
+        around = [path.parent, *path.parent.parents][: AROUND + 1]
+        likely = [folder for signs in (MANIFESTS, PARTS) for folder in around if _has(folder, signs)]
+        self.root = likely[0] if likely else path.parent
+        self._packages = {name: folder.resolve() for name, folder in packages.items()}
+        self.missing: set[str] = set()
+        """Packages that were named but not found."""
+
+    def package(self, name: str) -> Path | None:
+        """Return the folder of a ROS package; None if it was not found."""
+        if name not in self._packages:
+            places = self._likely(name) if _NAME.fullmatch(name) else []
+            found = next((place for place in places if place.is_dir()), None)
+            if found is None:
+                self.missing.add(name)
+                return None
+            self._packages[name] = found.resolve()
+        return self._packages[name]
+
+    def _likely(self, name: str) -> list[Path]:
+        """Return where a package may be; only the user's own settings name folders that do not look like one."""
+        around = [self._path.parent, *self._path.parent.parents]
+        named = [place for place in around if place.name == name]
+        beside = [place / name for place in around[: AROUND + 2]]
+        paths = [Path(entry) for entry in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if entry]
+        shared = [Path(entry) / "share" for entry in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if entry]
+        given = [place for path in (*paths, *shared) for place in _in_path(path, name)]
+        signs = (*MANIFESTS, *PARTS)
+        return [*(place for place in named if _has(place, signs)), *given, *(p for p in beside if _has(p, signs))]
+
+    def locate(self, name: str, beside: Path) -> list[Path]:
+        """Return the paths of a file, or of all files of a pattern.
+
+        Args:
+            name: A path or pattern; relative, or in a package, as `package://NAME/PATH`.
+            beside: Folder from which a relative path starts.
+
+        Raises:
+            XacroError: A package was not found, or the path leads out of the folders.
+        """
+        package, _, rest = name.removeprefix("package://").partition("/")
+        if name.startswith("package://"):
+            folder = self.package(package)
+            if folder is None:
+                problem = f"it names the package '{package:.60}', which was not found"
+                raise XacroError(f"{problem}; give --package {package:.60}=DIR")
+            beside, name = folder, rest
+        match = _PATTERN.search(name)
+        if match is None:
+            return [self._inside(beside / name)]
+        start = name[: match.start()].rfind("/") + 1
+        folder, pattern = self._inside(beside / name[:start]), name[start:]
+        if ".." in pattern.split("/"):
+            raise XacroError(f"the pattern '{name:.60}' leads upwards; leave .. out")
+        return [self._inside(folder / found) for found in sorted(glob.glob(pattern, root_dir=folder))]
+
+    def read(self, path: Path) -> bytes:
+        """Return the contents of a file in one of the folders.
+
+        Raises:
+            XacroError: It is not in them, is no file, or is too large.
+        """
+        place = self._inside(path)
+        try:
+            if place.exists() and not place.is_file():
+                raise XacroError(f"'{path}' is not a regular file; name one")
+            if place.stat().st_size > MAX_BYTES:
+                raise XacroError(f"'{path}' has more than {MAX_BYTES // 10**6} MB; make it smaller")
+            return place.read_bytes()
+        except OSError as error:
+            raise XacroError(f"no file '{path}': {error.strerror}") from None
+
+    def _inside(self, path: Path) -> Path:
+        """Return a path without links.
+
+        Raises:
+            XacroError: It leads out of the folders.
+        """
+        allowed = [self.root, *self._packages.values()]
+        place = Path(os.path.normpath(path))
+        for _ in range(2):  # As written, so that nothing outside is looked at; then with its links followed.
+            if not any(place.is_relative_to(folder) for folder in allowed):
+                raise XacroError(f"'{path}' lies outside of the robot's folder and its packages; copy it to them")
+            try:
+                place = place.resolve()
+            except (OSError, RuntimeError, ValueError):
+                raise XacroError(f"no file '{str(path)!r:.100}'; correct its name") from None
+        return place
+
+
+def _has(folder: Path, names: Iterable[str]) -> bool:
+    return any((folder / name).exists() for name in names)
+
+
+def _in_path(path: Path, package: str) -> list[Path]:
+    """Return where a package may lie below an entry of ROS_PACKAGE_PATH."""
+    own = [path] if path.name == package else []
+    try:
+        deeper = [place / package for place in sorted(path.iterdir()) if place.is_dir()][:200]
+    except OSError:
+        deeper = []
+    return [*own, path / package, *deeper]

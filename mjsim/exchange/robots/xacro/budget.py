@@ -1,0 +1,108 @@
+"""Bounds on what a file may have computed: the size of each value, all steps together, and their nesting."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any, TypeAlias, TypeVar
+
+Kept = TypeVar("Kept")
+Value: TypeAlias = bool | int | float | str | list[Any] | tuple[Any, ...] | dict[Any, Any] | None
+"""What expressions of a file consist of."""
+
+STEPS = 1_000_000
+"""Maximum number of steps in which a file is expanded; a value costs its size."""
+LARGEST = 100_000
+"""Maximum size of a value: characters, or entries including those of what it holds."""
+MAX_BITS = 256
+"""Maximum size of a whole number."""
+DEEPEST = 600
+"""Maximum nesting of elements, macros, properties and expressions [calls of Python, which allows 1000]."""
+CHARACTERS = 8
+"""Number of characters that cost a step."""
+
+
+class XacroError(ValueError):
+    """An error in a xacro file; the message lacks the position."""
+
+
+class TooLargeError(XacroError):
+    """A value of a file is too large, or takes too long to compute."""
+
+    def __init__(self, what: str = "a number or a text that is too large") -> None:
+        """Store the message."""
+        super().__init__(f"it gives {what}; make it smaller")
+
+
+class XacroBudget:
+    """What is left of the bounds while a file is expanded."""
+
+    def __init__(self) -> None:
+        self._left, self._depth = STEPS, 0
+
+    def spend(self, steps: int) -> None:
+        """Count steps.
+
+        Raises:
+            XacroError: There are too many.
+        """
+        self._left -= steps
+        if self._left < 0:
+            raise XacroError(f"it takes more than {STEPS} steps to expand; make it simpler")
+
+    def keep(self, value: Kept) -> Kept:
+        """Return a new value, and count its size.
+
+        Raises:
+            XacroError: It is too large.
+        """
+        self.spend(weight_of(value))
+        return value
+
+    @contextmanager
+    def deeper(self, calls: int) -> Iterator[None]:
+        """Count calls of Python that are nested in others.
+
+        Raises:
+            XacroError: There are too many.
+        """
+        if self._depth + calls > DEEPEST:
+            raise XacroError("it is nested too deeply; make it flatter")
+        self._depth += calls
+        try:
+            yield
+        finally:
+            self._depth -= calls
+
+
+def weight_of(value: object) -> int:
+    """Return the number of steps that a pass over a value costs.
+
+    Raises:
+        TooLargeError: It is larger than allowed, or nothing of a file.
+    """
+    return 1 + size_of(value) // CHARACTERS if isinstance(value, str) else size_of(value)
+
+
+def size_of(value: object) -> int:
+    """Return the size of a value with all that it holds, as often as it holds it; at least 1.
+
+    Raises:
+        TooLargeError: It is larger than allowed, or nothing of a file.
+    """
+    size, waiting = 0, [value]
+    while waiting:
+        each = waiting.pop()
+        size += 1
+        if isinstance(each, str):
+            size += len(each)
+        elif isinstance(each, list | tuple):
+            waiting.extend(each)
+        elif isinstance(each, Mapping):
+            waiting.extend(part for entry in each.items() for part in entry)
+        elif isinstance(each, int):
+            if each.bit_length() > MAX_BITS:
+                raise TooLargeError
+        elif not isinstance(each, float | None):
+            raise TooLargeError(f"a value of the kind {type(each).__name__}")
+        if size + len(waiting) > LARGEST:
+            raise TooLargeError
+    return size

@@ -1,0 +1,86 @@
+"""Reads the description of a robot as text without xacro."""
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+from mjsim.errors import UsageError
+from mjsim.exchange.robots.xacro.expand import DEEPEST, Expander, Files
+from mjsim.exchange.robots.xacro.nodes import XacroNode, nodes_of, written
+from mjsim.exchange.robots.xacro.substitution import Given
+from mjsim.models import RefusedXmlError, checked_xml
+
+MAX_BYTES = 8_000_000
+ROBOT_PARTS = {
+    "link",
+    "joint",
+    "material",
+    "gazebo",
+    "transmission",
+    "sensor",
+    "ros2_control",
+    "group",
+    "mujoco",
+    "plugin",
+}
+"""Elements of a robot in URDF, including extensions of other programs."""
+
+
+def resolved(text: str, path: Path, *, shown: Path, given: Given, files: Files) -> str:
+    """Return a robot's description with all xacro elements expanded; the text of other files stays as it is.
+
+    Args:
+        text: Of the file, as `parsed` returns it.
+        path: Absolute path of the file.
+        shown: Path for messages.
+        given: Arguments and variables.
+        files: Reads other files of the robot.
+
+    Raises:
+        UsageError: The file is invalid, or would do more than files of a robot may.
+    """
+    if "$" not in text and "xacro" not in text:
+        return text
+    expander = Expander(path, given, files)
+    node = nodes_of(text, str(shown), expander.budget)
+    if node.tag != "robot" or ("$" not in text and not _has_xacro(node)):
+        return text
+    _refuse_bare_macros(node)
+    made = written(expander.expanded(node))
+    # Both $(find NAME) and package://NAME are a package, with or without file:// before it.
+    return made.replace("file://package://", "package://")
+
+
+def _has_xacro(node: XacroNode) -> bool:
+    return node.word is not None or any(map(_has_xacro, node.elements))
+
+
+def _refuse_bare_macros(root: XacroNode) -> None:
+    """Reject macros called without `xacro:`, as in very old files: they would be ignored silently.
+
+    Raises:
+        UsageError: The file contains one.
+    """
+    for item in root.elements:
+        if ":" not in item.tag and item.tag not in ROBOT_PARTS and not "".join(map(str, item.children)).strip():
+            raise UsageError(
+                f"{item.file}: <{item.tag}> is not a URDF element; if it calls a macro, write <xacro:{item.tag}>"
+            )
+
+
+def parsed(data: bytes, path: Path) -> tuple[str, ElementTree.Element]:
+    """Return the text and the root element of an XML file of bounded size without entity definitions.
+
+    Raises:
+        UsageError: The file is not XML, is too large, or declares a document type.
+    """
+    if len(data) > MAX_BYTES:
+        raise UsageError(f"{path} has {len(data) / 1e6:.0f} MB of XML; it must have at most {MAX_BYTES // 10**6} MB")
+    try:
+        text = checked_xml(data, deepest=DEEPEST)
+        return text, ElementTree.fromstring(text)
+    except ElementTree.ParseError as error:
+        line, column = error.position
+        problem = str(error).partition(":")[0]
+        raise UsageError(f"{path}:{line}:{column + 1}: this is not XML ({problem}); correct it") from None
+    except RefusedXmlError as error:
+        raise UsageError(f"{path} {error}") from None
