@@ -75,6 +75,9 @@ class Child:
         """Kill it and all of its session that did not leave it; a second call does nothing."""
         with suppress(ProcessLookupError):
             os.killpg(self.pid, signal.SIGKILL)
+        if self.process.stdin is not None:
+            with suppress(BrokenPipeError):
+                self.process.stdin.close()
         self.ended(within=REAPED)
 
 

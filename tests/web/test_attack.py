@@ -56,13 +56,13 @@ time.sleep({stays})
 
 
 @pytest.fixture
-def place(tmp_path):
-    """A folder that every user may look into, as a home often is."""
-    for folder in [tmp_path, *tmp_path.parents][:4]:
-        if folder.owner() == Path(tempfile.gettempdir()).owner() and folder != Path(tempfile.gettempdir()):
-            folder.chmod(folder.stat().st_mode | 0o055)
-    (tmp_path / "room.yaml").write_text(ROOM)
-    return tmp_path
+def place():
+    """A folder that every user may look into, as a home often is; other runs of pytest would shut theirs."""
+    with tempfile.TemporaryDirectory() as name:
+        place = Path(name)
+        place.chmod(0o755)
+        (place / "room.yaml").write_text(ROOM)
+        yield place
 
 
 @contextmanager
