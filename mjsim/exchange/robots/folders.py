@@ -82,8 +82,8 @@ class Folders:
             return [self._inside(beside / name)]
         start = name[: match.start()].rfind("/") + 1
         folder, pattern = self._inside(beside / name[:start]), name[start:]
-        if ".." in pattern.split("/"):
-            raise XacroError(f"the pattern '{name:.60}' leads upwards; leave .. out")
+        if "/" in pattern:
+            raise XacroError(f"the folder in '{name:.60}' is a pattern; name it, and write * in names of files only")
         return [self._inside(folder / found) for found in sorted(glob.glob(pattern, root_dir=folder))]
 
     def read(self, path: Path) -> bytes:
@@ -112,7 +112,9 @@ class Folders:
         place = Path(os.path.normpath(path))
         for _ in range(2):  # As written, so that nothing outside is looked at; then with its links followed.
             if not any(place.is_relative_to(folder) for folder in allowed):
-                raise XacroError(f"'{path}' lies outside of the robot's folder and its packages; copy it to them")
+                raise XacroError(
+                    f"'{path!s:.200}' lies outside of the robot's folder and its packages; copy it to them"
+                )
             try:
                 place = place.resolve()
             except (OSError, RuntimeError, ValueError):

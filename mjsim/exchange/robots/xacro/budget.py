@@ -1,8 +1,10 @@
 """Bounds on what a file may have computed: the size of each value, all steps together, and their nesting."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, TypeAlias, TypeVar
+
+from mjsim.errors import did_you_mean
 
 Kept = TypeVar("Kept")
 Value: TypeAlias = bool | int | float | str | list[Any] | tuple[Any, ...] | dict[Any, Any] | None
@@ -16,6 +18,8 @@ MAX_BITS = 256
 """Maximum size of a whole number."""
 DEEPEST = 600
 """Maximum nesting of elements, macros, properties and expressions [calls of Python, which allows 1000]."""
+LONGEST_NAME, MOST_NAMES = 60, 100
+"""Of names that messages suggest."""
 CHARACTERS = 8
 """Number of characters that cost a step."""
 
@@ -73,6 +77,18 @@ class XacroBudget:
             self._depth -= calls
 
 
+def likely(name: str, known: Iterable[str]) -> str:
+    """Return '; did you mean ...?' or a list of what is known, for names of any length."""
+    return did_you_mean(name[:LONGEST_NAME], sorted(each for each in known if len(each) <= LONGEST_NAME)[:MOST_NAMES])
+
+
+def _require_characters(text: str) -> None:
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise XacroError("a text has half a character (\\ud800 to \\udfff); leave it out") from None
+
+
 def weight_of(value: object) -> int:
     """Return the number of steps that a pass over a value costs.
 
@@ -94,6 +110,7 @@ def size_of(value: object) -> int:
         size += 1
         if isinstance(each, str):
             size += len(each)
+            _require_characters(each)
         elif isinstance(each, list | tuple):
             waiting.extend(each)
         elif isinstance(each, Mapping):

@@ -5,8 +5,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Protocol
 
-from mjsim.errors import UsageError, did_you_mean
-from mjsim.exchange.robots.xacro.budget import Value, XacroBudget, XacroError
+from mjsim.errors import UsageError, printable
+from mjsim.exchange.robots.xacro.budget import Value, XacroBudget, XacroError, likely
 from mjsim.exchange.robots.xacro.functions import PYTHON, known_names
 from mjsim.exchange.robots.xacro.macros import Macro, Macros, macro_of
 from mjsim.exchange.robots.xacro.nodes import ELEMENT, NAME, Verbatim, XacroNode, nodes_of
@@ -87,7 +87,7 @@ class Expander:
             return ""
         if name in PYTHON:
             return PYTHON[name]
-        suggestion = did_you_mean(name, (key for key in declared if key.isidentifier()))
+        suggestion = likely(name, (key for key in declared if key.isidentifier()))
         hint = suggestion if suggestion.startswith("; did") else "; declare it"
         raise XacroError(f"no xacro:property '{name:.60}'{hint}, or give --arg {name:.60}=VALUE")
 
@@ -122,8 +122,7 @@ class Expander:
 
     def _property(self, node: XacroNode, _: XacroNode, scope: Scope, __: Macros) -> None:
         name = self._text.text(node.required("name"), scope)
-        if not name.isidentifier() or name.startswith("__"):
-            raise XacroError(f"a property cannot be called '{name:.60}'; write letters, digits and _")
+        _require_identifier(name, "a property")
         given = node.attributes
         if self._flag(node, "remove", scope):
             scope.remove(name)
@@ -237,7 +236,7 @@ class Expander:
             raise XacroError(f"the macro takes {len(names)} blocks, and has {len(blocks)}; give as many")
         for name in values:
             if name not in macro.parameters:
-                raise XacroError(f"the macro has no parameter '{name:.60}'{did_you_mean(name, macro.parameters)}")
+                raise XacroError(f"the macro has no parameter '{name:.60}'{likely(name, macro.parameters)}")
         found: dict[str, Value | XacroNode] = {**values, **dict(zip(names, blocks, strict=True))}
         for name in macro.parameters:
             if name not in found:
@@ -254,8 +253,9 @@ class Expander:
         return self._evaluated(default.text, scope)
 
     def _include(self, node: XacroNode, into: XacroNode, scope: Scope, macros: Macros) -> None:
-        space = self._text.text(node.attributes["ns"], scope) if "ns" in node.attributes else None
-        if space is not None:
+        if "ns" in node.attributes:
+            space = self._text.text(node.attributes["ns"], scope)
+            _require_identifier(space, "a namespace")
             macros.spaces[space] = macros = Macros()
             inner = Scope(self._evaluated, parent=scope, namespace=True)
             scope.set(space, inner)
@@ -310,8 +310,13 @@ def _found(name: str, scope: Scope, macros: Macros) -> tuple[Macro, Scope, Macro
             at, scope = found, inner
         macro = at.find(last)
     if macro is None:
-        raise XacroError(f"no macro is called '{name:.60}'{did_you_mean(name, at.names())}")
+        raise XacroError(f"no macro is called '{name:.60}'{likely(name, at.names())}")
     return macro, scope, at
+
+
+def _require_identifier(name: str, what: str) -> None:
+    if not name.isidentifier() or name.startswith("__"):
+        raise XacroError(f"{what} cannot be called '{name:.60}'; write letters, digits and _")
 
 
 def _require_name(name: str) -> None:
@@ -325,4 +330,4 @@ def _placed(node: XacroNode) -> Iterator[None]:
     try:
         yield
     except XacroError as error:
-        raise UsageError(f"{node.file}:{node.line}:{node.column}: {error}") from None
+        raise UsageError(printable(f"{node.file}:{node.line}:{node.column}: {error}")) from None

@@ -8,8 +8,7 @@ import ast
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, TypeAlias
 
-from mjsim.errors import did_you_mean
-from mjsim.exchange.robots.xacro.budget import TooLargeError, Value, XacroBudget, XacroError, weight_of
+from mjsim.exchange.robots.xacro.budget import TooLargeError, Value, XacroBudget, XacroError, likely, weight_of
 from mjsim.exchange.robots.xacro.functions import BINARY, COMPARISONS, METHODS, UNARY, Function, Module
 from mjsim.exchange.robots.xacro.scope import Scope
 from mjsim.syntax import parse_python
@@ -104,7 +103,7 @@ class _Evaluation:
         if isinstance(holder, dict):
             entries = holder
         if name not in entries:
-            suggestion = did_you_mean(name, (key for key in entries if isinstance(key, str)))
+            suggestion = likely(name, (key for key in entries if isinstance(key, str)))
             raise XacroError(f"there is no '{name:.40}' in this {type(holder).__name__.lower()}{suggestion}")
         return entries[name]
 

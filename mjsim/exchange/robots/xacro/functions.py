@@ -11,6 +11,7 @@ from mjsim.exchange.robots.xacro.budget import LARGEST, MAX_BITS, TooLargeError,
 
 MAX_ARGUMENT = 200
 """Maximum argument of functions whose result grows faster than a power."""
+LONGEST_RANGE = 10_000
 MAX_DIGITS = 30
 """Maximum number of digits to which a number is rounded."""
 _CONVERSIONS = re.compile(r"(?:[^%]|%%|%(?:\(\w+\))?[-+ #]*\d{0,2}(?:\.\d{0,2})?[diouxXeEfFgGsr])*")
@@ -37,9 +38,13 @@ class Module:
     members: Mapping[str, "Function | Value"]
 
 
+def _bits(base: int) -> int:
+    return base.bit_length() if abs(base) > 1 else 0
+
+
 def power(base: Any, exponent: Any) -> Any:
     """Return a power of bounded size."""
-    if isinstance(base, int) and isinstance(exponent, int) and base.bit_length() * abs(exponent) > MAX_BITS:
+    if isinstance(base, int) and isinstance(exponent, int) and _bits(base) * exponent > MAX_BITS:
         raise TooLargeError
     result = base**exponent
     if isinstance(result, complex):
@@ -67,7 +72,7 @@ def remainder(left: Any, right: Any) -> Any:
 
 def _range(*bounds: int) -> Value:
     numbers = range(*bounds)
-    if len(numbers) > LARGEST:
+    if len(numbers) > LONGEST_RANGE:
         raise TooLargeError
     return list(numbers)
 

@@ -106,9 +106,11 @@ def nodes_of(text: str, file: str, budget: XacroBudget) -> XacroNode:
         budget: Counts elements.
     """
     reader = _Reader(file, budget)
-    reader.parser.Parse(text.encode(), True)
-    if reader.root is None:
-        raise XacroError(f"{file} has no element; write one")
+    try:
+        reader.parser.Parse(text.encode(), True)
+    except expat.ExpatError as error:
+        raise XacroError(f"{file}:{error.lineno}:{error.offset + 1}: this is not XML; correct it") from None
+    assert reader.root is not None
     return reader.root
 
 

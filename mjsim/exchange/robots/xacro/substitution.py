@@ -6,8 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from mjsim.errors import did_you_mean
-from mjsim.exchange.robots.xacro.budget import Value, XacroBudget, XacroError
+from mjsim.exchange.robots.xacro.budget import Value, XacroBudget, XacroError, likely
 from mjsim.exchange.robots.xacro.expressions import evaluated
 from mjsim.exchange.robots.xacro.functions import SUBSTITUTED
 from mjsim.exchange.robots.xacro.scope import Scope
@@ -142,7 +141,7 @@ class Substitution:
         words = text.split()
         command = self._commands.get(words[0] if words else "")
         if command is None:
-            problem = f"$({text:.60}) is not known{did_you_mean(words[0] if words else '', [*self._commands, 'eval'])}"
+            problem = f"$({text:.60}) is not known{likely(words[0] if words else '', [*self._commands, 'eval'])}"
             raise XacroError(problem)
         try:
             return command(*words[1:])
