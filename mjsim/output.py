@@ -11,10 +11,12 @@ import os
 import shutil
 import stat
 import tempfile
+from abc import abstractmethod
 from collections.abc import Container, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from hashlib import sha256
 from pathlib import Path, PurePosixPath
+from typing import IO
 
 from mjsim.closing import Closes
 from mjsim.errors import UsageError
@@ -23,7 +25,22 @@ LIST = ".mjsim-files.json"
 """Name of the file that lists the files of a report or comparison in their folder."""
 
 
-class NewFile(Closes):
+class Destination(Closes):
+    """Where a file is written; without `publish`, nothing of it stays."""
+
+    path: Path
+    """Its destination, as the user named it."""
+
+    @abstractmethod
+    def opened(self) -> IO[bytes]:
+        """Return a file to write to, in which one can go back; who closes it leaves the place as it is."""
+
+    @abstractmethod
+    def publish(self) -> None:
+        """Make the file appear at its destination."""
+
+
+class NewFile(Destination):
     """A file being written beside its destination; `publish` moves it there in one step.
 
     While it is open, its name is reserved: any other writer of the same path is refused, in this process and in others.
@@ -43,7 +60,6 @@ class NewFile(Closes):
             OSError: It cannot be written.
         """
         self.path = Path(path)
-        """The destination, as the user named it."""
         self._overwrite = overwrite
         require_free(self.path, overwrite=overwrite)
         self._place = Path(os.path.realpath(self.path))
@@ -67,6 +83,10 @@ class NewFile(Closes):
         """Return the descriptor of the open file, which this object owns."""
         assert self._descriptor is not None, "it is open from the beginning"
         return self._descriptor
+
+    def opened(self) -> IO[bytes]:
+        """Return the file opened for writing, by a descriptor of its own."""
+        return os.fdopen(os.dup(self.fileno()), "wb", buffering=0)
 
     def publish(self) -> None:
         """Move the file to its destination; further calls do nothing.

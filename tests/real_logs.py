@@ -8,6 +8,10 @@ import pytest
 
 from mjsim.cli import main
 from mjsim.geometry import Array, Pose, wrap_angle
+from mjsim.logs import Wishes
+from mjsim.logs.kinds import convert
+from mjsim.logs.output import recorded
+from mjsim.record import Recording
 
 START = 1248272272.84
 """Time of the log at its start, as clocks of computers count [s]."""
@@ -100,3 +104,8 @@ def run_command(*words: object) -> int:
     with pytest.raises(SystemExit) as end:
         main([str(word) for word in words])
     return int(end.value.code or 0)
+
+
+def imported(source: Path, *, wishes: Wishes | None = None, record: Path | None = None) -> Recording:
+    """Import a log in this process, as `mjsim.import_log` does in a child."""
+    return recorded(lambda output: convert(Path(source), wishes or Wishes(), output), record=record)

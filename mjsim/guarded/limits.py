@@ -20,13 +20,17 @@ class Allowance:
     """Private memory [bytes]; also the largest value that it may hand back."""
     seconds: float = SECONDS
     """Time that the caller waits for it, and processor time that it may use, for one call [s]."""
+    each: float = 0.0
+    """Time from one part to the next of a value that is handed back in parts, where less than this is left [s]."""
+    written: int = 1 << 40
+    """Maximum size of a temporary file [bytes]."""
 
     def __post_init__(self) -> None:
         """Check that they are above 0."""
-        if self.memory <= 0 or not 0.0 < self.seconds < float("inf"):
+        if min(self.memory, self.written) <= 0 or not 0.0 < self.seconds < float("inf"):
             raise ValueError(f"limits are {self.memory} bytes and {self.seconds} s; both must be above 0")
 
 
-def limits_for(size: int) -> Allowance:
+def limits_for(size: int, *, memory_per_byte: int = MEMORY_PER_BYTE) -> Allowance:
     """Return the limits for a file of some size [bytes]."""
-    return Allowance(memory=MEMORY + MEMORY_PER_BYTE * size, seconds=SECONDS + SECONDS_PER_MEGABYTE * size / 1e6)
+    return Allowance(memory=MEMORY + memory_per_byte * size, seconds=SECONDS + SECONDS_PER_MEGABYTE * size / 1e6)

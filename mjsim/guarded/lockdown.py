@@ -52,13 +52,12 @@ def _limited(limits: Allowance, scratch: Path | None) -> bool:
         import resource
     except ImportError:  # Windows
         return False
-    written = 0 if scratch is None else resource.RLIM_INFINITY
+    written = 0 if scratch is None else limits.written
     others = {resource.RLIMIT_CORE: 0, resource.RLIMIT_FSIZE: written, resource.RLIMIT_NOFILE: MOST_FILES}
     for which, value in others.items():
         _limit(which, value)
-    if scratch is None:
-        # A write fails then instead of ending the process.
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    # A write fails then instead of ending the process.
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     whole = _limit(resource.RLIMIT_AS, limits.memory + LIBRARIES)
     # Data counts what is private and writable on Linux alone; elsewhere it is the heap.
     return _limit(resource.RLIMIT_DATA, limits.memory) and whole and sys.platform == "linux"

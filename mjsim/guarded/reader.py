@@ -126,15 +126,22 @@ class Reader(Closes):
 
     def call(self, function: str, /, *arguments: Any, about: str | Path, size: int = 0, **keywords: Any) -> Any:
         """Return the value of a function; see `guarded`."""
-        answers = self._answers(Call(function, arguments, keywords), str(about), size)
+        answers = self._answers(Call(function, arguments, keywords), str(about), limits_for(size))
         # A function that gives parts here is asked for none of them.
         return next((answer["value"] for answer in answers if "value" in answer), None)
 
     def parts(
-        self, function: str, /, *arguments: Any, about: str | Path, size: int = 0, **keywords: Any
+        self,
+        function: str,
+        /,
+        *arguments: Any,
+        about: str | Path,
+        size: int = 0,
+        limits: Allowance | None = None,
+        **keywords: Any,
     ) -> Iterator[Any]:
         """Yield the values of a generator function; see `guarded_parts`. Who stops early ends the child."""
-        for answer in self._answers(Call(function, arguments, keywords), str(about), size):
+        for answer in self._answers(Call(function, arguments, keywords), str(about), limits or limits_for(size)):
             if "part" in answer:
                 yield answer["part"]
 
@@ -157,14 +164,14 @@ class Reader(Closes):
         if child is not None:
             child.kill()
 
-    def _answers(self, call: Call, about: str, size: int) -> Iterator[Mapping[str, Any]]:
+    def _answers(self, call: Call, about: str, limits: Allowance) -> Iterator[Mapping[str, Any]]:
         """Yield the answers to a call up to its value; the child ends if it failed, or if the caller stops early."""
         whole = False
         self.start()
         child = self._child
         assert child is not None, "it was started"
         try:
-            for answer in child.answers(call, limits_for(size), about):
+            for answer in child.answers(call, limits, about):
                 whole = "value" in answer
                 yield answer
         except MjsimError:
@@ -246,6 +253,9 @@ class _Child:
                 before = time.monotonic()
                 answer = self._timed(left)
                 left -= time.monotonic() - before
+                if left < limits.each:
+                    left = limits.each
+                    _allow_time(self._process.pid, left)
                 _raise_error(answer, about, self._memory)
                 yield answer
                 if "value" in answer:

@@ -26,11 +26,12 @@ from mjsim.logs.bag_gps import gps_poses
 from mjsim.logs.bag_messages import UPSIDE_DOWN, assumed_intrinsics, intrinsics_of, is_clockwise, scan_of, unread_lens
 from mjsim.logs.bag_pictures import depth_of, frame_of, shown_depth
 from mjsim.logs.bag_topics import ODOMETRY, TRANSFORMS, RobotTopics, plain_topic, robots_of
-from mjsim.logs.log import AHEAD, Log, Mount, Wishes
+from mjsim.logs.log import AHEAD, Log, Mount
 from mjsim.logs.merge import continuous, longest_gap, track_of
 from mjsim.logs.readings import TOGETHER, Damage, DamagedReadingError, InertialTable, Readings, partners
 from mjsim.logs.robot_log import NO_ODOMETRY, RESTARTS, RobotLog
 from mjsim.logs.sweep import beam_times, last_beam, swept
+from mjsim.logs.wishes import Wishes
 from mjsim.record import LoggedCamera, LoggedFrame, logged_frame
 
 __all__ = ["is_bag", "read_bag"]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mjsim.errors import RecordingError, UsageError
 from mjsim.geometry import Array, places_at, wrap_angles
-from mjsim.logs.kinds import import_log
+from mjsim.logs.importing import import_log
 from mjsim.output import require_free
 from mjsim.record import Recording, Track, read_recording
 

@@ -22,10 +22,11 @@ from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.interface import ImuReading, Scan, Sighting
 from mjsim.logs.csv_table import CsvTable, headings, read_csv
-from mjsim.logs.log import BEARING, MOTION, RANGE, Log, Mount, Wishes
+from mjsim.logs.log import BEARING, MOTION, RANGE, Log, Mount
 from mjsim.logs.readings import kept
 from mjsim.logs.robot_log import RobotLog
 from mjsim.logs.text import lies_in, lines_of
+from mjsim.logs.wishes import Wishes
 from mjsim.world import Model, read_described
 
 

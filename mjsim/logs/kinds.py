@@ -1,23 +1,25 @@
-"""Detects the format of a log, and imports it."""
+"""Detects the format of a log, and converts it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 
 from mjsim.errors import LONGEST_MESSAGE, UsageError
-from mjsim.logs import columns, mrclam, victoria_park
+from mjsim.logs import columns
 from mjsim.logs.bags import is_bag, read_bag
 from mjsim.logs.carmen import is_carmen, read_carmen
 from mjsim.logs.euroc import is_euroc, read_euroc
-from mjsim.logs.log import Log, Wishes, record_logs
+from mjsim.logs.log import Log, record_logs
+from mjsim.logs.mrclam import convert_mrclam
+from mjsim.logs.output import Output
 from mjsim.logs.rgbd import is_rgbd, read_rgbd
 from mjsim.logs.text import lines_of
 from mjsim.logs.usable import require_motion, usable
-from mjsim.output import require_free
-from mjsim.record import Recording, is_mcap
-from mjsim.world import Run, step_misfit
+from mjsim.logs.victoria_park import convert_victoria_park
+from mjsim.logs.wishes import Wishes
+from mjsim.record import is_mcap
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,63 +65,42 @@ ZSTD = (".zst", ".zstd")
 PACKED = (".tar", ".tgz", ".txz", ".zip", ".tar.gz", ".tar.xz", ".tar.bz2", ".7z")
 
 
-def import_log(
-    source: str | Path,
-    *,
-    wishes: Wishes | None = None,
-    record: str | Path | None = None,
-    progress: Callable[[float], None] | None = None,
-    overwrite: bool = False,
-) -> Recording:
-    """Convert the log of a real robot to a recording; the format is detected from its files.
+def convert(path: Path, wishes: Wishes, output: Output) -> Iterator[float]:
+    """Convert the log of a real robot to a recording, and yield the progress [%].
 
     Args:
-        source: A file or a folder; if a folder is not a log but contains a single one, that is imported.
+        path: A file or a folder; if a folder is not a log but contains a single one, that is converted.
         wishes: What to import, and the noise given to modules.
-        record: The MCAP file to write; by default a temporary one, deleted with the recording.
-        progress: Called with the progress [%].
-        overwrite: Whether `record` may replace a file.
+        output: The recording.
 
     Raises:
-        UsageError: It is not a supported log, a file is invalid (the message has file and line), an option does not
-            apply to its format; or `record` exists, or is a file of the log.
-        RecordingError: The file cannot be written.
+        UsageError: It is not a supported log, a file is invalid (the message has file and line), or an option does not
+            apply to its format.
+        RecordingError: The recording cannot be written.
     """
-    path, wishes = Path(source), wishes or Wishes()
-    if not path.exists():
-        raise UsageError(f"no file or folder '{path}'")
-    _require_possible(path, wishes, record)
     if path.is_dir() and (path / "Barcodes.dat").exists():
         _refuse(wishes, "MRCLAM", robots=True, landmarks=True)
-        return _import_mrclam(path, wishes, record, progress, overwrite)
+        return convert_mrclam(path, wishes, output)
     if path.is_dir() and (path / "inputs.dat").exists():
         _refuse(wishes, "Victoria Park", robots=False, landmarks=False)
-        return _import_victoria_park(path, wishes, record, progress, overwrite)
+        return convert_victoria_park(path, wishes, output)
     packed = path.name.lower().endswith(PACKED)
     kind = None if packed else next((kind for kind in KINDS if kind.is_one(path)), None)
     if kind is None:
         inside = _logs_in(path) if path.is_dir() else []
         if len(inside) != 1:
             raise UsageError(_unknown(path, inside))
-        return import_log(path / inside[0], wishes=wishes, record=record, progress=progress, overwrite=overwrite)
+        return convert(path / inside[0], wishes, output)
     _refuse(wishes, kind.name, robots=kind.robots, landmarks=kind.landmarks, topics=kind.topics)
-    if record is not None:
-        # Before a long log is read.
-        require_free(Path(record), overwrite=overwrite)
+    return _read_and_written(kind, path, wishes, output)
+
+
+def _read_and_written(kind: Kind, path: Path, wishes: Wishes, output: Output) -> Iterator[float]:
     with ExitStack() as stack:
         logs = [usable(log) for log in kind.read(path, wishes, stack)]
         for log in logs:
             require_motion(log, path)
-        return record_logs(logs, path, wishes, record=record, progress=progress, overwrite=overwrite)
-
-
-def _require_possible(path: Path, wishes: Wishes, record: str | Path | None) -> None:
-    """Refuse a recording that would replace a file of the log, and a rate that is not possible."""
-    place = None if record is None else Path(record).resolve()
-    if place is not None and place.exists() and place.is_relative_to(path.resolve()):
-        raise UsageError(f"'{record}' is a file of the log; name another file")
-    if wishes.rate_hz is not None and (misfit := step_misfit("a tick", wishes.rate_hz, Run().step)) is not None:
-        raise UsageError(f"--rate: {misfit}")
+        yield from record_logs(logs, path, wishes, output)
 
 
 def _unknown(path: Path, inside: Sequence[str]) -> str:
@@ -179,46 +160,3 @@ def _refuse(wishes: Wishes, kind: str, *, robots: bool, landmarks: bool, topics:
         raise UsageError(f"{kind} has one robot; leave out --robot")
     if wishes.known_map and not landmarks:
         raise UsageError(f"{kind} has no known map; leave out --known-map")
-
-
-def _number(robot: str) -> int:
-    """Return the number of a robot of MRCLAM."""
-    if not robot.isdecimal():
-        raise UsageError(f"no robot '{robot}'; MRCLAM numbers its robots 1 to 5")
-    return int(robot)
-
-
-def _import_mrclam(
-    path: Path, wishes: Wishes, record: str | Path | None, progress: Callable[[float], None] | None, overwrite: bool
-) -> Recording:
-    return mrclam.import_mrclam(
-        path,
-        robots=[_number(robot) for robot in wishes.robots] or None,
-        rate_hz=wishes.rate_hz or mrclam.RATE,
-        begin=wishes.begin,
-        seconds=wishes.seconds,
-        known_map=wishes.known_map,
-        motion=wishes.motion_over(mrclam.MOTION),
-        sighting=wishes.sighting_over(mrclam.RANGE, mrclam.BEARING),
-        bias=wishes.bias,
-        record=record,
-        progress=progress,
-        overwrite=overwrite,
-    )
-
-
-def _import_victoria_park(
-    path: Path, wishes: Wishes, record: str | Path | None, progress: Callable[[float], None] | None, overwrite: bool
-) -> Recording:
-    return victoria_park.import_victoria_park(
-        path,
-        rate_hz=wishes.rate_hz or victoria_park.RATE,
-        begin=wishes.begin,
-        seconds=wishes.seconds,
-        motion=wishes.motion_over(victoria_park.MOTION),
-        sighting=wishes.sighting_over(victoria_park.RANGE, victoria_park.BEARING),
-        bias=wishes.bias,
-        record=record,
-        progress=progress,
-        overwrite=overwrite,
-    )

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -12,13 +12,13 @@ from mjsim.errors import LONGEST_MESSAGE, UsageError, WorldError
 from mjsim.geometry import Pose, Pose3, places_at, poses_at
 from mjsim.interface import PointCloud, Scan
 from mjsim.logs.merge import MotionNoise, continuous
-from mjsim.logs.noise_file import UNBIASED, Bias, read_noise
 from mjsim.logs.origin import near_origin
+from mjsim.logs.output import Output
 from mjsim.logs.readings import sensors_of, stamps_of
 from mjsim.logs.robot_log import NO_ODOMETRY, RESTARTS, RobotLog, write_robot_logs
 from mjsim.logs.ticks import cut, name_from
-from mjsim.output import require_free
-from mjsim.record import LoggedCamera, Recording
+from mjsim.logs.wishes import Wishes
+from mjsim.record import LoggedCamera
 from mjsim.world import World, parse_world
 
 MOTION = MotionNoise(distance=0.05, turn=0.1, veer=0.02)
@@ -37,60 +37,6 @@ STEEPEST = 89.0
 
 AHEAD = np.array([[0.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.3], [0.0, 0.0, 0.0, 1.0]])
 """robot_from_camera of a camera that looks ahead, 0.3 m above the floor; used if a log gives no pose [m]."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Wishes:
-    """Options of an import; those that a log does not support are refused."""
-
-    rate_hz: float | None = None
-    """Ticks per second; by default chosen for the log."""
-    begin: float = 0.0
-    """Time to skip at the beginning [s]."""
-    seconds: float | None = None
-    """Duration to import [s]; by default all."""
-    robots: Sequence[str] = ()
-    """Robots to import from a log with several, by number or name; by default all."""
-    topics: Mapping[str, Sequence[str]] = field(default_factory=dict)
-    """For a bag: kind of data, such as 'odometry' or 'scan' -> topics to read."""
-    deskew: bool = False
-    """For a bag: whether beams are moved, by odometry, to where the lidar was at the last one of their scan."""
-    known_map: bool = False
-    """Whether modules get the positions of landmarks."""
-    motion: Mapping[str, float] = field(default_factory=dict)
-    """Fields of `MotionNoise` that replace the defaults of the log's format."""
-    range_noise: float | None = None
-    """Standard deviation of a sighting's range [m]."""
-    bearing_noise: float | None = None
-    """Standard deviation of a sighting's bearing [rad]."""
-    bias: Bias = UNBIASED
-    """Systematic errors that are subtracted from odometry and sightings."""
-
-    def measured_by(self, path: str | Path) -> "Wishes":
-        """Return these options with noise and bias from a file of `mjsim calibrate -o`; noise set here has priority.
-
-        Raises:
-            WorldError: The file is wrong (the message has line and column), or cannot be read.
-        """
-        errors = read_noise(path)
-        return replace(
-            self,
-            motion={**errors.noise.motion(), **self.motion},
-            range_noise=errors.noise.range if self.range_noise is None else self.range_noise,
-            bearing_noise=errors.noise.bearing() if self.bearing_noise is None else self.bearing_noise,
-            bias=errors.bias,
-        )
-
-    def motion_over(self, noise: MotionNoise) -> MotionNoise:
-        """Return noise with the requested values replaced."""
-        return replace(noise, **self.motion)
-
-    def sighting_over(self, range_deviation: float, bearing_deviation: float) -> tuple[float, float]:
-        """Return the standard deviations of a sighting with the requested values replaced [m, rad]."""
-        return (
-            range_deviation if self.range_noise is None else self.range_noise,
-            bearing_deviation if self.bearing_noise is None else self.bearing_noise,
-        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -142,27 +88,20 @@ def record_logs(
     logs: Sequence[Log],
     source: Path,
     wishes: Wishes,
-    *,
-    record: str | Path | None,
-    progress: Callable[[float], None] | None = None,
-    overwrite: bool = False,
-) -> Recording:
-    """Write the logs of some robots, with a common clock, as a recording and return it.
+    output: Output,
+) -> Iterator[float]:
+    """Write the logs of some robots, with a common clock, as a recording, and yield the progress [%].
 
     Args:
         logs: One per robot, with different names.
         source: The file or folder that they were read from.
         wishes: Options of the user.
-        record: The MCAP file; a temporary one, deleted with the recording, if None.
-        progress: Called with the progress [%].
-        overwrite: Whether `record` may replace a file.
+        output: The recording.
 
     Raises:
-        UsageError: The file exists, or the selected part of the log is empty.
+        UsageError: The selected part of the log is empty.
         RecordingError: The file cannot be written.
     """
-    if record is not None:
-        require_free(Path(record), overwrite=overwrite)
     logs = [_continuous(log, f"{RESTARTS} of {log.name}" if len(logs) > 1 else RESTARTS) for log in logs]
     robots, marks, origin = near_origin([log.robot for log in logs], [log.landmarks for log in logs])
     logs = [
@@ -194,9 +133,7 @@ def record_logs(
         bias=wishes.bias,
         metadata={"log": logs[0].kind, "log source": str(source), **notes},
         cameras={(log.name, name): camera for log in logs for name, camera in log.cameras.items()},
-        record=record,
-        overwrite=overwrite,
-        progress=progress,
+        output=output,
     )
 
 

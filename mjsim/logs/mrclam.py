@@ -21,7 +21,7 @@ References:
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -31,12 +31,11 @@ from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array, places_at
 from mjsim.interface import Sighting
 from mjsim.logs.merge import MotionNoise
-from mjsim.logs.noise_file import UNBIASED, Bias
+from mjsim.logs.output import Output
 from mjsim.logs.robot_log import RobotLog, write_robot_logs
 from mjsim.logs.table import TIME, read_table, whole_numbers
 from mjsim.logs.ticks import cut, name_from
-from mjsim.output import require_free
-from mjsim.record import Recording
+from mjsim.logs.wishes import Wishes
 from mjsim.world import World, parse_world
 
 MOTION = MotionNoise(distance=0.1, turn=0.2, veer=0.06)
@@ -70,55 +69,24 @@ class _Files:
     """Number of measurements of other robots and of unknown barcodes."""
 
 
-def import_mrclam(
-    folder: str | Path,
-    *,
-    robots: Sequence[int] | None = None,
-    rate_hz: float = RATE,
-    begin: float = 0.0,
-    seconds: float | None = None,
-    known_map: bool = False,
-    motion: MotionNoise = MOTION,
-    sighting: tuple[float, float] = (RANGE, BEARING),
-    bias: Bias = UNBIASED,
-    record: str | Path | None = None,
-    progress: Callable[[float], None] | None = None,
-    overwrite: bool = False,
-) -> Recording:
-    """Return a data set as a recording: robots 'robot1' and so on, landmarks 'landmark6' and so on.
-
-    Time 0 is when all files of these robots have started. Sightings of other robots are left out.
-
-    Args:
-        folder: Folder of the text files.
-        robots: Numbers of the robots; by default all in the folder.
-        rate_hz: Ticks per second.
-        begin: Time to skip at the beginning [s].
-        seconds: Duration to import [s]; by default all.
-        known_map: Whether modules get the positions of the landmarks.
-        motion: Noise of the logged motion.
-        sighting: Standard deviations of range and bearing [m, rad].
-        bias: Systematic errors that are subtracted from odometry and sightings.
-        record: The MCAP file to write; by default a temporary one, deleted with the recording.
-        progress: Called with the progress [%].
-        overwrite: Whether `record` may replace a file.
+def convert_mrclam(folder: Path, wishes: Wishes, output: Output) -> Iterator[float]:
+    """Convert a data set to a recording, and yield the progress [%].
 
     Raises:
-        UsageError: A file does not exist or is invalid (the message has file and line), or `record` exists.
-        RecordingError: The file cannot be written.
+        UsageError: A file does not exist or is invalid (the message has file and line).
+        RecordingError: The recording cannot be written.
     """
-    folder = Path(folder)
-    if record is not None:
-        require_free(Path(record), overwrite=overwrite)
+    rate, sighting = wishes.rate_hz or RATE, wishes.sighting_over(RANGE, BEARING)
+    robots = [_number(robot) for robot in wishes.robots]
     subjects = _subjects(folder)
     landmarks = _landmarks(folder)
     cuts: dict[str, str] = {}
     files = {f"robot{n}": _read_robot(folder, n, subjects, landmarks, sighting, cuts) for n in _numbers(folder, robots)}
-    if known_map and landmarks is None:
+    if wishes.known_map and landmarks is None:
         raise UsageError(f"no 'Landmark_Groundtruth.dat' in '{folder}'; its map is unknown, leave out --known-map")
     tables = [table for each in files.values() for table in (each.truth, each.twists) if table is not None]
     first, last = max(float(table[0, 0]) for table in tables), min(float(table[-1, 0]) for table in tables)
-    span = cut(first, last, begin=begin, seconds=seconds, rate_hz=rate_hz)
+    span = cut(first, last, begin=wishes.begin, seconds=wishes.seconds, rate_hz=rate)
     logs = {
         name: RobotLog(
             twists=each.twists,
@@ -129,30 +97,35 @@ def import_mrclam(
         )
         for name, each in files.items()
     }
-    world = _world(folder, files, landmarks or {}, span, rate_hz=rate_hz, known_map=known_map, sighting=sighting)
+    world = _world(folder, files, landmarks or {}, span, rate_hz=rate, known_map=wishes.known_map, sighting=sighting)
     left_out = {f"{name} measurements of no landmark": str(each.unknown) for name, each in files.items()}
     unknown = {f"{name} truth": "not in the log" for name, each in files.items() if each.truth is None}
     metadata = {"log": "mrclam", "log folder": str(folder), **left_out, **unknown, **cuts}
-    return write_robot_logs(
+    yield from write_robot_logs(
         world,
         logs,
         span=span,
-        noise=motion,
-        bias=bias,
+        noise=wishes.motion_over(MOTION),
+        bias=wishes.bias,
         metadata=metadata,
-        record=record,
-        overwrite=overwrite,
-        progress=progress,
+        output=output,
     )
 
 
-def _numbers(folder: Path, requested: Sequence[int] | None) -> list[int]:
+def _number(robot: str) -> int:
+    """Return the number of a robot."""
+    if not robot.isdecimal():
+        raise UsageError(f"no robot '{robot}'; MRCLAM numbers its robots 1 to 5")
+    return int(robot)
+
+
+def _numbers(folder: Path, requested: Sequence[int]) -> list[int]:
     """Return the numbers of the robots to read."""
     files = (re.fullmatch(r"Robot(\d+)_Odometry\.dat", path.name) for path in folder.iterdir())
     present = sorted(int(match[1]) for match in files if match)
     if not present:
         raise UsageError(f"no file Robot1_Odometry.dat in '{folder}'; it is not an MRCLAM data set")
-    for number in requested or ():
+    for number in requested:
         if number not in present:
             raise UsageError(f"no robot {number} in '{folder}'{did_you_mean(str(number), map(str, present))}")
     return sorted(set(requested)) if requested else present

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -22,10 +23,12 @@ from mjsim.interface import (
     Sighting,
     WheelTicks,
 )
-from mjsim.logs.log import AHEAD, Log, Wishes, world_of
+from mjsim.logs.log import AHEAD, Log, world_of
+from mjsim.logs.output import recorded
 from mjsim.logs.readings import at_stamps, kept
 from mjsim.logs.robot_log import RobotLog
 from mjsim.logs.ticks import write_ticks
+from mjsim.logs.wishes import Wishes
 from mjsim.output import require_free
 from mjsim.record import LoggedCamera, LoggedFrame, Recording, check_fit, logged_frame
 from mjsim.world import Camera, World, step_misfit
@@ -90,15 +93,14 @@ def write_log(
         )
     first = observations[0].time
 
-    return write_ticks(
+    write = partial(
+        write_ticks,
         room,
         {robot: _Observed(observations, poses, first, room.run.steps_per_tick * room.run.step)},
         metadata={"log": "observations", "log start": repr(first), **{k: str(v) for k, v in (metadata or {}).items()}},
         cameras={(robot, name): camera for name, camera in cameras.items()},
-        record=record,
-        overwrite=overwrite,
-        progress=progress,
     )
+    return recorded(lambda output: write(output=output), record=record, overwrite=overwrite, progress=progress)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

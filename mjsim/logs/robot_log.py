@@ -1,10 +1,9 @@
 """Converts the log of one robot, with separate times for each sensor, to observations at ticks."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeVar
 
@@ -15,9 +14,10 @@ from mjsim.geometry import Array, Pose3, places_at, poses_at
 from mjsim.interface import Command, ImuReading, Observation, Odometry, PointCloud, Scan, Sighting
 from mjsim.logs.merge import MotionNoise, motions, track_motions, unknown_motion
 from mjsim.logs.noise_file import UNBIASED, Bias, bias_note
+from mjsim.logs.output import Output
 from mjsim.logs.readings import Damage, DamagedReadingError, Readings, at_stamps, stamps_of
 from mjsim.logs.ticks import write_ticks
-from mjsim.record import LoggedCamera, LoggedFrame, Recording
+from mjsim.record import LoggedCamera, LoggedFrame
 from mjsim.world import World
 
 SAME_TIME = 2e-6
@@ -77,11 +77,9 @@ def write_robot_logs(
     bias: Bias = UNBIASED,
     metadata: Mapping[str, str],
     cameras: Mapping[tuple[str, str], LoggedCamera] = MappingProxyType({}),
-    record: str | Path | None,
-    overwrite: bool,
-    progress: Callable[[float], None] | None,
-) -> Recording:
-    """Write logs as a recording and return it.
+    output: Output,
+) -> Iterator[float]:
+    """Write logs as a recording, and yield the progress [%].
 
     Args:
         world: With the robots at their starts; its rate is that of the ticks.
@@ -91,13 +89,10 @@ def write_robot_logs(
         bias: Subtracted from odometry and sightings.
         metadata: Origin of the log.
         cameras: Data sheets of cameras whose pictures are stored, by robot and camera.
-        record: The MCAP file; a temporary one, deleted with the recording, if None.
-        overwrite: Whether that may replace a file.
-        progress: Called with the progress [%].
+        output: The recording.
 
     Raises:
-        UsageError: The file exists.
-        RecordingError: The file cannot be written.
+        RecordingError: It cannot be written.
     """
     dt = world.run.steps_per_tick * world.run.step
     count = int((span[1] - span[0]) / dt + 1e-9) + 1
@@ -113,9 +108,7 @@ def write_robot_logs(
         metadata={"log start": repr(span[0]), **left_out, **bias_note(bias), **metadata},
         damage={name: log.damage for name, log in logs.items()},
         cameras=cameras,
-        record=record,
-        overwrite=overwrite,
-        progress=progress,
+        output=output,
     )
 
 

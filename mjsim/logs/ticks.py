@@ -1,12 +1,9 @@
 """Writes observations of robots, tick by tick, to a recording."""
 
 import re
-import sys
-import weakref
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from shutil import rmtree
 from types import MappingProxyType
 from typing import Protocol
 
@@ -15,18 +12,15 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import Command, Observation
+from mjsim.logs.output import Output
 from mjsim.logs.readings import Damage
-from mjsim.output import temporary_file
 from mjsim.record import (
     LOGGED_CAMERAS,
     LoggedCamera,
     Order,
     Recorder,
-    Recording,
     Tick,
     cameras_text,
-    read_recording,
-    reserve_whole,
     with_logged_cameras,
 )
 from mjsim.run import Driver, Pilot
@@ -65,11 +59,9 @@ def write_ticks(
     metadata: Mapping[str, str],
     cameras: Mapping[tuple[str, str], LoggedCamera] = MappingProxyType({}),
     damage: Mapping[str, Damage] = MappingProxyType({}),
-    record: str | Path | None,
-    overwrite: bool = False,
-    progress: Callable[[float], None] | None = None,
-) -> Recording:
-    """Write the observations of robots as a recording and return it.
+    output: Output,
+) -> Iterator[float]:
+    """Write the observations of robots as a recording, and yield the progress [%].
 
     Args:
         world: With the robots at their starts; its rate is that of the ticks.
@@ -77,36 +69,23 @@ def write_ticks(
         metadata: Origin of the data.
         cameras: Data sheets of cameras whose pictures are stored, by robot and camera.
         damage: Readings that the accounts could not load, by the name of the robot; noted after the last tick.
-        record: The MCAP file; a temporary one, deleted with the recording, if None.
-        overwrite: Whether that may replace a file.
-        progress: Called with the progress [%].
+        output: The recording.
 
     Raises:
-        UsageError: The file exists.
-        RecordingError: The file cannot be written.
+        RecordingError: It cannot be written.
     """
-    if record is None:
-        with temporary_file("log.mcap") as path:
-            recording = write_ticks(
-                world, accounts, metadata=metadata, cameras=cameras, damage=damage, record=path, progress=progress
-            )
-        weakref.finalize(recording, rmtree, path.parent, ignore_errors=True)
-        return recording
     count = len(next(iter(accounts.values())).truth)
     with Simulation(world, seed=SEED) as sim:
-        content = {"command": " ".join(sys.argv), "seconds": str(count * sim.dt), **metadata}
+        content = {"command": output.command, "seconds": str(count * sim.dt), **metadata}
         content |= {LOGGED_CAMERAS: cameras_text(cameras)} if cameras else {}
         infos = with_logged_cameras(sim.robots, cameras)
         robots = {name: _Robot(account, sim, name) for name, account in accounts.items()}
-        place = reserve_whole(record, overwrite=overwrite)
-        with Recorder(place, world=world, seed=SEED, robots=infos, metadata=content) as recorder:
+        with Recorder(output.place, world=world, seed=SEED, robots=infos, metadata=content) as recorder:
             for row, tick in enumerate(_ticks(sim, robots, count), start=1):
                 recorder.write(tick)
-                if progress is not None:
-                    progress(100.0 * row / count)
+                yield 100.0 * row / count
             recorder.add_metadata(_damaged(damage))
-            place.is_whole = True
-    return read_recording(record)
+            output.place.is_whole = True
 
 
 def _damaged(damage: Mapping[str, Damage]) -> dict[str, str]:

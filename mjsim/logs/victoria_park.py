@@ -22,7 +22,7 @@ References:
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -31,12 +31,11 @@ from mjsim.geometry import Array, Pose
 from mjsim.interface import Sighting
 from mjsim.logs.antenna import CarPoses, car_poses
 from mjsim.logs.merge import MotionNoise, motions
-from mjsim.logs.noise_file import UNBIASED, Bias
+from mjsim.logs.output import Output
 from mjsim.logs.robot_log import RobotLog, write_robot_logs
 from mjsim.logs.table import TIME, read_table
 from mjsim.logs.ticks import cut, name_from
-from mjsim.output import require_free
-from mjsim.record import Recording
+from mjsim.logs.wishes import Wishes
 from mjsim.world import World, parse_world
 
 WHEELBASE, ENCODER = 2.83, 0.76
@@ -58,43 +57,14 @@ GAP = 0.5
 NAME = "car"
 
 
-def import_victoria_park(
-    folder: str | Path,
-    *,
-    rate_hz: float = RATE,
-    begin: float = 0.0,
-    seconds: float | None = None,
-    motion: MotionNoise = MOTION,
-    sighting: tuple[float, float] = (RANGE, BEARING),
-    bias: Bias = UNBIASED,
-    record: str | Path | None = None,
-    progress: Callable[[float], None] | None = None,
-    overwrite: bool = False,
-) -> Recording:
-    """Return the data set as a recording of the robot 'car', whose sightings have no names.
-
-    The car starts at the first fix, or without gps.dat at the origin, facing along x. The truth is the pose of the
-    middle of the rear axle, at times close to fixes of the antenna; fixes that disagree with the others are left out.
-
-    Args:
-        folder: Folder of the text files.
-        rate_hz: Ticks per second.
-        begin: Time to skip at the beginning [s].
-        seconds: Duration to import [s]; by default all.
-        motion: Noise of the logged motion.
-        sighting: Standard deviations of range and bearing by the scanner [m, rad].
-        bias: Systematic errors that are subtracted from odometry and sightings.
-        record: The MCAP file to write; by default a temporary one, deleted with the recording.
-        progress: Called with the progress [%].
-        overwrite: Whether `record` may replace a file.
+def convert_victoria_park(folder: Path, wishes: Wishes, output: Output) -> Iterator[float]:
+    """Convert a data set to a recording, and yield the progress [%].
 
     Raises:
-        UsageError: A file does not exist or is invalid (the message has file and line), or `record` exists.
-        RecordingError: The file cannot be written.
+        UsageError: A file does not exist or is invalid (the message has file and line).
+        RecordingError: The recording cannot be written.
     """
-    folder = Path(folder)
-    if record is not None:
-        require_free(Path(record), overwrite=overwrite)
+    rate, sighting = wishes.rate_hz or RATE, wishes.sighting_over(RANGE, BEARING)
     cuts: dict[str, str] = {}
     inputs = read_table(folder / "inputs.dat", (TIME, "velocity", "steering"), notes=cuts)
     columns = (TIME, "range", "bearing", "diameter")
@@ -103,27 +73,25 @@ def import_victoria_park(
     twists = twists_of(inputs)
     found = _fixed(read_table(gps, (TIME, "x", "y"), notes=cuts), twists) if gps.exists() else None
     truth = None if found is None else found.rows
-    span = cut(float(inputs[0, 0]), float(inputs[-1, 0]), begin=begin, seconds=seconds, rate_hz=rate_hz)
+    span = cut(float(inputs[0, 0]), float(inputs[-1, 0]), begin=wishes.begin, seconds=wishes.seconds, rate_hz=rate)
     log = RobotLog(
         twists=twists,
         sightings=[sighting_of(row, np.diag(np.square(sighting))) for row in seen],
         truth=truth if truth is not None and len(truth) else None,
         gap=GAP,
     )
-    world = _world(folder, _first(truth, span[0]), span, rate_hz=rate_hz, sighting=sighting)
+    world = _world(folder, _first(truth, span[0]), span, rate_hz=rate, sighting=sighting)
     metadata = {"log": "victoria park", "log folder": str(folder), "truth is of": "the middle of the rear axle", **cuts}
     if found is not None:
         metadata["gps fixes left out that had jumped"] = str(found.jumped)
-    return write_robot_logs(
+    yield from write_robot_logs(
         world,
         {NAME: log},
         span=span,
-        noise=motion,
-        bias=bias,
+        noise=wishes.motion_over(MOTION),
+        bias=wishes.bias,
         metadata=metadata,
-        record=record,
-        overwrite=overwrite,
-        progress=progress,
+        output=output,
     )
 
 

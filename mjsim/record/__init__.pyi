@@ -31,6 +31,7 @@ from .messages import encode as encode
 from .messages import event_message as event_message
 from .messages import observation_of as observation_of
 from .messages import path_message as path_message
+from .place import WholeFile as WholeFile
 from .place import require_recording_name as require_recording_name
 from .place import reserve as reserve
 from .place import reserve_next as reserve_next

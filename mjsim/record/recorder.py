@@ -13,7 +13,7 @@ import numpy as np
 from mjsim.errors import RecordingError
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import RobotInfo
-from mjsim.output import NewFile
+from mjsim.output import Destination
 from mjsim.record.belief import BeliefMessages
 from mjsim.record.joints import joint_messages
 from mjsim.record.mechanisms import sensor_messages
@@ -63,7 +63,7 @@ class Recorder:
 
     def __init__(
         self,
-        path: str | Path | NewFile,
+        path: str | Path | Destination,
         *,
         world: World,
         seed: int,
@@ -90,7 +90,7 @@ class Recorder:
             for drawing in codec.drawings
             if pictures or not drawing.is_picture
         ]
-        place = reserve(path, overwrite=overwrite)
+        place = path if isinstance(path, Destination) else reserve(path, overwrite=overwrite)
         self._writer = Writer(place, world=world, seed=seed, robots=robots, metadata=metadata)
         dt = min((info.dt for info in robots.values()), default=MAX_DELAY)
         self._is_drawn = pictures

@@ -1,7 +1,6 @@
 """Writes the file of a recording: head, channels and chunks."""
 
 import functools
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
@@ -16,7 +15,7 @@ from mjsim.closing import Closes
 from mjsim.errors import Problem, RecordingError, WorldError
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import Estimate, RobotInfo
-from mjsim.output import NewFile
+from mjsim.output import Destination
 from mjsim.record.file import FILES, METADATA_NAME, WORLD_NAME
 from mjsim.record.grid import grid_message
 from mjsim.record.json_schema import Schema
@@ -89,7 +88,13 @@ class Writer:
     """
 
     def __init__(
-        self, place: NewFile, *, world: World, seed: int, robots: Mapping[str, RobotInfo], metadata: Mapping[str, str]
+        self,
+        place: Destination,
+        *,
+        world: World,
+        seed: int,
+        robots: Mapping[str, RobotInfo],
+        metadata: Mapping[str, str],
     ) -> None:
         """Write the head; the file is published with the first complete tick, or not at all.
 
@@ -221,9 +226,9 @@ class Writer:
 class _File(Closes):
     """The file below the MCAP writer; it keeps the cause of a failure, which the MCAP writer does not report."""
 
-    def __init__(self, place: NewFile) -> None:
+    def __init__(self, place: Destination) -> None:
         # A separate descriptor: what the writer above may still write when it is deleted must not reach another file.
-        self._raw = os.fdopen(os.dup(place.fileno()), "wb", buffering=0)
+        self._raw = place.opened()
         self.failure: OSError | None = None
 
     def write(self, data: bytes | bytearray) -> int:

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import mjsim
 from mjsim.algorithms.ekf_slam import EkfSlam
 from mjsim.bench.slam_rooms import ROOMS, ekf_slam, scores_in_log, scores_in_room
 from mjsim.bench.textbook_slam import TextbookSlam
+from tests.real_logs import imported
 
 pytestmark = pytest.mark.slow
 VARIANTS = ("standard", "first-estimates", "invariant")
@@ -35,7 +35,7 @@ def mrclam(tmp_path_factory):
     folder = tmp_path_factory.mktemp("mrclam")
     with tarfile.open(Path(__file__).parents[1] / "data" / "mrclam" / "robot1.tar.xz") as archive:
         archive.extractall(folder, filter="data")
-    return mjsim.import_mrclam(folder)
+    return imported(folder)
 
 
 def test_every_variant_stands_the_poor_first_looks_of_a_real_robot(mrclam):

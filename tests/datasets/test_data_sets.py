@@ -21,9 +21,9 @@ from mjsim.datasets.euroc import tables_of
 from mjsim.datasets.recorded_robots import RecordedRobots, RecordedTick
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose, Pose3
-from mjsim.logs import import_log
 from mjsim.record import LoggedPictures, Recording
 from tests.datasets.conftest import WORLD
+from tests.real_logs import imported
 
 ROBOT = "7.tip-top"
 EYE = np.array([[0, 0, 1, 0.1], [-1, 0, 0, 0], [0, -1, 0, 0.5], [0, 0, 0, 1.0]])
@@ -207,7 +207,7 @@ def test_a_log_of_carmen_reads_as_its_format_says(carmen: Path, run: Recording):
 
 
 def test_a_log_of_carmen_comes_in_again(carmen: Path, run: Recording, tmp_path: Path):
-    again = import_log(carmen, record=tmp_path / "again.mcap")
+    again = imported(carmen, record=tmp_path / "again.mcap")
     (robot,) = again.robots
     track = again.robots[robot]
     np.testing.assert_allclose(track.truth, run.robots[ROBOT].truth, atol=1e-9)
@@ -234,7 +234,7 @@ def alone(tmp_path_factory: pytest.TempPathFactory) -> Recording:
 
 @pytest.mark.slow
 def test_a_bag_comes_in_again_and_goes_out_the_same(alone: Recording, tmp_path: Path):
-    again = import_log(export_rosbag2(alone, tmp_path / "bag"), record=tmp_path / "again.mcap")
+    again = imported(export_rosbag2(alone, tmp_path / "bag"), record=tmp_path / "again.mcap")
     (robot,) = again.robots
     track, given = again.robots[robot], alone.robots[ROBOT]
     np.testing.assert_allclose(track.time, given.time, atol=1e-9)
@@ -259,14 +259,14 @@ def test_a_bag_comes_in_again_and_goes_out_the_same(alone: Recording, tmp_path: 
 @pytest.mark.slow
 def test_depth_of_tum_comes_in_again_and_goes_out_the_same(alone: Recording, tmp_path: Path):
     first, _ = export_tum_rgbd(alone, tmp_path / "first", redraw=True)
-    (second,) = export_tum_rgbd(import_log(first, record=tmp_path / "again.mcap"), tmp_path / "second")
+    (second,) = export_tum_rgbd(imported(first, record=tmp_path / "again.mcap"), tmp_path / "second")
     for (_, old), (_, new) in zip(listed(first / "depth.txt"), listed(second / "depth.txt"), strict=True):
         before, after = (cv2.imread(str(path), cv2.IMREAD_UNCHANGED) for path in (first / old, second / new))
         np.testing.assert_array_equal(before, after)
 
 
 def test_euroc_comes_in_again(euroc: Path, run: Recording, tmp_path: Path):
-    again = import_log(euroc.parent, record=tmp_path / "again.mcap")
+    again = imported(euroc.parent, record=tmp_path / "again.mcap")
     (robot,) = again.robots
     for number, camera in enumerate(("eye", "wide")):
         before, after = run.pictures(ROBOT, camera), again.pictures(robot, f"cam{number}")
@@ -306,7 +306,7 @@ def test_an_invalid_euroc_calibration_is_a_one_line_error(old, new, said, euroc:
     sheet = tmp_path / "cam1" / "sensor.yaml"
     sheet.write_text(sheet.read_text().replace(old, new))
     with pytest.raises(UsageError, match=re.escape(said)) as caught:
-        import_log(tmp_path)
+        imported(tmp_path)
     assert "\n" not in str(caught.value)
 
 

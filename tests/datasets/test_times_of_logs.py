@@ -14,6 +14,7 @@ from mjsim.datasets import export_carmen, export_euroc, export_rosbag2, export_t
 from mjsim.geometry import Pose3
 from mjsim.record import Recording, export_csv, export_npz
 from tests.bags import START, new_bag
+from tests.real_logs import imported
 from tests.record.test_panels import messages
 
 pytestmark = pytest.mark.slow  # Imports and exports a bag.
@@ -53,7 +54,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Recording:
             bag.put("/eye/depth", stamps["depth"], bag.image(bag.header(stamps["depth"], "eye"), "16UC1", depth))
             points = np.ones((1, 4), dtype=[("x", "<f4"), ("y", "<f4"), ("z", "<f4")])
             bag.put("/top/points", stamps["top"], bag.cloud(bag.header(stamps["top"], "top"), points))
-    return mjsim.import_log(folder / "bag", record=folder / "run.mcap")
+    return imported(folder / "bag", record=folder / "run.mcap")
 
 
 def since(run: Recording, stamps: object) -> np.ndarray:

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-import mjsim
 from mjsim.geometry import Pose, Pose3
 from mjsim.logs.bag_clocks import Clocks
 from mjsim.logs.bag_order import set_backs
 from tests.bags import START, new_bag
+from tests.real_logs import imported
 
 
 def _heard(recorded: np.ndarray, stamps: np.ndarray) -> tuple[np.ndarray, dict[str, str]]:
@@ -50,7 +50,7 @@ def test_a_clock_that_is_set_back_does_not_mix_two_parts_of_a_drive(tmp_path):
             pose = Pose3.from_planar(Pose(0.05 * k, 0.0, 0.0))
             bag.put("/odom", recorded, bag.odometry(bag.header(at, "odom"), "base_link", pose))
             bag.put("/scan", recorded, bag.scan(bag.header(at, "laser"), np.full(5, 1.0 + k), 0.0, 0.1, (0.1, 90.0)))
-    run = mjsim.import_log(tmp_path / "run")
+    run = imported(tmp_path / "run")
     seen = [each.scans["scan"].ranges[0] for each in run.observations("robot") if each.scans]
     assert seen == [1.0 + k for k in range(40)]
     assert min(each.odometry.forward for each in run.observations("robot")) >= 0.0
@@ -67,7 +67,7 @@ def test_a_clock_that_is_set_right_after_the_start_or_wrong_before_the_end_is_th
             stamp = at + (year if k in wrong else 0.0)
             bag.put("/odom", at, bag.odometry(bag.header(at, "odom"), "base_link", Pose3(0.1 * k, *[0] * 5, 1)))
             bag.put("/scan", at, bag.scan(bag.header(stamp, "laser"), np.full(9, 1.0 + k), -0.4, 0.1, (0.1, 90.0)))
-    run = mjsim.import_log(tmp_path / "bag")
+    run = imported(tmp_path / "bag")
     start = float(run.metadata["log start"]) - START
     scans = [seen.scans["scan"] for seen in run.observations("robot") if seen.scans]
     assert [scan.ranges[0] for scan in scans] == [1.0 + k for k in range(60)]
@@ -108,7 +108,7 @@ def test_parts_do_not_mix_where_the_clock_of_the_recorder_was_set_back(form, bac
     path = tmp_path / ("run.bag" if form.startswith("bag") else "run")
     with new_bag(path, form) as bag:
         _put_drive(bag, [at - (back if k >= 125 else 0.0) for k, at in enumerate(true)], is_own=is_own)
-    run = mjsim.import_log(path)
+    run = imported(path)
     assert run.metadata["clock of the recorder"] == f"set back 1 times (-{back:.2f} s); times go on from there"
     seen = list(run.observations("robot"))
     assert [each.scans["scan"].ranges[0] for each in seen if each.scans] == [1.0 + k for k in range(60)]
@@ -131,7 +131,7 @@ def test_files_of_a_split_bag_stay_in_order_where_the_clock_was_set_back_before_
                 at = START + 0.1 * k - back
                 bag.put("/scan", at, bag.scan(bag.header(at, "laser"), np.full(5, 1.0 + k), 0.0, 0.1, (0.1, 900.0)))
         next((tmp_path / f"part{part}").glob("*.mcap")).rename(tmp_path / "run" / f"run_{part}.mcap")
-    run = mjsim.import_log(tmp_path / "run")
+    run = imported(tmp_path / "run")
     assert run.metadata["clock of the recorder"] == "set back 1 times (-3.00 s); times go on from there"
     scans = [seen.scans["scan"].ranges[0] for seen in run.observations("robot") if seen.scans]
     assert scans == [1.0 + k for k in range(60)]

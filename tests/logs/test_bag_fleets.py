@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-import mjsim
 from mjsim.geometry import Pose3
 from mjsim.logs import Wishes
 from tests.bags import START, new_bag
+from tests.real_logs import imported
 
 pytestmark = pytest.mark.slow  # Each writes a bag.
 SPEEDS = {"one": 0.5, "two": -0.25}
@@ -38,7 +38,7 @@ def write_fleet(path, *, space: str = "", odometry: bool = True) -> None:
 @pytest.mark.parametrize(("space", "odometry"), [("/fleet", True), ("", True), ("", False)])
 def test_each_robot_has_its_own_motion_scans_and_mounts(space, odometry, tmp_path):
     write_fleet(tmp_path / "bag", space=space, odometry=odometry)
-    run = mjsim.import_log(tmp_path / "bag")
+    run = imported(tmp_path / "bag")
     assert set(run.robots) == set(SPEEDS)
     for number, (name, speed) in enumerate(SPEEDS.items()):
         seen = list(run.observations(name))
@@ -46,7 +46,7 @@ def test_each_robot_has_its_own_motion_scans_and_mounts(space, odometry, tmp_pat
         assert {each.scans["scan"].ranges[0] for each in seen if each.scans} == {1.0 + number}
         (robot,) = (each for each in run.world.robots if each.name == name)
         assert robot.sensors[0].at[0] == pytest.approx(0.1 + 0.3 * number)
-    (alone,) = mjsim.import_log(tmp_path / "bag", wishes=Wishes(robots=["two"])).robots
+    (alone,) = imported(tmp_path / "bag", wishes=Wishes(robots=["two"])).robots
     assert alone == "two"
 
 
@@ -57,7 +57,7 @@ def test_truth_far_from_the_origin_is_moved_and_it_is_said(far, tmp_path):
             at, pose = START + 0.1 * k, Pose3(far + 0.05 * k, 10.0 * far + 3.0, 520.0, 0, 0, 0, 1)
             bag.put("/odom", at, bag.odometry(bag.header(at, "utm"), "base_link", pose))
             bag.put("/truth", at, bag.odometry(bag.header(at, "utm"), "base_link", pose))
-    run = mjsim.import_log(tmp_path / "bag")
+    run = imported(tmp_path / "bag")
     track = run.robots["robot"]
     x, y = (0.0, 0.0) if far == 0.0 else (far, 10.0 * far)
     rows = np.flatnonzero(np.isfinite(track.truth).all(axis=1))

@@ -10,6 +10,7 @@ from mjsim.geometry import Pose, Pose3, wrap_angles
 from mjsim.logs import Wishes
 from mjsim.logs.bag_gps import Fix, east_north
 from tests.bags import START, new_bag
+from tests.real_logs import imported
 
 LATITUDE, LONGITUDE, HEIGHT = 48.1, 11.6, 520.0
 """Of the start of a drive [deg, deg, m]."""
@@ -94,7 +95,7 @@ def write_drive(path, *, topics=("/gps/fix",), deviation=0.02, seconds=60, moves
 @pytest.mark.slow
 def test_the_truth_of_a_bag_with_fixes_is_where_the_robot_was_in_metres_from_the_first(tmp_path):
     write_drive(tmp_path / "bag")
-    run = mjsim.import_log(tmp_path / "bag")
+    run = imported(tmp_path / "bag")
     track = run.robots["robot"]
     start = place_at(0.0) @ Pose(*ANTENNA, 0.0)
     since = track.moments + float(run.metadata["log start"]) - START
@@ -117,18 +118,18 @@ def test_the_truth_of_a_bag_with_fixes_is_where_the_robot_was_in_metres_from_the
 @pytest.mark.slow
 def test_fixes_that_are_no_truth_are_said_to_be_left_out(tmp_path):
     write_drive(tmp_path / "two", topics=("/front/fix", "/rear/fix"), seconds=20)
-    run = mjsim.import_log(tmp_path / "two")
+    run = imported(tmp_path / "two")
     assert np.isnan(run.robots["robot"].truth).all()
     assert run.metadata["/front/fix left out"] == "40 messages of sensor_msgs/msg/NavSatFix"
-    run = mjsim.import_log(tmp_path / "two", wishes=Wishes(topics={"gps": ["/front/fix"]}))
+    run = imported(tmp_path / "two", wishes=Wishes(topics={"gps": ["/front/fix"]}))
     assert run.metadata["truth"].startswith("38 fixes of topic /front/fix;")
     assert "/rear/fix left out" in run.metadata
     write_drive(tmp_path / "still", seconds=5, moves=False)
-    run = mjsim.import_log(tmp_path / "still")
+    run = imported(tmp_path / "still")
     assert run.metadata["truth"] == "none; without odometry the heading at 10 fixes of /gps/fix is unknown"
 
 
 def test_fixes_that_do_not_report_an_accuracy_are_used_and_it_is_said(tmp_path):
     write_drive(tmp_path / "bag", deviation=None, seconds=5)
-    run = mjsim.import_log(tmp_path / "bag")
+    run = imported(tmp_path / "bag")
     assert run.metadata["truth"].endswith("standard deviation not reported")

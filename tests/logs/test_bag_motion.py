@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-import mjsim
 from mjsim.geometry import Pose3
 from mjsim.logs import Wishes
 from tests.bags import START, new_bag
+from tests.real_logs import imported
 
 pytestmark = pytest.mark.slow  # Each writes bags.
 
@@ -41,11 +41,11 @@ def test_odometry_may_be_velocities_or_poses_of_a_topic_that_is_named(kind, tmp_
                 told = bag.transform(bag.header(START + 0.1 * k, "odom"), "base_link", pose.matrix())
             bag.put("/wheels", START + 0.1 * k, told)
             bag.put("/scan", START + 0.1 * k, bag.scan(header, np.array([1.0, 2.0]), 0.0, 0.5, (0.1, 5.0)))
-    run = mjsim.import_log(tmp_path / "run", wishes=Wishes(topics={"odometry": ["/wheels"]}))
+    run = imported(tmp_path / "run", wishes=Wishes(topics={"odometry": ["/wheels"]}))
     way = sum(seen.odometry.forward for seen in run.observations("robot"))
     assert way == pytest.approx(0.5 * 1.9, abs=1e-6)
     # Nobody said what they are.
-    run = mjsim.import_log(tmp_path / "run")
+    run = imported(tmp_path / "run")
     assert run.metadata["odometry"] == "none; the motion of each tick is unknown"
 
 
@@ -54,7 +54,7 @@ def test_commands_without_headers_go_by_the_simulated_time_of_all_others(tmp_pat
     for simulated in (False, True):
         with new_bag(tmp_path / f"run{simulated}") as bag:
             write_driving(bag, simulated=simulated)
-        run = mjsim.import_log(tmp_path / f"run{simulated}")
+        run = imported(tmp_path / f"run{simulated}")
         ways.append([seen.odometry.forward for seen in run.observations("robot")])
         assert run.metadata["/cmd_vel messages left out"] == "0"
     np.testing.assert_allclose(ways[1], ways[0], atol=1e-6)
@@ -72,7 +72,7 @@ def test_a_robot_without_a_namespace_beside_one_with_is_another(tmp_path):
                     bag.odometry(header, "base", Pose3(0.1 * k * speed, 0, 0, 0, 0, 0, 1)),
                 )
                 bag.put(f"{space}/scan", START + 0.1 * k, bag.scan(header, np.array([1.0, 2.0]), 0.0, 0.5, (0.1, 5.0)))
-    run = mjsim.import_log(tmp_path / "run")
+    run = imported(tmp_path / "run")
     ways = {name: sum(seen.odometry.forward for seen in run.observations(name)) for name in run.robots}
     assert ways == pytest.approx({"robot": 0.95, "two": 1.9})
-    assert list(mjsim.import_log(tmp_path / "run", wishes=Wishes(robots=["robot"])).robots) == ["robot"]
+    assert list(imported(tmp_path / "run", wishes=Wishes(robots=["robot"])).robots) == ["robot"]

@@ -15,7 +15,7 @@ from mjsim.logs.bag_file import BagMessages
 from mjsim.run import drivers_of
 from mjsim.video.views import scene_pictures
 from tests.bags import FORMS, START, Bag, new_bag
-from tests.real_logs import run_command
+from tests.real_logs import imported, run_command
 
 WORLD = """mjsim: 1
 name: room
@@ -93,7 +93,7 @@ def test_a_run_that_another_program_wrote_as_a_bag_comes_back_field_by_field(for
     path = tmp_path / ("run.bag" if form.startswith("bag") else "run")
     write_run(path, form, driven)
     run, info = driven
-    log = mjsim.import_log(path, wishes=Wishes(rate_hz=25.0))
+    log = imported(path, wishes=Wishes(rate_hz=25.0))
     assert log.metadata["log"] == ("bag of ROS 1" if form.startswith("bag") else "bag of ROS 2")
     # Stamps of ROS are in nanoseconds; doubles since 1970 hold 0.2 us.
     assert float(log.metadata["log start"]) == pytest.approx(START, abs=1e-6)
@@ -141,7 +141,7 @@ def logged(driven, tmp_path_factory):
     """Return a recording of a bag."""
     folder = tmp_path_factory.mktemp("bag")
     write_run(folder / "run", "mcap", driven)
-    return mjsim.import_log(folder / "run", wishes=Wishes(rate_hz=25.0), record=folder / "log.mcap")
+    return imported(folder / "run", wishes=Wishes(rate_hz=25.0), record=folder / "log.mcap")
 
 
 def test_modules_are_given_the_pictures_depth_and_calibration_of_the_log(logged, driven, tmp_path):
@@ -233,7 +233,7 @@ def test_clouds_of_several_drivers_come_in_along_the_axes_of_the_robot(tmp_path)
                 else:
                     rows["timestamp"] = at + offset
                 bag.put(topic, at, bag.cloud(bag.header(at, "lidar"), rows, padding=5))
-    run = mjsim.import_log(tmp_path / "run")
+    run = imported(tmp_path / "run")
     clouds = [seen.clouds for seen in run.observations("robot") if seen.clouds]
     there = xyz[[0, 2, 4, 5]] @ TURNED[:3, :3].T
     for name, strength, ring in (("velodyne_points", 40.0, 3), ("ouster", 50.0, 3), ("hesai", 0.0, 0)):

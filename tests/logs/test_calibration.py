@@ -9,7 +9,7 @@ import mjsim
 from mjsim.errors import UsageError
 from mjsim.interface import Observation, Odometry, Sighting
 from mjsim.logs import Wishes
-from tests.real_logs import run_command, write_mrclam
+from tests.real_logs import imported, run_command, write_mrclam
 
 PLACES = {"door": (4.0, 0.0), "lamp": (-3.0, 2.0), "desk": (0.5, -4.0)}
 DT = 0.1
@@ -86,7 +86,7 @@ def test_a_delay_is_calibrated_and_corrected_by_an_import(tmp_path, ticks):
     wishes = Wishes().measured_by(tmp_path / "noise.yaml")
     assert wishes.bias.delay == pytest.approx(found.delay)
     if ticks:
-        again = mjsim.calibrate(mjsim.import_log(tmp_path / "log.yaml", wishes=wishes))["robot"].motion
+        again = mjsim.calibrate(imported(tmp_path / "log.yaml", wishes=wishes))["robot"].motion
         assert again.delay == 0.0
         assert again.turn < 0.3 * found.turn
 
@@ -106,11 +106,8 @@ bias: {scale: 1.25, turn_deg: 2, range: 0.1, bearing_deg: -1}
 def test_an_import_tells_the_measured_noise_and_takes_the_bias_away(tmp_path):
     write_mrclam(tmp_path / "log", seconds=3.0)
     (tmp_path / "noise.yaml").write_text(NOISE)
-    plain = mjsim.import_log(tmp_path / "log")
-    assert (
-        run_command("import-log", tmp_path / "log", "-o", tmp_path / "a.mcap", "--noise", tmp_path / "noise.yaml") == 0
-    )
-    mended = mjsim.read_recording(tmp_path / "a.mcap")
+    plain = imported(tmp_path / "log")
+    mended = imported(tmp_path / "log", wishes=Wishes().measured_by(tmp_path / "noise.yaml"))
     assert mended.metadata["bias taken away"] == "scale 1.25, turn_deg 2, range 0.1, bearing_deg -1"
     told = list(zip(plain.observations("robot1"), mended.observations("robot1"), strict=True))
     raw, step = told[7][0].odometry, told[7][1].odometry

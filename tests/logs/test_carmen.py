@@ -15,7 +15,7 @@ from mjsim.geometry import Pose
 from mjsim.logs import Wishes
 from mjsim.logs.carmen import read_carmen
 from mjsim.record import export_tum
-from tests.real_logs import circle, run_command
+from tests.real_logs import circle, imported, run_command
 
 START = 976052857.3
 HEAD = "# CARMEN Logfile\n# ODOM x y theta tv rv accel\nPARAM robot_frontlaser_offset 0.2 nohost 0\n"
@@ -54,7 +54,7 @@ def write_carmen(path: Path, *, seconds: float = 6.0, count: int = 181, old: boo
 @pytest.mark.parametrize("old", [True, False])
 def test_a_log_becomes_a_recording_whose_scans_lie_on_the_wall_at_the_pose_of_odometry(old, tmp_path):
     write_carmen(tmp_path / "room.clf", old=old)
-    run = mjsim.import_log(tmp_path / "room.clf")
+    run = imported(tmp_path / "room.clf")
     assert run.metadata["log"] == "carmen"
     assert run.metadata["front scans left out"] == "0"
     assert float(run.metadata["log start"]) == pytest.approx(START, abs=1e-6)
@@ -81,9 +81,7 @@ def test_all_codes_of_a_scanner_for_no_return_tell_nothing(tmp_path):
     for row, number in enumerate(lost):
         words[number] = ("81.83", "81.83", "81.87", "81.91")[row % 4]
     (tmp_path / "room.clf").write_text(" ".join(words))
-    scans = [
-        scan for seen in mjsim.import_log(tmp_path / "room.clf").observations("robot") for scan in seen.scans.values()
-    ]
+    scans = [scan for seen in imported(tmp_path / "room.clf").observations("robot") for scan in seen.scans.values()]
     assert sum(int(np.isinf(scan.ranges).sum()) for scan in scans) == len(lost) > 100
     assert max(scan.ranges[np.isfinite(scan.ranges)].max() for scan in scans) <= WALL / 0.1
     assert scans[0].range_max < 60.0
@@ -97,7 +95,7 @@ def test_scans_that_were_logged_all_at_once_are_told_one_a_tick(tmp_path):
     late = [" ".join([*line.split()[:-3], f"{START + 1.0 + 0.0001 * k:.6f}", "x", "0"]) for k, line in enumerate(scans)]
     kept = [line for line in lines if not (line.startswith("FLASER") and float(line.split()[-3]) < START + 1.15)]
     (tmp_path / "burst.clf").write_text("\n".join([*kept, *late]) + "\n")
-    run = mjsim.import_log(tmp_path / "burst.clf", wishes=Wishes(rate_hz=10.0))
+    run = imported(tmp_path / "burst.clf", wishes=Wishes(rate_hz=10.0))
     rows = [row for row, tick in enumerate(run.observations("robot")) if tick.scans]
     assert run.metadata["front scans left out"] == "0"
     assert len(rows) == 30
@@ -106,10 +104,10 @@ def test_scans_that_were_logged_all_at_once_are_told_one_a_tick(tmp_path):
 
 def test_a_log_with_a_byte_order_mark_that_was_cut_in_its_last_line_is_read_up_to_there(tmp_path):
     write_carmen(tmp_path / "room.clf", seconds=1.0)
-    whole = mjsim.import_log(tmp_path / "room.clf")
+    whole = imported(tmp_path / "room.clf")
     data = (tmp_path / "room.clf").read_bytes()
     (tmp_path / "cut.clf").write_bytes(b"\xef\xbb\xbf" + data + b"FLASER 180 1.0 2.0")
-    cut = mjsim.import_log(tmp_path / "cut.clf")
+    cut = imported(tmp_path / "cut.clf")
     assert cut.metadata["last line of cut.clf, cut short, left out"] == "1"
     np.testing.assert_array_equal(cut.robots["robot"].odometry, whole.robots["robot"].odometry)
 
@@ -118,7 +116,7 @@ def test_strengths_of_returns_come_in(tmp_path):
     tail = "0 0 0 0 0 0 0.5 0 0 0 0"
     lines = [f"ROBOTLASER1 0 -0.5 1 0.5 9 0 1 3 1 2 3 3 0.25 {k} 1e3 {tail} {k / 10} h {k / 10}" for k in range(1, 9)]
     (tmp_path / "room.log").write_text("\n".join(lines))
-    seen = mjsim.import_log(tmp_path / "room.log").observations("robot")
+    seen = imported(tmp_path / "room.log").observations("robot")
     scans = [scan for each in seen for scan in each.scans.values()]
     assert [scan.intensities.tolist() for scan in scans] == [[0.25, k, 1000.0] for k in range(1, 9)]
 
@@ -130,7 +128,7 @@ def test_packed_logs_true_poses_and_unknown_messages_are_read(tmp_path):
         f"TRUEPOS 1.0 2.0 0.5 0.0 0.0 0.0 {START} h 0\nTRUEPOS 1.1 2.0 0.5 0.1 0.0 0.0 {START + 0.9} h 0\nGPS 1 2 3\n"
     )
     (tmp_path / "room.clf.xz").write_bytes(lzma.compress(text.encode()))
-    run = mjsim.import_log(tmp_path / "room.clf.xz", record=tmp_path / "run.mcap")
+    run = imported(tmp_path / "room.clf.xz", record=tmp_path / "run.mcap")
     assert run.metadata["messages of GPS left out"] == "1"
     np.testing.assert_allclose(run.robots["robot"].truth[0], [1.0, 2.0, 0.5], atol=1e-6)
     assert np.isnan(run.robots["robot"].truth[-1]).all()
@@ -150,7 +148,7 @@ def test_packed_logs_true_poses_and_unknown_messages_are_read(tmp_path):
         ("PARAM", "PARAM has too few values"),
     ],
 )
-def test_a_line_that_is_not_as_it_must_be_is_named(line, said, tmp_path, capsys):
+def test_a_line_that_is_not_as_it_must_be_is_named(line, said, tmp_path):
     write_carmen(tmp_path / "room.clf", seconds=0.5)
     with (tmp_path / "room.clf").open("a") as file:
         file.write(line + "\n")
@@ -158,9 +156,6 @@ def test_a_line_that_is_not_as_it_must_be_is_named(line, said, tmp_path, capsys)
     with pytest.raises(UsageError, match=rf"room\.clf:{number}: ") as caught:
         read_carmen(tmp_path / "room.clf")
     assert said in str(caught.value)
-    assert run_command("import-log", tmp_path / "room.clf", "-o", tmp_path / "run.mcap") == 2
-    assert len(capsys.readouterr().err.strip().splitlines()) == 1
-    assert not (tmp_path / "run.mcap").exists()
 
 
 def test_beams_that_are_no_numbers_and_messages_of_others_that_come_first_are_read(tmp_path):
@@ -171,7 +166,7 @@ def test_beams_that_are_no_numbers_and_messages_of_others_that_come_first_are_re
     text = f"NMEAGGA 1 2 3\nIMU 1 2\n{head}FLASER {count} {' '.join(ranges)}"
     # Packed, though its name does not say so.
     (tmp_path / "odd.clf").write_bytes(lzma.compress(text.encode()))
-    log = mjsim.import_log(tmp_path / "odd.clf")
+    log = imported(tmp_path / "odd.clf")
     scan = next(seen.scans["front"] for seen in log.observations("robot") if seen.scans)
     np.testing.assert_array_equal(scan.ranges[:3], [np.inf, -np.inf, -np.inf])
     assert log.metadata["messages of IMU left out"] == "1"
@@ -185,7 +180,7 @@ def test_invalid_noise_of_odometry_is_named(value, said, tmp_path):
     with (tmp_path / "room.clf").open("a") as file:
         file.write(f"PARAM odometry_noise_turn {value}\n")
     with pytest.raises(UsageError, match=f"room.clf': odometry_noise_turn.*{said}"):
-        mjsim.import_log(tmp_path / "room.clf")
+        imported(tmp_path / "room.clf")
 
 
 def test_a_log_is_never_replaced_by_its_recording(tmp_path):
@@ -216,7 +211,7 @@ def test_files_that_are_no_logs_are_refused_in_one_line(tmp_path):
     ):
         (tmp_path / name).write_bytes(content)
         with pytest.raises(UsageError, match=said):
-            mjsim.import_log(tmp_path / name)
+            imported(tmp_path / name)
     with pytest.raises(UsageError, match="no file or folder"):
         mjsim.import_log(tmp_path / "away.clf")
     write_carmen(tmp_path / "room.clf", seconds=0.5)
@@ -226,7 +221,7 @@ def test_files_that_are_no_logs_are_refused_in_one_line(tmp_path):
         (Wishes(begin=9.0), "two ticks are 0.08 s apart"),
     ):
         with pytest.raises(UsageError, match=said):
-            mjsim.import_log(tmp_path / "room.clf", wishes=wishes)
+            imported(tmp_path / "room.clf", wishes=wishes)
 
 
 def test_scans_and_poses_have_their_own_times_from_the_log_to_the_final_path(tmp_path):
@@ -234,7 +229,7 @@ def test_scans_and_poses_have_their_own_times_from_the_log_to_the_final_path(tmp
     # Ticks come every 0.08 s, scans every 0.2 s.
     lines = (tmp_path / "room.clf").read_text().splitlines()
     stamps = [float(line.split()[-3]) for line in lines if line.startswith("FLASER")]
-    run = mjsim.import_log(tmp_path / "room.clf", wishes=Wishes(rate_hz=12.5))
+    run = imported(tmp_path / "room.clf", wishes=Wishes(rate_hz=12.5))
     start = float(run.metadata["log start"])
     seen = [tick for tick in run.observations("robot") if tick.scans]
     np.testing.assert_allclose([start + tick.scans["front"].stamp for tick in seen], stamps, atol=1e-6)
@@ -262,7 +257,7 @@ def test_a_log_without_odometry_says_that_the_motion_is_unknown(tmp_path):
             words[-9:-3] = ["0"] * 6
         kept.append(" ".join(words))
     (tmp_path / "carried.clf").write_text("\n".join(kept) + "\n")
-    run = mjsim.import_log(tmp_path / "carried.clf")
+    run = imported(tmp_path / "carried.clf")
     assert run.metadata["odometry"] == "none; the motion of each tick is unknown"
     first, *later = run.observations("robot")
     assert not first.odometry.covariance.any()
@@ -270,12 +265,12 @@ def test_a_log_without_odometry_says_that_the_motion_is_unknown(tmp_path):
         assert (tick.odometry.forward, tick.odometry.left, tick.odometry.turn) == (0.0, 0.0, 0.0)
         # Walking pace, as a random walk: 1 m in 1 s.
         np.testing.assert_allclose(tick.odometry.covariance, tick.dt * np.eye(3))
-    assert "odometry" not in mjsim.import_log(tmp_path / "room.clf").metadata
+    assert "odometry" not in imported(tmp_path / "room.clf").metadata
 
 
 def test_a_log_that_is_exported_has_its_scans_where_and_when_they_were_taken(tmp_path):
     write_carmen(tmp_path / "room.clf")
-    run = mjsim.import_log(tmp_path / "room.clf", wishes=Wishes(rate_hz=12.5))
+    run = imported(tmp_path / "room.clf", wishes=Wishes(rate_hz=12.5))
     export_carmen(run, tmp_path / "again.clf")
     log = read_carmen(tmp_path / "again.clf").robot
     wanted = read_carmen(tmp_path / "room.clf").robot.scans["front"].stamps - START
@@ -291,7 +286,7 @@ def test_a_log_that_is_exported_has_its_scans_where_and_when_they_were_taken(tmp
 def test_frames_of_an_exported_bag_have_the_times_of_their_scans(tmp_path):
     rosbags = pytest.importorskip("rosbags.highlevel")
     write_carmen(tmp_path / "room.clf")
-    run = mjsim.import_log(tmp_path / "room.clf", wishes=Wishes(rate_hz=12.5))
+    run = imported(tmp_path / "room.clf", wishes=Wishes(rate_hz=12.5))
     bag = export_rosbag2(run, tmp_path / "bag")
     stamps: dict[str, set[float]] = {}
     with rosbags.AnyReader([bag]) as reader:

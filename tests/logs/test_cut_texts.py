@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import mjsim
 from mjsim.errors import UsageError
-from tests.real_logs import run_command
+from mjsim.logs import Wishes
+from tests.real_logs import imported
 
 pytestmark = pytest.mark.slow  # Each writes recordings.
 
@@ -32,13 +32,13 @@ def described(folder: Path, name: str) -> Path:
 
 
 @pytest.mark.parametrize("kind", PACKERS)
-def test_a_compressed_table_that_was_cut_is_read_up_to_its_last_whole_line(kind, tmp_path, capsys):
+def test_a_compressed_table_that_was_cut_is_read_up_to_its_last_whole_line(kind, tmp_path):
     rows = 200_000 if kind == ".bz2" else 20_000  # bzip2 unpacks whole blocks of 900 kB only.
     data = PACKERS[kind](table(rows).encode())
     (tmp_path / f"o.csv{kind}").write_bytes(data[: len(data) // 2])
     log = described(tmp_path, f"o.csv{kind}")
-    assert run_command("import-log", str(log), "-o", str(tmp_path / "run.mcap"), "--begin", "1", "--seconds", "1") == 0
-    assert f"o.csv{kind} breaks off: the compressed file was cut" in capsys.readouterr().err
+    run = imported(log, wishes=Wishes(begin=1.0, seconds=1.0))
+    assert run.metadata[f"o.csv{kind} breaks off"].startswith("the compressed file was cut")
     from mjsim.logs.csv_table import read_csv
 
     notes: dict[str, str] = {}
@@ -53,12 +53,12 @@ def test_a_compressed_table_that_was_cut_is_read_up_to_its_last_whole_line(kind,
 def test_a_compressed_log_of_which_nothing_is_left_is_said_to_be_cut(tmp_path):
     (tmp_path / "run.log.bz2").write_bytes(bz2.compress(table(100).encode())[:-20])
     with pytest.raises(UsageError, match=r"no log as far as it could be unpacked \(the compressed file was cut"):
-        mjsim.import_log(tmp_path / "run.log.bz2")
+        imported(tmp_path / "run.log.bz2")
 
 
 def test_the_last_line_of_a_table_that_was_cut_is_left_out_and_reported(tmp_path):
     (tmp_path / "o.csv").write_text(table(30)[:-20])
-    run = mjsim.import_log(described(tmp_path, "o.csv"))
+    run = imported(described(tmp_path, "o.csv"))
     assert run.metadata["last line of o.csv, cut short, left out"] == "1"
     assert sum(math.hypot(seen.odometry.forward, seen.odometry.left) > 0 for seen in run.observations("robot")) == 28
 
@@ -74,8 +74,8 @@ def test_a_file_of_mrclam_whose_last_line_was_cut_is_read(file, tmp_path):
     }
     for name, text in texts.items():
         (tmp_path / name).write_text(text if name != file else text[: text.rindex(" ")])
-    run = mjsim.import_log(tmp_path)
+    run = imported(tmp_path)
     assert run.metadata[f"last line of {file}, cut short, left out"] == "1"
     (tmp_path / file).write_text(texts[file].replace("0.0\n", "\n", 1).replace("0.5\n", "\n", 1))
     with pytest.raises(UsageError, match=rf"{file}:\d+: \d values"):
-        mjsim.import_log(tmp_path)
+        imported(tmp_path)

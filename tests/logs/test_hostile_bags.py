@@ -10,12 +10,12 @@ import pytest
 from mcap.writer import Writer
 from rosbags.typesys import Stores, get_typestore
 
-import mjsim
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose, Pose3
 from mjsim.logs.bag_file import Bag as RosBag
 from mjsim.logs.bag_unpacking import unpacked, zstd
 from tests.bags import START, Bag, new_bag, write_scans
+from tests.real_logs import imported
 
 
 def _mcap(chunk: bytes, size: int) -> bytes:
@@ -45,7 +45,7 @@ def test_parts_are_unpacked_up_to_a_bound():
 def test_a_chunk_that_is_larger_than_it_says_is_not_unpacked(tmp_path: Path):
     (tmp_path / "bomb.mcap").write_bytes(_mcap(zstd.compress(bytes(100_000)), 1000))
     with pytest.raises(UsageError, match="unpacks to more than 1,000 bytes"):
-        mjsim.import_log(tmp_path / "bomb.mcap")
+        imported(tmp_path / "bomb.mcap")
 
 
 @pytest.mark.slow
@@ -54,13 +54,13 @@ def test_files_of_a_bag_are_what_they_are_said_to_be(tmp_path: Path):
     (file,) = (tmp_path / "packed").glob("*.zstd")
     file.write_bytes(zstd.compress(bytes(100_000)))
     with pytest.raises(UsageError, match="holds neither SQLite nor MCAP"):
-        mjsim.import_log(tmp_path / "packed")
+        imported(tmp_path / "packed")
     write_scans(tmp_path / "pipe", "sqlite")
     (file,) = (tmp_path / "pipe").glob("*.db3")
     file.unlink()
     os.mkfifo(file)
     with pytest.raises(UsageError, match=r"run\.db3|pipe\.db3.*: it is not a file"):
-        mjsim.import_log(tmp_path / "pipe")
+        imported(tmp_path / "pipe")
 
 
 @pytest.mark.slow
@@ -68,7 +68,7 @@ def test_metadata_of_any_length_is_left_out_and_said(tmp_path: Path):
     write_scans(tmp_path / "run", "mcap")
     with (tmp_path / "run" / "metadata.yaml").open("a") as file:
         file.write("#" * (17 << 20))
-    run = mjsim.import_log(tmp_path / "run")
+    run = imported(tmp_path / "run")
     assert run.metadata["metadata.yaml left out"].startswith("it has 17,8")
     assert "bag breaks off" not in run.metadata
 
@@ -80,7 +80,7 @@ def test_scans_in_degrees_are_left_out_with_the_reason(tmp_path: Path):
             at = START + 0.1 * k
             bag.put("/scan", at, bag.scan(bag.header(at, "laser"), np.full(360, 2.0), -180.0, 1.0, (0.1, 5.0)))
             bag.put("/odom", at, bag.odometry(bag.header(at, "odom"), "base_link", Pose3(0, 0, 0, 0, 0, 0, 1)))
-    run = mjsim.import_log(tmp_path / "run")
+    run = imported(tmp_path / "run")
     assert run.metadata["first message of /scan left out"] == "a scan over 359 rad; angles are in radians"
 
 
@@ -97,7 +97,7 @@ def test_messages_in_a_file_without_chunks_may_be_out_of_order(tmp_path: Path):
             told = made.odometry(made.header(at, "odom"), "base_link", Pose3.from_planar(Pose(0.05 * k, 0.0, 0.0)))
             writer.add_message(channel, round(at * 1e9), bytes(store.serialize_cdr(told, kind)), round(at * 1e9))
         writer.finish()
-    run = mjsim.import_log(tmp_path / "run.mcap")
+    run = imported(tmp_path / "run.mcap")
     moved = [seen.odometry.forward for seen in run.observations("robot")]
     assert math.isclose(sum(moved), 1.45, abs_tol=1e-6)
     assert min(moved) >= 0.0

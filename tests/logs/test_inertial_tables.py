@@ -5,12 +5,12 @@ import tracemalloc
 import numpy as np
 import pytest
 
-import mjsim
 from mjsim.logs.bag_contents import Contents
 from mjsim.logs.bag_file import Bag
 from mjsim.logs.bag_topics import robots_of
 from mjsim.logs.readings import InertialTable, sensors_of, stamps_of
 from tests.bags import START, new_bag
+from tests.real_logs import imported
 
 COUNT = 2000
 
@@ -49,6 +49,6 @@ def test_an_hour_of_inertial_readings_takes_few_bytes_each(tmp_path):
     assert len(contents.imus["/imu"]) == 7 * COUNT
     # Seven numbers, and two of its clock; a reading as a value of its own takes 500.
     assert kept / COUNT < 150.0
-    run = mjsim.import_log(tmp_path / "bag")
+    run = imported(tmp_path / "bag")
     turns = [reading.turn[2] for seen in run.observations("robot") for reading in seen.imu]
     np.testing.assert_array_equal(turns, np.arange(COUNT))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import mjsim
+from tests.real_logs import imported
 
 
 def _lines(begin: float, x: float, *, count: int = 40) -> list[str]:
@@ -21,7 +22,7 @@ def _lines(begin: float, x: float, *, count: int = 40) -> list[str]:
 def test_a_log_behind_another_goes_on_from_there(begin, said, tmp_path):
     path = tmp_path / "both.clf"
     path.write_text("\n".join([*_lines(90_000.0, 3.0), *_lines(begin, 40.0)]) + "\n")
-    run = mjsim.import_log(path)
+    run = imported(path)
     assert run.metadata["clock"].startswith(said)
     moved = np.array([seen.odometry.forward for seen in run.observations("robot")])
     assert 7.9 < run.time[-1] < 8.4
@@ -35,7 +36,7 @@ def test_messages_that_come_late_set_no_clock(tmp_path):
     lines = _lines(90_000.0, 3.0)
     # Half a second of odometry that was written two seconds late.
     path.write_text("\n".join([*lines[:21], *lines[31:71], *lines[21:31], *lines[71:]]) + "\n")
-    run = mjsim.import_log(path)
+    run = imported(path)
     assert "clock" not in run.metadata
     assert run.time[-1] < 4.1
 
@@ -47,7 +48,7 @@ def test_beams_are_apart_as_the_laser_or_the_log_says(count, given, span, tmp_pa
     path = tmp_path / "log.clf"
     scans = [f"FLASER {count} {' '.join(['2.5'] * count)} 0 0 0 0 0 0 {0.1 * k} host 0" for k in range(3)]
     path.write_text("\n".join([f"PARAM laser_front_laser_resolution {given} nohost 0"] * bool(given) + scans) + "\n")
-    scan = next(seen.scans["front"] for seen in mjsim.import_log(path).observations("robot") if seen.scans)
+    scan = next(seen.scans["front"] for seen in imported(path).observations("robot") if seen.scans)
     assert np.degrees(np.ptp(scan.angles())) == pytest.approx(span)
 
 
@@ -57,4 +58,4 @@ def test_a_number_whose_square_overflows_is_refused(tmp_path):
     with pytest.raises(
         mjsim.UsageError, match=r"log\.clf:3: ODOM holds '1e\+308'; numbers must be finite, and at most"
     ):
-        mjsim.import_log(path)
+        imported(path)

@@ -12,6 +12,7 @@ import mjsim
 from mjsim.algorithms.ekf_slam import EkfSlam
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose, places_at, wrap_angle, wrap_angles
+from mjsim.logs import Wishes
 from mjsim.logs.antenna import car_poses
 from mjsim.logs.merge import MotionNoise, motions
 from mjsim.report import statistics
@@ -21,6 +22,7 @@ from tests.real_logs import (
     START,
     TREES,
     circle,
+    imported,
     run_command,
     write_mrclam,
     write_table,
@@ -64,7 +66,7 @@ def test_truth_lies_between_its_neighbours_and_is_unknown_where_they_are_far_apa
 def mrclam(tmp_path_factory):
     folder = tmp_path_factory.mktemp("logs") / "MRCLAM_Dataset1"
     write_mrclam(folder, numbers=(1, 2), seconds=6.0)
-    return mjsim.import_mrclam(folder, record=folder.parent / "log.mcap")
+    return imported(folder, record=folder.parent / "log.mcap")
 
 
 def test_a_log_of_mrclam_becomes_a_recording_of_its_robots_and_landmarks(mrclam):
@@ -121,8 +123,8 @@ def test_an_mrclam_log_without_ground_truth_is_replayed_without_errors_in_its_re
     for path in folder.glob("*Groundtruth.dat"):
         path.unlink()
     with pytest.raises(UsageError, match="its map is unknown, leave out --known-map"):
-        mjsim.import_mrclam(folder, known_map=True)
-    run = mjsim.import_log(folder)
+        imported(folder, wishes=Wishes(known_map=True))
+    run = imported(folder)
     assert run.world.beacons == ()
     assert run.metadata["robot1 truth"] == "not in the log"
     again = mjsim.replay(run, robot="robot1", estimator=EkfSlam())
@@ -141,24 +143,23 @@ def test_an_mrclam_log_without_ground_truth_is_replayed_without_errors_in_its_re
 
 
 def test_only_the_robots_and_the_seconds_that_were_asked_for_are_read(mrclam):
-    part = mjsim.import_mrclam(
-        mrclam.metadata["log folder"], robots=[2], rate_hz=50, begin=2.0, seconds=1.0, known_map=True
-    )
+    wishes = Wishes(robots=["2"], rate_hz=50.0, begin=2.0, seconds=1.0, known_map=True)
+    part = imported(mrclam.metadata["log folder"], wishes=wishes)
     assert set(part.robots) == {"robot2"}
     assert len(part.time) == 51
     np.testing.assert_allclose(part.robots["robot2"].truth[0, :2], mrclam.robots["robot2"].truth[20, :2], atol=1e-4)
     assert part.world.run.map == "known"
     with pytest.raises(UsageError, match=r"no robot 7 in '.*'; there are 1, 2"):
-        mjsim.import_mrclam(mrclam.metadata["log folder"], robots=[7])
+        imported(mrclam.metadata["log folder"], wishes=Wishes(robots=["7"]))
     with pytest.raises(UsageError, match=r"0 s of a log of 5\.9\d+ s are left; two ticks are 0.1 s apart"):
-        mjsim.import_mrclam(mrclam.metadata["log folder"], begin=100.0)
+        imported(mrclam.metadata["log folder"], wishes=Wishes(begin=100.0))
 
 
 @pytest.fixture(scope="module")
 def park(tmp_path_factory):
     folder = tmp_path_factory.mktemp("park") / "VictoriaPark"
     start = write_victoria_park(folder)
-    return mjsim.import_victoria_park(folder, rate_hz=12.5, record=folder.parent / "log.mcap"), start
+    return imported(folder, wishes=Wishes(rate_hz=12.5), record=folder.parent / "log.mcap"), start
 
 
 @pytest.mark.slow
@@ -206,7 +207,7 @@ def test_without_fixes_there_is_no_truth_and_the_rest_works(park, tmp_path):
     folder = tmp_path / "blind"
     write_victoria_park(folder, seconds=3.0)
     (folder / "gps.dat").unlink()
-    blind = mjsim.import_victoria_park(folder)
+    blind = imported(folder)
     assert np.isnan(blind.robots["car"].truth).all()
     assert blind.robots["car"].odometry[0].tolist() == [0.0, 0.0, 0.0]
     assert statistics(blind)["car"]["position_error_m"] is None
@@ -271,7 +272,7 @@ def test_a_line_that_is_not_as_it_must_be_is_named(tmp_path, file, line, said):
     lines = path.read_text().splitlines()
     path.write_text("\n".join([*lines[:2], line, *lines[2:]]) + "\n")
     with pytest.raises(UsageError) as caught:
-        mjsim.import_mrclam(tmp_path / "log")
+        imported(tmp_path / "log")
     assert str(caught.value) == f"{path}:3: {said}"
 
 
@@ -279,14 +280,14 @@ def test_files_of_other_times_and_folders_of_logs_are_told(tmp_path):
     write_mrclam(tmp_path / "log", numbers=(1, 2), seconds=1.0)
     for path in (tmp_path / "log").iterdir():
         path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes().replace(b"\n", b"\r\n"))
-    assert len(mjsim.import_mrclam(tmp_path / "log").robots) == 2
+    assert len(imported(tmp_path / "log").robots) == 2
     odometry = tmp_path / "log" / "Robot1_Odometry.dat"
     odometry.write_text("1348272272.0 0 0\n1348272273.0 0 0\n")
     with pytest.raises(UsageError, match=r"some files of the log end at .*, before others begin, at 1348272272 s"):
-        mjsim.import_mrclam(tmp_path / "log")
+        imported(tmp_path / "log")
     write_mrclam(tmp_path / "other", seconds=1.0)
     with pytest.raises(UsageError, match=r"is a folder of logs; name one of them: log, other$"):
-        mjsim.import_log(tmp_path)
+        imported(tmp_path)
 
 
 def test_files_that_are_not_there_or_hold_nothing_are_named(tmp_path):
@@ -294,15 +295,16 @@ def test_files_that_are_not_there_or_hold_nothing_are_named(tmp_path):
     measured = tmp_path / "log" / "Robot1_Measurement.dat"
     measured.write_text("# nothing\n")
     with pytest.raises(UsageError, match="holds no numbers; each line has 4: time, barcode, range, bearing"):
-        mjsim.import_mrclam(tmp_path / "log")
+        imported(tmp_path / "log")
     measured.unlink()
     with pytest.raises(UsageError, match=r"cannot read '.*Robot1_Measurement.dat': No such file"):
-        mjsim.import_mrclam(tmp_path / "log")
+        imported(tmp_path / "log")
     write_table(tmp_path / "log" / "Barcodes.dat", [(6, 63), (7, 63)])
     with pytest.raises(UsageError, match="barcode 63 is used for two subjects; each needs its own"):
-        mjsim.import_mrclam(tmp_path / "log")
+        imported(tmp_path / "log")
 
 
+@pytest.mark.slow
 def test_the_command_tells_the_kind_of_a_log_by_its_files(tmp_path, capsys):
     write_victoria_park(tmp_path / "park", seconds=2.0)
     output = tmp_path / "park.mcap"
@@ -317,14 +319,14 @@ def test_the_command_tells_the_kind_of_a_log_by_its_files(tmp_path, capsys):
     (tmp_path / "none" / "notes.txt").write_text("The floor was wet.\n")
     assert run_command("import-log", tmp_path / "none", "-o", tmp_path / "none.mcap") == 2
     assert "is not a supported log; give a folder of MRCLAM (Barcodes.dat)" in capsys.readouterr().err
-    assert run_command("import-log", tmp_path / "park", "-o", output, "--known-map") == 2
+    assert run_command("import-log", tmp_path / "park", "-o", tmp_path / "new.mcap", "--known-map") == 2
     assert "Victoria Park has no known map; leave out --known-map" in capsys.readouterr().err
 
 
 @pytest.mark.slow
 def test_report_film_and_export_take_a_log_that_was_imported_and_replayed(park, tmp_path):
     # From the time when fixes end.
-    short = mjsim.import_victoria_park(park[0].metadata["log folder"], begin=7.0, seconds=1.2)
+    short = imported(park[0].metadata["log folder"], wishes=Wishes(begin=7.0, seconds=1.2))
     again = mjsim.replay(short, robot="car", estimator=EkfSlam(association="joint"), record=tmp_path / "run.mcap")
     for command in (
         ("report", again.path, "-o", tmp_path / "report"),

@@ -16,7 +16,7 @@ from mjsim.logs import Wishes
 from mjsim.logs.bag_file import Bag as RosBag
 from mjsim.logs.bag_frames import matrix_of
 from tests.bags import START, new_bag, write_scans
-from tests.real_logs import run_command
+from tests.real_logs import imported, run_command
 
 pytestmark = pytest.mark.slow  # Each writes bags.
 
@@ -26,7 +26,7 @@ def test_ranges_that_are_no_numbers_and_scans_from_left_to_right_are_told_as_our
     write_scans(tmp_path / "reversed", first=0.3, step=-0.1)
     inf = math.inf
     for name, ranges in (("plain", [-inf, -inf, -inf, 1.0, 3.0, inf, inf]), ("reversed", None)):
-        run = mjsim.import_log(tmp_path / name, wishes=Wishes(seconds=0.3))
+        run = imported(tmp_path / name, wishes=Wishes(seconds=0.3))
         scan = next(seen.scans["scan"] for seen in run.observations("robot") if seen.scans)
         np.testing.assert_array_equal(scan.ranges, ranges or [inf, inf, 3.0, 1.0, -inf, -inf, -inf])
         assert scan.angle_increment > 0.0
@@ -41,7 +41,7 @@ def test_a_lidar_that_hangs_sees_its_left_on_the_robots_right(tmp_path):
         for k in range(12):
             header = bag.header(START + 0.1 * k, "/laser")
             bag.put("/scan", START + 0.1 * k, bag.scan(header, np.array([1.0, 2.0, 3.0]), 0.0, 0.5, (0.1, 5.0)))
-    run = mjsim.import_log(tmp_path / "run.bag")
+    run = imported(tmp_path / "run.bag")
     scan = next(seen.scans["scan"] for seen in run.observations("robot") if seen.scans)
     np.testing.assert_allclose(scan.angles(), [-1.0, -0.5, 0.0], atol=1e-6)
     np.testing.assert_array_equal(scan.ranges, [3.0, 2.0, 1.0])
@@ -89,7 +89,7 @@ def test_a_bag_of_several_files_is_read_without_its_metadata(form, tmp_path):
         ranges = [bag.decode(each).ranges[0] for each in found if each.topic == "/both"]
         assert sorted(ranges) == sorted(1.0 + k for part in range(3) for k in range(10 * part, 10 * part + 12))
         assert bag.counts == {"/scan0": 24, "/scan1": 12, "/both": 36}
-    run = mjsim.import_log(folder)
+    run = imported(folder)
     assert {name for seen in run.observations("robot") for name in seen.scans} == {"both", "scan0", "scan1"}
     some = next(folder.iterdir())
     some.rename(folder / f"other{some.suffix}")
@@ -117,7 +117,7 @@ def test_messages_out_of_order_and_those_of_a_wrong_clock_do_no_harm(tmp_path):
         early = bag.scan(bag.header(17.0, "laser"), np.ones(3), 0.0, 0.5, (0.1, 50.0))
         bag.put("/scan", START + 1.0, early)
         bag.put("/scan", START + 1.1, bag.scan(bag.header(START + 1.0, "laser"), np.ones(4), 0.0, 0.5, (0.1, 50.0)))
-    run = mjsim.import_log(tmp_path / "run")
+    run = imported(tmp_path / "run")
     told = [seen.scans["scan"].ranges[0] for seen in run.observations("robot") if seen.scans]
     assert told == [1.0 + k for k in range(10)]
     assert run.metadata["/scan messages left out"] == "2"
@@ -131,14 +131,14 @@ def test_robots_with_namespaces_of_their_own_are_told_apart(tmp_path):
                 pose = Pose3.from_planar(Pose(0.1 * k, float(row), 0.0))
                 bag.put(f"/{name}/odom", at, bag.odometry(bag.header(at, "odom"), f"{name}/base_link", pose))
                 bag.put(f"/{name}/scan", at, bag.scan(bag.header(at, "l"), np.full(5, row + 1.0), 0.0, 0.5, (0.1, 9.0)))
-    run = mjsim.import_log(tmp_path / "run")
+    run = imported(tmp_path / "run")
     assert set(run.robots) == {"anna", "bert"}
     for row, name in enumerate(("anna", "bert")):
         assert run.robots[name].odometry[-1, 0] == pytest.approx(0.9, abs=1e-6)
         seen = next(seen for seen in run.observations(name) if seen.scans)
         assert set(seen.scans) == {"scan"}
         assert seen.scans["scan"].ranges[0] == row + 1.0
-    only = mjsim.import_log(tmp_path / "run", wishes=Wishes(robots=["bert"]))
+    only = imported(tmp_path / "run", wishes=Wishes(robots=["bert"]))
     assert set(only.robots) == {"bert"}
 
 
@@ -156,7 +156,7 @@ def test_frames_of_one_name_in_the_tf_of_each_robot_are_not_mixed(tmp_path):
                 count = 5 if name == "anna" else 5 - 2 * (k // 3)
                 scan = bag.scan(bag.header(at, "laser"), np.full(count, 1.0), 0.0, 0.5, (0.1, 9.0))
                 bag.put(f"/{name}/scan", at, scan)
-    run = mjsim.import_log(tmp_path / "run")
+    run = imported(tmp_path / "run")
     assert {robot.name: robot.sensors[0].at for robot in run.world.robots} == {
         name: (x, 0.0, 0.3) for name, x in places.items()
     }
@@ -174,7 +174,7 @@ def test_a_bag_is_known_by_what_it_holds_whatever_its_name(form, name, tmp_path)
     write_scans(first, form)
     file = first if first.is_file() else next(each for each in first.iterdir() if each.name != "metadata.yaml")
     file.rename(tmp_path / name)
-    log = mjsim.import_log(tmp_path / name)
+    log = imported(tmp_path / name)
     assert sum(len(seen.scans) for seen in log.observations("robot")) > 3
     assert "bag breaks off" not in log.metadata
 
@@ -186,7 +186,7 @@ def test_a_camera_of_an_unknown_encoding_is_left_out_and_reported(tmp_path):
             bag.put("/odom", START + 0.1 * k, bag.odometry(header, "base_link", Pose3(0, 0, 0, 0, 0, 0, 1)))
             bag.put("/eye/image_raw", START + 0.1 * k, bag.image(header, "nv24", np.zeros((16, 16), np.uint8)))
             bag.put("/icon/image_raw", START + 0.1 * k, bag.image(header, "mono8", np.zeros((8, 16), np.uint8)))
-    log = mjsim.import_log(tmp_path / "seen")
+    log = imported(tmp_path / "seen")
     assert log.metadata["/eye/image_raw messages left out"] == "5"
     assert log.metadata["icon left out"].startswith("pictures of 16 x 8 pixels; a camera has 16 to 4096")
     assert not log.cameras()
@@ -196,7 +196,7 @@ def test_a_log_of_one_moment_is_refused(tmp_path):
     with new_bag(tmp_path / "run") as bag:
         bag.put("/scan", START, bag.scan(bag.header(START, "l"), np.ones(9), 0.0, 0.1, (0.1, 9.0)))
     with pytest.raises(UsageError, match="have the same time; a recording needs at least two ticks"):
-        mjsim.import_log(tmp_path / "run")
+        imported(tmp_path / "run")
 
 
 @pytest.mark.slow
@@ -237,7 +237,7 @@ def test_what_cannot_be_read_or_is_not_clear_is_one_line(tmp_path):
         ("text.bag", {}, "is not a supported log"),
     ):
         with pytest.raises(UsageError, match=re.escape(said)) as caught:
-            mjsim.import_log(tmp_path / name, wishes=Wishes(topics=topics))
+            imported(tmp_path / name, wishes=Wishes(topics=topics))
         assert "\n" not in str(caught.value)
     assert run_command("import-log", tmp_path / "run", "-o", tmp_path / "x.mcap", "--topic", "scan") == 2
 
@@ -259,7 +259,7 @@ def test_commands_echoes_and_what_is_not_read_are_told(tmp_path):
                 at,
                 bag.make("sensor_msgs/MultiEchoLaserScan", **(fields | {"ranges": echoes, "intensities": []})),
             )
-    run = mjsim.import_log(tmp_path / "run")
+    run = imported(tmp_path / "run")
     np.testing.assert_allclose(run.robots["robot"].command[-1], [0.3, 0.0, -0.2])
     scan = next(seen.scans["most"] for seen in run.observations("robot") if seen.scans)
     np.testing.assert_array_equal(scan.ranges, [1.0, np.inf, 3.0])
@@ -276,7 +276,7 @@ def test_robots_that_only_tf_tells_apart_are_not_mixed(tmp_path):
                 moved.append(bag.transform(bag.header(at, f"{name}/odom"), f"{name}/base_link", place))
             bag.put("/tf", at, bag.make("tf2_msgs/TFMessage", transforms=moved))
             bag.put("/scan", at, bag.scan(bag.header(at, "l"), np.ones(5), 0.0, 0.5, (0.1, 9.0)))
-    run = mjsim.import_log(tmp_path / "run")
+    run = imported(tmp_path / "run")
     assert run.metadata["odometry"] == "none; /tf has several frames that move, anna/base_link, bert/base_link"
     assert not run.robots["robot"].odometry[:, :2].any()
 
@@ -301,7 +301,7 @@ def test_an_mcap_that_holds_json_beside_messages_of_ros_is_read_and_kept(tmp_pat
             writer.add_message(note, log_time=time, publish_time=time, data=b"{}")
         writer.finish()
     before = mixed.read_bytes()
-    run = mjsim.import_log(mixed)
+    run = imported(mixed)
     assert sum(bool(seen.scans) for seen in run.observations("robot")) == 10
     assert run.metadata["/notes left out"].endswith(" messages of notes.Note")
     with pytest.raises(UsageError, match=r"run\.mcap' is a file of the log"):
@@ -339,7 +339,7 @@ def test_scans_of_a_lidar_whose_number_of_beams_varies_are_kept_and_point_where_
             # Each range tells the direction of its beam.
             ranges = 1.0 + step * np.arange(beams)
             bag.put("/scan", at, bag.scan(bag.header(at, "laser"), ranges, 0.0, step, (0.1, 50.0)))
-    run = mjsim.import_log(tmp_path / "run")
+    run = imported(tmp_path / "run")
     scans = [seen.scans["scan"] for seen in run.observations("robot") if seen.scans]
     assert len(scans) == 10
     for scan in scans:

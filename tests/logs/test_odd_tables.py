@@ -11,6 +11,7 @@ import pytest
 import mjsim
 from mjsim.algorithms.ekf_slam import EkfSlam
 from mjsim.errors import MjsimError, UsageError
+from tests.real_logs import imported
 
 TIMES = [0.1 * k for k in range(20)]
 DRIVEN = "t,x,y,yaw\n" + "".join(f"{t:.1f},{0.5 * t:.3f},0,0\n" for t in TIMES)
@@ -35,23 +36,23 @@ def way(run: mjsim.Recording) -> float:
     "first", ["log: tables  # mine", 'log: "tables"', "'log': 'tables'", "--- # a log\nlog: tables"]
 )
 def test_a_description_is_known_however_it_is_written(first, tmp_path):
-    assert way(mjsim.import_log(write(tmp_path, LOG.replace("log: tables", first)))) == pytest.approx(0.95)
+    assert way(imported(write(tmp_path, LOG.replace("log: tables", first)))) == pytest.approx(0.95)
 
 
 def test_a_description_in_braces_is_known(tmp_path):
     text = "{log: tables, odometry: {file: odometry.csv, time: t, x: x, y: y, heading: yaw}}\n"
-    assert way(mjsim.import_log(write(tmp_path, text))) == pytest.approx(0.95)
+    assert way(imported(write(tmp_path, text))) == pytest.approx(0.95)
 
 
 def test_a_folder_that_holds_one_log_stands_for_it(tmp_path):
     write(tmp_path)
     (tmp_path / "notes.txt").write_text("The floor was wet.\n")
-    run = mjsim.import_log(tmp_path)
+    run = imported(tmp_path)
     assert way(run) == pytest.approx(0.95)
     assert run.metadata["log source"] == str(tmp_path / "log.yaml")
     (tmp_path / "drive.log").write_text("ODOM 0 0 0 0 0 0 1 host 1\n" * 3)
     with pytest.raises(UsageError, match=r"is a folder of logs; name one of them: drive\.log, log\.yaml$"):
-        mjsim.import_log(tmp_path)
+        imported(tmp_path)
 
 
 @pytest.mark.slow
@@ -63,7 +64,7 @@ def test_landmarks_may_have_any_names_and_sightings_none(tmp_path):
         "sightings: {file: seen.csv, time: t, name: what, range: r, bearing: b}\n"
         "landmarks: {file: marks.csv, name: id, x: x, y: y}\n"
     )
-    run = mjsim.import_log(write(tmp_path, text, seen=seen, marks="id,x,y\nTür 7/ä,2,0\n"))
+    run = imported(write(tmp_path, text, seen=seen, marks="id,x,y\nTür 7/ä,2,0\n"))
     assert [beacon.name for beacon in run.world.beacons] == ["T_r_7__"]
     names = {sighting.name for each in run.observations("robot") for sighting in each.sightings}
     assert names == {"T_r_7__", None}
@@ -72,14 +73,14 @@ def test_landmarks_may_have_any_names_and_sightings_none(tmp_path):
 
 def test_a_cell_of_a_scan_that_is_empty_is_not_a_number(tmp_path):
     scan = "t,r0,r1,r2\n" + "".join(f"{t:.1f},,2.5,9\n" for t in TIMES)
-    run = mjsim.import_log(write(tmp_path, LOG + SCANS, scan=scan))
+    run = imported(write(tmp_path, LOG + SCANS, scan=scan))
     ranges = next(seen.scans["scan"].ranges for seen in run.observations("robot") if seen.scans)
     np.testing.assert_array_equal(ranges, [-np.inf, 2.5, np.inf])
 
 
 def test_a_truth_that_does_not_overlap_the_log_is_reported(tmp_path):
     text = f"{LOG}truth: {{file: truth.csv, time: t, x: x, y: y, heading: yaw}}\n"
-    run = mjsim.import_log(write(tmp_path, text, truth="t,x,y,yaw\n1000,0,0,0\n1001.5,0,0,0\n"))
+    run = imported(write(tmp_path, text, truth="t,x,y,yaw\n1000,0,0,0\n1001.5,0,0,0\n"))
     assert (
         run.metadata["truth of robot left out"] == "all of it is from 1000 to 1001.5 s, readings from 0 to 1.999999 s"
     )
@@ -101,7 +102,7 @@ def test_a_truth_that_does_not_overlap_the_log_is_reported(tmp_path):
 def test_an_error_is_reported_once_with_its_place_in_the_description(old, new, said, tmp_path):
     path = write(tmp_path, (LOG + SCANS).replace(old, new), scan="t,r0,r1,r2\n0,1,1,1\n1,1,1,1\n")
     with pytest.raises(MjsimError, match=said) as caught:
-        mjsim.import_log(path)
+        imported(path)
     assert "\n" not in str(caught.value)
 
 
@@ -112,10 +113,10 @@ def test_a_fault_of_a_landmark_or_a_sighting_names_its_line(tmp_path):
         ("id,x,y\n,1,1\n", r"marks\.csv:2: a landmark has no name; give it one, or leave the line out"),
     ):
         with pytest.raises(UsageError, match=said):
-            mjsim.import_log(write(tmp_path, text, marks=marks))
+            imported(write(tmp_path, text, marks=marks))
     text = f"{LOG}sightings: {{file: seen.csv, time: t, range: r, bearing: b}}\n"
     with pytest.raises(UsageError, match=r"seen\.csv:3: a range is 0 m; it must be above 0"):
-        mjsim.import_log(write(tmp_path, text, seen="t,r,b\n0,1,0\n1,0,0\n"))
+        imported(write(tmp_path, text, seen="t,r,b\n0,1,0\n1,0,0\n"))
 
 
 def drive(count: int = 20, *, dt: float = 0.1, **changes) -> list[mjsim.Observation]:
@@ -180,10 +181,10 @@ def test_an_observation_that_cannot_be_recorded_is_named_and_leaves_no_file(obse
 def test_lines_may_end_with_a_carriage_return_alone(tmp_path):
     description = write(tmp_path)
     (tmp_path / "odometry.csv").write_bytes(DRIVEN.replace("\n", "\r").encode())
-    assert way(mjsim.import_log(description)) == pytest.approx(0.95)
+    assert way(imported(description)) == pytest.approx(0.95)
     lines = [f"ODOM {0.05 * k:.3f} 0 0 0.5 0 0 {k / 10:.1f} host {k / 10:.1f}\r" for k in range(20)]
     (tmp_path / "drive.clf").write_bytes("".join(lines).encode())
-    assert way(mjsim.import_log(tmp_path / "drive.clf")) == pytest.approx(0.95)
+    assert way(imported(tmp_path / "drive.clf")) == pytest.approx(0.95)
 
 
 def test_links_that_lead_in_a_circle_and_pipes_are_told(tmp_path):
@@ -191,11 +192,11 @@ def test_links_that_lead_in_a_circle_and_pipes_are_told(tmp_path):
     (tmp_path / "odometry.csv").unlink()
     (tmp_path / "odometry.csv").symlink_to("odometry.csv")
     with pytest.raises(UsageError, match=r"cannot read '.*odometry\.csv': Too many levels of symbolic links"):
-        mjsim.import_log(description)
+        imported(description)
     (tmp_path / "odometry.csv").unlink()
     os.mkfifo(tmp_path / "odometry.csv")
     with pytest.raises(UsageError, match=r"cannot read '.*odometry\.csv': it is not a file; copy what it gives into"):
-        mjsim.import_log(description)
+        imported(description)
 
 
 ROWS = DRIVEN.splitlines()[1:]
@@ -219,7 +220,7 @@ ROWS = DRIVEN.splitlines()[1:]
 )
 def test_tables_of_other_programs_are_the_same_table(table, note, tmp_path):
     write(tmp_path, odometry=table)
-    run = mjsim.import_log(tmp_path / "log.yaml")
+    run = imported(tmp_path / "log.yaml")
     assert way(run) == pytest.approx(0.95)
     assert {fact: value for fact, value in run.metadata.items() if "odometry.csv" in fact} == note
 
@@ -227,4 +228,4 @@ def test_tables_of_other_programs_are_the_same_table(table, note, tmp_path):
 def test_a_table_without_a_value_in_a_column_that_is_needed_is_one_line(tmp_path):
     write(tmp_path, odometry="t,x,y,yaw\n" + "".join(f"{k},,0,0\n" for k in range(9)))
     with pytest.raises(UsageError, match=r"odometry\.csv' holds no row with values of t, x, y, yaw; name other"):
-        mjsim.import_log(tmp_path / "log.yaml")
+        imported(tmp_path / "log.yaml")

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import mjsim
 from mjsim.errors import UsageError
 from mjsim.logs.bag_file import Bag
 from tests.bags import write_scans
+from tests.real_logs import imported
 
 LEAST = 4096
 """Size of the head of a bag [bytes]."""
@@ -94,8 +94,8 @@ def test_bags_without_an_index_or_chunks_and_old_ones_hold_the_same_messages(for
     is_cut = form.endswith("cut")
     assert found[other][0] == (found[usual][0][:-1] if is_cut else found[usual][0])
     assert found[other][1:] == (found[usual][1], is_cut)
-    scans = [seen.scans["scan"].ranges for seen in mjsim.import_log(other).observations("robot") if seen.scans]
-    expected = [seen.scans["scan"].ranges for seen in mjsim.import_log(usual).observations("robot") if seen.scans]
+    scans = [seen.scans["scan"].ranges for seen in imported(other).observations("robot") if seen.scans]
+    expected = [seen.scans["scan"].ranges for seen in imported(usual).observations("robot") if seen.scans]
     np.testing.assert_array_equal(scans, expected[: len(scans)])
     assert len(scans) >= len(expected) - is_cut
 
@@ -104,5 +104,5 @@ def test_bags_without_an_index_or_chunks_and_old_ones_hold_the_same_messages(for
 def test_bags_of_other_versions_and_empty_ones_are_one_line(magic, tmp_path):
     (tmp_path / "x.bag").write_bytes(magic + bytes(50))
     with pytest.raises(UsageError, match=r"x\.bag' (is not a readable bag|holds no odometry)") as caught:
-        mjsim.import_log(tmp_path / "x.bag")
+        imported(tmp_path / "x.bag")
     assert "\n" not in str(caught.value)

@@ -13,6 +13,7 @@ from mjsim.geometry import Pose3
 from mjsim.logs.readings import partners
 from mjsim.logs.rgbd import read_rgbd
 from mjsim.record import LoggedPictures
+from tests.real_logs import imported
 
 WORLD = """mjsim: 1
 name: room
@@ -43,7 +44,7 @@ def folder(tmp_path_factory):
 
 def test_a_folder_comes_in_with_its_pictures_depth_calibration_and_truth_in_space(folder):
     path, run = folder
-    log = mjsim.import_log(path)
+    log = imported(path)
     assert log.metadata["log"] == "TUM RGB-D"
     track = log.robots["robot"]
     with mjsim.Simulation(run.world) as sim:
@@ -89,7 +90,7 @@ def test_an_invalid_folder_is_a_one_line_error(file, content, said, folder, tmp_
     shutil.copytree(folder[0], tmp_path / "tum")
     (tmp_path / "tum" / file).write_text(content)
     with pytest.raises(UsageError, match=said) as caught:
-        mjsim.import_log(tmp_path / "tum")
+        imported(tmp_path / "tum")
     assert "\n" not in str(caught.value)
 
 
@@ -106,7 +107,7 @@ def test_a_picture_of_another_kind_is_kept_without_loss(folder, tmp_path):
     second = sorted((tmp_path / "bmp" / "rgb").iterdir())[1]
     picture = cv2.imread(str(second))
     second.write_bytes(cv2.imencode(".bmp", picture)[1].tobytes())
-    _, data, form = list(mjsim.import_log(tmp_path / "bmp").pictures("robot", "camera"))[1]
+    _, data, form = list(imported(tmp_path / "bmp").pictures("robot", "camera"))[1]
     assert form == "png"
     np.testing.assert_array_equal(cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR), picture)
 
@@ -117,7 +118,7 @@ def test_depth_that_says_it_has_gigabytes_is_not_decoded(folder, tmp_path):
     data = bytearray(file.read_bytes())
     data[16:24] = (30_000).to_bytes(4, "big") * 2
     file.write_bytes(data)
-    log = mjsim.import_log(tmp_path / "huge")
+    log = imported(tmp_path / "huge")
     assert log.metadata["damaged depth of camera left out"] == "1"
     assert "900 megapixels" in log.metadata["first of the damaged depth of camera left out"]
 
@@ -132,7 +133,7 @@ def test_damaged_pictures_and_depth_are_left_out_and_said(folder, tmp_path, capf
     data = depths[3].read_bytes()
     depths[3].write_bytes(data[:90] + bytes(9) + data[99:])
     pictures[2].write_bytes(b"no picture")
-    log = mjsim.import_log(tmp_path / "cut")
+    log = imported(tmp_path / "cut")
     assert log.metadata["damaged readings of camera left out"] == "2"
     assert log.metadata["damaged depth of camera left out"] == "2"
     assert depths[1].name in log.metadata["first of the damaged depth of camera left out"]
@@ -148,7 +149,7 @@ def test_folders_with_depth_or_accelerations_alone_come_in(without, folder, tmp_
     shutil.copytree(folder[0], tmp_path / "tum")
     for name in without:
         (tmp_path / "tum" / name).unlink()
-    log, whole = mjsim.import_log(tmp_path / "tum"), mjsim.import_log(folder[0])
+    log, whole = imported(tmp_path / "tum"), imported(folder[0])
     felt, expected = (
         np.array([each.acceleration for seen in run.observations("robot") for each in seen.imu]) for run in (log, whole)
     )
@@ -165,7 +166,7 @@ def test_folders_with_depth_or_accelerations_alone_come_in(without, folder, tmp_
 def test_files_that_a_list_names_and_nobody_has_are_left_out_and_counted(folder, tmp_path):
     shutil.copytree(folder[0], tmp_path / "tum")
     sorted((tmp_path / "tum" / "depth").iterdir())[1].unlink()
-    log = mjsim.import_log(tmp_path / "tum")
+    log = imported(tmp_path / "tum")
     assert log.metadata["files of depth.txt that are not there left out"] == "1"
     assert log.metadata["pictures without depth"] == "1"
 
@@ -193,6 +194,7 @@ def test_pictures_and_depth_may_be_listed_in_pairs(depth_first, folder, tmp_path
         read_rgbd(path)
 
 
+@pytest.mark.slow
 def test_an_import_that_fails_on_its_way_leaves_what_was_there(folder, tmp_path):
     path, run = tmp_path / "tum", tmp_path / "run.mcap"
     shutil.copytree(folder[0], path)
@@ -214,7 +216,7 @@ def test_a_truth_of_few_poses_a_second_is_one_line_through_them(folder, tmp_path
     path = tmp_path / "tum"
     shutil.copytree(folder[0], path)
     (path / "groundtruth.txt").write_text("\n".join(f"{time} {time} 0 0 0 0 0 1" for time in (0.0, 0.2, 0.4, 1.2)))
-    track = mjsim.import_log(path).robots["robot"]
+    track = imported(path).robots["robot"]
     # Three steps of 0.2 s are usual, the one of 0.8 s is a hole.
     known = np.isfinite(track.truth[:, 0])
     assert known[:9].all()
@@ -226,12 +228,12 @@ def test_a_truth_of_few_poses_a_second_is_one_line_through_them(folder, tmp_path
 def test_a_log_without_truth_goes_out_without_one_and_comes_in_again(folder, tmp_path):
     shutil.copytree(folder[0], tmp_path / "tum")
     (tmp_path / "tum" / "groundtruth.txt").unlink()
-    log = mjsim.import_log(tmp_path / "tum")
+    log = imported(tmp_path / "tum")
     (again,) = export_tum_rgbd(log, tmp_path / "again")
     (euroc,) = export_euroc(log, tmp_path / "euroc")
     assert not [*again.glob("groundtruth*"), *euroc.glob("mav0/state*")]
     for path, camera in ((again, "camera"), (euroc, "cam0")):
-        pictures = mjsim.import_log(path).pictures("robot", camera)
+        pictures = imported(path).pictures("robot", camera)
         assert [data for _, data, _ in pictures] == [data for _, data, _ in log.pictures("robot", "camera")]
 
 
@@ -242,7 +244,7 @@ def test_a_camera_that_looks_straight_up_from_its_body_comes_in(folder, tmp_path
     up = [0.0, -1.0, 0.0, 0.1, 1.0, 0.0, 0.0, 0.2, 0.0, 0.0, 1.0, 0.3, 0.0, 0.0, 0.0, 1.0]
     lines = (f"  data: {up}" if line.startswith("  data:") else line for line in sheet.read_text().splitlines())
     sheet.write_text("\n".join(lines))
-    log = mjsim.import_log(tmp_path / "euroc" / "scout")
+    log = imported(tmp_path / "euroc" / "scout")
     place = LoggedPictures(log, "robot").cameras["cam0"].robot_from_camera
     np.testing.assert_allclose(place, np.reshape(up, (4, 4)), atol=1e-12)
 
@@ -265,7 +267,7 @@ def test_cameras_of_tum_vi_are_calibrated_by_kalibr(folder, tmp_path):
     for picture in (place / "mav0" / "cam0" / "data").iterdir():
         grey = cv2.imread(str(picture), cv2.IMREAD_GRAYSCALE).astype(np.uint16) * 256
         picture.write_bytes(cv2.imencode(".png", grey)[1].tobytes())
-    log = mjsim.import_log(place)
+    log = imported(place)
     camera = LoggedPictures(log, "robot").cameras["cam0"]
     np.testing.assert_allclose(camera.robot_from_camera, body_from_camera, atol=1e-12)
     about = camera.intrinsics
@@ -273,10 +275,10 @@ def test_cameras_of_tum_vi_are_calibrated_by_kalibr(folder, tmp_path):
     assert about.distortion == (0.003, 0.001, -0.002, 0.0002)
     assert sum(len(seen.imu) for seen in log.observations("robot")) > 20
     chain.unlink()
-    assert mjsim.import_log(place).metadata["calibration of cam0"] == "not in the folder; 60 degrees are assumed"
+    assert imported(place).metadata["calibration of cam0"] == "not in the folder; 60 degrees are assumed"
     chain.write_text(f"cam0:\n  T_cam_imu:\n{rows[: rows.rindex('  -')]}  intrinsics: [19.0, 19.1, 31.2, 23.9]\n")
     with pytest.raises(UsageError, match=r"camchain\.yaml': T_cam_imu of cam0 is no pose; it is a rigid transform"):
-        mjsim.import_log(place)
+        imported(place)
 
 
 @pytest.mark.slow
@@ -286,7 +288,7 @@ def test_lines_of_a_folder_may_be_in_any_order(folder, tmp_path):
         lines = (tmp_path / "tum" / file).read_text().splitlines()
         np.random.default_rng(0).shuffle(lines)
         (tmp_path / "tum" / file).write_text("\n".join(lines))
-    shuffled, ordered = (mjsim.import_log(place) for place in (tmp_path / "tum", folder[0]))
+    shuffled, ordered = (imported(place) for place in (tmp_path / "tum", folder[0]))
     np.testing.assert_array_equal(shuffled.robots["robot"].truth_pose, ordered.robots["robot"].truth_pose)
     for one, other in zip(shuffled.observations("robot"), ordered.observations("robot"), strict=True):
         assert [each.stamp for each in one.imu] == [each.stamp for each in other.imu]
@@ -308,7 +310,7 @@ def test_lists_of_other_programs_are_the_same_lists(file, old, new, folder, tmp_
     path = tmp_path / "tum" / file
     rows = "".join(line for line in path.read_text().splitlines(True) if not line.startswith("# ground"))
     path.write_text(rows.replace(old, new))
-    log, usual = mjsim.import_log(tmp_path / "tum"), mjsim.import_log(folder[0])
+    log, usual = imported(tmp_path / "tum"), imported(folder[0])
     np.testing.assert_array_equal(log.robots["robot"].truth_pose, usual.robots["robot"].truth_pose)
     assert list(log.pictures("robot", "camera")) == list(usual.pictures("robot", "camera"))
     assert log.metadata.get("lines of groundtruth.txt with NaN left out") == ("1" if "nan" in new else None)

@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 import pytest
 
-import mjsim
 from mjsim.logs.rvl import unpack_rvl
 from tests.bags import START, new_bag
+from tests.real_logs import imported
 
 
 def _packed(picture: np.ndarray) -> bytes:
@@ -83,7 +83,7 @@ def test_bags_with_rvl_and_nv12_come_in(tmp_path):
                 # Both are seen: the height of the picture, and that of all rows.
                 told.height = 24 if name == "nv12" else 36
                 bag.put(f"/{name}/image_raw", at, told)
-    run = mjsim.import_log(tmp_path / "run")
+    run = imported(tmp_path / "run")
     _, found = next(run.depths("robot", "depth"))
     np.testing.assert_array_equal(found, depth)
     for name in frames:
@@ -112,7 +112,7 @@ def test_damaged_depth_of_a_bag_is_left_out_with_the_reason(tmp_path):
                 bag.header(at, "png"), "png", colour[:60] + bytes(9) + colour[69:] if k == 1 else colour
             )
             bag.put("/png/colour/compressed", at, told)
-    run = mjsim.import_log(tmp_path / "run")
+    run = imported(tmp_path / "run")
     assert len(list(run.depths("robot", "rvl"))) == 5
     assert run.metadata["damaged readings of rvl left out"] == "1"
     assert "a damaged depth picture (RVL)" in run.metadata["first of the damaged readings of rvl left out"]

@@ -14,6 +14,7 @@ import mjsim
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose3
 from tests.bags import START, new_bag, write_scans
+from tests.real_logs import imported
 
 pytestmark = pytest.mark.slow  # Each writes a bag.
 
@@ -26,7 +27,7 @@ def test_a_stamp_of_zero_is_a_time_where_the_clock_begins_at_zero(tmp_path):
                 "/odom", recorded, bag.odometry(bag.header(0.1 * k, "odom"), "base_link", Pose3(0.1 * k, *[0] * 5, 1))
             )
             bag.put("/scan", recorded, bag.scan(header, np.full(9, 1.0 + k), -0.4, 0.1, (0.1, 50.0)))
-    run = mjsim.import_log(tmp_path / "run")
+    run = imported(tmp_path / "run")
     scans = [seen.scans["scan"] for seen in run.observations("robot") if seen.scans]
     assert [scan.ranges[0] for scan in scans] == [1.0 + k for k in range(20)]
     assert run.metadata["log start"] == "0.0"
@@ -40,7 +41,7 @@ def test_headers_that_nobody_filled_in_have_the_time_of_the_recorder(tmp_path):
             at = START + 0.1 * k
             bag.put("/odom", at, bag.odometry(bag.header(at, "odom"), "base_link", Pose3(0.1 * k, *[0] * 5, 1)))
             bag.put("/scan", at, bag.scan(bag.header(0.0, "laser"), np.full(9, 1.0 + k), -0.4, 0.1, (0.1, 50.0)))
-    run = mjsim.import_log(tmp_path / "run")
+    run = imported(tmp_path / "run")
     assert len([seen for seen in run.observations("robot") if seen.scans]) == 20
 
 
@@ -53,7 +54,7 @@ def test_the_last_fixed_frame_counts_and_the_first_of_a_moving_one(tmp_path):
             bag.transforms("/tf", at, [("base_link", "head", place)])
             for name in ("laser", "head"):
                 bag.put(f"/{name}", at, bag.scan(bag.header(at, name), np.full(9, 1.0), -0.4, 0.1, (0.1, 50.0)))
-    (robot,) = mjsim.import_log(tmp_path / "run").world.robots
+    (robot,) = imported(tmp_path / "run").world.robots
     assert {sensor.lidar: sensor.at[0] for sensor in robot.sensors} == {"laser": 0.2, "head": 0.5}
 
 
@@ -64,7 +65,7 @@ def test_pictures_beside_scans_keep_the_times_at_which_they_were_taken(tmp_path)
             picture = cv2.imencode(".png", np.full((32, 32, 3), k, dtype=np.uint8))[1].tobytes()
             bag.put("/scan", at - 0.017, bag.scan(bag.header(at - 0.017, "laser"), np.ones(9), -0.4, 0.1, (0.1, 50.0)))
             bag.put("/cam/image/compressed", at, bag.compressed(bag.header(at, "cam"), "png", picture))
-    run = mjsim.import_log(tmp_path / "run")
+    run = imported(tmp_path / "run")
     stamps = np.array([stamp for stamp, _ in run.images("robot", "cam")]) + float(run.metadata["log start"])
     np.testing.assert_allclose(stamps, taken, atol=1e-6)  # Doubles of times since 1970 have 2.4e-7 s.
     again = mjsim.replay(run, robot="robot", estimator=Counting())
@@ -103,7 +104,7 @@ def test_a_database_of_a_killed_recorder_is_read_with_its_log_which_stays_as_it_
         for part in ("live.db3", "live.db3-wal"):
             shutil.copy(tmp_path / part, killed / part)
     before = {each.name: each.read_bytes() for each in killed.iterdir()}
-    run = mjsim.import_log(killed)
+    run = imported(killed)
     assert len([seen for seen in run.observations("robot") if seen.scans]) == 10
     assert {each.name: each.read_bytes() for each in killed.iterdir()} == before
 
@@ -113,7 +114,7 @@ def test_a_database_of_a_killed_recorder_is_read_with_its_log_which_stays_as_it_
 def test_a_bag_may_have_any_name(name, form, tmp_path):
     write_scans(tmp_path / "plain", form)
     (tmp_path / "plain").rename(tmp_path / name)
-    run = mjsim.import_log(tmp_path / name)
+    run = imported(tmp_path / name)
     assert len([seen for seen in run.observations("robot") if seen.scans]) == 10
     assert "bag breaks off" not in run.metadata
 
@@ -135,7 +136,7 @@ def test_mcap_files_that_were_converted_or_merged_come_in_like_the_bags(form, pr
                     channels[connection.topic] = writer.register_channel(connection.topic, old[1], schema)
                 writer.add_message(channels[connection.topic], time, bytes(data), time)
         writer.finish()
-    run, expected = mjsim.import_log(tmp_path / "run.mcap"), mjsim.import_log(whole)
+    run, expected = imported(tmp_path / "run.mcap"), imported(whole)
     assert "bag breaks off" not in run.metadata
     pairs = zip(run.observations("robot"), expected.observations("robot"), strict=True)
     scans = [(seen.scans["scan"], other.scans["scan"]) for seen, other in pairs if other.scans]
@@ -145,7 +146,7 @@ def test_mcap_files_that_were_converted_or_merged_come_in_like_the_bags(form, pr
         assert scan.stamp == other.stamp
     # A recording of mjsim is an MCAP file too, but not of ROS.
     with pytest.raises(UsageError, match="is an MCAP file but not of ROS"):
-        mjsim.import_log(run.path)
+        imported(run.path)
 
 
 def test_a_bag_with_an_imu_alone_comes_in(tmp_path):
@@ -155,7 +156,7 @@ def test_a_bag_with_an_imu_alone_comes_in(tmp_path):
             bag.put(
                 "/imu/data", at, bag.imu(bag.header(at, "imu"), np.array([0.0, 0.0, 9.81]), np.array([0, 0, 0.01 * k]))
             )
-    run = mjsim.import_log(tmp_path / "run")
+    run = imported(tmp_path / "run")
     readings = [reading for seen in run.observations("robot") for reading in seen.imu]
     np.testing.assert_allclose([reading.turn[2] for reading in readings], 0.01 * np.arange(100))
     assert run.metadata["odometry"] == "none; the motion of each tick is unknown"

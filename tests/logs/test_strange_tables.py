@@ -6,9 +6,9 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 import pytest
 
-import mjsim
 from mjsim.errors import MjsimError
 from mjsim.geometry import Pose
+from tests.real_logs import imported
 
 pytestmark = pytest.mark.slow  # Each writes a recording.
 
@@ -21,7 +21,7 @@ def end_of(folder, keys: str, text: str, *, kind: str = "odometry", more: str = 
     (folder / "o.csv").write_text(text, newline="")
     (folder / "log.yaml").write_text(f"log: tables\n{kind}: {{file: o.csv, {keys}}}\n{more}")
     place = Pose(0.0, 0.0, 0.0)
-    for seen in mjsim.import_log(folder / "log.yaml").observations("robot"):
+    for seen in imported(folder / "log.yaml").observations("robot"):
         place = place @ Pose(seen.odometry.forward, seen.odometry.left, seen.odometry.turn)
     return place
 
@@ -77,7 +77,7 @@ def test_a_gyroscope_may_tell_degrees(tmp_path):
     (tmp_path / "i.csv").write_text(text)
     told = "log: tables\nimu: {file: i.csv, time: t, acceleration: [ax, ay, az], turn_deg: [p, q, r]}\n"
     (tmp_path / "log.yaml").write_text(told)
-    seen = list(mjsim.import_log(tmp_path / "log.yaml").observations("robot"))
+    seen = list(imported(tmp_path / "log.yaml").observations("robot"))
     turns = np.array([reading.turn for each in seen for reading in each.imu])
     np.testing.assert_allclose(turns[:, 1:], np.tile([-math.pi / 2, math.pi], (100, 1)))
     np.testing.assert_allclose(turns[:, 0], np.radians(np.arange(100)))
@@ -108,6 +108,6 @@ def test_rows_out_of_order_are_sorted_and_reported(tmp_path):
     lines = rows(plain).splitlines()
     (tmp_path / "o.csv").write_text("\n".join(["t,x,y,h", *lines[:10], *lines[20:], *lines[10:20]]))
     (tmp_path / "log.yaml").write_text("log: tables\nodometry: {file: o.csv, time: t, x: x, y: y, heading: h}\n")
-    run = mjsim.import_log(tmp_path / "log.yaml")
+    run = imported(tmp_path / "log.yaml")
     assert run.metadata["clock of o.csv"] == "goes back 1 times; the rows are sorted by time"
     assert sum(seen.odometry.turn for seen in run.observations("robot")) == pytest.approx(TURN * 3.9)

@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
-import mjsim
-from mjsim.cli import main
 from mjsim.geometry import Pose, Pose3
 from mjsim.interface import Scan
-from mjsim.logs.log import Mount, Wishes
+from mjsim.logs import Wishes
+from mjsim.logs.log import Mount
 from mjsim.logs.sweep import swept
 from tests.bags import START, new_bag
+from tests.real_logs import imported
 
 HALF = 3.0
 """Half the width of a square room [m]."""
@@ -83,15 +83,13 @@ def test_the_beams_of_a_bag_are_where_they_were_measured(sense, tmp_path):
             told.time_increment = increment
             bag.put("/scan", START + time + 0.08, told)
         bag.transforms("/tf_static", START, [("base_link", "other", np.eye(4))])
-    raw = mjsim.import_log(tmp_path / "run")
+    raw = imported(tmp_path / "run")
     assert raw.metadata["sweep of scan"] == "0.080 s; beams stay as measured without --deskew"
     first = next(seen.scans["scan"] for seen in raw.observations("robot") if seen.scans)
     assert first.stamp == pytest.approx(0.0, abs=1e-6)
     measured = sorted(_range(_driven(increment * n), step * n) for n in range(beams))
     np.testing.assert_allclose(np.sort(first.ranges), measured, rtol=1e-6)
-    with pytest.raises(SystemExit, match="0"):
-        main(["import-log", str(tmp_path / "run"), "--deskew", "-o", str(tmp_path / "run.mcap")])
-    run = mjsim.read_recording(tmp_path / "run.mcap")
+    run = imported(tmp_path / "run", wishes=Wishes(deskew=True))
     scans = [seen.scans["scan"] for seen in run.observations("robot") if seen.scans]
     assert len(scans) == 10
     for k, scan in enumerate(scans):
@@ -111,7 +109,7 @@ def test_a_duration_that_cannot_be_is_not_used(tmp_path):
             bag.put("/scan", at, told)
             pose = Pose3.from_planar(Pose(0.1 * k, 0.0, 0.0))
             bag.put("/odom", at, bag.odometry(bag.header(at, "odom"), "base_link", pose))
-    run = mjsim.import_log(tmp_path / "run", wishes=Wishes(deskew=True))
+    run = imported(tmp_path / "run", wishes=Wishes(deskew=True))
     scans = [seen.scans["scan"] for seen in run.observations("robot") if seen.scans]
     np.testing.assert_array_equal([scan.ranges for scan in scans], np.full((10, 100), 2.0))
     np.testing.assert_allclose([scan.stamp for scan in scans], 0.1 * np.arange(10), atol=1e-6)

@@ -20,7 +20,7 @@ from mjsim.logs import Wishes, write_log
 from mjsim.logs.columns import read_columns
 from mjsim.logs.csv_table import read_csv
 from mjsim.run import drivers_of
-from tests.real_logs import circle, run_command
+from tests.real_logs import circle, imported, run_command
 
 MARKS = {"a": (2.0, 1.0), "b": (1.0, 3.0), "c": (-1.0, 1.5)}
 LOG = """log: tables
@@ -66,7 +66,7 @@ def write_tables(folder: Path) -> None:
 @pytest.mark.slow
 def test_tables_are_read_by_their_description(tmp_path):
     write_tables(tmp_path)
-    run = mjsim.import_log(tmp_path / "log.yaml", wishes=Wishes(rate_hz=10.0, known_map=True))
+    run = imported(tmp_path / "log.yaml", wishes=Wishes(rate_hz=10.0, known_map=True))
     track = run.robots["robot"]
     at = circle(Pose(0.5, -0.2, 0.3), 0.3, 0.25, run.time)
     # Ticks with scans stand for the moments of the scans, at most a tick earlier; poses lie on chords.
@@ -104,11 +104,12 @@ def test_tables_are_read_by_their_description(tmp_path):
         ("file: marks.csv", "file: twice.csv", "has 2 columns 'x'; give its number, from 1"),
     ],
 )
-def test_a_fault_in_a_description_is_one_line(old, new, said, tmp_path, capsys):
+def test_a_fault_in_a_description_is_one_line(old, new, said, tmp_path):
     write_tables(tmp_path)
     (tmp_path / "log.yaml").write_text(LOG.replace(old, new))
-    assert run_command("import-log", tmp_path / "log.yaml", "-o", tmp_path / "run.mcap") == 2
-    (line,) = capsys.readouterr().err.strip().splitlines()
+    with pytest.raises(MjsimError) as caught:
+        imported(tmp_path / "log.yaml")
+    (line,) = str(caught.value).splitlines()
     assert said in line
 
 
@@ -126,7 +127,7 @@ def test_a_fault_in_a_table_names_its_line(content, said, tmp_path):
     write_tables(tmp_path)
     (tmp_path / "odometry.csv").write_text(content)
     with pytest.raises(UsageError, match=said):
-        mjsim.import_log(tmp_path / "log.yaml")
+        imported(tmp_path / "log.yaml")
 
 
 def observations(count: int = 40, first: float = 100.0) -> list[Observation]:

@@ -8,12 +8,12 @@ import pytest
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
-import mjsim
 from mjsim.datasets import export_euroc, export_rosbag2, export_tum_rgbd
 from mjsim.geometry import Pose, Pose3
 from mjsim.logs.bag_messages import imu_of
 from mjsim.logs.merge import joined, restarts_of
 from tests.bags import START, Bag, new_bag
+from tests.real_logs import imported
 
 NOT_MEASURED = -1.0
 """First element of a covariance."""
@@ -32,7 +32,7 @@ def test_what_an_inertial_sensor_does_not_measure_is_not_zero(missing, tmp_path,
             bag.put("/imu", START + 0.05 * k, told)
             picture = np.zeros((16, 16, 3), dtype=np.uint8)
             bag.put("/eye/image_raw", START + 0.05 * k, bag.image(bag.header(START + 0.05 * k, "eye"), "rgb8", picture))
-    run = mjsim.import_log(tmp_path / "bag", record=tmp_path / "run.mcap")
+    run = imported(tmp_path / "bag", record=tmp_path / "run.mcap")
     readings = [reading for seen in run.observations("robot") for reading in seen.imu]
     values = {"linear_acceleration": felt, "angular_velocity": turn}
     known = {name: value if name != missing else np.full(3, np.nan) for name, value in values.items()}
@@ -131,7 +131,7 @@ def test_a_restart_of_odometry_in_a_bag_is_no_motion_and_is_said(tmp_path):
             at, x = START + 0.1 * k, 0.05 * (k if k < 30 else k - 30)
             bag.put("/odom", at, bag.odometry(bag.header(at, "odom"), "base_link", Pose3(x, 0, 0, 0, 0, 0, 1)))
             bag.put("/scan", at, bag.scan(bag.header(at, "base_link"), np.ones(9), -0.4, 0.1, (0.1, 50.0)))
-    run = mjsim.import_log(tmp_path / "bag")
+    run = imported(tmp_path / "bag")
     moved = [seen.odometry.forward for seen in run.observations("robot")]
     assert sum(moved) == pytest.approx(0.05 * 58, abs=1e-6)
     assert min(moved) > -1e-9
@@ -148,7 +148,7 @@ def test_odometry_in_tf_may_be_of_any_frame_but_a_map(tmp_path):
             bag.transforms("/tf", at, [("wheel_odom", "chassis", moved), ("wheel_odom", "map", placed)])
             bag.transforms("/tf_static", at, [("chassis", "laser", mounted)])
             bag.put("/scan", at, bag.scan(bag.header(at, "laser"), np.ones(9), -0.4, 0.1, (0.1, 50.0)))
-    run = mjsim.import_log(tmp_path / "bag")
+    run = imported(tmp_path / "bag")
     assert run.metadata["odometry"] == "frame chassis in /tf"
     assert sum(seen.odometry.forward for seen in run.observations("robot")) == pytest.approx(0.05 * 29, abs=1e-6)
     assert run.world.robots[0].sensors[0].at == pytest.approx((0.2, 0.0, 0.0))
@@ -162,7 +162,7 @@ def test_the_first_message_that_is_left_out_says_why(tmp_path):
             bag.put("/odom", at, bag.odometry(bag.header(at, "odom"), "base_link", Pose3(0.1 * k, 0, 0, 0, 0, 0, 1)))
             told = bag.image(bag.header(at, "eye"), "nv99", np.zeros((24, 16), dtype=np.uint8))
             bag.put("/eye/image_raw", at, told)
-    run = mjsim.import_log(tmp_path / "bag")
+    run = imported(tmp_path / "bag")
     assert run.metadata["/eye/image_raw messages left out"] == "10"
     assert (
         run.metadata["first message of /eye/image_raw left out"]
@@ -189,7 +189,7 @@ def write_tables(folder) -> None:
 @pytest.mark.parametrize(("write", "name"), [(write_carmen, "log.clf"), (write_tables, "log.yaml")])
 def test_a_restart_of_odometry_in_a_log_of_text_is_no_motion(write, name, tmp_path):
     write(tmp_path)
-    run = mjsim.import_log(tmp_path / name)
+    run = imported(tmp_path / name)
     moved = [seen.odometry.forward for seen in run.observations("robot")]
     assert sum(moved) == pytest.approx(0.05 * 58, abs=1e-6)
     assert min(moved) > -1e-9
@@ -200,7 +200,7 @@ def test_infinite_numbers_of_an_inertial_table_are_not_measured(tmp_path):
     (tmp_path / "mav0" / "imu0").mkdir(parents=True)
     rows = [f"{10**18 + k * 10**7},0,0,0.1,0,{'inf' if k == 3 else '-1e200' if k == 5 else 0},9.81" for k in range(30)]
     (tmp_path / "mav0" / "imu0" / "data.csv").write_text("#t,wx,wy,wz,ax,ay,az\n" + "\n".join(rows) + "\n")
-    run = mjsim.import_log(tmp_path)
+    run = imported(tmp_path)
     readings = [reading for seen in run.observations("robot") for reading in seen.imu]
     assert [k for k, each in enumerate(readings) if np.isnan(each.acceleration).all()] == [3, 5]
     assert all(np.isfinite(each.turn).all() for each in readings)
