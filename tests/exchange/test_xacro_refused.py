@@ -146,6 +146,8 @@ BODIES = {
     "half a character in YAML": "<l v=\"${{load_yaml('half.yaml')}}\"/>",
     "a null character in a path": "<l v=\"${{load_yaml('a\\0')}}\"/>",
     "long names that are alike": "".join(f'<xacro:property name="{"a" * 9000}{k}" value="1"/>' for k in range(99)) + f'<l v="${{{{{"a" * 3900}}}}}"/>',
+    "a long name of a file": '<xacro:include filename="' + "x" * 300 + '" optional="true"/><l v="${{gone}}"/>',
+    "a long name of a package": '<xacro:include filename="$(find ' + "x" * 300 + ')/x" optional="true"/><l v="${{gone}}"/>',
     "an odd name of an element": '<xacro:element xacro:name="a&gt;&lt;!DOCTYPE x"/>',
     "an odd name of an attribute": '<l><xacro:attribute name="a=&quot;1&quot; b" value="2"/></l>',
     "parameters without end": f'<xacro:macro name="m" params="{"a " * 300}"/>',

@@ -16,7 +16,7 @@ MANIFESTS = ("package.xml", "manifest.xml")
 """A folder that contains one of these is a ROS package."""
 PARTS = ("meshes", "assets", "urdf")
 """A folder that contains one of these is laid out like a package."""
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.-]*")
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,99}")
 _PATTERN = re.compile(r"[*?[]")
 
 

@@ -1,5 +1,6 @@
 """Expands the elements of xacro: properties, arguments, conditions, macros, blocks and includes."""
 
+import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -263,7 +264,7 @@ class Expander:
         name = self._text.text(node.required("filename"), scope)
         optional = is_true(node.attributes.get("optional", "false"), "optional")
         for path in self._files.locate(name, self._paths[-1].parent):
-            if optional and not path.exists():
+            if optional and not os.path.exists(path):
                 continue
             with self._inside(path), self.budget.deeper(6):
                 root = self._root_of(path)
