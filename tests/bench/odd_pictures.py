@@ -76,6 +76,29 @@ def small() -> Mapping[str, NDArray]:
     return {f"{columns}x{rows}": rng.integers(0, 256, (rows, columns)) for rows, columns in sizes}
 
 
+def borderline() -> dict[str, Picture]:
+    """Return pictures between bad and good, RGB, by name: of few shapes, faint, blurred, coarse, repeated in part."""
+    # Of different drawings, so that none is taken for another.
+    grays = {f"{count}-shapes": drawing(50 + count, shapes=count) for count in (1, 2, 3, 4, 6, 8, 12)}
+    for seed, share in enumerate((0.02, 0.05, 0.1, 0.2, 0.4)):
+        grays[f"contrast-{share}"] = 128 + (drawing(20 + seed) - 128.0) * share
+    for sigma in (3, 6, 10, 16, 24):
+        grays[f"blur-{sigma}"] = cv2.GaussianBlur(drawing(70 + sigma), (0, 0), sigma)
+    for columns in (9, 12, 18, 27, 40):
+        small = cv2.resize(drawing(100 + columns), (columns, columns * 4 // 3), interpolation=cv2.INTER_AREA)
+        grays[f"{columns}-columns"] = small
+    grays |= {name: repeated()[name] for name in ("bricks", "tiles-of-one-motif", "noise", "checkerboard")}
+    grays |= {"disc": plain()["disc"], "cross": plain()["cross"], "rings": one_way()["rings"]}
+    grays["logo-on-bricks"] = grays["bricks"].copy()
+    grays["logo-on-bricks"][100:220, 70:170] = drawing(11)[100:220, 70:170]
+    return {name: colored(gray) for name, gray in grays.items()}
+
+
+def colored(gray: NDArray) -> Picture:
+    """Return an RGB picture of gray values."""
+    return np.repeat(np.clip(np.rint(gray), 0, 255).astype(np.uint8)[..., None], 3, axis=2)
+
+
 def other_pixels() -> dict[str, bytes]:
     """Return files of one good drawing in the forms that files have: depths, channels, palettes, orientations."""
     gray = drawing(7)
@@ -99,10 +122,10 @@ def other_pixels() -> dict[str, bytes]:
     }
 
 
-def drawing(seed: int) -> Picture:
+def drawing(seed: int, *, shapes: int = 40) -> NDArray:
     """Return a poster with clear shapes, shape (320, 240)."""
     rng, picture = np.random.default_rng(seed), np.full((320, 240), 225, dtype=np.uint8)
-    for _ in range(40):
+    for _ in range(shapes):
         corners = rng.integers(0, (240, 320), 2) + rng.integers(-45, 45, (int(rng.integers(3, 6)), 2))
         cv2.fillPoly(picture, [corners.astype(np.int32)], int(rng.integers(0, 256)))
     return picture
