@@ -38,11 +38,10 @@ class PictureBeacons:
         """
         grays = {name: (gray_of(picture), width) for name, (picture, width) in pictures.items()}
         gauges = {name: PictureGauge(name, gray, width) for name, (gray, width) in grays.items()}
-        alike = equal_pictures({name: grays[name][0] for name, gauge in gauges.items() if gauge.templates})
+        self._equal = equal_pictures({name: grays[name][0] for name, gauge in gauges.items() if gauge.templates})
         # Of equal pictures the first one is searched for, so that it is not taken for a third one that looks like it.
-        self._names = tuple(alike)
+        self._names = tuple(self._equal)
         self._gauges = {name: gauges[name] for name in self._names}
-        self._nameless = frozenset(name for name, group in alike.items() if len(group) > 1)
         searched = [grays[name] for name in self._names]
         self._bank = make_bank(searched)
         self._likenesses: dict[str, list[Likeness]] = {name: [] for name in self._names}
@@ -50,16 +49,30 @@ class PictureBeacons:
             self._likenesses[self._names[each.shown]].append(each)
 
     @property
-    def searched(self) -> Sequence[str]:
-        """Names of the pictures that can be found: not those that are plain or equal to another."""
-        return [name for name in self._names if name not in self._nameless]
+    def alike(self) -> list[tuple[str, str, float]]:
+        """Pairs of pictures that can be taken for each other, and how much one explains of the other, at most 1."""
+        equal = [(first, name, 1.0) for first, group in self._equal.items() for name in group[1:]]
+        found = [each for likenesses in self._likenesses.values() for each in likenesses]
+        return equal + [(self._names[each.shown], self._names[each.taken], each.explained) for each in found]
+
+    def is_searched(self, name: str) -> bool:
+        """Return whether a picture can be found: it is not plain, and not equal to an earlier one."""
+        return name in self._gauges
 
     def detect(self, image: Picture, intrinsics: Intrinsics) -> list[Detection]:
         """Return the pictures in an RGB image, in the order of the catalogue."""
         return [found.detection for found in self.search(PreparedImage(image, intrinsics))]
 
-    def search(self, view: PreparedImage, *, known: Sequence[FoundPicture] = ()) -> list[FoundPicture]:
-        """Return pictures found in a whole view, leaving out known ones."""
+    def search(
+        self, view: PreparedImage, *, known: Sequence[FoundPicture] = (), only: str | None = None
+    ) -> list[FoundPicture]:
+        """Return pictures found in a whole view, leaving out known ones and those that can be taken for others.
+
+        Args:
+            view: The image.
+            known: Pictures in it that are known.
+            only: Search for this picture alone, whatever it can be taken for.
+        """
         features = image_features(view.gray)
         fresh = np.ones(len(features.points), dtype=bool)
         for picture in known:
@@ -67,9 +80,11 @@ class PictureBeacons:
         unknown = np.ones(len(self._names), dtype=bool)
         ours = [picture.detection.name for picture in known if picture.detection.name in self._gauges]
         unknown[[self._names.index(name) for name in ours]] = False
+        if only is not None:
+            unknown &= np.array([name == only for name in self._names])
         candidates = find_candidates(self._bank.of(unknown), features.only(fresh))
         found = (self._confirm(candidate, view) for candidate in candidates)
-        return [picture for picture in found if picture is not None and self._is_it(picture, view)]
+        return [picture for picture in found if picture is not None and (only or self._is_it(picture, view))]
 
     def track(self, name: str, rotation: Array, position: Array, view: PreparedImage) -> FoundPicture | None:
         """Return a picture near a predicted pose in the camera's frame, or None if it is not visible.
@@ -91,7 +106,7 @@ class PictureBeacons:
     def _is_it(self, found: FoundPicture, view: PreparedImage) -> bool:
         """Return whether no other picture explains the same place about as well."""
         name, own = found.detection.name, quadrilateral_area(found.detection.corners)
-        if name in self._nameless:
+        if len(self._equal[name]) > 1:
             return False
         for likeness in self._likenesses[name]:
             image_from_own = image_from_plane(found.pose.rotation, found.pose.position, view.intrinsics)

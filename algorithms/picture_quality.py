@@ -2,15 +2,18 @@
 
 import math
 from bisect import bisect_left
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
 from mjsim.interface import Intrinsics, Picture
 
-from .picture_beacons import PictureBeacons
+from .picture_beacons import PictureBeacons, PreparedImage
 from .picture_gauge import LEAST_SIDE, gray_of
-from .picture_templates import Gray
+from .picture_likeness import repeats
+from .picture_templates import SLIMMEST, Gray
 from .planar_pose import image_from_plane, rotation_of
 
 SMALLEST, RATIO, STEPS = LEAST_SIDE, 1.2, 13
@@ -27,44 +30,116 @@ NOISE = 2.0
 """Of a view, standard deviation [gray values of 255]."""
 FINER = 2
 """Pixels of the picture that are averaged to one of a view, in each direction."""
+TOO_LIKE = 0.9
+"""Share of a picture that another may explain; of two that are more alike, neither is recognised at every distance."""
+FAINT, CONTRAST_SIDE = 1.0, 64
+"""Contrast below which a picture counts as plain [gray values per pixel], and the long side at which it is measured
+[px]; the shipped posters have 21 and more."""
+ONE_WAY = 0.05
+"""Contrast in one direction relative to that in the other, below which a picture counts as striped."""
 
 
-def least_side(picture: Picture) -> float:
-    """Return the smallest size in an image at which a picture is recognised, the root of its area [px]; or infinity.
+@dataclass(frozen=True, slots=True)
+class PictureQuality:
+    """How well a picture can be recognised among others."""
 
-    Views from two sides are drawn in several sizes and searched by the recogniser itself.
+    least_side: float
+    """Smallest size in an image at which it is recognised, the root of its area [px]; infinity if at none."""
+    fault: str | None
+    """What is wrong with it; None for a good one."""
+    like: tuple[str, float] | None
+    """An earlier picture for which it can be taken, and how much of it that one explains, at most 1."""
+
+
+def picture_qualities(pictures: Mapping[str, Picture]) -> dict[str, PictureQuality]:
+    """Return how well each picture can be recognised by `PictureBeacons` that search for all of them, by name.
+
+    Views of each are drawn in several sizes and searched by the recogniser itself.
 
     Args:
-        picture: RGB, shape (height, width, 3).
+        pictures: RGB, shape (height, width, 3), by name.
     """
-    picture = _bounded(picture)
-    rows, columns = picture.shape[:2]
-    finder = PictureBeacons({"it": (picture, math.sqrt(columns / rows))})
-    if not finder.searched:
-        return math.inf
-    gray = gray_of(picture)
+    grays = {name: _bounded(gray_of(picture)) for name, picture in pictures.items()}
+    finder = PictureBeacons(
+        {name: (_colored(gray), math.sqrt(gray.shape[1] / gray.shape[0])) for name, gray in grays.items()}
+    )
+    order, like = list(pictures), dict[str, tuple[str, float]]()
+    for one, other, share in finder.alike:
+        first, second = sorted((one, other), key=order.index)
+        if share > TOO_LIKE:
+            like.setdefault(second, (first, share))
+    qualities: dict[str, PictureQuality] = {}
+    for name, gray in grays.items():
+        side = math.inf
+        if finder.is_searched(name):
+            side = _least_side(finder, name, gray)
+        elif name in like:
+            side = qualities[like[name][0]].least_side
+        qualities[name] = PictureQuality(side, _fault(gray, side), like.get(name))
+    return qualities
+
+
+def _fault(gray: Gray, side: float) -> str | None:
+    """Return what is wrong with a picture of a least size [px]."""
+    longer, shorter = max(gray.shape), min(gray.shape)
+    if longer > SLIMMEST * shorter:
+        return (
+            f"is {longer / shorter:.0f} times as long as it is wide; use one that is at most {SLIMMEST} times as long"
+        )
+    least, most = _contrasts(gray)
+    if most < FAINT:
+        return "is of one colour or nearly so; use one with clear shapes all over it"
+    if least < ONE_WAY * most:
+        return "changes in one direction only, like stripes; use one with shapes all over it"
+    if repeats(gray):
+        return "repeats itself, so that its parts cannot be told apart; use one that is different everywhere"
+    if math.isinf(side):
+        return "has too few details or too little contrast; use one with many clear shapes"
+    return None
+
+
+def _contrasts(gray: Gray) -> tuple[float, float]:
+    """Return the contrast in the directions in which a picture changes least and most [gray values per pixel].
+
+    References:
+        Shi, Tomasi, Good Features to Track, CVPR 1994: the eigenvalues of the structure tensor.
+    """
+    size = [max(8, round(extent * CONTRAST_SIDE / max(gray.shape))) for extent in reversed(gray.shape)]
+    small = np.asarray(cv2.resize(gray, size, interpolation=cv2.INTER_AREA), dtype=float)
+    slopes = np.stack([slope.ravel() for slope in np.gradient(small)])
+    least, most = np.sqrt(np.maximum(np.linalg.eigvalsh(slopes @ slopes.T / small.size), 0.0))
+    return float(least), float(most)
+
+
+def _least_side(finder: PictureBeacons, name: str, gray: Gray) -> float:
     sides = (SMALLEST * RATIO ** np.arange(STEPS)).tolist()
     slanted, front = YAWS_DEG
-    first = bisect_left(sides, True, key=lambda side: _is_found(finder, gray, side, slanted))
-    return next((side for side in sides[first:] if _is_found(finder, gray, side, front)), math.inf)
+    first = bisect_left(sides, True, key=lambda side: _is_found(finder, name, gray, side, slanted))
+    return next((side for side in sides[first:] if _is_found(finder, name, gray, side, front)), math.inf)
 
 
-def _bounded(picture: Picture) -> Picture:
+def _colored(gray: Gray) -> Picture:
+    """Return an RGB picture of gray values."""
+    return np.repeat(gray[..., None], 3, axis=2)
+
+
+def _bounded(gray: Gray) -> Gray:
     """Return a picture without what is finer than the largest view."""
-    scale = FINER * SMALLEST * RATIO ** (STEPS - 1) / math.sqrt(picture.shape[0] * picture.shape[1])
-    if scale >= 1.0 or min(picture.shape[:2]) * scale < 1.0:
-        return picture
-    return np.asarray(cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+    scale = FINER * SMALLEST * RATIO ** (STEPS - 1) / math.sqrt(gray.size)
+    if scale >= 1.0 or min(gray.shape) * scale < 1.0:
+        return gray
+    return np.asarray(cv2.resize(gray, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
 
-def _is_found(finder: PictureBeacons, gray: Gray, side: float, yaw_deg: float) -> bool:
+def _is_found(finder: PictureBeacons, name: str, gray: Gray, side: float, yaw_deg: float) -> bool:
     """Return whether a picture of one square metre is found at a size in the image [px]."""
     rows, columns = gray.shape
     width, height = (
         round(side * extent) + 2 * MARGIN for extent in (math.sqrt(columns / rows), math.sqrt(rows / columns))
     )
     camera = Intrinsics(width, height, FOCAL, FOCAL, (width - 1) / 2, (height - 1) / 2)
-    return bool(finder.detect(_drawn(gray, side, camera, yaw_deg), camera))
+    view = PreparedImage(_drawn(gray, side, camera, yaw_deg), camera)
+    return bool(finder.search(view, only=name))
 
 
 def _drawn(gray: Gray, side: float, camera: Intrinsics, yaw_deg: float) -> Picture:
@@ -83,4 +158,4 @@ def _drawn(gray: Gray, side: float, camera: Intrinsics, yaw_deg: float) -> Pictu
     fine = cv2.warpPerspective(small, mapping, size, borderMode=cv2.BORDER_CONSTANT, borderValue=(WALL,))
     image = cv2.resize(fine, (camera.width, camera.height), interpolation=cv2.INTER_AREA)
     noisy = np.clip(np.rint(image + np.random.default_rng(0).normal(0.0, NOISE, image.shape)), 0, 255)
-    return np.repeat(noisy[..., None], 3, axis=2).astype(np.uint8)
+    return _colored(noisy.astype(np.uint8))

@@ -65,6 +65,8 @@ from .logs import import_log as import_log
 from .logs import import_mrclam as import_mrclam
 from .logs import import_victoria_park as import_victoria_park
 from .logs import write_log as write_log
+from .modules import JudgedPicture as JudgedPicture
+from .modules import judge_pictures as judge_pictures
 from .record import Recording as Recording
 from .record import Tick as Tick
 from .record import read_recording as read_recording

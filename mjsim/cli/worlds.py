@@ -123,12 +123,12 @@ def schema() -> None:
 
 def _is_right(path: str) -> bool:
     """Return whether a world file is free of errors; print the errors."""
-    from mjsim.modules import check_modules
+    from mjsim.modules import check_modules, check_pictures
     from mjsim.world import MechanismModel, ModelBody, ModelObstacle, check_world, load_world
 
     try:
         world = load_world(path)
-        if problems := [*check_world(world), *check_modules(world)]:
+        if problems := [*check_world(world), *check_modules(world), *check_pictures(world)]:
             raise WorldError(problems)
         parts = (body for mechanism in world.mechanisms for body in mechanism.bodies)
         bodies = (robot.body for robot in world.robots)

@@ -19,6 +19,9 @@ from .hosts import Hosted as Hosted
 from .hosts import Key as Key
 from .hosts import Offer as Offer
 from .octave import octave_found as octave_found
+from .pictures import JudgedPicture as JudgedPicture
+from .pictures import check_pictures as check_pictures
+from .pictures import judge_pictures as judge_pictures
 from .python import INSTALLED as INSTALLED
 from .roles import ROLES as ROLES
 from .roles import misfit as misfit

@@ -19,12 +19,9 @@ LONGEST_SIDE = 3072
 def intrinsics_of(camera: Camera) -> Intrinsics:
     """Return the calibration of a camera with square pixels and the principal point at the centre of the picture.
 
-    References:
-        The pinhole camera, f = (width / 2) / tan(fov / 2); with pixel centres at integers the centre is at (width - 1)
-        / 2. With a lens, points at half the field of view are still at the edge.
+    Pixel centres are at integers, so the centre is at (width - 1) / 2.
     """
-    lens, edge = camera.lens, np.array([[math.tan(math.radians(camera.fov_deg) / 2), 0.0]])
-    focal = camera.width / 2 / float((edge if lens is None else lens.bend(edge))[0, 0])
+    lens = camera.lens
     kind: str = "pinhole"
     distortion: tuple[float, ...] = ()
     if lens is not None:
@@ -32,8 +29,8 @@ def intrinsics_of(camera: Camera) -> Intrinsics:
     return Intrinsics(
         width=camera.width,
         height=camera.height,
-        fx=focal,
-        fy=focal,
+        fx=camera.focal,
+        fy=camera.focal,
         cx=(camera.width - 1) / 2,
         cy=(camera.height - 1) / 2,
         lens=kind,

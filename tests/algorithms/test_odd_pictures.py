@@ -10,7 +10,7 @@ from mjsim.algorithms.beacon_vision import PictureBeacons
 from mjsim.algorithms.inverses import inverse_of
 from mjsim.algorithms.picture_likeness import repeats
 from mjsim.algorithms.planar_pose import fit_pose, image_from_plane, rotation_between, rotation_of
-from mjsim.bench.odd_pictures import drawing, odd_pictures, one_way, plain, repeated
+from mjsim.bench.odd_pictures import colored, drawing, odd_pictures, one_way, plain, repeated
 from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.models import bounded, read_picture
@@ -21,10 +21,6 @@ ODD = odd_pictures()
 WIDTH = 0.6
 INTRINSICS = intrinsics_of(Camera(camera="front", width=320, height=240))
 FRONT = np.eye(3)
-
-
-def colored(gray: np.ndarray) -> Picture:
-    return np.repeat(np.clip(np.rint(gray), 0, 255).astype(np.uint8)[..., None], 3, axis=2)
 
 
 def wall_with(*hung: tuple[Picture, Array, Array]) -> Picture:

@@ -78,6 +78,16 @@ class Camera(Bought):
     rolling_shutter: Annotated[float, Field(ge=0, le=1)] = 0.0
     """Readout time from the first row to the last [s]; the stamp is that of the middle row."""
 
+    @property
+    def focal(self) -> float:
+        """Focal length [px]; with a lens, points at half the field of view are still at the edge.
+
+        References:
+            The pinhole camera, f = (width / 2) / tan(fov / 2).
+        """
+        edge = np.array([[math.tan(math.radians(self.fov_deg) / 2), 0.0]])
+        return self.width / 2 / float((edge if self.lens is None else self.lens.bend(edge))[0, 0])
+
     @model_validator(mode="after")
     def _lens_reaches_its_edge(self) -> Self:
         if self.lens is not None:

@@ -1,0 +1,116 @@
+"""Checks the pictures of beacons: whether the cameras of a world can recognise them and tell them apart."""
+
+import hashlib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from typing import TYPE_CHECKING
+
+from mjsim.errors import Problem
+from mjsim.models import shown_size
+from mjsim.world import Camera, World, problems_at
+
+if TYPE_CHECKING:
+    from mjsim.algorithms.picture_quality import PictureQuality
+
+NEAREST = 1.0
+"""Distance to which at least one camera must recognise a picture [m]."""
+KEPT = 8
+"""Sets of pictures whose judgement is kept."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JudgedPicture:
+    """How well `BeaconVision` recognises the picture of a beacon."""
+
+    least_side: float
+    """Smallest size in an image at which it is recognised, the root of its area [px]; infinity if at none."""
+    distance: float
+    """Distance to which the camera with the longest focal length recognises it [m]."""
+    fault: str | None
+    """What is wrong with it and what would be right; None for a good one."""
+
+
+def check_pictures(world: World) -> list[Problem]:
+    """Return the beacons whose pictures the cameras of a world cannot recognise or cannot tell apart."""
+    judged = judge_pictures(world)
+    faults = (
+        (("beacons", index, "image"), partial(str, f"picture '{beacon.image}' of beacon '{beacon.name}' {fault}"))
+        for index, beacon in enumerate(world.beacons)
+        if beacon.name in judged and (fault := judged[beacon.name].fault) is not None
+    )
+    return sorted(problems_at(world.source.written, world.source.file, faults))
+
+
+def judge_pictures(world: World) -> dict[str, JudgedPicture]:
+    """Return how well the picture of each beacon is recognised, by name; empty for a world without cameras."""
+    cameras = [sensor for robot in world.robots for sensor in robot.sensors if isinstance(sensor, Camera)]
+    images = {beacon.name: beacon.image for beacon in world.beacons if beacon.image is not None}
+    if not cameras or not images:
+        return {}
+    files = {image: world.read_asset(image) for image in images.values()}
+    digests = {image: hashlib.sha256(data).hexdigest() for image, data in files.items()}
+    qualities = _qualities({digest: files[image] for image, digest in digests.items()})
+    focal, widths = max(camera.focal for camera in cameras), {beacon.name: beacon.width for beacon in world.beacons}
+    first: dict[str, str] = {}
+    judged = {}
+    for name, image in images.items():
+        owner, quality = first.setdefault(digests[image], name), qualities[digests[image]]
+        if isinstance(quality, str):
+            judged[name] = JudgedPicture(least_side=math.inf, distance=0.0, fault=quality)
+            continue
+        columns, rows = shown_size(files[image])
+        side = widths[name] * math.sqrt(rows / columns)
+        like = (owner, 1.0) if owner != name else None
+        if like is None and quality.like is not None:
+            like = first[quality.like[0]], quality.like[1]
+        distance = focal * side / quality.least_side
+        fault = quality.fault or _confusion(like) or _nearness(distance, widths[name])
+        judged[name] = JudgedPicture(least_side=quality.least_side, distance=distance, fault=fault)
+    return judged
+
+
+def _confusion(like: tuple[str, float] | None) -> str | None:
+    """Return what is wrong with a picture that can be taken for that of another beacon, to a share of it."""
+    if like is None:
+        return None
+    other, share = like
+    if share == 1.0:
+        return f"is the same as that of beacon '{other}', so neither is recognised; give each its own picture"
+    return f"looks like that of beacon '{other}' ({share:.0%} alike), so both may be missed; use a different picture"
+
+
+def _nearness(distance: float, width: float) -> str | None:
+    """Return what is wrong with a picture of a width [m] that is recognised up to a distance [m]."""
+    if distance >= NEAREST:
+        return None
+    needed = math.ceil(100.0 * width * NEAREST / distance) / 100.0
+    return (
+        f"is recognised only up to {distance:.2f} m by the cameras here;"
+        f" make it {needed:.2f} m wide, or give a camera more pixels or a narrower view"
+    )
+
+
+def _qualities(contents: Mapping[str, bytes]) -> "dict[str, PictureQuality | str]":
+    """Return how well each picture is recognised, or why it cannot be read, by digest; kept for some sets."""
+    # Most worlds have no pictures before a camera, and need not load what decodes and judges them.
+    from mjsim.algorithms.picture_quality import picture_qualities
+    from mjsim.models import read_picture
+
+    kept = _kept(tuple(contents))
+    if len(kept) < len(contents):
+        pictures, unread = {}, {}
+        for digest, data in contents.items():
+            try:
+                pictures[digest] = read_picture(data)
+            except ValueError as error:
+                unread[digest] = f"is {error}"
+        kept.update({**unread, **picture_qualities(pictures)})
+    return kept
+
+
+@lru_cache(maxsize=KEPT)
+def _kept(digests: tuple[str, ...]) -> "dict[str, PictureQuality | str]":
+    """Return the place in which the judgement of a set of pictures is kept, empty at first."""
+    return {}
