@@ -16,7 +16,7 @@ LARGEST = 100_000
 """Maximum size of a value: characters, or entries including those of what it holds."""
 MAX_BITS = 256
 """Maximum size of a whole number."""
-DEEPEST = 600
+DEEPEST = 750
 """Maximum nesting of elements, macros, properties and expressions [calls of Python, which allows 1000]."""
 LONGEST_NAME, MOST_NAMES = 60, 100
 """Of names that messages suggest."""
@@ -29,11 +29,11 @@ class XacroError(ValueError):
 
 
 class TooLargeError(XacroError):
-    """A value of a file is too large, or takes too long to compute."""
+    """A value of a file is too large."""
 
-    def __init__(self, what: str = "a number or a text that is too large") -> None:
+    def __init__(self) -> None:
         """Store the message."""
-        super().__init__(f"it gives {what}; make it smaller")
+        super().__init__("it gives a number or a text that is too large; make it smaller")
 
 
 class XacroBudget:
@@ -93,7 +93,7 @@ def weight_of(value: object) -> int:
     """Return the number of steps that a pass over a value costs.
 
     Raises:
-        TooLargeError: It is larger than allowed, or nothing of a file.
+        XacroError: It is larger than allowed, or of another kind.
     """
     return 1 + size_of(value) // CHARACTERS if isinstance(value, str) else size_of(value)
 
@@ -102,7 +102,7 @@ def size_of(value: object) -> int:
     """Return the size of a value with all that it holds, as often as it holds it; at least 1.
 
     Raises:
-        TooLargeError: It is larger than allowed, or nothing of a file.
+        XacroError: It is larger than allowed, or of another kind.
     """
     size, waiting = 0, [value]
     while waiting:
@@ -119,7 +119,7 @@ def size_of(value: object) -> int:
             if each.bit_length() > MAX_BITS:
                 raise TooLargeError
         elif not isinstance(each, float | None):
-            raise TooLargeError(f"a value of the kind {type(each).__name__}")
+            raise XacroError(f"a value of the kind {type(each).__name__} is not for xacro; write a number or a text")
         if size + len(waiting) > LARGEST:
             raise TooLargeError
     return size

@@ -74,8 +74,11 @@ class Expander:
             UsageError: It is invalid; the message has file, line and column.
         """
         into = XacroNode(root.tag, {})
-        with _placed(root):
-            self._expand(root, into, self._scope, Macros())
+        try:
+            with _placed(root):
+                self._expand(root, into, self._scope, Macros())
+        except RecursionError:  # The caller has used up more of what Python allows than usual.
+            raise UsageError(f"{root.file}: it is nested too deeply; make it flatter") from None
         return into
 
     def _evaluated(self, text: str, scope: Scope) -> Value:

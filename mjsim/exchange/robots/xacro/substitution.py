@@ -112,7 +112,7 @@ class Substitution:
 
     def evaluated(self, expression: str, scope: Scope) -> Value:
         """Return the value of an expression."""
-        with self._budget.deeper(6):
+        with self._budget.deeper(8):
             return evaluated(expression, scope.lookup, self._budget)
 
     def argument(self, name: str) -> str:

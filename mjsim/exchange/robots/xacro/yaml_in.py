@@ -9,7 +9,7 @@ import yaml
 from mjsim.exchange.robots.xacro.budget import Value, XacroBudget, XacroError
 
 MAX_BYTES = 256_000
-NODE = 5
+NODE = 10
 """Steps that a value costs."""
 UNITS = {
     "!radians": 1.0,
