@@ -60,6 +60,8 @@ class NewFile(Destination):
             OSError: It cannot be written.
         """
         self.path = Path(path)
+        self.whole_path = self.path.absolute()
+        """The same, wherever the working directory is later."""
         self._overwrite = overwrite
         require_free(self.path, overwrite=overwrite)
         self._place = Path(os.path.realpath(self.path))
@@ -116,7 +118,8 @@ class NewFile(Destination):
             self.part.unlink(missing_ok=True)
         for descriptor in (self._descriptor, self._replaced):
             if descriptor is not None:
-                os.close(descriptor)
+                with suppress(OSError):  # A module may have closed it.
+                    os.close(descriptor)
         for folder in self._folders if not self._published else ():
             # Others may have put something there meanwhile.
             with suppress(OSError):

@@ -3,7 +3,7 @@
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 
 EVERY = 10.0
 """Minimum time between two plain lines [s]."""
@@ -13,12 +13,14 @@ COUNTED_EVERY = 60.0
 
 def say(text: str) -> None:
     """Print a message."""
-    print(f"mjsim: {text}", file=sys.stderr, flush=True)
+    show(f"mjsim: {text}")
 
 
 def show(line: str) -> None:
-    """Print a line from elsewhere, unchanged."""
-    print(line, file=sys.stderr, flush=True)
+    """Print a line from elsewhere, unchanged; where standard error is closed or full, it is lost."""
+    if sys.stderr is not None:
+        with suppress(OSError, ValueError):
+            print(line, file=sys.stderr, flush=True)
 
 
 @contextmanager

@@ -42,7 +42,7 @@ def bridge(
     network = _private(interface) if private else interface or "loopback, open to all users of this machine"
 
     from mjsim.bridge import Bridge
-    from mjsim.modules import load_runnable, thread_faults
+    from mjsim.modules import hosting, load_runnable
     from mjsim.record import require_recording_name, reserve
     from mjsim.world import with_settings
 
@@ -52,7 +52,7 @@ def bridge(
     checked = with_settings(load_runnable(world), settings or ())
     place = nullcontext() if output is None else reserve(output, overwrite=overwrite)
     with (
-        thread_faults(),
+        hosting(),
         place as record,
         Bridge(
             checked,

@@ -2,6 +2,7 @@
 
 import atexit
 import gc
+import io
 import os
 import signal
 import sys
@@ -14,12 +15,15 @@ from typing import Annotated, NoReturn
 import typer
 
 from mjsim.errors import MjsimError
-from mjsim.progress import say
+from mjsim.progress import say, show
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as shells have it."""
-TERMINATED = 143
-"""Exit code after the signal TERM, which `kill`, `timeout`, services and containers send."""
+TERMINATING = (signal.SIGTERM, signal.SIGHUP)
+"""Signals that end a command as Ctrl-C does: `kill`, `timeout`, services and containers send TERM, a terminal that is
+closed HUP. The exit code is 128 + the number, as shells have it."""
+UNREAD = 141
+"""Exit code when nobody reads the output any more, as after `| head`."""
 COMMANDS = {
     "doctor": "machine",
     "new": "new",
@@ -90,7 +94,10 @@ def app(names: Iterable[str] = COMMANDS) -> typer.Typer:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line and exit: 0, 2 after a user error, 1 after a failed run, 130 or 143 when interrupted."""
+    """Run the command line and exit.
+
+    0; 2 after a user error, 1 after a failed run, 129, 130 or 143 when interrupted, 141 when nobody reads its output.
+    """
     # The garbage collection at exit takes as long as loading many modules; skip it.
     atexit.register(gc.freeze)
     # Pydantic's search for plugins in all installed packages takes as long as reading a world.
@@ -100,21 +107,35 @@ def main(arguments: Sequence[str] | None = None) -> None:
         # Nearly all objects live until exit; garbage collection would take a tenth of the time.
         gc.disable()
     terminations = _interrupt_when_terminated() if arguments is None else ()
+    if sys.stdout is None:
+        # The next file to be opened would get its number, and everything that is printed.
+        show("mjsim: standard output is closed; redirect it to a file, or to /dev/null")
+        sys.exit(2)
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="surrogateescape")  # Names of files have any bytes.
     code = _exit_code(lambda: app(_needed(words))(args=words, prog_name="mjsim", standalone_mode=False), words[:1])
     _name_unfinished_threads()
-    sys.exit(TERMINATED if terminations and code == INTERRUPTED else code)
+    sys.exit(128 + terminations[0] if terminations and code == INTERRUPTED else code)
 
 
 def _interrupt_when_terminated() -> Sequence[int]:
-    """Make the signal TERM close open files as Ctrl-C does; return a list to which the signal is added on arrival."""
+    """Make some signals close open files as Ctrl-C does; return a list to which a signal is added on arrival.
+
+    One that is ignored, as HUP is under nohup, stays so.
+    """
     came: list[int] = []
+    process = os.getpid()
 
     def interrupt(number: int, frame: FrameType | None) -> NoReturn:
-        came.append(number)
         signal.signal(number, signal.SIG_DFL)  # A second signal ends a program that hangs while closing.
+        if os.getpid() != process:  # A copy that a module made, which has nothing to close.
+            os.kill(os.getpid(), number)
+        came.append(number)
         raise KeyboardInterrupt
 
-    signal.signal(signal.SIGTERM, interrupt)
+    for each in TERMINATING:
+        if signal.getsignal(each) is not signal.SIG_IGN:
+            signal.signal(each, interrupt)
     return came
 
 
@@ -133,16 +154,38 @@ def _name_unfinished_threads() -> None:
 def _exit_code(call: Callable[[], int | None], command: Sequence[str]) -> int:
     try:
         code = call() or 0
+        sys.stdout.flush()
     except typer.TyperException as error:
         # The arguments are wrong; without any command the message is the help. Pydantic adds the prefix.
         text = error.format_message().replace(": Value error, ", ": ")
-        print(text if text.startswith("Usage") else f"mjsim: {text}", file=sys.stderr)
+        show(text if text.startswith("Usage") else f"mjsim: {text}")
         return 2
     except MjsimError as error:
-        print(error, file=sys.stderr)
+        show(str(error))
         return error.exit_code
+    except OSError as error:
+        return _unwritten(error)
+    except SystemExit as left:
+        # Typer exits by itself when nobody reads.
+        if not isinstance(left.__context__, BrokenPipeError):
+            raise
+        return _unwritten(left.__context__)
     except (KeyboardInterrupt, typer.Abort):
         code = INTERRUPTED
     if code == INTERRUPTED:
         say(f"interrupted{''.join(ENDS.get(name, '') for name in command)}")
     return code
+
+
+def _unwritten(error: OSError) -> int:
+    """Return the exit code after an error of standard output, and say so; any other error is raised again."""
+    try:
+        os.write(1, b"\n")  # Some devices refuse only what has a length.
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # Python writes what is left at exit.
+    else:
+        raise error
+    if isinstance(error, BrokenPipeError):
+        return UNREAD
+    show(f"mjsim: cannot write to standard output: {error.strerror}")
+    return 2

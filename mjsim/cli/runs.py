@@ -33,7 +33,7 @@ def run(
     settings: Settings = None,
 ) -> None:
     """Run a world and record it."""
-    from mjsim.modules import load_runnable, thread_faults
+    from mjsim.modules import hosting, load_runnable
     from mjsim.run import drivers_of
     from mjsim.run import run as run_loop
     from mjsim.sim import Simulation
@@ -42,7 +42,7 @@ def run(
     _check_outputs(output, video, overwrite=overwrite)
     checked = with_settings(load_runnable(world), settings or ())
     duration = checked.run.seconds if seconds is None else seconds
-    with thread_faults(), _recording_of(checked, output, overwrite=overwrite) as place:
+    with hosting(), _recording_of(checked, output, overwrite=overwrite) as place:
         if live:
             recording = _run_live(checked, place, seed=seed, seconds=duration, speed=1.0 if realtime else None)
         else:
@@ -59,7 +59,7 @@ def run(
                     watch=lambda _: advance(sim.time + sim.dt),
                     realtime=realtime,
                 )
-    print(recording.path)
+    print(place.path)
     if video is not None:
         film(recording, video, overwrite=overwrite)
 
@@ -77,7 +77,7 @@ def replay(
     overwrite: Overwrite = False,
 ) -> None:
     """Run another estimator on a recording's observations."""
-    from mjsim.modules import module_of, thread_faults
+    from mjsim.modules import hosting, module_of
     from mjsim.record import read_recording, require_recording_name
     from mjsim.run import replay as replay_run
     from mjsim.run import require_observations
@@ -90,7 +90,7 @@ def replay(
     observing, uses = None, {"estimator": use}
     if observer is not None:
         observing, uses["observer"] = module_of(observer, role="observer", robot=robot)
-    with thread_faults(), tracked(f"replay {recording.name}", total=float(run.time[-1]), unit="s") as advance:
+    with hosting(), tracked(f"replay {recording.name}", total=float(run.time[-1]), unit="s") as advance:
         replay_run(
             run,
             robot=robot,

@@ -1,6 +1,5 @@
 """The commands that read world files: `check`, `fmt`, `compile`, `show` and `schema`."""
 
-import sys
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -10,6 +9,7 @@ from mjsim.cli.arguments import Overwrite, WorldFile, WorldFiles
 from mjsim.errors import UsageError, WorldError
 from mjsim.output import require_free
 from mjsim.progress import say
+from mjsim.progress import show as show_line
 
 
 def check(worlds: WorldFiles) -> None:
@@ -39,7 +39,7 @@ def fmt(
                 print(path)
                 code = max(code, 1 if check else 0)
         except (WorldError, UsageError) as error:
-            print(error, file=sys.stderr)
+            show_line(str(error))
             code = 2
     if code:
         raise typer.Exit(code)
@@ -138,6 +138,6 @@ def _is_right(path: str) -> bool:
 
             check_models(world)
     except (WorldError, UsageError) as error:
-        print(error, file=sys.stderr)
+        show_line(str(error))
         return False
     return True

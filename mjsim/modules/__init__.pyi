@@ -14,6 +14,7 @@ from .given import sealed_catalogue as sealed_catalogue
 from .given import sealed_map as sealed_map
 from .given import sealed_observation as sealed_observation
 from .given import sealed_robot as sealed_robot
+from .host_process import hosting as hosting
 from .hosts import MAX_BYTES as MAX_BYTES
 from .hosts import Hosted as Hosted
 from .hosts import Key as Key
@@ -26,7 +27,6 @@ from .python import INSTALLED as INSTALLED
 from .roles import ROLES as ROLES
 from .roles import misfit as misfit
 from .spec import module_of as module_of
-from .threads import thread_faults as thread_faults
 from .use import ForeignCode as ForeignCode
 from .use import check_modules as check_modules
 from .use import foreign_code as foreign_code

@@ -7,6 +7,7 @@ import sys
 import sysconfig
 import threading
 import traceback
+import weakref
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -37,6 +38,10 @@ class Boundary:
     def __init__(self, robot: str) -> None:
         """Store the robot's name for messages."""
         self._robot = robot
+        # What closes this file closes those of a recording, too.
+        self._watched = os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC)
+        self._sign = _sign(self._watched)
+        weakref.finalize(self, _close, self._watched, self._sign)
 
     def require(self, role: str, module: object, now: float = 0.0) -> None:
         """Check that a module has the methods of its role; raises ModuleFault otherwise."""
@@ -61,19 +66,27 @@ class Boundary:
             method: Its name; the lookup may also run the module's code.
             *arguments: Of the method.
         """
-        return self._guarded(role, module, now, method, _call_method, module, method, arguments)
+        answer = self._guarded(role, module, now, method, _call_method, module, method, arguments)
+        if _sign(self._watched) != self._sign:
+            place = _method_place(module, method)
+            raise self.fault(role, module, now, f"closed files of the simulator; close only your own{place}")
+        return answer
 
     def _guarded(
         self, role: str, module: object, now: float, method: str, function: Callable[..., T], *arguments: Any
     ) -> T:
         """Call a function that touches a module."""
+        process = os.getpid()
         try:
-            return function(*arguments)
+            answer = function(*arguments)
         # This is the boundary: whatever the user's code raises ends the run with one line.
         except BaseException as error:
+            end_copy(process, error)
             if _is_interrupt(error):
                 raise
             raise self.fault(role, module, now, error_text(error, module, method)) from error
+        end_copy(process)
+        return answer
 
     def check(
         self, role: str, module: object, now: float, method: str, check: Callable[..., T], value: object, *more: Any
@@ -92,6 +105,32 @@ class Boundary:
     def fault(self, role: str, module: object, now: float, problem: str) -> ModuleFault:
         """Return the error of a module: who, when, what."""
         return fault_of(role, name_of(module), self._robot, now, problem)
+
+
+def end_copy(process: int, error: BaseException | None = None) -> None:
+    """End this process if it is a copy that a module made with `os.fork`: only one process may go on with a run.
+
+    Args:
+        process: Id of the process of the run.
+        error: What the module raised in it.
+    """
+    if os.getpid() != process:
+        code = error.code if isinstance(error, SystemExit) else 0 if error is None else 1
+        os._exit(code if isinstance(code, int) else 1)
+
+
+def _sign(descriptor: int) -> tuple[int, int]:
+    """Return what identifies an open file; two zeros if the descriptor is closed."""
+    try:
+        found = os.fstat(descriptor)
+    except OSError:
+        return 0, 0
+    return found.st_dev, found.st_ino
+
+
+def _close(descriptor: int, sign: tuple[int, int]) -> None:
+    if _sign(descriptor) == sign:
+        os.close(descriptor)
 
 
 def fault_of(role: str, module: str, robot: str, now: float, problem: str) -> ModuleFault:

@@ -14,7 +14,7 @@ from mjsim.errors import RecordingError
 from mjsim.geometry import Pose
 from mjsim.output import NewFile
 from mjsim.record.container import records
-from mjsim.record.file import METADATA_NAME, RawMessage, parts_of
+from mjsim.record.file import METADATA_NAME, RawMessage, encodable, parts_of
 from mjsim.record.messages import encode
 from mjsim.record.numbers import Message as Values
 from mjsim.record.numbers import nanoseconds
@@ -42,7 +42,7 @@ class Copy(Closes):
             metadata: Added to the metadata of the recording, replacing equal keys.
             overwrite: Whether a file at the path may be replaced.
         """
-        self._source, self._path, self._metadata = source, path, metadata
+        self._source, self._path, self._metadata = source, path, encodable(metadata)
         self._channels: dict[str, int] = {}
         self._names: dict[int, tuple[str, str]] = {}
         self._sequence = 0

@@ -2,7 +2,7 @@
 
 import hashlib
 import struct
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -170,3 +170,8 @@ def _varint(data: bytes, place: int) -> tuple[int, int]:
         if byte < 0x80:
             return value, place
     raise ValueError("a picture or a frame that is not as Foxglove defines it")
+
+
+def encodable(metadata: Mapping[str, str]) -> dict[str, str]:
+    """Return metadata as UTF-8 can hold it: names of files may have other bytes, which are escaped."""
+    return {key: text.encode("utf-8", "backslashreplace").decode() for key, text in metadata.items()}

@@ -16,7 +16,7 @@ from mjsim.errors import Problem, RecordingError, WorldError
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import Estimate, RobotInfo
 from mjsim.output import Destination
-from mjsim.record.file import FILES, METADATA_NAME, WORLD_NAME
+from mjsim.record.file import FILES, METADATA_NAME, WORLD_NAME, encodable
 from mjsim.record.grid import grid_message
 from mjsim.record.json_schema import Schema
 from mjsim.record.map import looks_update, map_update
@@ -124,7 +124,7 @@ class Writer:
         # default, 3, and faster.
         options = MCAPWriteOptions(chunk_size=None, compression_threads=0, compression_level=1)
         self._mcap = open_mcap(self._file, context=self._context, writer_options=options)
-        self._mcap.write_metadata(METADATA_NAME, _versions() | dict(metadata) | {"seed": str(seed)})
+        self._mcap.write_metadata(METADATA_NAME, _versions() | encodable(metadata) | {"seed": str(seed)})
         self._attach(WORLD_NAME, "application/yaml", text_of(self._world, self._files).encode())
         for name, data in self._files.items():
             self._attach(FILES + name, "application/octet-stream", data)
@@ -180,7 +180,7 @@ class Writer:
             frames = frames_message(batch.time, batch.frames, self._mounts, moments=batch.moments)
             self._frames.log(frames, log_time=log_time)
         if batch.metadata:
-            self._mcap.write_metadata(METADATA_NAME, dict(batch.metadata))
+            self._mcap.write_metadata(METADATA_NAME, encodable(batch.metadata))
         for topic, message in batch.closing:
             self._log(topic, message, log_time)
             self._whole_ticks = True
@@ -200,7 +200,7 @@ class Writer:
 
     def close(self) -> None:
         """End the file; without a complete tick it is discarded, and an existing file at its path stays."""
-        with self._place, self._file, self._reporting():
+        with self._place, self._reporting(), self._file:
             self._mcap.close()
             self._publish()
 

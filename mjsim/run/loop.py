@@ -6,7 +6,7 @@ import sys
 import time
 import weakref
 from collections.abc import Callable, Generator, Mapping
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, suppress
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from threadpoolctl import threadpool_limits
 
-from mjsim.errors import ModuleFault, UsageError, did_you_mean
+from mjsim.errors import ModuleFault, RecordingError, UsageError, did_you_mean
 from mjsim.geometry import Pose3
 from mjsim.interface import ControlLoop, Observation
 from mjsim.modules import ROLES, make_module, name_of
@@ -177,7 +177,7 @@ def run(
         drivers = drivers_of(sim.world) if drivers is None else drivers
         with one_blas_thread(), recorder_of(sim, drivers, count, place, pictures=pictures) as recorder:
             _consume(sim, drivers, count, recorder, watch, realtime)
-    return read_recording(place.path)
+    return read_recording(place.whole_path)
 
 
 def tick_count(sim: "Simulation", seconds: float | None) -> int:
@@ -256,5 +256,6 @@ def _consume(
         record_paths(drivers, recorder, tick.time)
     except ModuleFault as fault:
         if fault.robot is not None:
-            recorder.event(fault.robot, RobotEvent(sim.time, "fault", str(fault)))
+            with suppress(RecordingError):  # The fault may be that the module closed the file.
+                recorder.event(fault.robot, RobotEvent(sim.time, "fault", str(fault)))
         raise

@@ -88,6 +88,7 @@ def replay(
             )
         weakref.finalize(replayed, shutil.rmtree, path.parent, ignore_errors=True)
         return replayed
+    record = Path(record).absolute()  # Modules may change the working directory.
     # One BLAS thread, as in the run: the same sums to the last bit.
     with threadpool_limits(1, user_api="blas"):
         driver = Driver(observer=observer, estimator=estimator)

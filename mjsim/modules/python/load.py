@@ -2,12 +2,13 @@
 
 import importlib
 import inspect
+import os
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from mjsim.errors import ModuleFault, UsageError, did_you_mean
-from mjsim.modules.boundary import error_text, fault_of
+from mjsim.modules.boundary import end_copy, error_text, fault_of
 from mjsim.modules.hosts import beside
 from mjsim.modules.python.beside import Beside, importer_of
 from mjsim.modules.python.find import parts_of
@@ -61,13 +62,17 @@ class _Loader:
         return fault_of(*self._who, 0.0, problem)
 
     def guarded(self, function: Any, named: dict[str, Any] | None = None) -> Any:
+        process = os.getpid()
         try:
-            return function(**named or {})
+            made = function(**named or {})
         except (KeyboardInterrupt, UsageError, ModuleFault):
             raise
         # This is the boundary to user code: all its exceptions are reported on one line.
         except BaseException as error:
+            end_copy(process, error)
             raise self.fault(error_text(error)) from error
+        end_copy(process)
+        return made
 
     def installed(self, name: str) -> ModuleType:
         module: ModuleType = self.guarded(lambda: _import(name))

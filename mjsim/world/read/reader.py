@@ -86,7 +86,7 @@ def load_world(path: str | FilePath) -> World:
         WorldError: The text is invalid; every error is reported.
     """
     path = world_path(path)
-    return parse_world(read_file(path), source=Source(file=str(path), folder=path.parent))
+    return parse_world(read_file(path), source=Source(file=str(path), folder=path.parent.absolute()))
 
 
 def load_checked(path: str | FilePath) -> World:

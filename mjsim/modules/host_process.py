@@ -1,0 +1,139 @@
+"""What a run leaves of its modules in the process: nothing. For commands, which own their process."""
+
+import locale
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+
+from mjsim.modules.threads import thread_faults
+from mjsim.progress import say
+
+HANDLED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+"""Signals whose handlers are put back."""
+_SUBREAPER = 36
+"""PR_SET_CHILD_SUBREAPER of Linux: orphaned descendants become children of this process."""
+_ROUNDS = 20
+"""How often descendants are looked for at most: while they are killed they may start others."""
+_NAMED = 3
+"""Number of processes that the message names."""
+
+
+@contextmanager
+def hosting() -> Iterator[None]:
+    """Host modules in a block, in the main thread of a command.
+
+    Errors in their threads end the block with a ModuleFault. At its end, the working directory, standard output and
+    error, signal handlers, umask, locale, recursion limit and NumPy's error handling are put back, and processes that
+    the modules left behind are killed, with all their descendants (Linux).
+    """
+    with _children_ended(), _process_kept(), thread_faults():
+        yield
+
+
+@contextmanager
+def _process_kept() -> Iterator[None]:
+    """Put back what a block changes in this process."""
+    folder, numeric, limit = os.getcwd(), np.geterr(), sys.getrecursionlimit()
+    language, handlers = locale.setlocale(locale.LC_ALL), {number: signal.getsignal(number) for number in HANDLED}
+    mask = os.umask(0o077)
+    os.umask(mask)
+    with ExitStack() as stack:
+        for number, name in ((1, "stdout"), (2, "stderr")):
+            stack.enter_context(_stream_kept(number, name))
+        try:
+            yield
+        finally:
+            sys.setrecursionlimit(limit)
+            os.umask(mask)
+            np.seterr(**numeric)
+            locale.setlocale(locale.LC_ALL, language)
+            for number, handler in handlers.items():
+                signal.signal(number, handler)
+            with suppress(OSError):  # The folder may be gone.
+                os.chdir(folder)
+
+
+@contextmanager
+def _stream_kept(number: int, name: str) -> Iterator[None]:
+    """Put back a standard stream that a block replaces or closes."""
+    stream: TextIO = getattr(sys, name)
+    spare = os.dup(number)
+    try:
+        yield
+    finally:
+        with suppress(OSError):
+            if not _is_open(number):
+                os.dup2(spare, number)
+            os.close(spare)
+        if stream.closed:
+            stream = open(number, "w", encoding=stream.encoding, errors=stream.errors, closefd=False)  # noqa: SIM115
+        setattr(sys, name, stream)
+
+
+def _is_open(number: int) -> bool:
+    try:
+        os.fstat(number)
+    except OSError:
+        return False
+    return True
+
+
+@contextmanager
+def _children_ended() -> Iterator[None]:
+    """Kill the processes that a block started and left behind, and their descendants."""
+    before = {pid for pid, _ in _children()}
+    with _adopting():
+        try:
+            yield
+        finally:
+            if ended := _ended(before):
+                more = f" and {len(ended) - _NAMED} more" if len(ended) > _NAMED else ""
+                say(f"ended what modules left running: {', '.join(ended[:_NAMED])}{more}")
+
+
+def _ended(before: set[int]) -> list[str]:
+    """Kill the children of this process except some, until there are no more; return their names."""
+    names = []
+    for _ in range(_ROUNDS):
+        found = [(pid, name) for pid, name in _children() if pid not in before]
+        for pid, name in found:
+            with suppress(OSError):
+                if os.waitid(os.P_PID, pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None:
+                    names.append(name)
+                os.kill(pid, signal.SIGKILL)
+                os.waitpid(pid, 0)
+        if not found:
+            break
+    return names
+
+
+@contextmanager
+def _adopting() -> Iterator[None]:
+    """Make orphaned descendants children of this process, on Linux."""
+    if not sys.platform.startswith("linux"):
+        yield
+        return
+    import ctypes
+
+    control = ctypes.CDLL(None).prctl
+    control(_SUBREAPER, 1, 0, 0, 0)
+    try:
+        yield
+    finally:
+        control(_SUBREAPER, 0, 0, 0, 0)
+
+
+def _children() -> Iterator[tuple[int, str]]:
+    """Yield id and name of each child of this process, as Linux shows them."""
+    me = os.getpid()
+    for place in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):  # It has ended meanwhile.
+            head, _, rest = place.read_text(encoding="utf-8", errors="replace").rpartition(")")
+            if int(rest.split()[1]) == me:
+                yield int(place.parent.name), head.partition("(")[2]
