@@ -8,6 +8,8 @@ import pytest
 
 import mjsim
 from mjsim.bench.entering import client_of
+from mjsim.bench.odd_pictures import odd_pictures
+from mjsim.models import read_picture
 from mjsim.video import take_picture
 from mjsim.web import Studio
 from mjsim.web.pictures import encoded
@@ -44,6 +46,21 @@ def test_pictures_are_imported_beside_the_world_and_shown_as_thumbnails(client, 
         small = cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR)
         assert max(small.shape[:2]) == 64
     (folder / "deep" / "Our-Lion.jpg").unlink()
+
+
+@pytest.mark.parametrize("name", ["turned.jpg", "alpha.png"])
+def test_a_photo_of_a_telephone_is_imported_and_shown_upright(client, folder, name):
+    data = odd_pictures()[name]
+    brought = client.post(f"/api/upload?name={name}&path=deep/hall.yaml", content=data).json()
+    kept = folder / brought["file"]
+    upright, shown = read_picture(data), client.get(f"/api/picture?path={brought['file']}&size=64").content
+    for picture in (read_picture(kept.read_bytes()), pixels(shown)[..., ::-1]):
+        small = [
+            cv2.resize(each.astype(np.float32), (16, 16), interpolation=cv2.INTER_AREA) for each in (upright, picture)
+        ]
+        # JPEG loses a few gray values; lying on its side it differs by dozens.
+        assert np.abs(small[0] - small[1]).mean() < 8.0
+    kept.unlink()
 
 
 def pixels(jpeg):
