@@ -21,6 +21,7 @@ from .pictures import shown_size as shown_size
 from .pixels import bounded as bounded
 from .pixels import encode_png as encode_png
 from .pixels import read_picture as read_picture
+from .pixels import upright as upright
 from .places import PlacedError as PlacedError
 from .places import line_and_column as line_and_column
 from .places import line_of as line_of

@@ -21,13 +21,14 @@ def read_picture(data: bytes) -> Picture:
     if raw is None:
         raise ValueError("not a picture that can be read; use a PNG or JPEG file")
     if raw.ndim == 3 and raw.shape[2] == 4:
-        return _turned(_on_white(raw), orientation(data))
+        return upright(_on_white(raw), data)
     # Decode again, now with the camera's orientation (EXIF) and 8-bit colours.
     return np.asarray(cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_COLOR_RGB), dtype=np.uint8)
 
 
-def _turned(picture: Picture, by: int) -> Picture:
-    """Return a picture upright, from an EXIF orientation."""
+def upright(picture: Picture, data: bytes) -> Picture:
+    """Return a picture, decoded as it was stored, turned as the EXIF data of its file say."""
+    by = orientation(data)
     if by >= LYING:
         picture = picture.transpose(1, 0, 2)
     rows, columns = -1 if by in (3, 4, 7, 8) else 1, -1 if by in (2, 3, 6, 7) else 1

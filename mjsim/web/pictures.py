@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mjsim.models import picture_size
+from mjsim.models import picture_size, upright
 from mjsim.web.answers import RefusedError
 from mjsim.web.files import free_name, source_of
 from mjsim.web.folder import Folder
@@ -92,7 +92,7 @@ def decoded(data: bytes) -> Pixels:
         pixels = None
     if pixels is None:
         raise RefusedError(415, "this is a damaged picture; save it again")
-    return _plain(np.asarray(pixels))
+    return upright(_plain(np.asarray(pixels)), data)
 
 
 def encoded(pixels: Pixels, kind: str) -> bytes:
