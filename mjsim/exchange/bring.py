@@ -1,12 +1,11 @@
 """Imports worlds from files, as text with a comment about their origin."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from mjsim.errors import UsageError
+from mjsim.exchange.brought import Brought, Newcomer, Reading
 from mjsim.exchange.clutter import clutter_size, clutter_world
 from mjsim.exchange.drawing import Drawing
 from mjsim.exchange.dxf_in import read_dxf
@@ -15,22 +14,12 @@ from mjsim.exchange.grid import is_picture, read_grid
 from mjsim.exchange.landmarks import SPEED, read_landmarks, world_from_landmarks
 from mjsim.exchange.maps import name_of, specks, world_from_grid
 from mjsim.exchange.maze import maze_size, maze_world
-from mjsim.exchange.place import Newcomer, with_newcomer, without_route
+from mjsim.exchange.place import with_newcomer, without_route
 from mjsim.exchange.plan_in import FloorPlan, read_plan
 from mjsim.exchange.svg_in import read_svg
 from mjsim.exchange.template import template_text
 from mjsim.exchange.text import world_text
 from mjsim.world import World, solid
-
-
-@dataclass(frozen=True, slots=True)
-class Brought:
-    """An imported world."""
-
-    text: str
-    """Text of the world file."""
-    report: Sequence[str] = ()
-    """Lines that tell the user what was done and what was left out."""
 
 
 def bring_map(path: Path, *, robot: Newcomer | None, resolution: float | None = None) -> Brought:
@@ -69,20 +58,6 @@ def bring_map(path: Path, *, robot: Newcomer | None, resolution: float | None = 
     ]
     whole = with_newcomer(world, robot, grid=grid)
     return Brought(world_text(whole, notes=notes), [*report, *without_route(whole)])
-
-
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """Options for reading a drawing; None means that the drawing decides."""
-
-    scale: float | None = None
-    """Metres per unit of the drawing."""
-    thickness: float | None = None
-    """Thickness of walls [m]."""
-    layers: Sequence[str] = ()
-    """Layers that contain walls."""
-    furniture: bool = True
-    """Whether to turn furniture into obstacles."""
 
 
 def drawing_of(path: Path, reading: Reading) -> Drawing:

@@ -17,6 +17,8 @@ MAX_CORNERS = 20_000
 """Maximum number of corners in a drawing."""
 MAX_BYTES = 20_000_000
 """Maximum size of a drawing's file [bytes]."""
+FARTHEST = 1e12
+"""Maximum coordinate of a corner; maps of countries in millimetres have 1e10 [units of the drawing]."""
 SMALLEST, LARGEST = 0.5, 2000.0
 """Smallest and largest size of a floor [m]."""
 THICKNESS = 0.1
@@ -71,6 +73,32 @@ class Drawing:
     """Whether the user named the layers that contain walls."""
     notes: Sequence[str] = ()
     """Notes for the user on what was left out."""
+
+    def __post_init__(self) -> None:
+        """Check the corners before geometry is computed with them.
+
+        Raises:
+            UsageError: A coordinate is not finite, or too large.
+        """
+        require_near([line.points for line in self.lines], self.name)
+
+
+def require_near(outlines: Sequence[Array], name: str) -> None:
+    """Check that corners can be computed with; libraries of geometry do not return from some huge coordinates.
+
+    Args:
+        outlines: Corners, shape (n, 2) each [units of the drawing].
+        name: Name of the file, for the message.
+
+    Raises:
+        UsageError: A coordinate is not finite, or too large.
+    """
+    points = np.concatenate([np.zeros((1, 2)), *outlines])
+    if not np.isfinite(points).all():
+        raise UsageError(f"'{name}' has corners without finite coordinates; correct the drawing")
+    farthest = float(np.abs(points).max())
+    if farthest > FARTHEST:
+        raise UsageError(f"'{name}' has a corner at {farthest:.3g}; coordinates are at most {FARTHEST:g} units")
 
 
 def joined(lines: Sequence[Line]) -> list[Line]:
@@ -146,8 +174,6 @@ def corner_and_scale(drawing: Drawing, lines: Sequence[Line], scale: float | Non
         UsageError: The drawing does not state its unit, or its size is not that of a floor.
     """
     points = np.concatenate([line.points for line in lines])
-    if not np.isfinite(points).all():
-        raise UsageError(f"'{drawing.name}' has corners without finite coordinates; correct the drawing")
     low, high = points.min(axis=0), points.max(axis=0)
     size = (high - low).tolist()
     scale = drawing.unit if scale is None else scale

@@ -11,15 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from mjsim.errors import UsageError, how_to_install, printable
+from mjsim.errors import UsageError, how_to_install
 from mjsim.exchange.bounded_file import read_bounded
-from mjsim.exchange.drawing import BOW, MAX_BYTES, MAX_CORNERS, Drawing, Line
-from mjsim.exchange.maps import name_of
-from mjsim.exchange.plan_in import MOSTLY, read_plan
+from mjsim.exchange.drawing import BOW, MAX_BYTES, MAX_CORNERS, Drawing, Line, require_near
+from mjsim.exchange.plan_in import MOSTLY
 from mjsim.exchange.roles import Role, role_of
 from mjsim.exchange.sorting import length_of_lines
+from mjsim.exchange.tried import tried
 from mjsim.geometry import Array
-from mjsim.world import World
 
 MAX_ENTITIES = 20_000
 """Maximum number of entities read, including those in blocks."""
@@ -29,29 +28,10 @@ FILLED = ("SOLID", "TRACE", "HATCH", "MPOLYGON")
 """Entity types that are filled shapes."""
 BINARY = b"AutoCAD Binary DXF\r\n\x1a\x00"
 """First bytes of a binary DXF file."""
-_BROKEN = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
-"""What ezdxf raises for malformed entities, besides its own errors."""
 FLAT = 1e-9
 """Lengths below this fraction of the drawing's size are zero, as are areas below this fraction of its square."""
 BODIES = ("3DFACE", "MESH")
 """Types of faces of 3-D bodies; many faces make one wall."""
-
-
-def world_from_dxf(
-    path: str | Path, *, scale: float | None = None, thickness: float | None = None, layers: Sequence[str] = ()
-) -> World:
-    """Return the world of the floor plan in a DXF file; its lower left corner becomes [0, 0].
-
-    Args:
-        path: The file.
-        scale: Metres per unit of the drawing; required unless the file states it.
-        thickness: Thickness of the walls [m]; by default as drawn, or 0.1 m for a wall drawn as one hairline.
-        layers: Layers that contain walls; by default those whose names say so, or all that are visible.
-
-    Raises:
-        UsageError: The file cannot be read, or does not show the walls of a building.
-    """
-    return read_plan(read_dxf(path, layers=layers), name=name_of(path), scale=scale, thickness=thickness).world
 
 
 def read_dxf(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
@@ -67,7 +47,6 @@ def read_dxf(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
     try:
         from ezdxf import units
         from ezdxf.enums import InsertUnits
-        from ezdxf.lldxf.const import DXFError
     except ImportError:
         raise UsageError(f"DXF files need ezdxf, which is not installed; type: {how_to_install('ezdxf')}") from None
 
@@ -78,10 +57,6 @@ def read_dxf(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
             document, audit = _document(data, path)
             hidden = _hidden_layers(document, layers, path)
             lines, left = _lines(document, hidden, walls={name.lower() for name in layers}, path=path)
-    except (DXFError, *_BROKEN) as error:
-        raise UsageError(
-            f"'{path}' cannot be read as DXF ({printable(f'{error!s:.80}')}); save it as DXF R2000 or later"
-        ) from error
     except RecursionError:
         raise UsageError(f"'{path}' has blocks that contain themselves; explode them") from None
     unit = units.conversion_factor(InsertUnits(document.units), InsertUnits.Meters) if document.units else None
@@ -133,8 +108,6 @@ def _hidden_layers(document: Any, names: Sequence[str], path: Path) -> set[str]:
 
 def _lines(document: Any, hidden: set[str], *, walls: set[str], path: Path) -> tuple[list[Line], Counter[str]]:
     """Return the lines on visible layers, and the number of skipped entities of each type."""
-    from ezdxf.lldxf.const import DXFError
-
     found: list[Line] = []
     patterns: list[Line] = []
     left: Counter[str] = Counter()
@@ -145,9 +118,11 @@ def _lines(document: Any, hidden: set[str], *, walls: set[str], path: Path) -> t
             raise UsageError(f"'{path}' has too many lines to be walls; select those of walls with --layer")
         if placed.layer in hidden:
             continue
+        require_near([_numbers(placed.entity)], str(path))
         kind, role = _kind(placed.entity), _role(placed, walls)
         if kind in BODIES:
             outlines = _faces_of(placed.entity)
+            require_near(outlines, str(path))
             faces.setdefault(replace(placed, entity=None), []).extend(outlines)
             corners += sum(map(len, outlines))
             continue
@@ -157,9 +132,8 @@ def _lines(document: Any, hidden: set[str], *, walls: set[str], path: Path) -> t
             left["external references"] += kind == "INSERT" and _is_external(placed.entity)
             continue
         group = patterns if hatch and not placed.entity.dxf.solid_fill else found
-        try:
-            drawn = list(_filled(placed.entity) if kind in FILLED else _of_entity(placed.entity))
-        except (DXFError, *_BROKEN):
+        drawn = tried(list, _filled(placed.entity) if kind in FILLED else _of_entity(placed.entity))
+        if drawn is None:
             left[f"{kind} that cannot be read"] += 1
             continue
         for line in drawn:
@@ -186,6 +160,13 @@ def _walls_of_patterns(patterns: Sequence[Line], lines: Sequence[Line]) -> list[
         return named
     others = [line for line in lines if line.role is None]
     return list(patterns) if length_of_lines(patterns) > MOSTLY * length_of_lines(others) else []
+
+
+def _numbers(entity: Any) -> Array:
+    """Return the numbers among the attributes of an entity, shape (n, 2): places, and others beside a zero."""
+    values = entity.dxfattribs().values()
+    places = [(value.x, value.y) for value in values if hasattr(value, "xyz")]
+    return np.array([*places, *((value, 0.0) for value in values if isinstance(value, float))]).reshape(-1, 2)
 
 
 def _kind(entity: Any) -> str:

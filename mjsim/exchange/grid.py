@@ -14,7 +14,7 @@ from mjsim.exchange.map_header import (
     picture_beside,
     read_header,
 )
-from mjsim.exchange.pixels import Cells, gray_of
+from mjsim.exchange.pixels import Cells, claimed_pixels, gray_of
 from mjsim.geometry import Array
 from mjsim.output import free_paths, write_files
 from mjsim.world import SLICE, Grid, World, grid_of
@@ -27,6 +27,10 @@ MIDDLE = 0.6 / 255
 """Tolerance for middle grey, also with 8 bits [fraction of white]."""
 PICTURES = (".pgm", ".ppm", ".pbm", ".pnm", ".png", ".jpg", ".jpeg", ".bmp")
 """File suffixes of map images."""
+HEADERS = (".yaml", ".yml")
+"""File suffixes of the files that name them."""
+PIXELS_PER_BYTE = 10
+"""Pixels of a map that take as much time and memory as a byte of a drawing."""
 FILES = ("map.pgm", "map.yaml")
 """Files of a written map."""
 
@@ -51,6 +55,19 @@ def read_grid(path: str | Path, *, resolution: float | None = None) -> Grid:
         raise UsageError(f"{path}: the YAML file of a map states its resolution; leave out --scale")
     header = read_header(path)
     return _grid_of(header, picture_beside(path, header.image))
+
+
+def claimed_size(path: Path) -> int:
+    """Return with which size the limits of reading a file grow: that of a map's picture, or of the file [bytes].
+
+    Raises:
+        UsageError: The file is the YAML file of a map, and not as it should be.
+    """
+    file = picture_beside(path, read_header(path).image) if path.suffix.lower() in HEADERS else path
+    if not is_picture(file):
+        return file.stat().st_size if file.is_file() else 0
+    data = read_bounded(file, limit=MAX_BYTES, kind="the picture of a map")
+    return max(len(data), claimed_pixels(data) // PIXELS_PER_BYTE)
 
 
 def is_picture(path: Path) -> bool:

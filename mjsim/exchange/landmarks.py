@@ -4,6 +4,7 @@ References:
     The format of T. Bailey's SLAM simulators for MATLAB.
 """
 
+import io
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from mjsim.errors import UsageError
+from mjsim.exchange.bounded_file import read_bounded
 from mjsim.exchange.place import ODOMETRY_NOISE, ROBOT, WAYPOINTS
 from mjsim.exchange.preset_files import inhabited, robot_of
 from mjsim.geometry import Array
@@ -102,19 +104,8 @@ def world_from_landmarks(
 def _content(path: Path) -> dict[str, Any]:
     from scipy.io import loadmat
 
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise UsageError(f"'{path}' is over {MAX_BYTES // 1_000_000} MB; a landmark map is smaller")
-        content = loadmat(path, variable_names=["lm", "wp"])
-    except OSError as error:
-        raise UsageError(f"cannot read '{path}': {error.strerror or error}") from error
-    except UsageError:
-        raise
-    # The reader of this format can raise many kinds of exception on a broken file.
-    except Exception as error:
-        raise UsageError(
-            f"'{path}' is not a MAT-file of version 5 to 7; write it with: save('-v7', 'map.mat', 'lm', 'wp')"
-        ) from error
+    data = read_bounded(path, limit=MAX_BYTES, kind="a landmark map")
+    content = loadmat(io.BytesIO(data), variable_names=["lm", "wp"])
     return {key: value for key, value in content.items() if not key.startswith("__")}
 
 

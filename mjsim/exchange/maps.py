@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from mjsim.exchange.corners import runs_of
-from mjsim.exchange.grid import read_grid
 from mjsim.exchange.specks import without_specks
 from mjsim.exchange.trace import trace
 from mjsim.geometry import Array
@@ -21,18 +20,6 @@ THIN, BESIDE = 1.5, 0.05
 """Maximum thickness of a box as a multiple of the usual wall's, and distance to a wall [m], to be as high as walls."""
 DIGITS = 3
 """Coordinates are rounded to the millimetre."""
-
-
-def world_from_map(path: str | Path) -> World:
-    """Return a world with the walls and obstacles of a ROS map_server or Nav2 map.
-
-    Args:
-        path: The map's YAML file.
-
-    Raises:
-        UsageError: The file is not a map, or is too large.
-    """
-    return world_from_grid(read_grid(path), name=name_of(path))
 
 
 def world_from_grid(grid: Grid, *, name: str = "world") -> World:

@@ -9,7 +9,8 @@ import numpy as np
 
 from mjsim.errors import UsageError
 from mjsim.exchange.bounded_file import read_bounded
-from mjsim.exchange.bring import Reading, drawing_of, plan_of
+from mjsim.exchange.bring import drawing_of, plan_of
+from mjsim.exchange.brought import Reading
 from mjsim.exchange.drawing import Line
 from mjsim.exchange.grid import is_picture, read_grid
 from mjsim.geometry import Array, Pose

@@ -30,6 +30,16 @@ def gray_of(data: bytes) -> tuple[Array, Cells]:
     return np.asarray(channels.mean(axis=2, dtype=np.float32)), opaque
 
 
+def claimed_pixels(data: bytes) -> int:
+    """Return the number of pixels that a picture claims to have; 0 if it is no such picture."""
+    head = _SIZE.match(data[:_HEAD])
+    try:
+        columns, rows = map(int, head.groups()[1:]) if head else any_picture_size(data)
+    except ValueError:
+        return 0
+    return columns * rows
+
+
 def _decoded(data: bytes) -> NDArray[np.float32]:
     """Return the channels of a PNG, JPEG or BMP, alpha last, 0 to 1, shape (rows, columns, channels)."""
     import cv2

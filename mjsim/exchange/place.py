@@ -2,13 +2,13 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from mjsim.errors import UsageError
+from mjsim.exchange.brought import PRESET, Newcomer
 from mjsim.exchange.pixels import Cells
 from mjsim.exchange.preset_files import inhabited, robot_of
 from mjsim.geometry import Array
@@ -16,7 +16,6 @@ from mjsim.world import Grid, Modules, Robot, Run, Use, World, cells_of, check_w
 
 ROBOT = "scout"
 """Name of the robot."""
-PRESET = "pioneer3dx"
 ELBOW_ROOM, TIGHT = 0.15, 0.05
 """Clearance between the robot and what it passes, and the reduced clearance used if there is no such path [m]."""
 MAX_DISTANCE = 15.0
@@ -40,17 +39,6 @@ ESTIMATORS = {
 }
 """Short names of estimators that need only a lidar."""
 WAYPOINTS = "mjsim.algorithms.waypoints:Waypoints"
-
-
-@dataclass(frozen=True, slots=True)
-class Newcomer:
-    """The robot to add to an imported world; the arguments of `with_robot`."""
-
-    preset: str = PRESET
-    lidar: str | None = None
-    estimator: Use | None = None
-    folder: Path | None = None
-    """Folder of the new world; the preset may be a file in it."""
 
 
 def with_newcomer(world: World, robot: Newcomer | None, *, grid: Grid | None = None) -> World:

@@ -15,15 +15,13 @@ import numpy as np
 
 from mjsim.errors import UsageError
 from mjsim.exchange.bounded_file import read_bounded
-from mjsim.exchange.drawing import BOW, MAX_BYTES, MAX_CORNERS, Drawing, Line
-from mjsim.exchange.maps import name_of
+from mjsim.exchange.drawing import BOW, MAX_BYTES, MAX_CORNERS, Drawing, Line, require_near
 from mjsim.exchange.paint import darkness_of, opacity_of, share_of
-from mjsim.exchange.plan_in import read_plan
 from mjsim.exchange.roles import Role, role_of
 from mjsim.exchange.svg_tree import METRES, SHAPES, length_of, made_plain, tag_of
+from mjsim.exchange.tried import tried
 from mjsim.geometry import Array
 from mjsim.models import RefusedXmlError, checked_xml
-from mjsim.world import World
 
 CURVE_STEPS = 48
 """Number of straight segments per curve, before nearly straight ones are merged."""
@@ -34,8 +32,6 @@ UNIT = "data-metres-per-unit"
 """Attribute of files written by mjsim: metres per user unit."""
 BUILDING = (2.0, 500.0)
 """Sizes at which a drawing with a stated paper size is assumed to be at scale 1 : 1 [m]."""
-_BROKEN = (ArithmeticError, AssertionError, AttributeError, LookupError, TypeError, ValueError)
-"""What svgpathtools raises for malformed paths."""
 WHOLE = 0.98
 """A rectangle that covers at least this fraction of the drawing is its background."""
 PALE, OPAQUE = 0.06, 0.9
@@ -61,23 +57,6 @@ class _Tree:
     """Darkness of the background, 0 to 1."""
 
 
-def world_from_svg(
-    path: str | Path, *, scale: float | None = None, thickness: float | None = None, layers: Sequence[str] = ()
-) -> World:
-    """Return the world of the floor plan in an SVG file; its lower left corner becomes [0, 0].
-
-    Args:
-        path: The file.
-        scale: Metres per user unit; required unless the file states it.
-        thickness: Thickness of the walls [m]; by default as drawn, or 0.1 m for a wall drawn as one hairline.
-        layers: Ids or Inkscape labels of the groups that contain walls; by default those whose names say so, or all.
-
-    Raises:
-        UsageError: The file cannot be read, or does not show the walls of a building.
-    """
-    return read_plan(read_svg(path, layers=layers), name=name_of(path), scale=scale, thickness=thickness).world
-
-
 def read_svg(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
     """Return the visible lines of an SVG file, y up, with clones and style sheets applied; without text and images.
 
@@ -91,7 +70,7 @@ def read_svg(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
     path = Path(path)
     root = _root_of(read_bounded(path, limit=MAX_BYTES, kind="a drawing"), path)
     odd = made_plain(root, str(path))
-    document = _document(root, path)
+    document = _document(root)
     root = document.root
     parents = {child: parent for parent in root.iter() for child in parent}
     numbers = {element: number for number, element in enumerate(root.iter())}
@@ -104,9 +83,8 @@ def read_svg(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
         for drawn in paths:
             if _hidden(drawn.element, parents):
                 continue
-            try:
-                found = _lines(drawn, tree)
-            except _BROKEN:
+            found = tried(_lines, drawn, tree)
+            if found is None:
                 broken += 1
                 continue
             lines += found
@@ -126,19 +104,13 @@ def _paths(document: Any) -> tuple[list[Any], int]:
     from svgpathtools import parse_path
     from svgpathtools.document import CONVERSIONS
 
-    def is_broken(element: Element) -> bool:
-        try:
-            parse_path(CONVERSIONS[tag_of(element)](element))
-        except _BROKEN:
-            return True
-        return False
-
-    try:
-        return document.paths(), 0
-    except _BROKEN:
-        shapes = [element for element in document.root.iter() if tag_of(element) in CONVERSIONS]
-        broken = {element for element in shapes if is_broken(element)}
-        return document.paths(path_filter=lambda element: element not in broken), len(broken)
+    if (paths := tried(document.paths)) is not None:
+        return paths, 0
+    shapes = [element for element in document.root.iter() if tag_of(element) in CONVERSIONS]
+    whole = {
+        element for element in shapes if tried(lambda shape: parse_path(CONVERSIONS[tag_of(shape)](shape)), element)
+    }
+    return document.paths(path_filter=lambda element: element in whole), len(shapes) - len(whole)
 
 
 def _root_of(data: bytes, path: Path) -> Element:
@@ -154,13 +126,10 @@ def _root_of(data: bytes, path: Path) -> Element:
     return root
 
 
-def _document(root: Element, path: Path) -> Any:
+def _document(root: Element) -> Any:
     from svgpathtools import Document
 
-    try:
-        return Document(io.BytesIO(tostring(root)))
-    except (ParseError, ValueError, LookupError, RecursionError) as error:
-        raise UsageError(f"'{path}' cannot be read as SVG ({error!s:.80}); save it as plain SVG") from None
+    return Document(io.BytesIO(tostring(root)))
 
 
 def _layers(root: Element, names: Sequence[str], path: Path) -> set[Element] | None:
@@ -247,7 +216,7 @@ def _lines(drawn: Any, tree: _Tree) -> list[Line]:
     role, block, part = _role(element, tree)
     lines = []
     for outline in drawn.continuous_subpaths():
-        points, closed = _points(outline)
+        points, closed = _points(outline, str(tree.path))
         if len(points) < 2:
             continue
         ring = len(points) > 2 and (closed or (ink.bare and ink.filled))
@@ -294,25 +263,26 @@ def _ink(element: Element, tree: _Tree) -> _Ink:
     return _Ink(pen, not none and fill is not None, dark, covers if bare else painted and (dark is None or covers))
 
 
-def _points(part: Any) -> tuple[Array, bool]:
+def _points(part: Any, name: str) -> tuple[Array, bool]:
     """Return the corners of a path without gaps, shape (n, 2), y up, and whether it is closed."""
     from svgpathtools import Line as Straight
 
     places = [part.start]
     for piece in part:
-        places += [piece.end] if isinstance(piece, Straight) else _along(piece)
+        places += [piece.end] if isinstance(piece, Straight) else _along(piece, name)
     points = [point for index, point in enumerate(places) if index == 0 or point != places[index - 1]]
     closed = len(points) > 2 and abs(points[0] - points[-1]) <= 1e-9 * (1.0 + abs(points[0]))
     points = points[:-1] if closed else points
     return np.array([(place.real, -place.imag) for place in points], dtype=float).reshape(-1, 2), closed
 
 
-def _along(curve: Any) -> list[complex]:
+def _along(curve: Any, name: str) -> list[complex]:
     """Return the corners of the straight segments along a curve, without its start."""
     import shapely
 
     places = [curve.point(step / CURVE_STEPS) for step in range(CURVE_STEPS + 1)]
     points = np.array([(place.real, place.imag) for place in places])
+    require_near([points], name)
     bow = float(np.ptp(points, axis=0).max()) * BOW
     simplified = shapely.get_coordinates(shapely.simplify(shapely.linestrings(points), bow))
     return [complex(x, y) for x, y in simplified[1:].tolist()]

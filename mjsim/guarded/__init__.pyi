@@ -3,4 +3,7 @@ from .limits import limits_for as limits_for
 from .reader import Reader as Reader
 from .reader import guarded as guarded
 from .reader import guarded_parts as guarded_parts
+from .reader import one_reader as one_reader
+from .reader import reader_for as reader_for
 from .wire import Plain as Plain
+from .working import still_working as still_working

@@ -15,10 +15,11 @@ from typing import Any, BinaryIO
 
 from mjsim.errors import MjsimError, WorldError
 from mjsim.guarded.lockdown import lock_down
-from mjsim.guarded.request import LENGTH, Call
+from mjsim.guarded.request import LENGTH, Call, Permission
 from mjsim.guarded.wire import send
+from mjsim.guarded.working import REPORT
 
-OWN_ERRORS = ("UsageError", "WorldError", "RecordingError")
+OWN_ERRORS = ("UsageError", "RecordingError", "PhysicsFault")
 """Errors of mjsim that reach the caller as they are."""
 LONGEST_TRACEBACK = 20_000
 """Maximum length of the traceback that is handed back for developers [characters]."""
@@ -31,19 +32,23 @@ def main() -> None:
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     warnings.simplefilter("ignore")
-    start = _next(requests)
-    if start is None:
+    if (first := _next(requests)) is None:
         return
+    start: Permission = pickle.loads(first)
     _function(start.function)
     send(answers, {"missing": lock_down(start)})
-    while (call := _next(requests)) is not None:
-        for answer in answers_to(call):
+    REPORT.set(lambda: send(answers, {"working": True}))
+    while (request := _next(requests)) is not None:
+        for answer in answers_to(request):
             _send(answers, answer)
 
 
-def answers_to(call: Call) -> Iterator[Mapping[str, Any]]:
-    """Yield the answers to a call: parts of its value if it makes them one by one, and its value or its error last."""
+def answers_to(request: bytes) -> Iterator[Mapping[str, Any]]:
+    """Yield the answers to a pickled call: parts of its value if it yields them, and its value or its error last."""
     try:
+        call: Call = pickle.loads(request)  # from the parent, which is trusted
+        if call.folder is not None:
+            os.chdir(call.folder)
         value = _function(call.function)(*call.arguments, **call.keywords)
         if isinstance(value, Iterator):
             for part in value:
@@ -89,13 +94,12 @@ def _function(name: str) -> Callable[..., Any]:
     return found
 
 
-def _next(requests: BinaryIO) -> Any:
-    """Return the next request; None at the end."""
+def _next(requests: BinaryIO) -> bytes | None:
+    """Return the next request, pickled; None at the end."""
     head = requests.read(LENGTH.size)
     if len(head) < LENGTH.size:
         return None
-    # It comes from the parent, which is trusted.
-    return pickle.loads(requests.read(*LENGTH.unpack(head)))
+    return requests.read(*LENGTH.unpack(head))
 
 
 if __name__ == "__main__":

@@ -2,13 +2,13 @@
 
 from dataclasses import dataclass
 
-MEMORY = 800 << 20
+MEMORY = 768 << 20
 """Memory for a small file, libraries included [bytes]; with mjsim itself that is below 1 GB."""
-MEMORY_PER_BYTE = 16
+MEMORY_PER_BYTE = 64
 """Further memory for each byte of a file."""
-SECONDS = 15.0
+SECONDS = 12.0
 """Time for a small file [s]."""
-SECONDS_PER_MEGABYTE = 10.0
+SECONDS_PER_MEGABYTE = 100.0
 """Further time for each megabyte of a file [s]."""
 
 
@@ -17,9 +17,9 @@ class Allowance:
     """What a child may use to decode one file."""
 
     memory: int = MEMORY
-    """Private memory [bytes]; also the largest value that it may hand back."""
+    """Private memory [bytes]; also the maximum size of what it hands back at once."""
     seconds: float = SECONDS
-    """Time that the caller waits for it, and processor time that it may use, for one call [s]."""
+    """Time that the caller waits for it, and processor time that it uses, for one call [s]."""
     each: float = 0.0
     """Time from one part to the next of a value that is handed back in parts, where less than this is left [s]."""
     written: int = 1 << 40

@@ -6,7 +6,7 @@ import signal
 import site
 import sys
 import sysconfig
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -32,7 +32,7 @@ _PARENT_DIES = 1
 
 def lock_down(start: Permission) -> list[str]:
     """Restrict this process; return what the system has no limits for, in words."""
-    missing = [] if _limited(start.limits, start.scratch) else ["memory"]
+    missing = [] if _limited(start.allowance, start.scratch) else ["memory"]
     _end_with(start.parent)
     if not read_only([*_needed(), *start.folders], scratch=start.scratch):
         missing.append("other files")
@@ -42,7 +42,7 @@ def lock_down(start: Permission) -> list[str]:
     return missing
 
 
-def _limited(limits: Allowance, scratch: Path | None) -> bool:
+def _limited(allowance: Allowance, scratch: Path | None) -> bool:
     """Limit memory, files and dumps; return whether the memory is limited.
 
     References:
@@ -52,24 +52,33 @@ def _limited(limits: Allowance, scratch: Path | None) -> bool:
         import resource
     except ImportError:  # Windows
         return False
-    written = 0 if scratch is None else limits.written
-    others = {resource.RLIMIT_CORE: 0, resource.RLIMIT_FSIZE: written, resource.RLIMIT_NOFILE: MOST_FILES}
-    for which, value in others.items():
+    written = 0 if scratch is None else allowance.written
+    for which, value in (
+        (resource.RLIMIT_CORE, 0),
+        (resource.RLIMIT_FSIZE, written),
+        (resource.RLIMIT_NOFILE, MOST_FILES),
+    ):
         _limit(which, value)
     # A write fails then instead of ending the process.
     signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    whole = _limit(resource.RLIMIT_AS, limits.memory + LIBRARIES)
-    # Data counts what is private and writable on Linux alone; elsewhere it is the heap.
-    return _limit(resource.RLIMIT_DATA, limits.memory) and whole and sys.platform == "linux"
+    # Data counts all that is private and writable on Linux alone; elsewhere it is the heap.
+    return all(_limit(*each) for each in memory_limits(allowance)) and sys.platform == "linux"
+
+
+def memory_limits(allowance: Allowance) -> Sequence[tuple[int, int]]:
+    """Return the resources that limit memory, as in `resource.setrlimit`, with their values [bytes]."""
+    import resource
+
+    return (resource.RLIMIT_DATA, allowance.memory), (resource.RLIMIT_AS, allowance.memory + LIBRARIES)
 
 
 def _limit(which: int, value: int) -> bool:
+    """Set a soft limit, which the parent alone raises for a larger file; return whether the system has it."""
     import resource
 
     hard = resource.getrlimit(which)[1]
-    value = value if hard == resource.RLIM_INFINITY else hard if value == resource.RLIM_INFINITY else min(value, hard)
     with contextlib.suppress(ValueError, OSError):
-        resource.setrlimit(which, (value, value))
+        resource.setrlimit(which, (value if hard == resource.RLIM_INFINITY else min(value, hard), hard))
         return True
     return False
 

@@ -18,7 +18,8 @@ class Permission:
 
     function: str
     """A function 'module:name'; its module is imported before the limits hold."""
-    limits: Allowance
+    allowance: Allowance
+    """Limits until the first call, which has its own."""
     folders: tuple[Path, ...]
     """Folders and files that may be read."""
     scratch: Path | None
@@ -34,3 +35,5 @@ class Call:
     function: str
     arguments: tuple[Any, ...]
     keywords: Mapping[str, Any]
+    folder: str | None
+    """Working folder of the caller."""

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from mjsim import exchange
 from mjsim.cli import main
-from mjsim.exchange.robots import slip
+from mjsim.exchange.robots import bring_robot, slip
 
 
 def typed(*line: str) -> tuple[int, str]:
@@ -33,7 +34,11 @@ def brought(path: Path, folder: Path, *options: str) -> tuple[Path, str]:
 
 @contextlib.contextmanager
 def few_drives() -> Iterator[None]:
-    """Let a robot's slip be learned from 10 drives, not 80: they tell its track as well, but not how sure it is."""
+    """Let a robot's slip be learned from 10 drives, not 80: they tell its track as well, but not how sure it is.
+
+    Robots are read in this process meanwhile, which alone has that number.
+    """
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(exchange, "bring_robot", bring_robot)
         patch.setattr(slip, "ROBOTS", 10)
         yield

@@ -10,7 +10,8 @@ import pytest
 from PIL import Image
 
 from mjsim.errors import UsageError
-from mjsim.exchange.bring import Reading, bring_drawing, bring_map
+from mjsim.exchange import Reading, bring_file
+from mjsim.exchange.bring import bring_drawing, bring_map
 from mjsim.exchange.grid import read_grid
 from mjsim.exchange.maps import world_from_grid
 from mjsim.exchange.place import with_robot
@@ -76,7 +77,7 @@ def test_a_broken_drawing_is_refused_in_one_line(name, tmp_path, capfd):
     path = tmp_path / name
     path.write_bytes(DRAWINGS[name])
     with pytest.raises(UsageError) as caught:
-        bring_drawing(path, robot=None, reading=Reading(scale=1.0))
+        bring_file(path, robot=None, reading=Reading(scale=1.0))
     assert "\n" not in str(caught.value)
     assert name in str(caught.value)
     assert capfd.readouterr() == ("", "")

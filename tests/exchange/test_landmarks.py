@@ -85,7 +85,7 @@ def test_what_is_no_landmark_map_is_one_line(tmp_path, capsys, content, says):
 def test_another_file_is_told_how_to_save_one(tmp_path, capsys):
     (tmp_path / "map.mat").write_text("# Created by Octave\n# name: lm\n")
     assert new(tmp_path) == 2
-    assert "is not a MAT-file of version 5 to 7; write it with: save('-v7', " in capsys.readouterr().err
+    assert "; write a MAT-file of version 5 to 7 with: save('-v7', " in capsys.readouterr().err
 
 
 @pytest.mark.slow

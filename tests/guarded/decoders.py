@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from mjsim.errors import Problem, RecordingError, UsageError, WorldError
+from mjsim.guarded import still_working
 
 
 def same(value):
@@ -91,6 +92,14 @@ def slow_parts(seconds) -> Iterator[int]:
     while True:
         time.sleep(seconds)
         yield 1
+
+
+def work(rounds, seconds):
+    """Take several times some time, and say each time that it goes on."""
+    for _ in range(rounds):
+        time.sleep(seconds)
+        still_working()
+    return rounds
 
 
 def temporary(text):

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from mjsim.errors import RecordingError, UsageError, WorldError
-from mjsim.guarded import Allowance, Reader, guarded, guarded_parts
-from mjsim.guarded.limits import limits_for
+from mjsim.guarded import Reader, guarded, guarded_parts
+from mjsim.guarded.limits import Allowance, limits_for
 from tests.children import child
 from tests.guarded import decoders
 
@@ -74,7 +74,7 @@ def test_who_stops_early_ends_the_child(reader):
 
 def test_a_crash_is_one_line_and_the_next_file_is_read(reader):
     assert said(reader.call, f"{HERE}:crash") == (
-        "'x.mat' cannot be read: its reader crashed (SIGSEGV); the file is damaged"
+        "'x.mat' cannot be read: its reader crashed (SIGSEGV); the file may be damaged"
     )
     assert reader.call(f"{HERE}:same", 1, about="y") == 1
 
@@ -97,7 +97,7 @@ def test_parts_that_stop_coming_are_ended(monkeypatch):
 
 @linux
 def test_memory_is_bounded(reader):
-    assert said(reader.call, f"{HERE}:swell", 900).startswith("'x.mat' cannot be read: it needs more than 839 MB")
+    assert said(reader.call, f"{HERE}:swell", 900).startswith("'x.mat' cannot be read: it needs more than 805 MB")
 
 
 def test_limits_grow_with_the_file():
@@ -112,6 +112,16 @@ def test_an_exception_of_a_library_is_a_fault_of_the_file_and_developers_see_whe
         "'x.mat' cannot be read: ZeroDivisionError: of a library; the file may be damaged"
     )
     assert "decoders.py" in caplog.text
+
+
+def test_a_caller_that_knows_better_says_what_to_do(reader):
+    assert said(reader.call, f"{HERE}:fail", "library", advice="save it again").endswith("of a library; save it again")
+
+
+def test_who_goes_on_for_longer_says_so(monkeypatch):
+    monkeypatch.setattr("mjsim.guarded.reader.limits_for", lambda size: Allowance(seconds=1.0))
+    with Reader(f"{HERE}:same") as reader:
+        assert reader.call(f"{HERE}:work", 4, 0.4, about="x") == 4
 
 
 def test_errors_of_mjsim_pass():

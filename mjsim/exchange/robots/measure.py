@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose
+from mjsim.guarded import still_working
 from mjsim.interface import Command
 from mjsim.sim import Simulation
 from mjsim.world import Source, parse_world
@@ -76,6 +77,7 @@ def measure(text: str, files: Mapping[str, bytes], *, file: str) -> Measured:
         UsageError: The robot falls over, or does not drive.
         PhysicsFault: The simulation became unstable.
     """
+    still_working()
     world = parse_world(text, source=Source(file=file, attached=files))
     (robot,) = world.robots
     quiet = robot.model_copy(

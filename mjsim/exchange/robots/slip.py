@@ -15,6 +15,7 @@ import numpy as np
 
 from mjsim.exchange.robots.likely import likely_slip
 from mjsim.geometry import Array, wrap_angles
+from mjsim.guarded import still_working
 from mjsim.interface import Command, Odometry, RobotInfo
 from mjsim.sim import Simulation, arc_end
 from mjsim.world import OdometryNoise, Robot, Slip, Source, WheelOdometry, World, parse_world
@@ -126,6 +127,7 @@ def _lot(world: World, together: int) -> World:
 
 def _driven(world: World, first: int) -> Drives:
     """Return drives of several robots with changing commands; `first` is the number of the first robot."""
+    still_working()
     with Simulation(world, seed=SEED + first) as sim:
         chances = {name: np.random.default_rng([SEED, first + k]) for k, name in enumerate(sim.robots)}
         odometry, poses = [], [[pose.as_array() for pose in sim.truths().values()]]

@@ -1,0 +1,46 @@
+"""What the importers of worlds take and give."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from mjsim.world import Use
+
+PRESET = "pioneer3dx"
+
+
+@dataclass(frozen=True, slots=True)
+class Brought:
+    """An imported world."""
+
+    text: str
+    """Text of the world file."""
+    report: Sequence[str] = ()
+    """Lines that tell the user what was done and what was left out."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """Options for reading a drawing; None means that the drawing decides."""
+
+    scale: float | None = None
+    """Metres per unit of the drawing."""
+    thickness: float | None = None
+    """Thickness of walls [m]."""
+    layers: Sequence[str] = ()
+    """Layers that contain walls."""
+    furniture: bool = True
+    """Whether to turn furniture into obstacles."""
+
+
+@dataclass(frozen=True, slots=True)
+class Newcomer:
+    """The robot to add to an imported world; the arguments of `with_robot`."""
+
+    preset: str = PRESET
+    lidar: str | None = None
+    estimator: "Use | None" = None
+    folder: Path | None = None
+    """Folder of the new world; the preset may be a file in it."""

@@ -1,0 +1,185 @@
+"""Importers of strangers' files: the guarded reader reads them, and these make values of what it hands back."""
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from mjsim.exchange.brought import Brought, Newcomer, Reading
+from mjsim.guarded import guarded, reader_for
+
+if TYPE_CHECKING:
+    from mjsim.exchange.original import Original
+    from mjsim.exchange.robots import BroughtRobot, RobotOptions
+    from mjsim.world import Grid, World
+
+INSIDE = "mjsim.exchange.inside"
+ADVICE: Mapping[str, str] = {
+    ".dxf": "save it as DXF R2000 or later",
+    ".svg": "save it as plain SVG",
+    ".mat": "write a MAT-file of version 5 to 7 with: save('-v7', 'map.mat', 'lm', 'wp')",
+}
+"""Kind of a file -> what to do if it cannot be read."""
+SEEN_ABOVE = 4
+"""Folders above the file of a robot in which its ROS packages are looked for."""
+MOST_LINKS = 1000
+"""Maximum number of links beside a map that are followed."""
+
+
+def bring_file(path: Path, *, robot: Newcomer | None, reading: Reading | None = None) -> Brought:
+    """Return the world of a map's YAML file, an SVG or DXF drawing, or a MATLAB landmark map.
+
+    Raises:
+        UsageError: The file is none of these, or cannot be read.
+    """
+    place = [] if robot is None or robot.folder is None else [robot.folder]
+    text, report = _read("world_file", path, robot, reading, folders=place)
+    return Brought(text, report)
+
+
+def world_from_dxf(
+    path: str | Path, *, scale: float | None = None, thickness: float | None = None, layers: Sequence[str] = ()
+) -> "World":
+    """Return the world of the floor plan in a DXF file; its lower left corner becomes [0, 0].
+
+    Args:
+        path: The file.
+        scale: Metres per unit of the drawing; required unless the file states it.
+        thickness: Thickness of the walls [m]; by default as drawn, or 0.1 m for a wall drawn as one hairline.
+        layers: Layers that contain walls; by default those whose names say so, or all that are visible.
+
+    Raises:
+        UsageError: The file cannot be read, or does not show the walls of a building.
+    """
+    return _world(_read("dxf_world", Path(path), Reading(scale, thickness, tuple(layers))))
+
+
+def world_from_svg(
+    path: str | Path, *, scale: float | None = None, thickness: float | None = None, layers: Sequence[str] = ()
+) -> "World":
+    """Return the world of the floor plan in an SVG file; its lower left corner becomes [0, 0].
+
+    Args:
+        path: The file.
+        scale: Metres per user unit; required unless the file states it.
+        thickness: Thickness of the walls [m]; by default as drawn, or 0.1 m for a wall drawn as one hairline.
+        layers: Ids or Inkscape labels of the groups that contain walls; by default those whose names say so, or all.
+
+    Raises:
+        UsageError: The file cannot be read, or does not show the walls of a building.
+    """
+    return _world(_read("svg_world", Path(path), Reading(scale, thickness, tuple(layers))))
+
+
+def world_from_map(path: str | Path) -> "World":
+    """Return a world with the walls and obstacles of a ROS map_server or Nav2 map.
+
+    Args:
+        path: The map's YAML file.
+
+    Raises:
+        UsageError: The file is not a map, or is too large.
+    """
+    return _world(_read("map_world", Path(path)))
+
+
+def read_grid(path: str | Path, *, resolution: float | None = None) -> "Grid":
+    """Return the map of a YAML file and the image it names, or of an image without a YAML file.
+
+    Args:
+        path: The YAML file; or an image, black where occupied, white where free.
+        resolution: Side of a cell, for an image without a YAML file [m].
+
+    Raises:
+        UsageError: The map does not exist, is too large, or is not a map.
+    """
+    from mjsim.geometry import Pose
+    from mjsim.world import Grid
+
+    occupied, free, cell, pose = _read("grid", Path(path), resolution)
+    return Grid(occupied, free, cell, Pose(*pose))
+
+
+def read_original(path: str | Path, *, world: str | Path | None = None, reading: Reading | None = None) -> "Original":
+    """Return the original map or drawing of a file.
+
+    Args:
+        path: The YAML file of a map, or an SVG or DXF drawing.
+        world: The world file made from it; its first lines state the drawing's position in it.
+        reading: How the drawing was read, if the world file no longer says so.
+
+    Raises:
+        UsageError: The file is none of these, or cannot be read.
+    """
+    from mjsim.exchange.drawing import Line
+    from mjsim.exchange.original import Original
+    from mjsim.geometry import Pose
+
+    made = None if world is None else Path(world)
+    found = _read("original", Path(path), made, reading, folders=[] if made is None else _beside(made))
+    strokes = [Line(**stroke) for stroke in found["strokes"]]
+    return Original(**{**found, "strokes": strokes, "world_from_picture": Pose(*found["world_from_picture"])})
+
+
+def bring_robot(
+    path: Path,
+    *,
+    name: str,
+    options: "RobotOptions",
+    packages: Mapping[str, Path],
+    arguments: Mapping[str, str],
+    environment: Mapping[str, str] = MappingProxyType({}),
+) -> "BroughtRobot":
+    """Return the preset of a robot from a URDF, xacro or MJCF file.
+
+    Args:
+        path: The file.
+        name: Name of the robot, and of the folder of its files.
+        options: What the file leaves open.
+        packages: Folders of ROS packages by name.
+        arguments: Arguments of xacro.
+        environment: Values of `$(env NAME)` and `$(optenv NAME)` in xacro; a file reads no other variables.
+
+    Raises:
+        UsageError: The file cannot be read, its wheels are missing or ambiguous, or the robot does not drive.
+        PhysicsFault: The simulation became unstable.
+    """
+    from mjsim.exchange.robots import BroughtRobot
+
+    above = Path(os.path.realpath(path)).parents
+    roots = [os.environ.get(key, "") for key in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")]
+    folders = [above[min(SEEN_ABOVE, len(above) - 1)], *packages.values()]
+    folders += [Path(entry) for root in roots for entry in root.split(os.pathsep) if entry]
+    xacro = {"arguments": dict(arguments), "environment": dict(environment)}
+    keywords: dict[str, Any] = {"name": name, "options": options, "packages": dict(packages), **xacro}
+    return BroughtRobot(*guarded(f"{INSIDE}:robot", path, about=path, folders=folders, **keywords))
+
+
+def _read(function: str, path: Path, *arguments: Any, folders: Sequence[Path] = ()) -> Any:
+    """Return what a function of `inside` makes of a file."""
+    called = f"{INSIDE}:{function}"
+    advice = ADVICE.get(path.suffix.lower(), "check that it is a map, a drawing or a landmark map, and whole")
+    with reader_for(called, folders=[*_beside(path), *folders]) as reader:
+        size = reader.call(f"{INSIDE}:claimed_size", path, about=path, advice=advice)
+        return reader.call(called, path, *arguments, about=path, size=size, advice=advice)
+
+
+def _beside(path: Path) -> list[Path]:
+    """Return the folder of a file, and what the file and the links beside it refer to."""
+    folder = path.absolute().parent
+    links = []
+    if folder.is_dir():
+        with os.scandir(folder) as entries:
+            links = [
+                Path(os.path.realpath(entry.path))
+                for _, entry in zip(range(MOST_LINKS), entries, strict=False)
+                if entry.is_symlink()
+            ]
+    return [folder, Path(os.path.realpath(path)).parent, *links]
+
+
+def _world(text: str) -> "World":
+    from mjsim.world import parse_world
+
+    return parse_world(text)

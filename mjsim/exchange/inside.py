@@ -1,0 +1,78 @@
+"""Importers as the guarded reader runs them: paths and options in, plain values out."""
+
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from mjsim.exchange.brought import Newcomer, Reading
+from mjsim.exchange.grid import claimed_size as claimed_size
+from mjsim.exchange.grid import read_grid
+from mjsim.exchange.maps import name_of, world_from_grid
+from mjsim.guarded import Plain
+from mjsim.world import format_world
+
+
+def world_file(path: Path, robot: Newcomer | None, reading: Reading | None) -> Plain:
+    """Return the text of a world made from a file, and the lines of the report."""
+    from mjsim.exchange.bring import bring_file
+
+    brought = bring_file(path, robot=robot, reading=reading)
+    return brought.text, list(brought.report)
+
+
+def dxf_world(path: Path, reading: Reading) -> Plain:
+    """Return the text of the world in a DXF drawing."""
+    from mjsim.exchange.dxf_in import read_dxf
+
+    return _drawn(read_dxf(path, layers=reading.layers), path, reading)
+
+
+def svg_world(path: Path, reading: Reading) -> Plain:
+    """Return the text of the world in an SVG drawing."""
+    from mjsim.exchange.svg_in import read_svg
+
+    return _drawn(read_svg(path, layers=reading.layers), path, reading)
+
+
+def _drawn(drawing: Any, path: Path, reading: Reading) -> str:
+    from mjsim.exchange.plan_in import read_plan
+
+    plan = read_plan(drawing, name=name_of(path), scale=reading.scale, thickness=reading.thickness)
+    return format_world(plan.world)
+
+
+def map_world(path: Path) -> Plain:
+    """Return the text of the world of a map."""
+    return format_world(world_from_grid(read_grid(path), name=name_of(path)))
+
+
+def grid(path: Path, resolution: float | None) -> Plain:
+    """Return the fields of the grid of a map."""
+    found = read_grid(path, resolution=resolution)
+    return found.occupied, found.free, found.resolution, _pose(found.world_from_grid)
+
+
+def original(path: Path, world: Path | None, reading: Reading | None) -> Plain:
+    """Return the fields of a map or drawing in its original form."""
+    from mjsim.exchange.original import read_original
+
+    found = _shallow(read_original(path, world=world, reading=reading))
+    strokes = [_shallow(line) for line in found["strokes"]]
+    return {**found, "strokes": strokes, "world_from_picture": _pose(found["world_from_picture"])}
+
+
+def robot(path: Path, **options: Any) -> Plain:
+    """Return the text of the preset of a robot, its files, and the lines of the report."""
+    from mjsim.exchange.robots import bring_robot
+
+    brought = bring_robot(path, **options)
+    return brought.text, dict(brought.files), list(brought.report)
+
+
+def _shallow(value: Any) -> Mapping[str, Any]:
+    return {field.name: getattr(value, field.name) for field in fields(value)}
+
+
+def _pose(pose: Any) -> tuple[float, float, float]:
+    return pose.x, pose.y, pose.heading
