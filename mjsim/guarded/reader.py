@@ -141,9 +141,8 @@ class Reader(Closes):
         **keywords: Any,
     ) -> Iterator[Any]:
         """Yield the values of a generator function; see `guarded_parts`. Who stops early ends the child."""
-        for answer in self._answers(
-            _call(function, arguments, keywords), About(str(about), advice), _size(about, size)
-        ):
+        limits = limits or limits_for(_size(about, size))
+        for answer in self._answers(_call(function, arguments, keywords), About(str(about), advice), limits):
             if "part" in answer:
                 yield answer["part"]
 
