@@ -113,9 +113,9 @@ class Child:
     def _answered(self, allowance: Allowance, about: About) -> Iterator[Mapping[str, Any]]:
         left, renewals = allowance.seconds, 0
         while True:
-            before = time.monotonic()
+            before = self._watch.clock()
             answer = self._timed(left, allowance.memory)
-            left -= time.monotonic() - before
+            left = max(left - (self._watch.clock() - before), LOOKING)
             if left < allowance.each:
                 left = allowance.each
                 _limit(self._process.pid, replace(allowance, seconds=left))
@@ -167,11 +167,15 @@ class _Watch:
     @contextlib.contextmanager
     def over(self, seconds: float) -> Iterator[None]:
         """Limit the time of a block, without that for which the process waits for a processor [s]."""
-        self._until = time.monotonic() + seconds - _queued(self._process.pid)
+        self._until = self.clock() + seconds
         try:
             yield
         finally:
             self._until = math.inf
+
+    def clock(self) -> float:
+        """Return a time that stands still while the process waits for a processor [s]."""
+        return time.monotonic() - _queued(self._process.pid)
 
     def stop(self) -> None:
         """Watch no longer."""
@@ -179,8 +183,7 @@ class _Watch:
 
     def _look(self) -> None:
         while not self._stopped.wait(LOOKING):
-            now = time.monotonic()
-            if now > self._until and now - _queued(self._process.pid) > self._until:
+            if time.monotonic() > self._until and self.clock() > self._until:
                 self.expired = True
                 self._process.kill()
                 return
