@@ -12,6 +12,7 @@ import pytest
 import yaml
 
 from mjsim.errors import UsageError
+from mjsim.exchange.robots.folders import Folders
 from mjsim.exchange.robots.xacro import budget
 from tests.exchange.test_xacro import HEAD, expanded
 
@@ -91,6 +92,7 @@ BODIES = {
     "an include of a URI": '<xacro:include filename="file://{out}/secret.xacro"/>',
     "a package of the system": '<xacro:include filename="$(find etc)/hostname"/>',
     "a package beside": '<xacro:include filename="$(find canary)/secret.xacro"/>',
+    "a package around": '<xacro:include filename="$(find {above})/canary/secret.xacro"/>',
     "a package above": '<xacro:include filename="$(find ..)/canary/secret.xacro"/>',
     "a package by a path": '<xacro:include filename="$(find mine/../canary)/secret.xacro"/>',
     "a way out of a package": '<xacro:include filename="$(find mine)/../canary/secret.xacro"/>',
@@ -136,6 +138,7 @@ BODIES = {
     "an alias of itself": "<l v=\"${{load_yaml('loop.yaml')}}\"/>",
     "deep YAML": "<l v=\"${{load_yaml('deep.yaml')}}\"/>",
     "long YAML": "<l v=\"${{load_yaml('long.yaml')}}\"/>",
+    "a file read over and over": '<xacro:macro name="m" params="k"><xacro:property name="y" value="${{load_yaml(\'remarks.yaml\')}}" lazy_eval="false"/></xacro:macro>' + '<xacro:m k="1"/>' * 400,
     "deep elements": "<a>" * 150 + "</a>" * 150,
     "a pattern of many folders": '<xacro:include filename="here/*/here/*.xacro"/>',
     "an included file that is no XML": '<xacro:include filename="deep.yaml"/>',
@@ -180,6 +183,7 @@ def folder(tmp_path, monkeypatch):
         "laughs.yaml": f"a0: &a0 [1, 2]\n{ALIASES}",
         "merges.yaml": f"a0: &a0 {{x: 1}}\n{MERGES}",
         "loop.yaml": "&a [*a]",
+        "remarks.yaml": "# nothing\n" * 10_000,
         "half.yaml": '"\\ud800"',
         "deep.yaml": "[" * 1000,
         "long.yaml": "- 1\n" * 100_000,
@@ -221,7 +225,7 @@ def test_an_expression_does_nothing_but_compute(folder, attempt):
 
 @pytest.mark.parametrize("attempt", BODIES)
 def test_a_file_reaches_nothing_outside_of_its_folder(folder, attempt):
-    refused(folder, BODIES[attempt].format(out=folder.parent / "canary"))
+    refused(folder, BODIES[attempt].format(out=folder.parent / "canary", above=folder.parent.name))
 
 
 @pytest.mark.parametrize("expression", LARGE)
@@ -237,7 +241,7 @@ def test_what_an_expression_would_compute_is_bounded_before_it_is_computed(folde
 @pytest.mark.parametrize("attempt", ["aliases that multiply", "merges that multiply", "a macro that calls itself"])
 def test_the_longest_work_ends_within_seconds(folder, monkeypatch, attempt):
     monkeypatch.undo()
-    refused(folder, BODIES[attempt].format(out=folder.parent / "canary"))
+    refused(folder, BODIES[attempt].format(out=folder.parent / "canary", above=folder.parent.name))
 
 
 def test_macros_that_double_with_each_other_are_refused(folder):
@@ -271,3 +275,18 @@ def test_a_deep_file_is_refused_however_deep_the_caller_is(folder):
     body = "".join(f'<xacro:property name="p{k}" value="${{[[p{k + 1}]]}}"/>' for k in range(400)) + '<l v="${p0}"/>'
     for depth in (0, 300, 600):
         assert "nested too deeply" in nested_calls(depth, lambda: refused(folder, body))
+
+
+@pytest.mark.parametrize("name", ["link.yaml", "links/secret.yaml", "../canary/secret.yaml", "pipe", "links", "gone"])
+def test_no_reader_of_a_robots_files_gets_what_lies_outside(folder, name):
+    with pytest.raises(ValueError, match=r"lies outside|not a regular file|no file"):
+        Folders(folder / "robot.xacro", {}).read(folder / name)
+
+
+def test_folders_named_by_the_user_are_open_and_those_found_look_like_packages(folder):
+    folders = Folders(folder / "robot.xacro", {"given": folder.parent / "canary"})
+    assert SECRET in folders.read(folder.parent / "canary" / "secret.yaml").decode()
+    found = Folders(folder / "robot.xacro", {})
+    assert found.package("canary") is None
+    (folder.parent / "canary" / "package.xml").touch()
+    assert found.package("canary") == folder.parent / "canary"

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Protocol
 
 from mjsim.errors import UsageError, printable
-from mjsim.exchange.robots.xacro.budget import Value, XacroBudget, XacroError, likely
+from mjsim.exchange.robots.xacro.budget import CHARACTERS, Value, XacroBudget, XacroError, likely
 from mjsim.exchange.robots.xacro.functions import PYTHON, known_names
 from mjsim.exchange.robots.xacro.macros import Macro, Macros, macro_of
 from mjsim.exchange.robots.xacro.nodes import ELEMENT, NAME, Verbatim, XacroNode, nodes_of
@@ -282,13 +282,16 @@ class Expander:
         finally:
             self._paths.pop()
 
+    def _contents(self, path: Path) -> bytes:
+        data = self._files.read(path)
+        self.budget.spend(len(data) // CHARACTERS)
+        return data
+
     def _root_of(self, path: Path) -> XacroNode:
         """Return the root of an included file."""
         if path not in self._read:
             try:
-                self._read[path] = nodes_of(
-                    checked_xml(self._files.read(path), deepest=DEEPEST), str(path), self.budget
-                )
+                self._read[path] = nodes_of(checked_xml(self._contents(path), deepest=DEEPEST), str(path), self.budget)
             except RefusedXmlError as error:
                 raise XacroError(f"{path} {error}") from None
         return self._read[path]
@@ -297,7 +300,7 @@ class Expander:
         paths = self._files.locate(str(name), self._paths[-1].parent)
         if len(paths) != 1:
             raise XacroError(f"load_yaml reads one file, not {len(paths)}; name it")
-        data = self._files.read(paths[0])
+        data = self._contents(paths[0])
         with self._inside(paths[0]):
             return plain_yaml(data, str(paths[0]), self.budget, lambda text: self._text.evaluated(text, self._scope))
 
