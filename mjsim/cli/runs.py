@@ -9,7 +9,7 @@ from mjsim.cli.arguments import Overwrite, RunFile, Settings, WorldFile
 from mjsim.cli.page import addresses_on_signal, how_to_get_another
 from mjsim.cli.recordings import film
 from mjsim.output import NewFile, require_free
-from mjsim.progress import say, tracked
+from mjsim.progress import say, show, tracked
 
 if TYPE_CHECKING:
     from mjsim.record import Recording, Tick
@@ -33,7 +33,7 @@ def run(
     settings: Settings = None,
 ) -> None:
     """Run a world and record it."""
-    from mjsim.modules import hosting, load_runnable
+    from mjsim.modules import hosting, load_runnable, notes_on
     from mjsim.run import drivers_of
     from mjsim.run import run as run_loop
     from mjsim.sim import Simulation
@@ -41,6 +41,8 @@ def run(
 
     _check_outputs(output, video, overwrite=overwrite)
     checked = with_settings(load_runnable(world), settings or ())
+    for note in notes_on(checked):
+        show(str(note))
     duration = checked.run.seconds if seconds is None else seconds
     with hosting(), _recording_of(checked, output, overwrite=overwrite) as place:
         if live:

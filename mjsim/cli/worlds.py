@@ -122,8 +122,8 @@ def schema() -> None:
 
 
 def _is_right(path: str) -> bool:
-    """Return whether a world file is free of errors; print the errors."""
-    from mjsim.modules import check_modules, check_pictures
+    """Return whether a world file is free of errors; print the errors, and what its user may not expect."""
+    from mjsim.modules import check_modules, check_pictures, notes_on
     from mjsim.world import MechanismModel, ModelBody, ModelObstacle, check_world, load_world
 
     try:
@@ -140,4 +140,6 @@ def _is_right(path: str) -> bool:
     except (WorldError, UsageError) as error:
         show_line(str(error))
         return False
+    for note in notes_on(world):
+        print(note, file=sys.stderr)
     return True

@@ -19,6 +19,8 @@ from .hosts import MAX_BYTES as MAX_BYTES
 from .hosts import Hosted as Hosted
 from .hosts import Key as Key
 from .hosts import Offer as Offer
+from .notes import notes_on as notes_on
+from .notes import unfed_modules as unfed_modules
 from .octave import octave_found as octave_found
 from .pictures import JudgedPicture as JudgedPicture
 from .pictures import check_pictures as check_pictures

@@ -98,6 +98,14 @@ class Host(ABC):
     def offers(self, files: Sequence[tuple[Path, str]]) -> Iterator[Offer]:
         """Yield the modules in files; each file is given with its part of `use:` before the colon."""
 
+    def readings(self, use: Use, role: str, source: Source) -> Iterator[str]:
+        """Yield the fields of `Observation` that a module uses, as far as its text shows."""
+        return iter(())
+
+    def key(self, use: Use, name: str, source: Source) -> object:
+        """Return the value of a key of a module, or its default as far as its text shows it."""
+        return use.arguments().get(name)
+
     def at_hand(self, named: str) -> tuple[Path | None, str]:
         """Return the folder of a module, and its `use:`, for a name on the command line."""
         return None, named

@@ -8,7 +8,7 @@ from itertools import islice
 from pydantic import ValidationError
 
 from mjsim.errors import Problem, WorldError
-from mjsim.modules import check_modules, check_pictures
+from mjsim.modules import check_modules, check_pictures, unfed_modules
 from mjsim.record import named_files
 from mjsim.web.items import LISTS, Json, Path, scene_of, world_values
 from mjsim.web.watch import named_in
@@ -57,7 +57,7 @@ def parsed(text: str, source: Source, *, read: Read | None = None) -> Parsed:
         world = parse_world(text, source=source, read=read)
     except WorldError as error:
         return Parsed(None, _json_of_part(text, source, read=read, problems=error.problems))
-    problems = sorted([*check_world(world), *check_modules(world), *check_pictures(world)])
+    problems = sorted([*check_world(world), *check_modules(world), *check_pictures(world), *unfed_modules(world)])
     node = world.source.written
     warnings = (
         [_problem(problem, source, paths=_Paths(node), kind="warning") for problem in problems] if problems else []

@@ -7,6 +7,7 @@ from .check import led_goals as led_goals
 from .check import led_joints as led_joints
 from .check import led_values as led_values
 from .check import misplaced as misplaced
+from .check import world_notes as world_notes
 from .edit import Change as Change
 from .edit import UnwritableError as UnwritableError
 from .edit import edit_text as edit_text

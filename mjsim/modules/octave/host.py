@@ -15,7 +15,7 @@ from mjsim.modules.foreign import (
 )
 from mjsim.modules.hosts import Defect, Host, Key, Offer, Provenance, beside, folder_of
 from mjsim.modules.octave.installed import find_octave
-from mjsim.modules.octave.text import MAX_BYTES, FunctionFile, is_name, read_function
+from mjsim.modules.octave.text import MAX_BYTES, FunctionFile, fields_read, is_name, read_function
 from mjsim.world import Source, Use, holds_file
 
 HEADS: Mapping[str, tuple[str, Sequence[str]]] = {
@@ -26,6 +26,8 @@ HEADS: Mapping[str, tuple[str, Sequence[str]]] = {
     "controller": ("tau", ("fast", "wanted", "robot", "state")),
 }
 """Role -> what its function returns in addition to the state, and its arguments."""
+_READINGS = dict.fromkeys(("z", "id", "R"), "sightings")
+"""Fields of `obs` that are called otherwise in `Observation`."""
 _CODE = (".m", ".oct", ".mex", ".mexa64", ".mexmaci64", ".mexmaca64", ".mexw64", ".p")
 _TEXT = re.compile(rb"['\"]([\w./ -]+\.\w+)['\"]")
 _MAX_OFFERED = 1_000_000
@@ -89,6 +91,15 @@ class OctaveHost(Host):
                 found = read_function(path)
                 title = found.name.replace("_", " ").capitalize()
                 yield Offer(role=role, use=place, title=title, about=found.about, keys=_KEYS)
+
+    def readings(self, use: Use, role: str, source: Source) -> Iterator[str]:
+        """Yield the fields of `Observation` that the file reads from its argument."""
+        try:
+            path = beside(use.use, source)
+            argument = read_function(path).inputs[HEADS[role][1].index("obs")]
+        except (ValueError, IndexError):
+            return  # reported by `defects`
+        yield from (_READINGS.get(name, name) for name in sorted(fields_read(path, argument)))
 
     def at_hand(self, named: str) -> tuple[Path | None, str]:
         """Return the folder of the file, and its name."""

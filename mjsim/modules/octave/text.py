@@ -71,6 +71,17 @@ def read_function(path: Path) -> FunctionFile:
     raise ValueError(f"{path.name} holds no function")
 
 
+def fields_read(path: Path, argument: str) -> set[str]:
+    """Return the fields of a struct that the code of a file reads.
+
+    Args:
+        path: The file, which `read_function` could read.
+        argument: Name of the struct.
+    """
+    code = "\n".join(code_lines(path.read_bytes().decode(errors="replace")))
+    return set(re.findall(rf"(?<![\w.]){re.escape(argument)}\.([A-Za-z]\w*)", code))
+
+
 def code_lines(text: str) -> list[str]:
     """Return the lines of a file without comments and string contents; a continued line keeps its `...`."""
     lines, depth = [], 0

@@ -8,6 +8,7 @@ from mjsim.modules.hosts import Defect, Host, Offer, Provenance
 from mjsim.modules.python.files import python_files
 from mjsim.modules.python.find import class_defects
 from mjsim.modules.python.offers import offers_in
+from mjsim.modules.python.reads import key_of, readings_of
 from mjsim.world import Source, Use
 
 
@@ -44,6 +45,14 @@ class PythonHost(Host):
     def offers(self, files: Sequence[tuple[Path, str]]) -> Iterator[Offer]:
         """Yield the classes in files with the suffix .py."""
         return offers_in([(path, place) for path, place in files if path.suffix == ".py"])
+
+    def readings(self, use: Use, role: str, source: Source) -> Iterator[str]:
+        """Yield the fields of `Observation` that the class and all that it calls read."""
+        return readings_of(use, source)
+
+    def key(self, use: Use, name: str, source: Source) -> object:
+        """Return the argument of the class."""
+        return key_of(use, name, source)
 
     def at_hand(self, named: str) -> tuple[Path | None, str]:
         """Return the folder of a file, and its name with the class; a dotted module is found anywhere."""

@@ -22,6 +22,7 @@ class Lidar(Bought):
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"lidar": "scan"}]})
     kind: ClassVar[str] = "lidar"
+    reading: ClassVar[str] = "scans"
     noise_keys: ClassVar[tuple[str, ...]] = ("noise", "missed", "mixed_pixels")
     lidar: Name
     """Its name."""
@@ -84,6 +85,7 @@ class Lidar3d(Bought):
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"lidar3d": "top", "rings": 16}]})
     kind: ClassVar[str] = "lidar3d"
+    reading: ClassVar[str] = "clouds"
     noise_keys: ClassVar[tuple[str, ...]] = ("noise", "missed")
     lidar3d: Name
     """Its name."""

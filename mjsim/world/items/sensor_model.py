@@ -29,6 +29,8 @@ class SensorModel(Model):
 
     kind: ClassVar[str]
     """The key of sensors of this kind, also given to modules."""
+    reading: ClassVar[str]
+    """The field of `Observation` with its readings."""
     noise_keys: ClassVar[tuple[str, ...]] = ("noise",)
     """Keys of its noise, which may change during a run."""
     between_ticks: ClassVar[bool] = False

@@ -40,6 +40,7 @@ class Camera(Bought):
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"camera": "front", "at": [0.1, 0, 0.5]}]})
     kind: ClassVar[str] = "camera"
+    reading: ClassVar[str] = "cameras"
     noise_keys: ClassVar[tuple[str, ...]] = ("noise", "depth")
     camera: Name
     """Its name."""
@@ -114,6 +115,7 @@ class BeaconSensor(SensorModel):
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"beacons": "ring"}]})
     kind: ClassVar[str] = "beacons"
+    reading: ClassVar[str] = "sightings"
     noise_keys: ClassVar[tuple[str, ...]] = ("noise", "missed", "false_rate", "outliers", "heavy_tails")
     beacons: Name
     """Its name."""
@@ -171,6 +173,7 @@ class Imu(OnArm):
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"imu": "imu"}]})
     kind: ClassVar[str] = "imu"
+    reading: ClassVar[str] = "imu"
     noise_keys: ClassVar[tuple[str, ...]] = ("noise", "walk")
     between_ticks: ClassVar[bool] = True
     imu: Name
@@ -206,6 +209,7 @@ class Encoders(SensorModel):
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"encoders": "wheels"}]})
     kind: ClassVar[str] = "encoders"
+    reading: ClassVar[str] = "encoders"
     noise_keys: ClassVar[tuple[str, ...]] = ()
     encoders: Name
     """Its name."""
@@ -244,6 +248,7 @@ class Uwb(SensorModel):
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"uwb": "tag", "noise": {"range": 0.1}}]})
     kind: ClassVar[str] = "uwb"
+    reading: ClassVar[str] = "ranges"
     noise_keys: ClassVar[tuple[str, ...]] = ("noise", "nlos", "missed")
     uwb: Name
     """Its name."""

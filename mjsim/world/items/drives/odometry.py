@@ -20,8 +20,8 @@ class OdometryNoise(Model):
 class WheelOdometry(Model):
     """Wheel odometry. Modules do not know its constant errors."""
 
-    noise: OdometryNoise = OdometryNoise()
-    """Random noise of odometry."""
+    noise: OdometryNoise = OdometryNoise(distance=0.01, turn=0.02)
+    """Random noise of odometry; default: that of a usual robot, which `mjsim check` and `mjsim run` report."""
     scale: Annotated[float, Field(gt=0, le=10), Slider(0.8, 1.2)] = 1.0
     """Measured distance per metre driven."""
     track_error: Annotated[float, Field(gt=-0.9, le=10), Slider(-0.2, 0.2)] = 0.0

@@ -1,0 +1,88 @@
+"""What a world does that a user may not expect, in lines: nothing here is an error, and nothing is run."""
+
+from collections.abc import Iterator
+from functools import partial
+
+from mjsim.errors import Problem
+from mjsim.modules.use import NamedModule, host_of, modules_of
+from mjsim.world import Robot, World, name_of, problems_at, world_notes
+
+_LOOKS = frozenset({"sightings", "cameras", "scans", "clouds", "ranges", "proximity", "bump"})
+"""Readings of what is around a robot; one of those that a module uses is enough for it."""
+_ALWAYS = frozenset({"proximity", "bump", "messages"})
+"""Readings that every robot has."""
+_ROLES = ("observer", "estimator", "navigator", "avoidance")
+_NAMING = {"cameras": "camera", "scans": "lidar"}
+"""Reading -> the key of a module that names the sensor with such readings."""
+_SOURCES = {
+    "sightings": "a sensor (beacons: NAME) or an observer",
+    "cameras": "a sensor (camera: NAME)",
+    "scans": "a sensor (lidar: NAME)",
+    "clouds": "a sensor (lidar3d: NAME)",
+    "ranges": "a sensor (uwb: NAME)",
+    "imu": "a sensor (imu: NAME)",
+    "encoders": "a sensor (encoders: NAME)",
+    "joints": "an arm",
+}
+_EFFECTS = {"estimator": ", so it is dead reckoning", "observer": ", so it sees nothing"}
+
+
+def notes_on(world: World) -> list[Problem]:
+    """Return what a valid world does that its user may not expect, sorted by position."""
+    return sorted([*world_notes(world), *unfed_modules(world)])
+
+
+def unfed_modules(world: World) -> list[Problem]:
+    """Return the modules that use readings which their robot does not get, sorted by position."""
+    faults = ((path, partial(str, message)) for message, path in _unfed(world))
+    return sorted(problems_at(world.source.written, world.source.file, faults))
+
+
+def _unfed(world: World) -> Iterator[tuple[str, tuple[str | int, ...]]]:
+    """Yield the modules that use readings which their robot does not have."""
+    robots = {robot.name: robot for robot in world.robots}
+    for named in modules_of(world):
+        if named.role in _ROLES and (message := _lacking(named, robots[named.robot], world)):
+            yield message, (*named.path, "use")
+
+
+def _lacking(named: NamedModule, robot: Robot, world: World) -> str | None:
+    """Return what a module uses and does not get; None if it gets something of what it looks at."""
+    host, given = host_of(named.use.use), _given(robot, world)
+    who, used = f"{named.role} {named.use.use.rpartition(':')[2]}", set[str]()
+    for reading in host.readings(named.use, named.role, world.source):
+        used.add(reading)
+        if reading in _LOOKS & given:
+            return _misnamed(named, robot, reading, world)
+    needed = used & _LOOKS or used
+    if not needed or needed & given:
+        return None
+    kinds, effect = sorted(needed), _EFFECTS.get(named.role, "")
+    lacks = f"{who} uses {' and '.join(kinds)}, and nothing gives robot '{robot.name}' any{effect}"
+    if "sightings" in {sensor.reading for sensor in robot.sensors} & needed:
+        return f"{lacks}; this world has no beacons, add some"
+    return f"{lacks}; add {' or '.join(_SOURCES[kind] for kind in kinds)}"
+
+
+def _misnamed(named: NamedModule, robot: Robot, reading: str, world: World) -> str | None:
+    """Return that a module names a sensor which its robot does not have; None otherwise."""
+    key = _NAMING.get(reading)
+    name = host_of(named.use.use).key(named.use, key, world.source) if key is not None else None
+    sensors = [name_of(sensor) for sensor in robot.sensors if sensor.reading == reading]
+    if not isinstance(name, str) or name in sensors:
+        return None
+    who = f"{named.role} {named.use.use.rpartition(':')[2]}"
+    return f"{who} uses {key} '{name}', which robot '{robot.name}' does not have; it has {', '.join(sensors)}"
+
+
+def _given(robot: Robot, world: World) -> frozenset[str]:
+    """Return the readings that a robot has in its world."""
+    found = {sensor.reading for sensor in robot.sensors}
+    modules = world.run.drivers.get(robot.name)
+    if not world.beacons:
+        found.discard("sightings")
+    if modules is not None and modules.observer is not None:
+        found.add("sightings")
+    if robot.arms:
+        found.add("joints")
+    return _ALWAYS | found
