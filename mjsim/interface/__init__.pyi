@@ -1,7 +1,6 @@
 from .doubles import Doubles as Doubles
 from .doubles import answer_of as answer_of
 from .doubles import doubles_of as doubles_of
-from .doubles import octave_name as octave_name
 from .doubles import octave_names as octave_names
 from .doubles import quoted as quoted
 from .json_form import json_line as json_line

@@ -5,7 +5,6 @@ The expression depends on the structure alone, not on the numbers: Octave compil
 """
 
 import json
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -15,16 +14,10 @@ from numpy.typing import NDArray
 
 from mjsim.geometry import Array
 from mjsim.interface.trees import Named, RecordList, Stack, Text, Tree
+from mjsim.spelling import ascii_name
 
-_NO_NAME = re.compile(r"[^A-Za-z0-9_]")
 _LARGE = 64
 """Entries of an array above which it is copied as a whole."""
-
-
-def octave_name(name: str) -> str:
-    """Return the field name for a user's name: other characters become `_`, a leading digit gets the prefix `x`."""
-    plain = _NO_NAME.sub("_", name)
-    return f"x{plain}" if plain[:1].isdigit() else plain
 
 
 def octave_names(names: Iterable[str]) -> dict[str, str]:
@@ -35,10 +28,10 @@ def octave_names(names: Iterable[str]) -> dict[str, str]:
     """
     fields: dict[str, str] = {}
     for name in names:
-        same = next((other for other, made in fields.items() if made == octave_name(name)), None)
+        same = next((other for other, made in fields.items() if made == ascii_name(name)), None)
         if same is not None:
             raise ValueError(f"'{same}' and '{name}' both become the field '{fields[same]}'; rename one")
-        fields[name] = octave_name(name)
+        fields[name] = ascii_name(name)
     return fields
 
 

@@ -5,7 +5,6 @@ Every file is written completely or not at all, and replaces an existing one onl
 
 import csv
 import io
-import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ from mjsim.record.joint_tables import joint_tables, mechanism_tables
 from mjsim.record.readings import SensorTable
 from mjsim.record.recording import Recording, Track
 from mjsim.record.sensor_tables import sensor_tables
+from mjsim.spelling import ascii_name
 from mjsim.world import event_text
 
 _SUFFIXES = {"jpeg": "jpg"}
@@ -263,18 +263,13 @@ def _struct(name: str, arrays: Mapping[str, Any]) -> dict[str, Any]:
     fields: dict[str, Any] = {"name": name}
     for key, value in arrays.items():
         group, _, field = key.rpartition("/")
-        (fields.setdefault(_plain_name(group), {}) if group else fields)[field] = value
+        (fields.setdefault(ascii_name(group), {}) if group else fields)[field] = value
     return fields
-
-
-def _plain_name(name: str) -> str:
-    """Return a name without characters that MATLAB does not allow."""
-    return re.sub(r"\W", "_", name, flags=re.ASCII)
 
 
 def _field_name(name: str, taken: Iterable[str]) -> str:
     """Return a valid MATLAB name that is not taken."""
-    plain = _plain_name(name)[: _LONGEST_FIELD - 8]
+    plain = ascii_name(name)[: _LONGEST_FIELD - 8]
     if not plain[0].isalpha():
         plain = f"x{plain}"  # as by makeValidName of MATLAB
     number, field = 1, plain

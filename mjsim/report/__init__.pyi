@@ -34,6 +34,7 @@ from .page import write_report as write_report
 from .paired import CONFIDENCE as CONFIDENCE
 from .paired import fewest_pairs as fewest_pairs
 from .paired import mean_interval as mean_interval
+from .paired import shared_confidence as shared_confidence
 from .plots import ESTIMATE as ESTIMATE
 from .plots import GROUPS as GROUPS
 from .plots import MAP as MAP

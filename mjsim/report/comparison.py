@@ -12,9 +12,16 @@ import numpy as np
 
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
-from mjsim.report.consistency import STATES
+from mjsim.report.consistency import STATES, shared_errors
 from mjsim.report.figures import FIGURES, ReportFigure, figure_value
-from mjsim.report.paired import CONFIDENCE, Difference, fewest_pairs, mean_interval, paired_difference
+from mjsim.report.paired import (
+    CONFIDENCE,
+    Difference,
+    fewest_pairs,
+    mean_interval,
+    paired_difference,
+    shared_confidence,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -81,6 +88,8 @@ class Group:
     """Seed -> errors over time."""
     no_nees: str = ""
     """Why no run has a NEES; empty if some have one."""
+    pictures: float = 0.0
+    """Mean share of sightings that come from pictures."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -163,7 +172,7 @@ def compare_tables(runs: Iterable[RunFigures], *, confidence: float = CONFIDENCE
     if not groups:
         raise UsageError("no robot in these runs; only estimates of robots are compared")
     pairs = [pair for pair in itertools.combinations(groups, 2) if _comparable(groups, *pair)]
-    each = 1.0 - (1.0 - confidence) / max(len(pairs), 1)
+    each = shared_confidence(confidence, len(pairs))
     differences = [
         Compared(figure=figure, first=a.label, second=b.label, difference=_difference(a, b, figure, each))
         for a, b in pairs
@@ -227,6 +236,7 @@ def _group(label: str, robot: str, runs: Sequence[RunFigures]) -> Group:
         failed=tuple(run.seed for run in runs if run.failed),
         series={run.seed: run.series[robot] for run in sound if robot in run.series},
         no_nees="" if values["nees.mean"] else _no_nees([run.robots[robot] for run in sound]),
+        pictures=float(np.mean([figure_value(run.robots[robot], "nis.pictures") or 0.0 for run in sound] or [0.0])),
     )
 
 
@@ -269,7 +279,7 @@ def _consistency(group: Group) -> str:
         return f"{group.label} is overconfident: {nees}"
     if summary.high < STATES:
         return f"{group.label} is conservative: {nees}"
-    return f"{group.label} may well be consistent: {nees}"
+    return f"{group.label} is not shown to be inconsistent: {nees}"
 
 
 def _remarks(
@@ -286,6 +296,10 @@ def _remarks(
             else:
                 count = len(group.failed)
                 yield f"{group.label}: {count} runs ended before their time and are left out (seed {seeds})"
+    for group in groups:
+        means = {key: group.spreads[key].mean for key in ("nees.mean", "nis.mean") if key in group.spreads}
+        if shared := shared_errors(means.get("nees.mean"), means.get("nis.mean"), group.pictures):
+            yield f"{group.label}: {shared}"
     if not pairs:
         yield "all runs have the same settings and differ only in their seed; there is nothing to compare"
     if len(pairs) > 1:

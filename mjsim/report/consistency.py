@@ -4,12 +4,13 @@ References:
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), section 5.4.2.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
 from mjsim.geometry import Array
+from mjsim.interface import Sighting
 from mjsim.record import Track
 from mjsim.report.metrics import normalised_squares
 
@@ -17,6 +18,8 @@ STATES = 3
 """Number of states of a pose: x, y, heading."""
 PROBABILITY = 0.95
 """Probability that a value of a consistent estimator is between two-sided bounds."""
+NIS_FINE = 4.0
+"""Largest mean NIS that counts as expected: errors of range and bearing within a factor of root 2."""
 NO_ESTIMATOR = "no estimator"
 """Reason why tables do not show the NEES of a robot with dead reckoning alone."""
 
@@ -105,6 +108,31 @@ def nis_figures(nis: Array, *, freedom: int = 2) -> dict[str, Any]:
         "singular": int(len(nis) - len(regular)),
         "count": len(nis),
     }
+
+
+def picture_share(sightings: Iterable[Sequence[Sighting]]) -> float | None:
+    """Return the share of sightings, tick by tick, that come from pictures; None without sightings."""
+    seen = [sighting.corners is not None for tick in sightings for sighting in tick]
+    return float(np.mean(seen)) if seen else None
+
+
+def shared_errors(nees: float | None, nis: float | None, pictures: float | None) -> str:
+    """Return why an estimator is overconfident although its innovations are as expected; '' if that is not shown.
+
+    Args:
+        nees: Mean NEES.
+        nis: Mean NIS of ranges and bearings.
+        pictures: Share of sightings that come from pictures.
+    """
+    far = nees is not None and nees > chi_square_bounds(STATES)[1]
+    fine = nis is not None and nis <= NIS_FINE
+    if not (far and fine and pictures):
+        return ""
+    return (
+        f"NEES {nees:.1f} with NIS {nis:.1f}: the sightings come from pictures, whose errors are shared within an image"
+        " and from one image to the next; a filter that takes them as independent is overconfident, and NIS does not"
+        " show it. PictureErrors of mjsim.algorithms.picture_errors models them"
+    )
 
 
 def normalised_innovations(track: Track) -> tuple[Array, Array]:

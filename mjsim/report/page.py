@@ -14,8 +14,8 @@ from mjsim.report.arms import slides_of
 from mjsim.report.drawings import drawing_files, png_of, require_formats
 from mjsim.report.html_page import html_page, html_table, picture
 from mjsim.report.statistics import known_part, stands, statistics_file
-from mjsim.report.tables import csv_table, key_figures, latex_table
-from mjsim.world import World, as_motions, event_text
+from mjsim.report.tables import csv_table, key_figures, latex_table, shared_errors_of
+from mjsim.world import World, as_motions, event_text, world_notes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -124,7 +124,8 @@ def _section(robot: str, figures: dict[str, Any], pictures: Mapping[str, bytes])
     images = "".join(picture(f"{name} of {robot}", png) for name, png in pictures.items())
     fault = f'<p class="fault">{html.escape(figures["fault"])}</p>' if figures["fault"] else ""
     table = html_table(("", "estimate", "odometry"), key_figures(figures))
-    return f"<h2>{html.escape(robot)}</h2>{fault}{table}{images}"
+    shared = f"<p>{html.escape(note)}.</p>" if (note := shared_errors_of(figures)) else ""
+    return f"<h2>{html.escape(robot)}</h2>{fault}{table}{shared}{images}"
 
 
 def _times(run: dict[str, Any]) -> str:
@@ -141,4 +142,6 @@ def _page(recording: Recording, run: dict[str, Any], sections: list[str]) -> str
     story = f"<h2>What happened to the world</h2>{html_table((), happened)}" if happened else ""
     cut = "" if run["whole"] else "; the file ends before its end: the run was killed, or the file was cut"
     about = f"{run['sim_seconds']:.1f} s simulated{factor}, seed {run['seed']}{cut}"
-    return html_page(recording.world.name, "mjsim report", f'<p class="run">{about}</p>', *sections, story, _times(run))
+    notes = "".join(f"<p>{html.escape(note.message)}.</p>" for note in world_notes(recording.world))
+    header = f'<p class="run">{about}</p>{notes}'
+    return html_page(recording.world.name, "mjsim report", header, *sections, story, _times(run))

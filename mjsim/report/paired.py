@@ -47,6 +47,11 @@ def fewest_pairs(confidence: float = CONFIDENCE) -> int:
     return math.floor(1.0 - math.log2(1.0 - confidence)) + 1
 
 
+def shared_confidence(confidence: float, pairs: int) -> float:
+    """Return the confidence of each interval with which those of all pairs of groups hold together (Bonferroni)."""
+    return 1.0 - (1.0 - confidence) / max(pairs, 1)
+
+
 def mean_interval(values: ArrayLike, *, confidence: float = CONFIDENCE) -> tuple[float, float] | None:
     """Return a confidence interval for the mean of the population of values.
 

@@ -11,7 +11,7 @@ from mjsim.geometry import Array, roll_and_pitch
 from mjsim.record import Recording, Track, read_recording
 from mjsim.report import metrics
 from mjsim.report.arms import arm_figures
-from mjsim.report.consistency import nees_figures, nis_figures, normalised_innovations
+from mjsim.report.consistency import nees_figures, nis_figures, normalised_innovations, picture_share
 from mjsim.report.coverage import coverage
 from mjsim.report.transient import recoveries, transient_errors
 from mjsim.world import MoveEvent, World, hung
@@ -175,7 +175,7 @@ def _estimate_figures(
         "nees": nees_figures(
             metrics.normalised_errors(part.truth, part.estimate, part.covariance), estimated=estimated
         ),
-        "nis": nis_figures(normalised_innovations(track)[1]),
+        "nis": nis_figures(normalised_innovations(track)[1]) | {"pictures": picture_share(track.sightings)},
         "landmark_error_m": landmark_figures(world, track),
         "transient": transient_errors(part.time, errors, turned),
         "recovery": recoveries(part.time, errors, lifted),

@@ -2,9 +2,10 @@
 
 import csv
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from mjsim.report.consistency import shared_errors
 from mjsim.report.figures import FIGURES, figure_value
 
 _LATEX = {
@@ -39,6 +40,11 @@ def key_figures(robot: dict[str, Any]) -> list[tuple[str, str, str]]:
     return rows
 
 
+def shared_errors_of(robot: Mapping[str, Any]) -> str:
+    """Return the line of `shared_errors` for the statistics of a robot."""
+    return shared_errors(*(figure_value(robot, key) for key in ("nees.mean", "nis.mean", "nis.pictures")))
+
+
 def key_table(figures: dict[str, Any]) -> list[str]:
     """Return the key figures of each robot as lines for a terminal, from the contents of `statistics.json`."""
     lines = []
@@ -49,6 +55,7 @@ def key_table(figures: dict[str, Any]) -> list[str]:
         ]
         if robot.get("fault"):
             lines.append(f"  ended by a fault: {robot['fault']}")
+        lines += [f"  {shared}"] if (shared := shared_errors_of(robot)) else []
     factor = figures["run"]["real_time_factor"]
     if factor is not None:
         lines.append(f"{'real-time factor of the run':<34}{factor:>10.1f}")

@@ -1,13 +1,14 @@
 """Conversion of names to those allowed in ROS 2: ASCII letters, digits and underscores, no digit first."""
 
-import re
 from collections.abc import Iterable
 
 from mjsim.errors import UsageError
+from mjsim.progress import say
+from mjsim.spelling import ascii_name, spellings
 
 
 def plain_names(names: Iterable[str], *, of: str) -> dict[str, str]:
-    """Return each name in a form allowed in ROS: other characters become `_`, a leading digit gets the prefix `x`.
+    """Return each name in a form allowed in ROS, as `ascii_name` spells it; say so where letters are replaced.
 
     Args:
         names: From the world.
@@ -18,10 +19,11 @@ def plain_names(names: Iterable[str], *, of: str) -> dict[str, str]:
     """
     plain: dict[str, str] = {}
     for name in names:
-        word = re.sub(r"[^A-Za-z0-9_]", "_", name)
-        word = f"x{word}" if word[0].isdigit() else word
+        word = ascii_name(name)
         for other, taken in plain.items():
             if taken == word and other != name:
                 raise UsageError(f"{of} '{other}' and '{name}' are both '{word}' in ROS; rename one of them")
         plain[name] = word
+    if told := spellings(plain):
+        say(f"names in ROS are ASCII; of {of}, {told}")
     return plain

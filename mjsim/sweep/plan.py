@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
 from mjsim.errors import UsageError
+from mjsim.report import CONFIDENCE, fewest_pairs, shared_confidence
 
 MAX_RUNS = 1_000_000
 _SEEDS = re.compile(r"(\d+)(?::(\d+))?")
@@ -72,6 +74,22 @@ class SweepPlan:
     def cases(self) -> list[dict[str, Any]]:
         """Return key -> value for each combination of settings; one without keys if there are no settings."""
         return [dict(zip(self.settings, values, strict=True)) for values in itertools.product(*self.settings.values())]
+
+    def too_few_seeds(self, robots: Sequence[str]) -> str | None:
+        """Return that no difference can be shown with so few seeds, and how many can show one; None if it can.
+
+        Args:
+            robots: Those that estimate their pose: each is compared between the cases, or with the others in one case.
+        """
+        cases = len(self) // len(self.seeds)
+        pairs = math.comb(cases, 2) * len(robots) if cases > 1 else math.comb(len(robots), 2)
+        needed = fewest_pairs(shared_confidence(CONFIDENCE, pairs))
+        if not pairs or len(self.seeds) >= needed:
+            return None
+        compared = f"{cases} cases" if cases > 1 else f"{len(robots)} robots"
+        few = f"{len(self.seeds)} seeds are" if len(self.seeds) > 1 else "1 seed is"
+        each = "" if pairs == 1 else f" with {pairs} pairs to compare"
+        return f"{few} too few to show that {compared} differ: at least {needed} can decide{each}"
 
     def jobs(self) -> Iterator[Job]:
         """Yield all runs, case by case."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.modules import load_runnable, require_modules
+from mjsim.progress import say
 from mjsim.report import require_formats
 from mjsim.sweep.bundle import bundle_of
 from mjsim.sweep.cluster import run_on_cluster
@@ -85,6 +86,8 @@ def run_plan(
     cases = list(_cases(world, plan))
     for case in cases:
         require_modules(case)
+    if few := plan.too_few_seeds([robot.name for robot in world.robots if robot.base != "fixed"]):
+        say(few)
     bundle = bundle_of(world, cases)
     store = Store(folder, plan.keep)
     with store.held():

@@ -14,7 +14,7 @@ MJSIM = Path(__file__).resolve().parents[2] / "mjsim"
 INTERFACE, DRIVES = MJSIM / "interface", MJSIM / "world" / "items" / "drives"
 WIRE = {"Doubles", "Named", "Numbers", "RecordList", "Stack", "Text", "Tree"}
 WIRE |= {"answer_of", "command_tree", "doubles_of", "estimate_tree", "fast_tree", "joint_tree", "json_line"}
-WIRE |= {"observation_tree", "octave_name", "octave_names", "quoted", "robot_tree"}
+WIRE |= {"observation_tree", "octave_names", "quoted", "robot_tree"}
 NOT_FOR_USERS = {"LONGEST_MESSAGE", "Picture", "message_text", "require_bounds", *WIRE}
 NOT_FOR_USERS |= {"LONGEST_TEXT", "MAX_CELLS", "MAX_ITEMS", "MAX_POINTS"}
 """Of the interface, but not offered by `mjsim` itself."""

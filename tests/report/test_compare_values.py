@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from mjsim.errors import UsageError
 from mjsim.report import RunFigures, compare_tables, comparison_lines, fewest_pairs, mean_interval
 from mjsim.report.comparison_tables import comparison_csv, comparison_json, comparison_latex
 from mjsim.report.paired import paired_difference
-from mjsim.report.tables import latex_text
+from mjsim.report.tables import latex_text, shared_errors_of
 
 
 def by_seed(values):
@@ -150,10 +151,33 @@ def test_runs_that_failed_are_left_out_and_who_failed_more_often_is_not_called_b
     assert "failed more often" in found.differences[0].difference.reason
 
 
-def test_overconfident_estimators_are_distinguished_from_consistent_ones():
+def test_overconfident_estimators_are_distinguished_from_those_of_which_nothing_is_shown():
     sure, sound = (compare_tables(runs("it", ERRORS, nees=nees)).consistency[0] for nees in (9.0, 2.9))
     assert "is overconfident" in sure
-    assert "may well be consistent" in sound
+    assert "it is not shown to be inconsistent" in sound
+
+
+def test_a_wide_interval_of_the_nees_is_no_praise():
+    wide = [
+        replace(run, robots={"scout": {"nees": {"mean": nees}}})
+        for run, nees in zip(runs("it", ERRORS[:8]), [1.0, 2.0, 1.5, 2.5, 30.0, 1.0, 2.0, 25.0], strict=False)
+    ]
+    (told,) = compare_tables(wide).consistency
+    assert told.startswith("it is not shown to be inconsistent: NEES ")
+
+
+@pytest.mark.parametrize(
+    ("nees", "nis", "pictures", "told"),
+    [(107.0, 2.0, 1.0, True), (107.0, 2.0, 0.0, False), (107.0, 9.0, 1.0, False), (4.0, 2.0, 1.0, False)],
+)
+def test_errors_that_pictures_share_are_named_where_only_the_nees_shows_them(nees, nis, pictures, told):
+    found = [
+        replace(run, robots={"scout": {"nees": {"mean": nees}, "nis": {"mean": nis, "pictures": pictures}}})
+        for run in runs("it", ERRORS[:2])
+    ]
+    line = f"it: NEES {nees:.1f} with NIS {nis:.1f}: the sightings come from pictures, whose errors are shared"
+    assert any(remark.startswith(line) for remark in compare_tables(found).remarks) == told
+    assert shared_errors_of(found[0].robots["scout"]).startswith(line.removeprefix("it: ")) == told
 
 
 def test_robots_of_the_same_runs_are_compared_with_each_other():

@@ -1,12 +1,14 @@
 """What a sweep consists of, what travels with it, and how its runs become a table."""
 
+import re
+
 import numpy as np
 import pytest
 from scipy import stats
 
 import mjsim
 from mjsim.errors import UsageError
-from mjsim.report import largest, mean_interval
+from mjsim.report import RunFigures, compare_tables, largest, mean_interval
 from mjsim.sweep import SweepPlan, parse_seeds, parse_settings
 from mjsim.sweep.bundle import bundle_of
 from mjsim.sweep.store import Store
@@ -46,6 +48,36 @@ def test_settings_are_yaml_with_commas_between():
 def test_what_are_no_settings_is_refused(texts):
     with pytest.raises(UsageError, match="--set"):
         parse_settings(texts)
+
+
+@pytest.mark.parametrize(("cases", "robots"), [(2, 1), (4, 1), (3, 2), (1, 3)])
+def test_a_plan_knows_how_many_seeds_can_decide_before_it_runs(cases, robots):
+    names = [f"r{number}" for number in range(robots)]
+    told = SweepPlan(seeds=(1,), settings={"a": tuple(range(cases))}).too_few_seeds(names)
+    needed = int(re.search(r"at least (\d+) can decide", told)[1])
+
+    def verdicts(seeds):
+        return compare_tables(
+            RunFigures(
+                label=str(case),
+                seed=seed,
+                robots={
+                    name: {"position_error_m": {"mean": 1.0 + case + k + 0.01 * seed * (case + k + 1)}}
+                    for k, name in enumerate(names)
+                },
+            )
+            for case in range(cases)
+            for seed in range(seeds)
+        ).verdicts
+
+    assert not SweepPlan(seeds=tuple(range(needed)), settings={"a": tuple(range(cases))}).too_few_seeds(names)
+    assert SweepPlan(seeds=tuple(range(needed - 1)), settings={"a": tuple(range(cases))}).too_few_seeds(names)
+    assert verdicts(needed)
+    assert not verdicts(needed - 1)
+
+
+def test_a_single_case_of_one_robot_has_nothing_to_decide():
+    assert SweepPlan(seeds=(1,), settings={}).too_few_seeds(["r"]) is None
 
 
 def test_a_plan_is_every_combination_of_settings_with_every_seed():

@@ -128,7 +128,7 @@ export const DE: Partial<Words> = {
   "said.changedOnDisk": "hat sich auf der Festplatte geändert, seit es geöffnet wurde",
   "said.codeChanged": "der Code dieser Welt hat sich geändert, seit der Lauf begann; starten Sie ihn mit „Starten“",
   "said.conservative": "{label} ist vorsichtig: {nees}",
-  "said.consistent": "{label} kann durchaus konsistent sein: {nees}",
+  "said.consistent": "{label} ist nicht als inkonsistent erwiesen: {nees}",
   "said.doorCloses": "Tür {door} schließt sich",
   "said.doorOpens": "Tür {door} öffnet sich auf {angle} Grad",
   "said.equal": "kein Unterschied",

@@ -17,7 +17,7 @@ export const EN_SAID = {
   "said.codeChanged": "the code of this world has changed since the run began; start it with Start",
   "said.computed": "{place} is computed by {expression}; change it in the text",
   "said.conservative": "{label} is conservative: {nees}",
-  "said.consistent": "{label} may well be consistent: {nees}",
+  "said.consistent": "{label} is not shown to be inconsistent: {nees}",
   "said.damaged": "this is a damaged picture; save it again",
   "said.doorCloses": "door {door} swings shut",
   "said.doorOpens": "door {door} swings open to {angle} deg",

@@ -1,0 +1,22 @@
+"""Spells names of things in ASCII, for formats that carry no other letters: ROS, fields of Octave and MATLAB."""
+
+
+def ascii_name(name: str) -> str:
+    """Return a name in letters, digits and `_` of ASCII, with no digit first.
+
+    Letters beyond ASCII become `uXXXX_`, from which they can be read back; other signs of ASCII become `_`, and a leading
+    digit gets the prefix `x`. Names that become equal are refused, or numbered, by the format that writes them.
+    """
+    plain = "".join(map(_spelled, name))
+    return f"x{plain}" if plain[:1].isdigit() else plain
+
+
+def spellings(names: dict[str, str]) -> str:
+    """Return the names that are spelled otherwise since they have letters beyond ASCII, in a line; '' if none has."""
+    return ", ".join(f"'{name}' is '{plain}'" for name, plain in names.items() if not name.isascii())
+
+
+def _spelled(character: str) -> str:
+    if character.isascii():
+        return character if character.isalnum() else "_"
+    return f"u{ord(character):04X}_"
