@@ -44,6 +44,6 @@ WORLD = """
 mjsim: 1
 walls: [{points: [[3, -2], [3, 2]]}]
 robots:
-  - {name: rover, at: [0, 0], heading_deg: 0, body: {model: rover.xml, radius: 0.25, height: 0.15},
+  - {name: rover, at: [0, 0], odometry: {noise: {}}, body: {model: rover.xml, radius: 0.25, height: 0.15},
      drive: {use: "tank.py:Tank", radius: 0.08, track: 0.3, max_speed: 0.5}}
 """

@@ -122,7 +122,7 @@ def test_a_module_that_cannot_be_made_is_the_users_mistake(room, capsys):
     Path("forward.py").write_text(FORWARD.replace("speed)", "pace)"))
     code, _, err = typed("run", "room.yaml", capsys=capsys)
     assert code == 2
-    assert err == "room.yaml:10:67: Forward takes no 'speed'; there are pace\n"
+    assert err == "room.yaml:11:67: Forward takes no 'speed'; there are pace\n"
     assert not Path("out").exists()
 
 

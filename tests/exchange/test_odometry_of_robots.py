@@ -14,7 +14,7 @@ from mjsim.interface import Command
 from mjsim.run.pilot import DeadReckoning
 from mjsim.sim import Simulation, arc_end, slip_shares
 from mjsim.sim.odometry import WheelOdometer
-from mjsim.world import Slip, Source, WheelOdometry, parse_world
+from mjsim.world import OdometryNoise, Slip, Source, WheelOdometry, parse_world
 from tests.exchange.odd_robots import nose_heavy
 from tests.exchange.test_robots import BURGER, RACECAR
 
@@ -32,7 +32,7 @@ def test_shares_of_a_slip_add_up_to_what_odometry_tells():
     slip = Slip(forward=0.02, left=0.03, turn=0.04, outward=0.05, surge=0.06, swing=0.07)
     (drive,) = some_drives(1, 100)
     odometer = WheelOdometer(
-        WheelOdometry(),
+        WheelOdometry(noise=OdometryNoise()),
         motion=lambda motion, _: (motion[0], motion[1], motion[2]),
         wheels=3,
         slip=slip,

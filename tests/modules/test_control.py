@@ -62,7 +62,7 @@ def test_what_has_no_torques_is_no_controller():
 ROOM = """
 mjsim: 1
 name: room
-robots: [{name: joe, preset: balancer, at: [0, 0]}]
+robots: [{name: joe, preset: balancer, at: [0, 0], odometry: {noise: {}}}]
 run: {seconds: 0.6, drivers: {joe: {controllers: {drive: {use: "bad.py:Bad"}}}}}
 """
 BAD = """

@@ -250,7 +250,7 @@ def test_a_sweep_has_one_octave_a_worker_and_a_session_one_of_its_own(tmp_path, 
 def test_check_looks_into_the_file_without_running_it(tmp_path, text, line):
     world = world_of(tmp_path, "\n    estimator: {use: mine.m}", text)
     said = [str(problem).partition("room.yaml:")[2] for problem in check_modules(world)]
-    assert said == ([] if line is None else [f"12:22: {line}"])
+    assert said == ([] if line is None else [f"13:22: {line}"])
     assert missing_modules(world) == []
 
 

@@ -19,7 +19,7 @@ WHEELS = DifferentialKinematics(wheel_radius=0.1, track=0.4)
 
 def odometer(seed: int = 0, dt: float = 1.0, slip: Slip | None = None, **errors: Any) -> WheelOdometer:
     return WheelOdometer(
-        WheelOdometry(**errors),
+        WheelOdometry(**{"noise": OdometryNoise(), **errors}),
         motion=lambda rotations, _: WHEELS.twist_from_wheels(rotations),
         wheels=2,
         slip=slip or Slip(),
@@ -80,7 +80,7 @@ def test_slopes_of_the_arc_match_central_differences():
 
 @pytest.mark.parametrize("command", [Command(0.6), Command(-0.3), Command(turn=1.2), Command(0.5, turn=-0.9)])
 def test_without_errors_odometry_tells_the_motion_as_it_was(command):
-    was, told = drive("{}", command, 4.0)
+    was, told = drive("{noise: {distance: 0, turn: 0}}", command, 4.0)
     # On an arc the wheels slip outward, by 8 mm in these two metres; straight ahead they slip not at all.
     slip = 0.01 if command.forward and command.turn else 0.001
     np.testing.assert_allclose(told.as_array()[:2], was.as_array()[:2], atol=slip)
@@ -88,9 +88,9 @@ def test_without_errors_odometry_tells_the_motion_as_it_was(command):
 
 
 def test_constant_errors_are_those_of_the_world_file():
-    was, told = drive("{scale: 1.05}", Command(0.5), 4.0)
+    was, told = drive("{noise: {}, scale: 1.05}", Command(0.5), 4.0)
     assert told.x / was.x == pytest.approx(1.05, abs=0.003)
-    was, told = drive("{track_error: 0.1}", Command(turn=0.5), 4.0)
+    was, told = drive("{noise: {}, track_error: 0.1}", Command(turn=0.5), 4.0)
     assert told.heading / was.heading == pytest.approx(1 / 1.1, abs=0.003)
 
 
