@@ -54,7 +54,7 @@ def _lacking(named: NamedModule, robot: Robot, world: World) -> str | None:
         used.add(reading)
         if reading in _LOOKS & given:
             return _misnamed(named, robot, reading, world)
-    needed = used & _LOOKS or used
+    needed = used & _LOOKS or used & _SOURCES.keys()
     if not needed or needed & given:
         return None
     kinds, effect = sorted(needed), _EFFECTS.get(named.role, "")
