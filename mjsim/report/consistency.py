@@ -4,13 +4,12 @@ References:
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), section 5.4.2.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.interface import Sighting
 from mjsim.record import Track
 from mjsim.report.metrics import normalised_squares
 
@@ -110,9 +109,9 @@ def nis_figures(nis: Array, *, freedom: int = 2) -> dict[str, Any]:
     }
 
 
-def picture_share(sightings: Iterable[Sequence[Sighting]]) -> float | None:
-    """Return the share of sightings, tick by tick, that come from pictures; None without sightings."""
-    seen = [sighting.corners is not None for tick in sightings for sighting in tick]
+def picture_share(track: Track) -> float | None:
+    """Return the share of sightings that come from pictures; None without sightings."""
+    seen = [sighting.corners is not None for tick in track.sightings for sighting in tick]
     return float(np.mean(seen)) if seen else None
 
 

@@ -175,7 +175,7 @@ def _estimate_figures(
         "nees": nees_figures(
             metrics.normalised_errors(part.truth, part.estimate, part.covariance), estimated=estimated
         ),
-        "nis": nis_figures(normalised_innovations(track)[1]) | {"pictures": picture_share(track.sightings)},
+        "nis": nis_figures(normalised_innovations(track)[1]) | {"pictures": picture_share(track)},
         "landmark_error_m": landmark_figures(world, track),
         "transient": transient_errors(part.time, errors, turned),
         "recovery": recoveries(part.time, errors, lifted),
