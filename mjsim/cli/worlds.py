@@ -141,5 +141,5 @@ def _is_right(path: str) -> bool:
         show_line(str(error))
         return False
     for note in notes_on(world):
-        print(note, file=sys.stderr)
+        show_line(str(note))
     return True
