@@ -128,10 +128,11 @@ def _align_from(
         fit = _refine(template, image, fit.homography, hidden=hidden)
     if fit is None or not fit.settled:
         return None
-    if fit.seen is not None and (whole or not template.is_measurable(fit.inverse)):
-        return None
     found = _judge(template, fit)
-    return found if found.correlation >= NEEDED_CORRELATION else None
+    if found.correlation < NEEDED_CORRELATION:
+        return None
+    partly = fit.seen is not None
+    return None if partly and (whole or not template.is_measurable(fit.inverse)) else found
 
 
 def _peak(values: list[float]) -> float:
