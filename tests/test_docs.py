@@ -19,7 +19,13 @@ from mjsim.world import EVENT_KINDS, check_world
 ROOT = Path(__file__).parent.parent
 
 
-PAGES = sorted([*(ROOT / "docs").glob("*.md"), *ROOT.glob("*.md"), *(ROOT / "scripts").glob("**/*.md")])
+PAGES = sorted(
+    [
+        *(ROOT / "docs").glob("*.md"),
+        *(ROOT / f"{name}.md" for name in ("README", "CHANGELOG", "CONTRIBUTING")),
+        *(ROOT / "scripts").glob("**/*.md"),
+    ]
+)
 FENCED = re.compile(r"^ *(```+)[^`\n]*\n.*?^ *\1$", re.MULTILINE | re.DOTALL)
 WRAPPED = [page for page in PAGES if page.name != "CHANGELOG.md"]
 """Pages whose prose is wrapped; what landed once in the log of changes is left as it is."""

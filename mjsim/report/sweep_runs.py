@@ -100,8 +100,7 @@ def _settings_of(case: Mapping[str, Any]) -> dict[str, str]:
 def _all(folder: Path, plan: _Plan, numbers: list[int]) -> dict[int, dict[str, str]]:
     """Return all settings of each case, in the form of a recording's settings."""
     world = sweep_world(folder)
-    cases = {number: [f"{key}={json.dumps(value)}" for key, value in plan.case(number).items()] for number in numbers}
-    return {number: settings_of(with_settings(world, case), {}) for number, case in cases.items()}
+    return {number: settings_of(with_settings(world, plan.case(number)), {}) for number in numbers}
 
 
 def _found(file: Path, outcome: _Outcome, settings: Mapping[str, str], world: str) -> Found:

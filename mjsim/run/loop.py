@@ -17,7 +17,7 @@ from threadpoolctl import threadpool_limits
 from mjsim.errors import ModuleFault, RecordingError, UsageError, did_you_mean
 from mjsim.geometry import Pose3
 from mjsim.interface import ControlLoop, Observation
-from mjsim.modules import ROLES, make_module, name_of
+from mjsim.modules import ROLES, load_runnable, make_module, name_of
 from mjsim.output import NewFile, temporary_file
 from mjsim.record import Order, RobotEvent, Tick
 from mjsim.run.falls import Falls
@@ -135,8 +135,9 @@ def _driver(world: World, robot: str, source: Source) -> Driver:
 
 
 def run(
-    sim: "Simulation",
+    sim: "Simulation | World | str | Path",
     *,
+    seed: int | None = None,
     drivers: Mapping[str, Driver] | None = None,
     seconds: float | None = None,
     record: str | Path | NewFile | None = None,
@@ -148,7 +149,8 @@ def run(
     """Run a simulation from now on and return its recording.
 
     Args:
-        sim: Where the robots are.
+        sim: Where the robots are: a simulation, a world, its file, or the name of a shipped world.
+        seed: Seed of all random numbers, for a world; by default its own.
         drivers: The modules of each robot; by default those of the world file.
         seconds: Simulated duration [s]; by default that of the world file.
         record: The MCAP file to write, or its name from `reserve`; by default a temporary file, deleted with the
@@ -160,11 +162,29 @@ def run(
         overwrite: Whether `record` may replace a file; that stays until the first tick of the new one is written.
 
     Raises:
-        UsageError: It would have no tick, or `record` exists, is being written, or cannot be written.
+        UsageError: It would have no tick, or `record` exists, is being written, or cannot be written; or a simulation
+            is given a seed, which it has.
+        WorldError: The file is not a valid world.
         MjsimError: As `ticks`; what was recorded until then stays readable in `record`.
     """
     from mjsim.record import read_recording, reserve
+    from mjsim.sim import Simulation
 
+    if not isinstance(sim, Simulation):
+        world = sim if isinstance(sim, World) else load_runnable(sim)
+        with Simulation(world, seed=seed) as made:
+            return run(
+                made,
+                drivers=drivers,
+                seconds=seconds,
+                record=record,
+                watch=watch,
+                realtime=realtime,
+                pictures=pictures,
+                overwrite=overwrite,
+            )
+    if seed is not None:
+        raise UsageError("a simulation has its seed; write Simulation(world, seed=...), or give the world to run")
     count = tick_count(sim, seconds)
     if record is None:
         with temporary_file("run.mcap") as path:

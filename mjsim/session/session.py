@@ -74,7 +74,7 @@ class Session(Closes):
         """Duration, in simulated time [s]."""
         speed = _checked_speed(speed)
         self._place = None if record is None else reserve(record, overwrite=overwrite)
-        self._named, self._overwrite = None if self._place is None else self._place.path, overwrite
+        self._named, self._overwrite = None if self._place is None else self._place.whole_path, overwrite
         self.record = self._named
         """The file being written, or written last."""
         self._drivers, self._on_tick, self._on_change = drivers, on_tick, on_change
@@ -371,7 +371,7 @@ class Session(Closes):
         place, self._place = self._place, None
         if place is None and self._named is not None:
             place = reserve(self._named, overwrite=True) if self._overwrite else reserve_next(self._named)
-            self.record = place.path
+            self.record = place.whole_path
             self._notify()
         return place
 

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import chain
+from pathlib import Path
 from types import MappingProxyType
 
 import mujoco
@@ -36,7 +37,7 @@ from mjsim.sim.static_scene import bring_up
 from mjsim.sim.streams import checked_seed
 from mjsim.sim.tuning import Tuning
 from mjsim.sim.world_script import WorldScript
-from mjsim.world import Looks, World, WorldEvent, event_from, require_same_but_noise
+from mjsim.world import Looks, World, WorldEvent, event_from, load_checked, require_same_but_noise
 
 
 class Simulation(Closes):
@@ -46,16 +47,18 @@ class Simulation(Closes):
     and close it (or use `with`) if cameras have been used.
     """
 
-    def __init__(self, world: World, *, seed: int | None = None) -> None:
+    def __init__(self, world: World | str | Path, *, seed: int | None = None) -> None:
         """Compile the world and put the robots at their starts.
 
         Args:
-            world: The world to simulate.
+            world: The world to simulate, its file, or the name of a shipped world.
             seed: Seed of all random numbers in the run; by default that of the world.
 
         Raises:
             UsageError: The seed is negative, a camera's rate does not divide the loop's, or the world cannot compile.
+            WorldError: The file is not a valid world.
         """
+        world = world if isinstance(world, World) else load_checked(world)
         self.world = world
         self.seed = checked_seed(world.run.seed if seed is None else seed)
         self.model: mujoco.MjModel = compiled(compile_world(world))

@@ -13,6 +13,7 @@ from ruamel.yaml.error import YAMLError
 
 from mjsim.errors import UsageError
 from mjsim.report import CONFIDENCE, fewest_pairs, shared_confidence
+from mjsim.world import setting_texts
 
 MAX_RUNS = 1_000_000
 _SEEDS = re.compile(r"(\d+)(?::(\d+))?")
@@ -96,11 +97,6 @@ class SweepPlan:
         for number, case in enumerate(self.cases()):
             for seed in self.seeds:
                 yield Job(case=number, seed=seed, settings=setting_texts(case), seconds=self.seconds)
-
-
-def setting_texts(case: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return a case as arguments of `with_settings`; JSON is valid YAML."""
-    return tuple(f"{key}={json.dumps(value)}" for key, value in case.items())
 
 
 def parse_seeds(text: str) -> tuple[int, ...]:

@@ -15,7 +15,7 @@ from mjsim.progress import say
 from mjsim.report import require_formats
 from mjsim.sweep.bundle import bundle_of
 from mjsim.sweep.cluster import run_on_cluster
-from mjsim.sweep.plan import SweepPlan, setting_texts
+from mjsim.sweep.plan import SweepPlan
 from mjsim.sweep.pool import run_on_processes
 from mjsim.sweep.results import Sweep, write_results
 from mjsim.sweep.store import Store
@@ -131,7 +131,7 @@ def _robots(world: World, requested: str | None) -> list[str]:
 def _cases(world: World, plan: SweepPlan) -> Iterator[World]:
     """Yield the world of each case, checked."""
     for case in plan.cases():
-        changed = with_settings(world, setting_texts(case)) if case else world
+        changed = with_settings(world, case) if case else world
         seconds = changed.run.seconds if plan.seconds is None else plan.seconds
         if round(seconds * changed.run.rate_hz) < 1:
             raise UsageError(f"seconds is {seconds:g}; a run has at least one tick of {1 / changed.run.rate_hz:g} s")

@@ -227,6 +227,7 @@ from .plan import wall_polygons as wall_polygons
 from .plan import world_from_obstacle as world_from_obstacle
 from .plan import world_from_seat as world_from_seat
 from .read import MAX_REPORTED as MAX_REPORTED
+from .read import Settings as Settings
 from .read import arm as arm
 from .read import arm_item as arm_item
 from .read import arm_world as arm_world
@@ -235,6 +236,7 @@ from .read import load_world as load_world
 from .read import parse_world as parse_world
 from .read import read_described as read_described
 from .read import read_file as read_file
+from .read import setting_texts as setting_texts
 from .read import with_settings as with_settings
 from .yaml import MAX_BYTES as MAX_BYTES
 from .yaml import Fault as Fault

@@ -3,8 +3,10 @@ from .arms import arm_item as arm_item
 from .arms import arm_world as arm_world
 from .described import read_described as read_described
 from .reader import MAX_REPORTED as MAX_REPORTED
-from .reader import load_checked as load_checked
-from .reader import load_world as load_world
 from .reader import parse_world as parse_world
 from .reader import read_file as read_file
+from .settings import Settings as Settings
+from .settings import load_checked as load_checked
+from .settings import load_world as load_world
+from .settings import setting_texts as setting_texts
 from .settings import with_settings as with_settings

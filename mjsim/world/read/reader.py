@@ -11,8 +11,7 @@ from pathlib import Path as FilePath
 from pydantic import ValidationError
 
 from mjsim.errors import Problem, UsageError, WorldError
-from mjsim.world.check import check_world
-from mjsim.world.files import Source, world_path
+from mjsim.world.files import Source
 from mjsim.world.ground import KEY, Model, Path, gc_paused, meant_key, misspelt_kind, path_of, sentence
 from mjsim.world.items import World, misfits
 from mjsim.world.language import Value, expand, needs_expansion
@@ -72,33 +71,6 @@ def parse_world(
     if problems:
         raise WorldError(problems)
     world._source = source
-    return world
-
-
-def load_world(path: str | FilePath) -> World:
-    """Return the world of a file; pictures and modules are looked up beside it.
-
-    Args:
-        path: The file, or the name of a shipped world.
-
-    Raises:
-        UsageError: The file, or the shipped world, does not exist.
-        WorldError: The text is invalid; every error is reported.
-    """
-    path = world_path(path)
-    return parse_world(read_file(path), source=Source(file=str(path), folder=path.parent.absolute()))
-
-
-def load_checked(path: str | FilePath) -> World:
-    """Return the world of a file, as by `load_world`, after checking it with `check_world`.
-
-    Raises:
-        UsageError: The file, or the shipped world, does not exist.
-        WorldError: The text is invalid or a value implausible; every error is reported.
-    """
-    world = load_world(path)
-    if problems := check_world(world):
-        raise WorldError(problems)
     return world
 
 

@@ -1,32 +1,40 @@
-"""Changes single values of a world by their path, as `--set KEY=VALUE` does."""
+"""Loads worlds, and changes single values of them by their path, as `--set KEY=VALUE` does."""
 
-from collections.abc import Iterable, Sequence
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path as FilePath
 from typing import Any
 
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
-from mjsim.errors import UsageError, did_you_mean
+from mjsim.errors import UsageError, WorldError, did_you_mean
 from mjsim.world.check import check_world
+from mjsim.world.files import Source, world_path
 from mjsim.world.items import World, with_parts
-from mjsim.world.read.reader import parse_world
+from mjsim.world.read.reader import parse_world, read_file
 
 _VARIABLES = "variables"
 
 
-def with_settings(world: World, settings: Iterable[str]) -> World:
+Settings = Iterable[str] | Mapping[str, Any]
+"""Texts 'KEY=VALUE' as of `--set`, or values by key."""
+
+
+def with_settings(world: World, settings: Settings) -> World:
     """Return the world with values changed.
 
     Args:
         world: Not modified.
-        settings: Such as 'robots.scout.odometry.noise.turn=0.02': keys by name, items of a list by name (for a sensor,
-            the value of its kind) or by index from 0; the value is YAML. 'variables.width=4' changes a variable of the
-            text, and all that is computed from it.
+        settings: Such as 'robots.scout.odometry.noise.turn=0.02', or a mapping {'run.seconds': 5}: keys by name, items
+            of a list by name (for a sensor, the value of its kind) or by index from 0; the value is YAML.
+            'variables.width=4' changes a variable of the text, and all that is computed from it.
 
     Raises:
         WorldError: With the changed variables, the text is not a valid world.
         UsageError: The key does not exist, or the value is invalid or implausible, such as a position in a wall.
     """
+    settings = setting_texts(settings) if isinstance(settings, Mapping) else tuple(settings)
     given = [_parts(setting) for setting in settings]
     world = _with_variables(world, [part for part in given if part[0][0] == _VARIABLES])
     changed = with_parts(world, [part for part in given if part[0][0] != _VARIABLES], f"--set {', '.join(settings)}")
@@ -35,6 +43,50 @@ def with_settings(world: World, settings: Iterable[str]) -> World:
         if problem.message not in known:
             raise UsageError(f"--set {', '.join(settings)}: {problem.message}")
     return changed
+
+
+def setting_texts(values: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return values by key as texts of `with_settings`; JSON is valid YAML.
+
+    Raises:
+        UsageError: A value is none that a world file can hold.
+    """
+    texts = []
+    for key, value in values.items():
+        try:
+            texts.append(f"{key}={json.dumps(value)}")
+        except (TypeError, ValueError):
+            raise UsageError(f"--set {key}: a value of type {type(value).__name__} cannot be in a world file") from None
+    return tuple(texts)
+
+
+def load_world(path: str | FilePath, *, settings: Settings = ()) -> World:
+    """Return the world of a file; pictures and modules are looked up beside it.
+
+    Args:
+        path: The file, or the name of a shipped world.
+        settings: Values to change, as for `with_settings`: {"run.seconds": 5}.
+
+    Raises:
+        UsageError: The file, or the shipped world, does not exist, or a setting is invalid.
+        WorldError: The text is invalid; every error is reported.
+    """
+    path = world_path(path)
+    world = parse_world(read_file(path), source=Source(file=str(path), folder=path.parent.absolute()))
+    return with_settings(world, settings) if settings else world
+
+
+def load_checked(path: str | FilePath, *, settings: Settings = ()) -> World:
+    """Return the world of a file, as by `load_world`, after checking it with `check_world`.
+
+    Raises:
+        UsageError: The file, or the shipped world, does not exist, or a setting is invalid.
+        WorldError: The text is invalid or a value implausible; every error is reported.
+    """
+    world = load_world(path, settings=settings)
+    if problems := check_world(world):
+        raise WorldError(problems)
+    return world
 
 
 def _parts(setting: str) -> tuple[list[str], Any, str]:
