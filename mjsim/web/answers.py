@@ -1,11 +1,11 @@
 """Requests and responses of the page: JSON in, JSON out, one line per error."""
 
+import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
-from starlette.concurrency import run_in_threadpool
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 
@@ -65,7 +65,8 @@ def answer_get(work: Callable[[Request], Any]) -> Endpoint:
 async def answered(work: Callable[[], Any]) -> Response:
     """Return the response to a request, computed outside the server's own thread."""
     try:
-        made = await run_in_threadpool(work)
+        # The end of the loop waits for these threads: one that draws while Python ends would crash it.
+        made = await asyncio.to_thread(work)
     except RefusedError as refused:
         return refusal(refused)
     except MjsimError as error:

@@ -6,6 +6,7 @@ import socket
 import threading
 import time
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import uvicorn
@@ -32,6 +33,8 @@ START = 20.0
 """Time limit for the start of the server [s]."""
 STOP = 60.0
 """Time limit for the end of the server: of requests that are still being answered [s]."""
+AT_ONCE = 40
+"""Maximum number of requests that are answered at the same time."""
 QUEUE = 1024
 """Maximum number of connections waiting to be accepted."""
 COMPLAINT = 60.0
@@ -141,6 +144,7 @@ class Server(Closes):
     @contextlib.asynccontextmanager
     async def _lifespan(self, _: Starlette) -> AsyncIterator[Mapping[str, Any]]:
         self._loop = asyncio.get_running_loop()
+        self._loop.set_default_executor(ThreadPoolExecutor(AT_ONCE, thread_name_prefix="mjsim-answers"))
         async with self._connections.sweeping():
             yield {"connections": self._connections}
 

@@ -5,13 +5,16 @@ import resource
 import socket
 import subprocess
 import sys
+import threading
 import time
 from contextlib import ExitStack, contextmanager, suppress
 
 import httpx
 import pytest
+from starlette.routing import Route
 
 from mjsim.bench.entering import client_of, cookie_of
+from mjsim.web.answers import answer_get
 from mjsim.web.connections import Limits
 from mjsim.web.folder import Folder
 from mjsim.web.run_api import RunApi
@@ -272,3 +275,22 @@ def test_what_is_no_http_fills_no_terminal(tmp_path, capfd):
             while True:
                 raw.sendall(b"x" * 10_000)
     assert capfd.readouterr().err == ""
+
+
+@pytest.mark.slow
+def test_the_end_of_a_server_waits_for_answers_that_are_still_computed():
+    """A thread that draws while Python ends would crash it."""
+    begun, ended = threading.Event(), threading.Event()
+
+    def draw(_):
+        begun.set()
+        time.sleep(3.0)  # longer than the server waits for connections
+        ended.set()
+
+    with Server([Route("/api/slow", answer_get(draw))], without_token=True) as server:
+        port = httpx.URL(server.address).port
+        with socket.create_connection(("127.0.0.1", port), PATIENCE) as raw:
+            raw.sendall(f"GET /api/slow HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n\r\n".encode())
+            assert begun.wait(PATIENCE)
+            server.close()
+    assert ended.is_set()
