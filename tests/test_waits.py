@@ -26,6 +26,9 @@ UNLIMITED = {
     "imu.join()": "gives a list; it does not wait",
     "self.bio.readline()": "of a file",
     "os.waitpid(self._pid, 0)": "of a process that was killed",
+    "os.waitpid(pid, 0)": "of a process that was killed",
+    "_SHARED.get()": "a context variable",
+    "REPORT.get()": "a context variable",
     "os.waitpid(child, 0)": "of a process that was killed",
 }
 """Text of a call -> why what is awaited comes, or why nobody is kept from ending the wait."""

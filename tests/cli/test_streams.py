@@ -4,12 +4,13 @@ import os
 import signal
 import subprocess
 import sys
-from contextlib import suppress
+import time
 
 import pytest
 
 import mjsim
 from mjsim.progress import say
+from tests.children import child
 
 pytestmark = pytest.mark.slow  # Each starts a process.
 
@@ -60,18 +61,11 @@ def test_a_world_whose_name_is_no_utf_8_is_checked_and_run(tmp_path):
 def test_under_nohup_a_hang_up_is_ignored(tmp_path):
     (tmp_path / "room.yaml").write_text(ROOM)
     words = [*MJSIM.split(), "run", "room.yaml", "--seconds", "2", "--realtime", "-o", "run.mcap"]
-    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    try:
-        process = subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.PIPE)
-    finally:
-        signal.signal(signal.SIGHUP, before)
-    with process:
-        while not any(tmp_path.glob("*.mcap")) and process.poll() is None:
-            process.send_signal(signal.SIGHUP)
-            with suppress(subprocess.TimeoutExpired):
-                process.wait(0.1)
-        process.communicate(timeout=100)
-    assert process.returncode == 0
+    with child(words, cwd=tmp_path, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN)) as process:
+        while not any(tmp_path.glob("*.mcap")) and process.runs():
+            process.send(signal.SIGHUP)
+            time.sleep(0.1)
+        assert process.ended() == 0
     assert mjsim.read_recording(tmp_path / "run.mcap").whole
 
 

@@ -3,15 +3,15 @@
 import locale
 import os
 import signal
-import subprocess
 import sys
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 
 import numpy as np
 import pytest
 
 import mjsim
 from mjsim.modules import hosting
+from tests.children import child, completed
 
 CODE = """
 import mjsim, os, subprocess, sys, time
@@ -38,7 +38,7 @@ def ran(folder, do):
     (folder / "m.py").write_text(CODE.replace("DO", do))
     (folder / "room.yaml").write_text(WORLD)
     words = [sys.executable, "-m", "mjsim.cli", "run", "room.yaml"]
-    made = subprocess.run(words, cwd=folder, capture_output=True, text=True, timeout=100, check=False)
+    made = completed(words, check=False, cwd=folder)
     recording = folder / "out" / "room" / "run.mcap"
     return made, len(mjsim.read_recording(recording).time) if recording.exists() else 0
 
@@ -106,12 +106,12 @@ def test_what_a_block_changes_is_put_back(tmp_path):
 
 
 def test_processes_that_a_block_leaves_are_ended_and_those_before_it_stay(capsys):
-    with subprocess.Popen(["sleep", "600"]) as before:
+    with ExitStack() as owned:
+        before = owned.enter_context(child(["sleep", "600"]))
         with hosting():
-            left = subprocess.Popen(["sh", "-c", "sleep 600 & setsid sleep 600 & wait"])
-        left.returncode = -signal.SIGKILL
-        assert before.poll() is None
-        before.kill()
+            left = owned.enter_context(child(["sh", "-c", "sleep 600 & setsid sleep 600 & wait"]))
+        left.process.returncode = -signal.SIGKILL
+        assert before.runs()
     assert "mjsim: ended what modules left running: " in capsys.readouterr().err
     with suppress(ProcessLookupError):
         os.kill(left.pid, 0)
