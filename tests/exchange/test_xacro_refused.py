@@ -290,3 +290,9 @@ def test_folders_named_by_the_user_are_open_and_those_found_look_like_packages(f
     assert found.package("canary") is None
     (folder.parent / "canary" / "package.xml").touch()
     assert found.package("canary") == folder.parent / "canary"
+
+
+def test_an_optional_variable_has_its_default_whatever_the_environment_says(folder):
+    place = folder / "robot.xacro"
+    place.write_text(f'{HEAD}<group><l v="$(optenv CANARY none)"/></group></robot>')
+    assert '<l v="none">' in expanded(place)
