@@ -1,14 +1,19 @@
 """Converts drawings to files: PNG for screens, PDF and SVG for papers."""
 
 import io
+import warnings
 from collections.abc import Mapping, Sequence
+from functools import cache
 from typing import TYPE_CHECKING
 
 from mjsim.errors import UsageError, did_you_mean
+from mjsim.progress import say
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+_NO_GLYPH = "missing from font"
+"""Part of matplotlib's warning of each letter that its font does not have."""
 FORMATS = ("png", "pdf", "svg")
 _NO_DATE: dict[str, dict[str, None]] = {"png": {}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
 """Omits the date, so that the same drawing has the same bytes."""
@@ -41,9 +46,21 @@ def drawing_as(figure: "Figure", form: str) -> bytes:
 
     buffer = io.BytesIO()
     # Publishers reject Type 3 fonts, matplotlib's default; without a salt the ids in SVG are random.
-    with rc_context({"pdf.fonttype": 42, "svg.hashsalt": "mjsim"}):
+    with rc_context({"pdf.fonttype": 42, "svg.hashsalt": "mjsim"}), warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
         figure.savefig(buffer, format=form, metadata=_NO_DATE[form])
+    for warning in told:
+        if _NO_GLYPH in str(warning.message):
+            _say_boxes()
+        else:
+            warnings.warn_explicit(warning.message, warning.category, warning.filename, warning.lineno)
     return buffer.getvalue()
+
+
+@cache
+def _say_boxes() -> None:
+    """Say, once in a process, that the font of plots lacks letters."""
+    say("plots show boxes for letters that their font does not have; tables and pages show the names themselves")
 
 
 def plot_text(text: str) -> str:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 import mjsim
 from mjsim.cli import main
 from mjsim.report import write_comparison, write_report
-from mjsim.report.drawings import FORMATS, drawing_as, drawing_files, parse_formats, plot_text, png_of
+from mjsim.report.drawings import FORMATS, _say_boxes, drawing_as, drawing_files, parse_formats, plot_text, png_of
 
 ROOM = """
 mjsim: 1
@@ -117,3 +117,11 @@ def test_a_name_of_a_file_is_drawn_as_it_is_and_stands_in_the_legend(name):
     axes.plot([0, 1], label=plot_text(name))
     assert [text.get_text() for text in axes.legend().get_texts()] == [plot_text(name)]
     assert png_of(drawing)
+
+
+def test_letters_that_the_font_lacks_are_boxes_and_that_is_said_once(capsys):
+    figure = Figure()
+    figure.suptitle("机器人")
+    _say_boxes.cache_clear()
+    assert png_of(figure)[:4] == png_of(figure)[:4] == b"\x89PNG"
+    assert capsys.readouterr().err.count("plots show boxes for letters") == 1

@@ -1,3 +1,5 @@
+import re
+
 import numpy as np
 import pytest
 
@@ -27,6 +29,16 @@ def world_of(text: str) -> RosWorld:
 def test_names_become_those_that_ros_allows():
     names = ["scout", "7.tip-top", "left-eye", "_x"]
     assert list(plain_names(names, of="robots").values()) == ["scout", "x7_tip_top", "left_eye", "_x"]
+
+
+def test_letters_of_other_scripts_are_spelled_by_their_numbers_and_that_is_said(capsys):
+    plain = plain_names(["机器人", "Küche", "scout"], of="robots")
+    assert list(plain.values()) == ["u673A_u5668_u4EBA_", "Ku00FC_che", "scout"]
+    read_back = [re.sub("u([0-9A-F]{4,6})_", lambda found: chr(int(found[1], 16)), word) for word in plain.values()]
+    assert read_back == list(plain)
+    assert capsys.readouterr().err == (
+        "mjsim: names in ROS are ASCII; of robots, '机器人' is 'u673A_u5668_u4EBA_', 'Küche' is 'Ku00FC_che'\n"
+    )
 
 
 def test_names_that_become_the_same_are_refused():
