@@ -11,7 +11,7 @@ const LONGEST = 64;
 
 /** Return an unused name: the wish, or the wish with a number. `behind` is the suffix of the first repetition. */
 export function freshName(wish: string, taken: ReadonlySet<string>, behind = ""): string {
-  const plain = wish.replace(/[^A-Za-z0-9_.-]/g, "-").replace(/^[^A-Za-z0-9_]+/, "");
+  const plain = wish.normalize("NFC").replace(/[^\p{L}\p{M}\p{N}_.-]/gu, "-").replace(/^[^\p{L}\p{N}_]+/u, "");
   const base = plain.slice(0, LONGEST - behind.length) || "thing";
   const stem = base.replace(/-\d+$/, "");
   for (let number = 1; ; number++) {
