@@ -1,5 +1,6 @@
 """Programs end with who started them, and their last answer counts."""
 
+import signal
 import sys
 import time
 from pathlib import Path
@@ -72,3 +73,15 @@ def test_an_answer_that_comes_with_the_end_of_a_program_counts(tmp_path):
         assert program.exchange(b"{}\n", lambda got: got.find(b"\n") + 1, patience=20) == b"done\n"
         with pytest.raises(Ended, match="ended with exit code 0 before it answered"):
             program.exchange(b"{}\n", lambda got: got.find(b"\n") + 1, patience=20)
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="asks a system that shows which signals are ignored")
+def test_a_program_begins_with_signals_at_their_defaults_whatever_this_process_ignores(tmp_path):
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # as in jobs that a script starts with '&'
+    words = ["sh", "-c", "read -r _; exec grep SigIgn /proc/self/status"]
+    try:
+        with Process(words, tmp_path, shell=ON_STANDARD, output=ShownOutput("x")) as program:
+            shown = program.exchange(b"{}\n", lambda got: got.find(b"\n") + 1, patience=20)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert int(shown.split()[1], 16) & 0x7FFFFFFF == 0  # the others are of the C library itself

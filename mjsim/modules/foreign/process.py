@@ -23,7 +23,7 @@ _POLL = 0.05
 """Interval for checking a process that does not answer [s]."""
 _MARK = "MJSIM_MODULE"
 """Environment variable by which children are found that left the process group."""
-_SIGNALS = (signal.SIGHUP, signal.SIGINT, signal.SIGQUIT, signal.SIGPIPE, signal.SIGTERM, signal.SIGCHLD)
+_SIGNALS = tuple(getattr(signal, f"SIG{name}") for name in ("HUP", "INT", "QUIT", "PIPE", "TERM", "CHLD", "XFSZ"))
 """A process begins with these at their defaults, even if this one was started with some ignored, as by nohup."""
 _ROUNDS = 20
 """How often these are looked for at most: while they are killed they may start others."""
