@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from mjsim.closing import ENDING
-from mjsim.errors import MjsimError, PhysicsFault, Problem, RecordingError, UsageError, WorldError, one_line
+from mjsim.errors import MjsimError, PhysicsFault, Problem, RecordingError, UsageError, WorldError, one_line, printable
 from mjsim.guarded.limits import Allowance
 from mjsim.guarded.request import LENGTH, Call, Permission
 from mjsim.guarded.wire import WireError, receive
@@ -250,6 +250,7 @@ def _raise_error(answer: Mapping[str, Any], about: About, allowance: Allowance) 
         kinds: Mapping[str, type[MjsimError]] = {
             each.__name__: each for each in (UsageError, RecordingError, PhysicsFault)
         }
-        raise kinds[answer["error"]](str(answer["message"]))
+        # The words of a file may be in it.
+        raise kinds[answer["error"]]("\n".join(map(printable, str(answer["message"]).split("\n"))))
     if "fault" in answer:
         raise RuntimeError(f"the reader of '{about.name}' is wrong: {answer['fault']}\n{answer['traceback']}")

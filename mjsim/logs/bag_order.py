@@ -21,8 +21,7 @@ from rosbags.rosbag2.storage_mcap import McapReader
 from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
 
 from mjsim.geometry import Array
-from mjsim.logs.bag_parsing import BrokenBagError, parsing
-from mjsim.logs.bag_unpacking import ZSTD, unpacked
+from mjsim.logs.bag_parsing import ZSTD, BrokenBagError, parsing, unpacked
 
 AGREE = 4
 """Number of messages of a topic before and after, which must be evenly spaced."""

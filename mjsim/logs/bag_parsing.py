@@ -1,9 +1,23 @@
 """Wraps calls of the parsers of bags, whose exceptions have no common type."""
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from mjsim.errors import LONGEST_MESSAGE
+
+if sys.version_info >= (3, 14):
+    from compression import zstd
+else:
+    from backports import zstd
+
+ZSTD = b"\x28\xb5\x2f\xfd"
+"""First bytes of zstd data; CDR messages start with a zero."""
+
+
+def unpacked(data: bytes) -> bytes:
+    """Return decompressed zstd data."""
+    return zstd.decompress(data)
 
 
 class BrokenBagError(Exception):

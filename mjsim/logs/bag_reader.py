@@ -1,5 +1,7 @@
 """Readers of bags: those of rosbags, and others that need no index, for truncated files."""
 
+import errno
+import functools
 import re
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
 from contextlib import ExitStack, suppress
@@ -15,14 +17,12 @@ from rosbags.rosbag2.reader import DirectoryReader
 from rosbags.rosbag2.storage_mcap import McapReader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from mjsim.logs.bag_parsing import BrokenBagError, parsing
+from mjsim.logs.bag_parsing import ZSTD, BrokenBagError, parsing, unpacked
 from mjsim.logs.bag_ros1 import OldBag1, ScannedBag1, is_old
 from mjsim.logs.bag_sqlite import SqliteFile
 from mjsim.logs.bag_topics import TRANSFORMS
-from mjsim.logs.bag_unpacking import ZSTD, bound_unpacking, require_unpackable, unpacked
 
-bound_unpacking()
-METADATA, ZSTD_SUFFIXES = "metadata.yaml", (".zst", ".zstd")
+METADATA = "metadata.yaml"
 MAX_METADATA = 16 << 20
 """Maximum size of metadata [bytes]."""
 SCHEMAS = ("ros2msg", "ros2idl", "omgidl", "")
@@ -101,11 +101,18 @@ def decoder_of(reader: Any) -> tuple[bool, Callable[[bytes, str], Any]]:
     """Return whether a bag is of ROS 2, and the decoder of messages by type name."""
     first = reader.parts[0] if isinstance(reader, _Joined) else reader
     is_ros1 = isinstance(first, Reader1) or getattr(first, "is_ros1", False)
+    store = _store(is_ros1)
+    return not is_ros1, store.deserialize_ros1 if is_ros1 else store.deserialize_cdr
+
+
+@functools.cache  # Of the standard types, whose making takes as long as reading a small bag.
+def _store(is_ros1: bool) -> Any:
+    """Return the standard types of a distribution of ROS."""
     store = get_typestore(Stores.ROS1_NOETIC if is_ros1 else Stores.LATEST)
     for name in TRANSFORMS:
         if name not in store.types:
             store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", name))
-    return not is_ros1, store.deserialize_ros1 if is_ros1 else store.deserialize_cdr
+    return store
 
 
 def files_of(reader: Any) -> list[Any]:
@@ -144,10 +151,14 @@ class _Folder2(DirectoryReader):
         """Open its files."""
         if (size := Path(str(self.path), METADATA).stat().st_size) > MAX_METADATA:
             raise ReaderError(f"it has {size:,} bytes")
-        for file in Path(str(self.path)).iterdir():
-            if file.suffix in ZSTD_SUFFIXES:
-                require_unpackable(file)
-        super().open()
+        try:
+            super().open()
+        except OSError as error:
+            if error.errno in (errno.EFBIG, errno.ENOSPC):
+                raise ReaderError("it unpacks to more than the disk has; free space, or set TMPDIR") from None
+            raise
+        if not all(isinstance(each.msgcount, int) for each in self.connections):
+            raise ReaderError("it counts messages by something else than numbers")
         self._packed = self.metadata.compression_mode == "message"
         self.metadata = self.metadata._replace(compression_mode=None)
 

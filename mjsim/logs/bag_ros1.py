@@ -25,13 +25,11 @@ from rosbags.rosbag1.reader import (
 )
 from rosbags.typesys.msg import normalize_msgtype
 
-from mjsim.logs.bag_unpacking import MAX_PART
-
 MAGIC, OLD = b"#ROSBAG V2.0\n", b"#ROSBAG V1.2\n"
 BEGUN: Mapping[str, Callable[[bytes], bytes]] = {
     "none": lambda data: data,
-    "bz2": lambda data: BZ2Decompressor().decompress(data, MAX_PART),
-    "lz4": lambda data: LZ4FrameDecompressor().decompress(data, MAX_PART),
+    "bz2": lambda data: BZ2Decompressor().decompress(data),
+    "lz4": lambda data: LZ4FrameDecompressor().decompress(data),
 }
 """Decompressors for the readable start of a chunk."""
 DEFINITION = 1

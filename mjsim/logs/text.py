@@ -13,8 +13,6 @@ from typing import IO, Any, cast
 
 from mjsim.errors import UsageError
 
-MAX_BYTES = 4 << 30
-"""Maximum size of text in a log [bytes]."""
 LONGEST_LINE = 1 << 20
 """Maximum length of a line [bytes]."""
 LARGEST = 1e30
@@ -38,9 +36,9 @@ def lines_of(path: Path, notes: dict[str, str] | None = None) -> Iterator[str]:
             is noted.
 
     Raises:
-        UsageError: It cannot be read, is not compressed as its name says, was cut, or is too large.
+        UsageError: It cannot be read, is not compressed as its name says, or was cut.
     """
-    taken = 0
+    is_first = True
     try:
         with _opened(path, notes) as packed:
             wide = packed.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
@@ -49,12 +47,10 @@ def lines_of(path: Path, notes: dict[str, str] | None = None) -> Iterator[str]:
             file = codecs.EncodedFile(packed, "utf-8", "utf-16", errors="replace") if wide else _ended(packed)
             while line := file.readline(LONGEST_LINE):
                 # The byte order mark that editors on Windows write.
-                line = line if taken else line.removeprefix(codecs.BOM_UTF8)
+                line = line.removeprefix(codecs.BOM_UTF8) if is_first else line
                 if notes and _broken(path) in notes and not line.endswith(b"\n"):
                     return
-                taken += len(line)
-                if taken > MAX_BYTES:
-                    raise UsageError(f"'{path}' holds more than {MAX_BYTES >> 30} GB of text; take a part of it")
+                is_first = False
                 yield line.decode("utf-8", errors="replace")
     except (lzma.LZMAError, EOFError, gzip.BadGzipFile, zlib.error) as error:
         raise UsageError(f"cannot unpack '{path}': {error}") from None

@@ -16,7 +16,7 @@ from mcap.writer import CompressionType, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from mjsim.geometry import Pose3
-from mjsim.logs.bag_unpacking import zstd
+from mjsim.logs.bag_parsing import zstd
 from tests.bags import START, Bag, new_bag, write_scans
 
 ODOM = b"ODOM 0.0 0.0 0.0 0.1 0.0 0.0 1.0 host 1.0\n"
@@ -164,7 +164,7 @@ def bag_with_rvl_of_claims(folder: Path) -> Path:
 
 def bag_with_scans_of_claims(folder: Path) -> Path:
     def make(bag: Bag, at: float) -> tuple[str, object]:
-        scan = bag.scan(bag.header(at, "l"), np.ones(9), -1.0, 1e-308, (0.1, 1e308))
+        scan = bag.scan(bag.header(at, "l"), np.ones(9), -1.0, 1e-38, (0.1, 3e38))
         scan.time_increment = scan.scan_time = float("inf")
         return "/scan", scan
 

@@ -13,7 +13,7 @@ from rosbags.typesys import Stores, get_typestore
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose, Pose3
 from mjsim.logs.bag_file import Bag as RosBag
-from mjsim.logs.bag_unpacking import unpacked, zstd
+from mjsim.logs.bag_parsing import zstd
 from tests.bags import START, Bag, new_bag, write_scans
 from tests.real_logs import imported
 
@@ -33,18 +33,9 @@ def _mcap(chunk: bytes, size: int) -> bytes:
     return magic + record(1, text(b"ros2") + text(b"")) + record(6, head + chunk) + ends + magic
 
 
-def test_parts_are_unpacked_up_to_a_bound():
-    data = bytes(1_000_000)
-    assert unpacked(zstd.compress(data) * 2) == data * 2
-    with pytest.raises(ValueError, match="unpacks to more than 1,999,999 bytes"):
-        unpacked(zstd.compress(data) * 2, limit=1_999_999)
-    with pytest.raises(ValueError, match="was cut"):
-        unpacked(zstd.compress(os.urandom(1000))[:500])
-
-
 def test_a_chunk_that_is_larger_than_it_says_is_not_unpacked(tmp_path: Path):
     (tmp_path / "bomb.mcap").write_bytes(_mcap(zstd.compress(bytes(100_000)), 1000))
-    with pytest.raises(UsageError, match="unpacks to more than 1,000 bytes"):
+    with pytest.raises(UsageError, match="is not a readable bag"):
         imported(tmp_path / "bomb.mcap")
 
 
@@ -53,7 +44,7 @@ def test_files_of_a_bag_are_what_they_are_said_to_be(tmp_path: Path):
     write_scans(tmp_path / "packed", "sqlite-file")
     (file,) = (tmp_path / "packed").glob("*.zstd")
     file.write_bytes(zstd.compress(bytes(100_000)))
-    with pytest.raises(UsageError, match="holds neither SQLite nor MCAP"):
+    with pytest.raises(UsageError, match="is not a readable bag"):
         imported(tmp_path / "packed")
     write_scans(tmp_path / "pipe", "sqlite")
     (file,) = (tmp_path / "pipe").glob("*.db3")
