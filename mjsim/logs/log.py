@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mjsim.errors import LONGEST_MESSAGE, UsageError, WorldError
+from mjsim.errors import UsageError
 from mjsim.geometry import Pose, Pose3, places_at, poses_at
 from mjsim.interface import PointCloud, Scan
 from mjsim.logs.merge import MotionNoise, continuous
@@ -16,10 +16,10 @@ from mjsim.logs.origin import near_origin
 from mjsim.logs.output import Output
 from mjsim.logs.readings import sensors_of, stamps_of
 from mjsim.logs.robot_log import NO_ODOMETRY, RESTARTS, RobotLog, write_robot_logs
-from mjsim.logs.ticks import cut, name_from
+from mjsim.logs.ticks import cut, generated_world, name_from
 from mjsim.logs.wishes import Wishes
 from mjsim.record import LoggedCamera
-from mjsim.world import World, parse_world
+from mjsim.world import World
 
 MOTION = MotionNoise(distance=0.05, turn=0.1, veer=0.02)
 """Noise of odometry for logs that do not give it. A guess for small robots on hard floors."""
@@ -193,11 +193,7 @@ def world_of(
         f"run: {{seconds: {span[1] - span[0]!r}, rate_hz: {rate_hz!r}, step_ms: {step_ms},",
         f"      map: {'known' if wishes.known_map else 'unknown'}}}",
     ]
-    try:
-        return parse_world("\n".join(lines) + "\n")
-    except WorldError as error:
-        # Positions in a generated text mean nothing to the user.
-        raise UsageError(f"{source} make no recording: {error.problems[0].message}"[:LONGEST_MESSAGE]) from None
+    return generated_world("\n".join(lines) + "\n", source)
 
 
 def _robot_lines(log: Log, time: float, rate_hz: float, wishes: Wishes) -> list[str]:

@@ -34,9 +34,9 @@ from mjsim.logs.merge import MotionNoise
 from mjsim.logs.output import Output
 from mjsim.logs.robot_log import RobotLog, write_robot_logs
 from mjsim.logs.table import TIME, read_table, whole_numbers
-from mjsim.logs.ticks import cut, name_from
+from mjsim.logs.ticks import cut, generated_world, name_from
 from mjsim.logs.wishes import Wishes
-from mjsim.world import World, parse_world
+from mjsim.world import World
 
 MOTION = MotionNoise(distance=0.1, turn=0.2, veer=0.06)
 """The log has commands, which an iRobot Create does not follow exactly. The data set does not give the error. On data
@@ -219,4 +219,4 @@ def _world(
         *robots,
         f"run: {{seconds: {span[1] - span[0]!r}, rate_hz: {rate_hz!r}, map: {'known' if known_map else 'unknown'}}}",
     ]
-    return parse_world("\n".join(lines) + "\n")
+    return generated_world("\n".join(lines) + "\n", f"readings of '{folder}'")

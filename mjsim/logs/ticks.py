@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from mjsim.errors import UsageError
+from mjsim.errors import LONGEST_MESSAGE, UsageError, WorldError
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import Command, Observation
 from mjsim.logs.output import Output
@@ -25,7 +25,7 @@ from mjsim.record import (
 )
 from mjsim.run import Driver, Pilot
 from mjsim.sim import Simulation
-from mjsim.world import World
+from mjsim.world import World, parse_world
 
 SEED = 0
 """Seed of an imported recording, used only by replayed modules."""
@@ -126,6 +126,23 @@ def cut(first: float, last: float, *, begin: float, seconds: float | None, rate_
 def name_from(path: Path) -> str:
     """Return a name for the world of a log, from that of its folder or file."""
     return re.sub(r"[^A-Za-z0-9_.-]", "-", path.resolve().name).lstrip(".-")[:64] or "log"
+
+
+def generated_world(text: str, source: str) -> World:
+    """Return the world of a text that was made from a log.
+
+    Args:
+        text: Of a world file.
+        source: Where its numbers are from, for error messages.
+
+    Raises:
+        UsageError: A name or a number is not possible in a world.
+    """
+    try:
+        return parse_world(text)
+    except WorldError as error:
+        # Positions in a generated text mean nothing to the user.
+        raise UsageError(f"{source} make no recording: {error.problems[0].message}"[:LONGEST_MESSAGE]) from None
 
 
 def _ticks(sim: Simulation, robots: Mapping[str, "_Robot"], count: int) -> Iterator[Tick]:

@@ -34,9 +34,9 @@ from mjsim.logs.merge import MotionNoise, motions
 from mjsim.logs.output import Output
 from mjsim.logs.robot_log import RobotLog, write_robot_logs
 from mjsim.logs.table import TIME, read_table
-from mjsim.logs.ticks import cut, name_from
+from mjsim.logs.ticks import cut, generated_world, name_from
 from mjsim.logs.wishes import Wishes
-from mjsim.world import World, parse_world
+from mjsim.world import World
 
 WHEELBASE, ENCODER = 2.83, 0.76
 """Distance between the axles, and from the middle of the rear axle to the measured wheel [m]."""
@@ -159,4 +159,4 @@ def _world(
         f"               rate_hz: {rate_hz!r}, anonymous: true, noise: {noise}}}]\n"
         f"run: {{seconds: {span[1] - span[0]!r}, rate_hz: {rate_hz!r}}}\n"
     )
-    return parse_world(text)
+    return generated_world(text, f"readings of '{folder}'")
