@@ -1,11 +1,11 @@
 """Files that a user keeps in the root of a clone are none of the checks' business."""
 
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import mjsim
+from tests.children import completed
 
 ROOT = Path(mjsim.__file__).parents[1]
 USERS = ("my_slam.py", "room/helper.py", "out/run/plot.py", "conftest.py", "mine/tests/test_slam.py")
@@ -18,5 +18,5 @@ def test_linters_look_at_the_own_folders_alone(tmp_path):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).touch()
     words = [sys.executable, "-m", "ruff", "check", "--show-files", "--no-cache"]
-    shown = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=True).stdout.splitlines()
+    shown = completed(words, cwd=tmp_path).stdout.splitlines()
     assert sorted(Path(line).relative_to(tmp_path).as_posix() for line in shown) == sorted(OWN)

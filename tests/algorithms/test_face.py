@@ -1,7 +1,6 @@
 """The classes that a world may name are names of `mjsim.algorithms`, each loaded when it is first used."""
 
 import importlib
-import subprocess
 import sys
 from pathlib import Path
 
@@ -9,6 +8,7 @@ import pytest
 
 import mjsim.algorithms
 from mjsim.modules import offers_in
+from tests.children import completed
 
 FOLDER = Path(mjsim.algorithms.__file__).parent
 FILES = [(path, path.stem) for path in sorted(FOLDER.glob("*.py"))]
@@ -32,4 +32,4 @@ def test_it_is_the_class_of_its_module(name):
 @pytest.mark.slow
 def test_one_class_loads_its_own_module_alone():
     code = "import sys; from mjsim.algorithms import Waypoints; print('mjsim.algorithms.ekf_slam' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"
+    assert completed([sys.executable, "-c", code]).stdout == "False\n"
