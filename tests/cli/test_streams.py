@@ -43,6 +43,12 @@ def test_a_closed_standard_output_is_refused_before_anything_is_opened(tmp_path)
     assert typed(f"{MJSIM} schema >&-", tmp_path) == (2, line)
 
 
+def test_a_run_without_standard_error_is_recorded(tmp_path):
+    (tmp_path / "room.yaml").write_text(ROOM)
+    assert typed(f"{MJSIM} run room.yaml -o run.mcap 2>&-", tmp_path) == (0, "")
+    assert mjsim.read_recording(tmp_path / "run.mcap").whole
+
+
 def test_errors_that_cannot_be_told_still_have_their_exit_code(tmp_path):
     assert typed(f"{MJSIM} check none.yaml 2>/dev/full", tmp_path) == (2, "")
 
