@@ -107,8 +107,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         # Nearly all objects live until exit; garbage collection would take a tenth of the time.
         gc.disable()
     terminations = _interrupt_when_terminated() if arguments is None else ()
+    # The next file to be opened would get the number of a closed stream, and everything that is printed.
+    if sys.stderr is None:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+        sys.stderr = open(2, "w", closefd=False)  # noqa: SIM115
     if sys.stdout is None:
-        # The next file to be opened would get its number, and everything that is printed.
         show("mjsim: standard output is closed; redirect it to a file, or to /dev/null")
         sys.exit(2)
     if isinstance(sys.stdout, io.TextIOWrapper):
