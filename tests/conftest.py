@@ -4,6 +4,7 @@ import gc
 
 import pytest
 
+from mjsim.guarded import one_reader
 from tests import shares
 from tests.limits import Watch, have_defaults, limit
 
@@ -54,3 +55,10 @@ def browser():
 
     with chromium() as browser:
         yield browser
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_child():
+    """Files of strangers are read in one guarded child for all tests of a process; the first of them starts it."""
+    with one_reader("mjsim.models.trials:picture", folders=["/"]):
+        yield

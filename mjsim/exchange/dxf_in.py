@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mjsim.errors import UsageError, how_to_install
+from mjsim.errors import UsageError
 from mjsim.exchange.bounded_file import read_bounded
 from mjsim.exchange.drawing import BOW, MAX_BYTES, MAX_CORNERS, Drawing, Line, require_near
 from mjsim.exchange.plan_in import MOSTLY
@@ -42,13 +42,10 @@ def read_dxf(path: str | Path, *, layers: Sequence[str] = ()) -> Drawing:
         layers: Layers that contain walls; by default those whose names say so, or all that are visible.
 
     Raises:
-        UsageError: The file does not exist, is too large, is not DXF, or lacks such a layer; or ezdxf is not installed.
+        UsageError: The file does not exist, is too large, is not DXF, or lacks such a layer.
     """
-    try:
-        from ezdxf import units
-        from ezdxf.enums import InsertUnits
-    except ImportError:
-        raise UsageError(f"DXF files need ezdxf, which is not installed; type: {how_to_install('ezdxf')}") from None
+    from ezdxf import units
+    from ezdxf.enums import InsertUnits
 
     path = Path(path)
     data = read_bounded(path, limit=MAX_BYTES, kind="a drawing")

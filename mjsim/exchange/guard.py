@@ -2,10 +2,12 @@
 
 import os
 from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from mjsim.errors import UsageError, how_to_install
 from mjsim.exchange.brought import Brought, Newcomer, Reading
 from mjsim.guarded import guarded, reader_for
 
@@ -158,11 +160,23 @@ def bring_robot(
 
 def _read(function: str, path: Path, *arguments: Any, folders: Sequence[Path] = ()) -> Any:
     """Return what a function of `inside` makes of a file."""
+    if path.suffix.lower() == ".dxf":
+        _require_ezdxf()
     called = f"{INSIDE}:{function}"
     advice = ADVICE.get(path.suffix.lower(), "check that it is a map, a drawing or a landmark map, and whole")
     with reader_for(called, folders=[*_beside(path), *folders]) as reader:
         size = reader.call(f"{INSIDE}:claimed_size", path, about=path, advice=advice)
         return reader.call(called, path, *arguments, about=path, size=size, advice=advice)
+
+
+def _require_ezdxf() -> None:
+    """Raise UsageError if the library that reads DXF is not installed."""
+    try:
+        found = find_spec("ezdxf") is not None
+    except ValueError:  # it is blocked
+        found = False
+    if not found:
+        raise UsageError(f"DXF files need ezdxf, which is not installed; type: {how_to_install('ezdxf')}")
 
 
 def _beside(path: Path) -> list[Path]:

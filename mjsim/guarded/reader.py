@@ -195,13 +195,16 @@ def reader_for(function: str, *, folders: Sequence[str | Path] = ()) -> Iterator
 
 @contextmanager
 def one_reader(function: str, *, folders: Sequence[str | Path] = ()) -> Iterator[Reader]:
-    """Let all calls of `guarded` in a block run in one child, in this thread.
+    """Let all calls of `guarded` in a block run in one child, in this thread; it starts with the first of them.
 
     Args:
         function: One of the functions, 'module:name'; its module is imported before the limits hold.
         folders: Folders and files that all calls may read, instead of those that they name.
     """
     with Reader(function, folders=folders) as reader:
+        if (shared := _SHARED.get()) is not None:
+            yield shared
+            return
         token = _SHARED.set(reader)
         try:
             yield reader

@@ -11,3 +11,8 @@ def still_working() -> None:
     """Let the time of this call begin anew; outside of the guarded reader this does nothing."""
     if (report := REPORT.get()) is not None:
         report()
+
+
+def in_child() -> bool:
+    """Return whether this runs in the guarded reader."""
+    return REPORT.get() is not None

@@ -116,7 +116,7 @@ def read_arm(path: str, read: Read, end: str | None = None) -> FileArm:
         # Massless links are checked later; MuJoCo rejects them.
         compiler.set("boundmass", str(1e-3 * WEIGHTLESS))
         compiler.set("boundinertia", str(1e-3 * WEIGHTLESS))
-    files = ModelFiles(root, gatherer.assets, tuple(gatherer.paths))
+    files = ModelFiles(root, gatherer.assets, tuple(gatherer.paths), frozenset(gatherer.sums))
     model = _compiled(files)
     tree = tree_of(model)
     last, flange = _end(model, tree, path, end)

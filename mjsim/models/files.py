@@ -13,6 +13,7 @@ from xml.etree import ElementTree
 
 from mjsim.models.meshes import check_mesh
 from mjsim.models.pictures import picture_size
+from mjsim.models.proven import digest
 from mjsim.models.xml_text import RefusedXmlError, checked_xml
 
 Read = Callable[[str], bytes]
@@ -91,6 +92,8 @@ class ModelFiles:
     """Meshes and textures by their names in the tree."""
     paths: tuple[str, ...]
     """All files, the model's own first, as paths relative to the folder of the world."""
+    sums: frozenset[str] = frozenset()
+    """SHA-256 of each file."""
 
     @property
     def urdf(self) -> bool:
@@ -112,7 +115,7 @@ def gather_model(path: str, read: Read, *, sections: Sections = THING) -> ModelF
     gatherer = Gatherer(path, read)
     root = gatherer.parse(path)
     gatherer.keep(root, sections)
-    return ModelFiles(root, gatherer.assets, tuple(gatherer.paths))
+    return ModelFiles(root, gatherer.assets, tuple(gatherer.paths), frozenset(gatherer.sums))
 
 
 class Builder(ElementTree.TreeBuilder):
@@ -164,6 +167,7 @@ class Gatherer:
         self._flat: dict[str, str] = {}
         self.assets: dict[str, bytes] = {}
         self.paths: list[str] = []
+        self.sums: set[str] = set()
 
     def parse(self, path: str) -> Element:
         """Return the root of an XML file."""
@@ -186,6 +190,7 @@ class Gatherer:
         if path not in self.paths:
             self._bytes += len(data)
             self.paths.append(path)
+            self.sums.add(digest(data))
         if self._bytes > MAX_BYTES:
             raise ValueError(f"the files of '{self._path}' have more than {MAX_BYTES // 10**6} MB; make them smaller")
         return data

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 from mjsim.models.files import ModelFiles
 from mjsim.models.pixels import bounded, encode_png, read_picture
+from mjsim.models.proven import require_readable
 
 LAST_SEEN_GROUP = 2
 """MuJoCo's viewers show groups up to this one by default."""
@@ -39,6 +40,9 @@ def compiled(files: ModelFiles) -> mujoco.MjModel:
     Raises:
         ValueError: MuJoCo cannot read the files, or warns about them; the message names the file.
     """
+    tree = ElementTree.tostring(files.root)
+    content = (tree, *(part for name, data in files.assets.items() for part in (name.encode(), data)))
+    require_readable("mjsim.models.trials:model", files, content=content, about=files.paths[0], files=files.sums)
     with no_warnings(files.paths[0]):
         return spec_of(files).compile()
 

@@ -92,7 +92,7 @@ def gather_robot(path: str, read: Read) -> RobotFiles:
     gatherer.leave_out(root)
     # One element per line, so that line numbers in MuJoCo's errors identify the element.
     ElementTree.indent(root)
-    files = ModelFiles(root, gatherer.assets, tuple(gatherer.paths))
+    files = ModelFiles(root, gatherer.assets, tuple(gatherer.paths), frozenset(gatherer.sums))
     model = _compiled(files, gatherer)
     _check_finite(model, path)
     speeds |= dict(_servo_speeds(model))

@@ -1,0 +1,92 @@
+"""Models and pictures that a world names are read in the guarded reader first, once per content."""
+
+import os
+import struct
+import zlib
+
+import cv2
+import numpy as np
+import pytest
+
+from mjsim.errors import WorldError
+from mjsim.models import proven
+from mjsim.world import Source, parse_world
+
+PLATE = '<mujoco><worldbody><geom type="box" size="{} 1 1"/></worldbody></mujoco>'
+
+
+@pytest.fixture(autouse=True)
+def notes(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return tmp_path / "cache/mjsim/read"
+
+
+def png(color: int) -> bytes:
+    return cv2.imencode(".png", np.full((8, 8, 3), color, np.uint8))[1].tobytes()
+
+
+def world_with(folder, data: bytes, name: str = "a.png"):
+    (folder / name).write_bytes(data)
+    line = f"beacons: [{{name: a, image: {name}, at: [1, 2], width: 1}}]"
+    if name.endswith(".xml"):
+        line = f"obstacles: [{{model: {name}, at: [1, 2]}}]"
+    return parse_world(f"mjsim: 1\n{line}\n", source=Source(folder=folder))
+
+
+def test_a_picture_is_read_once_per_content(tmp_path, notes):
+    world_with(tmp_path, png(10))
+    assert len(list(notes.iterdir())) == 1
+    world_with(tmp_path, png(10), "b.png")
+    assert len(list(notes.iterdir())) == 1
+    world_with(tmp_path, png(20))
+    assert len(list(notes.iterdir())) == 2
+
+
+def test_a_model_is_read_once_per_content(tmp_path, notes):
+    for size, count in ((1, 1), (1, 1), (2, 2)):
+        world_with(tmp_path, PLATE.format(size).encode(), "a.xml")
+        assert len(list(notes.iterdir())) == count
+
+
+def test_shipped_files_need_no_child(notes):
+    parse_world("mjsim: 1\nbeacons: [{name: a, image: posters/lion.jpg, at: [1, 2], width: 1}]\n")
+    parse_world("mjsim: 1\nobstacles: [{model: furniture/chair.xml, at: [1, 2]}]\n")
+    assert not notes.exists()
+
+
+def test_a_picture_that_cannot_be_decoded_is_one_line(tmp_path, notes):
+    head = struct.pack(">IIBBBBB", 6000, 6000, 8, 2, 0, 0, 0)
+    chunks = ((b"IHDR", head), (b"IDAT", zlib.compress(b"")[:-3]), (b"IEND", b""))
+    parts = [
+        struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)) for kind, data in chunks
+    ]
+    with pytest.raises(WorldError) as caught:
+        world_with(tmp_path, b"\x89PNG\r\n\x1a\n" + b"".join([parts[0], parts[1][:-4] + b"abcd", parts[2]]))
+    assert "'a.png' " in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert not notes.exists()
+
+
+def test_what_ends_its_reader_is_one_line(tmp_path):
+    with pytest.raises(ValueError, match=r"^cannot be read: its reader crashed \(SIGSEGV\); the file may be damaged$"):
+        proven.require_readable("tests.guarded.decoders:crash", content=[b"a"], about="a.png")
+
+
+def test_a_cache_that_cannot_be_written_is_none(tmp_path):
+    (tmp_path / "cache").write_text("a file")
+    world_with(tmp_path, png(30))
+
+
+def test_notes_are_bounded(tmp_path, notes, monkeypatch):
+    monkeypatch.setattr(proven, "MOST_NOTES", 3)
+    for color in range(5):
+        world_with(tmp_path, png(color))
+    assert len(list(notes.iterdir())) <= 3
+
+
+def test_a_pipe_is_no_picture(tmp_path):
+    os.mkfifo(tmp_path / "a.png")
+    with pytest.raises(WorldError, match="no file"):
+        parse_world(
+            "mjsim: 1\nbeacons: [{name: a, image: a.png, at: [1, 2], width: 1}]\n", source=Source(folder=tmp_path)
+        )
