@@ -163,6 +163,8 @@ def read_csv(path: Path, *, skip: int = 0, notes: dict[str, str] | None = None) 
         rows = _words(texts, separator)
     except csv.Error as error:
         raise UsageError(f"'{path}' is not a table with the separator '{separator}': {error}") from None
+    if len(rows) != len(texts):
+        raise UsageError(f"'{path}' has a quotation mark that is not closed in its line")
     names = rows[0]
     if all(map(is_number, names)):
         given = _words([comment], separator)[0] if comment else []

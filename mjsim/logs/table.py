@@ -8,7 +8,7 @@ import numpy as np
 
 from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.geometry import Array
-from mjsim.logs.text import left_out_cut, lines_of
+from mjsim.logs.text import LARGEST, left_out_cut, lines_of
 
 TIME = "time"
 """Name of the column whose values must not decrease."""
@@ -90,6 +90,8 @@ def _row(words: Sequence[str], columns: Sequence[str], positive: Collection[str]
             value = math.nan
         if not math.isfinite(value):
             raise ValueError(f"{column} is {word[:40]!r}; it must be a finite number")
+        if abs(value) > LARGEST:
+            raise ValueError(f"{column} is {word[:40]!r}; it must be at most {LARGEST:g}")
         if column in positive and value <= 0.0:
             raise ValueError(f"{column} is {value:g}; it must be above 0")
         row.append(value)

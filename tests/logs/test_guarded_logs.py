@@ -10,8 +10,10 @@ from mcap.reader import make_reader
 
 import mjsim
 from mjsim.errors import UsageError
+from mjsim.logs.csv_table import read_csv
 from mjsim.logs.importing import put_together
 from mjsim.logs.output import Output
+from mjsim.logs.table import read_table
 from mjsim.record import reserve_whole
 from tests.logs import hostile
 from tests.real_logs import imported, write_mrclam
@@ -92,3 +94,15 @@ def test_parts_of_a_recording_are_put_where_they_belong(tmp_path):
         parts = [(1.0, [(0, b"0123456789")]), (100.0, [(2, b"ab"), (10, b"end")])]
         assert list(put_together(parts, Output(place, ""))) == [1.0, 100.0]
     assert (tmp_path / "run.mcap").read_bytes() == b"01ab456789end"
+
+
+def test_a_quotation_mark_that_is_not_closed_is_said(tmp_path):
+    (tmp_path / "o.csv").write_text('t,x\n0,1\n1,"2\n2,3\n')
+    with pytest.raises(UsageError, match="a quotation mark that is not closed in its line"):
+        read_csv(tmp_path / "o.csv")
+
+
+def test_a_number_whose_square_overflows_is_named_with_its_line(tmp_path):
+    (tmp_path / "inputs.dat").write_text("0 1 0\n1 1e200 0\n")
+    with pytest.raises(UsageError, match=r"inputs\.dat:2: velocity is '1e200'; it must be at most"):
+        read_table(tmp_path / "inputs.dat", ("time", "velocity", "steering"))
