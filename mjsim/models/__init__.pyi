@@ -26,7 +26,8 @@ from .places import PlacedError as PlacedError
 from .places import line_and_column as line_and_column
 from .places import line_of as line_of
 from .places import names_in as names_in
-from .proven import require_readable as require_readable
+from .proven import one_trial_child as one_trial_child
+from .proven import require_picture as require_picture
 from .reader import UNSAID as UNSAID
 from .reader import no_warnings as no_warnings
 from .reader import seen_and_touched as seen_and_touched

@@ -7,18 +7,20 @@ ship with mjsim need no child.
 import functools
 import hashlib
 import os
-from collections.abc import Collection, Iterable
-from contextlib import suppress
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import contextmanager, suppress
 from importlib import metadata, resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
 from mjsim.errors import UsageError
-from mjsim.guarded import in_child, reader_for
+from mjsim.guarded import in_child, one_reader, reader_for
 
 MOST_NOTES = 10_000
 """Maximum number of files that are noted; beyond it all are forgotten."""
+TRIALS = f"{__package__}.trials"
+"""Module of the functions that the child runs; it is not imported here."""
 LIBRARIES = ("mujoco", "opencv-python-headless")
 """Libraries that read them: those of another version have not."""
 
@@ -29,7 +31,7 @@ def require_readable(
     """Check that a file can be read in the guarded reader; inside of it this does nothing.
 
     Args:
-        trial: Function of `trials` that reads it, as 'module:name'; it returns what is wrong, or None.
+        trial: Name of the function of `trials` that reads it; it returns what is wrong, or None.
         arguments: Its arguments.
         content: All bytes that it reads.
         about: Name of the file, for messages.
@@ -46,13 +48,25 @@ def require_readable(
     if note.exists() or shipped() >= (set(files) or {digest(part) for part in parts}):
         return
     try:
-        with reader_for(trial) as reader:
-            wrong = reader.call(trial, *arguments, about=about, size=sum(map(len, parts)))
+        with reader_for(f"{TRIALS}:{trial}") as reader:
+            wrong = reader.call(f"{TRIALS}:{trial}", *arguments, about=about, size=sum(map(len, parts)))
     except UsageError as error:
         raise ValueError(str(error).removeprefix(f"'{about}' ")) from None
     if wrong is not None:
         raise ValueError(wrong)
     _note(note)
+
+
+def require_picture(data: bytes, name: str) -> None:
+    """Raise ValueError if a picture cannot be read; see `require_readable`."""
+    require_readable("picture", data, content=[data], about=name)
+
+
+@contextmanager
+def one_trial_child() -> Iterator[None]:
+    """Let all files that are tried in a block share one child, which starts with the first of them."""
+    with one_reader(f"{TRIALS}:picture"):
+        yield
 
 
 def digest(data: bytes) -> str:

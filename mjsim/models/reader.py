@@ -42,7 +42,7 @@ def compiled(files: ModelFiles) -> mujoco.MjModel:
     """
     tree = ElementTree.tostring(files.root)
     content = (tree, *(part for name, data in files.assets.items() for part in (name.encode(), data)))
-    require_readable("mjsim.models.trials:model", files, content=content, about=files.paths[0], files=files.sums)
+    require_readable("model", files, content=content, about=files.paths[0], files=files.sums)
     with no_warnings(files.paths[0]):
         return spec_of(files).compile()
 

@@ -11,7 +11,7 @@ from pathlib import Path as FilePath
 from pydantic import ValidationError
 
 from mjsim.errors import Problem, UsageError, WorldError
-from mjsim.guarded import one_reader
+from mjsim.models import one_trial_child
 from mjsim.world.files import Source
 from mjsim.world.ground import KEY, Model, Path, gc_paused, meant_key, misspelt_kind, path_of, sentence
 from mjsim.world.items import World, misfits
@@ -60,7 +60,7 @@ def parse_world(
         problems += expansion.problems
     source = dataclasses.replace(source, written=node)
     try:
-        with one_reader("mjsim.models.trials:picture"):
+        with one_trial_child():
             world = World.model_validate(node.value, context={"source": source})
     except ValidationError as error:
         faults = list(faults_of(error, World, whole=not amiss))
