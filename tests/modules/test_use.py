@@ -1,5 +1,6 @@
 """What `use:` names is found, judged by its text, made live and closed in one place."""
 
+import os
 import sys
 from pathlib import Path
 
@@ -283,3 +284,10 @@ def test_what_a_host_holds_is_closed_when_the_run_ends_and_named_in_faults(fails
             else:
                 mjsim.run(sim, drivers={"scout": mjsim.Driver(navigator=engine)}, seconds=0.4)
     assert engine.calls == ["start", "close"] * 2
+
+
+def test_a_file_whose_name_no_world_can_hold_is_not_meant(tmp_path):
+    (tmp_path / os.fsdecode(b"sla\xff.py")).touch()
+    text = "robots: [{name: a, at: [0, 0]}]\nrun: {drivers: {a: {estimator: {use: 'sla.py:Slam'}}}}\n"
+    (problem,) = check_modules(parse_world(text, source=Source(file="w", folder=tmp_path)))
+    assert str(problem).endswith("no file 'sla.py' beside the world file; there are none")

@@ -94,3 +94,12 @@ def test_a_link_that_leads_in_a_circle_beside_a_world_is_no_file_that_could_be_m
     with pytest.raises(WorldError) as caught:
         load_world(tmp_path / "room.yaml")
     assert str(caught.value).endswith("no file 'posted.png' beside the world file or in assets")
+
+
+@pytest.mark.parametrize("name", [b"qqq\xff.png", b"qqq\n.png"])
+def test_a_file_whose_name_no_world_can_hold_is_not_meant(tmp_path, name):
+    (tmp_path / os.fsdecode(name)).touch()
+    (tmp_path / "room.yaml").write_text("mjsim: 1\nbeacons: [{name: b, image: qqq.png, at: [0, 0], width: 1}]\n")
+    with pytest.raises(WorldError) as caught:
+        load_world(tmp_path / "room.yaml")
+    assert str(caught.value).endswith("no file 'qqq.png' beside the world file or in assets")
