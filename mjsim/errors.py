@@ -118,9 +118,9 @@ def _printable(character: str) -> str:
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """Return '; did you mean ...?' if a known word is similar, else a list of the known words.
 
-    Only the first `MAX_WORDS` words are considered.
+    Only the first `MAX_WORDS` words are considered, and none that is not printable, as a file's name may be.
     """
-    words = sorted(known)[:MAX_WORDS]
+    words = sorted(filter(str.isprintable, known))[:MAX_WORDS]
     matches = difflib.get_close_matches(word, words, n=1)
     if matches:
         return f"; did you mean '{matches[0]}'?"

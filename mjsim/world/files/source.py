@@ -154,7 +154,7 @@ def _suggestion(name: str, source: Source) -> str:
         shipped = resources.files("mjsim.assets").joinpath(str(folder))
         if shipped.is_dir():
             known += [str(folder / item.name) for item in shipped.iterdir()]
-    matches = difflib.get_close_matches(name, known, n=1)
+    matches = difflib.get_close_matches(name, filter(str.isprintable, known), n=1)
     return f"; did you mean '{matches[0]}'?" if matches else ""
 
 
