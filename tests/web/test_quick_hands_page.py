@@ -23,7 +23,8 @@ obstacles:
   - {{name: stool, box: [0.4, 0.3, 0.5], at: [6, 4], seat: {{at: [0, 0, 0.5]}}}}
   - {{name: {LONG}, box: [0.4, 0.3, 0.5], at: [8, 5]}}
 beacons:
-  - {{name: lion, image: posters/lion.jpg, at: [0.41, 0], on: desk, heading_deg: 0}}
+  - {{name: lion, image: posters/owl.jpg, at: [0.41, 0], on: desk, heading_deg: 0}}
+  - {{name: mirror, at: [-0.41, 0], on: desk, heading_deg: 180}}
   - {{name: tag, marker: {{dictionary: 4x4_50, id: 49}}, at: [8, 0], heading_deg: 90}}
 people:
   - {{name: ann, sex: female, seat: stool}}
@@ -171,11 +172,11 @@ def test_names_are_followed_fit_and_are_free_before_the_last_change_is_answered(
     sheet.click(4, 1)
     sheet.reads(*(f'name: tag{k}, marker: {{dictionary: "4x4_50", id: {k}}}' for k in (0, 1)))
     sheet.press("Escape")
-    both(sheet, "desk", "lion")
+    both(sheet, "desk", "mirror")
     sheet.plan.focus()
     sheet.press("Control+d", "Control+d")
     # What hangs on the desk hangs on its copy, at the same place of that.
-    sheet.reads("name: desk-2", "at: [0.41, 0], on: desk-2", "name: desk-3", "at: [0.41, 0], on: desk-3")
+    sheet.reads("name: desk-2", "at: [-0.41, 0], on: desk-2", "name: desk-3", "at: [-0.41, 0], on: desk-3")
     desks = re.findall(r"name: desk.*? at: (\[.*?\])", sheet.text.inner_text())
     assert len(set(desks)) == 3  # each beside the one before
     row(sheet, LONG).click()
