@@ -1,6 +1,7 @@
 """What is heavy and rarely used is an extra; where it is missing, one line says how to install it."""
 
 import importlib.util
+import runpy
 import shlex
 import sys
 
@@ -53,6 +54,13 @@ def test_a_drawing_without_ezdxf(without, tmp_path):
     without("ezdxf")
     with pytest.raises(UsageError, match=r"^DXF files need ezdxf, which is not installed; type: .* ezdxf$"):
         mjsim.world_from_dxf(tmp_path / "plan.dxf")
+
+
+def test_videos_without_av_are_refused_before_the_run_and_all_else_loads(without, tmp_path):
+    without("av")
+    runpy.run_module("mjsim.video.film")
+    with pytest.raises(UsageError, match=r"^videos need PyAV, which is not installed; type: .* av$"):
+        mjsim.video.require_film_name(tmp_path / "run.mp4")
 
 
 @pytest.mark.slow
