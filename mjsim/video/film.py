@@ -7,13 +7,11 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-import av
 import cv2
 import numpy as np
-from av.video.reformatter import ColorRange, Colorspace
 from numpy.typing import NDArray
 
-from mjsim.errors import UsageError
+from mjsim.errors import UsageError, how_to_install
 from mjsim.interface import Picture
 from mjsim.output import new_file, require_free
 from mjsim.record import Recording
@@ -82,9 +80,19 @@ def make_video(
 
 
 def require_film_name(path: Path) -> None:
-    """Raise UsageError if a file name does not have the suffix of a film."""
+    """Raise UsageError if a file name does not have the suffix of a film, or PyAV is not installed."""
     if path.suffix.lower() not in (".mp4", ".m4v", ".mov"):
         raise UsageError(f"cannot write a video as '{path.name}'; name it .mp4")
+    _av()
+
+
+def _av() -> Any:
+    """Return PyAV, which videos alone need."""
+    try:
+        import av
+    except ImportError:
+        raise UsageError(f"videos need PyAV, which is not installed; type: {how_to_install('av')}") from None
+    return av
 
 
 def display_of(
@@ -127,14 +135,15 @@ def write_film(pictures: Iterable[Picture], path: Path, *, progress: Callable[[f
 
 def _encode(frames: "_Ahead", path: Path, progress: Callable[[float], None] | None) -> None:
     stream: Any = None
+    av = _av()
     with av.open(str(path), "w", format="mp4", options={"movflags": OPTIONS["movflags"]}) as container:
         for count, yuv in enumerate(frames):
             if stream is None:
                 stream = container.add_stream("libx264", rate=RATE, options=OPTIONS)
                 stream.width, stream.height, stream.pix_fmt = yuv.shape[1], yuv.shape[0] * 2 // 3, "yuv420p"
                 # As OpenCV converts; players would assume BT.709 for pictures of this size.
-                stream.codec_context.color_range = ColorRange.MPEG
-                stream.codec_context.colorspace = Colorspace.ITU601
+                stream.codec_context.color_range = av.video.reformatter.ColorRange.MPEG
+                stream.codec_context.colorspace = av.video.reformatter.Colorspace.ITU601
             frame = av.VideoFrame.from_ndarray(yuv, format="yuv420p")
             frame.pts = count
             container.mux(stream.encode(frame))
