@@ -147,7 +147,7 @@ def test_one_class_one_name(package):
         (f"import mjsim; mjsim.load_world('{ROOT.parent}/worlds/gallery.yaml')", HEAVY),
         (
             # Without pictures, which the recogniser judges.
-            f"from mjsim.cli import main; sys.argv = ['mjsim', 'check', '{ROOT.parent}/worlds/warehouse.yaml']; main()",
+            f"from mjsim.cli import main; sys.argv = ['mjsim', 'check', '{ROOT.parent}/worlds/avoidance.yaml']; main()",
             HEAVY | {"shapely", "mjsim.interface.values", "mjsim.mechanics", "mjsim.models.files", "mjsim.cli.runs"},
         ),
     ],

@@ -5,9 +5,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path as FilePath
 from typing import Any
 
-from ruamel.yaml import YAML
-from ruamel.yaml.error import YAMLError
-
 from mjsim.errors import UsageError, WorldError, did_you_mean
 from mjsim.world.check import check_world
 from mjsim.world.files import Source, world_path
@@ -15,8 +12,6 @@ from mjsim.world.items import World, with_parts
 from mjsim.world.read.reader import parse_world, read_file
 
 _VARIABLES = "variables"
-
-
 Settings = Iterable[str] | Mapping[str, Any]
 """Texts 'KEY=VALUE' as of `--set`, or values by key."""
 
@@ -91,6 +86,9 @@ def load_checked(path: str | FilePath, *, settings: Settings = ()) -> World:
 
 def _parts(setting: str) -> tuple[list[str], Any, str]:
     """Return the path of a setting, its value, and the setting itself."""
+    from ruamel.yaml import YAML
+    from ruamel.yaml.error import YAMLError
+
     key, equals, text = setting.partition("=")
     if not equals or not key:
         raise UsageError(f"--set {setting}: write it as KEY=VALUE, such as run.seconds=20")
