@@ -6,17 +6,18 @@ from contextlib import contextmanager
 
 from mjsim.errors import LONGEST_MESSAGE
 
-if sys.version_info >= (3, 14):
-    from compression import zstd
-else:
-    from backports import zstd
-
 ZSTD = b"\x28\xb5\x2f\xfd"
 """First bytes of zstd data; CDR messages start with a zero."""
 
 
 def unpacked(data: bytes) -> bytes:
     """Return decompressed zstd data."""
+    # Python has it from 3.14 on; before, rosbags brings it, without which there are no bags to unpack.
+    if sys.version_info >= (3, 14):
+        from compression import zstd
+    else:
+        from backports import zstd
+
     return zstd.decompress(data)
 
 

@@ -9,7 +9,7 @@ from mjsim.geometry import Pose
 from mjsim.guarded import still_working
 from mjsim.interface import Command
 from mjsim.sim import Simulation
-from mjsim.world import Source, parse_world
+from mjsim.world import OdometryNoise, Source, WheelOdometry, parse_world
 
 SETTLE = 1.0
 """Pause before and after a drive [s]."""
@@ -84,7 +84,7 @@ def measure(text: str, files: Mapping[str, bytes], *, file: str) -> Measured:
         update={
             "sensors": (),
             "drive": robot.drive.model_copy(update={"noise": type(robot.drive.noise)()}),
-            "odometry": type(robot.odometry)(),
+            "odometry": WheelOdometry(noise=OdometryNoise()),
         }
     )
     world = world.model_copy(update={"robots": (quiet,)})
