@@ -5,7 +5,7 @@ from dataclasses import dataclass
 MEMORY = 768 << 20
 """Memory for a small file, libraries included [bytes]; with mjsim itself that is below 1 GB."""
 MEMORY_PER_BYTE = 64
-"""Further memory for each byte of a file."""
+"""Further memory for each byte of a file, which may be compressed."""
 SECONDS = 12.0
 """Time for a small file [s]."""
 SECONDS_PER_MEGABYTE = 100.0
@@ -31,6 +31,6 @@ class Allowance:
             raise ValueError(f"limits are {self.memory} bytes and {self.seconds} s; both must be above 0")
 
 
-def limits_for(size: int, *, memory_per_byte: int = MEMORY_PER_BYTE) -> Allowance:
+def limits_for(size: int) -> Allowance:
     """Return the limits for a file of some size [bytes]."""
-    return Allowance(memory=MEMORY + memory_per_byte * size, seconds=SECONDS + SECONDS_PER_MEGABYTE * size / 1e6)
+    return Allowance(memory=MEMORY + MEMORY_PER_BYTE * size, seconds=SECONDS + SECONDS_PER_MEGABYTE * size / 1e6)

@@ -18,8 +18,6 @@ from mjsim.logs.wishes import Wishes
 from mjsim.record import Recording
 from mjsim.world import Run, step_misfit
 
-MEMORY_PER_BYTE = 64
-"""Memory for each byte of a log, which may be text that is compressed [bytes]."""
 EACH = 30.0
 """Time from one part of a recording to the next [s]."""
 PART, OFTEN = 1 << 20, 0.2
@@ -167,7 +165,7 @@ def limits_of(path: Path) -> Allowance:
     folder = path if path.is_dir() else path.parent if path.suffix.lower() in DESCRIPTIONS else None
     size = sum(map(_size, [path] if folder is None else islice(folder.rglob("*"), MOST_FILES)))
     free = max(shutil.disk_usage(tempfile.gettempdir()).free - SPARE, 1)
-    return replace(limits_for(size, memory_per_byte=MEMORY_PER_BYTE), each=EACH, written=free)
+    return replace(limits_for(size), each=EACH, written=free)
 
 
 def _size(file: Path) -> int:

@@ -6,7 +6,7 @@ import sys
 import time
 import weakref
 from collections.abc import Callable, Generator, Mapping
-from contextlib import ExitStack, closing, suppress
+from contextlib import AbstractContextManager, ExitStack, closing, nullcontext, suppress
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -168,36 +168,42 @@ def run(
         MjsimError: As `ticks`; what was recorded until then stays readable in `record`.
     """
     from mjsim.record import read_recording, reserve
-    from mjsim.sim import Simulation
 
-    if not isinstance(sim, Simulation):
-        world = sim if isinstance(sim, World) else load_runnable(sim)
-        with Simulation(world, seed=seed) as made:
-            return run(
-                made,
-                drivers=drivers,
-                seconds=seconds,
-                record=record,
-                watch=watch,
-                realtime=realtime,
-                pictures=pictures,
-                overwrite=overwrite,
-            )
-    if seed is not None:
-        raise UsageError("a simulation has its seed; write Simulation(world, seed=...), or give the world to run")
-    count = tick_count(sim, seconds)
     if record is None:
         with temporary_file("run.mcap") as path:
             recording = run(
-                sim, drivers=drivers, seconds=seconds, record=path, watch=watch, realtime=realtime, pictures=pictures
+                sim,
+                seed=seed,
+                drivers=drivers,
+                seconds=seconds,
+                record=path,
+                watch=watch,
+                realtime=realtime,
+                pictures=pictures,
             )
         weakref.finalize(recording, shutil.rmtree, path.parent, ignore_errors=True)
         return recording
-    with reserve(record, overwrite=overwrite) as place:
-        drivers = drivers_of(sim.world) if drivers is None else drivers
-        with one_blas_thread(), recorder_of(sim, drivers, count, place, pictures=pictures) as recorder:
-            _consume(sim, drivers, count, recorder, watch, realtime)
+    with _simulated(sim, seed) as made:
+        count = tick_count(made, seconds)
+        drivers = drivers_of(made.world) if drivers is None else drivers
+        with (
+            reserve(record, overwrite=overwrite) as place,
+            one_blas_thread(),
+            recorder_of(made, drivers, count, place, pictures=pictures) as recorder,
+        ):
+            _consume(made, drivers, count, recorder, watch, realtime)
     return read_recording(place.whole_path)
+
+
+def _simulated(sim: "Simulation | World | str | Path", seed: int | None) -> "AbstractContextManager[Simulation]":
+    """Return a simulation, which stays open after the block, or that of a world, which is closed then."""
+    from mjsim.sim import Simulation
+
+    if not isinstance(sim, Simulation):
+        return Simulation(sim if isinstance(sim, World) else load_runnable(sim), seed=seed)
+    if seed is not None:
+        raise UsageError("a simulation has its seed; write Simulation(world, seed=...), or give the world to run")
+    return nullcontext(sim)
 
 
 def tick_count(sim: "Simulation", seconds: float | None) -> int:

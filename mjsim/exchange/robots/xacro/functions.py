@@ -167,13 +167,14 @@ _PLAIN: Mapping[str, Function | Value] = {
     **_table({"min": min, "round": _round, "sorted": sorted, "str": str, "range": _range}),
     "map": Function("map", _map, higher=True),
 }
-_PYTHON: Mapping[str, Function | Value] = {
+PYTHON: Mapping[str, Function | Value] = {
     **_PLAIN,
     **_table({"abs": abs, "all": all, "any": any, "divmod": divmod, "ord": ord, "sum": _sum, "tuple": tuple}),
     **_table({"enumerate": _as_list(enumerate), "reversed": _as_list(reversed), "zip": _as_list(zip)}),
     "filter": Function("filter", _filter, higher=True),
     "isinstance": Function("isinstance", _isinstance, higher=True),
 }
+"""Functions of `python.NAME`, also known by name unless the file uses the name for something else."""
 _XACRO: Mapping[str, Function | Value] = _table({
     **dict.fromkeys(("message", "warning", "error", "print_location"), lambda *_, **__: ""),
     "fatal": _fatal,
@@ -226,15 +227,13 @@ def known_names(own: Mapping[str, Callable[..., Any]]) -> Mapping[str, "Function
         own: Functions of xacro that depend on the file, such as `load_yaml`.
     """
     xacro = {**_XACRO, **_table(own)}
-    modules = {"math": _MATH, "python": _PYTHON, "xacro": xacro}
+    modules = {"math": _MATH, "python": PYTHON, "xacro": xacro}
     direct = {name: member for name, member in xacro.items() if name in ("load_yaml", "abs_filename", "dotify")}
     return {**_MATH, **_PLAIN, **direct, **{name: Module(name, each) for name, each in modules.items()}}
 
 
-PYTHON = _PYTHON
-"""Functions that are known by name too, unless the file uses the name for something else."""
 SUBSTITUTED: Mapping[str, "Function | Module | Value"] = {
-    **_PYTHON,
+    **PYTHON,
     **_MATH,
     "true": True,
     "false": False,
