@@ -71,6 +71,16 @@ def object_of_own():
     return object()
 
 
+def deaf():
+    """Return, and read no further call, as a child that a file has taken over may."""
+    sys.modules["__main__"]._next = lambda requests: hang()
+
+
+def lie(answer):
+    """Send an answer of our own, as a child that a file has taken over may."""
+    sys.modules["__main__"].answers_to = lambda request: [answer]
+
+
 def forged():
     """Write to every descriptor what an answer begins with."""
     for descriptor in range(3, 20):

@@ -199,3 +199,18 @@ def test_the_child_ends_with_its_parent(sign):
         while Path(f"/proc/{reader}").exists() and time.monotonic() < until:
             time.sleep(0.01)
         assert not Path(f"/proc/{reader}").exists()
+
+
+@pytest.mark.parametrize("answer", [1, {"problems": [1]}, {"problems": [["a", "b", 1, "c"]]}, {"error": [], "value": 1}])
+def test_answers_of_another_form_are_one_line(answer):
+    with Reader(f"{HERE}:lie") as reader:
+        reader.call(f"{HERE}:lie", answer, about="x")
+        assert "its reader gave no valid answer" in said(reader.call, f"{HERE}:same", 1)
+
+
+def test_a_child_that_takes_no_further_call_is_ended():
+    with Reader(f"{HERE}:deaf") as reader:
+        reader.call(f"{HERE}:deaf", about="x")
+        parts = reader.parts(f"{HERE}:same", bytes(1 << 20), about="x", limits=Allowance(seconds=0.3))
+        with pytest.raises(UsageError, match="it took longer than"):
+            next(parts)
