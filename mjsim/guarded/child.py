@@ -13,14 +13,12 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, BinaryIO
 
-from mjsim.errors import MjsimError, WorldError
+from mjsim.errors import WorldError
 from mjsim.guarded.lockdown import lock_down
-from mjsim.guarded.request import LENGTH, Call, Permission
+from mjsim.guarded.request import LENGTH, OWN_ERRORS, Call, Permission
 from mjsim.guarded.wire import send
 from mjsim.guarded.working import REPORT
 
-OWN_ERRORS = ("UsageError", "RecordingError", "PhysicsFault")
-"""Errors of mjsim that reach the caller as they are."""
 LONGEST_TRACEBACK = 20_000
 """Maximum length of the traceback that is handed back for developers [characters]."""
 
@@ -79,8 +77,8 @@ def _described(error: Exception) -> Mapping[str, Any]:
     if isinstance(error, WorldError):
         problems = [[each.file, each.line, each.column, each.message] for each in error.problems]
         return {"error": "WorldError", "problems": problems, "traceback": said}
-    kind = next((base.__name__ for base in type(error).__mro__ if base.__name__ in OWN_ERRORS), None)
-    if kind is not None and isinstance(error, MjsimError):
+    kind = next((name for name, own in OWN_ERRORS.items() if isinstance(error, own)), None)
+    if kind is not None:
         return {"error": kind, "message": str(error), "traceback": said}
     if isinstance(error, OSError) and error.strerror:
         return {"failed": error.strerror, "traceback": said}

@@ -17,9 +17,9 @@ from pathlib import Path
 from typing import Any
 
 from mjsim.closing import ENDING
-from mjsim.errors import MjsimError, PhysicsFault, Problem, RecordingError, UsageError, WorldError, one_line, printable
+from mjsim.errors import MjsimError, Problem, UsageError, WorldError, one_line, printable
 from mjsim.guarded.limits import Allowance
-from mjsim.guarded.request import LENGTH, Call, Permission
+from mjsim.guarded.request import LENGTH, OWN_ERRORS, Call, Permission
 from mjsim.guarded.wire import WireError, receive
 
 STARTING = 60.0
@@ -101,7 +101,8 @@ class Child:
                 _say_missing(", ".join(map(str, self._timed(STARTING, Allowance().memory)["missing"])))
                 self._ready = True
             _limit(self._process.pid, allowance)
-            self._ask(call)
+            with self._watch.over(allowance.seconds):
+                self._ask(call)
             yield from self._answered(allowance, about)
         except EOFError:
             raise about.error(self._cause(allowance)) from None
@@ -115,6 +116,8 @@ class Child:
         while True:
             before = self._watch.clock()
             answer = self._timed(left, allowance.memory)
+            if not isinstance(answer, Mapping):
+                raise WireError(f"a {type(answer).__name__} as an answer")
             left = max(left - (self._watch.clock() - before), LOOKING)
             if left < allowance.each:
                 left = allowance.each
@@ -244,13 +247,21 @@ def _raise_error(answer: Mapping[str, Any], about: About, allowance: Allowance) 
         raise about.error(f"it needs more than {allowance.memory / 1e6:.0f} MB")
     if "failed" in answer:
         raise about.error(one_line(str(answer["failed"]))[:160])
-    if "problems" in answer:
-        raise WorldError(Problem(str(a), int(b), int(c), str(d)) for a, b, c, d in answer["problems"])
-    if "error" in answer:
-        kinds: Mapping[str, type[MjsimError]] = {
-            each.__name__: each for each in (UsageError, RecordingError, PhysicsFault)
-        }
-        # The words of a file may be in it.
-        raise kinds[answer["error"]]("\n".join(map(printable, str(answer["message"]).split("\n"))))
+    try:
+        own = _own_error(answer)
+    except (LookupError, TypeError, ValueError) as error:
+        raise WireError(f"{type(error).__name__}: {error}") from None
+    if own is not None:
+        raise own
     if "fault" in answer:
         raise RuntimeError(f"the reader of '{about.name}' is wrong: {answer['fault']}\n{answer['traceback']}")
+
+
+def _own_error(answer: Mapping[str, Any]) -> MjsimError | None:
+    """Return the error of mjsim that an answer tells of; None if it tells of none."""
+    if "problems" in answer:
+        return WorldError([Problem(str(a), int(b), int(c), str(d)) for a, b, c, d in answer["problems"]])
+    if "error" in answer:
+        # The words of a file may be in it.
+        return OWN_ERRORS[answer["error"]]("\n".join(map(printable, str(answer["message"]).split("\n"))))
+    return None

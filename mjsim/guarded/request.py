@@ -6,8 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from mjsim.errors import MjsimError, PhysicsFault, RecordingError, UsageError
 from mjsim.guarded.limits import Allowance
 
+OWN_ERRORS: Mapping[str, type[MjsimError]] = {
+    each.__name__: each for each in (UsageError, RecordingError, PhysicsFault)
+}
+"""Errors of mjsim that reach the caller as they are, with their message alone."""
 LENGTH = struct.Struct("<Q")
 """Length of a request [bytes], before its pickle."""
 
