@@ -1,7 +1,9 @@
 """Drawings of walls come in as walls."""
 
 import math
+import time
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import ezdxf
 import numpy as np
@@ -10,6 +12,7 @@ import pytest
 from mjsim.errors import UsageError
 from mjsim.exchange import with_robot, world_from_dxf, world_from_svg
 from mjsim.exchange.svg_in import read_svg
+from mjsim.exchange.svg_tree import made_plain
 from mjsim.world import check_world, segments
 
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" width="210mm" viewBox="0 0 800 600">'
@@ -69,6 +72,26 @@ def test_only_the_named_layer_of_an_svg_is_walls_and_nothing_hidden(tmp_path):
     assert [wall.points for wall in world_from_svg(path, scale=0.01, layers=["Desks"]).walls] == [((0, 0), (9, 0))]
     with pytest.raises(UsageError, match="no layer 'wall'; layers are desks, walls"):
         world_from_svg(path, scale=0.01, layers=["wall"])
+
+
+@pytest.mark.parametrize(
+    ("sheet", "style"),
+    [
+        ("#a{r:1} path{r:2} .b{r:3} /* .b{r:4} */ x, path.b {r:5}", "r:2;r:3;r:5;r:1;q:0"),
+        ("path{r:1} .b{{r:2} {r:3} .b{r:4", "r:1;q:0"),
+        (".b{r:1} /* .b{r:2}", "r:1;q:0"),
+        ("/*" * 100_000, "q:0"),
+        ("a" * 200_000, "q:0"),
+        ("a" * 100_000 + "{" * 100_000, "q:0"),
+    ],
+    ids=["order", "braces", "comment", "comments", "letters", "open"],
+)
+def test_a_style_sheet_of_any_text_is_applied_in_one_pass(sheet, style):
+    root = ET.fromstring(f'{HEAD}<style>{sheet}</style><path id="a" class="b" style="q:0"/></svg>')
+    before = time.process_time()
+    made_plain(root, "plan.svg")
+    assert time.process_time() - before < 1
+    assert root[1].get("style") == style
 
 
 @pytest.mark.parametrize(
