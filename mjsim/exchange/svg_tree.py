@@ -2,7 +2,6 @@
 
 import copy
 import re
-from collections.abc import Iterator
 from xml.etree.ElementTree import Element
 
 from mjsim.errors import UsageError
@@ -20,7 +19,6 @@ GROUPS = ("a", "switch", "svg", "symbol")
 MAX_ELEMENTS = 50_000
 """Maximum number of elements in a drawing, including clones."""
 _LENGTH = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(px|pt|pc|mm|cm|in|m|)\s*")
-_RULE = re.compile(r"([^{}]+)\{([^{}]*)\}")
 
 
 def tag_of(element: Element) -> str:
@@ -86,26 +84,28 @@ def _cloned(use: Element, target: Element) -> Element:
 def _apply_styles(root: Element) -> None:
     """Add the declarations of style sheets to the `style` of elements, before the existing ones."""
     sheet = "".join(element.text or "" for element in root.iter() if tag_of(element) == "style")
-    rules = list(_rules(re.sub(r"/\*.*?\*/|<!--|-->", "", sheet, flags=re.DOTALL)))
+    rules = _rules(re.sub(r"/\*.*?(?:\*/|\Z)|<!--|-->", "", sheet, flags=re.DOTALL))
     if not rules:
         return
     for element in root.iter():
         keys = {tag_of(element), f"#{element.get('id')}", *(f".{word}" for word in element.get("class", "").split())}
         keys |= {f"{tag_of(element)}{key}" for key in list(keys) if key[:1] in ".#"}
-        styles = [text for selector, text in rules if selector in keys]
+        styles = [text for _, text in sorted(rule for key in keys for rule in rules.get(key, ()))]
         if styles:
             element.set("style", ";".join([*styles, element.get("style", "")]))
 
 
-def _rules(sheet: str) -> Iterator[tuple[str, str]]:
-    """Yield the simple selectors of a style sheet with their declarations; tags first, ids last."""
-    found = [
-        (selector.strip().split()[-1], body.strip())
-        for selectors, body in _RULE.findall(sheet)
-        for selector in selectors.split(",")
-        if selector.strip() and "@" not in selector
-    ]
-    yield from sorted(found, key=lambda rule: ("#" in rule[0], "." in rule[0]))
+def _rules(sheet: str) -> dict[str, list[tuple[int, str]]]:
+    """Return the declarations for each simple selector of a style sheet, with their rank; tags first, ids last."""
+    found: list[tuple[str, str]] = []
+    for rule in sheet.split("}")[:-1]:
+        before, _, body = rule.rpartition("{")
+        selectors = before.rpartition("{")[2].split(",")
+        found += [(each.split()[-1], body.strip()) for each in selectors if each.strip() and "@" not in each]
+    rules: dict[str, list[tuple[int, str]]] = {}
+    for rank, (selector, body) in enumerate(sorted(found, key=lambda rule: ("#" in rule[0], "." in rule[0]))):
+        rules.setdefault(selector, []).append((rank, body))
+    return rules
 
 
 def _without_percent(root: Element) -> int:
