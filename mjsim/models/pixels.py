@@ -19,7 +19,7 @@ def read_picture(data: bytes) -> Picture:
     """
     raw = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED) if data else None
     if raw is None:
-        raise ValueError("not a picture that can be read; use a PNG or JPEG file")
+        raise ValueError("is not a picture that can be read; use a PNG or JPEG file")
     if raw.ndim == 3 and raw.shape[2] == 4:
         return upright(_on_white(raw), data)
     # Decode again, now with the camera's orientation (EXIF) and 8-bit colours.

@@ -105,7 +105,7 @@ def _qualities(contents: Mapping[str, bytes]) -> "dict[str, PictureQuality | str
             try:
                 pictures[digest] = read_picture(data)
             except ValueError as error:
-                unread[digest] = f"is {error}"
+                unread[digest] = str(error)
         kept.update({**unread, **picture_qualities(pictures)})
     return kept
 
