@@ -8,8 +8,11 @@ import cv2
 import numpy as np
 import pytest
 
-from mjsim.errors import WorldError
+from mjsim.compile import compile_world
+from mjsim.errors import UsageError, WorldError
+from mjsim.exchange import write_sdf
 from mjsim.models import proven
+from mjsim.sim.module_info import catalogue_of
 from mjsim.world import Source, parse_world
 
 PLATE = '<mujoco><worldbody><geom type="box" size="{} 1 1"/></worldbody></mujoco>'
@@ -54,17 +57,45 @@ def test_shipped_files_need_no_child(notes):
     assert not notes.exists()
 
 
-def test_a_picture_that_cannot_be_decoded_is_one_line(tmp_path, notes):
-    head = struct.pack(">IIBBBBB", 6000, 6000, 8, 2, 0, 0, 0)
-    chunks = ((b"IHDR", head), (b"IDAT", zlib.compress(b"")[:-3]), (b"IEND", b""))
-    parts = [
-        struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)) for kind, data in chunks
-    ]
-    with pytest.raises(WorldError) as caught:
-        world_with(tmp_path, b"\x89PNG\r\n\x1a\n" + b"".join([parts[0], parts[1][:-4] + b"abcd", parts[2]]))
-    assert "'a.png' " in str(caught.value)
-    assert "\n" not in str(caught.value)
+def chunk(kind: bytes, data: bytes) -> bytes:
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+
+def png_of(pixels: bytes) -> bytes:
+    head = struct.pack(">IIBBBBB", 64, 64, 8, 2, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", pixels) + chunk(b"IEND", b"")
+
+
+BROKEN = {
+    "text": b"a letter",
+    "empty": b"",
+    "truncated": png(10)[:-20],
+    "no pixels": png_of(b""),
+    "few pixels": png_of(zlib.compress(bytes(100))),
+    "noise": png_of(b"abcdefgh"),
+}
+NAMING = ("beacons: [{name: a, image: a.png, at: [1, 2]}]", "floor: {texture: a.png}")
+
+
+@pytest.mark.parametrize("line", NAMING)
+@pytest.mark.parametrize("data", BROKEN.values(), ids=BROKEN)
+def test_a_picture_that_cannot_be_decoded_is_one_line_with_its_place(tmp_path, notes, line, data):
+    (tmp_path / "a.png").write_bytes(data)
+    for source in (Source(file="w.yaml", folder=tmp_path), Source(file="w.yaml", attached={"a.png": data})):
+        with pytest.raises(WorldError) as caught:
+            parse_world(f"mjsim: 1\n{line}\n", source=source)
+        assert str(caught.value).startswith(f"w.yaml:2:{line.index('a.png') + 1}: 'a.png' is ")
+        assert "\n" not in str(caught.value)
     assert not notes.exists()
+
+
+@pytest.mark.parametrize("data", BROKEN.values(), ids=BROKEN)
+def test_a_picture_that_breaks_after_its_world_was_loaded_is_named(tmp_path, data):
+    world = world_with(tmp_path, png(40))
+    (tmp_path / "a.png").write_bytes(data)
+    for use in (compile_world, catalogue_of, lambda world: write_sdf(world, tmp_path / "a.sdf")):
+        with pytest.raises(UsageError, match=r"^'a\.png' is "):
+            use(world)
 
 
 def test_what_ends_its_reader_is_one_line(monkeypatch):
