@@ -18,7 +18,7 @@ from mjsim.compile.walls import UNDIVIDED, VISUAL, WallBox, add_mesh_geom
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Picture
-from mjsim.models import bounded, read_picture
+from mjsim.models import bounded
 from mjsim.world import Beacon, Hung, Marker, Robot, World, hung, printed_share
 
 GIVEN_BACK = 0.25
@@ -139,7 +139,7 @@ def _add_face(spec: mujoco.MjSpec, world: World, face: str | Marker | None, numb
     elif isinstance(face, Marker):
         picture, size = marker_picture(face.dictionary, face.id), printed_share(face.dictionary)
     else:
-        picture = read_picture(world.read_asset(face))
+        picture = world.read_picture(face)
     name = f"beacon/picture{number}"
     shown = bounded(picture, LONGEST_BEACON_SIDE)
     add_material(spec, name, shown, emission=1.0 / GIVEN_BACK, gray=GIVEN_BACK)

@@ -7,7 +7,7 @@ from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, color_of
 from mjsim.compile.solids import Face
 from mjsim.compile.walls import WallBox, add_mesh_geom
 from mjsim.geometry import Array
-from mjsim.models import bounded, read_picture
+from mjsim.models import bounded
 from mjsim.world import Ceiling, World
 
 
@@ -29,7 +29,7 @@ def add_ceiling(spec: mujoco.MjSpec, world: World, walls: list[WallBox], lower: 
     )
     geom.material, geom.rgba = "matte", color_of(ceiling.color)
     if ceiling.texture is not None:
-        add_material(spec, "ceiling", bounded(read_picture(world.read_asset(ceiling.texture)), LONGEST_TILE_SIDE))
+        add_material(spec, "ceiling", bounded(world.read_picture(ceiling.texture), LONGEST_TILE_SIDE))
         geom.material, geom.rgba = "ceiling", [1.0, 1.0, 1.0, 1.0]
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, color_of
 from mjsim.compile.walls import COLLISION, UNDIVIDED, VISUAL
 from mjsim.geometry import Array
-from mjsim.models import bounded, read_picture
+from mjsim.models import bounded
 from mjsim.world import FloorPatch, World, item_names
 
 AROUND_WALLS, AROUND_NOTHING = 2.0, 20.0
@@ -88,6 +88,6 @@ def layers(patches: tuple[FloorPatch, ...]) -> list[int]:
 
 def _add_tiles(spec: mujoco.MjSpec, world: World, name: str, texture: str, tile: float) -> None:
     """Add the material of a plane that is tiled with a picture."""
-    add_material(spec, name, bounded(read_picture(world.read_asset(texture)), LONGEST_TILE_SIDE))
+    add_material(spec, name, bounded(world.read_picture(texture), LONGEST_TILE_SIDE))
     material = spec.material(name)
     material.texuniform, material.texrepeat = True, [2.0 / tile] * 2

@@ -13,7 +13,7 @@ import numpy as np
 from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, color_of
 from mjsim.compile.solids import Face, Faces, Prisms, visible_faces
 from mjsim.geometry import Array
-from mjsim.models import bounded, read_picture
+from mjsim.models import bounded
 from mjsim.world import Wall, World, item_names, solid_pieces
 
 COLLISION, VISUAL = 3, 1
@@ -153,7 +153,7 @@ def _material(spec: mujoco.MjSpec, world: World, finish: WallFinish, index: int)
     if texture is None:
         return "matte"
     name = f"wall/texture{index + 1}"
-    add_material(spec, name, bounded(read_picture(world.read_asset(texture)), LONGEST_TILE_SIDE))
+    add_material(spec, name, bounded(world.read_picture(texture), LONGEST_TILE_SIDE))
     return name
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mjsim.compile import LONGEST_BEACON_SIDE, marker_picture
-from mjsim.models import bounded, encode_png, read_picture
+from mjsim.models import bounded, encode_png
 from mjsim.world import Beacon, World, printed_share
 
 
@@ -27,7 +27,7 @@ def shown_of(world: World, beacon: Beacon) -> BeaconFace:
         picture = marker_picture(beacon.marker.dictionary, beacon.marker.id)
         share = printed_share(beacon.marker.dictionary)
     elif beacon.image is not None:
-        picture = read_picture(world.read_asset(beacon.image))
+        picture = world.read_picture(beacon.image)
     else:
         picture = np.full((8, 8, 3), 240, dtype=np.uint8)
     high, wide = picture.shape[:2]

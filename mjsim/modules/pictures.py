@@ -51,15 +51,12 @@ def judge_pictures(world: World) -> dict[str, JudgedPicture]:
         return {}
     files = {image: world.read_asset(image) for image in images.values()}
     digests = {image: hashlib.sha256(data).hexdigest() for image, data in files.items()}
-    qualities = _qualities({digest: files[image] for image, digest in digests.items()})
+    qualities = _qualities(world, {digest: image for image, digest in digests.items()})
     focal, widths = max(camera.focal for camera in cameras), {beacon.name: beacon.width for beacon in world.beacons}
     first: dict[str, str] = {}
     judged = {}
     for name, image in images.items():
         owner, quality = first.setdefault(digests[image], name), qualities[digests[image]]
-        if isinstance(quality, str):
-            judged[name] = JudgedPicture(least_side=math.inf, distance=0.0, fault=quality)
-            continue
         columns, rows = shown_size(files[image])
         side = widths[name] * math.sqrt(rows / columns)
         like = (owner, 1.0) if owner != name else None
@@ -92,25 +89,18 @@ def _nearness(distance: float, width: float) -> str | None:
     )
 
 
-def _qualities(contents: Mapping[str, bytes]) -> "dict[str, PictureQuality | str]":
-    """Return how well each picture is recognised, or why it cannot be read, by digest; kept for some sets."""
+def _qualities(world: World, images: Mapping[str, str]) -> "Mapping[str, PictureQuality]":
+    """Return how well each picture is recognised, by digest; kept for some sets."""
     # Most worlds have no pictures before a camera, and need not load what decodes and judges them.
     from mjsim.algorithms.picture_quality import picture_qualities
-    from mjsim.models import read_picture
 
-    kept = _kept(tuple(contents))
-    if len(kept) < len(contents):
-        pictures, unread = {}, {}
-        for digest, data in contents.items():
-            try:
-                pictures[digest] = read_picture(data)
-            except ValueError as error:
-                unread[digest] = str(error)
-        kept.update({**unread, **picture_qualities(pictures)})
+    kept = _kept(tuple(images))
+    if not kept:
+        kept.update(picture_qualities({digest: world.read_picture(image) for digest, image in images.items()}))
     return kept
 
 
 @lru_cache(maxsize=KEPT)
-def _kept(digests: tuple[str, ...]) -> "dict[str, PictureQuality | str]":
+def _kept(digests: tuple[str, ...]) -> "dict[str, PictureQuality]":
     """Return the place in which the judgement of a set of pictures is kept, empty at first."""
     return {}

@@ -11,7 +11,6 @@ import numpy as np
 from mjsim.errors import RecordingError, WorldError
 from mjsim.geometry import Array
 from mjsim.interface import Shown, Sighting
-from mjsim.models import picture_size
 from mjsim.record.file import FILES, METADATA_NAME, WORLD_NAME, Head, RawMessage, raw_messages
 from mjsim.record.joints import JointRows
 from mjsim.record.mechanisms import SensorRows
@@ -35,7 +34,6 @@ from mjsim.record.recording import SAME_TIME, Landmarks, Recording, Track
 from mjsim.record.schemas import ARM_TOPICS
 from mjsim.record.shown import shown_of
 from mjsim.record.tick import RobotEvent
-from mjsim.record.writer import named_pictures
 from mjsim.world import Source, World, WorldEvent, parse_world
 
 LEAST_MEMORY, MEMORY_GROWTH = 1 << 26, 48
@@ -104,21 +102,10 @@ def _world(path: Path, head: Head) -> World:
     attached = {name.removeprefix(FILES): data for name, data in head.files.items() if name.startswith(FILES)}
     try:
         text = head.files[WORLD_NAME].decode()
-        world = parse_world(text, source=Source(file=WORLD_NAME, text=text, attached=attached))
-        # Pictures beside a world file were checked with it; these come from elsewhere.
-        for name in named_pictures(world):
-            _check_picture(name, world)
+        return parse_world(text, source=Source(file=WORLD_NAME, text=text, attached=attached))
     except (WorldError, ValueError) as error:
         reason = str(error).partition("\n")[0]
         raise RecordingError(f"the world in '{path}' cannot be read: {reason}") from error
-    return world
-
-
-def _check_picture(name: str, world: World) -> None:
-    try:
-        picture_size(world.read_asset(name))
-    except ValueError as error:
-        raise ValueError(f"'{name}' {error}") from None
 
 
 class _Rows:

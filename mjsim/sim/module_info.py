@@ -1,7 +1,6 @@
 """Information about a world for modules: its beacons, and its map."""
 
 from mjsim.interface import BeaconInfo, MarkerInfo, Picture, WorldMap
-from mjsim.models import read_picture
 from mjsim.world import World, hung, segments
 
 
@@ -14,7 +13,7 @@ def catalogue_of(world: World) -> dict[str, BeaconInfo]:
         beacon, marker, picture = item.beacon, item.beacon.marker, None
         if beacon.image is not None:
             if beacon.image not in pictures:
-                pictures[beacon.image] = read_picture(world.read_asset(beacon.image))
+                pictures[beacon.image] = world.read_picture(beacon.image)
             picture = pictures[beacon.image]
         rows, columns = (1, 1) if picture is None else picture.shape[:2]
         catalogue[beacon.name] = BeaconInfo(

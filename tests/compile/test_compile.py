@@ -15,7 +15,7 @@ from mjsim.compile import compile_world, export_scene
 from mjsim.errors import UsageError
 from mjsim.models import bounded, read_picture
 from mjsim.sim import Renderer
-from mjsim.world import BoxObstacle, Source, item_names, parse_world
+from mjsim.world import Beacon, BoxObstacle, World, item_names, parse_world
 from tests.children import completed
 
 RUN_IN_PLAIN_MUJOCO = """
@@ -128,10 +128,9 @@ def test_plain_mujoco_loads_the_folder_and_runs_as_the_scene_in_memory_does(tmp_
 
 
 def test_nothing_is_written_of_a_world_whose_picture_is_none(tmp_path: Path):
-    text = "mjsim: 1\nbeacons: [{name: flag, image: flag.png, at: [1, 1]}]"
     folder = tmp_path / "out"
-    with pytest.raises(ValueError, match=r"^is not a picture that can be read"):
-        export_scene(parse_world(text, source=Source(attached={"flag.png": b"GIF89a"})), folder)
+    with pytest.raises(UsageError, match=r"^no file 'flag.png' beside the world file or in assets"):
+        export_scene(World(beacons=(Beacon(name="flag", image="flag.png", at=(1, 1)),)), folder)
     assert not folder.exists()
 
 

@@ -97,15 +97,6 @@ def test_without_a_camera_or_a_picture_nothing_is_judged():
     assert judge_pictures(room("name: mine", "name: tag, marker: {dictionary: 4x4_50, id: 1}", files={})) == {}
 
 
-def test_a_picture_that_cannot_be_decoded_is_one_line():
-    damaged = bytearray(ODD["gray.png"])
-    damaged[60:2000] = bytes(1940)
-    world = room("name: mine, image: x.png", "name: good, image: good0.png", files={**GOOD, "x.png": bytes(damaged)})
-    assert [str(each) for each in check_pictures(world)] == [
-        "w:3:55: picture 'x.png' of beacon 'mine' is not a picture that can be read; use a PNG or JPEG file"
-    ]
-
-
 def test_the_studio_and_check_report_what_a_picture_lacks_and_a_run_goes_on(tmp_path, capsys):
     path = tmp_path / "room.yaml"
     (tmp_path / "stripes.png").write_bytes(ODD["stripes.png"])

@@ -8,6 +8,7 @@ from mjsim.errors import WorldError
 from mjsim.world import Opening, Source, Wall, World, check_world, load_world, parse_world
 
 ROOM = "walls: [{points: [[0, 0], [6, 0], [6, 4], [0, 4]], closed: true, thickness: 0.2, name: hall}]\n"
+PICTURE = World().read_asset("posters/lion.jpg")
 
 
 def told(text, source=None):
@@ -60,7 +61,7 @@ def told(text, source=None):
     ],
 )
 def test_what_cannot_be_meant_is_told(text, doubt):
-    (line,) = told(text, Source(file="w", attached={"f.png": b""}))
+    (line,) = told(text, Source(file="w", attached={"f.png": PICTURE}))
     assert line.startswith(doubt)
 
 
@@ -78,7 +79,7 @@ def test_what_cannot_be_meant_is_told(text, doubt):
     ],
 )
 def test_what_can_be_meant_is_let_be(text):
-    assert told(text, Source(file="w", attached={"f.png": b""})) == []
+    assert told(text, Source(file="w", attached={"f.png": PICTURE})) == []
 
 
 def test_a_world_built_in_python_is_checked_too():

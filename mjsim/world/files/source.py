@@ -84,17 +84,13 @@ def read_asset(name: str, source: Source) -> bytes:
 
 
 def check_picture(name: str, source: Source) -> None:
-    """Raise ValueError if a picture that a world names does not exist, or cannot be read.
-
-    Attached pictures were checked when they were attached.
-    """
-    if name not in source.attached:
-        data = read_asset(name, source)
-        try:
-            picture_size(data)
-            require_picture(data, name)
-        except ValueError as error:
-            raise ValueError(f"'{name}' {error}") from None
+    """Raise ValueError if a picture that a world names does not exist, or cannot be read."""
+    data = read_asset(name, source)
+    try:
+        picture_size(data)
+        require_picture(data, name)
+    except ValueError as error:
+        raise ValueError(f"'{name}' {error}") from None
 
 
 def _beside(name: str, source: Source) -> Path | None:

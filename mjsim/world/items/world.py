@@ -1,10 +1,11 @@
 """The world: the contents of a world file, validated and frozen."""
 
-from typing import Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, PrivateAttr, model_validator
 
-from mjsim.world.files import BUILT, Source
+from mjsim.errors import UsageError
+from mjsim.world.files import BUILT, Source, check_picture
 from mjsim.world.files import read_asset as read_named_asset
 from mjsim.world.ground import Model, Name, fault
 from mjsim.world.items.consistency import NAMED, misfits
@@ -18,6 +19,10 @@ from mjsim.world.items.running import Run
 from mjsim.world.items.structure import Ceiling, Floor, Wall
 from mjsim.world.items.things import Beacon, Obstacle
 from mjsim.world.items.underfoot import floors
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 
 class World(Model):
@@ -63,6 +68,21 @@ class World(Model):
     def read_asset(self, name: str) -> bytes:
         """Return a file that this world names; raises ValueError if it does not exist."""
         return read_named_asset(name, self._source)
+
+    def read_picture(self, name: str) -> "NDArray[np.uint8]":
+        """Return the RGB pixels of a picture that this world names, shape (height, width, 3).
+
+        Raises:
+            UsageError: It does not exist, or cannot be read.
+        """
+        from mjsim.models import read_picture
+
+        try:
+            # A world built in Python was not checked with its file, and files change.
+            check_picture(name, self._source)
+            return read_picture(self.read_asset(name))
+        except ValueError as error:
+            raise UsageError(str(error)) from None
 
     @model_validator(mode="after")
     def _parts_fit(self) -> Self:
