@@ -10,7 +10,7 @@ from mjsim.errors import MjsimError
 
 T = TypeVar("T")
 ENDING = 30.0
-"""Time limit for a thread of ours to end once it was told to [s]; it is reached on no machine, however loaded."""
+"""Time limit for a thread of ours to end once it was told to [s]; not reached even on a loaded machine."""
 
 
 class Closes(ABC):

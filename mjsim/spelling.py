@@ -4,7 +4,7 @@
 def ascii_name(name: str) -> str:
     """Return a name in letters, digits and `_` of ASCII, with no digit first.
 
-    Letters beyond ASCII become `uXXXX_`, from which they can be read back; other signs of ASCII become `_`. A leading
+    Letters beyond ASCII become `uXXXX_`, from which they can be read back; other characters become `_`. A leading
     digit gets the prefix `x`. Names that become equal are refused, or numbered, by the format that writes them.
     """
     plain = "".join(map(_spelled, name))

@@ -1,5 +1,6 @@
 """Bags of ROS as other programs write them: with the writer of rosbags, which mjsim does not use."""
 
+import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,6 +13,11 @@ from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from mjsim.geometry import Array, Pose3
+
+if sys.version_info >= (3, 14):
+    from compression import zstd as zstd
+else:
+    from backports import zstd as zstd
 
 START = 1_700_000_000.25
 """Time of the robot's clock when a log begins [s]."""

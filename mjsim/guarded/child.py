@@ -72,7 +72,7 @@ def _send(answers: BinaryIO, answer: Mapping[str, Any]) -> None:
 
 
 def _described(error: Exception) -> Mapping[str, Any]:
-    """Return an error as the parent is told of it; one of a library is a fault of the file."""
+    """Return an error in the form sent to the parent; an error of a library is a fault of the file."""
     said = traceback.format_exc()[-LONGEST_TRACEBACK:]
     if isinstance(error, WorldError):
         problems = [[each.file, each.line, each.column, each.message] for each in error.problems]

@@ -1,4 +1,4 @@
-"""Takes from this process what a decoder of files does not need, for good."""
+"""Drops, irrevocably, the rights of this process that a decoder of files does not need."""
 
 import contextlib
 import os

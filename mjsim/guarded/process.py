@@ -1,4 +1,4 @@
-"""The child process that decodes files, as its parent sees it: started, asked, watched and ended."""
+"""The parent's side of the child process that decodes files: starts, calls, watches and ends it."""
 
 import contextlib
 import functools
@@ -25,9 +25,9 @@ from mjsim.guarded.wire import WireError, receive
 STARTING = 60.0
 """Time for a child to start and to import its libraries [s]."""
 LOOKING = 0.1
-"""Time between two looks at the clock [s]."""
+"""Interval for checking the time limit [s]."""
 MOST_RENEWALS = 1000
-"""How often a call may let its time begin anew."""
+"""Maximum number of times that a call may restart its time limit."""
 KEPT = (
     *("LANG", "LC_ALL", "LC_CTYPE", "TZ", "HOME", "PATH", "SYSTEMROOT", "LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH"),
     *("VIRTUAL_ENV", "PYTHONHOME", "PYTHONPATH", "ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"),

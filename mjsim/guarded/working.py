@@ -1,4 +1,4 @@
-"""Lets a function that takes minutes for a small file tell that it goes on."""
+"""Lets a function that takes minutes for a small file report that it is still working."""
 
 from collections.abc import Callable
 from contextvars import ContextVar
@@ -8,7 +8,7 @@ REPORT: ContextVar[Callable[[], None] | None] = ContextVar("REPORT", default=Non
 
 
 def still_working() -> None:
-    """Let the time of this call begin anew; outside of the guarded reader this does nothing."""
+    """Restart the time limit of this call; does nothing outside of the guarded reader."""
     if (report := REPORT.get()) is not None:
         report()
 

@@ -1,7 +1,7 @@
 """Imports data sets whose format is known, with arguments of their own."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 from mjsim.logs.importing import guarded_recording
@@ -48,15 +48,13 @@ def import_mrclam(
         UsageError: A file does not exist or is invalid (the message has file and line), or `record` exists.
         RecordingError: The file cannot be written.
     """
-    wishes = Wishes(
+    wishes = replace(
+        _noise(motion, sighting),
         rate_hz=rate_hz,
         begin=begin,
         seconds=seconds,
         robots=[str(number) for number in robots or ()],
         known_map=known_map,
-        motion={} if motion is None else asdict(motion),
-        range_noise=None if sighting is None else sighting[0],
-        bearing_noise=None if sighting is None else sighting[1],
         bias=bias,
     )
     convert = "mjsim.logs.mrclam:convert_mrclam"
@@ -97,14 +95,18 @@ def import_victoria_park(
         UsageError: A file does not exist or is invalid (the message has file and line), or `record` exists.
         RecordingError: The file cannot be written.
     """
-    wishes = Wishes(
+    wishes = replace(
+        _noise(motion, sighting),
         rate_hz=rate_hz,
         begin=begin,
         seconds=seconds,
-        motion={} if motion is None else asdict(motion),
-        range_noise=None if sighting is None else sighting[0],
-        bearing_noise=None if sighting is None else sighting[1],
         bias=bias,
     )
     convert = "mjsim.logs.victoria_park:convert_victoria_park"
     return guarded_recording(convert, folder, wishes, record=record, progress=progress, overwrite=overwrite)
+
+
+def _noise(motion: MotionNoise | None, sighting: tuple[float, float] | None) -> Wishes:
+    """Return options with the given noise; None leaves that of the format."""
+    distance, bearing = (None, None) if sighting is None else sighting
+    return Wishes(motion={} if motion is None else asdict(motion), range_noise=distance, bearing_noise=bearing)

@@ -13,7 +13,7 @@ from mjsim.output import Destination, temporary_file
 from mjsim.record import Recording, WholeFile, read_recording, reserve_whole
 
 Piece = tuple[int, bytes]
-"""Place in a file, and what stands there."""
+"""Offset in a file [bytes], and the bytes written there."""
 
 
 class SentFile(Destination):

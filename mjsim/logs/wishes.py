@@ -1,4 +1,4 @@
-"""What a user wishes of an import."""
+"""Options of an import."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace

@@ -1,4 +1,4 @@
-"""What a run leaves of its modules in the process: nothing. For commands, which own their process."""
+"""Restores the process after modules have run in it; for commands, which own their process."""
 
 import locale
 import os
@@ -15,11 +15,11 @@ from mjsim.modules.threads import thread_faults
 from mjsim.progress import say
 
 HANDLED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-"""Signals whose handlers are put back."""
+"""Signals whose handlers are restored."""
 _SUBREAPER = 36
 """PR_SET_CHILD_SUBREAPER of Linux: orphaned descendants become children of this process."""
 _ROUNDS = 20
-"""How often descendants are looked for at most: while they are killed they may start others."""
+"""Maximum number of searches for descendants: while they are killed they may start others."""
 _NAMED = 3
 """Number of processes that the message names."""
 
@@ -29,7 +29,7 @@ def hosting() -> Iterator[None]:
     """Host modules in a block, in the main thread of a command.
 
     Errors in their threads end the block with a ModuleFault. At its end, the working directory, standard output and
-    error, signal handlers, umask, locale, recursion limit and NumPy's error handling are put back, and processes that
+    error, signal handlers, umask, locale, recursion limit and NumPy's error handling are restored, and processes that
     the modules left behind are killed, with all their descendants (Linux).
     """
     with _children_ended(), _process_kept(), thread_faults():
@@ -38,7 +38,7 @@ def hosting() -> Iterator[None]:
 
 @contextmanager
 def _process_kept() -> Iterator[None]:
-    """Put back what a block changes in this process."""
+    """Restore what a block changes in this process."""
     folder, numeric, limit = os.getcwd(), np.geterr(), sys.getrecursionlimit()
     language, handlers = locale.setlocale(locale.LC_ALL), {number: signal.getsignal(number) for number in HANDLED}
     mask = os.umask(0o077)
@@ -61,7 +61,7 @@ def _process_kept() -> Iterator[None]:
 
 @contextmanager
 def _stream_kept(number: int, name: str) -> Iterator[None]:
-    """Put back a standard stream that a block replaces or closes."""
+    """Restore a standard stream that a block replaces or closes."""
     stream: TextIO = getattr(sys, name)
     spare = os.dup(number)
     try:

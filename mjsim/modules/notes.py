@@ -1,4 +1,4 @@
-"""What a world does that a user may not expect, in lines: nothing here is an error, and nothing is run."""
+"""Notes on behaviour of a valid world that a user may not expect; no module is run."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -28,7 +28,7 @@ _EFFECTS = {"estimator": ", so it is dead reckoning", "observer": ", so it sees 
 
 
 def notes_on(world: World) -> list[Problem]:
-    """Return what a valid world does that its user may not expect, sorted by position."""
+    """Return notes on behaviour of a valid world that its user may not expect, sorted by position."""
     return sorted([*world_notes(world), *unfed_modules(world)])
 
 

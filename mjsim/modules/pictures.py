@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 NEAREST = 1.0
 """Distance to which at least one camera must recognise a picture [m]."""
 KEPT = 8
-"""Sets of pictures whose judgement is kept."""
+"""Number of sets of pictures whose quality is cached."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,5 +102,5 @@ def _qualities(world: World, images: Mapping[str, str]) -> "Mapping[str, Picture
 
 @lru_cache(maxsize=KEPT)
 def _kept(digests: tuple[str, ...]) -> "dict[str, PictureQuality]":
-    """Return the place in which the judgement of a set of pictures is kept, empty at first."""
+    """Return the cache entry of a set of pictures: a dictionary, empty at first."""
     return {}

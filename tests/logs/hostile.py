@@ -16,8 +16,7 @@ from mcap.writer import CompressionType, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from mjsim.geometry import Pose3
-from mjsim.logs.bag_parsing import zstd
-from tests.bags import START, Bag, new_bag, write_scans
+from tests.bags import START, Bag, new_bag, write_scans, zstd
 
 ODOM = b"ODOM 0.0 0.0 0.0 0.1 0.0 0.0 1.0 host 1.0\n"
 PART = 1 << 20

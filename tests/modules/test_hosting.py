@@ -27,7 +27,7 @@ class M:
 WORLD = """
 mjsim: 1
 name: room
-robots: [{name: r, preset: pioneer3dx, at: [1, 1]}]
+robots: [{name: r, preset: pioneer3dx, at: [1, 1], odometry: {noise: {distance: 0, turn: 0}}}]
 run: {seconds: 0.4, drivers: {r: {navigator: {use: "m.py:M"}}}}
 """
 SLEEP = "subprocess.Popen(['sleep', '600'])"

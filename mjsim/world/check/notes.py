@@ -8,7 +8,7 @@ from mjsim.world.yaml import problems_at
 
 
 def world_notes(world: World) -> list[Problem]:
-    """Return what a world does that its user may not expect, sorted by position; nothing of it is an error."""
+    """Return notes on behaviour that a user may not expect, sorted by position; none is an error."""
     faults = (
         (("robots", index, "name"), partial(str, message))
         for index, robot in enumerate(world.robots)

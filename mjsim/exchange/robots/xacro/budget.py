@@ -16,7 +16,7 @@ LARGEST = 100_000
 """Maximum size of a value: characters, or entries including those of what it holds."""
 MAX_BITS = 256
 """Maximum size of a whole number."""
-DEEPEST = 750
+MOST_CALLS = 750
 """Maximum nesting of elements, macros, properties and expressions [calls of Python, which allows 1000]."""
 LONGEST_NAME, MOST_NAMES = 60, 100
 """Of names that messages suggest."""
@@ -37,7 +37,7 @@ class TooLargeError(XacroError):
 
 
 class XacroBudget:
-    """What is left of the bounds while a file is expanded."""
+    """Counts steps and nesting while a file is expanded."""
 
     def __init__(self) -> None:
         self._left, self._depth = STEPS, 0
@@ -68,7 +68,7 @@ class XacroBudget:
         Raises:
             XacroError: There are too many.
         """
-        if self._depth + calls > DEEPEST:
+        if self._depth + calls > MOST_CALLS:
             raise XacroError("it is nested too deeply; make it flatter")
         self._depth += calls
         try:
