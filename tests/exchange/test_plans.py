@@ -118,7 +118,12 @@ def test_layers_clones_and_the_scale_of_an_inkscape_drawing_are_read():
 
 
 @pytest.mark.parametrize(
-    ("text", "metres"), [("Scale 1/4&quot; = 1'-0&quot;", 48 * 0.0254), ("1 in = 8 ft 4 in", 100 * 0.0254)]
+    ("text", "metres"),
+    [
+        ("Scale 1/4&quot; = 1'-0&quot;", 48 * 0.0254),
+        ("1 in = 8 ft 4 in", 100 * 0.0254),
+        ("1" * 50_000 + ' 1" = 8\' 4"', 100 * 0.0254),
+    ],
 )
 def test_the_scale_of_a_drawing_in_inches_is_read(text, metres, tmp_path):
     path = tmp_path / "plan.svg"
