@@ -37,7 +37,8 @@ WHOLE = 0.98
 PALE, OPAQUE = 0.06, 0.9
 """Maximum difference from the background colour, and minimum opacity, of what hides the lines beneath it [0 to 1]."""
 _IMPERIAL = re.compile(
-    r"""(\d+)(?:/(\d+))?\s*(?:"|\u2033|in\b)\s*=\s*(\d+)\s*(?:'|\u2032|ft\b)(?:\s*-?\s*(\d+)\s*(?:"|\u2033|in\b))?"""
+    r"""(?<!\d)(\d{1,4})(?:/(\d{1,4}))?\s*(?:"|\u2033|in\b)\s*=\s*"""
+    r"""(\d{1,4})\s*(?:'|\u2032|ft\b)(?:\s*-?\s*(\d{1,4})\s*(?:"|\u2033|in\b))?"""
 )
 _RATIO = re.compile(r"\b1\s*:\s*(\d{1,4})\b")
 
@@ -306,7 +307,7 @@ def _unit(root: Element) -> float | None:
         text
         for element in root.iter()
         if tag_of(element) in ("text", "tspan", "title", "desc")
-        for text in element.itertext()
+        for text in " ".join(element.itertext()).split()
     )
     unit = paper * _ratio(texts)
     return unit if BUILDING[0] <= unit * box[2] <= BUILDING[1] else None
