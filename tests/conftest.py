@@ -44,7 +44,8 @@ def pytest_collection():
 def own_state(tmp_path_factory):
     """Keep what programs remember of a user in a folder of the tests."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_STATE_HOME", str(tmp_path_factory.mktemp("state")))
+        for kind in ("STATE", "CACHE"):
+            patch.setenv(f"XDG_{kind}_HOME", str(tmp_path_factory.mktemp(kind)))
         yield
 
 

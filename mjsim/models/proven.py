@@ -7,7 +7,7 @@ ship with mjsim need no child.
 import functools
 import hashlib
 import os
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from importlib import metadata, resources
 from importlib.resources.abc import Traversable
@@ -22,7 +22,7 @@ MOST_NOTES = 10_000
 TRIALS = f"{__package__}.trials"
 """Module of the functions that the child runs; it is not imported here."""
 LIBRARIES = ("mujoco", "opencv-python-headless")
-"""Libraries that read them: those of another version have not."""
+"""Libraries that read them, beside the modules of this package: others may fail on what these have read."""
 
 
 def require_readable(
@@ -43,9 +43,10 @@ def require_readable(
     if in_child():
         return
     parts = tuple(content)
-    key = _digest(trial, *_versions(), *parts)
-    note = _notes() / key
-    if note.exists() or shipped() >= (set(files) or {digest(part) for part in parts}):
+    if shipped() >= (set(files) or {digest(part) for part in parts}):
+        return
+    note = _notes() / _digest(trial, *_readers(), *parts)
+    if note.exists():
         return
     try:
         with reader_for(f"{TRIALS}:{trial}") as reader:
@@ -96,8 +97,10 @@ def _digest(*parts: str | bytes) -> str:
 
 
 @functools.cache
-def _versions() -> tuple[str, ...]:
-    return tuple(metadata.version(name) for name in LIBRARIES)
+def _readers() -> Sequence[str]:
+    """Return the versions of the libraries, and the SHA-256 of each module that may take part."""
+    modules = sorted(Path(__file__).parent.glob("*.py"))
+    return [*map(metadata.version, LIBRARIES), *(digest(module.read_bytes()) for module in modules)]
 
 
 def _notes() -> Path:

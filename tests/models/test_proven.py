@@ -3,6 +3,7 @@
 import os
 import struct
 import zlib
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -43,6 +44,23 @@ def test_a_picture_is_read_once_per_content(tmp_path, notes):
     assert len(list(notes.iterdir())) == 1
     world_with(tmp_path, png(20))
     assert len(list(notes.iterdir())) == 2
+
+
+def test_a_picture_is_read_again_by_other_code(tmp_path, notes, monkeypatch):
+    world_with(tmp_path, png(10))
+    monkeypatch.setattr(proven, "__file__", str(tmp_path / "another.py"))
+    (tmp_path / "another.py").write_text("pass\n")
+    proven._readers.cache_clear()
+    try:
+        world_with(tmp_path, png(10))
+    finally:
+        proven._readers.cache_clear()
+    assert len(list(notes.iterdir())) == 2
+
+
+def test_the_notes_of_the_user_are_not_those_of_the_tests(monkeypatch):
+    monkeypatch.undo()
+    assert not proven._notes().is_relative_to(Path.home())
 
 
 def test_a_model_is_read_once_per_content(tmp_path, notes):
