@@ -146,6 +146,10 @@ def test_one_class_one_name(package):
         ("from mjsim import Simulation", {"av", "filterpy", "foxglove", "matplotlib", "mcap", "scipy"}),
         (f"import mjsim; mjsim.load_world('{ROOT.parent}/worlds/gallery.yaml')", HEAVY),
         (
+            "from mjsim.exchange import BroughtRobot, RobotOptions, bring_file, bring_robot",
+            HEAVY | {"numpy", "shapely"},
+        ),
+        (
             # Without pictures, which the recogniser judges.
             f"from mjsim.cli import main; sys.argv = ['mjsim', 'check', '{ROOT.parent}/worlds/avoidance.yaml']; main()",
             HEAVY | {"shapely", "mjsim.interface.values", "mjsim.mechanics", "mjsim.models.files", "mjsim.cli.runs"},

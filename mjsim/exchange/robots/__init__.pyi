@@ -1,3 +1,3 @@
-from .ahead import RobotOptions as RobotOptions
-from .bring import BroughtRobot as BroughtRobot
 from .bring import bring_robot as bring_robot
+from .brought import BroughtRobot as BroughtRobot
+from .brought import RobotOptions as RobotOptions

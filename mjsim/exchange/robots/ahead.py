@@ -2,12 +2,11 @@
 
 import math
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from mjsim.errors import UsageError
+from mjsim.exchange.robots.brought import RobotOptions
 from mjsim.exchange.robots.omni import PARALLEL
 from mjsim.geometry import Array
 from mjsim.models import Anatomy
@@ -15,21 +14,6 @@ from mjsim.models import Anatomy
 FRONT, BACK = re.compile(r"front|nose|forward"), re.compile(r"rear|back|tail|behind")
 ALONG = {"+x": (1.0, 0.0), "-x": (-1.0, 0.0), "+y": (0.0, 1.0), "-y": (0.0, -1.0)}
 """Directions in the file frame."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RobotOptions:
-    """What the user specifies where the file is ambiguous."""
-
-    left: Sequence[str] = ()
-    """Joints of the left wheels."""
-    right: Sequence[str] = ()
-    steering: Sequence[str] = ()
-    """Steering joints."""
-    drive: str | None = None
-    """Kind of drive."""
-    forward: str | None = None
-    """Forward direction in the file frame: +x, -x, +y or -y."""
 
 
 def forward_of(

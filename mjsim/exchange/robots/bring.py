@@ -1,11 +1,11 @@
 """Converts a robot's file to a preset, with a report of what was found, guessed, measured and repaired."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 
 from mjsim.errors import MjsimError, PhysicsFault, UsageError
-from mjsim.exchange.robots.ahead import RobotOptions
+from mjsim.exchange.robots.brought import BroughtRobot, RobotOptions
 from mjsim.exchange.robots.frame import Stand, find_stand
 from mjsim.exchange.robots.gear import Gear, find_gear
 from mjsim.exchange.robots.measure import Measured, measure
@@ -47,18 +47,6 @@ MAX_ITERATIONS = 4
 """Maximum number of measuring runs, each with the result of the previous one."""
 CLOSE = 0.0003
 """Maximum relative error of odometry after calibration, in distance and in turn."""
-
-
-@dataclass(frozen=True, slots=True)
-class BroughtRobot:
-    """The preset of a robot."""
-
-    text: str
-    """Text of a world with only this robot, which other worlds use as a preset."""
-    files: Mapping[str, bytes] = field(default_factory=dict)
-    """Its model and all files that it refers to, by paths relative to the preset."""
-    report: Sequence[str] = ()
-    """Lines that tell the user what was found and what was changed."""
 
 
 def bring_robot(

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mjsim.errors import UsageError, did_you_mean
-from mjsim.exchange.robots.ahead import ALONG, RobotOptions, forward_of, shown
+from mjsim.exchange.robots.ahead import ALONG, forward_of, shown
+from mjsim.exchange.robots.brought import RobotOptions
 from mjsim.exchange.robots.omni import (
     OWN,
     PARALLEL,
