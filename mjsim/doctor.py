@@ -13,7 +13,8 @@ import cv2
 import mujoco
 
 from mjsim.compile import compile_world
-from mjsim.errors import OpenGLError
+from mjsim.errors import OpenGLError, UsageError
+from mjsim.guarded import guarded
 from mjsim.interface import Picture
 from mjsim.modules import octave_found
 from mjsim.output import require_free, write_file
@@ -68,6 +69,8 @@ class Diagnosis:
     """Version and path of GNU Octave, for modules in .m files; or what to type if there is none."""
     cores: int
     """Number of processors that this process may use."""
+    limits: str
+    """Whether the limits of the process that reads files of strangers hold on this system."""
 
 
 def diagnose(picture: Path | None, *, overwrite: bool = False) -> Diagnosis:
@@ -84,7 +87,7 @@ def diagnose(picture: Path | None, *, overwrite: bool = False) -> Diagnosis:
         require_free(picture, overwrite=overwrite)
     backends = {name: _try_alone(name) for name in BACKENDS}
     versions = {"python": sys.version.split()[0]} | {name: _version(name) for name in LIBRARIES}
-    octave, cores = octave_found(), len(os.sched_getaffinity(0))
+    octave, cores, limits = octave_found(), len(os.sched_getaffinity(0)), _limits()
     try:
         backend, renderer = choose_backend(), _renderer()
     except OpenGLError as error:
@@ -98,6 +101,7 @@ def diagnose(picture: Path | None, *, overwrite: bool = False) -> Diagnosis:
             versions=versions,
             octave=octave,
             cores=cores,
+            limits=limits,
         )
     image, rate = _draw_room()
     if picture is not None:
@@ -113,6 +117,7 @@ def diagnose(picture: Path | None, *, overwrite: bool = False) -> Diagnosis:
         versions=versions,
         octave=octave,
         cores=cores,
+        limits=limits,
     )
 
 
@@ -130,10 +135,24 @@ def report_lines(diagnosis: Diagnosis) -> Sequence[str]:
     lines += [f"  {name:24}{result}" for name, result in diagnosis.backends.items()]
     lines += ["", "versions"]
     lines += [f"  {name:24}{version}" for name, version in diagnosis.versions.items()]
-    lines += ["", f"octave    {diagnosis.octave}", f"cores     {diagnosis.cores}"]
+    lines += ["", f"octave    {diagnosis.octave}", f"cores     {diagnosis.cores}", f"limits    {diagnosis.limits}"]
     if diagnosis.fault:
         lines += ["", diagnosis.fault]
     return lines
+
+
+def limits_held(missing: Sequence[str]) -> str:
+    """Return a line about the limits of the guarded reader, given those that this system does not have."""
+    if missing:
+        return f"files of strangers are read without limits on {', '.join(missing)}; Linux 5.13 and later have them"
+    return "memory, time, other files, network and programs are limited where files of strangers are read"
+
+
+def _limits() -> str:
+    try:
+        return limits_held(guarded("mjsim.guarded.working:missing_limits", about="doctor"))
+    except UsageError as error:
+        return f"no file of strangers can be read: {error}"
 
 
 def _try_alone(name: str) -> str:

@@ -19,7 +19,8 @@ def doctor(
 ) -> None:
     """Report which OpenGL backend works, and how fast.
 
-    Render a test picture, and look for GNU Octave.
+    Render a test picture, look for GNU Octave, and tell whether strangers' files
+    are read with limits.
     """
     from mjsim.doctor import diagnose, report_lines
 

@@ -17,7 +17,7 @@ from mjsim.errors import WorldError
 from mjsim.guarded.lockdown import lock_down
 from mjsim.guarded.request import LENGTH, OWN_ERRORS, Call, Permission
 from mjsim.guarded.wire import send
-from mjsim.guarded.working import REPORT
+from mjsim.guarded.working import MISSING, REPORT
 
 LONGEST_TRACEBACK = 20_000
 """Maximum length of the traceback that is handed back for developers [characters]."""
@@ -34,7 +34,8 @@ def main() -> None:
         return
     start: Permission = pickle.loads(first)
     _function(start.function)
-    send(answers, {"missing": lock_down(start)})
+    MISSING.set(lock_down(start))
+    send(answers, {"missing": list(MISSING.get())})
     REPORT.set(lambda: send(answers, {"working": True}))
     while (request := _next(requests)) is not None:
         for answer in answers_to(request):

@@ -1,10 +1,12 @@
-"""Lets a function that takes minutes for a small file report that it is still working."""
+"""What a function can ask and report in the child process: progress, where it runs, and which limits are missing."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextvars import ContextVar
 
 REPORT: ContextVar[Callable[[], None] | None] = ContextVar("REPORT", default=None)
 """What tells the parent; None outside of a child."""
+MISSING: ContextVar[Sequence[str]] = ContextVar("MISSING", default=())
+"""What this system has no limits for, in words; empty outside of a child."""
 
 
 def still_working() -> None:
@@ -16,3 +18,8 @@ def still_working() -> None:
 def in_child() -> bool:
     """Return whether this runs in the guarded reader."""
     return REPORT.get() is not None
+
+
+def missing_limits() -> Sequence[str]:
+    """Return what this system has no limits for, in words; to be called in the guarded reader."""
+    return list(MISSING.get())

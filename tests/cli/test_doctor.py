@@ -1,7 +1,8 @@
 import cv2
 import pytest
 
-from mjsim.doctor import diagnose, report_lines
+from mjsim.doctor import diagnose, limits_held, report_lines
+from mjsim.guarded import guarded
 from mjsim.modules import octave_found
 from tests.modules.octave_room import needs_octave
 
@@ -56,3 +57,11 @@ def test_the_doctor_draws_a_room_and_names_what_it_tried(tmp_path):
     assert lines[0] == f"backend   {diagnosis.backend}"
     assert any(diagnosis.versions["mujoco"] in line for line in lines)
     assert f"octave    {diagnosis.octave}" in lines
+    assert f"limits    {limits_held(guarded('mjsim.guarded.working:missing_limits', about='here'))}" in lines
+
+
+def test_limits_that_a_system_lacks_are_named():
+    assert "without" not in limits_held([])
+    assert limits_held(["memory", "other files"]).startswith(
+        "files of strangers are read without limits on memory, other files;"
+    )
