@@ -150,7 +150,7 @@ def limits_held(missing: Sequence[str]) -> str:
 
 def _limits() -> str:
     try:
-        return limits_held(guarded("mjsim.guarded.working:missing_limits", about="doctor"))
+        return limits_held(guarded("mjsim.guarded:missing_limits", about="doctor"))
     except UsageError as error:
         return f"no file of strangers can be read: {error}"
 

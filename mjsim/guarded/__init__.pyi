@@ -7,4 +7,5 @@ from .reader import one_reader as one_reader
 from .reader import reader_for as reader_for
 from .wire import Plain as Plain
 from .working import in_child as in_child
+from .working import missing_limits as missing_limits
 from .working import still_working as still_working

@@ -57,7 +57,7 @@ def test_the_doctor_draws_a_room_and_names_what_it_tried(tmp_path):
     assert lines[0] == f"backend   {diagnosis.backend}"
     assert any(diagnosis.versions["mujoco"] in line for line in lines)
     assert f"octave    {diagnosis.octave}" in lines
-    assert f"limits    {limits_held(guarded('mjsim.guarded.working:missing_limits', about='here'))}" in lines
+    assert f"limits    {limits_held(guarded('mjsim.guarded:missing_limits', about='here'))}" in lines
 
 
 def test_limits_that_a_system_lacks_are_named():
