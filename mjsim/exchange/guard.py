@@ -150,12 +150,17 @@ def bring_robot(
     from mjsim.exchange.robots import BroughtRobot
 
     above = Path(os.path.realpath(path)).parents
-    roots = [os.environ.get(key, "") for key in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")]
-    folders = [above[min(SEEN_ABOVE, len(above) - 1)], *packages.values()]
-    folders += [Path(entry) for root in roots for entry in root.split(os.pathsep) if entry]
+    search = _package_folders()
+    folders = [above[min(SEEN_ABOVE, len(above) - 1)], *packages.values(), *search]
     xacro = {"arguments": dict(arguments), "environment": dict(environment)}
-    keywords: dict[str, Any] = {"name": name, "options": options, "packages": dict(packages), **xacro}
+    keywords: dict[str, Any] = {"name": name, "options": options, "packages": dict(packages), "search": search, **xacro}
     return BroughtRobot(*guarded(f"{INSIDE}:robot", path, about=path, folders=folders, **keywords))
+
+
+def _package_folders() -> list[Path]:
+    """Return the folders in which the user keeps ROS packages, as the variables of ROS 1 and ROS 2 name them."""
+    first, second = (os.environ.get(key, "").split(os.pathsep) for key in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"))
+    return [*(Path(entry) for entry in first if entry), *(Path(entry) / "share" for entry in second if entry)]
 
 
 def _read(function: str, path: Path, *arguments: Any, folders: Sequence[Path] = ()) -> Any:

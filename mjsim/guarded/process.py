@@ -30,7 +30,7 @@ MOST_RENEWALS = 1000
 """Maximum number of times that a call may restart its time limit."""
 KEPT = (
     *("LANG", "LC_ALL", "LC_CTYPE", "TZ", "HOME", "PATH", "SYSTEMROOT", "LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH"),
-    *("VIRTUAL_ENV", "PYTHONHOME", "PYTHONPATH", "ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"),
+    *("VIRTUAL_ENV", "PYTHONHOME", "PYTHONPATH", "XDG_CACHE_HOME"),
 )
 """Environment variables that a child gets."""
 ALONE = {

@@ -11,7 +11,7 @@ from mjsim.exchange import RobotOptions, bring_robot
 from mjsim.geometry import Pose
 from mjsim.interface import Command
 from mjsim.sim import Simulation
-from mjsim.world import load_world, parse_world
+from mjsim.world import OdometryNoise, WheelOdometry, load_world, parse_world
 from tests.exchange.bringing import brought, few_drives, typed
 from tests.exchange.odd_robots import (
     STRETCHED,
@@ -74,7 +74,7 @@ def test_wheels_and_sizes_are_those_of_the_file(presets, name, drive, radius, tr
 def test_it_drives_as_far_as_odometry_tells_and_stays_level(presets, name):
     world = load_world(presets[name][0])
     (robot,) = world.robots
-    quiet = robot.model_copy(update={"sensors": (), "odometry": type(robot.odometry)()})
+    quiet = robot.model_copy(update={"sensors": (), "odometry": WheelOdometry(noise=OdometryNoise())})
     with Simulation(world.model_copy(update={"robots": (quiet,)})) as sim:
         sim.apply(robot.name, Command(0.2, turn=0.4))
         start, told = sim.truth(robot.name), Pose(0.0, 0.0, 0.0)

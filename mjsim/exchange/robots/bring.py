@@ -57,6 +57,7 @@ def bring_robot(
     packages: Mapping[str, Path],
     arguments: Mapping[str, str],
     environment: Mapping[str, str] | None = None,
+    search: Sequence[Path] = (),
 ) -> BroughtRobot:
     """Return the preset of a robot from a URDF, xacro or MJCF file.
 
@@ -67,12 +68,13 @@ def bring_robot(
         packages: Folders of ROS packages by name.
         arguments: Arguments of xacro.
         environment: Values of `$(env NAME)` in xacro; the variables of this process are not read.
+        search: Folders in which the user keeps ROS packages.
 
     Raises:
         UsageError: The file cannot be read, its wheels are missing or ambiguous, or the robot does not drive.
         PhysicsFault: The simulation became unstable.
     """
-    source = RobotSource(path, packages=packages, given=Given(arguments, environment or {}))
+    source = RobotSource(path, packages=packages, given=Given(arguments, environment or {}), search=search)
     try:
         robot = gather_robot(source.name, source.read)
     except ValueError as error:

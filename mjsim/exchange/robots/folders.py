@@ -3,7 +3,7 @@
 import glob
 import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from mjsim.exchange.robots.xacro import XacroError
@@ -23,14 +23,15 @@ _PATTERN = re.compile(r"[*?[]")
 class Folders:
     """Opens files in the package of a description, and in the packages that it names."""
 
-    def __init__(self, path: Path, packages: Mapping[str, Path]) -> None:
+    def __init__(self, path: Path, packages: Mapping[str, Path], *, search: Sequence[Path] = ()) -> None:
         """Find the package of a description: the nearest folder around it that is one, else its own folder.
 
         Args:
             path: The description, absolute, without links.
             packages: Folders of ROS packages by name; they take precedence.
+            search: Folders in which the user keeps ROS packages.
         """
-        self._path = path
+        self._path, self._search = path, search
         around = [path.parent, *path.parent.parents][: AROUND + 1]
         likely = [folder for signs in (MANIFESTS, PARTS) for folder in around if _has(folder, signs)]
         self.root = likely[0] if likely else path.parent
@@ -54,9 +55,7 @@ class Folders:
         around = [self._path.parent, *self._path.parent.parents]
         named = [place for place in around if place.name == name]
         beside = [place / name for place in around[: AROUND + 2]]
-        paths = [Path(entry) for entry in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if entry]
-        shared = [Path(entry) / "share" for entry in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if entry]
-        given = [place for path in (*paths, *shared) for place in _in_path(path, name)]
+        given = [place for path in self._search for place in _in_path(path, name)]
         signs = (*MANIFESTS, *PARTS)
         return [*(place for place in named if _has(place, signs)), *given, *(p for p in beside if _has(p, signs))]
 
@@ -127,7 +126,7 @@ def _has(folder: Path, names: Iterable[str]) -> bool:
 
 
 def _in_path(path: Path, package: str) -> list[Path]:
-    """Return where a package may lie below an entry of ROS_PACKAGE_PATH."""
+    """Return where a package may lie below a folder of packages."""
     own = [path] if path.name == package else []
     try:
         deeper = [place / package for place in sorted(path.iterdir()) if place.is_dir()][:200]

@@ -3,7 +3,7 @@
 import os
 import posixpath
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
@@ -21,13 +21,14 @@ _NO_NUMBER = re.compile(rb"""=\s*["'](?:[^"'<>]*\s)?[+-]?nan[\s"']""", re.IGNORE
 class RobotSource:
     """Reads the files of one robot; it opens nothing outside the robot's folders and the ROS packages that it names."""
 
-    def __init__(self, path: Path, *, packages: Mapping[str, Path], given: Given) -> None:
+    def __init__(self, path: Path, *, packages: Mapping[str, Path], given: Given, search: Sequence[Path] = ()) -> None:
         """Locate the description.
 
         Args:
             path: A URDF, xacro or MJCF file.
             packages: Folders of ROS packages by name; they take precedence.
             given: Arguments and variables for xacro.
+            search: Folders in which the user keeps ROS packages.
 
         Raises:
             UsageError: The file does not exist.
@@ -42,7 +43,7 @@ class RobotSource:
                 f"no file '{path}'{suggestion if suggestion.startswith('; did') else '; name a URDF or MJCF file'}"
             )
         self._given, self._path = path, path.resolve()
-        self._folders, self._xacro = Folders(self._path, packages), given
+        self._folders, self._xacro = Folders(self._path, packages, search=search), given
         self._root = self._folders.root
         self.expanded = False
         """Whether xacro changed the text of the description."""
