@@ -29,6 +29,7 @@ ROBOTS = {
     "omni3": "drive: {type: omni3}, body: {radius: 0.2}",
     "mecanum": "drive: {type: mecanum}, body: {polygon: [[-0.3, 0], [0, -0.2], [0.3, 0], [0, 0.2]], mass: 20}",
 }
+QUIET = "odometry: {noise: {distance: 0, turn: 0}}"
 ON_THE_SPOT = ("forklift", "tricycle", "omni3", "mecanum")
 ALL_BUT_SKID = ("car", *ON_THE_SPOT)
 HOLONOMIC = ("omni3", "mecanum")
@@ -36,7 +37,7 @@ HOLONOMIC = ("omni3", "mecanum")
 
 def meadow(names: tuple[str, ...]) -> Simulation:
     """Return robots that stand 20 m from each other on an empty floor, heading 30 degrees."""
-    lines = [f"  - {{name: {n}, at: [{20 * k}, 0], heading_deg: 30, {ROBOTS[n]}}}\n" for k, n in enumerate(names)]
+    lines = [f"  - {{name: {n}, at: [{20 * k}, 0], heading_deg: 30, {QUIET}, {ROBOTS[n]}}}\n" for k, n in enumerate(names)]
     return Simulation(parse_world("mjsim: 1\nrobots:\n" + "".join(lines)))
 
 
