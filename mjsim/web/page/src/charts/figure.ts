@@ -290,7 +290,9 @@ function decades([low, high]: Range): number[] {
 
 /** Format a number without rounding errors; ticks of large numbers, such as UTM coordinates, stay distinct. */
 function short(value: number): string {
-  return String(Number(value.toPrecision(12)));
+  const rounded = Number(value.toPrecision(12));
+  // -0.000004 would not fit beside its axis.
+  return rounded !== 0 && Math.abs(rounded) < 1e-3 ? rounded.toExponential() : String(rounded);
 }
 
 function round(value: number): number {
