@@ -17,6 +17,7 @@ from pathlib import Path
 
 from mjsim.compile import check_models, compile_world
 from mjsim.errors import WorldError
+from mjsim.guarded import one_reader
 from mjsim.world import Source, parse_world
 
 LIMIT = 5.0
@@ -127,7 +128,8 @@ def main() -> None:
     arguments = parser.parse_args()
     folder, done, start = ROOT / "out" / "fuzz", Counter[str](), time.process_time()
     while (left := arguments.inputs - done.total()) > 0:
-        done += run(min(left, 1000), seed=arguments.seed + done.total(), folder=folder)
+        with one_reader("mjsim.models.trials:model"):
+            done += run(min(left, 1000), seed=arguments.seed + done.total(), folder=folder)
         print(f"{done.total()} inputs: {dict(done)}, {time.process_time() - start:.0f} s of CPU", file=sys.stderr)
 
 
