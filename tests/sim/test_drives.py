@@ -37,7 +37,9 @@ HOLONOMIC = ("omni3", "mecanum")
 
 def meadow(names: tuple[str, ...]) -> Simulation:
     """Return robots that stand 20 m from each other on an empty floor, heading 30 degrees."""
-    lines = [f"  - {{name: {n}, at: [{20 * k}, 0], heading_deg: 30, {QUIET}, {ROBOTS[n]}}}\n" for k, n in enumerate(names)]
+    lines = [
+        f"  - {{name: {n}, at: [{20 * k}, 0], heading_deg: 30, {QUIET}, {ROBOTS[n]}}}\n" for k, n in enumerate(names)
+    ]
     return Simulation(parse_world("mjsim: 1\nrobots:\n" + "".join(lines)))
 
 
