@@ -11,7 +11,7 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.exchange.drawing import Line, joined
 from mjsim.exchange.pixels import Cells
-from mjsim.exchange.preset_files import inhabited, robot_of
+from mjsim.exchange.preset_files import NO_NOISE, inhabited, robot_of
 from mjsim.world import Beacon, Floor, Marker, Modules, Run, Use, Wall, World
 
 FEWEST, MAX_SIDE = 3, 50
@@ -190,7 +190,8 @@ def _with_robot(world: World, path: list[Cell], *, preset: str, cell: float, fol
     points = [[round((column + 0.5) * cell, 3), round((row + 0.5) * cell, 3)] for column, row in corners]
     ahead = 0.0 if path[1][0] > path[0][0] else 90.0
     at = round(cell / 2, 3)
-    robot = robot_of({"name": ROBOT, "preset": preset, "at": [at, at], "heading_deg": ahead}, folder)
+    keys = {"name": ROBOT, "preset": preset, "at": [at, at], "heading_deg": ahead, "odometry": {"noise": NO_NOISE}}
+    robot = robot_of(keys, folder)
     turns = {"points": points, "speed": SPEED, "lookahead": LOOKAHEAD}
     navigator = Use.model_validate({"use": "mjsim.algorithms.waypoints:Waypoints", **turns})
     seconds = round(30.0 + 2.0 * len(path) * cell / SPEED)

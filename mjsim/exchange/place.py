@@ -10,7 +10,7 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.exchange.brought import PRESET, Newcomer
 from mjsim.exchange.pixels import Cells
-from mjsim.exchange.preset_files import inhabited, robot_of
+from mjsim.exchange.preset_files import NO_NOISE, inhabited, robot_of
 from mjsim.geometry import Array
 from mjsim.world import Grid, Modules, Robot, Run, Use, World, cells_of, check_world, grid_of, sensor_names, solid
 
@@ -125,7 +125,7 @@ def with_robot(
 def _robot(
     preset: str, lidar: str | None, *, at: tuple[float, float], heading: float, errs: bool, folder: Path | None
 ) -> Robot:
-    """Return the robot at a place, optionally with a lidar on top and with noisy odometry.
+    """Return the robot at a place, optionally with a lidar on top; odometry has noise if it `errs`.
 
     Raises:
         UsageError: The preset does not exist.
@@ -139,8 +139,8 @@ def _robot(
         # On a robot that tilts, an inertial sensor is used to level the scan.
         lean = [bare.own_imu.model_copy(update={"imu": "imu"})] if bare.own_imu is not None else []
         keys["sensors"] = [*(sensor.model_dump(exclude_unset=True) for sensor in [*others, *lean]), scan]
-    if errs:
-        keys["odometry"] = {**bare.odometry.model_dump(exclude_unset=True), "noise": ODOMETRY_NOISE}
+    noise = ODOMETRY_NOISE if errs else NO_NOISE
+    keys["odometry"] = {**bare.odometry.model_dump(exclude_unset=True), "noise": noise}
     return robot_of(keys, folder)
 
 

@@ -10,6 +10,9 @@ from pydantic import ValidationError
 from mjsim.errors import UsageError
 from mjsim.world import Robot, Run, Source, World
 
+NO_NOISE = {"distance": 0.0, "turn": 0.0}
+"""Odometry noise of a robot that follows its path by dead reckoning alone."""
+
 
 def robot_of(keys: Mapping[str, Any], folder: Path | None) -> Robot:
     """Return the robot described by keys of a world file.

@@ -31,6 +31,7 @@ obstacles: [{box: [0.8, 0.8, 1.0], at: [2, 3.6]}]
 robots:
   - name: scout
     preset: pioneer3dx
+    odometry: {noise: {distance: 0, turn: 0}}
     at: [1, 1]
     sensors: [{lidar: scan, at: [0.1, 0, 0.3], beams: 180, fov_deg: 360, range: [0.05, 10], rate_hz: 5}]
 run: {map: known}
@@ -131,7 +132,8 @@ def test_it_follows_a_block_around_its_outer_corners(side, heading):
   - {{points: [[0, 0], [9, 0], [9, 8], [0, 8]], closed: true}}
   - {{points: [[3, 3], [6, 3], [6, 5], [3, 5]], closed: true}}
 robots:
-  - {{name: scout, preset: pioneer3dx, at: [3.4, 2.3], heading_deg: {heading}}}
+  - {{name: scout, preset: pioneer3dx, at: [3.4, 2.3], heading_deg: {heading},
+     odometry: {{noise: {{distance: 0, turn: 0}}}}}}
 """
     )
     poses, bumps = drive(WallFollow(side=side, distance=0.4), 48.0, text=block)

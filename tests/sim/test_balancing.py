@@ -22,6 +22,7 @@ robots:
     at: [0, 0]
     {keys}
     drive: {{type: balancing, wheel_radius: 0.105, track: 0.43, wheel_mass: 1.0, max_torque: 4}}
+    odometry: {{noise: {{distance: 0, turn: 0}}}}
     body: {{box: [0.16, 0.32, 0.55], mass: 12, center: 0.30}}
     sensors: [{{imu: imu, at: [0, 0, {height}], rate_hz: 250}}]
 run: {{rate_hz: {rate}, {run}}}

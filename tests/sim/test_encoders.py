@@ -62,7 +62,7 @@ def test_the_counts_are_the_whole_steps_that_the_wheels_have_turned(drive):
 
 
 def test_odometry_without_errors_is_computed_from_the_differences_of_the_counts():
-    with Simulation(world_of()) as sim:
+    with Simulation(world_of(odometry=", noise: {distance: 0, turn: 0}")) as sim:
         before = sim.sense("r").encoders["wheels"]
         for seen, ticks in readings(sim, 60):
             left, right = ticks.rotations(before) * RADIUS

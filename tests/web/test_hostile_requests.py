@@ -174,4 +174,4 @@ def test_parts_of_a_file_that_are_asked_for_are_within_it_and_no_more_is_sent(cl
 
 def test_a_pipe_or_a_device_in_the_folder_of_results_is_not_downloaded(client, folder):
     os.mkfifo(folder / "out" / "pipe.mp4")
-    assert client.get("/api/file", params={"path": "out/pipe.mp4"}).status_code == 404
+    assert client.get("/api/file", params={"path": "out/pipe.mp4"}).status_code == 400
