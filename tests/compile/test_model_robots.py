@@ -14,7 +14,10 @@ from mjsim.sim import Simulation
 from mjsim.world import load_world
 from tests.rover import ROVER, TANK
 
-WORLD = "mjsim: 1\nrobots: [{{name: r, at: [0, 0], body: {{model: {model}}}, drive: {{{drive}}}}}]\n"
+WORLD = (
+    "mjsim: 1\nrobots: [{{name: r, at: [0, 0], body: {{model: {model}}}, drive: {{{drive}}},"
+    " odometry: {{noise: {{distance: 0, turn: 0}}}}}}]\n"
+)
 OWN = 'use: "tank.py:Tank", radius: 0.08, track: 0.3'
 DATA = Path(__file__).parents[1] / "data" / "robots"
 
