@@ -11,7 +11,7 @@ import pytest
 import mjsim
 from mjsim.cli import main
 from mjsim.errors import UsageError, how_to_install
-from mjsim.exchange.dxf_in import read_dxf
+from mjsim.exchange import world_from_dxf
 from tests.children import completed
 
 
@@ -55,7 +55,7 @@ def test_uv_is_advised_where_there_is_no_pip(monkeypatch, tmp_path):
 def test_a_drawing_without_ezdxf(without, tmp_path):
     without("ezdxf")
     with pytest.raises(UsageError, match=r"^DXF files need ezdxf, which is not installed; type: .* ezdxf$"):
-        read_dxf(tmp_path / "plan.dxf")  # as its reader calls it, in another process
+        world_from_dxf(tmp_path / "plan.dxf")
 
 
 def test_videos_without_av_are_refused_before_the_run_and_all_else_loads(without, tmp_path):
