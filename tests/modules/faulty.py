@@ -10,6 +10,7 @@ beacons: [{name: lion, at: [2, 0.5]}, {name: bear, at: [2, -0.5]}]
 robots:
   - name: scout
     at: [0, 0]
+    odometry: {noise: {distance: 0, turn: 0}}
     sensors:
       - {beacons: ring, range: [0.2, 8], fov_deg: 360, rate_hz: 25}
       - {lidar: scan, at: [0, 0, 0.35], beams: 8, fov_deg: 360, rate_hz: 25}

@@ -18,6 +18,7 @@ walls: [{points: [[-2, -2], [3, -2], [3, 2], [-2, 2]], closed: true}]
 robots:
   - name: r
     at: [0, 0]
+    odometry: {noise: {distance: 0, turn: 0}}
     sensors:
       - {lidar: front, at: [0.1, 0, 0.3], beams: 30}
       - {lidar: rear, at: [-0.1, 0.05, 0.3], yaw_deg: 180, beams: 30, rate_hz: 5, latency: 2}
