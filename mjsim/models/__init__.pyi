@@ -13,6 +13,8 @@ from .files import ROBOT as ROBOT
 from .files import ModelFiles as ModelFiles
 from .files import Read as Read
 from .files import gather_model as gather_model
+from .notes import note as note
+from .notes import noted as noted
 from .picture_heads import any_picture_size as any_picture_size
 from .pictures import MOST_PIXELS as MOST_PIXELS
 from .pictures import bounded_size as bounded_size

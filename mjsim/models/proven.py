@@ -6,9 +6,8 @@ ship with mjsim need no child.
 
 import functools
 import hashlib
-import os
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from importlib import metadata, resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -16,9 +15,8 @@ from typing import Any
 
 from mjsim.errors import UsageError
 from mjsim.guarded import in_child, one_reader, reader_for
+from mjsim.models.notes import note, noted
 
-MOST_NOTES = 10_000
-"""Maximum number of files that are noted; beyond it all are forgotten."""
 TRIALS = f"{__package__}.trials"
 """Module of the functions that the child runs; it is not imported here."""
 LIBRARIES = ("mujoco", "opencv-python-headless")
@@ -45,8 +43,8 @@ def require_readable(
     parts = tuple(content)
     if shipped() >= (set(files) or {digest(part) for part in parts}):
         return
-    note = _notes() / _digest(trial, *_readers(), *parts)
-    if note.exists():
+    known_by = trial, *_readers(), *parts
+    if noted(*known_by) is not None:
         return
     try:
         with reader_for(f"{TRIALS}:{trial}") as reader:
@@ -55,7 +53,7 @@ def require_readable(
         raise ValueError(str(error).removeprefix(f"'{about}' ")) from None
     if wrong is not None:
         raise ValueError(wrong)
-    _note(note)
+    note(b"", *known_by)
 
 
 def require_picture(data: bytes, name: str) -> None:
@@ -86,34 +84,8 @@ def _below(folder: Traversable) -> Iterable[Traversable]:
         yield from _below(each) if each.is_dir() else [each]
 
 
-def _digest(*parts: str | bytes) -> str:
-    """Return the SHA-256 of several parts, each after its length."""
-    whole = hashlib.sha256()
-    for part in parts:
-        data = part.encode() if isinstance(part, str) else part
-        whole.update(b"%d:" % len(data))
-        whole.update(data)
-    return whole.hexdigest()
-
-
 @functools.cache
 def _readers() -> Sequence[str]:
     """Return the versions of the libraries, and the SHA-256 of each module that may take part."""
     modules = sorted(Path(__file__).parent.glob("*.py"))
     return [*map(metadata.version, LIBRARIES), *(digest(module.read_bytes()) for module in modules)]
-
-
-def _notes() -> Path:
-    """Return the folder of the notes, below the user's cache folder (XDG Base Directory Specification)."""
-    base = os.environ.get("XDG_CACHE_HOME") or ""
-    return (Path(base) if os.path.isabs(base) else Path(os.path.expanduser("~/.cache"))) / "mjsim" / "read"
-
-
-def _note(note: Path) -> None:
-    """Note a file; a cache that cannot be written is none."""
-    with suppress(OSError):
-        note.parent.mkdir(parents=True, exist_ok=True)
-        others = list(note.parent.iterdir())
-        for other in others if len(others) >= MOST_NOTES else ():
-            other.unlink(missing_ok=True)
-        note.touch()

@@ -1,22 +1,22 @@
 """Checks the pictures of beacons: whether the cameras of a world can recognise them and tell them apart."""
 
 import hashlib
+import json
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import lru_cache, partial
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from dataclasses import astuple, dataclass
+from functools import cache, lru_cache, partial
+from importlib import metadata, resources
+from pathlib import Path
+from typing import Any
 
 from mjsim.errors import Problem
-from mjsim.models import shown_size
+from mjsim.models import note, noted, shown_size
 from mjsim.world import Camera, World, problems_at
-
-if TYPE_CHECKING:
-    from mjsim.algorithms.picture_quality import PictureQuality
 
 NEAREST = 1.0
 """Distance to which at least one camera must recognise a picture [m]."""
-KEPT = 8
+CACHED = 8
 """Number of sets of pictures whose quality is cached."""
 
 
@@ -89,18 +89,65 @@ def _nearness(distance: float, width: float) -> str | None:
     )
 
 
-def _qualities(world: World, images: Mapping[str, str]) -> "Mapping[str, PictureQuality]":
-    """Return how well each picture is recognised, by digest; kept for some sets."""
-    # Most worlds have no pictures before a camera, and need not load what decodes and judges them.
-    from mjsim.algorithms.picture_quality import picture_qualities
+@dataclass(frozen=True, slots=True)
+class _Quality:
+    """How well a picture can be recognised among others; the fields of `PictureQuality`."""
 
-    kept = _kept(tuple(images))
-    if not kept:
-        kept.update(picture_qualities({digest: world.read_picture(image) for digest, image in images.items()}))
-    return kept
+    least_side: float
+    fault: str | None
+    like: tuple[str, float] | None
 
 
-@lru_cache(maxsize=KEPT)
-def _kept(digests: tuple[str, ...]) -> "dict[str, PictureQuality]":
+def _qualities(world: World, images: Mapping[str, str]) -> Mapping[str, _Quality]:
+    """Return how well each picture is recognised, by digest; cached for some sets, and noted for later processes."""
+    cached = _cached(tuple(images))
+    if not cached:
+        cached.update(_known(images) or _judged(world, images))
+    return cached
+
+
+@lru_cache(maxsize=CACHED)
+def _cached(digests: tuple[str, ...]) -> dict[str, _Quality]:
     """Return the cache entry of a set of pictures: a dictionary, empty at first."""
     return {}
+
+
+def _judged(world: World, images: Mapping[str, str]) -> Mapping[str, _Quality]:
+    """Judge pictures, and note the result."""
+    # Most worlds have no new pictures before a camera, and need not load what decodes and judges them.
+    from mjsim.algorithms.picture_quality import picture_qualities
+
+    found = picture_qualities({digest: world.read_picture(image) for digest, image in images.items()})
+    rows = {digest: astuple(quality) for digest, quality in found.items()}
+    note(json.dumps(rows).encode(), *_about(images))
+    return _from_rows(rows)
+
+
+def _known(images: Mapping[str, str]) -> Mapping[str, _Quality]:
+    """Return what is noted about a set of pictures; empty if that is nothing of use."""
+    data = noted(*_about(images))
+    try:
+        qualities = _from_rows(json.loads(data)) if data is not None else {}
+    except (ValueError, TypeError, LookupError, AttributeError):
+        return {}
+    return qualities if qualities.keys() == images.keys() else {}
+
+
+def _from_rows(rows: Mapping[str, Sequence[Any]]) -> Mapping[str, _Quality]:
+    qualities = {}
+    for digest, (least_side, fault, like) in rows.items():
+        qualities[digest] = _Quality(float(least_side), fault, None if like is None else (str(like[0]), float(like[1])))
+    return qualities
+
+
+def _about(images: Mapping[str, str]) -> Sequence[str]:
+    """Return what a judgement depends on: the pictures in their order, and the code that judges."""
+    return "pictures", *_code(), *images
+
+
+@cache
+def _code() -> Sequence[str]:
+    """Return the version of OpenCV, and the SHA-256 of each algorithm."""
+    files = sorted(Path(str(resources.files("mjsim.algorithms"))).glob("*.py"))
+    version = metadata.version("opencv-python-headless")
+    return version, *(hashlib.sha256(file.read_bytes()).hexdigest() for file in files)

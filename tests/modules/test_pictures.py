@@ -6,9 +6,10 @@ from pathlib import Path
 import pytest
 
 import mjsim
+from mjsim.algorithms import picture_quality
 from mjsim.bench.odd_pictures import drawing, odd_pictures, png
 from mjsim.cli import main
-from mjsim.modules import check_pictures, judge_pictures
+from mjsim.modules import check_pictures, judge_pictures, pictures
 from mjsim.web.parsed import parsed
 from mjsim.world import Source, World, load_world, parse_world
 
@@ -124,3 +125,18 @@ def test_a_fainter_picture_must_be_nearer():
     files = {f"{share}.png": png(128 + (drawing(20) - 128.0) * share) for share in (1.0, 0.2, 0.02)}
     full, weak, faint = (judge_pictures(room(f"name: b, image: {name}", files=files))["b"].distance for name in files)
     assert full > 1.2 * weak > faint == 0.0
+
+
+def test_pictures_that_were_judged_before_are_not_judged_again(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    world = room("name: a, image: good0.png, width: 0.6", files=GOOD)
+    judged = judge_pictures(world)
+    (note,) = (each for each in tmp_path.rglob("read/*") if each.stat().st_size)
+    pictures._cached.cache_clear()
+    with monkeypatch.context() as patch:
+        patch.setattr(picture_quality, "picture_qualities", None)
+        assert judge_pictures(world) == judged
+    for damaged in (b"", b"[]", b'{"a": 1}', b'{"a": [1, null, null]}'):
+        note.write_bytes(damaged)
+        pictures._cached.cache_clear()
+        assert judge_pictures(world) == judged

@@ -1,0 +1,46 @@
+"""Notes about contents of files, in the user's cache folder: what took long to find out is looked up the next time."""
+
+import hashlib
+import os
+from contextlib import suppress
+from pathlib import Path
+
+MOST_NOTES = 10_000
+"""Maximum number of notes; beyond it all are forgotten."""
+
+
+def noted(*about: str | bytes) -> bytes | None:
+    """Return the note about some texts and contents; None if there is none."""
+    with suppress(OSError):
+        return _place(about).read_bytes()
+    return None
+
+
+def note(data: bytes, *about: str | bytes) -> None:
+    """Write the note about some texts and contents; a cache that cannot be written is none."""
+    place = _place(about)
+    with suppress(OSError):
+        place.parent.mkdir(parents=True, exist_ok=True)
+        others = list(place.parent.iterdir())
+        for other in others if len(others) >= MOST_NOTES else ():
+            other.unlink(missing_ok=True)
+        # Whole or not at all, also beside other processes.
+        part = place.with_suffix(f".{os.getpid()}")
+        part.write_bytes(data)
+        part.replace(place)
+
+
+def folder() -> Path:
+    """Return the folder of the notes, below the user's cache folder (XDG Base Directory Specification)."""
+    base = os.environ.get("XDG_CACHE_HOME") or ""
+    return (Path(base) if os.path.isabs(base) else Path(os.path.expanduser("~/.cache"))) / "mjsim" / "read"
+
+
+def _place(about: tuple[str | bytes, ...]) -> Path:
+    """Return the file of a note: the SHA-256 of all that it is about, each after its length."""
+    whole = hashlib.sha256()
+    for part in about:
+        data = part.encode() if isinstance(part, str) else part
+        whole.update(b"%d:" % len(data))
+        whole.update(data)
+    return folder() / whole.hexdigest()
