@@ -28,7 +28,7 @@ def _messages(path: Path) -> list[tuple[str, int, bytes]]:
 
 @pytest.mark.slow
 def test_a_recording_from_the_child_is_that_of_this_process(tmp_path):
-    write_mrclam(tmp_path / "log", seconds=2.0)
+    write_mrclam(tmp_path / "log", seconds=200.0)
     done: list[float] = []
     mjsim.import_log(tmp_path / "log", record=tmp_path / "child.mcap", progress=done.append)
     imported(tmp_path / "log", record=tmp_path / "here.mcap")
@@ -55,7 +55,7 @@ def test_a_log_that_swells_or_leads_elsewhere_is_one_line(make, said, tmp_path):
 
 @pytest.mark.slow
 def test_a_child_that_is_killed_on_its_way_is_one_line_and_leaves_no_file(tmp_path):
-    write_mrclam(tmp_path / "log", seconds=12.0)
+    write_mrclam(tmp_path / "log", seconds=200.0)
     mine = Path("/proc/self/task")
 
     def kill(percent: float) -> None:
