@@ -43,7 +43,7 @@ def require_readable(
     parts = tuple(content)
     if shipped() >= (set(files) or {digest(part) for part in parts}):
         return
-    known_by = trial, *_readers(), *parts
+    known_by: tuple[str | bytes, ...] = trial, *_readers(), *parts
     if noted(*known_by) is not None:
         return
     try:

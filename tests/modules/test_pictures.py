@@ -129,6 +129,7 @@ def test_a_fainter_picture_must_be_nearer():
 
 def test_pictures_that_were_judged_before_are_not_judged_again(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    pictures._cached.cache_clear()
     world = room("name: a, image: good0.png, width: 0.6", files=GOOD)
     judged = judge_pictures(world)
     (note,) = (each for each in tmp_path.rglob("read/*") if each.stat().st_size)
