@@ -29,6 +29,7 @@ UNLIMITED = {
     "os.waitpid(pid, 0)": "of a process that was killed",
     "_SHARED.get()": "a context variable",
     "REPORT.get()": "a context variable",
+    "MISSING.get()": "a context variable",
     "os.waitpid(child, 0)": "of a process that was killed",
 }
 """Text of a call -> why what is awaited comes, or why nobody is kept from ending the wait."""

@@ -4,6 +4,7 @@ Its standard input brings requests, pickled by the parent; its standard output t
 `mjsim.guarded.wire`.
 """
 
+import gc
 import importlib
 import os
 import pickle
@@ -37,9 +38,12 @@ def main() -> None:
     MISSING.set(lock_down(start))
     send(answers, {"missing": list(MISSING.get())})
     REPORT.set(lambda: send(answers, {"working": True}))
+    gc.freeze()  # Libraries stay.
     while (request := _next(requests)) is not None:
         for answer in answers_to(request):
             _send(answers, answer)
+        # Objects in cycles, such as scenes of MuJoCo, would take from the memory of the next call.
+        gc.collect()
 
 
 def answers_to(request: bytes) -> Iterator[Mapping[str, Any]]:

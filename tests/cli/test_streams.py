@@ -1,6 +1,7 @@
 """Standard output that is full, closed, or read no more; a terminal that is gone; names that are no UTF-8."""
 
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -14,7 +15,7 @@ from tests.children import child
 
 pytestmark = pytest.mark.slow  # Each starts a process.
 
-MJSIM = f"{sys.executable} -m mjsim.cli"
+MJSIM = f"{shlex.quote(sys.executable)} -m mjsim.cli"
 ROOM = "mjsim: 1\nname: room\nrobots: [{name: r, preset: pioneer3dx, at: [1, 1]}]\nrun: {seconds: 0.1}\n"
 
 
@@ -66,7 +67,7 @@ def test_a_world_whose_name_is_no_utf_8_is_checked_and_run(tmp_path):
 
 def test_under_nohup_a_hang_up_is_ignored(tmp_path):
     (tmp_path / "room.yaml").write_text(ROOM)
-    words = [*MJSIM.split(), "run", "room.yaml", "--seconds", "2", "--realtime", "-o", "run.mcap"]
+    words = [*shlex.split(MJSIM), "run", "room.yaml", "--seconds", "2", "--realtime", "-o", "run.mcap"]
     with child(words, cwd=tmp_path, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN)) as process:
         while not any(tmp_path.glob("*.mcap")) and process.runs():
             process.send(signal.SIGHUP)
