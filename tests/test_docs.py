@@ -27,11 +27,9 @@ PAGES = sorted(
     ]
 )
 FENCED = re.compile(r"^ *(```+)[^`\n]*\n.*?^ *\1$", re.MULTILINE | re.DOTALL)
-WRAPPED = [page for page in PAGES if page.name != "CHANGELOG.md"]
-"""Pages whose prose is wrapped; what landed once in the log of changes is left as it is."""
 
 
-@pytest.mark.parametrize("page", WRAPPED, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_prose_is_wrapped_at_120_columns(page):
     # What cannot be wrapped is left out: code, tables, pictures and a code span or a link that is long by itself.
     text = FENCED.sub(lambda block: "\n" * block[0].count("\n"), page.read_text(encoding="utf-8"))
@@ -72,6 +70,12 @@ def test_links_of_a_page_lead_somewhere(page):
         if not to.exists() or (anchor and to.suffix == ".md" and anchor not in anchors(to.read_text(encoding="utf-8"))):
             dead.append(target)
     assert dead == []
+
+
+def test_every_script_that_a_page_names_is_there():
+    named = {name for page in PAGES for name in re.findall(r"scripts/\w+/\w+\.\w+", page.read_text(encoding="utf-8"))}
+    assert len(named) > 10
+    assert [name for name in sorted(named) if not (ROOT / name).is_file()] == []
 
 
 def test_the_page_of_the_world_file_is_what_the_schema_says():

@@ -324,7 +324,6 @@ def test_in_the_office_the_way_into_two_rooms_and_back_is_known_to_centimetres()
             for told, kept in ((order.estimate.pose, errors), (order.dead_reckoning, drift)):
                 kept.append(np.hypot(truth.x - told.x, truth.y - told.y))
     assert estimator.loops > 0
-    # It is asked for 0.15 m on a tour of nine rooms, which scripts/measure/lidar_slam.py drives.
     assert np.mean(errors) < 0.08
     assert np.max(drift) > 3 * np.max(errors)
     assert np.hypot(truth.x - 1.2, truth.y - 6.2) < 0.3

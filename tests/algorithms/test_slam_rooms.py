@@ -1,4 +1,4 @@
-"""EKF-SLAM beside the textbook's, given the same drives; `scripts/measure/slam.py` does all rooms, twelve times."""
+"""EKF-SLAM beside the textbook's, given the same drives."""
 
 import tarfile
 from dataclasses import replace

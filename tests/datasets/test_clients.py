@@ -1,4 +1,4 @@
-"""Programs of others compute from exports what mjsim computes; `scripts/measure/clients.py` runs more of them."""
+"""Programs of others compute from exports what mjsim computes."""
 
 import shutil
 from pathlib import Path

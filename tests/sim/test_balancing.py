@@ -1,7 +1,6 @@
 """A balancing base moves as the linear model of its masses does, which another program computed."""
 
 import math
-import runpy
 from pathlib import Path
 
 import mujoco
@@ -234,28 +233,3 @@ def test_modules_find_its_lean_from_the_readings_of_each_tick():
             # During the shove its speed does not grow evenly, as is taken within a tick.
             assert pitch == pytest.approx(sim.poses()["joe"].pitch(), abs=0.012), sim.time
             sim.step()
-
-
-@pytest.fixture(scope="module")
-def measure():
-    return runpy.run_path(str(Path(__file__).parents[2] / "scripts" / "measure" / "balancing.py"))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("rate", "delay", "stands"), [(250, 32, True), (250, 48, False), (25, 0, True), (25, 40, False)]
-)
-def test_it_bears_the_rates_and_delays_that_the_linear_model_does(measure, rate, delay, stands):
-    world = mjsim.parse_world(measure["QUIET"])
-    with mjsim.Simulation(world) as sim:
-        joe = sim.robots["joe"]
-    model = measure["is_stable"](joe.balancing, wheel_radius=joe.wheel_radius, rate_hz=rate, delay_ms=delay)
-    assert model == stands
-    assert (measure["becomes"](world, rate_hz=rate, delay_ms=delay) == "stands") == stands
-
-
-@pytest.mark.slow
-def test_it_stands_on_a_slippery_floor_with_a_noisy_sensor_and_shoves(measure):
-    most, _, way = measure["stand"](100, 90.0)
-    assert most < 20.0
-    assert way > 15.0

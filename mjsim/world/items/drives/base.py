@@ -173,7 +173,7 @@ class AnyDrive(Model):
     def slip(self) -> Slip:
         """Slip assumed in the covariance of odometry.
 
-        Fitted to noise-free drives at changing speeds and turns (scripts/measure/odometry.py).
+        Fitted to noise-free drives at changing speeds and turns.
         """
         return Slip()
 

@@ -1,18 +1,9 @@
-"""Measure how a balancing robot bears slow and late control, and whether it stands for ten minutes.
-
-    python scripts/measure/balancing.py rates            a table of rate and delay: where it falls
-    python scripts/measure/balancing.py stand 0:5        ten minutes of driving and shoves for each of these seeds
-
-The robot of the table has no noise, and is let go at a lean of 2 degrees; the linear model of docs/balancing.md says
-beside it what must happen. The others have the noise of a cheap inertial sensor with a bias that wanders, noise of the
-drive, a floor as slippery as wet tiles, new commands every three seconds, and a shove every twenty.
-"""
+"""How slow and late control may be, and how rough a drive, until a balancing robot falls."""
 
 import math
-import sys
-from collections.abc import Iterator
 
 import numpy as np
+import pytest
 from scipy.linalg import expm
 
 from mjsim.algorithms.balance import Lqr, plant
@@ -20,9 +11,6 @@ from mjsim.interface import BalancingInfo, Command, ControlLoop
 from mjsim.sim import Simulation
 from mjsim.world import World, parse_world
 
-RATES = (250.0, 125.0, 62.5, 50.0, 25.0)
-DELAYS = (0, 4, 8, 16, 24, 32, 40, 48, 64)
-"""[ms]"""
 STEP, FALLEN = 0.004, 0.8
 """Of the physics [s]; a body that leans by more lies on the floor soon [rad]."""
 STILL = math.radians(0.5)
@@ -46,10 +34,11 @@ robots:
         bias: {acceleration: 0.05, turn: 0.01}
         walk: {acceleration: 0.002, turn: 0.0002}
 """
+"""The noise of a cheap inertial sensor with a bias that wanders, noise of the drive, a floor like wet tiles."""
 
 
-def becomes(world: World, *, rate_hz: float, delay_ms: float, seconds: float = 15.0) -> str:
-    """Return what becomes of a robot under control of this rate and delay: it stands, rocks on and on, or falls."""
+def stands(world: World, *, rate_hz: float, delay_ms: float, seconds: float = 15.0) -> bool:
+    """Return whether a robot comes to rest under control of this rate and delay."""
     loop = ControlLoop(controller=Lqr(), rate_hz=rate_hz, latency=round(delay_ms / 1000 / STEP))
     leans = []
     with Simulation(world) as sim:
@@ -58,8 +47,8 @@ def becomes(world: World, *, rate_hz: float, delay_ms: float, seconds: float = 1
             sim.step()
             leans.append(abs(sim.poses()["joe"].pitch()))
             if leans[-1] > FALLEN:
-                return "falls"
-    return "stands" if max(leans[-round(3.0 / sim.dt) :]) < STILL else "rocks"
+                return False
+    return max(leans[-round(3.0 / sim.dt) :]) < STILL
 
 
 def is_stable(masses: BalancingInfo, *, wheel_radius: float, rate_hz: float, delay_ms: float) -> bool:
@@ -85,26 +74,9 @@ def is_stable(masses: BalancingInfo, *, wheel_radius: float, rate_hz: float, del
     return bool(np.abs(np.linalg.eigvals(whole)).max() < 1.0)
 
 
-def rates() -> Iterator[str]:
-    """Yield the lines of the table."""
-    world = parse_world(QUIET)
-    with Simulation(world) as sim:
-        masses, radius = sim.robots["joe"].balancing, sim.robots["joe"].wheel_radius
-    assert masses is not None
-    yield f"| rate [Hz] | {' | '.join(f'{delay} ms' for delay in DELAYS)} |"
-    yield "|---|" + "---|" * len(DELAYS)
-    for rate in RATES:
-        cells = []
-        for delay in DELAYS:
-            what = becomes(world, rate_hz=rate, delay_ms=delay)
-            stable = is_stable(masses, wheel_radius=radius, rate_hz=rate, delay_ms=delay)
-            cells.append(what + ("" if stable == (what == "stands") else " (the model differs)"))
-        yield f"| {rate:g} | {' | '.join(cells)} |"
-
-
-def stand(seed: int, seconds: float = 600.0) -> tuple[float, float, float]:
-    """Return the largest lean [degrees], its mean square root, and the way driven [m], of ten rough minutes."""
-    rng = np.random.default_rng([seed, *b"measure/balancing"])
+def rough_drive(seed: int, seconds: float) -> tuple[float, float]:
+    """Return the largest lean [degrees] and the way driven [m]."""
+    rng = np.random.default_rng([seed, *b"test/balancing"])
     leans, way = [], 0.0
     with Simulation(parse_world(ROUGH), seed=seed) as sim:
         before = sim.truth("joe")
@@ -118,23 +90,23 @@ def stand(seed: int, seconds: float = 600.0) -> tuple[float, float, float]:
             now = sim.truth("joe")
             way, before = way + math.dist((now.x, now.y), (before.x, before.y)), now
             leans.append(abs(sim.poses()["joe"].pitch()))
-    return math.degrees(max(leans)), math.degrees(float(np.sqrt(np.mean(np.square(leans))))), way
+    return math.degrees(max(leans)), way
 
 
-def main() -> None:
-    """Do what the command line asks for."""
-    if sys.argv[1:2] == ["rates"]:
-        for line in rates():
-            print(line, flush=True)
-    elif sys.argv[1:2] == ["stand"] and len(sys.argv) == 3:
-        first, last = map(int, sys.argv[2].split(":"))
-        for seed in range(first, last):
-            most, usual, way = stand(seed)
-            said = "fell" if most > math.degrees(FALLEN) else "stands"
-            print(f"seed {seed}: {said}, lean {usual:.1f} deg rms, {most:.1f} at most, {way:.0f} m", flush=True)
-    else:
-        sys.exit(__doc__)
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("rate", "delay", "rests"), [(250, 32, True), (250, 48, False), (25, 0, True), (25, 40, False)]
+)
+def test_it_bears_the_rates_and_delays_that_the_linear_model_does(rate, delay, rests):
+    world = parse_world(QUIET)
+    with Simulation(world) as sim:
+        joe = sim.robots["joe"]
+    assert is_stable(joe.balancing, wheel_radius=joe.wheel_radius, rate_hz=rate, delay_ms=delay) == rests
+    assert stands(world, rate_hz=rate, delay_ms=delay) == rests
 
 
-if __name__ == "__main__":
-    main()
+@pytest.mark.slow
+def test_it_stands_on_a_slippery_floor_with_a_noisy_sensor_and_shoves():
+    most, way = rough_drive(100, 90.0)
+    assert most < 20.0
+    assert way > 15.0
