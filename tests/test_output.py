@@ -40,6 +40,12 @@ def write(path: Path, text: str, *, overwrite: bool = False) -> None:
         part.write_text(text)
 
 
+def fill(file: NewFile, data: bytes) -> None:
+    with file.opened() as part:
+        part.write(data)
+    file.publish()
+
+
 def contents(folder: Path) -> dict[str, str]:
     return {str(file.relative_to(folder)): file.read_text() for file in folder.rglob("*") if file.is_file()}
 
@@ -220,3 +226,51 @@ def test_a_file_without_a_place_leaves_no_folder_when_it_fails(tmp_path: Path, m
     with temporary_file("a") as path:
         path.write_text("whole")
     assert contents(tmp_path) == {f"{path.parent.name}/a": "whole"}
+
+
+@pytest.mark.parametrize("end", ["published", "given up"])
+@pytest.mark.parametrize("overwrite", [True, False])
+def test_a_part_whose_writer_ends_between_its_opening_and_its_lock_is_not_taken(tmp_path, monkeypatch, end, overwrite):
+    path, opened = tmp_path / "run.mcap", os.open
+    first = NewFile(path)
+
+    def opening(place, *flags, **more):
+        descriptor = opened(place, *flags, **more)
+        if Path(place) == first.part and not first._closed:
+            if end == "published":
+                fill(first, b"first")
+            first.close()
+        return descriptor
+
+    monkeypatch.setattr(os, "open", opening)
+    if end == "published" and not overwrite:
+        with pytest.raises(UsageError, match="exists"):
+            NewFile(path)
+        assert contents(tmp_path) == {"run.mcap": "first"}
+        return
+    second = NewFile(path, overwrite=overwrite)
+    assert second.part.samefile(f"/proc/self/fd/{second.fileno()}"), "the file that it has locked"
+    with pytest.raises(UsageError, match="is being written"):
+        NewFile(path, overwrite=True)
+    fill(second, b"second")
+    second.close()
+    assert contents(tmp_path) == {"run.mcap": "second"}
+
+
+def test_a_file_that_is_replaced_between_its_opening_and_its_lock_is_looked_at_again(tmp_path, monkeypatch):
+    path, opened, moved = tmp_path / "run.mcap", os.open, []
+    path.write_text("old")
+
+    def opening(place, *flags, **more):
+        descriptor = opened(place, *flags, **more)
+        if Path(place) == path and not moved:
+            moved.append(path.rename(tmp_path / "moved"))
+            path.write_text("newer")
+            path.chmod(0o640)
+        return descriptor
+
+    monkeypatch.setattr(os, "open", opening)
+    with NewFile(path, overwrite=True) as file:
+        fill(file, b"newest")
+    assert contents(tmp_path) == {"moved": "old", "run.mcap": "newest"}
+    assert stat.S_IMODE(path.stat().st_mode) == 0o640

@@ -54,6 +54,9 @@ def test_physics_is_set_for_wheels_and_never_resets_itself(model: mujoco.MjModel
     assert model.opt.timestep == 0.004
     assert model.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER
     assert model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    # Tyres creep sideways in a pyramid's friction, and with friction as soft as the normal force.
+    assert model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
+    assert model.opt.impratio == 10.0
 
 
 @pytest.mark.parametrize("size", [4.0, 60.0, 300.0])

@@ -13,7 +13,7 @@ from PIL import Image
 
 from mjsim.errors import UsageError
 from mjsim.exchange import fidelity, with_robot, world_from_map, write_map
-from mjsim.exchange.grid import read_grid
+from mjsim.exchange.grid import read_grid, write_grid
 from mjsim.exchange.maps import world_from_grid
 from mjsim.exchange.place import without_route
 from mjsim.exchange.trace import rectangles_for
@@ -299,3 +299,18 @@ def test_what_is_left_over_is_cut_until_nothing_stands_where_there_are_no_cells(
     hairpin = np.concatenate([*legs, np.column_stack([np.full(11, 1999.5), np.arange(1.5, 12.0)])])
     bars = rectangles_for(hairpin, 0)
     assert sum(bar.length * bar.width for bar in bars) < 1.2 * len(hairpin)
+
+
+def test_the_last_row_of_the_picture_is_that_of_the_smallest_y(tmp_path):
+    occupied = np.array([[True, False, False], [False, False, False]])
+    free = np.array([[False, True, False], [False, False, True]])
+    file = write_grid(Grid(occupied, free, 0.5, Pose(1.0, 2.0, 0.25)), tmp_path)
+    # 0 is occupied, 254 free, 205 unknown, as map_saver writes them.
+    assert (tmp_path / "map.pgm").read_bytes() == b"P5\n3 2\n255\n" + bytes([205, 205, 254, 0, 254, 205])
+    assert "resolution: 0.5\norigin: [1, 2, 0.25]\nnegate: 0\n" in file.read_text()
+    back = read_grid(file)
+    np.testing.assert_array_equal(back.occupied, occupied)
+    np.testing.assert_array_equal(back.free, free)
+    assert (back.resolution, back.world_from_grid) == (0.5, Pose(1.0, 2.0, 0.25))
+    with pytest.raises(UsageError, match="exists"):
+        write_grid(back, tmp_path)

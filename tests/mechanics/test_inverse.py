@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from mjsim.mechanics import Arm
+from mjsim.mechanics.inverse import PoseGoals
+from mjsim.mechanics.inverse import _inside as inside
 from tests.mechanics.arms import PUMA_ROWS, SLIDE_ROWS, TABLES, UP6_ROWS, arm_of
 
 NANOMETRE = 1e-9
@@ -78,3 +80,34 @@ def test_the_same_question_has_the_same_answer():
 def test_what_is_no_pose_is_refused():
     with pytest.raises(ValueError, match=r"^T holds no poses; give homogeneous transforms of shape \(\.\.\., 4, 4\)$"):
         PUMA.ikine(2.0 * np.eye(4))
+
+
+def _task(lower, upper, slides=0.0):
+    link = {"range": [-1.0, 1.0], "slide": True} if slides else {}
+    chain = Arm.from_dh([{"a": 1.0, **link}])._chain
+    return PoseGoals(chain, np.array([lower]), np.array([upper]), np.eye(4)[None], np.ones(6))
+
+
+@pytest.mark.parametrize(
+    ("limits", "value", "wanted"),
+    [
+        ((-1.0, 1.0), 0.5, 0.5),
+        ((-1.0, 1.0), 0.5 + 2 * np.pi, 0.5),
+        ((-1.0, 1.0), 0.5 - 6 * np.pi, 0.5),
+        ((-1.0, 1.0), 1.5, 1.5 - 2 * np.pi),
+        ((5.0, 9.0), 0.0, 2 * np.pi),
+        ((-9.0, -5.0), 0.0, -2 * np.pi),
+        ((-np.inf, 1.0), 1.5, 1.5 - 2 * np.pi),
+        ((-1.0, np.inf), -1.5, -1.5 + 2 * np.pi),
+        ((-np.inf, np.inf), 3.5, 3.5 - 2 * np.pi),
+        ((-np.inf, np.inf), -7.0, -7.0 + 2 * np.pi),
+    ],
+)
+def test_a_joint_that_turns_is_brought_within_its_limits_by_whole_turns(limits, value, wanted):
+    # What no whole turn brings within them lies at the limit.
+    assert inside(_task(*limits), np.array([[value]]))[0, 0] == pytest.approx(np.clip(wanted, *limits))
+
+
+def test_a_joint_that_slides_has_no_turns():
+    assert inside(_task(-1.0, 1.0, slides=1.0), np.array([[0.5 + 2 * np.pi]]))[0, 0] == 1.0
+    assert inside(_task(-1.0, 9.0, slides=1.0), np.array([[2 * np.pi]]))[0, 0] == pytest.approx(2 * np.pi)

@@ -15,7 +15,7 @@ from mjsim.geometry import Pose
 from mjsim.interface import Estimate, ShownGrid, ShownLines, ShownPoints, ShownText
 from mjsim.modules.checks import checked_estimate
 from mjsim.modules.covariances import Unfit
-from mjsim.record.shown import show_message, shown_of
+from mjsim.record.shown import grid_png, show_message, shown_of
 
 CELLS = np.array([[0.0, 0.5, 1.0], [np.nan, 1.0, 0.25]])
 SHOWN = (
@@ -174,3 +174,12 @@ def _foxglove(kind, fields):
         }[value],
     }
     return kind(**{key: inner.get(key, lambda value: value)(value) for key, value in fields.items()})
+
+
+def test_the_first_row_of_a_picture_of_a_grid_has_the_largest_y():
+    cells = np.array([[0.0, 1.0], [np.nan, 0.5]])
+    grid = ShownGrid(name="map", cells=cells, resolution=0.1, origin=Pose(0.0, 0.0, 0.0))
+    picture = cv2.imdecode(np.frombuffer(grid_png(grid), dtype=np.uint8), cv2.IMREAD_GRAYSCALE)
+    np.testing.assert_array_equal(picture, [[255, 127], [254, 0]])
+    (back,) = shown_of(show_message(1.0, "r", [grid]))
+    np.testing.assert_allclose(back.cells, cells, atol=0.5 / 254)

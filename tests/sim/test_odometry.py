@@ -199,6 +199,60 @@ def test_a_wheel_that_is_thought_too_large_bends_the_way():
     assert math.hypot(seen.forward, seen.left) == pytest.approx(1.005, abs=1e-4)
 
 
+def sideways(seed: int = 0, slip: Slip | None = None, dt: float = 1.0, **noise: float) -> WheelOdometer:
+    """Return the odometer of a drive whose three wheels turn as it moves ahead, to the left and around."""
+    return WheelOdometer(
+        WheelOdometry(noise=OdometryNoise(**noise)),
+        motion=lambda rotations, _: (rotations[0], rotations[1], rotations[2]),
+        wheels=3,
+        slip=slip or Slip(forward=0.0, left=0.0, turn=0.0, outward=0.0, surge=0.0, swing=0.0),
+        sideways=True,
+        dt=dt,
+        stream=np.random.default_rng(seed),
+    )
+
+
+def spiral(distance: float, left: float, turn: float) -> np.ndarray:
+    """Return the end (forward, left, turn) of a constant twist, integrated in the complex plane."""
+    end = (distance + 1j * left) * ((np.exp(1j * turn) - 1.0) / (1j * turn) if turn else 1.0)
+    return np.array([end.real, end.imag, turn])
+
+
+def test_the_end_of_a_way_that_goes_sideways_is_that_of_its_twist():
+    for twist in [(0.3, 0.2, 0.9), (-0.2, 0.4, -1.3), (0.0, -0.5, 0.7), (0.3, 0.1, 0.0)]:
+        seen = sideways().increment(twist)
+        np.testing.assert_allclose([seen.forward, seen.left, seen.turn], spiral(*twist), atol=1e-12)
+
+
+def test_the_covariance_of_a_way_that_goes_sideways_is_that_of_its_numerical_derivatives():
+    step = 1e-6
+    for twist in [(0.3, 0.2, 0.9), (-0.2, 0.4, -1.3), (0.4, -0.5, 0.7), (0.1, 0.6, 1.0)]:
+        P = sideways(distance=1e-7, turn=2e-7).increment(twist).covariance / 1e-14
+        J = np.stack([(spiral(*(twist + d)) - spiral(*(twist - d))) / (2 * step) for d in np.eye(3) * step], axis=-1)
+        np.testing.assert_allclose(P, J @ np.diag(np.abs(twist) * [1.0, 1.0, 4.0]) @ J.T, atol=1e-6)
+
+
+def test_slip_of_a_drive_that_goes_sideways_counts_the_whole_way_and_creeps_across_it():
+    slip = Slip(forward=0.01, left=0.02, turn=0.03, outward=0.05, surge=0.0, swing=0.0)
+    ahead, left, turn, dt = 0.3, -0.4, 0.2, 0.5
+    P = sideways(slip=slip, dt=dt).increment((ahead, left, turn)).covariance
+    # A creep of `outward` times speed and turn rate, for a second, that points away from the centre of the arc.
+    creep = (slip.outward * turn / dt) ** 2 * 1.0 / dt
+    assert P[0, 0] == pytest.approx(slip.forward**2 * 0.5 + creep * left**2)
+    assert P[1, 1] == pytest.approx(slip.left**2 * 0.5 + creep * ahead**2)
+    assert P[2, 2] == pytest.approx(slip.turn**2 * turn)
+
+
+def test_noise_of_a_drive_that_goes_sideways_has_the_variance_of_each_distance():
+    n, twist = 3000, (0.02, -0.05, 0.0)
+    meter = sideways(3, distance=0.01, turn=0.02)
+    told = np.array([(seen.forward, seen.left) for seen in (meter.increment(twist) for _ in range(n))])
+    for column in (0, 1):
+        errors = told[:, column] - twist[column]
+        ratio = np.sum(errors**2) / (0.01**2 * abs(twist[column]))
+        assert chi2.ppf(0.001, n) < ratio < chi2.ppf(0.999, n)
+
+
 NOISY = "drive: {noise: {speed: 0.02, turn: 0.02}}, odometry: {noise: {distance: 0.01, turn: 0.02}}"
 
 
