@@ -46,7 +46,7 @@ def repeats(gray: Gray) -> bool:
     scale = REPEAT_SIDE / max(gray.shape)
     size = max(2, round(gray.shape[1] * scale)), max(2, round(gray.shape[0] * scale))
     small = np.asarray(cv2.resize(gray, size, interpolation=cv2.INTER_AREA), dtype=float)
-    correlation = _correlation_by_shift(small)
+    correlation = correlation_by_shift(small)
     # A peak apart from that at no shift; a slope that leads there is none.
     highest = cv2.dilate(correlation, np.ones((3, 3)))
     peaks = np.argwhere((correlation >= highest) & (correlation > NEEDED_CORRELATION))
@@ -54,31 +54,34 @@ def repeats(gray: Gray) -> bool:
     return bool(apart.any())
 
 
-def _correlation_by_shift(small: Array) -> Array:
+def correlation_by_shift(small: Array) -> Array:
     """Return the correlation of a picture with itself shifted; 0 where too little of both overlaps.
 
     References:
-        Lewis, Fast Normalized Cross-Correlation, 1995: sums over the overlap by Fourier transforms.
+        Lewis, Fast Normalized Cross-Correlation, 1995: the product by a Fourier transform, sums over the overlap by
+        running sums.
     """
     rows, columns = small.shape
-    size = 2 * REPEAT_SIDE, 2 * REPEAT_SIDE
-    parts = {"ones": np.ones_like(small), "values": small - small.mean()}
-    parts["squares"] = parts["values"] ** 2
-    there = {name: np.fft.rfft2(part, size) for name, part in parts.items()}
-    back = {name: np.fft.rfft2(part[::-1, ::-1], size) for name, part in parts.items()}
-
-    def by_shift(one: str, other: str) -> Array:
-        return np.asarray(np.fft.irfft2(there[one] * back[other], size)[: 2 * rows - 1, : 2 * columns - 1])
-
-    count = np.maximum(by_shift("ones", "ones"), 1.0)
-    own, other = by_shift("values", "ones"), by_shift("ones", "values")
-    both = by_shift("values", "values") - own * other / count
-    own_squares = by_shift("squares", "ones") - own**2 / count
-    other_squares = by_shift("ones", "squares") - other**2 / count
+    values = small - small.mean()
+    size = 2 * rows, 2 * columns
+    product = np.fft.fftshift(np.fft.irfft2(np.abs(np.fft.rfft2(values, size)) ** 2, size))[1:, 1:]
+    count = np.maximum(_sums_over_overlap(np.ones_like(small)), 1.0)
+    own, own_squares = _sums_over_overlap(values), _sums_over_overlap(values**2)
+    # The overlap in the shifted picture is the one for the opposite shift.
+    other, other_squares = own[::-1, ::-1], own_squares[::-1, ::-1]
     # What is plain in the overlap correlates with nothing.
-    floor = 1e-3 * float(parts["squares"].mean()) * count + 1e-6
-    correlation = both / np.sqrt(np.maximum(own_squares, floor) * np.maximum(other_squares, floor))
+    floor = 1e-3 * float((values**2).mean()) * count + 1e-6
+    variances = np.maximum(own_squares - own**2 / count, floor), np.maximum(other_squares - other**2 / count, floor)
+    correlation = (product - own * other / count) / np.sqrt(variances[0] * variances[1])
     return np.where(count >= LEAST_SEEN * rows * columns, correlation, 0.0)
+
+
+def _sums_over_overlap(values: Array) -> Array:
+    """Return the sum of the values where they overlap with themselves shifted, by shift: (2 rows - 1, 2 columns - 1)."""
+    for _ in range(values.ndim):  # along one axis, then along the other
+        sums = np.cumsum(values, axis=0)
+        values = np.concatenate([sums, sums[-1] - sums[:-1]]).T
+    return values
 
 
 def equal_pictures(grays: Mapping[str, Gray]) -> dict[str, list[str]]:

@@ -8,7 +8,7 @@ import pytest
 
 from mjsim.algorithms.beacon_vision import PictureBeacons
 from mjsim.algorithms.inverses import inverse_of
-from mjsim.algorithms.picture_likeness import repeats
+from mjsim.algorithms.picture_likeness import correlation_by_shift, repeats
 from mjsim.algorithms.planar_pose import fit_pose, image_from_plane, rotation_between, rotation_of
 from mjsim.bench.odd_pictures import colored, drawing, odd_pictures, one_way, plain, repeated
 from mjsim.geometry import Array
@@ -119,6 +119,16 @@ def test_a_repeated_pattern_is_reported_only_as_a_whole():
 def test_what_repeats_itself_is_known_from_the_picture(name: str):
     assert repeats(cv2.cvtColor(read_picture(ODD[f"{name}.png"]), cv2.COLOR_RGB2GRAY)) == (name != "noise")
     assert not repeats(drawing(len(name)))
+
+
+def test_a_picture_is_correlated_with_itself_where_it_overlaps():
+    small = np.random.default_rng(0).uniform(0.0, 255.0, (24, 40))
+    found = correlation_by_shift(small)
+    for down, right in [(0, 0), (3, 0), (-2, 5), (4, -6), (-5, -3)]:
+        own = small[max(down, 0) : 24 + min(down, 0), max(right, 0) : 40 + min(right, 0)]
+        other = small[max(-down, 0) : 24 + min(-down, 0), max(-right, 0) : 40 + min(-right, 0)]
+        assert found[23 + down, 39 + right] == pytest.approx(np.corrcoef(own.ravel(), other.ravel())[0, 1], abs=1e-9)
+    assert found[0, 0] == 0.0  # one pixel in common
 
 
 def test_corners_that_determine_no_pose_give_none():

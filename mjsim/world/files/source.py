@@ -99,17 +99,14 @@ def _beside(name: str, source: Source) -> Path | None:
     Raises:
         ValueError: Its links lead elsewhere.
     """
-    if source.folder is None:
+    if source.folder is None or not os.path.isfile(source.folder / name):
         return None
     try:
-        path = place_in(source.folder, name)
+        return place_in(source.folder, name)
     except OutsideError:
-        if not os.path.isfile(source.folder / name):
-            return None
         raise ValueError(_LEAVES.format(name=name)) from None
     except ValueError:
         return None
-    return path if os.path.isfile(path) else None
 
 
 def _leaves(path: PurePosixPath, name: str) -> bool:

@@ -33,10 +33,11 @@ def with_settings(world: World, settings: Settings) -> World:
     given = [_parts(setting) for setting in settings]
     world = _with_variables(world, [part for part in given if part[0][0] == _VARIABLES])
     changed = with_parts(world, [part for part in given if part[0][0] != _VARIABLES], f"--set {', '.join(settings)}")
-    known = {problem.message for problem in check_world(world)}
-    for problem in check_world(changed):
-        if problem.message not in known:
-            raise UsageError(f"--set {', '.join(settings)}: {problem.message}")
+    if problems := check_world(changed):
+        known = {problem.message for problem in check_world(world)}
+        for problem in problems:
+            if problem.message not in known:
+                raise UsageError(f"--set {', '.join(settings)}: {problem.message}")
     return changed
 
 
