@@ -19,6 +19,7 @@ from mjsim.interface import Picture
 from mjsim.modules import octave_found
 from mjsim.output import require_free, write_file
 from mjsim.sim import BACKENDS, Renderer, choose_backend, make_context
+from mjsim.sweep import usable_cores
 from mjsim.world import parse_world
 
 WIDTH, HEIGHT = 640, 480
@@ -87,7 +88,7 @@ def diagnose(picture: Path | None, *, overwrite: bool = False) -> Diagnosis:
         require_free(picture, overwrite=overwrite)
     backends = {name: _try_alone(name) for name in BACKENDS}
     versions = {"python": sys.version.split()[0]} | {name: _version(name) for name in LIBRARIES}
-    octave, cores, limits = octave_found(), len(os.sched_getaffinity(0)), _limits()
+    octave, cores, limits = octave_found(), usable_cores(), _limits()
     try:
         backend, renderer = choose_backend(), _renderer()
     except OpenGLError as error:

@@ -19,7 +19,7 @@ from mjsim.progress import say, show
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as shells have it."""
-TERMINATING = (signal.SIGTERM, signal.SIGHUP)
+TERMINATING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 """Signals that end a command as Ctrl-C does: `kill`, `timeout`, services and containers send TERM, a terminal that is
 closed HUP. The exit code is 128 + the number, as shells have it."""
 UNREAD = 141

@@ -5,6 +5,8 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
+from mjsim.output import replace_file
+
 MOST_NOTES = 10_000
 """Maximum number of notes; beyond it all are forgotten."""
 
@@ -24,10 +26,7 @@ def note(data: bytes, *about: str | bytes) -> None:
         others = list(place.parent.iterdir())
         for other in others if len(others) >= MOST_NOTES else ():
             other.unlink(missing_ok=True)
-        # Whole or not at all, also beside other processes.
-        part = place.with_suffix(f".{os.getpid()}")
-        part.write_bytes(data)
-        part.replace(place)
+        replace_file(place, data)
 
 
 def folder() -> Path:

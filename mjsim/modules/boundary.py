@@ -39,7 +39,7 @@ class Boundary:
         """Store the robot's name for messages."""
         self._robot = robot
         # What closes this file closes those of a recording, too.
-        self._watched = os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC)
+        self._watched = os.open(os.devnull, os.O_RDONLY)
         self._sign = _sign(self._watched)
         weakref.finalize(self, _close, self._watched, self._sign)
 

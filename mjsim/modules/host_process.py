@@ -14,7 +14,7 @@ import numpy as np
 from mjsim.modules.threads import thread_faults
 from mjsim.progress import say
 
-HANDLED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+HANDLED = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 """Signals whose handlers are restored."""
 _SUBREAPER = 36
 """PR_SET_CHILD_SUBREAPER of Linux: orphaned descendants become children of this process."""

@@ -22,6 +22,11 @@ MAX_DEATHS = 3
 """Maximum number of attempts at a run whose process dies."""
 
 
+def usable_cores() -> int:
+    """Return the number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def run_on_processes(
     world_file: Path, jobs: Iterable[Job], store: Store, *, workers: int
 ) -> Generator[tuple[Job, Outcome], None, None]:

@@ -1,17 +1,16 @@
 """The folder of a sweep: its description, and one file per finished run."""
 
-import fcntl
 import json
 import os
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from mjsim.errors import UsageError
-from mjsim.output import require_free
+from mjsim.output import locked_folder, remove_leftovers, replace_file, require_free
 from mjsim.sweep.bundle import Bundle
 from mjsim.sweep.plan import Job, SweepPlan
 from mjsim.sweep.worker import Outcome
@@ -46,17 +45,18 @@ class Store:
         Raises:
             UsageError: Another sweep is running there, or the folder cannot be created.
         """
-        try:
-            require_free(self.folder / "sweep.json", overwrite=True)
-            self.folder.mkdir(parents=True, exist_ok=True)
-            place = os.open(self.folder, os.O_RDONLY)
-        except OSError as error:
-            raise UsageError(f"cannot write '{self.folder}': {error.strerror}") from error
-        try:
-            _lock(place, self.folder)
+        with ExitStack() as stack:
+            try:
+                require_free(self.folder / "sweep.json", overwrite=True)
+                self.folder.mkdir(parents=True, exist_ok=True)
+                ours = stack.enter_context(locked_folder(self.folder))
+            except OSError as error:
+                raise UsageError(f"cannot write '{self.folder}': {error.strerror}") from error
+            if not ours:
+                raise UsageError(
+                    f"another sweep is running in '{self.folder}'; wait for its end, or name another folder"
+                )
             yield
-        finally:
-            os.close(place)
 
     def open(self, plan: SweepPlan, bundle: Bundle) -> Path:
         """Start or resume a sweep; return the path of its world file.
@@ -73,6 +73,7 @@ class Store:
                 raise UsageError(f"'{self.folder}' contains files that are not of a sweep; name a new folder")
             self.runs.mkdir(parents=True, exist_ok=True)
             self.write("sweep.json", _json(identity))
+            remove_leftovers(self.runs)
             for left in self.runs.glob("*.part"):
                 left.unlink(missing_ok=True)
             return bundle.unpack(self.folder / "world")
@@ -100,15 +101,9 @@ class Store:
             UsageError: It cannot be written.
         """
         path = self.folder / name
-        part = path.with_name(f"{path.name}.part")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            with part.open("wb") as file:
-                file.write(data)
-                file.flush()
-                # Otherwise a machine that crashes may keep the name without the contents.
-                os.fsync(file.fileno())
-            part.replace(path)
+            replace_file(path, data)
         except OSError as error:
             raise UsageError(f"cannot write '{path}': {error.strerror}") from error
 
@@ -122,16 +117,6 @@ class Store:
                 part.replace(self.runs / f"{job.name}.mcap")
         finally:
             part.unlink(missing_ok=True)
-
-
-def _lock(place: int, folder: Path) -> None:
-    """Lock a folder that is open as `place`; the system releases the lock when the process ends."""
-    try:
-        fcntl.flock(place, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        raise UsageError(f"another sweep is running in '{folder}'; wait for its end, or name another folder") from None
-    except OSError:
-        return  # Some network file systems have no locks; there, concurrent use is not prevented.
 
 
 def _identity(plan: SweepPlan, bundle: Bundle) -> dict[str, Any]:

@@ -1,6 +1,5 @@
 """A sweep from its plan to its tables and plots."""
 
-import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from operator import index
@@ -16,7 +15,7 @@ from mjsim.report import require_formats
 from mjsim.sweep.bundle import bundle_of
 from mjsim.sweep.cluster import run_on_cluster
 from mjsim.sweep.plan import SweepPlan
-from mjsim.sweep.pool import run_on_processes
+from mjsim.sweep.pool import run_on_processes, usable_cores
 from mjsim.sweep.results import Sweep, write_results
 from mjsim.sweep.store import Store
 from mjsim.world import World, with_settings
@@ -100,7 +99,7 @@ def run_plan(
         if dask is not None:
             coming = run_on_cluster(dask, bundle, missing, store)
         else:
-            coming = run_on_processes(world_file, missing, store, workers=workers or len(os.sched_getaffinity(0)))
+            coming = run_on_processes(world_file, missing, store, workers=workers or usable_cores())
         with closing(coming):
             for job, outcome in coming:
                 outcomes[job] = outcome

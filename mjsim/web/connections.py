@@ -1,7 +1,6 @@
 """Bounds connections in number and duration, so that unauthenticated clients never lock out authenticated ones."""
 
 import asyncio
-import sys
 from collections.abc import AsyncIterator, Callable, Iterable, Iterator
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
@@ -30,10 +29,10 @@ _PONG = 0x8A
 
 def _open_files() -> int:
     """Return the maximum number of open files of this process."""
-    if sys.platform == "win32":
+    try:
+        import resource
+    except ImportError:  # Windows
         return 2048
-    import resource
-
     soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
     return 2048 if soft == resource.RLIM_INFINITY else soft
 

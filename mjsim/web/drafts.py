@@ -1,7 +1,6 @@
 """Keeps unsaved texts of worlds on disk, so that they survive a crash of the page, the server or the machine."""
 
 import contextlib
-import fcntl
 import hashlib
 import json
 import os
@@ -14,11 +13,12 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from mjsim.output import LEFT_BEHIND, is_locked, remove_leftovers, replace_file, try_lock
 from mjsim.web.answers import RefusedError
 from mjsim.web.files import SHIPPED
 from mjsim.web.folder import Folder
 from mjsim.web.items import Json
-from mjsim.world import LEFT_BEHIND, MAX_BYTES, too_large, write_private
+from mjsim.world import MAX_BYTES, too_large
 
 TAB = re.compile(r"[0-9a-f]{16}")
 """Id of a browser tab: random, and new each time its page is loaded."""
@@ -126,7 +126,7 @@ class Drafts:
         head = json.dumps({name: getattr(draft, name) for name in Draft.__slots__}).encode()
         with self._in_order(tab, number) as newest, self._writing() as place:
             if newest:
-                write_private(place / draft.id, b"\n".join((head, steps, data)))
+                replace_file(place / draft.id, b"\n".join((head, steps, data)), mode=0o600)
                 self._remove(place.glob(f"*-{tab}"), but=draft.id)
                 if restored is not None and not self._is_open(restored.partition("-")[2]):
                     self._remove([self._place(restored)], but=draft.id)
@@ -180,7 +180,7 @@ class Drafts:
             # Without file locks, as on some network file systems, a draft is offered even if it is open.
             with contextlib.suppress(OSError, RefusedError), self._writing() as place:
                 file = os.open(place / f"{tab}{_OPEN}", os.O_RDWR | os.O_CREAT, 0o600)
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                try_lock(file)
         self._held[tab] = file, count + 1
 
     def release(self, tab: str) -> None:
@@ -197,7 +197,7 @@ class Drafts:
         return {**known, "open": self._is_open(draft.tab)}
 
     def _is_open(self, tab: str) -> bool:
-        return tab in self._held or _is_held(drafts_folder() / f"{tab}{_OPEN}")
+        return tab in self._held or is_locked(drafts_folder() / f"{tab}{_OPEN}")
 
     def _place(self, name: str) -> Path:
         if not ID.fullmatch(name):
@@ -257,7 +257,8 @@ class Drafts:
 
     def _prune(self, place: Path) -> None:
         """Remove the oldest drafts beyond the limits, starting with those that no page has open."""
-        closed = (path for path in place.glob(f"*{_OPEN}") if not _is_held(path) and _age(path) > LEFT_BEHIND)
+        remove_leftovers(place)
+        closed = (path for path in place.glob(f"*{_OPEN}") if not is_locked(path) and _age(path) > LEFT_BEHIND)
         self._remove(closed)
         order = sorted(
             self._all(place), key=lambda draft: (self._draft_json(draft, "")["open"], draft.when), reverse=True
@@ -277,7 +278,7 @@ def _make_private(folder: Path) -> None:
     """
     folder.mkdir(mode=0o700, exist_ok=True)
     found = folder.lstat()
-    if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.geteuid():
+    if not stat.S_ISDIR(found.st_mode) or (hasattr(os, "geteuid") and found.st_uid != os.geteuid()):
         raise PermissionError(13, f"'{folder}' is not a folder of your own")
     if stat.S_IMODE(found.st_mode) != 0o700:
         folder.chmod(0o700)
@@ -291,18 +292,6 @@ def _read_head(place: Path) -> Draft | None:
     except (ValueError, TypeError):
         return None
     return draft if draft.id == place.name else None
-
-
-def _is_held(place: Path) -> bool:
-    """Return whether a process holds the lock of a file."""
-    try:
-        with place.open("rb") as file:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            return False
-    except BlockingIOError:
-        return True
-    except OSError:
-        return False
 
 
 def _age(place: Path) -> float:

@@ -9,6 +9,7 @@ from importlib import resources
 from pathlib import Path
 
 from mjsim.exchange import TEMPLATES, template_summary, template_text
+from mjsim.output import write_new, write_whole
 from mjsim.web.answers import RefusedError
 from mjsim.web.folder import Folder
 from mjsim.web.items import Json
@@ -21,8 +22,6 @@ from mjsim.world import (
     shipped_worlds,
     too_large,
     worlds_folder,
-    write_new,
-    write_whole,
 )
 
 SHIPPED = "shipped:"

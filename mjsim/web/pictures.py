@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.models import picture_size, upright
+from mjsim.output import write_new
 from mjsim.web.answers import RefusedError
 from mjsim.web.files import free_name, source_of
 from mjsim.web.folder import Folder
 from mjsim.web.items import Json
-from mjsim.world import read_asset, write_new
+from mjsim.world import read_asset
 
 MAX_BYTES = 20_000_000
 """Maximum size of an uploaded picture [bytes]."""

@@ -17,7 +17,6 @@ from .edit import format_file as format_file
 from .edit import format_world as format_world
 from .edit import items_in as items_in
 from .edit import rounded as rounded
-from .files import LEFT_BEHIND as LEFT_BEHIND
 from .files import OutsideError as OutsideError
 from .files import Source as Source
 from .files import holds_file as holds_file
@@ -29,9 +28,6 @@ from .files import shipped_worlds as shipped_worlds
 from .files import world_path as world_path
 from .files import world_summary as world_summary
 from .files import worlds_folder as worlds_folder
-from .files import write_new as write_new
-from .files import write_private as write_private
-from .files import write_whole as write_whole
 from .ground import Model as Model
 from .ground import gc_paused as gc_paused
 from .ground import item_names as item_names

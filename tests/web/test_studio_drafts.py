@@ -9,10 +9,10 @@ import pytest
 from websockets.exceptions import InvalidStatus
 
 from mjsim.bench.entering import client_of
+from mjsim.output.whole import LEFT_BEHIND, NEW
 from mjsim.web.drafts import MAX_DRAFTS, OLDEST, Drafts, drafts_folder
 from mjsim.web.folder import Folder
 from mjsim.web.studio import Studio
-from mjsim.world.files.saving import LEFT_BEHIND, NEW
 from tests.asking import ROOM, told
 from tests.browser import browser
 

@@ -15,7 +15,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 
 from mjsim.closing import join
-from mjsim.world.files.saving import LEFT_BEHIND, write_new, write_whole
+from mjsim.output.whole import LEFT_BEHIND, write_new, write_whole
 from tests.asking import ROOM, told
 from tests.browser import browser
 from tests.children import completed
@@ -67,7 +67,7 @@ def test_a_link_stays_a_link_and_its_target_is_written(client, folder):
 KILLED = """
     import os, signal, sys
     from pathlib import Path
-    from mjsim.world.files.saving import write_whole
+    from mjsim.output import write_whole
 
     # The process dies once the new text is written, and before it is in its place.
     os.fsync = lambda file: os.kill(os.getpid(), signal.SIGKILL)

@@ -1,7 +1,3 @@
-from .saving import LEFT_BEHIND as LEFT_BEHIND
-from .saving import write_new as write_new
-from .saving import write_private as write_private
-from .saving import write_whole as write_whole
 from .shipped import own_copy as own_copy
 from .shipped import shipped_worlds as shipped_worlds
 from .shipped import world_path as world_path

@@ -14,11 +14,12 @@ LEFT_BEHIND = 60.0
 
 
 def write_whole(place: Path, data: bytes) -> None:
-    """Write a file atomically, with the mode and owner of the file that it replaces.
+    """Write a file of the user atomically, with the mode and owner of the file that it replaces.
 
     Raises:
         OSError: It cannot be written; the old content stays.
     """
+    remove_leftovers(place.parent)
     mode = 0o666
     with contextlib.suppress(FileNotFoundError):
         mode = place.stat().st_mode & 0o7777
@@ -31,12 +32,13 @@ def write_whole(place: Path, data: bytes) -> None:
 
 
 def write_new(place: Path, data: bytes) -> None:
-    """Create a file atomically.
+    """Create a file of the user atomically.
 
     Raises:
         FileExistsError: The file exists, even if it was created during this call.
         OSError: It cannot be written.
     """
+    remove_leftovers(place.parent)
     with _written(place, data, mode=0o666) as new:
         try:
             os.link(new, place)
@@ -49,13 +51,18 @@ def write_new(place: Path, data: bytes) -> None:
     _keep_name(place)
 
 
-def write_private(place: Path, data: bytes) -> None:
-    """Write a file atomically that no other user may read.
+def replace_file(place: Path, data: bytes, *, mode: int = 0o666) -> None:
+    """Write a file of our own atomically, whatever it was before.
+
+    Args:
+        place: The file; its folder exists.
+        data: Its content.
+        mode: Its permissions, of which those of the umask are taken: 0o600 for what no other user may read.
 
     Raises:
         OSError: It cannot be written; the old content stays.
     """
-    with _written(place, data, mode=0o600) as new:
+    with _written(place, data, mode=mode) as new:
         new.replace(place)
 
 
@@ -70,7 +77,6 @@ def remove_leftovers(folder: Path) -> None:
 @contextlib.contextmanager
 def _written(place: Path, data: bytes, *, mode: int) -> Iterator[Path]:
     """Yield a temporary file beside a path with all the data, synced to disk; it is removed after the block."""
-    remove_leftovers(place.parent)
     new = place.with_name(NEW.format(secrets.token_hex(8)))
     try:
         with os.fdopen(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode), "wb") as file:
@@ -96,7 +102,7 @@ def _keep_owner(place: Path, new: Path, mode: int) -> None:
     """Give a new file the owner and mode of the one that it replaces, as far as permitted."""
     with contextlib.suppress(FileNotFoundError):
         old = place.stat()
-        for owner, group in ((-1, old.st_gid), (old.st_uid, -1)):
+        for owner, group in ((-1, old.st_gid), (old.st_uid, -1)) if hasattr(os, "chown") else ():
             with contextlib.suppress(PermissionError):
                 os.chown(new, owner, group)
-        new.chmod(mode)
+    new.chmod(mode)
