@@ -77,7 +77,7 @@ def correlation_by_shift(small: Array) -> Array:
 
 
 def _sums_over_overlap(values: Array) -> Array:
-    """Return the sum of the values where they overlap with themselves shifted, by shift: (2 rows - 1, 2 columns - 1)."""
+    """Return the sum of the values that overlap with themselves shifted, by shift: (2 rows - 1, 2 columns - 1)."""
     for _ in range(values.ndim):  # along one axis, then along the other
         sums = np.cumsum(values, axis=0)
         values = np.concatenate([sums, sums[-1] - sums[:-1]]).T
