@@ -56,6 +56,8 @@ UNIT = 0.05
 """Walls are joined at corners as those of a map with cells of this size [m]."""
 BY_FACES = 0.3
 """Fraction of the total line length that must be faces for walls to count as drawn by their faces."""
+SAMPLE, MOST_PAIRS = 200, 5e6
+"""Number of lines by which those that may cross are counted, and the maximum number of pairs that do."""
 ALONE = 0.5
 """Minimum length at which a line on a wall layer is a wall by itself [m]."""
 BY_SIZE = (0.3, 3.0)
@@ -118,6 +120,7 @@ def read_plan(
     _, metres = corner_and_scale(drawing, walls, scale)
     counts = Counter(_LEFT[line.role] for line in lines if line.role in _LEFT)
     lines = [replace(line, points=line.points * metres, width=line.width * metres) for line in lines]
+    _require_sparse(lines, drawing.name)
     found = sorted_lines(with_symbols(with_large_rooms(with_parts(lines))))
     if not found.walls:
         raise UsageError(f"'{drawing.name}' has no lines for walls except white ones; draw walls in another colour")
@@ -135,6 +138,25 @@ def read_plan(
     world = World(name=name, walls=tuple(named), obstacles=tuple(things))
     place = (corner / metres).tolist()
     return FloorPlan(world, metres, (place[0], place[1]), [*_counts_listed(counts), *drawing.notes])
+
+
+def _require_sparse(lines: Sequence[Line], name: str) -> None:
+    """Check that lines do not all cross each other, since geometry is computed with each pair that may meet.
+
+    Raises:
+        UsageError: They do.
+    """
+    low, high = (
+        np.concatenate([extreme(line.points[:-1], line.points[1:]) for line in lines])
+        for extreme in (np.minimum, np.maximum)
+    )
+    some = slice(None, None, max(1, len(low) // SAMPLE))
+    meet = (low[some, None] <= high).all(axis=2) & (low <= high[some, None]).all(axis=2)
+    pairs = float(meet.mean()) * len(low) ** 2
+    if pairs > MOST_PAIRS:
+        raise UsageError(
+            f"'{name}' has {pairs / 1e6:.0f} million pairs of lines that may cross; name the --layer of its walls"
+        )
 
 
 def _walls(lines: SortedLines, thickness: float | None, counts: Counter[str]) -> tuple[list[Wall], list[Hole]]:

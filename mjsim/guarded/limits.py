@@ -6,10 +6,12 @@ MEMORY = 768 << 20
 """Memory for a small file, libraries included [bytes]; with mjsim itself that is below 1 GB."""
 MEMORY_PER_BYTE = 64
 """Further memory for each byte of a file, which may be compressed."""
-SECONDS = 12.0
-"""Time for a small file [s]."""
-SECONDS_PER_MEGABYTE = 100.0
-"""Further time for each megabyte of a file [s]."""
+ANSWERS = 3
+"""What a child hands back at once takes at most this fraction of its memory, as the caller needs that memory again."""
+SECONDS = 14.0
+"""Time for a small file [s]; with the start of the child that is below 20 s."""
+SECONDS_PER_MEGABYTE = 10.0
+"""Further time for each megabyte of a file, about ten times what large drawings, maps and logs need [s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -17,13 +19,18 @@ class Allowance:
     """What a child may use to decode one file."""
 
     memory: int = MEMORY
-    """Private memory [bytes]; also the maximum size of what it hands back at once."""
+    """Private memory [bytes]."""
     seconds: float = SECONDS
     """Time that the caller waits for it, and processor time that it uses, for one call [s]."""
     each: float = 0.0
     """Time from one part to the next of a value that is handed back in parts, where less than this is left [s]."""
     written: int = 1 << 40
     """Maximum size of a temporary file [bytes]."""
+
+    @property
+    def answer(self) -> int:
+        """Maximum size of what it hands back at once [bytes]."""
+        return self.memory // ANSWERS
 
     def __post_init__(self) -> None:
         """Check that they are above 0."""

@@ -26,7 +26,7 @@ STARTING = 60.0
 """Time for a child to start and to import its libraries [s]."""
 LOOKING = 0.1
 """Interval for checking the time limit [s]."""
-MOST_RENEWALS = 1000
+MOST_RENEWALS = 10_000
 """Maximum number of times that a call may restart its time limit."""
 KEPT = (
     *("LANG", "LC_ALL", "LC_CTYPE", "TZ", "HOME", "PATH", "SYSTEMROOT", "LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH"),
@@ -40,6 +40,10 @@ ALONE = {
 }
 """Environment variables that give it one thread, and no window."""
 _LOG = logging.getLogger(__name__)
+
+
+class ShortOfMemoryError(UsageError):
+    """A file needs more memory than its child may use."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +77,8 @@ class Child:
         self._requests, self._answers = self._process.stdin, self._process.stdout
         self._watch = _Watch(self._process)
         self._ready = False
+        self.used = False
+        """Whether it has read a file before, which may have left something in its memory."""
         self._ask(Permission(function, allowance, folders, scratch, os.getpid()))
 
     @property
@@ -98,7 +104,7 @@ class Child:
         """
         try:
             if not self._ready:
-                _say_missing(", ".join(map(str, self._timed(STARTING, Allowance().memory)["missing"])))
+                _say_missing(", ".join(map(str, self._timed(STARTING, Allowance().answer)["missing"])))
                 self._ready = True
             _limit(self._process.pid, allowance)
             with self._watch.over(allowance.seconds):
@@ -115,16 +121,15 @@ class Child:
         left, renewals = allowance.seconds, 0
         while True:
             before = self._watch.clock()
-            answer = self._timed(left, allowance.memory)
+            answer = self._timed(left, allowance.answer)
             if not isinstance(answer, Mapping):
                 raise WireError(f"a {type(answer).__name__} as an answer")
             left = max(left - (self._watch.clock() - before), LOOKING)
-            if left < allowance.each:
-                left = allowance.each
+            further = allowance.seconds if "working" in answer else allowance.each
+            if left < further and renewals < MOST_RENEWALS:
+                left, renewals = further, renewals + 1
                 _limit(self._process.pid, replace(allowance, seconds=left))
-            if "working" in answer and renewals < MOST_RENEWALS:
-                _limit(self._process.pid, allowance)
-                left, renewals = allowance.seconds, renewals + 1
+            if "working" in answer:
                 continue
             _raise_error(answer, about, allowance)
             yield answer
@@ -138,10 +143,10 @@ class Child:
             self._requests.write(data)
             self._requests.flush()
 
-    def _timed(self, seconds: float, memory: int) -> Any:
+    def _timed(self, seconds: float, limit: int) -> Any:
         """Return the next answer; the child is ended if it takes longer."""
         with self._watch.over(seconds):
-            return receive(self._answers, limit=memory)
+            return receive(self._answers, limit=limit)
 
     def _cause(self, allowance: Allowance) -> str:
         """Return why the child ended."""
@@ -244,7 +249,7 @@ def _raise_error(answer: Mapping[str, Any], about: About, allowance: Allowance) 
     if "traceback" in answer:
         _LOG.debug("in the reader of '%s':\n%s", about.name, answer["traceback"])
     if "memory" in answer:
-        raise about.error(f"it needs more than {allowance.memory / 1e6:.0f} MB")
+        raise ShortOfMemoryError(str(about.error(f"it needs more than {allowance.memory / 1e6:.0f} MB")))
     if "failed" in answer:
         raise about.error(one_line(str(answer["failed"]))[:160])
     try:

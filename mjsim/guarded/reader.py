@@ -12,7 +12,7 @@ from typing import Any
 from mjsim.closing import Closes
 from mjsim.errors import MjsimError
 from mjsim.guarded.limits import Allowance, limits_for
-from mjsim.guarded.process import About, Child
+from mjsim.guarded.process import About, Child, ShortOfMemoryError
 from mjsim.guarded.request import Call
 
 DAMAGED = "the file may be damaged"
@@ -166,11 +166,27 @@ class Reader(Closes):
             child.kill()
 
     def _answers(self, call: Call, about: About, limits: Allowance) -> Iterator[Mapping[str, Any]]:
-        """Yield the answers to a call up to its value; the child ends if it failed, or if the caller stops early."""
-        whole = False
+        """Yield the answers to a call up to its value; a new child tries again what lacked memory in a used one."""
+        child, begun = self._started(), False
+        was_used, child.used = child.used, True
+        try:
+            for answer in self._answers_of(child, call, about, limits):
+                begun = True
+                yield answer
+        except ShortOfMemoryError:
+            if begun or not was_used:
+                raise
+            self._end()
+            yield from self._answers(call, about, limits)
+
+    def _started(self) -> Child:
         self.start()
-        child = self._child
-        assert child is not None, "it was started"
+        assert self._child is not None, "it was started"
+        return self._child
+
+    def _answers_of(self, child: Child, call: Call, about: About, limits: Allowance) -> Iterator[Mapping[str, Any]]:
+        """Yield the answers of a child, which ends if it failed, or if the caller stops early."""
+        whole = False
         try:
             for answer in child.answers(call, limits, about):
                 whole = "value" in answer

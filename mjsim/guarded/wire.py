@@ -17,8 +17,8 @@ Plain: TypeAlias = "bool | int | float | str | bytes | NDArray[Any] | Sequence[P
 """What a child may hand back."""
 KINDS = "biuf"
 """Kinds of the numbers in arrays, as in `numpy.dtype.kind`: bool, int, unsigned and float."""
-LONGEST_HEAD = 256 << 20
-"""Maximum length of the head of a message [bytes]."""
+HEADS = 16
+"""A head has at most this fraction of what a message may have: in memory, JSON takes many times its length."""
 _LENGTH = struct.Struct("<Q")
 
 
@@ -47,14 +47,14 @@ def receive(file: IO[bytes], *, limit: int) -> Any:
 
     Args:
         file: Where it is read.
-        limit: Maximum length of its buffers together [bytes].
+        limit: Maximum length of its buffers together; its head has a fraction of that [bytes].
 
     Raises:
         EOFError: The sender ended before the end of the message.
         WireError: It is not a message, or is too long.
     """
     (length,) = _LENGTH.unpack(_exactly(file, _LENGTH.size))
-    if length > LONGEST_HEAD:
+    if length > limit // HEADS:
         raise WireError(f"a head of {length} bytes")
     try:
         head = json.loads(_exactly(file, length))

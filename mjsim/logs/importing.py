@@ -20,6 +20,8 @@ from mjsim.world import Run, step_misfit
 
 EACH = 30.0
 """Time from one part of a recording to the next [s]."""
+RECORDED, TIMES = 256 << 20, 100
+"""Maximum size of a recording, and of a temporary file: so much, and so many times the size of the log [bytes]."""
 PART, OFTEN = 1 << 20, 0.2
 """A part is handed on when it has so many bytes, or after so long [bytes, s]."""
 SPARE = 1 << 30
@@ -90,7 +92,7 @@ def guarded_recording(
         with Reader(convert, folders=_readable(path), scratch=True, limits=limits) as reader:
             arguments = convert, path, wishes, output.command
             parts = reader.parts("mjsim.logs.importing:sent", *arguments, about=path, limits=limits)
-            yield from put_together(parts, output)
+            yield from put_together(parts, output, limit=limits.written)
 
     return recorded(write, record=record, overwrite=overwrite, progress=progress)
 
@@ -105,15 +107,16 @@ def sent(convert: str, path: Path, wishes: Wishes, command: str) -> Iterator[tup
     yield 100.0, file.taken()
 
 
-def put_together(parts: Iterable[Any], output: Output) -> Iterator[float]:
+def put_together(parts: Iterable[Any], output: Output, *, limit: int) -> Iterator[float]:
     """Write the pieces of a recording, and yield the progress [%].
 
     Args:
         parts: As from `sent`; whatever a child that a file has taken over may send.
         output: The recording.
+        limit: Maximum number of bytes to write.
 
     Raises:
-        UsageError: They are none.
+        UsageError: They are none, or too many.
         RecordingError: They cannot be written.
     """
     end = 0
@@ -122,11 +125,13 @@ def put_together(parts: Iterable[Any], output: Output) -> Iterator[float]:
             try:
                 done, pieces = _checked(part)
                 for piece in pieces:
-                    end = max(end, _written(file, piece, end))
+                    end, limit = max(end, _written(file, piece, end)), limit - len(piece[1])
             except ValueError:
                 raise UsageError("the reader of the log gave no valid answer; the log is damaged") from None
             except OSError as error:
                 raise RecordingError(f"cannot write '{output.place.path}': {error.strerror}") from None
+            if limit < 0:
+                raise UsageError("the recording is too large for the size of the log; choose a part with --seconds")
             yield done
     output.place.is_whole = True
     output.place.publish()
@@ -165,7 +170,7 @@ def limits_of(path: Path) -> Allowance:
     folder = path if path.is_dir() else path.parent if path.suffix.lower() in DESCRIPTIONS else None
     size = sum(map(_size, [path] if folder is None else islice(folder.rglob("*"), MOST_FILES)))
     free = max(shutil.disk_usage(tempfile.gettempdir()).free - SPARE, 1)
-    return replace(limits_for(size), each=EACH, written=free)
+    return replace(limits_for(size), each=EACH, written=min(free, RECORDED + TIMES * size))
 
 
 def _size(file: Path) -> int:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from mjsim.errors import UsageError
-from mjsim.geometry import Pose, Pose3, places_at, poses_at
+from mjsim.geometry import Array, Pose, Pose3, places_at, poses_at
 from mjsim.interface import PointCloud, Scan
 from mjsim.logs.merge import MotionNoise, continuous
 from mjsim.logs.origin import near_origin
@@ -27,6 +27,8 @@ RANGE, BEARING = 0.1, math.radians(2.0)
 """Standard deviations of a sighting for logs that do not give them [m, rad]. A guess."""
 LONGEST = 1e6
 """Maximum duration of a recording, as in world files [s]."""
+EMPTY, TICKS = 100_000, 1000
+"""Maximum number of ticks of a recording: so many, and so many for each reading of its log."""
 RATES = (10.0, 12.5, 25.0, 50.0, 125.0)
 """Tick rates to choose from by default [Hz]; ticks are whole numbers of physics steps."""
 SPARE = 1.5
@@ -76,12 +78,20 @@ class Log:
 
     def times(self) -> tuple[float, float]:
         """Return the times of the first and the last reading, ignoring ground truth [s]."""
+        columns = self._columns()
+        return min(float(column[0]) for column in columns), max(float(column[-1]) for column in columns)
+
+    def readings(self) -> int:
+        """Return the number of readings, ignoring ground truth."""
+        return sum(map(len, self._columns()))
+
+    def _columns(self) -> Sequence[Array]:
+        """Return the times of the readings of each sensor that has any [s]."""
         robot = self.robot
         moves = robot.track if robot.track is not None else robot.twists
         seen, felt = stamps_of(robot.sightings), stamps_of(robot.imu)
         streams = [each.stamps for part in (robot.scans, robot.cameras, robot.clouds) for each in part.values()]
-        columns = [column for column in (moves[:, 0], seen, felt, *streams) if len(column)]
-        return min(float(column[0]) for column in columns), max(float(column[-1]) for column in columns)
+        return [column for column in (moves[:, 0], seen, felt, *streams) if len(column)]
 
 
 def record_logs(
@@ -115,10 +125,13 @@ def record_logs(
     if max(lasts) <= min(firsts):
         raise UsageError(f"all readings in '{source}' have the same time; a recording needs at least two ticks")
     span = cut(min(firsts), last, begin=wishes.begin, seconds=wishes.seconds, rate_hz=rate)
-    if span[1] - span[0] > LONGEST:
+    readings = sum(log.readings() for log in logs)
+    longest = min(LONGEST, (EMPTY + TICKS * readings) / rate)
+    if span[1] - span[0] > longest:
         raise UsageError(
-            f"'{source}' lasts {span[1] - span[0]:.0f} s; a recording lasts at most {LONGEST:.0f}: choose a part with"
-            " --begin and --seconds, or say the unit of its times if they are not seconds"
+            f"'{source}' lasts {span[1] - span[0]:.0f} s and has {readings} readings; a recording of them lasts at most"
+            f" {longest:.0f} s: choose a part with --begin and --seconds, or say the unit of its times if they are not"
+            " seconds"
         )
     notes = {key: value for log in logs for key, value in (*log.notes.items(), *_missed_truth(log, span))}
     if origin:

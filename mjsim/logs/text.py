@@ -15,6 +15,8 @@ from mjsim.errors import UsageError
 
 LONGEST_LINE = 1 << 20
 """Maximum length of a line [bytes]."""
+UNPACKED, TIMES = 64 << 20, 100
+"""Maximum length of a text: so much, or so many times the size of its file if that is compressed [bytes]."""
 LARGEST = 1e30
 """Largest number in a log; products of larger ones overflow."""
 _HEAD = 1 << 16
@@ -36,16 +38,19 @@ def lines_of(path: Path, notes: dict[str, str] | None = None) -> Iterator[str]:
             is noted.
 
     Raises:
-        UsageError: It cannot be read, is not compressed as its name says, or was cut.
+        UsageError: It cannot be read, is not compressed as its name says, unpacks to too much, or was cut.
     """
     is_first = True
     try:
+        left = max(UNPACKED, TIMES * path.stat().st_size)
         with _opened(path, notes) as packed:
             wide = packed.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
             packed.seek(0)
             # The encoding that spreadsheets call Unicode text.
             file = codecs.EncodedFile(packed, "utf-8", "utf-16", errors="replace") if wide else _ended(packed)
             while line := file.readline(LONGEST_LINE):
+                if (left := left - len(line)) < 0:
+                    raise UsageError(f"'{path}' unpacks to more than {TIMES} times its size; unpack it yourself")
                 # The byte order mark that editors on Windows write.
                 line = line.removeprefix(codecs.BOM_UTF8) if is_first else line
                 if notes and _broken(path) in notes and not line.endswith(b"\n"):

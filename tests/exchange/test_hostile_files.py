@@ -12,6 +12,8 @@ from scipy.io import savemat
 from mjsim.cli import main
 from mjsim.errors import UsageError
 from mjsim.exchange import bring_file
+from mjsim.exchange.drawing import Drawing, Line
+from mjsim.exchange.plan_in import read_plan
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1300 1000">{}</svg>'
 
@@ -82,6 +84,12 @@ def test_coordinates_beyond_all_buildings_are_one_line(tmp_path, capfd, shape):
         SVG.format(f'<rect x="100" y="100" width="1000" height="700" stroke="black"/>{shape}')
     )
     refused(tmp_path / "a.svg", capfd, "--scale", "0.01")
+
+
+def test_lines_that_all_cross_each_other_are_one_line():
+    ends = np.random.default_rng(1).uniform(0.0, 10.0, (6000, 2, 2))
+    with pytest.raises(UsageError, match=r"'a\.svg' has 1\d million pairs of lines that may cross; name the --layer"):
+        read_plan(Drawing("a.svg", [Line(each) for each in ends]), scale=1.0)
 
 
 @pytest.mark.parametrize("far", [1e13, 1e308, float("inf"), float("nan")])

@@ -14,6 +14,8 @@ import numpy as np
 from mjsim.errors import Problem, RecordingError, UsageError, WorldError
 from mjsim.guarded import still_working
 
+KEPT = []
+
 
 def same(value):
     """Return what was given."""
@@ -49,6 +51,11 @@ def turn():
 def swell(megabytes):
     """Fill memory."""
     return np.empty(megabytes * 2**17).nbytes
+
+
+def hoard(megabytes):
+    """Keep memory after the call, as libraries with caches do."""
+    KEPT.append(np.ones(megabytes * 2**17))
 
 
 def fail(kind):

@@ -1,5 +1,6 @@
 """The guarded reader: whatever a decoder does, its caller gets a value or one line, and nothing else happens."""
 
+import io
 import os
 import signal
 import sys
@@ -13,6 +14,7 @@ import pytest
 from mjsim.errors import RecordingError, UsageError, WorldError
 from mjsim.guarded import Reader, guarded, guarded_parts
 from mjsim.guarded.limits import Allowance, limits_for
+from mjsim.guarded.wire import HEADS, WireError, receive
 from tests.children import child
 from tests.guarded import decoders
 
@@ -98,6 +100,19 @@ def test_parts_that_stop_coming_are_ended(monkeypatch):
 @linux
 def test_memory_is_bounded(reader):
     assert said(reader.call, f"{HERE}:swell", 900).startswith("'x.mat' cannot be read: it needs more than 805 MB")
+
+
+@linux
+def test_what_lacks_memory_in_a_used_child_is_read_by_a_new_one():
+    with Reader(f"{HERE}:same") as reader:
+        reader.call(f"{HERE}:hoard", 400, about="x")
+        assert reader.call(f"{HERE}:swell", 400, about="y") == 400 << 20
+
+
+def test_a_head_that_would_take_the_memory_of_the_caller_is_not_read():
+    head = io.BytesIO((Allowance().answer // HEADS + 1).to_bytes(8, "little"))
+    with pytest.raises(WireError, match="a head of"):
+        receive(head, limit=Allowance().answer)
 
 
 def test_limits_grow_with_the_file():

@@ -1,6 +1,7 @@
 """Logs are read in a guarded child: what harms it is one line, and what it sends is checked."""
 
 import contextlib
+import itertools
 import os
 import signal
 from pathlib import Path
@@ -14,6 +15,7 @@ from mjsim.logs.csv_table import read_csv
 from mjsim.logs.importing import put_together
 from mjsim.logs.output import Output
 from mjsim.logs.table import read_table
+from mjsim.logs.text import lines_of
 from mjsim.record import reserve_whole
 from tests.logs import hostile
 from tests.real_logs import imported, write_mrclam
@@ -85,15 +87,42 @@ def test_a_child_that_is_killed_on_its_way_is_one_line_and_leaves_no_file(tmp_pa
 )
 def test_what_is_no_part_of_a_recording_is_refused(part, tmp_path):
     with reserve_whole(tmp_path / "run.mcap") as place, pytest.raises(UsageError, match="gave no valid answer"):
-        list(put_together([(1.0, [(0, b"whole"), (5, b"")]), part], Output(place, "")))
+        list(put_together([(1.0, [(0, b"whole"), (5, b"")]), part], Output(place, ""), limit=1000))
     assert not list(tmp_path.iterdir())
 
 
 def test_parts_of_a_recording_are_put_where_they_belong(tmp_path):
     with reserve_whole(tmp_path / "run.mcap") as place:
         parts = [(1.0, [(0, b"0123456789")]), (100.0, [(2, b"ab"), (10, b"end")])]
-        assert list(put_together(parts, Output(place, ""))) == [1.0, 100.0]
+        assert list(put_together(parts, Output(place, ""), limit=1000)) == [1.0, 100.0]
     assert (tmp_path / "run.mcap").read_bytes() == b"01ab456789end"
+
+
+@pytest.mark.parametrize("place", [0, None])
+def test_a_recording_that_grows_without_end_is_refused(place, tmp_path):
+    parts = ((1.0, [(20 * number if place is None else place, bytes(20))]) for number in itertools.count())
+    with reserve_whole(tmp_path / "run.mcap") as whole, pytest.raises(UsageError, match="too large for the size"):
+        list(put_together(parts, Output(whole, ""), limit=100))
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("suffix", [".gz", ".xz", ".bz2"])
+def test_a_text_that_unpacks_to_too_much_is_refused_and_a_long_one_is_read(suffix, tmp_path, monkeypatch):
+    monkeypatch.setattr("mjsim.logs.text.UNPACKED", 1 << 20)
+    path = hostile.packed(tmp_path / f"run.log{suffix}", bytes(4095) + b"\n", 3)
+    with pytest.raises(UsageError, match="unpacks to more than 100 times its size; unpack it yourself"):
+        list(lines_of(path))
+    (tmp_path / "run.log").write_bytes(hostile.ODOM * 50_000)
+    assert len(list(lines_of(tmp_path / "run.log"))) == 50_000
+
+
+def test_a_log_of_days_without_readings_is_refused_before_it_is_written(tmp_path):
+    (tmp_path / "odometry.csv").write_text("t,x,y,heading\n0,0,0,0\n1,0.1,0,0\n900000,0.2,0,0\n")
+    (tmp_path / "log.yaml").write_text(
+        "log: tables\nodometry: {file: odometry.csv, time: t, x: x, y: y, heading: heading}\n"
+    )
+    with pytest.raises(UsageError, match="lasts 900000 s and has 3 readings; a recording of them lasts at most"):
+        imported(tmp_path / "log.yaml", record=tmp_path / "run.mcap")
 
 
 def test_a_quotation_mark_that_is_not_closed_is_said(tmp_path):

@@ -224,7 +224,11 @@ def test_what_cannot_be_read_or_is_not_clear_is_one_line(tmp_path):
         ("words", {}, "holds no odometry, scans, clouds, pictures or IMU of ROS; it has std_msgs/msg/String"),
         ("beams", {}, "scans on '/scan' have 20,000 beams; a lidar has at most 10,000"),
         ("nothing", {}, "holds no odometry, scans, clouds, pictures, IMU or sightings; there is nothing to record"),
-        ("days", {}, "lasts 2000000 s; a recording lasts at most 1000000: choose a part with --begin and --seconds"),
+        (
+            "days",
+            {},
+            "lasts 2000000 s and has 3 readings; a recording of them lasts at most 10300 s: choose a part",
+        ),
         ("run", {"scan": ["/skan"]}, "no topic '/skan' in this bag; did you mean '/scan'"),
         ("run", {"lidar": ["/scan"]}, "no kind of topic 'lidar'"),
         (
