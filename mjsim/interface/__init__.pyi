@@ -3,6 +3,17 @@ from .doubles import answer_of as answer_of
 from .doubles import doubles_of as doubles_of
 from .doubles import octave_names as octave_names
 from .doubles import quoted as quoted
+from .forms import CLOCK_TIME as CLOCK_TIME
+from .forms import Form as Form
+from .forms import FormField as FormField
+from .forms import ReadingType as ReadingType
+from .forms import Stamp as Stamp
+from .forms import all_parts as all_parts
+from .forms import batch_rows as batch_rows
+from .forms import named as named
+from .forms import parts_of as parts_of
+from .forms import retimed as retimed
+from .forms import width_of as width_of
 from .json_form import json_line as json_line
 from .protocols import Avoidance as Avoidance
 from .protocols import Controller as Controller

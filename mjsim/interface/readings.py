@@ -3,12 +3,13 @@
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array
+from mjsim.interface.forms import CLOCK_TIME, Form, Stamp
 
 Picture = NDArray[np.uint8]
 """RGB picture, shape (height, width, 3), uint8."""
@@ -56,7 +57,7 @@ class Intrinsics:
 class CameraFrame:
     """One picture of an onboard camera."""
 
-    stamp: float
+    stamp: Stamp
     """When it was taken [s]."""
     image: Picture
     """RGB, shape (height, width, 3)."""
@@ -68,7 +69,7 @@ class CameraFrame:
     """Instance of each pixel, -1 for none, shape (height, width); None unless the camera gives it."""
     instances: tuple[str, ...] = ()
     """Names of the instances: 'beacon/NAME', 'obstacle/NAME', the name of a robot, 'wall', 'floor' and so on."""
-    depth_stamp: float | None = None
+    depth_stamp: Annotated[float | None, CLOCK_TIME] = None
     """When the depth was taken, if not with the picture: in a log of a camera with a separate depth sensor [s]."""
 
 
@@ -82,19 +83,19 @@ class Scan:
         ROS REP 117, Informational Distance Measurements.
     """
 
-    stamp: float
+    stamp: Stamp
     """When it was taken [s]."""
-    ranges: Array
+    ranges: Annotated[Array, Form("one a beam [m]; infinite as ROS REP 117 has it", packed="<f8", each="range")]
     """Ranges along the beams, shape (beams,) [m]."""
-    angle_min: float
+    angle_min: Annotated[float, Form("Of the first beam, left positive [rad]")]
     """Angle of the first beam in the sensor frame, left positive [rad]."""
-    angle_increment: float
+    angle_increment: Annotated[float, Form("From beam to beam [rad]")]
     """Angle between neighbouring beams [rad]."""
-    range_min: float
+    range_min: Annotated[float, Form("[m]")]
     """[m]"""
-    range_max: float
+    range_max: Annotated[float, Form("[m]")]
     """[m]"""
-    intensities: Array | None = None
+    intensities: Annotated[Array | None, Form("one a beam; left out unless the lidar tells", packed="<f8")] = None
     """Intensity of each return, relative to a white wall at normal incidence, shape (beams,); None if not measured."""
 
     def angles(self) -> Array:
@@ -120,16 +121,24 @@ class PointCloud:
     without a return are left out.
     """
 
-    stamp: float
+    stamp: Stamp
     """End of the revolution [s]."""
-    points: NDArray[np.float32]
+    points: Annotated[
+        NDArray[np.float32],
+        Form("x, y and z of each in the sensor's frame at its time [m]", shape=(-1, 3), packed="<f4"),
+    ]
     """Points in the sensor frame, x forward, y left, z up, shape (n, 3) [m]."""
-    times: NDArray[np.float32]
+    times: Annotated[NDArray[np.float32], Form("when each was measured, after the stamp [s]", packed="<f4")]
     """Time of each point relative to the stamp, not above zero, shape (n,) [s]."""
-    intensities: NDArray[np.float32]
+    intensities: Annotated[NDArray[np.float32], Form("strength of each return", packed="<f4")]
     """Intensity of each return, relative to a white wall at normal incidence, shape (n,)."""
-    rings: NDArray[np.uint16]
+    rings: Annotated[NDArray[np.uint16], Form("which beam of the stack, the lowest is 0", packed="<u2")]
     """Ring of each point, 0 for the lowest; 0 for a rosette, shape (n,)."""
+
+    def __post_init__(self) -> None:
+        """Check that all arrays have one row per point."""
+        if len({len(part) for part in (self.points, self.times, self.intensities, self.rings)}) > 1:
+            raise ValueError(f"a cloud of {len(self.points)} points with other counts of times, intensities or rings")
 
     def rows(self) -> NDArray[np.void]:
         """Return one record per point with the fields of `CLOUD_FIELDS`, shape (n,)."""
@@ -143,11 +152,11 @@ class PointCloud:
 class ImuReading:
     """A reading of an inertial sensor: the mean since its last reading, in its own frame."""
 
-    stamp: float
+    stamp: Stamp
     """End of its averaging period [s]."""
-    acceleration: Array
+    acceleration: Annotated[Array, Form("[m/s^2]", shape=(3,))]
     """Specific force, (0, 0, 9.81) at rest, shape (3,) [m/s^2]; NaN from a sensor of a log without accelerometers."""
-    turn: Array
+    turn: Annotated[Array, Form("[rad/s]", shape=(3,))]
     """Angular velocity about x, y and z, shape (3,) [rad/s]; NaN from a sensor of a log that has no gyroscopes."""
     name: str = "imu"
     """Name of the sensor."""
@@ -157,15 +166,15 @@ class ImuReading:
 class Odometry:
     """Motion since the last tick measured by the wheels, in the robot frame at that tick."""
 
-    forward: float
+    forward: Annotated[float, Form("[m]")]
     """[m]"""
-    left: float
+    left: Annotated[float, Form("[m]")]
     """[m]"""
-    turn: float
+    turn: Annotated[float, Form("[rad]")]
     """[rad]"""
-    covariance: Array
+    covariance: Annotated[Array, Form("3 x 3", shape=(3, 3))]
     """Covariance of (forward, left, turn), shape (3, 3) [m, m, rad]."""
-    stamp: float | None = None
+    stamp: Annotated[float | None, Form("When the motion ended, if not at the time of the tick [s]"), CLOCK_TIME] = None
     """When the motion ended, if not at the time of the observation: in a log, at the scan that came with it [s]."""
 
 
@@ -173,15 +182,15 @@ class Odometry:
 class Sighting:
     """A beacon seen from the robot."""
 
-    stamp: float
+    stamp: Annotated[float, Form("[s]"), CLOCK_TIME]
     """[s]"""
-    name: str | None
+    name: Annotated[str | None, Form("Left out when the sensor cannot tell")]
     """Name of the beacon; None if the sensor does not identify it."""
-    range: float
+    range: Annotated[float, Form("Horizontal, from the robot's origin [m]")]
     """Horizontal distance from the robot's origin [m]."""
-    bearing: float
+    bearing: Annotated[float, Form("From the robot's x axis, left positive [rad]")]
     """Bearing from the robot's x axis, left positive, in [-pi, pi) [rad]."""
-    covariance: Array
+    covariance: Annotated[Array, Form("Of (range, bearing), 2 x 2", shape=(2, 2))]
     """Covariance of (range, bearing), shape (2, 2): of this sighting alone.
 
     The errors of sightings from pictures (with `corners`) are shared: all of an image shift together as the robot
@@ -190,7 +199,10 @@ class Sighting:
     a NIS of 2. `mjsim.algorithms.picture_errors:PictureErrors` gives the covariance of a tick's sightings with what
     they share.
     """
-    corners: Array | None = None
+    corners: Annotated[
+        Array | None,
+        Form("u, v of 4 corners from the picture's own top left clockwise [px]; left out without", shape=(-1, 2)),
+    ] = None
     """Outline in the image, shape (4, 2) [px], clockwise from the picture's own top left."""
 
 
@@ -198,11 +210,16 @@ class Sighting:
 class AnchorRanges:
     """Ranges from a tag to radio anchors."""
 
-    stamp: float
+    stamp: Stamp
     """When it was measured [s]."""
-    ranges: Mapping[str, float]
+    ranges: Annotated[
+        Mapping[str, float],
+        Form(
+            "Distance in space to each of them [m]", names="anchors", names_about="Names of those heard", each="range"
+        ),
+    ]
     """Name of an anchor -> 3-D distance from the tag to its centre [m]; anchors not received are omitted."""
-    variance: float
+    variance: Annotated[float, Form("Of each range in line of sight [m^2]")]
     """Variance of each range in line of sight, from the data sheet [m^2]; without line of sight the error is larger."""
 
 
@@ -210,13 +227,13 @@ class AnchorRanges:
 class WheelTicks:
     """Encoder counts of the driven wheels since the start, forward positive."""
 
-    stamp: float
+    stamp: Stamp
     """When they were read [s]."""
-    counts: tuple[int, ...]
+    counts: Annotated[tuple[int, ...], Form("Steps of each driven wheel since the start", each="count")]
     """Counts of the wheels, in the order of `RobotInfo.wheels`, from -2^(bits - 1) to 2^(bits - 1) - 1."""
-    resolution: int
+    resolution: Annotated[int, Form("Steps in one turn of a wheel", is_fixed=True)]
     """Counts per revolution of a wheel."""
-    bits: int = 32
+    bits: Annotated[int, Form("Width of the counters, which wrap around", is_fixed=True)] = 32
     """Width of the counters, which wrap around."""
 
     def since(self, before: "WheelTicks") -> tuple[int, ...]:
@@ -235,13 +252,13 @@ class WheelTicks:
 class JointState:
     """State of joints or driven wheels, as measured by encoders; each array has shape (joints,)."""
 
-    stamp: float
+    stamp: Stamp
     """When they were read [s]."""
-    positions: Array
+    positions: Annotated[Array, Form("[rad], or [m] of joints that slide")]
     """[rad], or [m] of joints that slide; wheels count from the start, forward positive, relative to the body."""
-    velocities: Array
+    velocities: Annotated[Array, Form("[rad/s], or [m/s]")]
     """[rad/s], or [m/s]."""
-    torques: Array
+    torques: Annotated[Array, Form("Of the motors at the joints [N m], or [N]")]
     """Torques of the motors on the side of the joint, as currently applied [N m], or [N]."""
 
 
@@ -265,11 +282,11 @@ class FastReading:
 class Message:
     """A message from another robot."""
 
-    sender: str
+    sender: Annotated[str, Form("Robot")]
     """Name of the robot."""
-    stamp: float
+    stamp: Annotated[float, Form("[s]"), CLOCK_TIME]
     """When it was sent [s]."""
-    text: str = field(repr=False)
+    text: Annotated[str, Form("Content as JSON")] = field(repr=False)
     """The content as JSON."""
 
     @property
@@ -286,28 +303,30 @@ class Observation:
     """[s]"""
     dt: float
     """Since the last tick [s]."""
-    odometry: Odometry
-    sightings: tuple[Sighting, ...] = ()
+    odometry: Annotated[Odometry, Form("Motion since the last tick as the wheels tell it")]
+    sightings: Annotated[tuple[Sighting, ...], Form("Beacons seen")] = ()
     """Sightings of the beacon sensor, and of the observer once it has run."""
-    cameras: Mapping[str, CameraFrame] = field(default_factory=dict)
+    cameras: Annotated[Mapping[str, CameraFrame], Form("Pictures given")] = field(default_factory=dict)
     """By camera name, only those due at this tick."""
-    scans: Mapping[str, Scan] = field(default_factory=dict)
+    scans: Annotated[Mapping[str, Scan], Form("Of lidars, where due")] = field(default_factory=dict)
     """By lidar name, only those due at this tick."""
-    imu: tuple[ImuReading, ...] = ()
+    imu: Annotated[tuple[ImuReading, ...], Form("Since the last tick", is_batch=True)] = ()
     """Readings since the last tick, one sensor after the other."""
-    ranges: Mapping[str, AnchorRanges] = field(default_factory=dict)
+    ranges: Annotated[Mapping[str, AnchorRanges], Form("To radio anchors, where due")] = field(default_factory=dict)
     """Ranges to radio anchors by the name of the tag, only those due at this tick."""
-    encoders: Mapping[str, WheelTicks] = field(default_factory=dict)
+    encoders: Annotated[Mapping[str, WheelTicks], Form("Of wheel encoders, where due")] = field(default_factory=dict)
     """Counts of the driven wheels by the name of the sensor, only those due at this tick."""
-    proximity: Array = field(default_factory=lambda: np.full(16, np.inf))
+    proximity: Annotated[Array, Form("Ring of ranges, first ahead, then counter-clockwise [m]", is_distance=True)] = (
+        field(default_factory=lambda: np.full(16, np.inf))
+    )
     """Ring of 16 ranges from the robot's rim, from straight ahead counter-clockwise [m]; +inf for no object."""
-    bump: tuple[float, ...] = ()
+    bump: Annotated[tuple[float, ...], Form("Bearings of contacts, left positive [rad]")] = ()
     """Bearings of current contacts, left positive [rad]; empty without contact."""
-    messages: tuple[Message, ...] = ()
+    messages: Annotated[tuple[Message, ...], Form("What the radio brought")] = ()
     """Messages from other robots received since the last tick."""
-    joints: Mapping[str, JointState] = field(default_factory=dict)
+    joints: Annotated[Mapping[str, JointState], Form("Encoders of arms")] = field(default_factory=dict)
     """Joint states by the name of the arm."""
-    clouds: Mapping[str, PointCloud] = field(default_factory=dict)
+    clouds: Annotated[Mapping[str, PointCloud], Form("Of 3-D lidars, where due")] = field(default_factory=dict)
     """By the name of the 3-D lidar, only those due at this tick."""
 
     @property

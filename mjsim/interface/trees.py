@@ -6,12 +6,14 @@ mark what languages represent differently: several items of one shape, and names
 
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from mjsim.geometry import Array, Pose
+from mjsim.interface.forms import Form, FormField, ReadingType, batch_rows, parts_of
 from mjsim.interface.readings import (
+    AnchorRanges,
     CameraFrame,
     FastReading,
     ImuReading,
@@ -19,6 +21,7 @@ from mjsim.interface.readings import (
     JointState,
     Observation,
     Scan,
+    Sighting,
 )
 from mjsim.interface.values import (
     ArmInfo,
@@ -83,63 +86,65 @@ class Numbers:
 
 def observation_tree(seen: Observation, numbers: Numbers, *, pictures: bool) -> dict[str, Tree]:
     """Return the tree of an observation; pictures, which take time to render, only on request."""
-    sightings, odometry = seen.sightings, seen.odometry
     return {
         "time": seen.time,
         "dt": seen.dt,
-        "odometry": {
-            "forward": odometry.forward,
-            "left": odometry.left,
-            "turn": odometry.turn,
-            "covariance": odometry.covariance,
+        **_sightings(seen.sightings, numbers),
+        **{
+            part.name: _field(part, form, getattr(seen, part.name))
+            for part, form in parts_of(Observation)
+            if part.name not in _OWN_FORM
         },
+        "scans": Named({name: _scan(scan) for name, scan in seen.scans.items()}),
+        "cameras": Named({name: _camera(frame) for name, frame in seen.cameras.items()} if pictures else {}),
+        "ranges": Named({name: _ranges(tag, numbers) for name, tag in seen.ranges.items()}),
+        "joints": Named({name: joint_tree(state) for name, state in seen.joints.items()}),
+    }
+
+
+_OWN_FORM = {"sightings", "scans", "cameras", "ranges", "joints"}
+"""Readings that programs get in a form of their own; all others have the fields that they declare."""
+
+
+def _field(part: FormField, form: Form, value: Any) -> Tree:
+    """Return the readings in a field of an observation."""
+    if form.is_batch:
+        return Stack(batch_rows(part.of, value))
+    if not part.has_readings:
+        return _stack(value)
+    if part.by_name:
+        return Named({name: _reading(reading) for name, reading in value.items()})
+    if part.in_a_row:
+        return RecordList([each.name for each, _ in parts_of(part.of)], [_reading(reading) for reading in value])
+    return _reading(value)
+
+
+def _reading(reading: Any) -> dict[str, Tree]:
+    """Return the declared fields of a reading; those that are None are left out."""
+    found = {part.name: (part, getattr(reading, part.name)) for part, _ in parts_of(cast(ReadingType, type(reading)))}
+    return {name: _value(part, value) for name, (part, value) in found.items() if value is not None}
+
+
+def _value(part: FormField, value: Any) -> Tree:
+    """Return a number, a text, an array of fixed shape, or a list, with the item index first."""
+    if isinstance(value, str):
+        return Text(value)
+    is_fixed = part.form is not None and -1 not in part.form.shape
+    return value if is_fixed or not isinstance(value, tuple | np.ndarray) else _stack(value, np.shape(value)[1:])
+
+
+def _sightings(sightings: Sequence[Sighting], numbers: Numbers) -> dict[str, Tree]:
+    return {
         "z": _stack([(each.range, each.bearing) for each in sightings], (2,)),
         "id": _stack([numbers.of(each.name) for each in sightings]),
         "R": _stack([each.covariance for each in sightings], (2, 2)),
         "stamp": _stack([each.stamp for each in sightings]),
-        "scans": Named({name: _scan(scan) for name, scan in seen.scans.items()}),
-        "cameras": Named({name: _camera(frame) for name, frame in seen.cameras.items()} if pictures else {}),
-        "imu": _imu(seen.imu),
-        "ranges": Named(
-            {
-                name: {
-                    "stamp": tag.stamp,
-                    "id": _stack([numbers.of(anchor) for anchor in tag.ranges]),
-                    "range": _stack([*tag.ranges.values()]),
-                    "variance": tag.variance,
-                }
-                for name, tag in seen.ranges.items()
-            }
-        ),
-        **{kind: _readings(getattr(seen, kind)) for kind in _PLAIN},
-        "joints": Named({name: joint_tree(state) for name, state in seen.joints.items()}),
-        "proximity": _stack(seen.proximity),
-        "bump": _stack(seen.bump),
-        "messages": RecordList(
-            ("sender", "stamp", "text"),
-            [{"sender": each.sender, "stamp": each.stamp, "text": Text(each.text)} for each in seen.messages],
-        ),
     }
 
 
-def _readings(readings: Mapping[str, Any]) -> Named:
-    """Return readings by sensor: the fields of each, with the item index of tuples and arrays first."""
-    return Named(
-        {
-            name: {part.name: _number_or_stack(getattr(reading, part.name)) for part in fields(reading)}
-            for name, reading in readings.items()
-        }
-    )
-
-
-def _number_or_stack(value: Any) -> Tree:
-    return _stack(value, np.shape(value)[1:]) if isinstance(value, (tuple, np.ndarray)) else value
-
-
-_OWN_FORM = {"time", "dt", "odometry", "sightings", "cameras", "scans", "imu", "ranges", "joints", "proximity", "bump"}
-_OWN_FORM |= {"messages"}
-_PLAIN = tuple(part.name for part in fields(Observation) if part.name not in _OWN_FORM)
-"""Kinds of readings that are encoded field by field; new kinds are, unless they have a form of their own."""
+def _ranges(tag: AnchorRanges, numbers: Numbers) -> dict[str, Tree]:
+    heard = {"id": _stack([numbers.of(anchor) for anchor in tag.ranges]), "range": _stack([*tag.ranges.values()])}
+    return {"stamp": tag.stamp, **heard, "variance": tag.variance}
 
 
 def estimate_tree(belief: Estimate, numbers: Numbers) -> dict[str, Tree]:
@@ -173,7 +178,7 @@ def fast_tree(sensed: FastReading) -> dict[str, Tree]:
         "dt": sensed.dt,
         "joints": Named({name: joint_tree(state) for name, state in sensed.joints.items()}),
         "wheels": joint_tree(sensed.wheels),
-        "imu": _imu(sensed.imu),
+        "imu": Stack(batch_rows(ImuReading, sensed.imu)),
     }
 
 
@@ -278,10 +283,6 @@ def _camera(frame: CameraFrame) -> dict[str, Tree]:
     if frame.segmentation is not None:
         tree |= {"segmentation": frame.segmentation, "instances": list(frame.instances)}
     return tree
-
-
-def _imu(readings: Sequence[ImuReading]) -> Stack:
-    return _stack([(each.stamp, *each.acceleration, *each.turn) for each in readings], (7,))
 
 
 def _stack(items: Any, shape: tuple[int, ...] = ()) -> Stack:

@@ -1,37 +1,25 @@
 """Converts your own observations to a recording, for replay, report, compare and video."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.geometry import Array
-from mjsim.interface import (
-    AnchorRanges,
-    Command,
-    ImuReading,
-    JointState,
-    Message,
-    Observation,
-    PointCloud,
-    Scan,
-    Sighting,
-    WheelTicks,
-)
+from mjsim.interface import Command, Observation, ReadingType, named, parts_of, retimed
 from mjsim.logs.log import AHEAD, Log, world_of
 from mjsim.logs.output import recorded
-from mjsim.logs.readings import at_stamps, kept
+from mjsim.logs.readings import kept
 from mjsim.logs.robot_log import RobotLog
 from mjsim.logs.ticks import write_ticks
 from mjsim.logs.wishes import Wishes
 from mjsim.output import require_free
-from mjsim.record import LoggedCamera, LoggedFrame, Recording, check_fit, logged_frame
-from mjsim.world import Camera, World, step_misfit
+from mjsim.record import LoggedCamera, Recording, check_fit, logged_frame
+from mjsim.world import SENSOR_KINDS, Camera, World, step_misfit
 
 JITTER = 1e-3
 """Tolerance of times relative to a constant rate, in ticks."""
@@ -39,9 +27,8 @@ WHOLE = 1e-3
 """Tolerance for a whole number of milliseconds [ms]."""
 FASTEST = 250.0
 """Maximum tick rate [Hz]."""
-Timed = TypeVar(
-    "Timed", Sighting, ImuReading, Message, LoggedFrame, Scan, PointCloud, AnchorRanges, WheelTicks, JointState
-)
+_OF_LOGS = {"sightings", "cameras", "scans", "clouds", "imu"}
+"""Readings for which any log has a place."""
 
 
 def write_log(
@@ -116,22 +103,9 @@ class _Observed:
 
     def observation(self, row: int) -> Observation:
         """Return an observation at its tick."""
-        seen, first = self.observations[row], self.first
-        return replace(
-            seen,
-            time=row * self.dt,
-            dt=self.dt,
-            odometry=replace(seen.odometry, stamp=None if seen.odometry.stamp is None else seen.moment - first),
-            sightings=_since(first, seen.sightings),
-            imu=_since(first, seen.imu),
-            messages=_since(first, seen.messages),
-            cameras=_named_since(first, {name: logged_frame(frame) for name, frame in seen.cameras.items()}),
-            scans=_named_since(first, seen.scans),
-            clouds=_named_since(first, seen.clouds),
-            ranges=_named_since(first, seen.ranges),
-            encoders=_named_since(first, seen.encoders),
-            joints=_named_since(first, seen.joints),
-        )
+        seen = retimed(self.observations[row], lambda time: time - self.first)
+        frames = {name: logged_frame(frame) for name, frame in seen.cameras.items()}
+        return replace(seen, time=row * self.dt, dt=self.dt, cameras=frames)
 
     def command(self, row: int) -> Command:
         """Return the mean twist since the previous tick."""
@@ -141,16 +115,6 @@ class _Observed:
     def identities(self, row: int) -> tuple[str | None, ...]:
         """Return the names of the sightings."""
         return tuple(sighting.name for sighting in self.observations[row].sightings)
-
-
-def _since(first: float, readings: Sequence[Timed]) -> tuple[Timed, ...]:
-    """Return readings with stamps relative to a time [s]."""
-    return tuple(at_stamps(each, lambda time: time - first) for each in readings)
-
-
-def _named_since(first: float, readings: Mapping[str, Timed]) -> dict[str, Timed]:
-    """Return readings by sensor with stamps relative to a time [s]."""
-    return {name: at_stamps(each, lambda time: time - first) for name, each in readings.items()}
 
 
 def _cameras(observations: Sequence[Observation], *, placed: bool) -> dict[str, LoggedCamera]:
@@ -312,8 +276,6 @@ def _room(
     scans = {name: kept([scan]) for seen in observations for name, scan in seen.scans.items()}
     frames = {name: kept([logged_frame(frame)]) for seen in observations for name, frame in seen.cameras.items()}
     clouds = {name: kept([cloud]) for seen in observations for name, cloud in seen.clouds.items()}
-    encoders = {name: ticks for seen in observations for name, ticks in seen.encoders.items()}
-    tags = {name: tag for seen in observations for name, tag in seen.ranges.items()}
     log = RobotLog(
         sightings=[sighting for seen in observations for sighting in seen.sightings],
         scans=scans,
@@ -329,11 +291,8 @@ def _room(
         name=robot,
         landmarks=landmarks,
         cameras=cameras,
-        sensors=[
-            *(f"{{uwb: {name}, rate_hz: {rate!r}}}" for name in tags),
-            *(f"{{encoders: {name}, bits: {ticks.bits}, rate_hz: {rate!r}}}" for name, ticks in encoders.items()),
-        ],
-        steps=next((ticks.resolution for ticks in encoders.values()), None),
+        sensors=[*_sensor_texts(observations, rate)],
+        steps=next((ticks.resolution for seen in observations for ticks in seen.encoders.values()), None),
     )
     return world_of(
         [whole],
@@ -344,6 +303,19 @@ def _room(
         source="observations",
         step_ms=_step_ms(rate),
     )
+
+
+def _sensor_texts(observations: Sequence[Observation], rate: float) -> Iterator[str]:
+    """Yield the text of each sensor that a log has no other place for, with what its readings tell about it."""
+    for kind, model in SENSOR_KINDS.items():
+        if model.reading in _OF_LOGS:
+            continue
+        known = {name: each for seen in observations for name, each in named(getattr(seen, model.reading))}
+        for name, reading in known.items():
+            kind_of_reading: ReadingType = type(reading)
+            told = [part.name for part, form in parts_of(kind_of_reading) if form.is_fixed]
+            keys = [f", {key}: {getattr(reading, key)!r}" for key in told if key in model.model_fields]
+            yield f"{{{kind}: {name}{''.join(keys)}, rate_hz: {rate!r}}}"
 
 
 def _step_ms(rate: float) -> int:

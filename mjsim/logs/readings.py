@@ -2,15 +2,15 @@
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any, Generic, Protocol, TypeVar, cast, overload
+from dataclasses import dataclass, field
+from typing import Generic, Protocol, TypeVar, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.errors import LONGEST_MESSAGE
 from mjsim.geometry import Array
-from mjsim.interface import CameraFrame, ImuReading
+from mjsim.interface import ImuReading
 
 TOGETHER = 0.02
 """Maximum time difference of depth and colour of one picture, as in the tools of TUM RGB-D [s]."""
@@ -118,15 +118,6 @@ def sensors_of(readings: Sequence[ImuReading]) -> list[str]:
 def kept(readings: Sequence[T]) -> Readings[T]:
     """Return readings held in memory."""
     return Readings(stamps_of(readings), lambda number: readings[number])
-
-
-def at_stamps(reading: T, moved: Callable[[float], float]) -> T:
-    """Return a reading whose times were moved to another clock."""
-    stamps = {"stamp": moved(reading.stamp)}
-    if isinstance(reading, CameraFrame) and reading.depth_stamp is not None:
-        stamps["depth_stamp"] = moved(reading.depth_stamp)
-    changed: Any = replace(cast(Any, reading), **stamps)
-    return cast(T, changed)
 
 
 def rising(stamps: Array) -> NDArray[np.intp]:

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose3, places_at, poses_at
-from mjsim.interface import Command, ImuReading, Observation, Odometry, PointCloud, Scan, Sighting
+from mjsim.interface import Command, ImuReading, Observation, Odometry, PointCloud, Scan, Sighting, retimed
 from mjsim.logs.merge import MotionNoise, motions, track_motions, unknown_motion
 from mjsim.logs.noise_file import UNBIASED, Bias, bias_note
 from mjsim.logs.output import Output
-from mjsim.logs.readings import Damage, DamagedReadingError, Readings, at_stamps, stamps_of
+from mjsim.logs.readings import Damage, DamagedReadingError, Readings, stamps_of
 from mjsim.logs.ticks import write_ticks
 from mjsim.record import LoggedCamera, LoggedFrame
 from mjsim.world import World
@@ -247,7 +247,7 @@ class _Ticked:
             return None
 
     def _shifted(self, reading: Any) -> Any:
-        return at_stamps(reading, lambda time: time - self._start)
+        return retimed(reading, lambda time: time - self._start)
 
     def _mean_twists(self) -> Array:
         """Return the mean twist of each tick, for a log without commands, shape (N, 3)."""

@@ -3,15 +3,15 @@
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace
 from functools import cache
-from typing import Any, NoReturn, TypeVar, get_origin
+from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 
-from mjsim.interface import BeaconInfo, Observation, RobotInfo, WorldMap
+from mjsim.interface import BeaconInfo, Observation, RobotInfo, WorldMap, all_parts
 
 K = TypeVar("K")
 V = TypeVar("V")
-_READINGS = tuple(part.name for part in fields(Observation) if get_origin(part.type) is Mapping)
+_READINGS = tuple(part.name for part in all_parts(Observation) if part.by_name)
 """The fields of an observation with readings by the name of their sensor."""
 _PLAIN = frozenset({float, int, str, bool, type(None), np.float64})
 
@@ -76,7 +76,8 @@ def seal(value: Any) -> None:
 @cache
 def _sealable(kind: Any) -> tuple[str, ...]:
     """Return the fields of a value of mjsim that are not just a number or a text."""
-    return tuple(part.name for part in fields(kind) if part.type not in _PLAIN) if is_dataclass(kind) else ()
+    parts = fields(kind) if is_dataclass(kind) else ()
+    return tuple(part.name for part in parts if getattr(part.type, "__origin__", part.type) not in _PLAIN)
 
 
 def _sealed(items: Mapping[K, V]) -> Mapping[K, V]:

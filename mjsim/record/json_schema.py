@@ -76,12 +76,6 @@ def listed(item: Schema, description: str) -> Schema:
     return {"type": "array", "items": item, "description": description}
 
 
-def readings(description: str, properties: Schema, *, optional: Collection[str] = ()) -> Schema:
-    """Return the schema of a list of readings, each with the name of its sensor and its time."""
-    named = {"name": text("Of the sensor"), "stamp": number("When it was taken, simulated time [s]")}
-    return listed(keyed(named | properties, optional=optional), description)
-
-
 def topic(title: str, description: str, properties: Schema, *, optional: Collection[str] = ()) -> Schema:
     """Return the schema of a topic's messages, all of which have a time."""
     message = keyed({"time": TIME} | properties, f"{description} {EXACT}", optional=optional)

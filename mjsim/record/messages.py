@@ -19,7 +19,7 @@ from pydantic import TypeAdapter
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.interface import Command, Estimate, JointGoal, Observation, Sighting, WheelCommand, message_text
 from mjsim.record.numbers import Message, flat, numbers, packed, stamp_json, unpacked
-from mjsim.record.readings import CODECS, sighting_messages
+from mjsim.record.readings import CODECS, SIGHTINGS
 from mjsim.record.tick import Order, RobotEvent, Tick
 from mjsim.world import ReachEvent, WorldEvent, event_text
 
@@ -144,7 +144,7 @@ def path_rows(message: Message) -> Array:
 
 def sightings_message(time: float, sightings: Sequence[Sighting]) -> Message:
     """Return all sightings of a tick."""
-    return {"time": time, "sightings": sighting_messages(sightings)}
+    return {"time": time, "sightings": SIGHTINGS.encode(sightings)}
 
 
 def observation_message(seen: Observation) -> Message:
@@ -160,9 +160,7 @@ def observation_message(seen: Observation) -> Message:
 def observation_of(message: Message) -> Observation:
     """Return the observation of a message, without its pictures."""
     fields = {
-        codec.field: codec.decode(message[codec.field])
-        for codec in CODECS
-        if codec.decode is not None and codec.field in message
+        codec.field: codec.decode(message[codec.field]) for codec in CODECS if codec.is_read and codec.field in message
     }
     return Observation(time=message["time"], dt=message["dt"], **fields)
 

@@ -29,7 +29,7 @@ from mjsim.record.messages import (
 from mjsim.record.metadata import checked_metadata
 from mjsim.record.numbers import Message
 from mjsim.record.parse import FAULTS, content_of, misfit, unfit
-from mjsim.record.readings import identities_of, sightings_of
+from mjsim.record.readings import SIGHTINGS, identities_of
 from mjsim.record.recording import SAME_TIME, Landmarks, Recording, Track
 from mjsim.record.schemas import ARM_TOPICS
 from mjsim.record.shown import shown_of
@@ -250,7 +250,7 @@ _READ: dict[str, Callable[[Message], Any]] = {
     "estimate": lambda message: (pose_row(message), message["covariance"]),
     "command": command_row,
     "landmarks": landmarks_of,
-    "sightings": lambda message: sightings_of(message["sightings"]),
+    "sightings": lambda message: SIGHTINGS.decode(message["sightings"]),
     "identities": identities_of,
     "innovations": innovations_of,
     "events": event_of,

@@ -20,7 +20,7 @@ from mjsim.record.json_schema import (
     text,
     topic,
 )
-from mjsim.record.readings import CODECS, SIGHTINGS_SCHEMA
+from mjsim.record.readings import CODECS, codec_of
 from mjsim.record.shown import SHOW
 from mjsim.record.tick import EventKind
 
@@ -88,10 +88,10 @@ OBSERVATION = topic(
     "mjsim.Observation",
     "Every number that a robot's modules were given.",
     {"dt": number("Since the last tick [s]")} | {codec.field: codec.schema for codec in CODECS},
-    optional=[codec.field for codec in CODECS if codec.optional or codec.sparse],
+    optional=[codec.field for codec in CODECS if codec.optional],
 )
 SIGHTINGS = topic(
-    "mjsim.Sightings", "All sightings of a tick, of sensors and observer.", {"sightings": SIGHTINGS_SCHEMA}
+    "mjsim.Sightings", "All sightings of a tick, of sensors and observer.", {"sightings": codec_of("beacons").schema}
 )
 INNOVATIONS = topic(
     "mjsim.Innovations",

@@ -4,7 +4,8 @@ Metres, seconds, radians, right-handed frames with x ahead, y to the left and z 
 with x right, y down and z ahead. Infinite ranges follow REP 117, infinite depths REP 118.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from mjsim.errors import UsageError, how_to_install
 from mjsim.geometry import Array, Pose, Pose3
-from mjsim.interface import CLOUD_FIELDS, ImuReading, Intrinsics, JointState, Picture, PointCloud, Scan
+from mjsim.interface import CLOUD_FIELDS, ImuReading, Intrinsics, JointState, Picture, PointCloud, Scan, SensorInfo
 
 PLANAR = np.ix_((0, 1, 5), (0, 1, 5))
 """Rows and columns of x, y and yaw in the covariance of a 3-D pose."""
@@ -158,7 +159,7 @@ def odometry(
     )
 
 
-def point_cloud(cloud: PointCloud, frame: str) -> Any:
+def point_cloud(cloud: PointCloud, frame: str, sheet: SensorInfo) -> Any:
     """Return one revolution of a 3-D lidar, with the fields of `CLOUD_FIELDS`."""
     rows = cloud.rows()
     field, numbers = _of("sensor_msgs/msg/PointField"), {"<f4": 7, "<u2": 4}  # its FLOAT32 and UINT16
@@ -179,7 +180,7 @@ def point_cloud(cloud: PointCloud, frame: str) -> Any:
     )
 
 
-def laser_scan(scan: Scan, frame: str, *, rate_hz: float) -> Any:
+def laser_scan(scan: Scan, frame: str, sheet: SensorInfo) -> Any:
     """Return a scan; all beams have the same time."""
     strengths = () if scan.intensities is None else scan.intensities
     return _of("sensor_msgs/msg/LaserScan")(
@@ -188,7 +189,7 @@ def laser_scan(scan: Scan, frame: str, *, rate_hz: float) -> Any:
         float(scan.angle_min + scan.angle_increment * (len(scan.ranges) - 1)),
         float(scan.angle_increment),
         0.0,
-        1.0 / rate_hz,
+        1.0 / sheet.rate_hz,
         float(scan.range_min),
         float(scan.range_max),
         np.asarray(scan.ranges, dtype=np.float32),
@@ -196,7 +197,7 @@ def laser_scan(scan: Scan, frame: str, *, rate_hz: float) -> Any:
     )
 
 
-def imu(reading: ImuReading, frame: str, noise: Mapping[str, float]) -> Any:
+def imu(reading: ImuReading, frame: str, sheet: SensorInfo) -> Any:
     """Return an inertial reading; a first covariance of -1 means that something is not measured, as its orientation."""
     unknown = np.zeros(9)
     unknown[0] = -1.0
@@ -204,7 +205,7 @@ def imu(reading: ImuReading, frame: str, noise: Mapping[str, float]) -> Any:
     def measured(key: str, values: Array) -> tuple[Any, Array]:
         if not np.isfinite(values).all():
             return _vector((0.0, 0.0, 0.0)), unknown
-        return _vector(values), (np.eye(3) * noise.get(key, 0.0) ** 2).ravel()
+        return _vector(values), (np.eye(3) * sheet.noise.get(key, 0.0) ** 2).ravel()
 
     return _of("sensor_msgs/msg/Imu")(
         _header(reading.stamp, frame),
@@ -213,6 +214,26 @@ def imu(reading: ImuReading, frame: str, noise: Mapping[str, float]) -> Any:
         *measured("turn", reading.turn),
         *measured("acceleration", reading.acceleration),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class SensorTopic:
+    """How the readings of a kind of sensor are sent."""
+
+    word: str
+    """Last part of the topic."""
+    kind: str
+    """Type of the messages."""
+    message: Callable[[Any, str, SensorInfo], Any]
+    """Reading, name of the sensor's frame and data sheet -> message."""
+
+
+SENSOR_TOPICS = {
+    "scans": SensorTopic("scan", "sensor_msgs/msg/LaserScan", laser_scan),
+    "clouds": SensorTopic("points", "sensor_msgs/msg/PointCloud2", point_cloud),
+    "imu": SensorTopic("imu", "sensor_msgs/msg/Imu", imu),
+}
+"""Field of `Observation` -> topic of each sensor that it has readings of; pictures are in several topics."""
 
 
 def picture(stamp: float, frame: str, image: Picture) -> Any:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose, Pose3
-from mjsim.interface import CameraFrame, Observation, RobotInfo
+from mjsim.interface import CameraFrame, Observation, RobotInfo, named
 from mjsim.ros import messages
 from mjsim.ros.frames import MAP_FRAME, Poses, RobotFrames
 from mjsim.ros.qos import RELIABLE, SENSOR_DATA
@@ -144,16 +144,10 @@ class RosRobot:
 
     def _readings(self, seen: Observation) -> Iterator[Outgoing]:
         """Yield the readings of sensors other than cameras."""
-        sheets, frames = self._info.sensors, self._frames.sensors
-        for name, scan in seen.scans.items():
-            message = messages.laser_scan(scan, frames[name], rate_hz=sheets[name].rate_hz)
-            yield Outgoing(self._sensor_topic(name, "scan", "sensor_msgs/msg/LaserScan"), message)
-        for name, cloud in seen.clouds.items():
-            message = messages.point_cloud(cloud, frames[name])
-            yield Outgoing(self._sensor_topic(name, "points", "sensor_msgs/msg/PointCloud2"), message)
-        for reading in seen.imu:
-            message = messages.imu(reading, frames[reading.name], sheets[reading.name].noise)
-            yield Outgoing(self._sensor_topic(reading.name, "imu", "sensor_msgs/msg/Imu"), message)
+        for readings, of in messages.SENSOR_TOPICS.items():
+            for name, reading in named(getattr(seen, readings)):
+                message = of.message(reading, self._frames.sensors[name], self._info.sensors[name])
+                yield Outgoing(self._sensor_topic(name, of.word, of.kind), message)
         ring = self._topic("proximity", "sensor_msgs/msg/Range", sensor=True)
         for frame, distance in zip(self._frames.rays, seen.proximity.tolist(), strict=True):
             yield Outgoing(ring, messages.distance(seen.time, frame, distance, farthest=self._farthest))

@@ -41,6 +41,7 @@ from .items import MOTIONS as MOTIONS
 from .items import OMNI3_BEARINGS as OMNI3_BEARINGS
 from .items import PROXIMITY_HEIGHT as PROXIMITY_HEIGHT
 from .items import QUIET as QUIET
+from .items import SENSOR_KINDS as SENSOR_KINDS
 from .items import TARGET_KINDS as TARGET_KINDS
 from .items import AckermannDrive as AckermannDrive
 from .items import Actuator as Actuator

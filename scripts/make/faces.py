@@ -12,12 +12,11 @@ from pathlib import Path
 
 MJSIM = Path(__file__).resolve().parents[2] / "mjsim"
 INTERFACE, DRIVES = MJSIM / "interface", MJSIM / "world" / "items" / "drives"
-WIRE = {"Doubles", "Named", "Numbers", "RecordList", "Stack", "Text", "Tree"}
-WIRE |= {"answer_of", "command_tree", "doubles_of", "estimate_tree", "fast_tree", "joint_tree", "json_line"}
-WIRE |= {"observation_tree", "octave_names", "quoted", "robot_tree"}
-NOT_FOR_USERS = {"LONGEST_MESSAGE", "Picture", "message_text", "require_bounds", *WIRE}
-NOT_FOR_USERS |= {"LONGEST_TEXT", "MAX_CELLS", "MAX_ITEMS", "MAX_POINTS"}
-"""Of the interface, but not offered by `mjsim` itself."""
+WIRE = {"doubles", "forms", "json_form", "trees"}
+"""Modules of the interface whose names `mjsim` itself does not offer."""
+NOT_FOR_USERS = {"LONGEST_MESSAGE", "LONGEST_TEXT", "MAX_CELLS", "MAX_ITEMS", "MAX_POINTS"}
+NOT_FOR_USERS |= {"Picture", "message_text", "require_bounds"}
+"""Other names of the interface that it does not offer."""
 ITEMS_ONLY = {
     "KINDS",
     "OWN_IMU",
@@ -36,7 +35,8 @@ ITEMS_ONLY = {
 
 def faces() -> dict[Path, str]:
     """Return the text of each face."""
-    users = [name for name in _names(INTERFACE) if name not in NOT_FOR_USERS]
+    hidden = NOT_FOR_USERS.union(name for module, name in _defined(INTERFACE) if module in WIRE)
+    users = [name for name in _names(INTERFACE) if name not in hidden]
     drives = [name for name in _names(DRIVES) if name not in ITEMS_ONLY]
     return {
         _face(INTERFACE): _own(INTERFACE),

@@ -65,6 +65,7 @@ def test_tables_have_a_row_a_point(run, tmp_path):
 def test_a_cloud_of_uneven_columns_is_refused(run, column):
     _, _, clouds = run
     (message,) = CLOUDS.encode({"top": clouds[0]})
-    (short,) = CLOUDS.encode({"top": replace(clouds[0], **{column: getattr(clouds[0], column)[:-1]})})
+    parts = ("points", "times", "intensities", "rings")
+    (short,) = CLOUDS.encode({"top": replace(clouds[0], **{name: getattr(clouds[0], name)[:-1] for name in parts})})
     with pytest.raises(ValueError, match="points with other counts of times, intensities or rings"):
         CLOUDS.decode([{**message, column: short[column]}])

@@ -3,7 +3,5 @@ from .codec import DrawnTopic as DrawnTopic
 from .codec import SensorTable as SensorTable
 from .codecs import CODECS as CODECS
 from .codecs import codec_of as codec_of
-from .sightings import SIGHTINGS_SCHEMA as SIGHTINGS_SCHEMA
+from .sightings import SIGHTINGS as SIGHTINGS
 from .sightings import identities_of as identities_of
-from .sightings import sighting_messages as sighting_messages
-from .sightings import sightings_of as sightings_of

@@ -1,23 +1,19 @@
 """Pictures of onboard cameras: the observation has their stamps, the pictures have topics of their own."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from foxglove import Context
 from foxglove.channels import CameraCalibrationChannel, CompressedImageChannel, RawImageChannel
 from numpy.typing import ArrayLike
 
-from mjsim.interface import CameraFrame, Observation, RobotInfo, SensorInfo
-from mjsim.record import json_schema as schema
+from mjsim.interface import Observation, RobotInfo, SensorInfo
 from mjsim.record.logged_frame import depth_message, picture_file_message
-from mjsim.record.numbers import Message
-from mjsim.record.readings.codec import Box, Codec, DrawnTopic
+from mjsim.record.readings.codec import Box, DrawnTopic
+from mjsim.record.readings.derived import derived
 from mjsim.record.scene import calibration_message
 from mjsim.world import Camera, Depth, World
-
-
-def _messages(frames: Mapping[str, CameraFrame]) -> list[Message]:
-    return [{"name": name, "stamp": float(frame.stamp)} for name, frame in frames.items()]
 
 
 def _calibrate(context: Context, frame: str, camera: SensorInfo) -> None:
@@ -44,11 +40,8 @@ def _boxes(camera: Camera, info: RobotInfo, world: World) -> Mapping[str, Box]:
     return boxes
 
 
-CAMERAS = Codec(
-    field="cameras",
-    schema=schema.readings("Pictures given", {}),
-    encode=_messages,
-    sensor="camera",
+CAMERAS = replace(
+    derived("cameras"),
     drawings=(
         DrawnTopic(
             topic=lambda robot, camera: f"/{robot}/{camera}/image",

@@ -9,11 +9,14 @@ from foxglove import Context
 from numpy.typing import ArrayLike, DTypeLike
 
 from mjsim.geometry import Array
-from mjsim.interface import Observation, RobotInfo, SensorInfo
+from mjsim.interface import Observation, RobotInfo, SensorInfo, named
 from mjsim.record.json_schema import Schema
 from mjsim.record.numbers import Message
 from mjsim.record.tick import Tick
 from mjsim.world import World
+
+Given = Sequence[tuple[float, Any]]
+"""Times at which modules received readings [s], and the readings, for all ticks with any."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,48 +88,39 @@ class Box:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Codec:
-    """How one field of `Observation` is recorded (to JSON and back, exactly), exported and shown.
-
-    Encoders copy every number out of the arrays, so that a module that changes its arrays later does not change the
-    recording.
-    """
+    """How one field of `Observation` is recorded (to JSON and back, exactly), exported and shown; see `derived`."""
 
     field: str
     """Name of the field of `Observation`, and its key in `/R/observation`."""
     schema: Schema
     encode: Callable[[Any], Any]
     """Value of the field -> JSON."""
-    decode: Callable[[Any], Any] | None = None
-    """JSON -> value of the field; None for fields that are not read back."""
-    optional: bool = False
-    """Whether older recordings may lack it."""
-    sparse: bool = False
-    """Whether it is left out of an observation without readings; then it is optional too."""
-    sensor: str | None = None
+    decode: Callable[[Any], Any]
+    """JSON -> value of the field."""
+    is_read: bool
+    """Whether it is read back; pictures are not, which are beside the observation."""
+    optional: bool
+    """Whether recordings may lack it."""
+    sparse: bool
+    """Whether it is left out of an observation without readings."""
+    sensor: str | None
     """The kind of sensor whose readings these are."""
     topic: Topic | None = None
     stream: ReadingTopic | None = None
     drawings: tuple[DrawnTopic, ...] = ()
-    tables: Callable[[Sequence[tuple[float, Any]]], Iterable[SensorTable]] | None = None
-    """Pairs of the time at which modules received a value [s] and the value, for all ticks with one -> a table for each
-    sensor."""
+    tables: Callable[[Given], Iterable[SensorTable]] | None = None
+    """Readings of a robot -> a table for each sensor."""
     boxes: Callable[[Any, RobotInfo, World], Mapping[str, Box]] | None = None
     """Sensor in the world file, data sheet of its robot, and world -> arrays by the suffix that follows the sensor's
     name; None if one array covers all such sensors."""
 
 
-def by_name(given: Sequence[tuple[float, Mapping[str, Any]]]) -> Iterator[tuple[str, dict[str, Array], list[Any]]]:
-    """Yield for each sensor its name, the times when readings were received and taken (`time`, `stamp`) [s], and them.
-
-    Args:
-        given: Times when modules received readings [s], and the readings by the names of their sensors.
-    """
-    for name in dict.fromkeys(name for _, readings in given for name in readings):
-        rows = [(time, readings[name]) for time, readings in given if name in readings]
+def by_name(given: Given) -> Iterator[tuple[str, dict[str, Array], list[Any]]]:
+    """Yield for each sensor its name, when readings were received and taken (`time`, `stamp`) [s], and them."""
+    found: dict[str, list[tuple[float, Any]]] = {}
+    for time, readings in given:
+        for name, reading in named(readings):
+            found.setdefault(name, []).append((time, reading))
+    for name, rows in found.items():
         times = {"time": np.array([time for time, _ in rows]), "stamp": np.array([each.stamp for _, each in rows])}
         yield name, times, [each for _, each in rows]
-
-
-def axes(name: str, values: Array) -> dict[str, list[float]]:
-    """Return columns `name_x`, `name_y` and `name_z` of rows of vectors, shape (n, 3)."""
-    return {f"{name}_{axis}": column for axis, column in zip("xyz", values.T.tolist(), strict=True)}

@@ -1,32 +1,20 @@
 """The codecs of all kinds of readings, in the order of an observation."""
 
+from mjsim.interface import Observation, parts_of
 from mjsim.record.readings.cameras import CAMERAS
 from mjsim.record.readings.clouds import CLOUDS
 from mjsim.record.readings.codec import Codec
+from mjsim.record.readings.derived import ORDER, derived
 from mjsim.record.readings.encoders import ENCODERS
 from mjsim.record.readings.imu import IMU
-from mjsim.record.readings.joints import JOINTS
-from mjsim.record.readings.odometry import ODOMETRY
-from mjsim.record.readings.radio import MESSAGES
 from mjsim.record.readings.ranges import RANGES
 from mjsim.record.readings.scans import SCANS
 from mjsim.record.readings.sightings import SIGHTINGS
-from mjsim.record.readings.touch import BUMP, PROXIMITY
 
-CODECS: tuple[Codec, ...] = (
-    ODOMETRY,
-    SIGHTINGS,
-    PROXIMITY,
-    BUMP,
-    CAMERAS,
-    SCANS,
-    IMU,
-    MESSAGES,
-    ENCODERS,
-    RANGES,
-    JOINTS,
-    CLOUDS,
-)
+_OWN = {codec.field: codec for codec in (SIGHTINGS, CAMERAS, SCANS, IMU, ENCODERS, RANGES, CLOUDS)}
+"""Those with more than is declared: formats of others, tables and arrays."""
+_FIELDS = dict.fromkeys((*ORDER, *(part.name for part, _ in parts_of(Observation))))
+CODECS: tuple[Codec, ...] = tuple(_OWN.get(field) or derived(field) for field in _FIELDS)
 """In the order of the keys in a message of `/R/observation`."""
 
 

@@ -1,8 +1,8 @@
 """Readings of inertial sensors."""
 
-import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from math import isfinite
 
 import numpy as np
@@ -10,30 +10,15 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.interface import ImuReading, Observation, RobotInfo
 from mjsim.record import json_schema as schema
-from mjsim.record.numbers import Message, packed, stamp_json, unpacked
-from mjsim.record.readings.codec import Box, Codec, ReadingTopic, SensorTable, Topic, axes
+from mjsim.record.numbers import Message, stamp_json
+from mjsim.record.readings.codec import Box, ReadingTopic, Topic
+from mjsim.record.readings.derived import derived
 from mjsim.record.tick import Tick
 from mjsim.world import Imu, World
 
 UNKNOWN, NONE = [0.0] * 9, [-1.0, *[0.0] * 8]
 """Covariances in `sensor_msgs/Imu`: unknown, and not measured."""
 NOTHING = {"x": 0.0, "y": 0.0, "z": 0.0}
-
-
-def _messages(readings: Sequence[ImuReading]) -> list[Message]:
-    """Return a message for each sensor."""
-    return [
-        {"name": name, "readings": packed([(each.stamp, *each.acceleration, *each.turn) for each in group])}
-        for name, group in itertools.groupby(readings, key=lambda each: each.name)
-    ]
-
-
-def _readings(messages: Sequence[Message]) -> tuple[ImuReading, ...]:
-    return tuple(
-        ImuReading(float(row[0]), row[1:4], row[4:], item["name"])
-        for item in messages
-        for row in unpacked(item["readings"], -1, 7)
-    )
 
 
 def _xyz(values: Array) -> dict[str, float] | None:
@@ -78,27 +63,6 @@ def _stream_messages(robot: str, readings: Sequence[ImuReading]) -> Iterator[tup
         )
 
 
-def _tables(given: Sequence[tuple[float, Sequence[ImuReading]]]) -> Iterator[SensorTable]:
-    found: dict[str, list[tuple[float, ImuReading]]] = {}
-    for time, readings in given:
-        for reading in readings:
-            found.setdefault(reading.name, []).append((time, reading))
-    for name, rows in found.items():
-        arrays = {
-            "time": np.array([time for time, _ in rows]),
-            "stamp": np.array([reading.stamp for _, reading in rows]),
-            "acceleration": np.array([reading.acceleration for _, reading in rows]),
-            "turn": np.array([reading.turn for _, reading in rows]),
-        }
-        columns = {
-            "time": arrays["time"].tolist(),
-            "stamp": arrays["stamp"].tolist(),
-            **axes("acceleration", arrays["acceleration"]),
-            **axes("turn", arrays["turn"]),
-        }
-        yield SensorTable(name=f"imu_{name}", columns=columns, arrays=arrays)
-
-
 def _boxes(imu: Imu, info: RobotInfo, world: World) -> Mapping[str, Box]:
     # If the rate is not a multiple of the tick rate, the number of readings per tick varies by one.
     count = math.ceil(imu.rate_hz * info.dt - 1e-9)
@@ -111,21 +75,8 @@ def _boxes(imu: Imu, info: RobotInfo, world: World) -> Mapping[str, Box]:
     return {"": Box(read=read, low=-limit, high=limit, shape=(count, 6))}
 
 
-IMU = Codec(
-    field="imu",
-    schema=schema.listed(
-        schema.keyed(
-            {
-                "name": schema.text("Of the sensor"),
-                "readings": schema.packed("stamp, acceleration x y z, turn x y z"),
-            }
-        ),
-        "Since the last tick",
-    ),
-    encode=_messages,
-    decode=_readings,
-    optional=True,
-    sensor="imu",
+IMU = replace(
+    derived("imu"),
     topic=Topic(
         name="imu",
         schema=schema.topic(
@@ -169,6 +120,5 @@ IMU = Codec(
         ),
         messages=_stream_messages,
     ),
-    tables=_tables,
     boxes=_boxes,
 )

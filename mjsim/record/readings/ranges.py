@@ -1,40 +1,18 @@
 """Ranges from tags to radio anchors."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mjsim.interface import AnchorRanges, Observation, RobotInfo
-from mjsim.record import json_schema as schema
-from mjsim.record.numbers import Message, flat
-from mjsim.record.readings.codec import Box, Codec, SensorTable, by_name
+from mjsim.interface import Observation, RobotInfo
+from mjsim.record.readings.codec import Box, Given, SensorTable, by_name
+from mjsim.record.readings.derived import derived
 from mjsim.world import World, sensors
 
 
-def _messages(readings: Mapping[str, AnchorRanges]) -> list[Message]:
-    return [
-        {
-            "name": name,
-            "stamp": float(reading.stamp),
-            "anchors": list(reading.ranges),
-            "ranges": flat([*reading.ranges.values()]),
-            "variance": float(reading.variance),
-        }
-        for name, reading in readings.items()
-    ]
-
-
-def _readings(messages: Sequence[Message]) -> dict[str, AnchorRanges]:
-    return {
-        item["name"]: AnchorRanges(
-            item["stamp"], dict(zip(item["anchors"], item["ranges"], strict=True)), item["variance"]
-        )
-        for item in messages
-    }
-
-
-def _tables(given: Sequence[tuple[float, Mapping[str, AnchorRanges]]]) -> Iterator[SensorTable]:
+def _tables(given: Given) -> Iterator[SensorTable]:
     for name, times, readings in by_name(given):
         anchors = list(dict.fromkeys(anchor for reading in readings for anchor in reading.ranges))
         ranges = [[reading.ranges.get(anchor) for anchor in anchors] for reading in readings]
@@ -61,20 +39,4 @@ def _boxes(uwb: sensors.Uwb, info: RobotInfo, world: World) -> Mapping[str, Box]
     return {"": Box(read=read, low=0.0, high=farthest, shape=(len(anchors),), first=farthest)}
 
 
-RANGES = Codec(
-    field="ranges",
-    schema=schema.readings(
-        "To radio anchors, where due",
-        {
-            "anchors": schema.listed({"type": "string"}, "Names of those heard"),
-            "ranges": schema.numbers("Distance in space to each of them [m]"),
-            "variance": schema.number("Of each range in line of sight [m^2]"),
-        },
-    ),
-    encode=_messages,
-    decode=_readings,
-    sparse=True,
-    sensor="uwb",
-    tables=_tables,
-    boxes=_boxes,
-)
+RANGES = replace(derived("ranges"), tables=_tables, boxes=_boxes)

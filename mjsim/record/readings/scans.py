@@ -1,6 +1,7 @@
 """Scans of 2-D lidars."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from foxglove.channels import LaserScanChannel
@@ -8,48 +9,13 @@ from numpy.typing import ArrayLike
 
 from mjsim.geometry import Array
 from mjsim.interface import Observation, RobotInfo, Scan
-from mjsim.record import json_schema as schema
-from mjsim.record.numbers import Message, packed, unpacked
-from mjsim.record.readings.codec import Box, Codec, DrawnTopic, SensorTable, by_name
+from mjsim.record.readings.codec import Box, DrawnTopic, Given, SensorTable, by_name
+from mjsim.record.readings.derived import derived
 from mjsim.record.scene import laser_message
 from mjsim.world import Lidar, World
 
 
-def _messages(scans: Mapping[str, Scan]) -> list[Message]:
-    return [_message(name, scan) for name, scan in scans.items()]
-
-
-def _message(name: str, scan: Scan) -> Message:
-    message: Message = {
-        "name": name,
-        "stamp": float(scan.stamp),
-        "angle_min": float(scan.angle_min),
-        "angle_increment": float(scan.angle_increment),
-        "range_min": float(scan.range_min),
-        "range_max": float(scan.range_max),
-        "ranges": packed(scan.ranges),
-    }
-    if scan.intensities is not None:
-        message["intensities"] = packed(scan.intensities)
-    return message
-
-
-def _scans(messages: Sequence[Message]) -> dict[str, Scan]:
-    return {
-        item["name"]: Scan(
-            stamp=item["stamp"],
-            ranges=unpacked(item["ranges"]),
-            angle_min=item["angle_min"],
-            angle_increment=item["angle_increment"],
-            range_min=item["range_min"],
-            range_max=item["range_max"],
-            intensities=unpacked(item["intensities"]) if "intensities" in item else None,
-        )
-        for item in messages
-    }
-
-
-def _tables(given: Sequence[tuple[float, Mapping[str, Scan]]]) -> Iterator[SensorTable]:
+def _tables(given: Given) -> Iterator[SensorTable]:
     for name, times, scans in by_name(given):
         yield _table(name, times, scans)
 
@@ -82,24 +48,8 @@ def _boxes(lidar: Lidar, info: RobotInfo, world: World) -> Mapping[str, Box]:
     return {"": Box(read=read, low=0.0, high=farthest, shape=(lidar.beams,), first=farthest)}
 
 
-SCANS = Codec(
-    field="scans",
-    schema=schema.readings(
-        "Of lidars, where due",
-        {
-            "angle_min": schema.number("Of the first beam, left positive [rad]"),
-            "angle_increment": schema.number("From beam to beam [rad]"),
-            "range_min": schema.number("[m]"),
-            "range_max": schema.number("[m]"),
-            "ranges": schema.packed("one a beam [m]; infinite as ROS REP 117 has it"),
-            "intensities": schema.packed("one a beam; left out unless the lidar tells"),
-        },
-        optional=("intensities",),
-    ),
-    encode=_messages,
-    decode=_scans,
-    optional=True,
-    sensor="lidar",
+SCANS = replace(
+    derived("scans"),
     drawings=(
         DrawnTopic(
             topic=lambda robot, lidar: f"/{robot}/scan",

@@ -1,0 +1,157 @@
+"""How readings are written: declared once, beside each of their fields.
+
+The type of a field tells most; `Annotated[TYPE, Form(...)]` adds what it cannot. Recordings, tables, trees for programs
+and Octave, logs on another clock and arrays for learning follow from these declarations. A field without a `Form` is in
+no file, such as the pixels of a picture.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
+from functools import cache
+from types import NoneType
+from typing import Annotated, Any, TypeVar, cast, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from mjsim.geometry import Array
+
+_T = TypeVar("_T")
+ReadingType = Any
+"""A class of readings; `type[Any]` is not hashable for type checkers."""
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """What the type of a field does not tell."""
+
+    about: str
+    """Meaning, unit and frame, for schemas."""
+    shape: tuple[int, ...] = (-1,)
+    """Of an array; -1 for a size that varies."""
+    packed: str = ""
+    """NumPy type of an array that recordings hold as base64; '' for a list of numbers."""
+    names: str = ""
+    """Key under which recordings list the names of a mapping; its numbers have that of the field."""
+    names_about: str = ""
+    """Meaning of these names."""
+    each: str = ""
+    """One number of a list, in the header of a table."""
+    bounds: tuple[float, float] | None = None
+    """Lowest and highest value, for arrays of fixed bounds."""
+    is_fixed: bool = False
+    """Whether it is a property of the sensor, equal in all readings."""
+    is_distance: bool = False
+    """Whether +infinity, which JSON does not have, stands for nothing near."""
+    is_batch: bool = False
+    """Whether sensors give several readings in a tick; each reading has the name of its sensor, and numbers alone."""
+
+
+CLOCK_TIME = "time by the robot's clock [s]"
+"""Marks a field with such a time, whether it is in files or not."""
+Stamp = Annotated[float, Form("When it was taken, simulated time [s]"), CLOCK_TIME]
+"""When a reading was taken [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class FormField:
+    """A field of a reading, or of an observation."""
+
+    name: str
+    kind: Any
+    """Its type; if it may be None, that of its other values."""
+    form: Form | None
+    """None for a field that is in no file."""
+    is_time: bool
+    is_optional: bool
+    """Whether it may be None; then it is left out."""
+    is_required: bool
+    """Whether it has no default."""
+
+    @property
+    def of(self) -> ReadingType:
+        """The type of its items, or of the one that it holds."""
+        inner = [each for each in get_args(self.kind) if each is not Ellipsis]
+        return inner[-1] if inner else self.kind
+
+    @property
+    def has_readings(self) -> bool:
+        """Whether it holds a reading, or several."""
+        return is_dataclass(self.of)
+
+    @property
+    def by_name(self) -> bool:
+        """Whether it is a mapping: values by names, such as readings by sensor."""
+        return get_origin(self.kind) is Mapping
+
+    @property
+    def in_a_row(self) -> bool:
+        """Whether it is a tuple."""
+        return get_origin(self.kind) is tuple
+
+
+@cache
+def all_parts(kind: ReadingType) -> tuple[FormField, ...]:
+    """Return the fields of a class in order."""
+    hints = get_type_hints(kind, include_extras=True)
+    return tuple(_part(each.name, hints[each.name], is_required=_has_no_default(each)) for each in fields(kind))
+
+
+@cache
+def parts_of(kind: ReadingType) -> tuple[tuple[FormField, Form], ...]:
+    """Return the fields of a class that are in files, with their forms, in order."""
+    return tuple((part, part.form) for part in all_parts(kind) if part.form is not None)
+
+
+def _has_no_default(each: Any) -> bool:
+    return each.default is MISSING and each.default_factory is MISSING
+
+
+def _part(name: str, hint: Any, *, is_required: bool) -> FormField:
+    kind, *marks = get_args(hint) if get_origin(hint) is Annotated else (hint,)
+    inner = [each for each in get_args(kind) if each is not NoneType]
+    optional = NoneType in get_args(kind)
+    form = next((mark for mark in marks if isinstance(mark, Form)), None)
+    return FormField(name, inner[0] if optional else kind, form, CLOCK_TIME in marks, optional, is_required)
+
+
+def named(readings: Any) -> Iterable[tuple[str, Any]]:
+    """Return the readings in a field of an observation with the names of their sensors."""
+    return readings.items() if isinstance(readings, Mapping) else ((each.name, each) for each in readings)
+
+
+def width_of(part: FormField, form: Form) -> int:
+    """Return how many numbers a field of a batch holds."""
+    return 1 if part.kind is float else math.prod(form.shape)
+
+
+def batch_rows(kind: ReadingType, readings: Sequence[Any]) -> Array:
+    """Return the numbers of readings of a batch, one row per reading, shape (n, numbers)."""
+    columns = [
+        np.array([getattr(each, part.name) for each in readings], dtype=float).reshape(
+            len(readings), width_of(part, form)
+        )
+        for part, form in parts_of(kind)
+    ]
+    return np.column_stack(columns)
+
+
+def retimed(value: _T, moved: Callable[[float], float]) -> _T:
+    """Return a reading, or an observation, whose times and those of the readings in it were moved to another clock."""
+    kind: ReadingType = type(value)
+    changed = {part.name: _moved(part, getattr(value, part.name), moved) for part in _timed(kind)}
+    return cast(_T, replace(cast(Any, value), **changed))
+
+
+@cache
+def _timed(kind: ReadingType) -> tuple[FormField, ...]:
+    """Return the fields that are times, or hold readings with times."""
+    return tuple(part for part in all_parts(kind) if part.is_time or (part.has_readings and _timed(part.of)))
+
+
+def _moved(part: FormField, value: Any, moved: Callable[[float], float]) -> Any:
+    if part.is_time or value is None:
+        return None if value is None else moved(value)
+    if part.by_name:
+        return {name: retimed(each, moved) for name, each in value.items()}
+    return tuple(retimed(each, moved) for each in value) if part.in_a_row else retimed(value, moved)
