@@ -33,18 +33,12 @@ class Form:
     """NumPy type of an array that recordings hold as base64; '' for a list of numbers."""
     names: str = ""
     """Key under which recordings list the names of a mapping; its numbers have that of the field."""
-    names_about: str = ""
-    """Meaning of these names."""
-    each: str = ""
-    """One number of a list, in the header of a table."""
     bounds: tuple[float, float] | None = None
     """Lowest and highest value, for arrays of fixed bounds."""
     is_fixed: bool = False
     """Whether it is a property of the sensor, equal in all readings."""
     is_distance: bool = False
     """Whether +infinity, which JSON does not have, stands for nothing near."""
-    is_batch: bool = False
-    """Whether sensors give several readings in a tick; each reading has the name of its sensor, and numbers alone."""
 
 
 CLOCK_TIME = "time by the robot's clock [s]"
@@ -89,22 +83,30 @@ class FormField:
         """Whether it is a tuple."""
         return get_origin(self.kind) is tuple
 
+    @property
+    def is_batch(self) -> bool:
+        """Whether sensors give several readings in a tick; each has its sensor's name, beside the numbers in files."""
+        return (
+            self.in_a_row
+            and self.has_readings
+            and any(each.name == "name" and not each.form for each in all_parts(self.of))
+        )
+
 
 @cache
 def all_parts(kind: ReadingType) -> tuple[FormField, ...]:
     """Return the fields of a class in order."""
     hints = get_type_hints(kind, include_extras=True)
-    return tuple(_part(each.name, hints[each.name], is_required=_has_no_default(each)) for each in fields(kind))
+    return tuple(
+        _part(each.name, hints[each.name], is_required=each.default is MISSING and each.default_factory is MISSING)
+        for each in fields(kind)
+    )
 
 
 @cache
 def parts_of(kind: ReadingType) -> tuple[tuple[FormField, Form], ...]:
     """Return the fields of a class that are in files, with their forms, in order."""
     return tuple((part, part.form) for part in all_parts(kind) if part.form is not None)
-
-
-def _has_no_default(each: Any) -> bool:
-    return each.default is MISSING and each.default_factory is MISSING
 
 
 def _part(name: str, hint: Any, *, is_required: bool) -> FormField:

@@ -85,7 +85,7 @@ class Scan:
 
     stamp: Stamp
     """When it was taken [s]."""
-    ranges: Annotated[Array, Form("one a beam [m]; infinite as ROS REP 117 has it", packed="<f8", each="range")]
+    ranges: Annotated[Array, Form("one a beam [m]; infinite as ROS REP 117 has it", packed="<f8")]
     """Ranges along the beams, shape (beams,) [m]."""
     angle_min: Annotated[float, Form("Of the first beam, left positive [rad]")]
     """Angle of the first beam in the sensor frame, left positive [rad]."""
@@ -214,9 +214,7 @@ class AnchorRanges:
     """When it was measured [s]."""
     ranges: Annotated[
         Mapping[str, float],
-        Form(
-            "Distance in space to each of them [m]", names="anchors", names_about="Names of those heard", each="range"
-        ),
+        Form("Distance in space to each of them [m]", names="anchors"),
     ]
     """Name of an anchor -> 3-D distance from the tag to its centre [m]; anchors not received are omitted."""
     variance: Annotated[float, Form("Of each range in line of sight [m^2]")]
@@ -229,7 +227,7 @@ class WheelTicks:
 
     stamp: Stamp
     """When they were read [s]."""
-    counts: Annotated[tuple[int, ...], Form("Steps of each driven wheel since the start", each="count")]
+    counts: Annotated[tuple[int, ...], Form("Steps of each driven wheel since the start")]
     """Counts of the wheels, in the order of `RobotInfo.wheels`, from -2^(bits - 1) to 2^(bits - 1) - 1."""
     resolution: Annotated[int, Form("Steps in one turn of a wheel", is_fixed=True)]
     """Counts per revolution of a wheel."""
@@ -310,7 +308,7 @@ class Observation:
     """By camera name, only those due at this tick."""
     scans: Annotated[Mapping[str, Scan], Form("Of lidars, where due")] = field(default_factory=dict)
     """By lidar name, only those due at this tick."""
-    imu: Annotated[tuple[ImuReading, ...], Form("Since the last tick", is_batch=True)] = ()
+    imu: Annotated[tuple[ImuReading, ...], Form("Since the last tick")] = ()
     """Readings since the last tick, one sensor after the other."""
     ranges: Annotated[Mapping[str, AnchorRanges], Form("To radio anchors, where due")] = field(default_factory=dict)
     """Ranges to radio anchors by the name of the tag, only those due at this tick."""

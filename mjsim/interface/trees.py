@@ -108,7 +108,7 @@ _OWN_FORM = {"sightings", "scans", "cameras", "ranges", "joints"}
 
 def _field(part: FormField, form: Form, value: Any) -> Tree:
     """Return the readings in a field of an observation."""
-    if form.is_batch:
+    if part.is_batch:
         return Stack(batch_rows(part.of, value))
     if not part.has_readings:
         return _stack(value)

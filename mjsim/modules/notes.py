@@ -5,7 +5,7 @@ from functools import partial
 
 from mjsim.errors import Problem
 from mjsim.modules.use import NamedModule, host_of, modules_of
-from mjsim.world import Robot, World, name_of, problems_at, world_notes
+from mjsim.world import SENSOR_KINDS, Robot, World, name_of, problems_at, world_notes
 
 _LOOKS = frozenset({"sightings", "cameras", "scans", "clouds", "ranges", "proximity", "bump"})
 """Readings of what is around a robot; one of those that a module uses is enough for it."""
@@ -14,16 +14,8 @@ _ALWAYS = frozenset({"proximity", "bump", "messages"})
 _ROLES = ("observer", "estimator", "navigator", "avoidance")
 _NAMING = {"cameras": "camera", "scans": "lidar"}
 """Reading -> the key of a module that names the sensor with such readings."""
-_SOURCES = {
-    "sightings": "a sensor (beacons: NAME) or an observer",
-    "cameras": "a sensor (camera: NAME)",
-    "scans": "a sensor (lidar: NAME)",
-    "clouds": "a sensor (lidar3d: NAME)",
-    "ranges": "a sensor (uwb: NAME)",
-    "imu": "a sensor (imu: NAME)",
-    "encoders": "a sensor (encoders: NAME)",
-    "joints": "an arm",
-}
+_SOURCES = {model.reading: f"a sensor ({kind}: NAME)" for kind, model in SENSOR_KINDS.items()}
+_SOURCES |= {"sightings": "a sensor (beacons: NAME) or an observer", "joints": "an arm"}
 _EFFECTS = {"estimator": ", so it is dead reckoning", "observer": ", so it sees nothing"}
 
 

@@ -15,6 +15,7 @@ from pydantic.json_schema import models_json_schema
 
 from mjsim.web.news import FrameHead, News
 from mjsim.web.requests import REQUESTS
+from mjsim.world.items import SENSOR_KINDS
 
 FILE = Path(__file__).resolve().parents[2] / "mjsim" / "web" / "page" / "src" / "run" / "protocol.ts"
 HEAD = "/** What page and server say to each other about a run. Made by scripts/make/protocol.py; do not edit. */\n"
@@ -28,6 +29,8 @@ def protocol() -> str:
     asked = models_json_schema([(request, "validation") for request in REQUESTS])[1]["$defs"]
     requests = " | ".join(request.__name__ for request in REQUESTS)
     parts = [*map(_definition, *zip(*(told | asked).items(), strict=True)), f"export type RunRequest = {requests};\n"]
+    kinds = ", ".join(f'"{kind}"' for kind in SENSOR_KINDS)
+    parts.append(f"/** Kinds of sensors: keys that name them. */\nexport const SENSOR_KINDS = [{kinds}];\n")
     return "\n".join([HEAD, *parts])
 
 

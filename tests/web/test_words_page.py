@@ -2,6 +2,7 @@
 
 import json
 import re
+import runpy
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ from mjsim.web.panel_schema import panel_schema
 from tests.windows import PATIENCE, page_at
 
 SOURCES = Path(mjsim.__file__).parent / "web" / "page" / "src"
+WORDS_MAKER = runpy.run_path(str(Path(mjsim.__file__).parents[1] / "scripts" / "make" / "words.py"))
 WORLD = """\
 mjsim: 1
 walls: [{points: [[-3, -3], [3, -3]]}]
@@ -63,22 +65,10 @@ def test_no_visible_words_stand_outside_the_table():
 
 def test_each_field_and_form_of_the_language_has_words_of_the_table():
     """A label that is in no table would stay English in every language."""
-    schema = panel_schema()
-    kinds = schema["$defs"]
-    fields = {key for kind in (schema, *kinds.values()) for key in kind.get("properties", {})}
-    stems = {re.sub("_(deg|hz)$", "", key) for key in fields}
-    forms = {
-        name
-        for union in re.findall(r'"(?:any|one)Of": (\[.*?\])', json.dumps(schema))
-        for name in re.findall(r"#/\$defs/(\w+)", union)
-        if kinds[name].get("type") == "object"
-    }
-    wanted = {f"field.{stem}" for stem in stems} | {f"form.{form}" for form in forms}
-    entries = re.findall(
-        r'^  "([\w.]+)": +"(.*)",$', (SOURCES / "words" / "en_fields.ts").read_text("utf-8"), re.MULTILINE
-    )
-    assert len(wanted) > 400
-    assert wanted - {key for key, words in entries if words} == set()
+    assert len(WORDS_MAKER["wanted"]()) > 400
+    table = WORDS_MAKER["TABLE"].read_text("utf-8")
+    assert table == WORDS_MAKER["with_words"](table)
+    assert all(words for _, words in WORDS_MAKER["ENTRY"].findall(table))
 
 
 def test_each_key_of_the_table_is_used_and_has_words():

@@ -8,12 +8,13 @@ from pathlib import Path
 from mjsim.modules.python.find import file_of
 from mjsim.modules.python.offers import keys_of
 from mjsim.modules.python.outline import UnreadableError, methods_of, outline_of
-from mjsim.world import Source, Use
+from mjsim.world import SENSOR_KINDS, Source, Use
 
-PLAIN = frozenset({"sightings", "cameras", "scans", "clouds"})
-"""Fields of `Observation` that few other values have: they count of every variable."""
 SHARED = frozenset({"ranges", "joints", "imu", "encoders", "proximity", "bump"})
-"""Fields that other values have too, such as a scan its ranges: they count of an observation as roles name it."""
+"""Fields of `Observation` that other values have too, such as a scan its ranges: they count of an observation as roles
+name it."""
+PLAIN = frozenset(model.reading for model in SENSOR_KINDS.values()) - SHARED
+"""Fields that few other values have: they count of every variable."""
 _OBSERVATIONS = {"observe": 1, "update": 1, "command": 1, "adjust": 2}
 """Method of a role -> place of its argument that is an observation."""
 

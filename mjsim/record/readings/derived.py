@@ -27,7 +27,7 @@ def derived(field: str) -> Codec:
     kind, wire = part.of, wire_of(part, form)
     sensor = next((each for each, model in SENSOR_KINDS.items() if model.reading == field), None)
     is_read = not part.has_readings or all(each.form or not each.is_required for each in all_parts(kind))
-    has_names = is_read and (part.by_name or form.is_batch)
+    has_names = is_read and (part.by_name or part.is_batch)
     return Codec(
         field=field,
         schema=wire.schema,
@@ -63,8 +63,8 @@ def _columns(part: FormField, form: Form, values: Array) -> dict[str, Iterable[A
     if values.ndim == 1:
         return {part.name: values.tolist()}
     axes = "xyz" if form.shape == (3,) else range(values.shape[1])
-    headers = [f"{form.each or part.name}_{axis}" for axis in axes]
-    return dict(zip(headers, values.T.tolist(), strict=True))
+    word = part.name.removesuffix("s")
+    return {f"{word}_{axis}": column for axis, column in zip(axes, values.T.tolist(), strict=True)}
 
 
 def _boxes(part: FormField, sensor: AnySensor, info: RobotInfo, world: World) -> Mapping[str, Box]:

@@ -36,7 +36,7 @@ def wire_of(part: FormField, form: Form) -> Wire:
     """Return the JSON form of a field of an observation."""
     if not part.has_readings:
         return _plain(part, form)
-    if form.is_batch:
+    if part.is_batch:
         return _batch(part.of, form)
     reading = _reading(part.of)
     if part.by_name:
@@ -126,7 +126,7 @@ def _keys(part: FormField, form: Form) -> list[_Key]:
     """Return the keys of a field."""
     if not part.by_name:
         return [_Key(part.name, part.name, _plain(part, form), part.is_optional)]
-    names = Wire(schema.listed({"type": "string"}, form.names_about), list, list)
+    names = Wire(schema.listed({"type": "string"}, "Names of those heard"), list, list)
     values = Wire(schema.numbers(form.about), lambda numbers: flat([*numbers.values()]), list)
     return [_Key(form.names, part.name, names, False), _Key(part.name, part.name, values, False)]
 

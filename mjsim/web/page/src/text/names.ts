@@ -1,6 +1,7 @@
 /** The names that a text gives to things and to their parts, and which of them a value means. */
 
 import type { syntaxTree } from "@codemirror/language";
+import { SENSOR_KINDS } from "../run/protocol";
 import { ancestor, nameOf, type Read, type SyntaxNode, valueOf } from "./tree";
 
 /** Keys that give a name, by the list in which they stand; `name` does everywhere. */
@@ -9,7 +10,7 @@ export const GIVING: Record<string, string[]> = {
     ...["revolute", "prismatic", "cylindrical", "spherical", "planar", "universal", "gimbal", "bushing", "bearing"],
     ...["weld", "six_dof", "telescoping", "custom", "screw", "in_plane"],
   ],
-  sensors: ["camera", "lidar", "lidar3d", "beacons", "imu", "encoders", "uwb"],
+  sensors: SENSOR_KINDS,
   targets: ["grip", "pedal", "sight", "display"],
 };
 
