@@ -8,7 +8,7 @@ import functools
 import json
 import math
 import sys
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import fields
 from typing import Any
 
@@ -27,13 +27,6 @@ _WORLD_EVENT: TypeAdapter[WorldEvent] = TypeAdapter(WorldEvent)
 
 _FIELDS = tuple((codec.field, codec.encode, codec.sparse) for codec in CODECS)
 _ENCODER = json.JSONEncoder(separators=(",", ":"), allow_nan=False, check_circular=False)
-# `_ENCODER.iterencode` creates this anew for each text; Pythons other than CPython have none.
-_MAKE_PIECES = getattr(json.encoder, "c_make_encoder", None)
-_PIECES: Callable[[Message, int], Iterable[str]] = (
-    _MAKE_PIECES(None, _ENCODER.default, json.encoder.encode_basestring_ascii, None, ":", ",", False, False, False)
-    if _MAKE_PIECES is not None
-    else lambda message, level: _ENCODER.iterencode(message)
-)
 ROUGHLY_UNIT = 1e-6
 """Tolerance of the norm of a quaternion; MuJoCo keeps it at 1 within rounding."""
 _LEVELS = {"changed": 2, "blocked": 2, "bump": 3, "fall": 4, "fault": 4}
@@ -47,7 +40,7 @@ def encode(message: Message) -> bytes:
         ValueError: It contains NaN or -infinity, which are invalid as results of sensors and modules.
     """
     try:
-        return "".join(_PIECES(message, 0)).encode()
+        return _ENCODER.encode(message).encode()
     except ValueError:
         return _ENCODER.encode(_without_infinity(message)).encode()
 

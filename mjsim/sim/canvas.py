@@ -6,6 +6,7 @@ from typing import Literal
 
 import mujoco
 
+from mjsim.closing import Closes
 from mjsim.sim.gl_calls import GlCalls
 from mjsim.sim.opengl import GLContext, make_context
 
@@ -78,3 +79,22 @@ class Canvas:
         self.mjr.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
         self.gl = GlCalls(context)
         self._background = self.gl.background()
+
+
+class Canvases(Closes):
+    """The canvas of each quality, made for its first renderer; OpenGL is not used before the first picture."""
+
+    def __init__(self) -> None:
+        """Begin without any."""
+        self._made: dict[Quality, Canvas] = {}
+
+    def of(self, model: mujoco.MjModel, quality: Quality) -> Canvas:
+        """Return the canvas of a quality; all are of the same model."""
+        if quality not in self._made:
+            self._made[quality] = Canvas(model, quality=quality)
+        return self._made[quality]
+
+    def close(self) -> None:
+        """Release them; a second call does nothing."""
+        for canvas in self._made.values():
+            canvas.close()

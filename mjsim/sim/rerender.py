@@ -10,7 +10,7 @@ from mjsim.closing import Closes
 from mjsim.errors import RecordingError
 from mjsim.geometry import Array
 from mjsim.interface import CameraFrame
-from mjsim.sim.canvas import Canvas, Quality
+from mjsim.sim.canvas import Canvases
 from mjsim.sim.sensors import OnboardCamera, ticks_between
 from mjsim.sim.static_scene import StillScene
 from mjsim.sim.streams import streams_of
@@ -52,7 +52,7 @@ class Retake(Closes):
         self._robot = next(each for each in world.robots if each.name == robot)
         self._times, self._qpos, self._qvel = times, qpos, qvel
         self._period = 1.0 / world.run.rate_hz
-        self._canvases: dict[Quality, Canvas] = {}
+        self._canvases = Canvases()
         self._cameras: dict[str, _Again] = {}
 
     def frame(self, camera: str, stamp: float) -> CameraFrame:
@@ -75,8 +75,7 @@ class Retake(Closes):
 
     def close(self) -> None:
         """Release the renderer; a second call does nothing."""
-        for canvas in self._canvases.values():
-            canvas.close()
+        self._canvases.close()
 
     def _compile(self) -> None:
         world = self._world
@@ -84,7 +83,7 @@ class Retake(Closes):
         model = self._scene.model
         for sensor in self._robot.sensors:
             if isinstance(sensor, Camera):
-                canvas = self._canvases.setdefault(sensor.quality, Canvas(model, quality=sensor.quality))
+                canvas = self._canvases.of(model, sensor.quality)
                 streams = streams_of(self._seed, self._robot.name, sensor.camera)
                 camera = OnboardCamera(model, self._robot, sensor, streams=streams, canvas=canvas)
                 self._cameras[sensor.camera] = _Again(camera, ticks_between(world.run.rate_hz, sensor.rate_hz))

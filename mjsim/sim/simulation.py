@@ -26,7 +26,7 @@ from mjsim.interface import (
 )
 from mjsim.mechanics import JointMotion, SensorReadings
 from mjsim.sim.actuation import Actuation
-from mjsim.sim.canvas import Canvas, Quality
+from mjsim.sim.canvas import Canvases
 from mjsim.sim.health import Health, collected_warnings
 from mjsim.sim.led import Mechanisms
 from mjsim.sim.module_info import catalogue_of, map_of
@@ -69,7 +69,7 @@ class Simulation(Closes):
         self.tick = 0
         """Ticks since the start."""
         self._compiled = Snapshot(self.model)
-        self._canvases: dict[Quality, Canvas] = {}
+        self._canvases = Canvases()
         self._health = Health(self.model, world)
         # Created at a step, so that no controller is made that is replaced before.
         self._actuations: list[Actuation] | None = None
@@ -323,8 +323,7 @@ class Simulation(Closes):
 
     def close(self) -> None:
         """Release the renderer; a second call does nothing."""
-        for canvas in self._canvases.values():
-            canvas.close()
+        self._canvases.close()
         self._mechanisms.close()
 
     def _set_up(self) -> None:
@@ -348,7 +347,7 @@ class Simulation(Closes):
                 robot,
                 world=world,
                 seed=self.seed,
-                canvas=self._canvas,
+                canvas=partial(self._canvases.of, self.model),
                 received=partial(self._radio.received, robot.name),
             )
             for robot in world.robots
@@ -371,12 +370,6 @@ class Simulation(Closes):
         """Execute an event now, and update the state."""
         self._script.happen(event_from({"time": self.time, **keys}), self.time)
         self._refresh()
-
-    def _canvas(self, quality: Quality) -> Canvas:
-        """Return the canvas of all cameras of a quality; OpenGL is not used before the first picture."""
-        if quality not in self._canvases:
-            self._canvases[quality] = Canvas(self.model, quality=quality)
-        return self._canvases[quality]
 
     def _refresh(self) -> None:
         """Update positions and contacts from the state."""

@@ -12,7 +12,7 @@ from mjsim.compile import overview_of
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.interface import CameraFrame, Picture
-from mjsim.sim.canvas import Canvas, Quality
+from mjsim.sim.canvas import Canvas, Canvases, Quality
 from mjsim.sim.playback import avoid_walls
 from mjsim.sim.renderer import SEEN_FROM_OUTSIDE, Renderer
 from mjsim.sim.sensors import OnboardCamera
@@ -51,7 +51,7 @@ class Onlooker(Closes):
         """Keep the world."""
         self._world = world
         self._scene: StillScene | None = None
-        self._canvases: dict[Quality, Canvas] = {}
+        self._canvases = Canvases()
         self._outside: dict[tuple[int, int, Quality], Renderer] = {}
         self._cameras: dict[tuple[str, str, bool, bool], OnboardCamera] = {}
         self._moving: list[int] = []
@@ -146,8 +146,7 @@ class Onlooker(Closes):
 
     def close(self) -> None:
         """Release the renderer; a second call does nothing."""
-        for canvas in self._canvases.values():
-            canvas.close()
+        self._canvases.close()
 
     def _widen(self, scene: StillScene) -> None:
         """Widen the overview to the current and all earlier poses of mechanisms."""
@@ -182,7 +181,7 @@ class Onlooker(Closes):
         )
 
     def _canvas(self, quality: Quality) -> Canvas:
-        return self._canvases.setdefault(quality, Canvas(self._shown().model, quality=quality))
+        return self._canvases.of(self._shown().model, quality)
 
     def _shown(self) -> StillScene:
         if self._scene is None:

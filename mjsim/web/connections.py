@@ -1,4 +1,8 @@
-"""Bounds connections in number and duration, so that unauthenticated clients never lock out authenticated ones."""
+"""Bounds connections in number and duration, so that unauthenticated clients never lock out authenticated ones.
+
+The classes extend uvicorn's protocols, which its settings `http` and `ws` take: its own `limit_concurrency` counts all
+connections alike, so that one stranger could fill it, and it closes no peer that does not read.
+"""
 
 import asyncio
 from collections.abc import AsyncIterator, Callable, Iterable, Iterator
