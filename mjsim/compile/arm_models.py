@@ -8,13 +8,12 @@ import mujoco
 import numpy as np
 
 from mjsim.compile.bodies import TOUCHED
-from mjsim.compile.mechanism_bodies import pose_keys
 from mjsim.compile.model_looks import LookOf
 from mjsim.compile.models import LoadedFile, copy_geom
 from mjsim.compile.parts import DECOR, SEEN
 from mjsim.geometry import Array
 from mjsim.mechanics import Solid, is_valid, nearest_valid
-from mjsim.models import FileArm, seen_and_touched
+from mjsim.models import FileArm, pose_keys, seen_and_touched
 from mjsim.world import RobotArm
 
 TOUCHING = 2e-3

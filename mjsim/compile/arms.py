@@ -17,6 +17,7 @@ from mjsim.compile.parts import DARK, MATERIAL, SEEN, make_decor
 from mjsim.compile.pictures import color_of
 from mjsim.geometry import Array
 from mjsim.mechanics import Arm, Link, inverted, is_valid, nearest_valid, tensor
+from mjsim.models import pose_keys
 from mjsim.world import NoBody, Robot, RobotArm, World
 
 SHORTEST = 1e-6
@@ -42,8 +43,8 @@ def add_arms(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: Robot, originals:
         name = f"{robot.name}/{item.name}"
         bodies = _add_links(spec, base, item, name)
         carrier, arm = bodies[item.arm.carrier], item.arm
-        carrier.add_site(name=f"{name}/flange", size=[0.005] * 3, group=4, **_placed(arm.flange))
-        carrier.add_site(name=f"{name}/tool", size=[0.005] * 3, group=4, **_placed(arm.flange @ arm.tool))
+        carrier.add_site(name=f"{name}/flange", size=[0.005] * 3, group=4, **pose_keys(arm.flange))
+        carrier.add_site(name=f"{name}/tool", size=[0.005] * 3, group=4, **pose_keys(arm.flange @ arm.tool))
         if item.model is None:
             _add_visuals(spec, base, bodies, item, name)
             if robot.base == "fixed":
@@ -58,7 +59,7 @@ def _add_links(spec: mujoco.MjSpec, base: mujoco.MjsBody, item: RobotArm, name: 
     for number, (link, start, parent) in enumerate(zip(arm.links, item.start(), arm.parents, strict=True), start=1):
         carrier, previous = (base, arm.base) if parent < 0 else (bodies[parent], np.eye(4))
         pose = previous @ link.before @ _motion(link, start) @ link.after
-        body = carrier.add_body(name=f"{name}/link{number}", **_placed(pose))
+        body = carrier.add_body(name=f"{name}/link{number}", **pose_keys(pose))
         _set_mass(body, link)
         _add_joint(body, link, f"{name}/joint{number}", start)
         _add_motor(spec, link, f"{name}/joint{number}")
@@ -88,7 +89,7 @@ def _add_model(
     key = f"arm:{item.model}"
     if key not in originals:
         originals[key] = original_of(spec, item.file_arm, key=f"arm:model{len(originals) + 1}")
-    stand = add_stand(base, item.file_arm, name=name, placed=_placed(item.arm.base))
+    stand = add_stand(base, item.file_arm, name=name, placed=pose_keys(item.arm.base))
     add_shapes(spec, stand, bodies, item, originals[key], name=name)
     # The carrier of an arm may overlap its first links, as the base of a table's arm does.
     pairs = {("world", bodies[0].name), (base.name, bodies[0].name)}
@@ -107,13 +108,6 @@ def _motion(link: Link, value: float) -> Array:
         c, s = math.cos(value), math.sin(value)
         pose[:2, :2] = [[c, -s], [s, c]]
     return pose
-
-
-def _placed(pose: Array) -> dict[str, Array]:
-    """Return the pose of a body in MuJoCo's terms: pos and quat."""
-    quaternion = np.zeros(4)
-    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(pose[:3, :3]).ravel())
-    return {"pos": pose[:3, 3], "quat": quaternion}
 
 
 def _set_mass(body: mujoco.MjsBody, link: Link) -> None:
@@ -164,7 +158,7 @@ def _add_shape(body: mujoco.MjsBody, link: Link, name: str, color: str) -> None:
     _add_bone(body, start, end, link.radius, name=name, color=color)
     frame = inverted(link.after)
     hub = body.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[HUB[0] * link.radius, HUB[1] * link.radius, 0.0], **_placed(frame)
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[HUB[0] * link.radius, HUB[1] * link.radius, 0.0], **pose_keys(frame)
     )
     make_decor(hub, DARK)
 

@@ -18,7 +18,7 @@ from mjsim.compile.walls import UNDIVIDED, VISUAL, WallBox, add_mesh_geom
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.interface import Picture
-from mjsim.models import bounded
+from mjsim.models import bounded, quaternion_of
 from mjsim.world import Beacon, Hung, Marker, Robot, World, hung, printed_share
 
 GIVEN_BACK = 0.25
@@ -73,7 +73,7 @@ def add_hung_beacons(
             type=mujoco.mjtGeom.mjGEOM_PLANE,
             size=[*half, UNDIVIDED],
             pos=at,
-            quat=_quaternion(world_from_plane),
+            quat=quaternion_of(world_from_plane),
             material=material,
             group=VISUAL,
             contype=0,
@@ -101,7 +101,7 @@ def add_carried_beacons(spec: mujoco.MjSpec, world: World, face_of: Callable[[Be
         at, half = np.array([*beacon.at, item.center - lift]), size * beacon.width / 2
         common = {
             "type": mujoco.mjtGeom.mjGEOM_BOX,
-            "quat": _quaternion(carrier_from_plane),
+            "quat": quaternion_of(carrier_from_plane),
             "group": VISUAL,
             "contype": 0,
             "conaffinity": 0,
@@ -161,12 +161,6 @@ def _facing(heading: float, tilt: float) -> Array:
     return np.array(
         [[-s, -c * sin_tilt, c * cos_tilt], [c, -s * sin_tilt, s * cos_tilt], [0.0, cos_tilt, sin_tilt]], dtype=float
     )
-
-
-def _quaternion(rotation: Array) -> Array:
-    quaternion = np.zeros(4)
-    mujoco.mju_mat2Quat(quaternion, rotation.ravel())
-    return quaternion
 
 
 class _Solid:

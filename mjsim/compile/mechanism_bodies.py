@@ -9,6 +9,7 @@ from mjsim.compile.parts import MATERIAL, SEEN
 from mjsim.compile.pictures import color_of
 from mjsim.geometry import Array
 from mjsim.mechanics import Solid, is_valid, nearest_valid
+from mjsim.models import pose_keys
 from mjsim.world import MechanismBody
 
 COMPACT = 0.3
@@ -32,13 +33,6 @@ def lowest(body: MechanismBody, world_from_shape: Array) -> float:
             return height - radius * math.hypot(down[0], down[1]) - abs(float(down[2])) * tall / 2.0
         case _:
             return height - float(getattr(body, "sphere", 0.0))
-
-
-def pose_keys(pose: Array) -> dict[str, Array]:
-    """Return the pose of a body in MuJoCo's terms: pos and quat."""
-    quaternion = np.zeros(4)
-    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(pose[:3, :3]).ravel())
-    return {"pos": pose[:3, 3], "quat": quaternion}
 
 
 def thickness(body: MechanismBody) -> float:

@@ -6,13 +6,12 @@ import mujoco
 import numpy as np
 
 from mjsim.compile.arm_models import solid_keys
-from mjsim.compile.mechanism_bodies import pose_keys
 from mjsim.compile.models import LoadedFile, copy_geom, original, try_alone
 from mjsim.compile.parts import MATERIAL
 from mjsim.compile.pictures import add_matte
 from mjsim.errors import WorldError
 from mjsim.geometry import Array
-from mjsim.models import seen_and_touched
+from mjsim.models import pose_keys, seen_and_touched
 from mjsim.world import Fault, MechanismModel, World, problems_at
 
 

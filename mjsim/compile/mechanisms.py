@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from mjsim.compile.mechanism_bodies import add_shape, lowest, pose_keys, set_mass, thickness
+from mjsim.compile.mechanism_bodies import add_shape, lowest, set_mass, thickness
 from mjsim.compile.mechanism_models import add_file_shape
 from mjsim.compile.models import LoadedFile, original
 from mjsim.compile.parts import DARK, make_decor
 from mjsim.geometry import Array
 from mjsim.mechanics import Placement, Solid, inverted
+from mjsim.models import pose_keys
 from mjsim.world import GROUND, CurvePoint, Mechanism, MechanismBody, MechanismJoint, MechanismModel, Spring, World
 
 if TYPE_CHECKING:  # most worlds have no curve

@@ -33,7 +33,7 @@ from mjsim.compile.wheels import (
     add_tyre,
 )
 from mjsim.geometry import Array
-from mjsim.models import AtRest, Rigid, at_rest, seen_and_touched
+from mjsim.models import AtRest, Rigid, at_rest, quaternion_of, seen_and_touched
 from mjsim.world import Camera, ModelBody, Robot, Wheel
 
 LOWEST = 0.2
@@ -181,7 +181,7 @@ def _add_part(build: _Build, part: Rigid) -> None:
 def _make(build: _Build, part: Rigid, name: str, place: Array, turn: Array) -> mujoco.MjsBody:
     """Add the body of a part at a position in the robot's frame, with the axes of `turn`."""
     origin, axes = build.frames[part.parent]
-    body = build.made[part.parent].add_body(name=name, pos=axes.T @ (place - origin), quat=_quaternion(axes.T @ turn))
+    body = build.made[part.parent].add_body(name=name, pos=axes.T @ (place - origin), quat=quaternion_of(axes.T @ turn))
     build.made[part.root], build.frames[part.root] = body, (place, turn)
     return body
 
@@ -347,7 +347,7 @@ def _weigh(build: _Build, part: Rigid, *, balanced: bool) -> None:
     values[2] = min(values[2], values[0] + values[1])
     body.explicitinertial, body.mass, body.inertia = True, mass, values
     body.ipos = [0.0, 0.0, center[2]] if balanced else center
-    body.iquat = _quaternion(vectors)
+    body.iquat = quaternion_of(vectors)
 
 
 def _add_geoms(build: _Build, part: Rigid, *, side: float = 0.0, touch: bool = True) -> bool:
@@ -385,13 +385,6 @@ def _add_geom(build: _Build, part: Rigid, number: int, keys: Mapping[str, Any]) 
     origin, axes = build.frames[part.root]
     turn = axes.T @ build.robot_from_file[:, :3] @ data.geom_xmat[number].reshape(3, 3)
     appearance = {} if keys["group"] in (TOUCHED, RUNNING_GEAR) else build.original.looks.of_geom(number, plain=None)
-    place = {"pos": axes.T @ (build.point(data.geom_xpos[number]) - origin), "quat": _quaternion(turn)}
+    place = {"pos": axes.T @ (build.point(data.geom_xpos[number]) - origin), "quat": quaternion_of(turn)}
     own = {**place, **keys, **(appearance or {"rgba": DARK})}
     copy_geom(build.spec, build.made[part.root], build.original, number, scale=1.0, **own)
-
-
-def _quaternion(turn: Array) -> Array:
-    """Return the quaternion (w, x, y, z) of a rotation, shape (3, 3) -> (4,)."""
-    quaternion = np.zeros(4)
-    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(turn).ravel())
-    return quaternion

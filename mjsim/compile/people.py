@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from mjsim.compile.mechanism_bodies import pose_keys
 from mjsim.compile.parts import DARK, MATERIAL, SEEN, make_decor
 from mjsim.compile.pictures import color_of
 from mjsim.geometry import Array
 from mjsim.mechanics import inverted
+from mjsim.models import pose_keys
 from mjsim.world import Person, World
 
 if TYPE_CHECKING:  # not needed for worlds without people

@@ -20,6 +20,7 @@ from mjsim.compile.pictures import add_matte
 from mjsim.compile.robots import add_robots
 from mjsim.compile.walls import add_walls, wall_boxes
 from mjsim.geometry import Array
+from mjsim.models import quaternion_of
 from mjsim.world import Camera, Robot, World, gc_paused
 
 NEAR_CLIPPING = 0.02
@@ -109,6 +110,4 @@ def _add_chase(spec: mujoco.MjSpec, robot: Robot) -> None:
 
 def _camera_quaternion(right: Array, up: Array) -> Array:
     """Return the orientation of a camera of MuJoCo: x to the right, y up, looking against z."""
-    quaternion = np.zeros(4)
-    mujoco.mju_mat2Quat(quaternion, np.column_stack([right, up, np.cross(right, up)]).ravel())
-    return quaternion
+    return quaternion_of(np.column_stack([right, up, np.cross(right, up)]))

@@ -9,6 +9,7 @@ import numpy as np
 from mjsim.compile.carriers import carrier_of
 from mjsim.compile.parts import DARK, FITTINGS, make_decor
 from mjsim.geometry import Array
+from mjsim.models import quaternion_of
 from mjsim.world import Camera, Robot, Sensor
 
 HOUSING = (0.03, 0.02, 0.02)
@@ -44,8 +45,7 @@ def add_sensor(base: mujoco.MjsBody, robot: Robot, sensor: Sensor, boxes: Boxes 
     if isinstance(sensor, Camera):
         _add_camera(carrier, robot, sensor, frame=frame, dressed=dressed)
     elif sensor.housing is not None and not dressed:
-        turned = np.zeros(4)
-        mujoco.mju_mat2Quat(turned, np.ascontiguousarray(frame[:3, :3]).ravel())
+        turned = quaternion_of(frame[:3, :3])
         middle = frame[:3, :3] @ sensor.housing + frame[:3, 3]
         puck = carrier.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, pos=middle, quat=turned, size=[*PUCK, 0.0])
         make_decor(puck, DARK, group=FITTINGS)

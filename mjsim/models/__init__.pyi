@@ -41,6 +41,8 @@ from .robot_files import RobotFiles as RobotFiles
 from .robot_files import SaidSensor as SaidSensor
 from .robot_files import gather_robot as gather_robot
 from .robot_files import robot_text as robot_text
+from .rotations import pose_keys as pose_keys
+from .rotations import quaternion_of as quaternion_of
 from .shape import ModelShape as ModelShape
 from .shape import read_model as read_model
 from .xml_text import RefusedXmlError as RefusedXmlError

@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from mjsim.geometry import Array
+from mjsim.models import pose_keys
 from mjsim.people import SIDES, Figure
 from mjsim.posture.comfort import SIGHT_DOWN, preferred_values
 from mjsim.posture.contacts import FEET, HANDS, Contact, GazeContact, PlaneContact, PointContact
@@ -124,11 +125,7 @@ def _tree(figure: Figure, seating: Seating) -> mujoco.MjSpec:
     """Return a figure on a seat as bodies, joints and landmarks only."""
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
-    quaternion = np.zeros(4)
-    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(seating.world_from_seat[:3, :3]).ravel())
-    bodies: dict[str | None, mujoco.MjsBody] = {
-        None: spec.worldbody.add_body(pos=seating.world_from_seat[:3, 3], quat=quaternion)
-    }
+    bodies: dict[str | None, mujoco.MjsBody] = {None: spec.worldbody.add_body(**pose_keys(seating.world_from_seat))}
     for name, segment in figure.segments.items():
         at = (0.0, 0.0, 0.0) if segment.parent is None else segment.at
         body = bodies[name] = bodies[segment.parent].add_body(name=name, pos=at)

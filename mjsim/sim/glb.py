@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
+from mjsim.models import quaternion_of
 from mjsim.output import require_free, write_file
 from mjsim.sim.merged_geoms import Material, MergedSurface, SolidBody, solid_bodies, used_textures
 from mjsim.sim.renderer import SEEN_FROM_OUTSIDE
@@ -141,8 +142,7 @@ class _Writer:
         """Return the node of a camera in the frame of a body; its axes in glTF are those of MuJoCo."""
         model, data = self._model, self._data
         world_from_body = data.xmat[body].reshape(3, 3)
-        quat = np.empty(4)
-        mujoco.mju_mat2Quat(quat, (world_from_body.T @ data.cam_xmat[camera].reshape(3, 3)).ravel())
+        quat = quaternion_of(world_from_body.T @ data.cam_xmat[camera].reshape(3, 3))
         place = world_from_body.T @ (data.cam_xpos[camera] - data.xpos[body])
         name = str(model.camera(camera).name)
         return {"name": name, "camera": camera, "translation": place.tolist(), "rotation": _xyzw(quat)}

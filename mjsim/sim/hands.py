@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from mjsim.geometry import Array
+from mjsim.models import quaternion_of
 from mjsim.people import columns
 from mjsim.world import HandLed, HandMotion, Looks, Person, World
 
@@ -261,7 +262,7 @@ class LedHands:
         segments, poses = person.figure.segments, person.figure.poses(self.people.values(person.name, turns, time))
         for segment, body in bodies.items():
             turned = poses[str(segments[segment].parent)][:3, :3].T @ poses[segment][:3, :3]
-            mujoco.mju_mat2Quat(self._model.body_quat[body], turned.ravel())
+            self._model.body_quat[body] = quaternion_of(turned)
 
 
 @overload

@@ -7,6 +7,7 @@ import numpy as np
 
 from mjsim.geometry import Array
 from mjsim.mechanics import inverted, rotation_vector
+from mjsim.models import quaternion_of
 from mjsim.sim.followers import Follower
 from mjsim.world import Assembly, Mechanism
 
@@ -109,9 +110,7 @@ class Places:
         for number, column, place, dof in self._balls:
             parent = assembly.linkage.joints[number - 1].parent
             turned, before = (each.poses[parent, :3, :3].T @ each.poses[number, :3, :3] for each in (now, start))
-            quaternion = np.zeros(4)
-            mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(before.T @ turned).ravel())
-            data.qpos[place : place + 4] = quaternion
+            data.qpos[place : place + 4] = quaternion_of(before.T @ turned)
             part = slice(column, column + 3)
             data.qvel[dof : dof + 3] = now.poses[number, :3, :3].T @ now.axes[part].T @ speeds[part]
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from mjsim.exchange.robots.frame import Stand
 from mjsim.geometry import Array
+from mjsim.mechanics import placed
 from mjsim.models import Anatomy, FileFrame, SaidSensor
 
 WORDS = {
@@ -81,7 +82,7 @@ def _described(anatomy: Anatomy, stand: Stand, sensors: tuple[SaidSensor, ...]) 
         if place is None:
             continue
         at = place.at + place.axes @ np.array(sensor.at)
-        ahead = place.axes @ _turn(sensor.rpy) @ _turn((0.0, 0.0, _middle(sensor)))[:, 0]
+        ahead = place.axes @ (placed(np.zeros(3), sensor.rpy) @ placed(np.zeros(3), (0.0, 0.0, _middle(sensor))))[:3, 0]
         if sensor.kind == "imu":
             ahead = np.array([math.cos(stand.heading), math.sin(stand.heading), 0.0])
         yield _mount(stand, sensor.kind, _plain(sensor.name), at, ahead, _keys(sensor), f"described on '{sensor.link}'")
@@ -171,18 +172,6 @@ def _keys(sensor: SaidSensor) -> dict[str, object]:
 def _within(angle: float) -> float:
     """Return a field of view limited to the valid range, given in [rad], returned in [deg]."""
     return round(min(max(math.degrees(angle), 5.0), 150.0), 2)
-
-
-def _turn(rpy: tuple[float, float, float]) -> Array:
-    """Return the rotation matrix of roll, pitch and yaw in the convention of URDF, shape (3, 3)."""
-    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
 
 
 def _plain(name: str) -> str:

@@ -1,0 +1,18 @@
+"""Rotations in MuJoCo's terms."""
+
+import mujoco
+import numpy as np
+
+from mjsim.geometry import Array
+
+
+def quaternion_of(rotation: Array) -> Array:
+    """Return the quaternion (w, x, y, z) of a rotation, shape (3, 3) -> (4,)."""
+    quaternion = np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(rotation).ravel())
+    return quaternion
+
+
+def pose_keys(pose: Array) -> dict[str, Array]:
+    """Return the keys `pos` [m] and `quat` of a body, camera or geom at a pose, shape (4, 4)."""
+    return {"pos": pose[:3, 3], "quat": quaternion_of(pose[:3, :3])}
