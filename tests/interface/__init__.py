@@ -1,0 +1,1 @@
+"""Tests of what modules meet, and of its forms."""
