@@ -19,11 +19,12 @@ GROUND = {"closing", "errors", "faces", "geometry", "gl_request", "guarded", "ou
 WORLD = GROUND | {"mechanics", "models", "people", "world"}
 VALUES = WORLD | {"interface"}
 COMPILE = VALUES | {"compile", "posture"}
-RECORD = VALUES | {"record", "posture"}
+PLAN = WORLD | {"posture", "plan"}
+RECORD = VALUES | PLAN | {"record"}
 SIM = COMPILE | {"modules", "sim"}
 RUN = SIM | {"record", "safety", "run"}
 VIDEO = RECORD | {"compile", "posture", "sim", "video"}
-REPORT = WORLD | {"record", "report"}
+REPORT = PLAN | {"record", "report"}
 SWEEP = RUN | REPORT | {"sweep"}
 MAY_IMPORT = {
     **dict.fromkeys(GROUND, GROUND),
@@ -37,8 +38,9 @@ MAY_IMPORT = {
     # Inverse kinematics of figures, which stand as it says in the compiled world.
     "posture": WORLD | {"people"},
     "compile": COMPILE,
+    "plan": PLAN,
     # Robots that are brought in are measured.
-    "exchange": SIM,
+    "exchange": SIM | PLAN,
     "record": RECORD,
     "sim": SIM,
     "safety": GROUND | {"interface"},

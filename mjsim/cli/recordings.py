@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 
 def video(
     recording: RunFile,
-    output: Annotated[Path, typer.Option("-o", metavar="MP4", help="The video to write.")],
+    output: Annotated[
+        Path, typer.Option("-o", metavar="FILE", help="The video, .mp4; with --at .svg, .pdf, .png or .jpg.")
+    ],
     view: Annotated[
         str | None,
         typer.Option(metavar="NAME", help="Show only one view: plan, chase, overview, diagrams or ROBOT/CAMERA."),
@@ -29,16 +31,27 @@ def video(
     sightings: Annotated[bool | None, typer.Option(help="Draw lines to sighted beacons.")] = None,
     ellipses: Annotated[bool | None, typer.Option(help="Draw 95 % confidence ellipses.")] = None,
     trails: Annotated[bool | None, typer.Option(help="Draw true and estimated paths.")] = None,
+    at: Annotated[
+        float | None, typer.Option(metavar="SECONDS", help="Write this instant only, as a picture, SVG or PDF.")
+    ] = None,
+    theme: Annotated[Literal["light", "dark"], typer.Option(help="Paper of SVG and PDF.")] = "light",
     begin: Begin = None,
     end: End = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Make a video of a recording."""
+    """Make a video of a recording, or a drawing of one instant."""
     from mjsim.record import read_recording
-    from mjsim.video import make_video
+    from mjsim.video import make_video, write_instant
 
     require_free(output, overwrite=overwrite)
-    draw = partial(make_video, view=view, follow=follow, sightings=sightings, ellipses=ellipses, trails=trails)
+    shown: dict[str, Any] = {"follow": follow, "sightings": sightings, "ellipses": ellipses, "trails": trails}
+    if at is not None:
+        if begin is not None or end is not None:
+            raise UsageError("--at names one instant; leave out --begin and --end")
+        write_instant(read_recording(recording), output, at, view=view, theme=theme, overwrite=overwrite, **shown)
+        print(output)
+        return
+    draw = partial(make_video, view=view, **shown)
     film(read_recording(recording), output, draw=draw, begin=begin, end=end, overwrite=overwrite)
 
 

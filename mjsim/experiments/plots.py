@@ -10,11 +10,24 @@ from matplotlib.path import Path
 from mjsim.experiments.finding import Plot
 from mjsim.experiments.offline import Fixes
 from mjsim.geometry import Array, ellipse_points
+from mjsim.plan import draw_plan
 from mjsim.record import Recording, Track
-from mjsim.report import ESTIMATE, MAP, ODOMETRY, STATES, TRUTH, chi_square_bounds, metrics, png_of, sheet
-from mjsim.world import World, obstacle_polygons, wall_polygons
+from mjsim.report import (
+    BUMP,
+    ESTIMATE,
+    MAP,
+    NEUTRAL,
+    ODOMETRY,
+    STATES,
+    TRUTH,
+    chi_square_bounds,
+    draw_truth,
+    metrics,
+    png_of,
+    sheet,
+)
+from mjsim.world import World
 
-WALL, THING = "#8a8a86", "#d9d4c8"
 LARGER = 4.0
 """Magnification of ellipses in the enlarged view."""
 AROUND = 1.6
@@ -25,8 +38,8 @@ def path_plot(name: str, caption: str, recording: Recording) -> Plot:
     """Draw the plan with the true and the estimated path, and ellipses of the pose and of the landmarks."""
     (track,) = recording.robots.values()
     figure, axes = _plan(recording.world)
-    axes.plot(*track.truth[:, :2].T, color=TRUTH, lw=1.4, label="truth")
-    axes.plot(*track.estimate[:, :2].T, color=ESTIMATE, lw=1.2, label="estimate")
+    draw_truth(axes, track.truth)
+    axes.plot(*track.estimate[:, :2].T, color=ESTIMATE, lw=1.1, label="estimate")
     every = max(1, len(track.time) // 30)
     _draw_ellipses(axes, track.estimate[every::every], track.covariance[every::every], ESTIMATE)
     _draw_map(axes, track)
@@ -59,7 +72,7 @@ def wriggling(name: str, caption: str, track: Track, first: float) -> Plot:
     below.plot(track.time, np.degrees(np.unwrap(track.truth[:, 2])), color=TRUTH, lw=0.9)
     below.set(xlabel="time [s]", ylabel="heading [deg]")
     for axes in (above, below):
-        axes.axvline(first, color=ODOMETRY, lw=1.4, label="first bump")
+        axes.axvline(first, color=BUMP, lw=1.4, label="first bump")
     above.legend(frameon=False)
     return _picture(f"{name}_motion", caption, figure)
 
@@ -76,7 +89,7 @@ def growth(name: str, caption: str, time: Array, repeats: tuple[Array, Array, Ar
     figure, (above, below) = sheet(2, height=6.4)
     above.plot(times, errors.T, color=ODOMETRY, lw=0.5, alpha=0.5)
     above.plot([], [], color=ODOMETRY, lw=0.5, label="each run")
-    above.plot(times, np.sqrt(np.mean(errors**2, axis=0)), color=TRUTH, lw=1.8, label="root mean square of the runs")
+    above.plot(times, np.sqrt(np.mean(errors**2, axis=0)), color=NEUTRAL, lw=1.8, label="root mean square of the runs")
     above.plot(times, sigma, "--", color=ESTIMATE, lw=1.8, label="predicted")
     above.set(ylabel="position error [m]")
     above.set_ylim(bottom=0.0)
@@ -94,10 +107,9 @@ def fixes(name: str, caption: str, recording: Recording, found: Fixes) -> Plot:
     """Draw the true and the triangulated positions of pictures."""
     figure, axes = _plan(recording.world)
     (track,) = recording.robots.values()
-    axes.plot(*found.places.T, "+", color=TRUTH, ms=7, label="beacons")
     axes.plot(*track.truth[:, :2].T, color=TRUTH, lw=1.0, label="true path")
     pairs = np.stack([found.truth, found.position], axis=1)
-    axes.add_collection(LineCollection(list(pairs), colors=ODOMETRY, linewidths=0.8))
+    axes.add_collection(LineCollection(list(pairs), colors=NEUTRAL, linewidths=0.8))
     axes.plot(*found.position.T, ".", color=ESTIMATE, ms=6, label="triangulated")
     _draw_legend(axes)
     return _picture(f"{name}_fixes", caption, figure)
@@ -108,7 +120,7 @@ def fix_errors(name: str, caption: str, found: Fixes) -> Plot:
     figure, (axes,) = sheet(1, height=3.2)
     errors = np.hypot(*(found.position - found.truth).T)
     axes.plot(found.time, 100.0 * errors, ".", color=ESTIMATE, ms=5)
-    axes.axhline(100.0 * errors.mean(), color=TRUTH, lw=1.0, label=f"mean, {100.0 * errors.mean():.2f} cm")
+    axes.axhline(100.0 * errors.mean(), color=NEUTRAL, lw=1.0, label=f"mean, {100.0 * errors.mean():.2f} cm")
     axes.set(xlabel="time [s]", ylabel="error [cm]", yscale="log")
     axes.legend(frameon=False)
     return _picture(f"{name}_errors", caption, figure)
@@ -119,8 +131,7 @@ def enlarged(name: str, caption: str, recording: Recording) -> Plot:
     (track,) = recording.robots.values()
     figure, axes = _plan(recording.world)
     beacons = np.array([beacon.at for beacon in recording.world.beacons])
-    axes.plot(*beacons.T, "+", color=TRUTH, ms=10, label="beacons")
-    axes.plot(*track.truth[:, :2].T, color=TRUTH, lw=1.2, label="truth")
+    draw_truth(axes, track.truth)
     axes.plot(*track.estimate[:, :2].T, color=ESTIMATE, lw=1.0, label="estimate")
     _draw_map(axes, track, larger=LARGER)
     every = max(1, round(0.5 / (track.time[1] - track.time[0])))
@@ -159,17 +170,13 @@ def transient(name: str, caption: str, track: Track) -> Plot:
 
 def _plan(world: World) -> tuple[Figure, Axes]:
     figure, (axes,) = sheet(1, height=6.6)
-    axes.add_collection(PolyCollection(list(wall_polygons(world)), facecolors=WALL, edgecolors=WALL, linewidths=0.4))
-    things = [np.asarray(outline) for outline in obstacle_polygons(world)]
-    axes.add_collection(PolyCollection(things, facecolors=THING, edgecolors=WALL, linewidths=0.8))
-    axes.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")
-    axes.autoscale_view()
+    draw_plan(axes, world)
     return figure, axes
 
 
 def _draw_ends(axes: Axes, track: Track) -> None:
-    axes.plot(*track.truth[0, :2], "o", color=MAP, ms=8, label="start")
-    axes.plot(*track.truth[-1, :2], "s", color=TRUTH, ms=7, label="end")
+    axes.plot(*track.truth[0, :2], "o", color=NEUTRAL, mfc="white", ms=8, label="start")
+    axes.plot(*track.truth[-1, :2], "s", color=NEUTRAL, ms=7, label="end")
     _draw_legend(axes)
 
 

@@ -13,7 +13,8 @@ from mjsim.lab.closed import ClosedLoop
 from mjsim.lab.design import Design
 from mjsim.lab.identify import Identified
 from mjsim.lab.study import POINTS, Study, theory
-from mjsim.report import ESTIMATE, GROUPS, MAP, ODOMETRY, TRUTH
+from mjsim.plan import GROUPS
+from mjsim.report import ESTIMATE, MAP, NEUTRAL, ODOMETRY, TRUTH
 
 DAMPINGS = (0.2, 0.4, 0.6, 0.8)
 """Damping ratios of the grid of a root locus."""
@@ -62,7 +63,7 @@ def bode_plot(found: Study) -> Figure:
     figure, (gain, phase) = sheet(2, height=2.9)
     gain.semilogx(found.omega, decibels(found.magnitude), color=ESTIMATE, lw=1.8)
     phase.semilogx(found.omega, np.degrees(found.phase), color=ESTIMATE, lw=1.8)
-    gain.axhline(0.0, color=TRUTH, lw=0.8)
+    gain.axhline(0.0, color=NEUTRAL, lw=0.8)
     margins = found.margins
     for key, color, label in (
         ("gain_crossover", MAP, f"phase margin {_number(margins['phase_margin_deg'])} deg"),
@@ -145,8 +146,8 @@ def poles_plot(found: Study) -> Figure:
     for axes, title in ((plane, "Poles and zeros"), (locus, "Root locus under unity feedback")):
         axes.plot(found.poles.real, found.poles.imag, "x", color=GROUPS[1], ms=8, mew=1.8, label="poles")
         axes.plot(found.zeros.real, found.zeros.imag, "o", mfc="none", color=MAP, ms=8, mew=1.6, label="zeros")
-        axes.axvline(0.0, color=TRUTH, lw=0.8)
-        axes.axhline(0.0, color=TRUTH, lw=0.8)
+        axes.axvline(0.0, color=NEUTRAL, lw=0.8)
+        axes.axhline(0.0, color=NEUTRAL, lw=0.8)
         axes.set(xlabel="real [rad/s]", ylabel="imaginary [rad/s]")
         axes.set_title(title, loc="left")
     sizes = np.abs(np.concatenate([found.poles, found.zeros]))

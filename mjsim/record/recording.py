@@ -225,12 +225,16 @@ class Recording:
 
     def has_estimator(self, robot: str) -> bool:
         """Return whether a module estimated the pose of a robot; without one the estimate is dead reckoning."""
+        return bool(self.estimator_of(robot))
+
+    def estimator_of(self, robot: str) -> str:
+        """Return the class that estimated the pose of a robot; empty for dead reckoning."""
         if robot == self.metadata.get("replayed robot"):
-            return True
+            return self.metadata.get("replayed estimator", "replay")
         if "modules" in self.metadata:
-            return "estimator" in json.loads(self.metadata["modules"]).get(robot, {})
+            return str(json.loads(self.metadata["modules"]).get(robot, {}).get("estimator", ""))
         driver = self.world.run.drivers.get(robot)
-        return driver is not None and driver.estimator is not None
+        return "" if driver is None or driver.estimator is None else driver.estimator.use.rpartition(":")[2]
 
     def messages(self, topic: str) -> Iterator[bytes]:
         """Yield the messages of a topic as stored in the file; none for a missing topic."""

@@ -35,11 +35,13 @@ from .paired import CONFIDENCE as CONFIDENCE
 from .paired import fewest_pairs as fewest_pairs
 from .paired import mean_interval as mean_interval
 from .paired import shared_confidence as shared_confidence
+from .plots import BUMP as BUMP
 from .plots import ESTIMATE as ESTIMATE
-from .plots import GROUPS as GROUPS
 from .plots import MAP as MAP
+from .plots import NEUTRAL as NEUTRAL
 from .plots import ODOMETRY as ODOMETRY
 from .plots import TRUTH as TRUTH
+from .plots import draw_truth as draw_truth
 from .plots import sheet as sheet
 from .runs import compare as compare
 from .statistics import statistics as statistics

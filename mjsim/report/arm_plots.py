@@ -6,8 +6,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from mjsim.geometry import Array
+from mjsim.plan import GROUPS
 from mjsim.record import JointTrack
-from mjsim.report.plots import GROUPS, sheet
+from mjsim.report.plots import sheet
 
 XYZ = ("#d55e00", "#009e73", "#0072b2")
 """Colours of X, Y and Z that the colour-blind can distinguish."""

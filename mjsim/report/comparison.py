@@ -22,6 +22,7 @@ from mjsim.report.paired import (
     paired_difference,
     shared_confidence,
 )
+from mjsim.world import World
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -40,6 +41,8 @@ class Series:
     """The same."""
     estimated: bool = True
     """Whether an estimator gave the estimate; else it is dead reckoning."""
+    world: World | None = None
+    """Where it drove; None if that is not known."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

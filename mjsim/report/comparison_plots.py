@@ -7,12 +7,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
 
 from mjsim.geometry import Array
+from mjsim.plan import GROUPS, draw_plan
 from mjsim.report.comparison import Compared, Comparison, Group, Series
 from mjsim.report.consistency import STATES, chi_square_bounds
 from mjsim.report.drawings import plot_text
 from mjsim.report.figures import FIGURES, ReportFigure
 from mjsim.report.over_time import FEW, mean_of, middle_of, shared_seed
-from mjsim.report.plots import GROUPS, TRUTH, scale_nees, sheet
+from mjsim.report.plots import NEUTRAL, draw_truth, scale_nees, sheet
 
 MAX_PAIRS = 10
 """Maximum number of pairs of groups whose differences are drawn; tables have all."""
@@ -41,8 +42,8 @@ def nees_plot(comparison: Comparison) -> Drawing | None:
         return None
     count = max(len(group.series) for group in drawn)
     low, high = chi_square_bounds(STATES, count=count)
-    axes.axhspan(low, high, color=TRUTH, alpha=0.12, lw=0, label=f"95 % band, {low:.2f} to {high:.2f}")
-    axes.axhline(STATES, color=TRUTH, lw=0.8)
+    axes.axhspan(low, high, color=NEUTRAL, alpha=0.12, lw=0, label=f"95 % band, {low:.2f} to {high:.2f}")
+    axes.axhline(STATES, color=NEUTRAL, lw=0.8)
     for color, width, group in _styled(comparison.groups):
         time, values = mean_of(list(group.series.values()), lambda series: series.nees)
         if len(time) and not group.no_nees:
@@ -68,12 +69,15 @@ def path_plot(comparison: Comparison) -> Drawing | None:
     truths = [series.truth for *_, series in shown if series.truth is not None]
     same_truth = all(np.array_equal(truths[0], other) for other in truths)
     if same_truth:
-        axes.plot(*truths[0].T, color=TRUTH, lw=3.0, alpha=0.4, label="truth")
+        draw_truth(axes, truths[0], color=NEUTRAL)
+    worlds = [series.world for *_, series in shown if series.world is not None]
+    if worlds:
+        draw_plan(axes, worlds[0])
     for color, width, label, series in shown:
         if series.truth is None or series.estimate is None:
             continue
         if not same_truth:
-            axes.plot(*series.truth.T, color=color, lw=4.0, alpha=0.3, label=f"{label}: truth")
+            draw_truth(axes, series.truth, color=color, label=f"{label}: truth")
         axes.plot(*series.estimate.T, color=color, lw=width, label=label)
     axes.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", title=f"Paths of seed {seed}, not aligned")
     _legend(figure, axes)
@@ -112,7 +116,7 @@ def difference_plot(comparison: Comparison) -> Drawing | None:
 
 
 def _draw_differences(axes: Axes, rows: Sequence[tuple[Compared, float]]) -> None:
-    axes.axvline(0.0, color=TRUTH, lw=0.8)
+    axes.axvline(0.0, color=NEUTRAL, lw=0.8)
     for row, (item, scale) in enumerate(rows):
         difference = item.difference
         color = {"first": GROUPS[0], "second": GROUPS[1], "": "#888888"}[difference.verdict]

@@ -4,8 +4,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from mjsim.geometry import Array
+from mjsim.plan import GROUPS
 from mjsim.record import JointTrack, SensorTrack
-from mjsim.report.plots import GROUPS, sheet
+from mjsim.report.plots import sheet
 
 MAX_LINES = 16
 """Maximum number of values in one panel, and of sensors in one sheet."""

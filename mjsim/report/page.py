@@ -11,7 +11,7 @@ import numpy as np
 from mjsim.output import free_paths, write_set
 from mjsim.record import Recording, Track
 from mjsim.report.arms import slides_of
-from mjsim.report.drawings import drawing_files, png_of, require_formats
+from mjsim.report.drawings import drawing_files, plot_text, png_of, require_formats
 from mjsim.report.html_page import html_page, html_table, picture
 from mjsim.report.statistics import known_part, stands, statistics_file
 from mjsim.report.tables import csv_table, key_figures, latex_table, shared_errors_of
@@ -56,7 +56,7 @@ def _files(recording: Recording, figures: dict[str, Any], formats: Sequence[str]
     sections = []
     for robot, track in recording.robots.items():
         part = None if stands(recording.world, robot) else known_part(track)
-        drawn = {} if part is None else _draw(recording.world, part, estimated=recording.has_estimator(robot))
+        drawn = {} if part is None else _draw(recording.world, part, recording.estimator_of(robot))
         with np.errstate(over="ignore", invalid="ignore"):
             pictures = {name: png_of(figure) for name, figure in drawn.items()}
             plots = drawing_files(drawn, formats, pictures=pictures)
@@ -78,12 +78,13 @@ def _files(recording: Recording, figures: dict[str, Any], formats: Sequence[str]
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def _draw(world: World, track: Track, *, estimated: bool) -> dict[str, "Figure"]:
-    """Return the plots of a track by name; dead reckoning alone has no NEES."""
+def _draw(world: World, track: Track, estimator: str) -> dict[str, "Figure"]:
+    """Return the plots of a track by name, for an estimator's class; dead reckoning alone, '', has no NEES."""
     from mjsim.report.plots import PLOTS
 
-    selected = [(name, draw) for name, draw in PLOTS if estimated or name != "nees"]
-    return {name: figure for name, draw in selected if (figure := draw(world, track)) is not None}
+    selected = [(name, draw) for name, draw in PLOTS if estimator or name != "nees"]
+    label = plot_text(estimator or "estimate")
+    return {name: figure for name, draw in selected if (figure := draw(world, track, label)) is not None}
 
 
 def _drawn_arms(recording: Recording, robot: str) -> Iterator[tuple[str, dict[str, "Figure"]]]:

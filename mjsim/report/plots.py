@@ -4,50 +4,60 @@ from collections.abc import Callable
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from mjsim.geometry import ellipse_points
+from mjsim.geometry import Array, ellipse_points
+from mjsim.plan import INKS, draw_plan
 from mjsim.record import Track
 from mjsim.report import metrics
 from mjsim.report.consistency import STATES, chi_square_bounds, normalised_innovations
 from mjsim.report.statistics import landmark_figures
 from mjsim.world import World
 
-TRUTH, ESTIMATE, ODOMETRY, MAP, BUMP = "#333333", "#0072b2", "#e69f00", "#009e73", "#d55e00"
-"""Colours that the colour-blind can distinguish (Okabe and Ito, 2008)."""
-FINAL = "#cc79a7"
-"""Colour of the final trajectory of an estimator, from the same palette."""
-GROUPS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#8c6d1f", "#332288", "#882255")
-"""Such colours for groups drawn together, without those of truth and odometry; more groups repeat them."""
+TRUTH, ESTIMATE, ODOMETRY = INKS["truth"].light, INKS["estimate"].light, INKS["odometry"].light
+MAP, BUMP, FINAL, NEUTRAL = INKS["seen"].light, INKS["bump"].light, INKS["final"].light, INKS["ink"].light
+"""Colours of the look; final paths, and lines that are of no path, have their own."""
+WIDE = 4.5
+"""Width of a true path, which is light, below a thin estimate: both are visible where they coincide."""
 MAX_BARS = 30
 """Maximum number of landmarks in a plot."""
 
 
-def path_plot(world: World, track: Track) -> Figure:
+def path_plot(world: World, track: Track, name: str) -> Figure:
     """Draw the plan with the true, estimated and dead-reckoned path, 95 % ellipses, and the map."""
     figure, (axes,) = sheet(1, height=7.0)
-    _draw_walls(axes, world)
-    axes.plot(*track.odometry[:, :2].T, color=ODOMETRY, lw=1.0, label="odometry")
-    axes.plot(*track.truth[:, :2].T, color=TRUTH, lw=1.6, label="truth")
-    axes.plot(*track.estimate[:, :2].T, color=ESTIMATE, lw=1.2, label="estimate")
-    if len(track.path):
-        axes.plot(*track.path[:, 1:3].T, color=FINAL, lw=1.2, label="final path")
+    draw_plan(axes, world)
+    draw_paths(axes, track, name)
     every = max(1, len(track.time) // 40)
     outlines = [
         ellipse_points(mean[:2], covariance[:2, :2])
         for mean, covariance in zip(track.estimate[::every], track.covariance[::every], strict=True)
     ]
     axes.add_collection(PolyCollection(outlines, facecolors="none", edgecolors=ESTIMATE, linewidths=0.7, alpha=0.8))
-    _draw_map(axes, world, track)
-    axes.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", title="Path and map, with 95 % ellipses")
+    _draw_map(axes, track)
+    axes.set(title="Path and map, with 95 % ellipses")
     axes.autoscale_view()
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=6, frameon=False)
     return figure
 
 
-def error_plot(world: World, track: Track) -> Figure:
+def draw_paths(axes: Axes, track: Track, name: str) -> None:
+    """Draw the dead-reckoned, true, estimated and final path of a robot."""
+    axes.plot(*track.odometry[:, :2].T, color=ODOMETRY, lw=1.0, label="odometry")
+    draw_truth(axes, track.truth)
+    axes.plot(*track.estimate[:, :2].T, color=ESTIMATE, lw=1.1, label=name)
+    if len(track.path):
+        axes.plot(*track.path[:, 1:3].T, color=FINAL, lw=1.1, ls="--", label="final path")
+
+
+def draw_truth(axes: Axes, truth: Array, *, color: str = TRUTH, label: str = "truth") -> None:
+    """Draw a true path, wide and light; `truth` has shape (N, 2 or 3) [m]."""
+    axes.plot(*truth[:, :2].T, color=color, lw=WIDE, alpha=0.4, label=label)
+
+
+def error_plot(world: World, track: Track, name: str) -> Figure:
     """Draw the errors in x, y and heading over time between their 3-sigma bounds."""
     figure, panels = sheet(3, height=7.0)
     errors = track.estimate - track.truth
@@ -59,8 +69,8 @@ def error_plot(world: World, track: Track) -> Figure:
     ):
         error, bound = errors[:, column] * scales[column], 3.0 * sigmas[:, column] * scales[column]
         axes.fill_between(track.time, -bound, bound, color=ESTIMATE, alpha=0.15, lw=0, label="3-sigma bounds")
-        axes.plot(track.time, error, color=ESTIMATE, lw=1.0, label="estimate - truth")
-        axes.axhline(0.0, color=TRUTH, lw=0.5)
+        axes.plot(track.time, error, color=ESTIMATE, lw=1.0, label=f"{name} - truth")
+        axes.axhline(0.0, color=NEUTRAL, lw=0.5)
         axes.set_ylabel(label)
     panels[0].set_title("Transient errors and what the estimator says of them")
     panels[0].legend(loc="upper left", frameon=False, ncols=2)
@@ -68,10 +78,10 @@ def error_plot(world: World, track: Track) -> Figure:
     return figure
 
 
-def distance_plot(world: World, track: Track) -> Figure:
+def distance_plot(world: World, track: Track, name: str) -> Figure:
     """Draw the position error of the estimate and of dead reckoning over time, and when the robot bumped."""
     figure, (axes,) = sheet(1, height=3.6)
-    for poses, color, label in ((track.odometry, ODOMETRY, "odometry"), (track.estimate, ESTIMATE, "estimate")):
+    for poses, color, label in ((track.odometry, ODOMETRY, "odometry"), (track.estimate, ESTIMATE, name)):
         axes.plot(track.time, metrics.position_errors(track.truth, poses), color=color, lw=1.2, label=label)
     bumps = [event.time for event in track.events if event.kind == "bump"]
     if bumps:
@@ -82,7 +92,7 @@ def distance_plot(world: World, track: Track) -> Figure:
     return figure
 
 
-def nees_plot(world: World, track: Track) -> Figure:
+def nees_plot(world: World, track: Track, name: str) -> Figure:
     """Draw NEES and NIS over time with their 95 % bands; each innovation is a point of the NIS."""
     rows, nis = normalised_innovations(track)
     figure, panels = sheet(2 if len(nis) else 1, height=5.6 if len(nis) else 3.6)
@@ -90,7 +100,7 @@ def nees_plot(world: World, track: Track) -> Figure:
     _draw_band(panels[0], STATES)
     panels[0].plot(track.time, nees, color=ESTIMATE, lw=1.0, label="NEES of x, y, heading")
     panels[0].set_ylabel("NEES")
-    panels[0].set_title("Consistency of the estimate", loc="left")
+    panels[0].set_title(f"Consistency of {name}", loc="left")
     if len(nis):
         _draw_band(panels[1], 2)
         panels[1].plot(track.time[rows], nis, ".", color=ESTIMATE, ms=2.5, alpha=0.5, label="NIS of a sighting")
@@ -118,7 +128,7 @@ def _draw_band(axes: Axes, freedom: int) -> None:
     axes.axhline(freedom, color=MAP, lw=0.8, label=f"expected, {freedom}")
 
 
-def landmark_plot(world: World, track: Track) -> Figure | None:
+def landmark_plot(world: World, track: Track, name: str) -> Figure | None:
     """Draw the error of each landmark at the end, as estimated and after alignment; None without a map."""
     errors = landmark_figures(world, track)
     if not errors.get("each"):
@@ -136,15 +146,15 @@ def landmark_plot(world: World, track: Track) -> Figure | None:
     return figure
 
 
-PLOTS: tuple[tuple[str, Callable[[World, Track], Figure | None]], ...] = (
+PLOTS: tuple[tuple[str, Callable[[World, Track, str], Figure | None]], ...] = (
     ("path", path_plot),
     ("error", distance_plot),
     ("bounds", error_plot),
     ("nees", nees_plot),
     ("landmarks", landmark_plot),
 )
-"""Name of the file and its drawing function, in the order of the page; the latter returns None if there is nothing to
-draw."""
+"""Name of the file and its drawing function, in the order of the page; the latter takes the name of the estimate, and
+returns None if there is nothing to draw."""
 
 
 def sheet(rows: int, *, height: float) -> tuple[Figure, list[Axes]]:
@@ -158,15 +168,7 @@ def sheet(rows: int, *, height: float) -> tuple[Figure, list[Axes]]:
     return figure, panels
 
 
-def _draw_walls(axes: Axes, world: World) -> None:
-    from mjsim.world import segments
-
-    axes.add_collection(LineCollection(list(segments(world)), colors="#888888", linewidths=0.8, label="walls"))
-
-
-def _draw_map(axes: Axes, world: World, track: Track) -> None:
-    if world.beacons:
-        axes.plot(*np.array([b.at for b in world.beacons]).T, "+", color=TRUTH, ms=6, mew=0.8, label="beacons")
+def _draw_map(axes: Axes, track: Track) -> None:
     mean, covariance = track.landmarks.mean[-1:], track.landmarks.covariance[-1:]
     mapped = np.isfinite(mean).all(axis=2)
     if mapped.any():

@@ -16,6 +16,7 @@ from mjsim.report.labels import Found, differing_worlds, labelled, settings_of
 from mjsim.report.paired import CONFIDENCE
 from mjsim.report.statistics import known_part, statistics_file
 from mjsim.report.sweep_runs import sweep_runs
+from mjsim.world import World
 
 MAX_POINTS = 1000
 """Maximum number of points of a series kept for each run, for plots."""
@@ -106,7 +107,7 @@ def run_of(recording: Recording) -> Found:
             seed=recording.seed,
             robots=figures["robots"],
             series={
-                name: _series(part, estimated=recording.has_estimator(name))
+                name: _series(recording.world, part, estimated=recording.has_estimator(name))
                 for name, part in parts.items()
                 if part is not None
             },
@@ -118,7 +119,7 @@ def run_of(recording: Recording) -> Found:
     )
 
 
-def _series(track: Track, *, estimated: bool) -> Series:
+def _series(world: World, track: Track, *, estimated: bool) -> Series:
     rows = slice(None, None, -(-len(track.time) // MAX_POINTS))
     truth, estimate = track.truth[rows], track.estimate[rows]
     return Series(
@@ -130,4 +131,5 @@ def _series(track: Track, *, estimated: bool) -> Series:
         truth=truth[:, :2],
         estimate=estimate[:, :2],
         estimated=estimated,
+        world=world,
     )

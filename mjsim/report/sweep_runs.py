@@ -89,21 +89,16 @@ def sweep_runs(folder: Path, *, alone: bool) -> list[Found]:
         if outcome.case >= plan.cases:
             raise _unreadable(folder, f"{file.name}: case is {outcome.case}; cases are 0 to {plan.cases - 1}")
     numbers = sorted({outcome.case for outcome in files.values()})
-    settings = {number: _settings_of(plan.case(number)) for number in numbers} if alone else _all(folder, plan, numbers)
-    return [_found(file, outcome, settings[outcome.case], plan.world) for file, outcome in files.items()]
+    worlds = {number: with_settings(sweep_world(folder), plan.case(number)) for number in numbers}
+    settings = {n: _settings_of(plan.case(n)) if alone else settings_of(worlds[n], {}) for n in numbers}
+    return [_found(file, outcome, settings[outcome.case], worlds[outcome.case]) for file, outcome in files.items()]
 
 
 def _settings_of(case: Mapping[str, Any]) -> dict[str, str]:
     return {key: value if isinstance(value, str) else json.dumps(value) for key, value in case.items()}
 
 
-def _all(folder: Path, plan: _Plan, numbers: list[int]) -> dict[int, dict[str, str]]:
-    """Return all settings of each case, in the form of a recording's settings."""
-    world = sweep_world(folder)
-    return {number: settings_of(with_settings(world, plan.case(number)), {}) for number in numbers}
-
-
-def _found(file: Path, outcome: _Outcome, settings: Mapping[str, str], world: str) -> Found:
+def _found(file: Path, outcome: _Outcome, settings: Mapping[str, str], world: World) -> Found:
     series = {
         robot: Series(
             time=np.array(each.time, dtype=float),
@@ -112,13 +107,14 @@ def _found(file: Path, outcome: _Outcome, settings: Mapping[str, str], world: st
             truth=_path(each.truth_x_m, each.truth_y_m),
             estimate=_path(each.estimate_x_m, each.estimate_y_m),
             estimated=each.estimated,
+            world=world,
         )
         for robot, each in outcome.series.items()
     }
     run = RunFigures(
         label="", seed=outcome.seed, robots=outcome.robots, series=series, failed=outcome.error is not None
     )
-    return Found(run=run, path=file, settings=settings, world=Path(world).stem)
+    return Found(run=run, path=file, settings=settings, world=world.name)
 
 
 def _path(x: Values, y: Values) -> Array | None:

@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mjsim.geometry import Array
-from mjsim.report import GROUPS, MAP, ODOMETRY, STATES, chi_square_bounds, drawing_files, plot_text, sheet
+from mjsim.plan import GROUPS
+from mjsim.report import MAP, ODOMETRY, STATES, chi_square_bounds, drawing_files, plot_text, sheet
 from mjsim.sweep.plan import SweepPlan
 from mjsim.sweep.summary import interval_of_mean
 from mjsim.sweep.table import Row
@@ -62,14 +63,15 @@ def settings_plot(plan: SweepPlan, rows: Sequence[Row]) -> Figure:
         for lane, group in enumerate(groups):
             offset = (lane - (len(groups) - 1) / 2) * 0.7 / len(groups)
             found = [_column(rows, figure_name, key, value, others, group) for value in values]
-            _draw_lane(axes, places + offset, found, GROUPS[lane % len(GROUPS)], group)
+            joined = all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
+            _draw_lane(axes, places + offset, found, GROUPS[lane % len(GROUPS)], group, joined=joined)
         axes.set_ylim(bottom=0.0)
         axes.grid(visible=False, axis="x")
     above.set(
         ylabel="position error, rmse [m]", title=f"the estimate of each run, means and 95 % intervals ({_count(plan)})"
     )
     below.set(ylabel="position error, rmse [m]", xlabel=key or "", title="Odometry alone")
-    below.set_xticks(places, [plot_text(json.dumps(value)) if key else "all runs" for value in values])
+    below.set_xticks(places, [plot_text(_word(value)) if key else "all runs" for value in values])
     below.set_xlim(-0.6, len(values) - 0.4)
     if groups != [""]:
         _legend(below)
@@ -129,8 +131,8 @@ def nees_plot(plan: SweepPlan, series: Sequence[Sequence[Series]]) -> Figure:
     return figure
 
 
-def _draw_lane(axes: Axes, places: Array, found: Sequence[Array], color: str, label: str) -> None:
-    """Draw one series of groups of values, each at its position: dots, mean and interval."""
+def _draw_lane(axes: Axes, places: Array, found: Sequence[Array], color: str, label: str, *, joined: bool) -> None:
+    """Draw one series of groups of values, each at its position: dots, mean and interval; join means of numbers."""
     for place, values in zip(places, found, strict=True):
         # Side by side in order, so that runs with equal errors are all visible.
         offsets = np.linspace(-0.05, 0.05, len(values)) if len(values) > 1 else np.zeros(len(values))
@@ -139,8 +141,8 @@ def _draw_lane(axes: Axes, places: Array, found: Sequence[Array], color: str, la
     means = np.array([found[n].mean() for n in filled])
     bounds = np.array([interval_of_mean(found[n]) or (found[n][0],) * 2 for n in filled]).T
     axes.errorbar(
-        places[filled], means, yerr=np.abs(bounds - means), color=color, fmt="D-", ms=5, lw=1.0, elinewidth=1.8,
-        capsize=4, mec="white", mew=0.6, label=label,
+        places[filled], means, yerr=np.abs(bounds - means), color=color, fmt="D-" if joined else "D", ms=5, lw=1.0,
+        elinewidth=1.8, capsize=4, mec="white", mew=0.6, label=label,
     )  # fmt: skip
 
 
@@ -170,8 +172,22 @@ def _stacked(runs: Sequence[Series], name: str) -> tuple[Array, Array]:
 
 
 def _label(case: Mapping[str, Any]) -> str:
-    """Return the label of a case's settings, with the last two parts of each key."""
-    return plot_text(", ".join(f"{'.'.join(key.split('.')[-2:])} {json.dumps(value)}" for key, value in case.items()))
+    """Return the label of a case's settings, with the last two parts of each key; modules go by their classes."""
+    return plot_text(", ".join(f"{_short(key)}{_word(value)}" for key, value in case.items()))
+
+
+def _short(key: str) -> str:
+    is_module = key.endswith((".use", ".estimator", ".observer", ".navigator"))
+    return "" if is_module else f"{'.'.join(key.split('.')[-2:])} "
+
+
+def _word(value: Any) -> str:
+    """Return a value of a setting; a module as its class, with its other keys."""
+    use = value.get("use") if isinstance(value, Mapping) else value
+    if not isinstance(use, str) or ":" not in use:
+        return json.dumps(value)
+    others = value.items() if isinstance(value, Mapping) else ()
+    return ", ".join([use.rpartition(":")[2], *(f"{key}={json.dumps(each)}" for key, each in others if key != "use")])
 
 
 def _count(plan: SweepPlan) -> str:

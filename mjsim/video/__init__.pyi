@@ -1,4 +1,3 @@
-from .arms import arm_outlines as arm_outlines
 from .beside import draw_beside as draw_beside
 from .film import frame_rows as frame_rows
 from .film import frames_between as frames_between
@@ -7,6 +6,7 @@ from .film import require_film_name as require_film_name
 from .ink import INK as INK
 from .ink import PAPER as PAPER
 from .ink import Letters as Letters
+from .instant import write_instant as write_instant
 from .mechanisms import body_outlines as body_outlines
 from .mechanisms import posed as posed
 from .sheet import Labels as Labels

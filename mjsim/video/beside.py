@@ -10,17 +10,18 @@ import numpy as np
 from mjsim.geometry import Array, Pose
 from mjsim.interface import Picture
 from mjsim.output import require_free
-from mjsim.video.ink import INK, PAPER, blend
+from mjsim.plan import blend
+from mjsim.video.ink import INK, PAPER
 from mjsim.video.paper import Paper, write_sheet
+from mjsim.video.plan import world_bounds
 from mjsim.video.sheet import (
     BOTTOM,
     LEFT,
     RIGHT,
     TOP,
     Labels,
-    bounds_of,
     draw_axes,
-    draw_grid,
+    draw_paper_grid,
     lay_out,
     plan_page,
     scale_for,
@@ -37,7 +38,7 @@ class Stroke(Protocol):
 
     @property
     def points(self) -> Array:
-        """Shape (n, 2) [m]."""
+        """PlanItem (n, 2) [m]."""
 
     @property
     def closed(self) -> bool:
@@ -102,7 +103,7 @@ def draw_beside(
     """
     if path is not None:
         require_free(Path(path), overwrite=overwrite)
-    both = np.concatenate([bounds_of(world), original.bounds])
+    both = np.concatenate([world_bounds(world), original.bounds])
     bounds = np.stack([both.min(axis=0), both.max(axis=0)])
     first, second = _original_page(original, bounds), plan_page(world, bounds, labels=labels)
     stacked = first.shape[1] > WIDE * first.shape[0]
@@ -117,7 +118,7 @@ def _original_page(original: Original, bounds: Array) -> Picture:
     ratio = scale_for(bounds)
     sheet = lay_out(bounds, ratio)
     plan = sheet.inner(LEFT, TOP, RIGHT, BOTTOM)
-    draw_grid(plan)
+    draw_paper_grid(plan)
     if original.picture is not None:
         _draw_picture(plan, original.picture, original)
     shapes: dict[tuple[int, float], list[Array]] = {}

@@ -5,7 +5,8 @@ from numpy.typing import ArrayLike
 
 from mjsim.geometry import Array
 from mjsim.interface import Picture
-from mjsim.video.ink import ESTIMATE, HAIR, INK, MUTED, ODOMETRY, PAPER, SEMIBOLD, Color, Letters, draw_polyline
+from mjsim.plan import Rgb
+from mjsim.video.ink import ESTIMATE, HAIR, INK, MUTED, ODOMETRY, PAPER, SEMIBOLD, Letters, draw_polyline
 from mjsim.video.moment import Moment
 from mjsim.video.view import format_metres, round_step
 
@@ -102,6 +103,6 @@ class ErrorChart:
         return bottom - (bottom - self._top) * np.asarray(error, dtype=float) / self._limit
 
 
-def _darker(color: Color) -> Color:
+def _darker(color: Rgb) -> Rgb:
     red, green, blue = (round(0.8 * part) for part in color)
     return red, green, blue

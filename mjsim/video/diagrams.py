@@ -9,8 +9,8 @@ from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.video.ink import INK, MUTED, PAPER, SEMIBOLD, Letters
 from mjsim.video.layout import HEIGHT, WIDTH
-from mjsim.video.mechanisms import body_outlines, curves, distances, draw_mechanism, joint_tags, posed
-from mjsim.video.names import write_tags
+from mjsim.video.mechanisms import body_outlines, curves, distances, draw_mechanism, joint_words, posed
+from mjsim.video.names import write_words
 from mjsim.video.paper import Paper, px
 from mjsim.video.plan import draw_scale_bar
 from mjsim.video.view import PlanView
@@ -85,7 +85,7 @@ class Diagram:
         drawing, drawn = Paper(image, self._view, letters), posed(self.mechanism, values, self._view_matrix)
         draw_mechanism(drawing, drawn)
         if names:
-            write_tags(drawing, joint_tags(drawing, drawn))
+            write_words(drawing, joint_words(drawn))
         letters.write(image, self.mechanism.name, (px(2.0), px(4.6)), round(px(3.2)), INK, weight=SEMIBOLD)
         draw_scale_bar(image, self._view.scale, letters, (self._width - round(px(2.0)), self._height - round(px(2.0))))
         self._draw_triad(drawing)

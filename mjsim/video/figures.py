@@ -10,8 +10,9 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.people import SIDES
+from mjsim.plan import blend, parse_color
 from mjsim.posture import poses_of
-from mjsim.video.ink import BEACON, INK, MUTED, PAPER, SEMIBOLD, Letters, blend, parse_color
+from mjsim.video.ink import BEACON, INK, MUTED, PAPER, SEMIBOLD, Letters
 from mjsim.video.paper import Paper, px
 from mjsim.video.view import PlanView
 from mjsim.world import Person, World, item_names, look_beside, look_over, person_outlines, placed_targets, prisms
@@ -78,12 +79,6 @@ def _prism_outline(outline: Array, low: float, high: float, drawing_from_world: 
 def _seen(points: Array, drawing_from_world: Array) -> Array:
     """Return points of the world, shape (n, 3) [m], in a drawing, shape (n, 2) [m]."""
     return np.asarray(points @ drawing_from_world[:2, :3].T + drawing_from_world[:2, 3])
-
-
-def draw_figure(drawing: Paper, person: Person, poses: Mapping[str, Array], drawing_from_world: Array) -> None:
-    """Draw a person in a posture from a direction, in muted colours of the clothes; see `person_outlines`."""
-    for outline, color in person_outlines(person, poses, drawing_from_world):
-        _draw_outline(drawing, outline, color)
 
 
 def draw_view(drawing: Paper, view: PersonView) -> None:

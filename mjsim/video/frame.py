@@ -1,15 +1,18 @@
 """The composed picture of a run: the plan, a close-up, the onboard camera, and the error so far."""
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.interface import Picture
-from mjsim.video.arms import Arms
+from mjsim.plan import PlanItem, Rgb, world_words
 from mjsim.video.chart import ErrorChart
 from mjsim.video.ink import (
     BEACON,
+    BUMP,
     ESTIMATE,
     INK,
     MUTED,
@@ -20,7 +23,6 @@ from mjsim.video.ink import (
     SEEN,
     SEMIBOLD,
     TRUTH,
-    Color,
     Letters,
     draw_disc,
     draw_polyline,
@@ -28,14 +30,17 @@ from mjsim.video.ink import (
 from mjsim.video.layout import HEIGHT, MARGIN, WIDTH, Pane, arrange
 from mjsim.video.mechanisms import draw_mechanism, posed
 from mjsim.video.moment import Moment
-from mjsim.video.overlay import LIFTED, Trails, draw_moment, draw_others
+from mjsim.video.names import MAX_NAMES, write_words
 from mjsim.video.paper import Paper
-from mjsim.video.plan import bounds_with, draw_background, draw_scale_bar
+from mjsim.video.plan import bounds_with, draw_grid, draw_scale_bar, floor_color
 from mjsim.video.scans import mounts_of
-from mjsim.video.things import Things
-from mjsim.video.view import PlanView
+from mjsim.video.state import LIFTED, PlanState
+from mjsim.video.trails import Trails
+from mjsim.video.view import PlanView, round_step
 from mjsim.world import Camera, View, World
 
+DENSITY = 6.0
+"""Pixels per millimetre on paper, for lines and symbols of films."""
 CLOSE_UP = 110.0
 """Scale of the close-up [px/m]; smaller in a world too large to cache at this scale."""
 LARGEST = 16e6
@@ -43,7 +48,7 @@ LARGEST = 16e6
 FIGURES = (58, 138, 258)
 """Right edges of time, speed and number of landmarks, right of the title [px]: fixed, so that the numbers do not move.
 """
-LEGEND: tuple[tuple[str, Color], ...] = (
+LEGEND: tuple[tuple[str, Rgb], ...] = (
     ("truth", TRUTH),
     ("estimate", ESTIMATE),
     ("odometry", ODOMETRY),
@@ -55,28 +60,28 @@ LEGEND: tuple[tuple[str, Color], ...] = (
 class Panel:
     """A plan with moving objects; the whole plan is cached, and a window of it is shown."""
 
-    def __init__(
-        self, world: World, view: PlanView, *, display: View, robot: str, letters: Letters | None = None
-    ) -> None:
-        """Draw the plan once, with names if letters are given."""
-        self._world, self._letters = world, letters
-        self._display = display
+    def __init__(self, world: World, state: PlanState, view: PlanView, *, names: bool = False) -> None:
+        """Draw the plan once, with names if requested."""
+        self._world, self._state, self._names = world, state, names
+        self._letters = Letters()
         self.view = view
-        self._robot = robot
-        self._radii = {item.name: item.body.radius for item in world.robots}
-        self._things, self._arms = Things(world), Arms(world)
         self._removed: frozenset[str] = frozenset()
         self.plan = self._background()
         self._trails = Trails(self.plan, view)
 
     def add(self, moment: Moment) -> None:
         """Extend the trails."""
-        if self._display.trails:
-            self._trails.add(moment)
+        self._trails.add(moment)
 
     def _background(self) -> Picture:
         plan = np.empty((self.view.height, self.view.width, 3), np.uint8)
-        draw_background(plan, self._world, self.view, removed=self._removed, letters=self._letters)
+        plan[:] = floor_color(self._world)
+        drawing = Paper(plan, self.view, self._letters, DENSITY)
+        draw_grid(drawing, floor_color(self._world), step=round_step(28 / self.view.scale))
+        drawing.draw(self._state.still(self._removed))
+        if self._names and len(self._world.beacons) + len(self._world.obstacles) <= MAX_NAMES:
+            words = [each for each in world_words(self._world) if not each.moves and each.of != "wall"]
+            write_words(drawing, [each for each in words if each.text not in self._removed])
         return plan
 
     def _take_away(self, removed: frozenset[str]) -> None:
@@ -86,10 +91,12 @@ class Panel:
         other = (before != now).any(axis=2)
         self.plan[other] = now[other]
 
-    def draw(self, image: Picture, moment: Moment, *, around: Array | None = None) -> PlanView:
-        """Draw the plan, or its window around a world point, into a picture; return the view of the result."""
-        if moment.looks is not None and (other := moment.looks.removed | moment.looks.reached.keys()) != self._removed:
-            self._take_away(other)
+    def draw(
+        self, image: Picture, moment: Moment, shapes: Sequence[PlanItem], *, around: Array | None = None
+    ) -> PlanView:
+        """Draw the plan, or its window around a world point, with what moves; return the view of the result."""
+        if (gone := self._state.gone(moment)) != self._removed:
+            self._take_away(gone)
         height, width = image.shape[:2]
         column, row = 0, 0
         if around is not None:
@@ -101,15 +108,12 @@ class Panel:
             image[:] = PAPER
         image[: window.shape[0], : window.shape[1]] = window
         view = self.view.part(column, row, width, height)
-        self._things.draw(image, view, moment, robot=self._robot)
         self._draw_mechanisms(image, view, moment)
-        draw_others(image, view, moment, self._radii)
-        draw_moment(image, view, moment, display=self._display, radius=self._radii[self._robot])
-        self._arms.draw(image, view, moment, robot=self._robot)
+        Paper(image, view, self._letters, DENSITY).draw(shapes)
         return view
 
     def _draw_mechanisms(self, image: Picture, view: PlanView, moment: Moment) -> None:
-        drawing = Paper(image, view, self._letters or Letters())
+        drawing = Paper(image, view, self._letters)
         for item in self._world.mechanisms:
             values = moment.arms.get(item.name, item.assembly.start)
             if np.isfinite(values).all():
@@ -158,9 +162,9 @@ class Frame:
         self._close_part = self._part(layout.close_up)
         self._seen_part = self._part(layout.onboard) if layout.onboard else None
         whole = PlanView.fit(bounds, layout.plan.width, layout.plan.height, margin=14)
-        self._whole = Panel(world, whole, display=self._display, robot=self.robot)
-        close_view = _close_view(bounds, layout.close_up)
-        self._close = Panel(world, close_view, display=self._display, robot=self.robot, letters=self._letters)
+        self._state = PlanState(world, self.robot, self._display)
+        self._whole = Panel(world, self._state, whole)
+        self._close = Panel(world, self._state, _close_view(bounds, layout.close_up), names=True)
         seconds = seconds or world.run.seconds
         self._chart = ErrorChart(layout.chart.width, layout.chart.height, self._letters, seconds=seconds)
         self._shown: Picture | None = None
@@ -170,8 +174,9 @@ class Frame:
 
     def add(self, moment: Moment) -> None:
         """Add a moment, in order of time: extends trails and errors."""
-        self._whole.add(moment)
-        self._close.add(moment)
+        if self._display.trails:
+            self._whole.add(moment)
+            self._close.add(moment)
         self._chart.add(moment)
         if not np.isfinite(moment.truth).all():
             return
@@ -185,8 +190,9 @@ class Frame:
 
     def draw(self, moment: Moment) -> Picture:
         """Return the picture of a moment, RGB, shape (720, 1280, 3); every call returns the same array."""
-        self._whole.draw(self._whole_part, moment)
-        self._draw_close_up(moment)
+        shapes = self._state.moving(moment)
+        self._whole.draw(self._whole_part, moment, shapes)
+        self._draw_close_up(moment, shapes)
         self._chart.draw(self._chart_part)
         if self._seen_part is not None and moment.picture is not self._shown:
             draw_seen(self._seen_part, moment, self._letters)
@@ -199,12 +205,12 @@ class Frame:
         part[:] = PAPER
         return part
 
-    def _draw_close_up(self, moment: Moment) -> None:
+    def _draw_close_up(self, moment: Moment, shapes: Sequence[PlanItem]) -> None:
         middles = {"truth": moment.truth, "estimate": moment.estimate, "nothing": self._middle}
         candidates = (middles[self._display.follow], moment.truth, moment.estimate, moment.odometry, self._middle)
         middle = next(place for place in candidates if np.isfinite(place).all())
         height, width = self._close_part.shape[:2]
-        view = self._close.draw(self._close_part, moment, around=middle[:2])
+        view = self._close.draw(self._close_part, moment, shapes, around=middle[:2])
         draw_scale_bar(self._close_part, view.scale, self._letters, (width - 12, height - 12))
 
     def _write_head(self, world: World) -> None:
@@ -227,7 +233,7 @@ class Frame:
         for text, right in zip(figures, FIGURES, strict=True):
             self._letters.write(strip, text, (right, 21), 14, INK, align=1.0)
         if moment.touched:
-            self._letters.write(strip, "bump", (FIGURES[-1] + 24, 21), 14, ESTIMATE, weight=SEMIBOLD)
+            self._letters.write(strip, "bump", (FIGURES[-1] + 24, 21), 14, BUMP, weight=SEMIBOLD)
 
 
 class PlanFrame:
@@ -237,16 +243,18 @@ class PlanFrame:
         """Draw the plan once; it also shows the points of `reach`, shape (n, 2) [m]."""
         self._page = np.empty((HEIGHT, WIDTH, 3), np.uint8)
         view = PlanView.fit(bounds_with(world, reach), WIDTH, HEIGHT, margin=MARGIN)
-        self._panel = Panel(world, view, display=display, robot=robot)
+        self._state, self._trails = PlanState(world, robot, display), display.trails
+        self._panel = Panel(world, self._state, view)
         self._letters = Letters()
 
     def add(self, moment: Moment) -> None:
         """Extend the trails."""
-        self._panel.add(moment)
+        if self._trails:
+            self._panel.add(moment)
 
     def draw(self, moment: Moment) -> Picture:
         """Return the picture of a moment, RGB, shape (720, 1280, 3); every call returns the same array."""
-        view = self._panel.draw(self._page, moment)
+        view = self._panel.draw(self._page, moment, self._state.moving(moment))
         draw_scale_bar(self._page, view.scale, self._letters, (WIDTH - MARGIN, HEIGHT - MARGIN))
         self._letters.write(self._page, f"{moment.time:.1f} s", (MARGIN, HEIGHT - MARGIN), 16)
         return self._page

@@ -1,5 +1,7 @@
-"""Colours and text for all drawings; colours are RGB and distinguishable for the colour-blind."""
+"""Colours, lines and text in pictures; colours are RGB."""
 
+from collections.abc import Callable, Sequence
+from itertools import accumulate, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -10,40 +12,18 @@ from numpy.typing import NDArray
 from mjsim.errors import UsageError
 from mjsim.interface import Picture
 from mjsim.output import write_file
+from mjsim.plan import Rgb, color
 
-Color = tuple[int, int, int]
-
-# Okabe and Ito, "Color Universal Design" (2008), for meaningful colours; muted greys for the rest.
-TRUTH: Color = (0, 114, 178)
-ESTIMATE: Color = (213, 94, 0)
-SEEN: Color = (0, 158, 115)
-BEACON: Color = (230, 159, 0)
-SCANNED: Color = (204, 121, 167)
-ODOMETRY: Color = (140, 145, 152)
-
-INK: Color = (35, 39, 46)
-MUTED: Color = (98, 104, 114)
-HAIR: Color = (224, 222, 216)
-PAGE: Color = (244, 243, 239)
-PAPER: Color = (255, 255, 255)
-WALL: Color = (74, 79, 87)
+TRUTH, ESTIMATE, ODOMETRY = color("truth"), color("estimate"), color("odometry")
+BEACON, SEEN, SCANNED, BUMP = color("beacon"), color("seen"), color("scanned"), color("bump")
+INK, MUTED, PAPER = color("ink"), color("muted"), color("paper")
+HAIR: Rgb = (224, 222, 216)
+PAGE: Rgb = (244, 243, 239)
 
 REGULAR, SEMIBOLD = 400, 600
 
 FRACTION_BITS = 4
 """Fraction bits of OpenCV's fixed-point coordinates; 1/16 px keeps slow motion smooth."""
-
-
-def parse_color(text: str) -> Color:
-    """Return the colour of '#rrggbb'."""
-    red, green, blue = bytes.fromhex(text.removeprefix("#"))
-    return red, green, blue
-
-
-def blend(color: Color, other: Color, share: float) -> Color:
-    """Return a mixture of two colours; `share` in [0, 1] is the fraction of the other one."""
-    mixed = [round((1.0 - share) * a + share * b) for a, b in zip(color, other, strict=True)]
-    return mixed[0], mixed[1], mixed[2]
 
 
 def fixed(points: NDArray[Any]) -> NDArray[np.int32]:
@@ -52,34 +32,38 @@ def fixed(points: NDArray[Any]) -> NDArray[np.int32]:
     return np.asarray(scaled, dtype=np.int32)
 
 
-def draw_polyline(image: Picture, points: NDArray[Any], color: Color, *, width: int = 1, closed: bool = False) -> None:
+def draw_polyline(image: Picture, points: NDArray[Any], color: Rgb, *, width: int = 1, closed: bool = False) -> None:
     """Draw an anti-aliased line through pixels, shape (n, 2)."""
-    if len(points) > 1:
-        cv2.polylines(image, [fixed(points)], closed, color, width, cv2.LINE_AA, FRACTION_BITS)
+    draw_polylines(image, [points], color, width=width, closed=closed)
 
 
-def fixed_polylines(image: Picture, outlines: NDArray[Any], color: Color) -> None:
-    """Draw many closed outlines with equal numbers of points, in pixels, shape (k, n, 2)."""
-    cv2.polylines(image, list(fixed(outlines)), True, color, 1, cv2.LINE_AA, FRACTION_BITS)
+def draw_polylines(
+    image: Picture, lines: Sequence[NDArray[Any]], color: Rgb, *, width: int = 1, closed: bool = False
+) -> None:
+    """Draw anti-aliased lines through pixels, shape (n, 2) each."""
+    if sum(map(len, lines)) > 1:
+        cv2.polylines(image, each_of(fixed, lines), closed, color, width, cv2.LINE_AA, FRACTION_BITS)
 
 
-def fill_polygons(image: Picture, outlines: list[NDArray[Any]], color: Color) -> None:
+def each_of(convert: Callable[[NDArray[Any]], NDArray[Any]], parts: Sequence[NDArray[Any]]) -> list[NDArray[Any]]:
+    """Return parts, shape (n, 2) each, converted all at once, which is faster than one by one."""
+    if len(parts) == 1:
+        return [convert(parts[0])]
+    ends = [0, *accumulate(map(len, parts))]
+    points = convert(np.concatenate(parts))
+    return [points[start:end] for start, end in pairwise(ends)]
+
+
+def fill_polygons(image: Picture, outlines: list[NDArray[Any]], color: Rgb) -> None:
     """Fill closed outlines in pixels, shape (n, 2) each; an outline inside another is a hole."""
     if outlines:
         cv2.fillPoly(image, [fixed(outline) for outline in outlines], color, cv2.LINE_AA, FRACTION_BITS)
 
 
-def draw_disc(image: Picture, middle: NDArray[Any], radius: float, color: Color, *, width: int = -1) -> None:
+def draw_disc(image: Picture, middle: NDArray[Any], radius: float, color: Rgb, *, width: int = -1) -> None:
     """Draw a circle around a pixel, shape (2,); filled unless a line width is given."""
     x, y = fixed(np.asarray(middle)).tolist()
     cv2.circle(image, (x, y), round(radius * (1 << FRACTION_BITS)), color, width, cv2.LINE_AA, FRACTION_BITS)
-
-
-def draw_dots(image: Picture, middles: NDArray[Any], color: Color) -> None:
-    """Draw small dots about pixels, shape (n, 2)."""
-    height, width = image.shape[:2]
-    for middle in middles[((middles >= 0.0) & (middles < (width, height))).all(axis=1)]:
-        draw_disc(image, middle, 1.6, color)
 
 
 class Letters:
@@ -99,7 +83,7 @@ class Letters:
         text: str,
         at: tuple[float, float],
         size: int,
-        color: Color = INK,
+        color: Rgb = INK,
         *,
         weight: int = REGULAR,
         align: float = 0.0,

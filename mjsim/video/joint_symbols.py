@@ -10,8 +10,9 @@ from collections.abc import Callable
 import numpy as np
 
 from mjsim.geometry import Array, Pose
+from mjsim.plan import arc
 from mjsim.video.ink import ESTIMATE, INK, PAPER
-from mjsim.video.paper import Paper, arc
+from mjsim.video.paper import Paper
 
 RADIUS = 0.9
 """Radius of a hinge seen along its axis [mm]."""

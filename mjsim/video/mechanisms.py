@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 
 from mjsim.geometry import Array, Pose
-from mjsim.video.ink import ESTIMATE, INK, PAPER, blend, parse_color
+from mjsim.plan import Words, arc, blend, parse_color
+from mjsim.video.ink import ESTIMATE, INK, PAPER
 from mjsim.video.joint_symbols import draw_ground, draw_joint, draw_sliding, draw_turning
-from mjsim.video.names import Tag
-from mjsim.video.paper import Paper, arc
+from mjsim.video.paper import Paper
 from mjsim.world import GROUND, ForceActuator, Mechanism, MechanismJoint, TorqueActuator, place_of
 
 ABOVE = np.eye(4)[:3]
@@ -196,17 +196,15 @@ def _draw_push(drawing: Paper, drawn: Drawn, actuator: TorqueActuator | ForceAct
     drawing.arrow(place.transform([[0.0, 0.0], [drawing.metres(5.0), 0.0]]), ESTIMATE, 0.4)
 
 
-def joint_tags(drawing: Paper, drawn: Drawn) -> list[Tag]:
+def joint_words(drawn: Drawn) -> list[Words]:
     """Return the names of joints and bodies, to be written beside them."""
-    reach, side = (drawing.metres(1.6),) * 2, np.array([0.7, 0.7])
-    tags = [
-        Tag(text=joint.name, at=drawn.joint(joint)[:2], side=side, reach=reach, color=INK)
+    side = np.array([0.7, 0.7])
+    joints = [
+        Words(text=joint.name, at=drawn.joint(joint)[:2], side=side, gap=1.6, ink="ink")
         for joint in drawn.mechanism.joints
     ]
-    for name, outline in body_outlines(drawn):
-        color = blend(parse_color(drawn.mechanism.body(name).color), INK, 0.4)
-        middle = (outline.min(axis=0) + outline.max(axis=0)) / 2
-        tags.append(
-            Tag(text=name, at=middle, side=np.array([0.0, -1.0]), reach=(drawing.metres(1.0),) * 2, color=color)
-        )
-    return tags
+    bodies = [
+        Words(text=name, at=(hull.min(axis=0) + hull.max(axis=0)) / 2, side=np.array([0.0, -1.0]), gap=1.0)
+        for name, hull in body_outlines(drawn)
+    ]
+    return joints + bodies

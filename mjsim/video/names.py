@@ -1,17 +1,17 @@
 """Places names on a sheet of paper: beside what they name, over as little ink as possible, never over each other."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.video.ink import MUTED, PAPER, Color, blend
-from mjsim.video.paper import Paper, px
+from mjsim.plan import Rgb, Words, blend, color
+from mjsim.video.ink import INK, MUTED, PAPER
+from mjsim.video.paper import Paper
 
-SIZE = 2.3
-"""Height of the font [mm]."""
+MAX_NAMES = 1000
+"""With more objects than this, the plan is drawn without names, which would be unreadable."""
 AWAY = (0.9, 2.0, 3.5, 6.0, 9.0)
 """Possible distances of a name from the named point [mm]; for the last two, a hairline connects them."""
 LED = 5.0
@@ -24,23 +24,7 @@ SPARED = 4.0
 """Cost of covering all of it; another side or distance costs 0.02 to 0.2."""
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Tag:
-    """A name to write."""
-
-    text: str
-    at: Array
-    """The named point, world frame, shape (2,) [m]."""
-    side: Array
-    """Preferred side, a unit vector in the world frame; zeros for centred on the point."""
-    reach: tuple[float, float] = (0.0, 0.0)
-    """Half extent of the named object in x and y around the point [m]."""
-    color: Color
-    size: float = SIZE
-    """Height of the font [mm]."""
-
-
-def write_tags(drawing: Paper, tags: Sequence[Tag]) -> list[Array]:
+def write_words(drawing: Paper, words: Sequence[Words]) -> list[Array]:
     """Write names in order of priority; a name without a free position is left out.
 
     Returns:
@@ -48,36 +32,36 @@ def write_tags(drawing: Paper, tags: Sequence[Tag]) -> list[Array]:
     """
     ink = np.asarray(cv2.integral((drawing.image.min(axis=-1) < DARK).astype(np.uint8)), dtype=float)
     boxes: list[Array] = []
-    for tag in tags:
-        size = np.array([drawing.letters.width(tag.text, round(px(tag.size))), px(tag.size)])
-        places, costs = _places(drawing, tag, size)
-        costs = costs + _covered(places, ink, boxes)
+    for each in words:
+        places, costs = _places(drawing, each, size_of(drawing, each))
+        costs = costs + _covered(places, ink, boxes, spacing=0.3 * drawing.density)
         best = int(np.argmin(costs))
         if np.isfinite(costs[best]):
-            _write(drawing, tag, places[best])
+            _write(drawing, each, places[best])
             boxes.append(places[best])
     return boxes
 
 
-def _places(drawing: Paper, tag: Tag, size: Array) -> tuple[Array, Array]:
+def _places(drawing: Paper, name: Words, size: Array) -> tuple[Array, Array]:
     """Return the candidate boxes of a name, shape (n, 2, 2) [px], and the cost of each."""
-    at, half, reach = drawing.view.pixels(tag.at), size / 2, np.array(tag.reach) * drawing.view.scale
-    right_on = [(at, 0.0)] if not tag.side.any() else []
-    side = np.array([tag.side[0], -tag.side[1]]) if tag.side.any() else np.array([0.0, 1.0])
+    at, half, reach = drawing.view.pixels(name.at), size / 2, _reach(drawing, name)
+    fits = name.inside and size[0] < 2 * reach[0] and 3.0 * drawing.density < 2 * reach[1]
+    right_on = [(at, 0.0)] if fits or not name.side.any() else []
+    side = np.array([name.side[0], -name.side[1]]) if name.side.any() else np.array([0.0, 1.0])
     around = []
     for rank, away in enumerate(AWAY):
         for turn in TURNS:
             c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
             toward = np.array([c * side[0] - s * side[1], s * side[0] + c * side[1]])
             # Far enough for the name to be beside the object, or above or below it.
-            distance = np.min((reach + px(away) + half) / np.maximum(np.abs(toward), 1e-9))
+            distance = np.min((reach + away * drawing.density + half) / np.maximum(np.abs(toward), 1e-9))
             around.append((at + toward * distance, 0.02 * rank + 0.0006 * abs(turn)))
     middles = np.array([middle for middle, _ in right_on + around])
     boxes = np.stack([middles - half, middles + half], axis=1)
     return boxes, np.array([cost for _, cost in right_on + around])
 
 
-def _covered(places: Array, ink: Array, taken: Sequence[Array]) -> Array:
+def _covered(places: Array, ink: Array, taken: Sequence[Array], *, spacing: float) -> Array:
     """Return the cost of covering the ink under boxes; infinite over another name or outside the sheet."""
     height, width = ink.shape[0] - 1, ink.shape[1] - 1
     rejected = (places[:, 0] < 0).any(axis=1) | (places[:, 1] > (width, height)).any(axis=1)
@@ -89,16 +73,31 @@ def _covered(places: Array, ink: Array, taken: Sequence[Array]) -> Array:
     if taken:
         low_others, high_others = np.array(taken).transpose(1, 0, 2)
         overlap = np.minimum(places[:, None, 1], high_others) - np.maximum(places[:, None, 0], low_others)
-        rejected = rejected | (overlap > -px(0.3)).all(axis=-1).any(axis=1)
+        rejected = rejected | (overlap > -spacing).all(axis=-1).any(axis=1)
     return np.where(rejected, np.inf, share)
 
 
-def _write(drawing: Paper, tag: Tag, box: Array) -> None:
-    at, reach = drawing.view.pixels(tag.at), np.array(tag.reach) * drawing.view.scale
+def _write(drawing: Paper, name: Words, box: Array) -> None:
+    at, reach = drawing.view.pixels(name.at), _reach(drawing, name)
     last = np.clip(at, box[0], box[1])
     first = np.clip(last, at - reach, at + reach)
-    if np.hypot(*(last - first)) > px(LED):
+    if np.hypot(*(last - first)) > LED * drawing.density:
         drawing.line(drawing.view.world(0.9 * np.stack([first, last]) + 0.1 * np.stack([last, first])), FAINT, 0.12)
-    size = round(px(tag.size))
+    size = round(name.size * drawing.density)
     x, y = (box[0, 0] + box[1, 0]) / 2, box[1, 1] - 0.2 * size
-    drawing.letters.write(drawing.image, tag.text, (x, y), size, tag.color, align=0.5)
+    drawing.letters.write(drawing.image, name.text, (x, y), size, _shade(name), align=0.5)
+
+
+def size_of(drawing: Paper, name: Words) -> Array:
+    """Return width and height of a name, shape (2,) [px]."""
+    size = name.size * drawing.density
+    return np.array([drawing.letters.width(name.text, round(size)), size])
+
+
+def _reach(drawing: Paper, name: Words) -> Array:
+    return np.array(name.reach) * drawing.view.scale + name.gap * drawing.density
+
+
+def _shade(name: Words) -> Rgb:
+    """Return the colour of a name, dark enough to be read."""
+    return color(name.ink) if name.ink in ("ink", "muted") else blend(color(name.ink), INK, 0.5)

@@ -1,6 +1,5 @@
 """A drawing to scale on paper: positions are in metres, line widths in millimetres."""
 
-import math
 import struct
 import zlib
 from collections.abc import Iterable, Iterator
@@ -13,7 +12,17 @@ from numpy.typing import ArrayLike
 from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.output import write_file
-from mjsim.video.ink import PAPER, Color, Letters, draw_disc, draw_polyline, encoded_picture, fill_polygons
+from mjsim.plan import Paint, PlanItem, Rgb
+from mjsim.video.ink import (
+    PAPER,
+    Letters,
+    draw_disc,
+    draw_polyline,
+    draw_polylines,
+    each_of,
+    encoded_picture,
+    fill_polygons,
+)
 from mjsim.video.view import PlanView
 
 DPI = 200
@@ -34,61 +43,85 @@ class Paper:
     image: Picture
     view: PlanView
     letters: Letters
+    density: float = DPI / 25.4
+    """Pixels per millimetre of paper."""
 
     def metres(self, millimetres: float) -> float:
         """Return the length in the world of a length on paper [m]."""
-        return px(millimetres) / self.view.scale
+        return millimetres * self.density / self.view.scale
 
-    def fill(self, outline: ArrayLike, color: Color) -> None:
+    def draw(self, shapes: Iterable[PlanItem]) -> None:
+        """Draw shapes in their order."""
+        metres = self.metres(1.0)
+        for shape in shapes:
+            paint, parts = shape.paint(), each_of(self.view.pixels, shape.placed(metres))
+            if shape.kind == "dots":
+                self._draw_dots(np.concatenate(parts), paint)
+                continue
+            closed, width = shape.kind == "area", self._width(paint.width)
+            if closed and paint.fill is not None:
+                for part in parts:
+                    fill_polygons(self.image, [part], paint.fill)
+            if paint.line is not None and paint.dash:
+                for part in parts:
+                    ring = np.concatenate([part, part[:1]]) if closed else part
+                    for piece in _dashes(ring, paint.dash * self.density, paint.dash * self.density / 2):
+                        draw_polyline(self.image, piece, paint.line, width=width)
+            elif paint.line is not None:
+                draw_polylines(self.image, parts, paint.line, width=width, closed=closed)
+
+    def _draw_dots(self, middles: Array, paint: Paint) -> None:
+        height, width = self.image.shape[:2]
+        for middle in middles[((middles >= 0.0) & (middles < (width, height))).all(axis=1)]:
+            draw_disc(self.image, middle, paint.width / 2 * self.density, paint.fill or PAPER)
+
+    def _width(self, millimetres: float) -> int:
+        return max(round(millimetres * self.density), 1)
+
+    def fill(self, outline: ArrayLike, color: Rgb) -> None:
         """Fill a closed outline."""
         self.fill_all([outline], color)
 
-    def fill_all(self, outlines: Iterable[ArrayLike], color: Color) -> None:
+    def fill_all(self, outlines: Iterable[ArrayLike], color: Rgb) -> None:
         """Fill closed outlines; one inside another is a hole."""
         fill_polygons(self.image, [self.view.pixels(outline) for outline in outlines], color)
 
-    def line(self, points: ArrayLike, color: Color, thickness: float = 0.2, *, closed: bool = False) -> None:
+    def line(self, points: ArrayLike, color: Rgb, thickness: float = 0.2, *, closed: bool = False) -> None:
         """Draw a line with a thickness [mm]."""
-        draw_polyline(self.image, self.view.pixels(points), color, width=max(round(px(thickness)), 1), closed=closed)
+        draw_polyline(self.image, self.view.pixels(points), color, width=self._width(thickness), closed=closed)
 
-    def dashes(self, points: ArrayLike, color: Color, thickness: float = 0.2, *, dash: float = 1.2) -> None:
+    def dashes(self, points: ArrayLike, color: Rgb, thickness: float = 0.2, *, dash: float = 1.2) -> None:
         """Draw a dashed line; dashes are `dash` long [mm], gaps half as long."""
-        for piece in _dashes(self.view.pixels(points), px(dash), px(dash) / 2):
-            draw_polyline(self.image, piece, color, width=max(round(px(thickness)), 1))
+        for piece in _dashes(self.view.pixels(points), dash * self.density, dash * self.density / 2):
+            draw_polyline(self.image, piece, color, width=self._width(thickness))
 
-    def disc(self, middle: ArrayLike, radius: float, color: Color, *, thickness: float | None = None) -> None:
+    def disc(self, middle: ArrayLike, radius: float, color: Rgb, *, thickness: float | None = None) -> None:
         """Draw a circle with a radius [m], filled unless a thickness [mm] is given."""
-        width = -1 if thickness is None else max(round(px(thickness)), 1)
+        width = -1 if thickness is None else self._width(thickness)
         draw_disc(self.image, self.view.pixels(middle), radius * self.view.scale, color, width=width)
 
-    def arrow(self, ends: ArrayLike, color: Color, thickness: float = 0.25) -> None:
+    def arrow(self, ends: ArrayLike, color: Rgb, thickness: float = 0.25) -> None:
         """Draw an arrow from the first of two points to the second; if there is no space, only its head."""
         tail, tip = self.view.pixels(ends)
         length = float(np.hypot(*(tip - tail)))
         if length < 1e-6:
             return
         along = (tip - tail) / length
-        across, head = np.array([-along[1], along[0]]), min(px(HEAD), length)
+        across, head = np.array([-along[1], along[0]]), min(HEAD * self.density, length)
         foot = tip - head * along
-        draw_polyline(self.image, np.stack([tail, foot]), color, width=max(round(px(thickness)), 1))
+        draw_polyline(self.image, np.stack([tail, foot]), color, width=self._width(thickness))
         fill_polygons(self.image, [np.stack([tip, foot + 0.38 * head * across, foot - 0.38 * head * across])], color)
 
     def inner(self, left: float, top: float, right: float, bottom: float) -> "Paper":
         """Return the section of the sheet within margins [mm]; it shares the picture of this sheet."""
         x0, y0 = round(px(left)), round(px(top))
         image = self.image[y0 : self.image.shape[0] - round(px(bottom)), x0 : self.image.shape[1] - round(px(right))]
-        return Paper(image, self.view.part(x0, y0, image.shape[1], image.shape[0]), self.letters)
+        return Paper(image, self.view.part(x0, y0, image.shape[1], image.shape[0]), self.letters, self.density)
 
 
 def blank(view: PlanView) -> Paper:
     """Return an empty sheet of a view's size."""
     return Paper(np.full((view.height, view.width, 3), PAPER, np.uint8), view, Letters())
-
-
-def arc(middle: ArrayLike, radius: float, first: float, last: float) -> Array:
-    """Return points of an arc between two angles [rad], counter-clockwise from x, shape (n, 2) [m]."""
-    angles = np.linspace(first, last, max(2, math.ceil(abs(last - first) / 0.1)))
-    return np.asarray(middle, dtype=float) + radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
 
 
 def write_sheet(path: str | Path, page: Picture, *, overwrite: bool = False) -> None:

@@ -6,35 +6,20 @@ from typing import Literal
 
 import numpy as np
 
-from mjsim.geometry import Array, Pose
+from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.output import require_free
-from mjsim.posture import poses_of
-from mjsim.video.arms import draw_arm
+from mjsim.plan import ROLES, Words, world_shapes, world_words
 from mjsim.video.diagrams import diagrams_page
-from mjsim.video.figures import draw_figure, people_page
-from mjsim.video.ink import BEACON, INK, MUTED, PAPER, SEEN, SEMIBOLD, TRUTH, blend
+from mjsim.video.figures import people_page
+from mjsim.video.ink import INK, MUTED, PAPER, SEMIBOLD
 from mjsim.video.legend import draw_legend
-from mjsim.video.mechanisms import ABOVE, draw_mechanism, posed
-from mjsim.video.names import Tag, write_tags
+from mjsim.video.mechanisms import draw_mechanism, posed
+from mjsim.video.names import MAX_NAMES, size_of, write_words
 from mjsim.video.paper import Paper, blank, px, write_sheet
-from mjsim.video.plan import MAX_NAMES, world_bounds
-from mjsim.video.symbols import (
-    LEAST_ROBOT,
-    draw_beacon,
-    draw_door,
-    draw_lamp,
-    draw_low_wall,
-    draw_obstacle,
-    draw_patch,
-    draw_path,
-    draw_robot,
-    draw_wall,
-    leaf_path,
-    swing,
-)
+from mjsim.video.plan import draw_grid, world_bounds
 from mjsim.video.view import PlanView, format_metres, round_step
-from mjsim.world import RampObstacle, StepsObstacle, Wall, World, footprint, hung, leaves, top
+from mjsim.world import World
 
 A4 = (297.0, 210.0)
 """Length and width of the paper [mm]."""
@@ -81,7 +66,7 @@ def draw_world(
     """
     if path is not None:
         require_free(Path(path), overwrite=overwrite)
-    page = plan_page(world, bounds_of(world), labels=labels if names else "none")
+    page = plan_page(world, world_bounds(world), labels=labels if names else "none")
     if world.mechanisms:
         page = np.concatenate([page, diagrams_page(world, page.shape[1], names=names and labels != "none")])
     if world.people:
@@ -96,28 +81,25 @@ def plan_page(world: World, bounds: Array, *, labels: Labels | None = None) -> P
     ratio = scale_for(bounds)
     sheet = lay_out(bounds, ratio)
     plan = sheet.inner(LEFT, TOP, RIGHT, BOTTOM)
-    draw_grid(plan)
+    draw_paper_grid(plan)
     _draw_things(plan, world)
-    write_tags(plan, _chosen_tags(plan, world, labels))
+    write_words(plan, _chosen_words(plan, world, labels))
     draw_axes(sheet, plan)
     write_head(sheet, world.name, world_bounds(world), ratio)
     draw_legend(sheet, world, left=LEFT, right=RIGHT)
     return sheet.image
 
 
-def _chosen_tags(plan: Paper, world: World, labels: Labels | None) -> list[Tag]:
+def _chosen_words(plan: Paper, world: World, labels: Labels | None) -> list[Words]:
     """Return the names to write."""
     if labels == "none" or len(world.beacons) + len(world.obstacles) > MAX_NAMES:
         return []
-    walls = [_wall_tag(plan, wall) for wall in world.walls if wall.name is not None]
-    if labels == "walls":
-        return walls
-    tags, things = _tags(plan, world), _thing_tags(plan, world)
-    if labels == "all":
-        return [*tags, *things, *walls]
+    words = world_words(world)
+    if labels is not None:
+        return [each for each in words if labels == "all" or each.of == "wall"]
     room = plan.image.shape[0] * plan.image.shape[1]
-    ink = sum(plan.letters.width(tag.text, round(px(tag.size))) * px(tag.size) for tag in things)
-    return tags if ink > CROWDED * room else [*tags, *things]
+    ink = sum(float(np.prod(size_of(plan, each))) for each in words if each.of == "thing")
+    return [each for each in words if each.of == "other" or (each.of == "thing" and ink <= CROWDED * room)]
 
 
 def scale_for(bounds: Array) -> float:
@@ -131,16 +113,6 @@ def scale_for(bounds: Array) -> float:
     return next(step * power for step in (*SCALES, 10.0) if step * power >= min(fits) * (1 - 1e-9))
 
 
-def bounds_of(world: World) -> Array:
-    """Return minimum and maximum of (x, y) of everything drawn, shape (2, 2) [m]."""
-    points = [world_bounds(world)]
-    points += [leaf_path(leaf, swing(world, leaf)) for leaf in leaves(world)]
-    points += [np.array([lamp.at]) for lamp in world.lamps] + [patch.outline() for patch in world.floor.patches]
-    points += [np.array(item.path.points) for item in world.obstacles if item.path is not None]
-    found = np.concatenate(points)
-    return np.stack([found.min(axis=0), found.max(axis=0)])
-
-
 def lay_out(bounds: Array, ratio: float) -> Paper:
     """Return an empty sheet for a plan with given bounds and scale."""
     scale = px(1000.0) / ratio
@@ -151,111 +123,21 @@ def lay_out(bounds: Array, ratio: float) -> Paper:
     return blank(PlanView(float(left), float(above), scale, math.ceil(width), math.ceil(size[1] + px(TOP + BOTTOM))))
 
 
-def _draw_things(plan: Paper, world: World) -> None:
-    """Draw everything in the world, from the floor up."""
-    for patch in world.floor.patches:
-        draw_patch(plan, patch)
-    for wall in world.walls:
-        draw_low_wall(plan, wall)
-    for obstacle in sorted(world.obstacles, key=top):
-        draw_obstacle(plan, obstacle)
-    for wall in world.walls:
-        draw_wall(plan, wall)
-    for leaf in leaves(world):
-        draw_door(plan, leaf, opens_to=swing(world, leaf))
-    for obstacle in world.obstacles:
-        draw_path(plan, obstacle)
-    for lamp in world.lamps:
-        draw_lamp(plan, lamp)
-    for mechanism in world.mechanisms:
-        draw_mechanism(plan, posed(mechanism, mechanism.assembly.start))
-    for person in world.people:
-        draw_figure(plan, person, poses_of(world, person), ABOVE)
-    for robot in world.robots:
-        draw_robot(plan, robot)
-        for arm in robot.arms:
-            draw_arm(plan, arm, Pose(robot.at[0], robot.at[1], math.radians(robot.heading_deg)))
-    for item in hung(world):
-        draw_beacon(plan, item.beacon, item.place)
-
-
-def _tags(plan: Paper, world: World) -> list[Tag]:
-    """Return the names of everything except obstacles and walls, in order of priority."""
-    below, tags = np.array([0.0, -1.0]), []
-    for robot in world.robots:
-        reach = (max(robot.body.radius, plan.metres(LEAST_ROBOT)),) * 2
-        tags.append(Tag(text=robot.name, at=np.array(robot.at), side=below, reach=reach, color=INK, size=2.8))
-    for item in hung(world):
-        beacon, place = item.beacon, item.place
-        ahead = np.array([math.cos(place.heading), math.sin(place.heading)])
-        color = blend(TRUTH if beacon.image is None and beacon.marker is None else BEACON, INK, 0.5)
-        color = blend(SEEN, INK, 0.5) if beacon.marker is not None else color
-        at = np.array([place.x, place.y])
-        tags.append(Tag(text=beacon.name, at=at, side=ahead, reach=(plan.metres(1.2),) * 2, color=color))
-    named = {opening.name for wall in world.walls for opening in wall.openings}
-    for leaf in leaves(world):
-        if leaf.name in named:
-            middle = leaf_path(leaf, 0.0)[0] / 2 + np.array(leaf.hinge) / 2
-            left = leaf.turn * np.array([-math.sin(leaf.closed), math.cos(leaf.closed)])
-            tags.append(Tag(text=leaf.name, at=middle, side=left, reach=(0.06, 0.06), color=MUTED))
-    for mechanism in world.mechanisms:
-        low, high = mechanism.spanned()[:, :2]
-        reach = ((high[0] - low[0]) / 2, (high[1] - low[1]) / 2 + plan.metres(3.0))
-        tags.append(Tag(text=mechanism.name, at=(low + high) / 2, side=below, reach=reach, color=INK))
-    for person in world.people:
-        reach, place = (0.3, 0.3), person.place()
-        tags.append(Tag(text=person.name, at=np.array([place.x, place.y]), side=below, reach=reach, color=INK))
-    for lamp in world.lamps:
-        if lamp.name is not None:
-            tags.append(
-                Tag(text=lamp.name, at=np.array(lamp.at), side=below, reach=(plan.metres(1.8),) * 2, color=MUTED)
-            )
-    return tags
-
-
-def _thing_tags(plan: Paper, world: World) -> list[Tag]:
-    """Return the names of obstacles."""
-    things = [(item, item.name) for item in world.obstacles if item.name is not None]
-    return [_obstacle_tag(plan, name, footprint(item), _slope(item)) for item, name in things]
-
-
-def _wall_tag(plan: Paper, wall: Wall) -> Tag:
-    """Return the name of a wall, beside the centre of its longest segment."""
-    start, end = max(wall.segments(), key=lambda ends: math.dist(*ends))
-    along = np.subtract(end, start) / math.dist(start, end)
-    side = np.array([-along[1], along[0]])
-    reach = (wall.thickness / 2 + plan.metres(0.5),) * 2
-    return Tag(text=wall.name or "", at=np.add(start, end) / 2, side=side, reach=reach, color=MUTED)
-
-
-def _slope(obstacle: object) -> str:
-    """Return a text on the slope of a ramp or steps, added to the name."""
-    match obstacle:
-        case RampObstacle(ramp=(length, _, rise)):
-            return f" {math.degrees(math.atan2(rise, length)):.1f}\N{DEGREE SIGN}"
-        case StepsObstacle(steps=(_, _, rise), count=count):
-            return f" {count} \N{MULTIPLICATION SIGN} {rise / count * 100:.0f} cm"
-    return ""
-
-
-def _obstacle_tag(plan: Paper, name: str, outline: Array, more: str) -> Tag:
-    low, high = np.min(outline, axis=0), np.max(outline, axis=0)
-    middle, size = (low + high) / 2, high - low
-    width = plan.letters.width(name + more, round(px(2.3))) / plan.view.scale
-    inside = width < size[0] and plan.metres(3.0) < size[1] and not more
-    side = np.array([0.0, 0.0 if inside else -1.0])
-    return Tag(text=name + more, at=middle, side=side, reach=(size[0] / 2, size[1] / 2), color=MUTED)
-
-
-def draw_grid(plan: Paper) -> None:
+def draw_paper_grid(plan: Paper) -> None:
     """Draw the grid: a line at each number on the axes, fainter lines between."""
     coarse = _axis_step(plan.view)
-    for step, share in ((coarse / 2 if coarse > 0.5 else coarse / 5, 0.93), (coarse, 0.86)):
-        color = blend(INK, PAPER, share)
-        for x in np.arange(math.ceil(plan.view.left / step), plan.view.right / step) * step:
-            plan.line([(x, plan.view.bottom), (x, plan.view.top)], color, 0.1)
-        for y in np.arange(math.ceil(plan.view.bottom / step), plan.view.top / step) * step:
-            plan.line([(plan.view.left, y), (plan.view.right, y)], color, 0.1)
+    for step, share in ((coarse / 2 if coarse > 0.5 else coarse / 5, 0.07), (coarse, 0.14)):
+        draw_grid(plan, PAPER, step=step, share=share)
+
+
+def _draw_things(plan: Paper, world: World) -> None:
+    """Draw everything in the world, from the floor up; mechanisms stand below robots and people."""
+    shapes = world_shapes(world)
+    on_top = [ROLES[shape.role].group in ("people", "robots", "beacons") for shape in shapes]
+    plan.draw(shape for shape, above in zip(shapes, on_top, strict=True) if not above)
+    for mechanism in world.mechanisms:
+        draw_mechanism(plan, posed(mechanism, mechanism.assembly.start))
+    plan.draw(shape for shape, above in zip(shapes, on_top, strict=True) if above)
 
 
 def _axis_step(view: PlanView) -> float:

@@ -36,16 +36,40 @@ def known_views(recording: Recording) -> list[str]:
 
 def composed_pictures(recording: Recording, rows: Sequence[int], display: View) -> Iterator[Picture]:
     """Yield the plan with close-up, onboard picture and error at ascending rows of a recording."""
-    seconds = float(recording.time[-1]) + 1e-3
-    robot = _first_robot(recording)
-    frame = Frame(recording.world, robot, display=display, seconds=seconds, reach=_reach(recording))
-    yield from _drawn(frame, recording, rows)
+    yield from _drawn(_composed(recording, display), recording, rows)
 
 
 def plan_pictures(recording: Recording, rows: Sequence[int], display: View) -> Iterator[Picture]:
     """Yield the plan at ascending rows of a recording."""
-    robot = _first_robot(recording)
-    yield from _drawn(PlanFrame(recording.world, robot, display=display, reach=_reach(recording)), recording, rows)
+    yield from _drawn(_plan(recording, display), recording, rows)
+
+
+def composed_picture(recording: Recording, row: int, display: View) -> Picture:
+    """Return the composed picture of a row of a recording."""
+    return _last(_composed(recording, display), recording, row)
+
+
+def plan_picture(recording: Recording, row: int, display: View) -> Picture:
+    """Return the plan at a row of a recording."""
+    return _last(_plan(recording, display), recording, row)
+
+
+def _composed(recording: Recording, display: View) -> Frame:
+    seconds = float(recording.time[-1]) + 1e-3
+    robot = first_robot(recording)
+    return Frame(recording.world, robot, display=display, seconds=seconds, reach=_reach(recording))
+
+
+def _plan(recording: Recording, display: View) -> PlanFrame:
+    return PlanFrame(recording.world, first_robot(recording), display=display, reach=_reach(recording))
+
+
+def _last(frame: Frame | PlanFrame, recording: Recording, row: int) -> Picture:
+    """Return a frame's picture of a row after all rows before it, of which only the paths are drawn."""
+    *before, moment = moments(recording, first_robot(recording), range(row + 1))
+    for each in (*before, moment):
+        frame.add(each)
+    return frame.draw(moment)
 
 
 def scene_pictures(recording: Recording, rows: Sequence[int], view: str) -> Iterator[Picture]:
@@ -68,7 +92,7 @@ def scene_pictures(recording: Recording, rows: Sequence[int], view: str) -> Iter
     if (robot, name) in logged_cameras(recording):
         yield from _logged_pictures(recording, rows, robot, name)
         return
-    camera = f"{_first_robot(recording)}/chase" if view == "chase" else view
+    camera = f"{first_robot(recording)}/chase" if view == "chase" else view
     sensor = _sensor(recording, view)
     if sensor is None:
         playback = Playback(
@@ -121,12 +145,12 @@ def _drawn(frame: Frame | PlanFrame, recording: Recording, rows: Sequence[int]) 
     """Yield a frame's pictures of rows; consecutive equal rows are drawn once."""
     times = [(row, len(list(same))) for row, same in groupby(rows)]
     unique = [row for row, _ in times]
-    for (_, count), moment in zip(times, moments(recording, _first_robot(recording), unique), strict=True):
+    for (_, count), moment in zip(times, moments(recording, first_robot(recording), unique), strict=True):
         frame.add(moment)
         yield from repeat(frame.draw(moment), count)
 
 
-def _first_robot(recording: Recording) -> str:
+def first_robot(recording: Recording) -> str:
     """Return the first robot with a driver; without any, the first robot."""
     if not recording.robots:
         raise UsageError(f"no robot in {recording.path}; there is nothing to show")

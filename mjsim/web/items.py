@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from mjsim.geometry import Array, Pose
+from mjsim.plan import arm_outlines
 from mjsim.posture import columns_of
-from mjsim.video import arm_outlines
 from mjsim.web.mechanism_poses import outlines, plan_joints, start_values
 from mjsim.world import (
     Mechanism,

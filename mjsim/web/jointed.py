@@ -8,7 +8,8 @@ import numpy as np
 
 from mjsim.geometry import Array, Pose, Pose3
 from mjsim.mechanics import JointMotion, inverted, jacobian
-from mjsim.video import arm_outlines, body_outlines, posed
+from mjsim.plan import arm_outlines
+from mjsim.video import body_outlines, posed
 from mjsim.web.history import plain
 from mjsim.web.joint_news import BallFrame, CurveFrame, JointFacts, JointGrip, JointRow
 from mjsim.world import BalancingDrive, Mechanism, Robot, RobotArm, World, led_joints

@@ -11,10 +11,11 @@ import numpy as np
 import mjsim
 from mjsim.geometry import Pose
 from mjsim.interface import CameraFrame, Picture, Scan
+from mjsim.plan import PlanItem, placed_at, world_shapes
 from mjsim.run import drivers_of
-from mjsim.video import INK, PAPER, Letters
-from mjsim.video.ink import SCANNED, draw_disc, draw_dots
-from mjsim.video.plan import draw_background
+from mjsim.video import PAPER, Letters
+from mjsim.video.paper import Paper
+from mjsim.video.plan import floor_color
 from mjsim.video.scans import scan_points
 from mjsim.video.view import PlanView
 
@@ -59,12 +60,13 @@ def instance_picture(frame: CameraFrame) -> Picture:
 
 def scan_picture(scan: Scan, truth: Pose, sim: mjsim.Simulation) -> Picture:
     """Return the plan with the points of the scan."""
-    page = np.full((HEIGHT, WIDTH, 3), PAPER, dtype=np.uint8)
+    page = np.full((HEIGHT, WIDTH, 3), floor_color(sim.world), dtype=np.uint8)
     view = PlanView.fit([[-0.3, -0.3], [9.3, 7.3]], WIDTH, HEIGHT, margin=4)
-    draw_background(page, sim.world, view)
+    paper = Paper(page, view, Letters(), 6.0)
     mount = sim.robots["scout"].sensors["scan"].robot_from_sensor
-    draw_dots(page, view.pixels(scan_points(scan, mount, truth.as_array())), SCANNED)
-    draw_disc(page, view.pixels(truth.as_array()[:2]), 6, INK)
+    points = scan_points(scan, mount, truth.as_array())
+    paper.draw(placed_at(world_shapes(sim.world), {"robot/scout": truth}))
+    paper.draw([PlanItem(role="scan", kind="dots", parts=(points,))])
     return page
 
 

@@ -47,9 +47,9 @@ def test_the_paper_is_a_hundredth_of_the_room_and_says_all_names(tmp_path):
     root = ElementTree.parse(write_svg(parse_world(ROOM), tmp_path / "den.svg")).getroot()
     box = [float(value) for value in root.get("viewBox").split()]
     assert float(root.get("width").removesuffix("mm")) == pytest.approx(box[2] / 100 * 10)
-    assert box[2] / 100 == pytest.approx(6 + 2)
+    assert box[2] / 100 == pytest.approx(6.1 + 2)
     words = {text.text for text in root.iter(f"{SVG}text")}
-    assert words == {"den, 6.0 x 4.0 m, 1 : 100", "1 m", "exit", "chest", "owl", "scout"}
+    assert words == {"den, 6.1 x 4.1 m, 1 : 100", "1 m", "exit", "chest", "owl", "scout"}
 
 
 @pytest.mark.parametrize("name", ["gallery", "maze"])

@@ -6,11 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mjsim.video import PAPER, draw_world
-from mjsim.video.arms import Arms, outline, shadows
+from mjsim.plan.things import outline, shadows
+from mjsim.video import PAPER, Letters, draw_world
+from mjsim.video.paper import Paper
 from mjsim.video.plan import world_bounds
+from mjsim.video.state import PlanState
 from mjsim.video.view import PlanView
-from mjsim.world import parse_world
+from mjsim.world import View, parse_world
 from tests.video.test_video_frame import NOW
 
 ROOM = """
@@ -54,8 +56,9 @@ def test_a_film_shows_an_arm_where_its_joints_are_now():
     view = PlanView.fit(world_bounds(world), 400, 400, margin=10)
     image = np.full((400, 400, 3), PAPER, np.uint8)
     here = np.array([2.0, 2.0, np.pi / 2])
-    moment = replace(NOW, truth=here, arms={"r/arm": np.array([0.0, 0.0])})
-    Arms(world).draw(image, view, moment, robot="r")
+    moment = replace(NOW, others={}, truth=here, arms={"r/arm": np.array([0.0, 0.0])})
+    shapes = PlanState(world, "r", View(sightings=False, ellipses=False)).moving(moment)
+    Paper(image, view, Letters(), 6.0).draw(shape for shape in shapes if shape.role in ("link", "tool"))
     column, row = np.rint(view.pixels(np.array([2.0, 3.1]))).astype(int)
     assert is_blue(image[row, column])
     column, row = np.rint(view.pixels(np.array([1.7, 2.8]))).astype(int)

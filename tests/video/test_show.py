@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from mjsim.errors import UsageError
+from mjsim.plan import Words, arc, color, leaf_path
 from mjsim.video import INK, draw_world, take_picture
-from mjsim.video.ink import BEACON, SEEN, TRUTH, WALL
-from mjsim.video.names import Tag, write_tags
-from mjsim.video.paper import DPI, arc, blank, px
+from mjsim.video.ink import BEACON
+from mjsim.video.names import write_words
+from mjsim.video.paper import DPI, blank, px
 from mjsim.video.sheet import A4, scale_for
-from mjsim.video.symbols import leaf_path
 from mjsim.video.view import PlanView
 from mjsim.world import leaves, parse_world
 
@@ -51,7 +51,7 @@ def metres_per_pixel(world):
 @pytest.mark.slow
 def test_the_sheet_is_drawn_at_the_scale_that_it_names():
     page = draw_world(room(), names=False)
-    walls = pixels_of(page, WALL)
+    walls = pixels_of(page, color("wall"))
     across = np.ptp(walls, axis=0) + 1
     np.testing.assert_allclose(across * metres_per_pixel(room()), (8.2, 6.2), atol=0.03)
 
@@ -93,7 +93,7 @@ def test_an_empty_world_has_a_sheet_too():
 def test_names_are_written_near_what_they_name():
     named, bare = draw_world(room()), draw_world(room(), names=False)
     changed = np.stack(np.nonzero((named != bare).any(axis=-1))[::-1], axis=-1)
-    lion, walls = pixels_of(bare, BEACON), pixels_of(bare, WALL).min(axis=0)
+    lion, walls = pixels_of(bare, BEACON), pixels_of(bare, color("wall")).min(axis=0)
     lion = lion[lion[:, 1] < walls[1] + 6.2 / metres_per_pixel(room())].mean(axis=0)  # without the legend's
     assert np.hypot(*(changed - lion).T).min() < px(3)
 
@@ -103,10 +103,10 @@ def test_names_in_a_crowd_never_cover_each_other_and_what_finds_no_place_is_left
     drawing = blank(PlanView.around(5, 5, 100, 1000, 1000))
     rng = np.random.default_rng(0)
     tags = [
-        Tag(text=f"thing-{k}", at=at, side=np.array([0.0, -1.0]), reach=(0.05, 0.05), color=INK)
+        Words(text=f"thing-{k}", at=at, side=np.array([0.0, -1.0]), reach=(0.05, 0.05))
         for k, at in enumerate(rng.uniform(3.5, 6.5, (150, 2)))
     ]
-    boxes = write_tags(drawing, tags)
+    boxes = write_words(drawing, tags)
     assert 50 < len(boxes) < 150
     for a, b in combinations(boxes, 2):
         assert (np.minimum(a[1], b[1]) <= np.maximum(a[0], b[0])).any()
@@ -115,7 +115,7 @@ def test_names_in_a_crowd_never_cover_each_other_and_what_finds_no_place_is_left
 def test_a_name_avoids_ink():
     drawing = blank(PlanView.around(5, 5, 100, 1000, 1000))
     drawing.fill([[4.0, 3.0], [6.0, 3.0], [6.0, 4.9], [4.0, 4.9]], INK)
-    (box,) = write_tags(drawing, [Tag(text="well", at=np.array([5.0, 5.0]), side=np.array([0.0, -1.0]), color=INK)])
+    (box,) = write_words(drawing, [Words(text="well", at=np.array([5.0, 5.0]), side=np.array([0.0, -1.0]))])
     assert drawing.view.world(box)[:, 1].min() > 4.9 - 0.01
 
 
@@ -140,11 +140,11 @@ walls:
 @pytest.mark.slow
 def test_windows_markers_reflectors_and_ways_have_their_colours():
     bare = draw_world(room(), names=False)
-    assert len(pixels_of(bare, TRUTH)) > px(2000 * 2.0 / 60)  # 2 m of glass, at 1 : 60 or larger, a pixel thick
-    assert not len(pixels_of(bare, SEEN))
+    # 2 m of glass, at 1 : 60 or larger, a pixel thick.
+    assert len(pixels_of(bare, color("glass"))) > px(2000 * 2.0 / 60)
+    routes = len(pixels_of(bare, color("muted")))
     path = "obstacles: [{sphere: 0.2, at: [5, 1.5], path: {points: [[7, 1.5]]}}]\n"
-    way = pixels_of(draw_world(room(path), names=False), SEEN)
-    assert np.ptp(way[:, 0]) * metres_per_pixel(room()) > 1.9
+    assert len(pixels_of(draw_world(room(path), names=False), color("muted"))) > routes + 1.0 / metres_per_pixel(room())
 
 
 def test_an_arc_keeps_its_distance_and_its_ends():

@@ -4,12 +4,15 @@ import numpy as np
 import shapely
 
 from mjsim.interface import Command
+from mjsim.plan import PlanItem
 from mjsim.run import Driver, run
 from mjsim.sim import Simulation
-from mjsim.video import PAPER
-from mjsim.video.ink import SCANNED, draw_dots
+from mjsim.video import PAPER, Letters
+from mjsim.video.ink import SCANNED
 from mjsim.video.moment import moments
+from mjsim.video.paper import Paper
 from mjsim.video.scans import recorded_points
+from mjsim.video.view import PlanView
 from mjsim.world import parse_world, solid
 
 WORLD = parse_world("""
@@ -52,7 +55,9 @@ def test_dots_of_every_lidar_lie_where_its_beams_met_something_and_stay_until_th
 
 def test_dots_outside_of_the_picture_are_left_out():
     page = np.full((40, 60, 3), PAPER, dtype=np.uint8)
-    draw_dots(page, np.array([[30.0, 20.0], [-5.0, 3.0], [1e9, 1e9], [59.0, 39.0]]), SCANNED)
+    view = PlanView(0.0, 0.0, 1.0, 60, 40)
+    points = view.world([[30.0, 20.0], [-5.0, 3.0], [1e9, 1e9], [59.0, 39.0]])
+    Paper(page, view, Letters(), 6.0).draw([PlanItem(role="scan", kind="dots", parts=(points,))])
     inked = np.argwhere((page != PAPER).any(axis=2))
     assert {tuple(page[20, 30])} == {SCANNED}
     near = np.minimum(np.hypot(*(inked - [20, 30]).T), np.hypot(*(inked - [39, 59]).T))

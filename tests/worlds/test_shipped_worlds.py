@@ -16,8 +16,8 @@ import shapely
 import mjsim
 from mjsim.geometry import Array
 from mjsim.modules import check_modules, load_runnable
+from mjsim.plan import leaf_path
 from mjsim.run import drivers_of
-from mjsim.video.symbols import leaf_path
 from mjsim.world import Camera, Leaf, footprint, leaves, solid, wall_polygons
 
 FOLDER = Path(__file__).parents[2] / "worlds"

@@ -1,0 +1,275 @@
+"""The display list of a world at its start, from the floor up."""
+
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from mjsim.geometry import Array, Pose
+from mjsim.plan.shapes import ORIGIN, PlanItem
+from mjsim.posture import from_above
+from mjsim.world import (
+    Hung,
+    Leaf,
+    Obstacle,
+    OpenEvent,
+    RampObstacle,
+    Robot,
+    RobotArm,
+    StepsObstacle,
+    World,
+    footprint,
+    hung,
+    item_names,
+    leaves,
+    solid_pieces,
+    stays,
+    top,
+    world_from_obstacle,
+)
+
+CUT = 1.0
+"""Height of the section [m]: through windows and doors, above tables and benches."""
+SWING = 90.0
+"""Angle of the swing arc of a closed door [deg]."""
+LEAST_ROBOT = 1.0
+"""Minimum radius of a drawn robot [mm]."""
+HEAD = np.array([[0.0, 0.0], [-1.6, 0.6], [-1.6, -0.6]])
+"""Head of an arrow, its tip at the origin [mm]."""
+FEW_WAYS = 6.0
+"""Shorter legs of a route have no arrow [mm]."""
+
+
+def world_shapes(world: World) -> list[PlanItem]:
+    """Return the shapes of all that a plan shows, from the floor up; mechanisms are left to `mjsim.video`."""
+    return [
+        *(PlanItem(role="patch", parts=(patch.outline(),), tint=patch.color) for patch in world.floor.patches),
+        *wall_shapes(world, low=True),
+        *_obstacles(world),
+        *wall_shapes(world, low=False),
+        *_windows(world),
+        *_doors(world),
+        *_lamps(world),
+        *(
+            PlanItem(role="person", parts=(outline,), tint=tint, of=person.name)
+            for person in world.people
+            for outline, tint in from_above(world, person)
+        ),
+        *(shape for robot in world.robots for shape in _robot(robot)),
+        *(shape for item in hung(world) for shape in _beacon(item)),
+    ]
+
+
+def wall_shapes(world: World, *, low: bool) -> Iterator[PlanItem]:
+    """Yield the section of each wall at `CUT`, or its parts that end below: low walls, and parts below windows."""
+    for pieces in solid_pieces(world.walls):
+        parts = [piece.outline for piece in pieces if (piece.high <= CUT if low else piece.low <= CUT < piece.high)]
+        if parts:
+            yield PlanItem(role="low wall" if low else "wall", parts=parts)
+
+
+def _windows(world: World) -> Iterator[PlanItem]:
+    for wall in world.walls:
+        for opening in wall.openings:
+            if opening.sill > 0.0:
+                first, last = (np.array(end) for end in wall.segments()[opening.segment])
+                along = (last - first) / np.hypot(*(last - first))
+                ends = first + np.outer([opening.at, opening.at + opening.width], along)
+                yield PlanItem(role="window", kind="line", parts=(ends,))
+
+
+def _obstacles(world: World) -> Iterator[PlanItem]:
+    """Yield obstacles, the lowest first, then their routes."""
+    named = list(zip(world.obstacles, item_names(world.obstacles), strict=True))
+    for item, name in sorted(named, key=lambda each: top(each[0])):
+        yield from obstacle_shapes(item, name)
+    for item, name in named:
+        if item.path is not None:
+            points = np.array([item.at, *item.path.points, *([item.at] if item.path.closed else [])])
+            yield PlanItem(role="route", kind="line", parts=(points,), of=name)
+            for start, end in itertools.pairwise(points):
+                x, y = ((start + end) / 2).tolist()
+                place = Pose(x, y, math.atan2(*(end - start)[::-1]))
+                yield PlanItem(role="route", parts=(HEAD,), symbol=True, place=place, of=name)
+
+
+def obstacle_shapes(item: Obstacle, name: str) -> Iterator[PlanItem]:
+    """Yield an obstacle in a muted version of its colour; ramps and steps have an arrow up.
+
+    Movable objects have a dashed edge, those hanging above the section a fine one.
+    """
+    place = world_from_obstacle(item)
+    frame = "" if stays(item) else f"obstacle/{name}"
+    movable = "obstacle" if stays(item) else "movable"
+    role = "hanging" if item.elevation > CUT else movable
+    outline = place.inverse().transform(footprint(item))
+    level = 0.6 if top(item) < CUT else 1.0
+
+    def shape(role: str, *parts: Array, line: bool = False, symbol: bool = False, at: Pose = ORIGIN) -> PlanItem:
+        return PlanItem(
+            role=role, parts=parts, kind="line" if line else "area", symbol=symbol, of=name, frame=frame,
+            place=place @ at, frame_from_shape=at, tint=item.color, level=level,
+        )  # fmt: skip
+
+    yield shape(role, outline)
+    if isinstance(item, (RampObstacle, StepsObstacle)):
+        length, width, _ = item.ramp if isinstance(item, RampObstacle) else item.steps
+        if isinstance(item, StepsObstacle):
+            steps = length * (np.arange(1, item.count) / item.count - 0.5)
+            yield shape("tread", *(np.array([[x, -width / 2], [x, width / 2]]) for x in steps), line=True)
+        yield shape("way up", np.array([[-0.42 * length, 0.0], [0.42 * length, 0.0]]), line=True)
+        yield shape("way up", HEAD, symbol=True, at=Pose(0.42 * length, 0.0, 0.0))
+
+
+def _doors(world: World) -> Iterator[PlanItem]:
+    """Yield the leaves in their initial position, with the arcs of their swing."""
+    for leaf in leaves(world):
+        path = leaf_path(leaf, swing(world, leaf))
+        yield PlanItem(role="swing", kind="line", parts=(path, np.stack([leaf.hinge, path[-1]])), of=leaf.name)
+        place = leaf.pose(math.radians(leaf.door.angle_deg))
+        yield PlanItem(
+            role="leaf",
+            parts=(leaf.outline(),),
+            place=place,
+            frame=f"door/{leaf.name}",
+            of=leaf.name,
+            tint=leaf.door.color,
+        )
+
+
+def leaf_path(leaf: Leaf, angle_deg: float) -> Array:
+    """Return the path of a leaf's free edge from closed to an angle, world frame, shape (n, 2) [m]."""
+    return arc(leaf.hinge, leaf.width, leaf.closed, leaf.closed + leaf.turn * math.radians(angle_deg))
+
+
+def swing(world: World, leaf: Leaf) -> float:
+    """Return the drawn swing of a door [deg]: to which an event opens it, its initial angle, or a right angle."""
+    opened = [event for event in world.run.events if isinstance(event, OpenEvent) and event.open == leaf.name]
+    if opened:
+        return max((event.angle_deg for event in opened), key=abs)
+    standing = leaf.door.angle_deg
+    return standing if abs(standing) > SWING else math.copysign(SWING, standing)
+
+
+def _lamps(world: World) -> Iterator[PlanItem]:
+    """Yield lamps as small suns; a lamp that is off is hollow."""
+    angles = np.arange(8) * (np.pi / 4)
+    rays = [np.outer([1.2, 1.8], (math.cos(angle), math.sin(angle))) for angle in angles]
+    for lamp, name in zip(world.lamps, item_names(world.lamps), strict=True):
+        place = Pose(lamp.at[0], lamp.at[1], 0.0)
+        yield PlanItem(role="lamp", kind="line", parts=rays, symbol=True, place=place)
+        level = min(lamp.brightness, 1.0)
+        yield PlanItem(role="lamp", parts=(circle(0.8),), symbol=True, place=place, frame=f"lamp/{name}", level=level)
+
+
+def _robot(robot: Robot) -> Iterator[PlanItem]:
+    """Yield a robot at its initial pose, with an arrow in its forward direction, and its arms."""
+    place, outline = start_of(robot), robot.body.outline()
+    nose = Pose(float(np.max(outline[:, 0])), 0.0, 0.0)
+    body = PlanItem(
+        role="robot", parts=(outline,), place=place, of=robot.name, frame=f"robot/{robot.name}",
+        tint=robot.body.color, least=LEAST_ROBOT,
+    )  # fmt: skip
+    yield body
+    shaft = replace(body, role="heading", kind="line", parts=(np.array([[0.0, 0.0], [nose.x, 0.0]]),), least=0.0)
+    tip = replace(shaft, parts=(np.array([[0.0, 0.0], [1.0, 0.0]]),), symbol=True, place=place @ nose)
+    yield shaft
+    yield replace(tip, frame_from_shape=nose)
+    yield replace(tip, frame_from_shape=nose, kind="area", parts=(HEAD + np.array([2.4, 0.0]),))
+    for arm in robot.arms:
+        yield from arm_shapes(robot.name, arm, np.array(arm.start()), place)
+
+
+def start_of(robot: Robot) -> Pose:
+    """Return the initial pose of a robot."""
+    return Pose(robot.at[0], robot.at[1], math.radians(robot.heading_deg))
+
+
+def arm_shapes(robot: str, item: RobotArm, q: Array, place: Pose) -> Iterator[PlanItem]:
+    """Yield the links of an arm seen from above, the lowest first, and its tool.
+
+    Args:
+        robot: Name of its robot.
+        item: The arm.
+        q: Joint values, shape (n,) [rad, m].
+        place: Pose of the robot.
+    """
+    links, tool = shadows(item, q)
+    at, frame = Pose(float(tool[0]), float(tool[1]), 0.0), f"robot/{robot}"
+    for link in links:
+        yield PlanItem(role="link", parts=(outline(link),), place=place, of=robot, frame=frame, tint=item.color)
+    sign = (circle(0.5),)
+    yield PlanItem(role="tool", parts=sign, symbol=True, place=place @ at, of=robot, frame=frame, frame_from_shape=at)
+
+
+def shadows(item: RobotArm, q: Array) -> tuple[Array, Array]:
+    """Return the links of an arm seen from above, the lowest first, and its tool, in the robot's frame.
+
+    Args:
+        item: The arm.
+        q: Joint values, shape (n,) [rad, m].
+
+    Returns:
+        links: Both ends and radius of each, (x, y, x, y, radius), shape (n, 5) [m].
+        tool: PlanItem (2,) [m].
+    """
+    posture = item.arm.posture(q)
+    bones = np.array([[[*end, 1.0] for end in link.bone] for link in item.arm.links])
+    ends = (posture.links[:, None] @ bones[..., None])[..., :3, 0]
+    order = np.argsort(ends[..., 2].mean(axis=1), kind="stable")
+    radii = np.array([[link.radius] for link in item.arm.links])
+    flat = np.concatenate([ends[:, 0, :2], ends[:, 1, :2], radii], axis=1)
+    return flat[order], posture.tool[:2, 3]
+
+
+def outline(link: Array) -> Array:
+    """Return the outline of a link (x, y, x, y, radius), counter-clockwise, shape (n, 2) [m]."""
+    first, last, radius = link[:2], link[2:4], float(link[4])
+    angle = math.atan2(*(last - first)[::-1])
+    right = angle - math.pi / 2
+    return np.concatenate(
+        [arc(last, radius, right, right + math.pi), arc(first, radius, right + math.pi, angle + 1.5 * math.pi)]
+    )
+
+
+def arm_outlines(item: RobotArm, q: Array) -> list[Array]:
+    """Return the outlines of an arm's links from above, lowest first, in the robot's frame, shape (n, 2) each [m]."""
+    return [outline(link) for link in shadows(item, q)[0]]
+
+
+def _beacon(item: Hung) -> Iterator[PlanItem]:
+    """Yield a beacon as a line of its width with a tick in the direction that it faces; a marker is hollow.
+
+    A reflector is a ring, a radio anchor a diamond.
+    """
+    beacon, carrier = item.beacon, item.carrier
+    prefix = "robot" if isinstance(carrier, Robot) else "obstacle"
+    frame = "" if item.fixed or carrier is None else f"{prefix}/{carrier.name}"
+    local = Pose(beacon.at[0], beacon.at[1], math.radians(beacon.heading_deg))
+    face = np.array([[0.0, -beacon.width / 2], [0.0, beacon.width / 2]])
+    plate = PlanItem(
+        role="beacon", kind="line", parts=(face,), least=0.6, ahead=0.3, of=beacon.name, frame=frame,
+        place=item.place, frame_from_shape=local,
+    )  # fmt: skip
+    sign = replace(plate, role="reflector", kind="area", parts=(circle(0.7),), symbol=True, least=0.0, ahead=0.0)
+    if not beacon.has_face:
+        yield replace(sign, parts=(circle(0.8, 4),)) if beacon.anchor else sign
+        return
+    yield replace(sign, role="tick", kind="line", parts=(np.array([[0.3, 0.0], [1.4, 0.0]]),))
+    yield plate
+    if beacon.marker is not None:
+        yield replace(plate, role="marker")
+
+
+def arc(middle: "Array | tuple[float, float]", radius: float, first: float, last: float) -> Array:
+    """Return points of an arc between two angles [rad], counter-clockwise from x, shape (n, 2), in the unit given."""
+    angles = np.linspace(first, last, max(2, math.ceil(abs(last - first) / 0.1)))
+    return np.asarray(middle, dtype=float) + radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+
+
+def circle(radius: float, sides: int = 24) -> Array:
+    """Return the corners of a circle about the origin, shape (sides, 2), in the unit of the radius."""
+    angles = np.arange(sides) * (2.0 * np.pi / sides)
+    return radius * np.stack([np.cos(angles), np.sin(angles)], axis=-1)

@@ -1,0 +1,121 @@
+"""One instant of a run as a picture, or its plan as SVG or PDF."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from mjsim.errors import UsageError
+from mjsim.geometry import Array
+from mjsim.output import require_free, write_file
+from mjsim.plan import PlanItem, SvgPlan, Theme, Words, bounds_of, pdf_plan, world_words
+from mjsim.record import Recording, Track
+from mjsim.video.film import display_of
+from mjsim.video.ink import encoded_picture
+from mjsim.video.mechanisms import body_outlines, posed
+from mjsim.video.moment import Moment, moments
+from mjsim.video.state import LIFTED, PlanState
+from mjsim.video.views import composed_picture, first_robot, plan_picture
+from mjsim.world import World
+
+RATIOS = (10, 20, 25, 50, 75, 100, 150, 200, 250, 500, 750, 1000, 2000, 5000, 10000)
+"""Scale denominators; the first is taken for which the plan fits on `WIDTH`."""
+WIDTH = 250.0
+"""Maximum side of a plan [mm]."""
+MARGIN = 5.0
+"""Margin around everything [mm]."""
+
+
+def write_instant(
+    recording: Recording,
+    path: str | Path,
+    time: float,
+    *,
+    view: str | None = None,
+    follow: str | None = None,
+    sightings: bool | None = None,
+    ellipses: bool | None = None,
+    trails: bool | None = None,
+    theme: Theme = "light",
+    overwrite: bool = False,
+) -> None:
+    """Write one instant of a recording: the plan as SVG or PDF, to scale, or a frame of the film as PNG or JPEG.
+
+    Args:
+        recording: The recording.
+        path: Output file; its suffix chooses the format.
+        time: The instant [s]; the last tick not after it is shown.
+        view: 'plan', or by default the composed view for PNG and JPEG.
+        follow: As for `make_video`, like the following ones.
+        sightings: Whether to draw lines to sighted beacons.
+        ellipses: Whether to draw 95 % ellipses.
+        trails: Whether to draw the paths of the robot.
+        theme: Colours of SVG and PDF: for white or for dark paper.
+        overwrite: Whether an existing file may be replaced.
+
+    Raises:
+        UsageError: The time is outside the recording, the view or the format does not exist, or the file exists or
+            cannot be written.
+    """
+    require_free(Path(path), overwrite=overwrite)
+    if view not in (None, "plan"):
+        raise UsageError(f"view is '{view}'; an instant is shown as plan, or composed without a view")
+    begin, end = float(recording.time[0]), float(recording.time[-1])
+    if not begin <= time <= end + 1e-6:
+        raise UsageError(f"time is {time:g} s; the recording has {begin:g} to {end:g} s")
+    row = int(np.searchsorted(recording.time, time + 1e-6, side="right")) - 1
+    display = display_of(recording.world.run.view, follow, sightings, ellipses, trails)
+    if Path(path).suffix.lower() not in (".svg", ".pdf"):
+        draw = composed_picture if view is None else plan_picture
+        write_file(path, encoded_picture(path, draw(recording, row, display)), overwrite=overwrite)
+        return
+    robot = first_robot(recording)
+    (moment,) = moments(recording, robot, [row])
+    state = PlanState(recording.world, robot, display)
+    paths = _paths(recording.robots[robot], row) if display.trails else ()
+    still, machines = state.still(state.gone(moment)), _mechanisms(recording.world, moment)
+    data = _plan([*still, *paths, *machines, *state.moving(moment)], _words(recording.world), path, theme)
+    write_file(path, data, overwrite=overwrite)
+
+
+def _plan(shapes: Sequence[PlanItem], words: Sequence[Words], path: str | Path, theme: Theme) -> bytes:
+    """Return a plan as the contents of an SVG or PDF file, by its name."""
+    bounds = bounds_of(shapes)
+    size = float(np.ptp(bounds, axis=0).max()) * 1000.0
+    ratio = float(next((each for each in RATIOS if size / each <= WIDTH), RATIOS[-1]))
+    margin = MARGIN * ratio / 1000.0
+    bounds = bounds + np.array([[-margin], [margin]])
+    if Path(path).suffix.lower() == ".pdf":
+        return pdf_plan(shapes, words, bounds, ratio=ratio, theme=theme)
+    plan = SvgPlan(bounds, ratio=ratio, theme=theme)
+    plan.draw(shapes)
+    plan.name(words)
+    return plan.data()
+
+
+def _words(world: World) -> list[Words]:
+    return [each for each in world_words(world) if not each.moves and each.of != "wall"]
+
+
+def _paths(track: Track, row: int) -> Iterator[PlanItem]:
+    """Yield the paths of a robot up to a row; it leaves none where it was lifted."""
+    named = ((track.odometry, "odometry path"), (track.truth, "true path"), (track.estimate, "estimated path"))
+    for poses, role in named:
+        points = poses[: row + 1, :2]
+        points = points[np.isfinite(points).all(axis=1)]
+        if len(points) > 1:
+            yield PlanItem(role=role, kind="line", parts=_pieces(points) if role == "true path" else [points])
+
+
+def _pieces(points: Array) -> list[Array]:
+    jumps = np.flatnonzero(np.hypot(*np.diff(points, axis=0).T) > LIFTED) + 1
+    return [piece for piece in np.split(points, jumps) if len(piece) > 1]
+
+
+def _mechanisms(world: World, moment: Moment) -> Iterator[PlanItem]:
+    """Yield the bodies of mechanisms."""
+    for item in world.mechanisms:
+        values = moment.arms.get(item.name, item.assembly.start)
+        if np.isfinite(values).all():
+            for name, outline in body_outlines(posed(item, values)):
+                yield PlanItem(role="obstacle", parts=(outline,), tint=item.body(name).color)

@@ -1,0 +1,121 @@
+"""One display list of a plan, and one look: all back ends show the same items in the same colours."""
+
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+import shapely
+
+import mjsim
+from mjsim.geometry import Pose
+from mjsim.plan import INKS, ROLES, SvgPlan, bounds_of, color, paint_of, placed_at, world_shapes, world_words
+from mjsim.video import Letters
+from mjsim.video.paper import Paper
+from mjsim.video.view import PlanView
+from mjsim.world import parse_world, solid
+
+THEME = Path(mjsim.__file__).parent / "web" / "page" / "src" / "theme.css"
+ROOM = parse_world(
+    """
+mjsim: 1
+name: room
+walls:
+  - points: [[0, 0], [8, 0], [8, 6], [0, 6]]
+    closed: true
+    openings: [{name: gate, segment: 0, at: 3, width: 1, door: {}}]
+obstacles: [{name: cart, box: [1, 0.5, 1.2], at: [5, 4], heading_deg: 90, movable: true, mass: 5}]
+beacons:
+  - {name: tag, marker: {dictionary: 4x4_50, id: 7}, at: [0.2, 0], on: cart, width: 0.3}
+  - {name: owl, at: [0.1, 3]}
+lamps: [{name: spot, at: [1, 1], brightness: 0}]
+robots: [{name: scout, at: [2, 2], heading_deg: 90}]
+"""
+)
+
+
+def items(role):
+    return [item for item in world_shapes(ROOM) if item.role == role]
+
+
+def test_the_design_settles_the_colours_and_all_roles_use_them():
+    settled = {"truth": "#0072b2", "estimate": "#d55e00", "odometry": "#8a8a8a", "beacon": "#e69f00", "seen": "#009e73"}
+    assert {name: INKS[name].light for name in settled} == settled
+    assert len({ink.light for ink in INKS.values()}) == len(INKS)
+    assert {"true robot": "truth", "beacon": "beacon", "odometry path": "odometry", "sighting": "seen"}.items() <= {
+        role: (style.fill or style.line).ink for role, style in ROLES.items()
+    }.items()
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_the_studio_has_the_colours_of_plans_and_films(theme):
+    first, dark = THEME.read_text().split(':root[data-theme="dark"]')
+    tokens = dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6});", first if theme == "light" else dark.split("}")[0]))
+    for name in ("truth", "estimate", "odometry", "beacon", "seen", "scanned", "bump", "final", "glass", "wall"):
+        assert tokens[name] == getattr(INKS[name], theme), name
+
+
+def test_in_the_dark_each_meaning_is_lighter_and_of_the_same_hue():
+    from colorsys import rgb_to_hls
+
+    for name in ("truth", "estimate", "beacon", "seen", "bump", "final", "scanned"):
+        (hue, light, _), (dark_hue, lighter, _) = (
+            rgb_to_hls(*(each / 255 for each in color(name, theme))) for theme in ("light", "dark")
+        )
+        assert lighter > light, name
+        assert min(abs(hue - dark_hue), 1 - abs(hue - dark_hue)) < 0.04, name
+
+
+def test_walls_of_the_list_are_the_section_of_the_world():
+    drawn = shapely.union_all([shapely.Polygon(part) for item in items("wall") for part in item.placed(0.01)])
+    room = solid(ROOM.model_copy(update={"obstacles": ()}), height=1.0)
+    assert drawn.symmetric_difference(room).area < 1e-6
+
+
+def test_what_is_carried_moves_with_its_frame_and_all_else_stays():
+    frames = {"obstacle/cart": Pose(1.0, 5.0, 0.0), "door/gate": Pose(3.0, 0.0, 1.0)}
+    before, after = world_shapes(ROOM), placed_at(world_shapes(ROOM), frames)
+    moved = {new.of for old, new in zip(before, after, strict=True) if old.place != new.place}
+    assert moved == {"cart", "tag", "gate"}
+    (tag,) = [item for item in after if item.role == "beacon"]
+    assert (tag.place.x, tag.place.y, tag.place.heading) == (1.2, 5.0, 0.0)
+
+
+def test_symbols_keep_their_size_and_small_things_have_a_least_one():
+    (ring,) = [item for item in world_shapes(ROOM) if item.of == "owl"]
+    (robot,) = items("robot")
+    for metres in (0.001, 0.1, 1.0):
+        (corners,) = ring.placed(metres)
+        np.testing.assert_allclose(np.hypot(*(corners - (0.1, 3.0)).T), 0.7 * metres)
+        (body,) = robot.placed(metres)
+        assert np.hypot(*(body - (2.0, 2.0)).T).max() == pytest.approx(max(0.22, metres), rel=0.01)
+
+
+def test_a_lamp_that_is_off_is_as_pale_as_the_paper():
+    (off,) = [item for item in items("lamp") if item.kind == "area"]
+    assert off.paint("dark").fill == color("paper", "dark")
+    assert paint_of("lamp").fill == color("lamp")
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_svg_has_each_item_in_its_colour_at_its_place(theme):
+    plan = SvgPlan(bounds_of(world_shapes(ROOM)), ratio=50, theme=theme)
+    plan.draw(items("movable"))
+    plan.name(world_words(ROOM))
+    root = ElementTree.fromstring(plan.data())
+    (box,) = root.iter("{http://www.w3.org/2000/svg}polygon")
+    corners = np.array([pair.split(",") for pair in box.get("points").split()], float) / 100 * [1, -1]
+    assert {tuple(corner) for corner in corners.round(6)} == {(4.75, 3.5), (5.25, 3.5), (5.25, 4.5), (4.75, 4.5)}
+    tint = ROOM.obstacles[0].color
+    assert box.get("fill") == "#" + bytes(paint_of("movable", tint=tint, theme=theme).fill).hex()
+    assert {"scout", "cart", "owl", "tag", "gate", "spot"} <= {text.text for text in root.iter()}
+
+
+def test_pictures_and_svg_show_the_same_wall():
+    view = PlanView.fit([[-1, -1], [9, 7]], 500, 400)
+    image = np.full((400, 500, 3), 255, np.uint8)
+    Paper(image, view, Letters(), 6.0).draw(items("wall"))
+    dark = view.world(np.argwhere((image == color("wall")).all(axis=-1))[:, ::-1])
+    low, high = bounds_of(items("wall"))
+    np.testing.assert_allclose([dark.min(axis=0), dark.max(axis=0)], [low, high], atol=1.5 / view.scale)

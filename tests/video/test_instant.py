@@ -1,0 +1,71 @@
+"""Any instant of a film is a picture, an SVG or a PDF."""
+
+from xml.etree import ElementTree
+
+import cv2
+import numpy as np
+import pytest
+
+from mjsim.errors import UsageError
+from mjsim.plan import INKS
+from mjsim.record import read_recording
+from mjsim.video import write_instant
+from mjsim.video.ink import TRUTH
+from tests.record_ticks import hand_made_ticks, record
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    return read_recording(record(tmp_path_factory.mktemp("run") / "run.mcap", hand_made_ticks(12)))
+
+
+def lines(path, color):
+    """Return the points of the lines of a colour, shape (n, 2) each [m]."""
+    found = [line for line in ElementTree.parse(path).iter(f"{SVG}polyline") if line.get("stroke") == color]
+    return [np.array([pair.split(",") for pair in line.get("points").split()], float) / 100 * [1, -1] for line in found]
+
+
+def test_an_svg_has_the_paths_up_to_its_time_and_the_robot_where_it_is(recording, tmp_path):
+    robot, row = next(iter(recording.robots)), 8
+    write_instant(recording, tmp_path / "now.svg", float(recording.time[row]), sightings=False, ellipses=False)
+    track = recording.robots[robot]
+    known = track.odometry[: row + 1, :2]
+    (path,) = [line for line in lines(tmp_path / "now.svg", INKS["odometry"].light) if len(line) > 2]
+    np.testing.assert_allclose(path, known[np.isfinite(known).all(axis=1)], atol=1e-4)
+    body = [each for each in ElementTree.parse(tmp_path / "now.svg").iter(f"{SVG}polygon")]
+    (true,) = [each for each in body if each.get("fill") == INKS["truth"].light]
+    corners = np.array([pair.split(",") for pair in true.get("points").split()], float) / 100 * [1, -1]
+    np.testing.assert_allclose(corners.mean(axis=0), track.truth[row, :2], atol=0.02)
+
+
+def test_dark_paper_has_the_lighter_colours(recording, tmp_path):
+    write_instant(recording, tmp_path / "now.svg", float(recording.time[8]), theme="dark")
+    text = (tmp_path / "now.svg").read_text()
+    assert INKS["truth"].dark in text
+    assert INKS["truth"].light not in text
+
+
+@pytest.mark.slow
+def test_a_pdf_is_one_and_a_picture_is_the_frame_of_the_film(recording, tmp_path):
+    time = float(recording.time[8])
+    write_instant(recording, tmp_path / "now.pdf", time)
+    assert (tmp_path / "now.pdf").read_bytes().startswith(b"%PDF")
+    write_instant(recording, tmp_path / "now.png", time, view="plan")
+    page = cv2.imread(str(tmp_path / "now.png"))[..., ::-1]
+    assert page.shape == (720, 1280, 3)
+    assert (page == TRUTH).all(axis=-1).sum() > 50
+
+
+@pytest.mark.parametrize(
+    ("name", "time", "view", "fault"),
+    [
+        ("now.gif", 0.0, None, "name it .png or .jpg"),
+        ("now.svg", 99.0, None, "time is 99 s; the recording has"),
+        ("now.svg", 0.0, "chase", "an instant is shown as plan"),
+    ],
+)
+def test_what_cannot_be_shown_is_refused(recording, tmp_path, name, time, view, fault):
+    with pytest.raises(UsageError, match=fault):
+        write_instant(recording, tmp_path / name, time, view=view)
