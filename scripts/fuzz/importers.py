@@ -1,208 +1,286 @@
 """Read broken files of strangers by the thousand in the guarded reader: each must come in, or be refused in one line.
 
-python scripts/fuzz/importers.py [--inputs 100000] [--commands 0] [--seed 1] [--only svg]
+python scripts/fuzz/importers.py [--inputs 1000] [--commands 0] [--seed 1] [--table FILE] [IMPORTER ...]
 
-Takes small files that come in, and changes bytes, numbers and pieces, in PNG files below their checksums. Each is read
-in the guarded child, which is used again, and so many also by `mjsim new` or `mjsim check`, whose memory and time are
-watched. The first input that ends otherwise than in a world or in printable lines is left in out/fuzz and ends the
-script; so are those that end their child (a signal, or too much time or memory), which are counted.
+Takes small files that come in, changes bytes, numbers, values and pieces, and reads them in a guarded child, which is
+used again; other inputs go through the whole command, each in a copy of a process that has imported mjsim. Prints a row
+of a table for each importer. Inputs that end otherwise than in a value or in printable lines, that end their child, or
+take too much are left in out/fuzz; a traceback or a hang makes the exit code 1.
 """
 
 import argparse
+import contextlib
 import os
-import random
 import re
 import shutil
-import struct
-import subprocess
 import sys
 import tempfile
 import time
-import zlib
+import traceback
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from random import Random
 
-from scipy.io import savemat
+os.environ |= {"OMP_NUM_THREADS": "1", "XDG_CACHE_HOME": "/dev/null/none"}  # What was read is read again.
 
+from changes import Files, changed_files
+from log_seeds import MAKERS, seed_of
+from seeds import DRIVEN, ROOT, SEEDS
+from xacro_seeds import files_of
+
+from mjsim.cli import main as mjsim
+from mjsim.compile import check_models, compile_world
 from mjsim.errors import MjsimError
 from mjsim.exchange import Reading, RobotOptions, bring_file, bring_robot
-from mjsim.guarded import one_reader
+from mjsim.guarded import Reader, one_reader
+from mjsim.logs import Wishes
+from mjsim.logs.importing import limits_of
 from mjsim.world import Source, parse_world
 
-ROOT = Path(__file__).resolve().parents[2]
-DATA = ROOT / "tests" / "data"
-SEEDS: dict[str, Path | None] = {
-    "svg": DATA / "plans/flat.svg",
-    "dxf": DATA / "plans/house.dxf",
-    "yaml": DATA / "maps/house.yaml",
-    "png": DATA / "maps/house.png",
-    "mat": None,
-    "urdf": DATA / "robots/turtlebot3_description/urdf/turtlebot3_burger.urdf",
-    "jpg": ROOT / "assets/posters/lion.jpg",
-    "poster": DATA / "maps/house.png",
-}
-"""Importer -> a file that comes in; a landmark map is made. The last two hang in a world."""
-SHOWN = {"jpg": "jpg", "poster": "png"}
-"""Kind of a picture in a world -> its suffix."""
-SIGNATURE = b"\x89PNG\r\n\x1a\n"
-COMMAND = "from mjsim.cli import main; main()"
-LONGEST, LARGEST = 60.0, 1 << 30
-"""Time of the command on a busy machine [s], and its memory [bytes]."""
-WILD = (b"", b"0", b"-1", b"nan", b"inf", b"1e9", b"1e308", b"-1e-308", b"9" * 30, b"\xff", b"../up", b"/dev/zero")
-ENDED = ("crashed", "took longer", "needs more", "ended with", "no valid answer")
-"""Words of lines about files that ended their child."""
+KEPT = ROOT / "out" / "fuzz"
+SECONDS, LONGEST, MEGABYTES = 20.0, 600.0, 1000.0
+"""Processor time of a command [s], its time on a busy machine [s], and the memory of all its processes [MB]."""
+REUSED = 1000
+"""Inputs read by one child."""
+ENDS = ("accepted", "refused", "ended by limit", "signals", "tracebacks")
+CONVERT, SENT = "mjsim.logs.kinds:convert", "mjsim.logs.importing:sent"
+LIMITS, SIGNALS = (
+    ("it took longer", "it needs more than"),
+    ("its reader crashed", "its reader ended", "no valid answer"),
+)
+"""What lines say of files that ended their child."""
 
 
-def changed(data: bytes, rng: random.Random) -> bytes:
-    """Return a file with a few changes."""
-    for _ in range(rng.choice((1, 1, 2, 4))):
-        at, size = rng.randrange(len(data) + 1), rng.randrange(40)
-        numbers = [match.span() for match in re.finditer(rb"-?\d+\.?\d*", data[at : at + 2000])] or [(0, 0)]
-        start, end = (at + place for place in rng.choice(numbers))
-        data = rng.choice(
-            (
-                data[:start] + rng.choice(WILD) + data[end:],
-                data[:start] + rng.choice(WILD) + data[end:],
-                data[:at] + bytes([rng.randrange(256)]) + data[at + 1 :],
-                data[:at] + data[at + size :],
-                data[:at] + data[start : start + size] + data[at:],
-            )
-        )
-    return data
+@dataclass(frozen=True, slots=True)
+class Importer:
+    """What reads files of a kind."""
+
+    seeds: Sequence[Files]
+    read: Callable[[Reader, Path], object]
+    words: Callable[[Path, Path], Sequence[str]]
+    """Words of the command, from the file and a folder for what it writes."""
+    function: str
+    """A function of the child."""
+    fresh: Callable[[Random], Files] | None = None
+    """Makes files by chance, instead of seeds."""
+
+    def inputs(self, rng: Random) -> Iterator[Files]:
+        """Yield broken files."""
+        while True:
+            files = rng.choice(self.seeds) if self.fresh is None else self.fresh(rng)
+            yield changed_files(files, rng) if self.fresh is None or rng.random() < 0.3 else files
 
 
-def changed_png(data: bytes, rng: random.Random) -> bytes:
-    """Return a PNG file in which a chunk or the pixels are changed, with right checksums."""
-    chunks = list(chunks_of(data))
-    at = rng.randrange(len(chunks))
-    kind, content = chunks[at]
-    if kind == b"IDAT" and rng.random() < 0.8:
-        pixels = zlib.decompress(b"".join(part for name, part in chunks if name == b"IDAT"))
-        chunks = [each for each in chunks if each[0] != b"IDAT"]
-        chunks.insert(-1, (b"IDAT", zlib.compress(changed(pixels, rng), 1)))
-    else:
-        chunks[at] = kind, changed(content, rng)
-    parts = (
-        struct.pack(">I", len(part)) + name + part + struct.pack(">I", zlib.crc32(name + part)) for name, part in chunks
-    )
-    return SIGNATURE + b"".join(parts)
+def _drawing(scale: float | None) -> Callable[[Reader, Path], object]:
+    return lambda _, path: bring_file(path, robot=None, reading=Reading(scale=scale))
 
 
-def chunks_of(data: bytes) -> Iterator[tuple[bytes, bytes]]:
-    """Yield kind and content of the chunks of a whole PNG file."""
-    place = len(SIGNATURE)
-    while place < len(data):
-        length, kind = struct.unpack(">I4s", data[place : place + 8])
-        yield kind, data[place + 8 : place + 8 + length]
-        place += 12 + length
+def _new(*options: str) -> Callable[[Path, Path], Sequence[str]]:
+    return lambda path, out: ["new", "--from", str(path), "--no-robot", "-o", str(out / "w.yaml"), *options]
 
 
-def whole_of(kind: str) -> bytes:
-    """Return the file that is changed."""
-    path = SEEDS[kind]
-    if path is not None:
-        return path.read_bytes()
-    with tempfile.TemporaryFile() as file:
-        savemat(file, {"lm": [[1.0, 4.0, 7.0], [2.0, 5.0, 8.0]], "wp": [[1.0, 3.0], [1.0, 3.0]]})
-        file.seek(0)
-        return file.read()
+def _robot(_: Reader, path: Path) -> object:
+    return bring_robot(path, name="r", options=RobotOptions(), packages={}, arguments={})
 
 
-def input_of(kind: str, whole: bytes, rng: random.Random) -> bytes:
-    """Return a changed file of a kind."""
-    return changed_png(whole, rng) if whole.startswith(SIGNATURE) and rng.random() < 0.8 else changed(whole, rng)
+def _text(path: Path) -> str:
+    """Return a world in which a picture hangs, or a thing stands."""
+    if path.stem == "picture":
+        return f"mjsim: 1\nbeacons: [{{name: a, image: {path.name}, at: [1, 2], width: 1}}]\n"
+    return f"mjsim: 1\nobstacles: [{{name: a, model: {path.name}, at: [1, 2], movable: true}}]\n"
 
 
-def world_of(name: str) -> str:
-    """Return a world in which a picture hangs."""
-    return f"mjsim: 1\nbeacons: [{{name: a, image: {name}, at: [1, 2], width: 1}}]\n"
+def _stands(_: Reader, path: Path) -> object:
+    world = parse_world(_text(path), source=Source(folder=path.parent))
+    check_models(world)
+    return compile_world(world).compile()
 
 
-def trial(kind: str, path: Path) -> str:
-    """Bring a file in, and return what became of it."""
-    try:
-        if kind == "urdf":
-            bring_robot(path, name="r", options=RobotOptions(), packages={}, arguments={})
-        elif kind in SHOWN:
-            parse_world(world_of(path.name), source=Source(folder=path.parent))
+def _check(path: Path, out: Path) -> Sequence[str]:
+    (path.parent / "world.yaml").write_text(_text(path))
+    return ["check", str(path.parent / "world.yaml")]
+
+
+def _log(reader: Reader, path: Path) -> object:
+    return list(reader.parts(SENT, CONVERT, path, Wishes(seconds=0.3), "", about=path, limits=limits_of(path)))
+
+
+def _xacro(rng: Random) -> Files:
+    files, (robot,) = files_of(rng), SEEDS["robot in URDF"]
+    head, _, rest = files["robot.xacro"].partition(b"<group>")
+    text = head + DRIVEN.encode() + b"<gazebo>" + rest.replace(b"</group>", b"</gazebo>")
+    return {"robot.xacro": text} | {name: data for name, data in (robot | files).items() if "robot." not in name}
+
+
+def importers() -> Iterator[tuple[str, Importer]]:
+    """Yield the importers by name."""
+    world, robot = "mjsim.exchange.inside:world_file", "mjsim.exchange.inside:robot"
+    for name, seeds in SEEDS.items():
+        scale = {"svg": 0.05, "image of a map": 0.05}.get(name)
+        options = () if scale is None else ("--scale", str(scale))
+        if name.startswith("robot"):
+            yield name, Importer(seeds, _robot, _brought, robot)
+        elif name in ("svg", "dxf", "map", "image of a map", "mat"):
+            yield name, Importer(seeds, _drawing(scale), _new(*options), world)
         else:
-            bring_file(path, robot=None, reading=Reading(scale=None if kind in ("yaml", "dxf") else 0.05))
+            yield name, Importer(seeds, _stands, _check, "mjsim.models.trials:model")
+    yield "robot in xacro", Importer(SEEDS["robot in URDF"], _robot, _brought, robot, _xacro)
+    for name in MAKERS:
+        yield name, Importer([seed_of(name)], _log, _imported, CONVERT)
+
+
+def _brought(path: Path, out: Path) -> Sequence[str]:
+    return ["new", "--robot-from", str(path), "-o", str(out / "r.yaml")]
+
+
+def _imported(path: Path, out: Path) -> Sequence[str]:
+    return ["import-log", str(path), "-o", str(out / "run.mcap"), "--seconds", "0.3"]
+
+
+def put(files: Files, folder: Path) -> None:
+    """Write files into an emptied folder."""
+    for each in folder.iterdir():
+        shutil.rmtree(each) if each.is_dir() else each.unlink()
+    for name, data in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(data)
+
+
+def placed(importer: Importer, files: Files, folder: Path) -> Path:
+    """Write files into an emptied folder; return what is to be read."""
+    put(files, folder)
+    if importer.function != CONVERT:
+        return folder / next(iter(files))
+    return next((folder / name for name in ("run.log", "log.yaml", "run.bag") if name in files), folder)
+
+
+def end_of(text: str) -> str:
+    """Return what became of a file that is refused."""
+    if not all(line.isprintable() for line in text.splitlines()):
+        return "tracebacks"
+    kinds = (("ended by limit", LIMITS), ("signals", SIGNALS))
+    return next((end for end, words in kinds if any(word in text for word in words)), "refused")
+
+
+def read(importer: Importer, reader: Reader, path: Path) -> str:
+    """Read a file in the guarded child; return what became of it."""
+    try:
+        importer.read(reader, path)
     except MjsimError as error:
-        lines = str(error).splitlines()
-        assert all(line.isprintable() for line in lines)
-        return "ended its child" if any(words in lines[0] for words in ENDED) else "refused"
-    return "came in"
+        return end_of(str(error))
+    except Exception:
+        traceback.print_exc()
+        return "tracebacks"
+    return "accepted"
 
 
-def run(kind: str, count: int, *, seed: int, folder: Path) -> Counter[str]:
-    """Try so many inputs of one importer in one child; each lies in a folder while it is tried."""
-    rng, whole, ends = random.Random(seed), whole_of(kind), Counter[str]()
-    path = folder / f"last.{SHOWN.get(kind, kind)}"
-    with one_reader("mjsim.exchange.inside:world_file", folders=[folder]):
-        for _ in range(count):
-            path.write_bytes(input_of(kind, whole, rng))
-            end = trial(kind, path)
-            ends[end] += 1
-            if end == "ended its child":
-                path.rename(folder / f"ended-{seed}-{ends[end]}{path.suffix}")
-    path.unlink(missing_ok=True)
-    return ends
+def tried(importer: Importer, count: int, rng: Random, folder: Path) -> Iterator[tuple[str, Files, float]]:
+    """Yield what became of inputs, the inputs, and the most memory of this process and its child [MB]."""
+    inputs = importer.inputs(rng)
+    for begin in range(0, count, REUSED):
+        log = Reader(CONVERT, folders=[folder], scratch=True) if importer.function == CONVERT else None
+        with log or one_reader(importer.function, folders=[folder]) as reader:
+            assert read(importer, reader, placed(importer, importer.seeds[0], folder)) == "accepted"
+            for _, files in zip(range(begin, min(begin + REUSED, count)), inputs, strict=False):
+                yield read(importer, reader, placed(importer, files, folder)), files, memory(os.getpid())
 
 
-def run_commands(kind: str, count: int, *, seed: int, folder: Path) -> Counter[str]:
-    """Try so many inputs of one importer with the whole command."""
-    rng, whole, ends = random.Random(-seed), whole_of(kind), Counter[str]()
-    path, world = folder / f"command.{SHOWN.get(kind, kind)}", folder / "command-world.yaml"
-    words = ["new", "--robot-from" if kind == "urdf" else "--from", str(path), "--overwrite", "-o", str(world)]
-    words += [] if kind == "urdf" else ["--no-robot"]
-    words += ["--scale", "0.05"] if kind in ("svg", "png") else []
-    for _ in range(count):
-        path.write_bytes(input_of(kind, whole, rng))
-        if kind in SHOWN:
-            world.write_text(world_of(path.name))
-            words = ["check", str(world)]
-        ends[command(words)] += 1
-    path.unlink(missing_ok=True)
-    return ends
+def commanded(importer: Importer, count: int, rng: Random, folder: Path) -> Iterator[tuple[str, Files, float]]:
+    """Yield the same of inputs that the whole command reads."""
+    inputs = importer.inputs(rng)
+    for _, files in zip(range(count), inputs, strict=False):
+        path = placed(importer, files, folder)
+        with tempfile.TemporaryDirectory() as out:
+            end, megabytes = command(importer.words(path, Path(out)), Path(out) / "said")
+        yield end, files, megabytes
 
 
-def command(words: list[str]) -> str:
-    """Run mjsim with the input that lies in the folder, and return what became of it."""
-    with tempfile.TemporaryFile() as said:
-        started = subprocess.Popen([sys.executable, "-c", COMMAND, *words], stdout=said, stderr=said)
-        begun = time.monotonic()
-        while not (done := os.wait4(started.pid, os.WNOHANG))[0]:
-            if time.monotonic() > begun + LONGEST:
-                started.kill()
-                raise TimeoutError(f"{words} took longer than {LONGEST} s")
-            time.sleep(0.02)
-        started.returncode = code = os.waitstatus_to_exitcode(done[1])
-        said.seek(0)
-        text = said.read().decode()
-    assert code in (0, 2), (words, code, text)
-    assert "Traceback" not in text, text
-    assert done[2].ru_maxrss << 10 < LARGEST, (words, done[2].ru_maxrss)
-    return "came in" if code == 0 else "refused"
+def command(words: Sequence[str], said: Path) -> tuple[str, float]:
+    """Run mjsim in a copy of this process; return what became of it, and the most memory that it took [MB]."""
+    process = os.fork()
+    if process == 0:
+        serve(words, said)
+    begun, megabytes = time.monotonic(), 0.0
+    while not (done := os.wait4(process, os.WNOHANG))[0]:
+        megabytes = max(megabytes, memory(process))
+        if time.monotonic() > begun + LONGEST:
+            os.killpg(process, 9)
+        time.sleep(0.02)
+    text, code = said.read_text(errors="surrogateescape"), os.waitstatus_to_exitcode(done[1])
+    if "Traceback" in text or code not in (0, 2):
+        sys.stderr.write(f"{words}: {code}\n{text}\n")
+        return "tracebacks", megabytes
+    is_over = done[2].ru_utime + done[2].ru_stime > SECONDS + 5.0 or megabytes > MEGABYTES
+    return "tracebacks" if is_over else "accepted" if code == 0 else end_of(text), megabytes
 
 
-def main() -> None:
-    """Try as many inputs of each importer as the arguments say."""
+def serve(words: Sequence[str], said: Path) -> None:
+    """Be a process that runs mjsim, until its end."""
+    code = 1
+    try:
+        os.setsid()
+        out = os.open(said, os.O_WRONLY | os.O_CREAT)
+        os.dup2(out, 1)
+        os.dup2(out, 2)
+        mjsim(words)
+    except SystemExit as end:
+        code = int(end.code or 0)
+    except BaseException:
+        traceback.print_exc()
+    with contextlib.suppress(OSError, ValueError):
+        sys.stdout.flush()
+        sys.stderr.flush()
+    os._exit(code)
+
+
+def memory(process: int) -> float:
+    """Return the sum of the most that a process and its children had in memory [MB]; what copies share is counted."""
+    found = 0.0
+    with contextlib.suppress(OSError):
+        status = Path(f"/proc/{process}/status").read_text()
+        found += int(re.search(r"VmHWM:\s+(\d+)", status)[1]) / 1e3 if "VmHWM" in status else 0.0
+        for task in Path(f"/proc/{process}/task").iterdir():
+            found += sum(memory(int(child)) for child in (task / "children").read_text().split())
+    return found
+
+
+def row(name: str, importer: Importer, trials: Iterator[tuple[str, Files, float]], seed: int) -> tuple[str, bool]:
+    """Return the row of the table about some trials, and whether all ended well."""
+    ends, most, begun = Counter[str](), 0.0, time.monotonic()
+    for end, files, megabytes in trials:
+        ends[end] += 1
+        most = max(most, megabytes)
+        if end not in ("accepted", "refused"):
+            place = KEPT / f"{name}-{end}-{seed}-{ends.total()}".replace(" ", "-")
+            place.mkdir(parents=True, exist_ok=True)
+            put(files, place)
+    cells = [name, ends.total(), round(time.monotonic() - begun), *(ends[each] for each in ENDS), round(most)]
+    return f"| {' | '.join(map(str, cells))} |", not ends["tracebacks"]
+
+
+def main() -> int:
+    """Try as many inputs of each importer as the arguments say; return the exit code."""
+    known = dict(importers())
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--inputs", type=int, default=100_000)
+    parser.add_argument("importers", nargs="*", choices=[[], *known], metavar="IMPORTER", help=", ".join(known))
+    parser.add_argument("--inputs", type=int, default=1000)
     parser.add_argument("--commands", type=int, default=0)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--only", choices=SEEDS)
-    arguments = parser.parse_args()
-    folder = ROOT / "out" / "fuzz"
-    folder.mkdir(parents=True, exist_ok=True)
-    shutil.copy(DATA / "maps/house.png", folder)  # the map's YAML file names it
-    for kind in [arguments.only] if arguments.only else SEEDS:
-        for each, count in ((run, arguments.inputs), (run_commands, arguments.commands)):
-            start = time.monotonic()
-            ends = each(kind, count, seed=arguments.seed, folder=folder)
-            print(f"{kind}: {ends.total()} inputs: {dict(ends)}, {time.monotonic() - start:.0f} s", file=sys.stderr)
+    given = parser.parse_args()
+    good = True
+    print(f"| importer | inputs | s | {' | '.join(ENDS)} | peak MB |")
+    for name in given.importers or known:
+        for label, trials, count in ((name, tried, given.inputs), (f"{name}, command", commanded, given.commands)):
+            with tempfile.TemporaryDirectory() as folder:
+                rng = Random(f"{given.seed} {label}")
+                if count:
+                    line, fine = row(label, known[name], trials(known[name], count, rng, Path(folder)), given.seed)
+                    good &= fine
+                    print(line, flush=True)
+    return not good
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

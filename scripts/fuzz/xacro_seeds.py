@@ -1,28 +1,10 @@
-"""Expand broken and odd xacro files by the thousand: each must give text, or be refused in one line.
+"""Descriptions of robots in xacro with random elements and expressions."""
 
-python scripts/fuzz/xacro_inputs.py [--inputs 100000] [--seed 1]
-
-`files_of` makes the files of one input: elements of xacro with random expressions, of which values, names, bytes and
-pieces are changed. The first input that ends otherwise, or takes longer than a limit, is written to out/fuzz and ends
-the script with exit code 1.
-"""
-
-import argparse
 import random
 import re
-import sys
-import tempfile
-import time
-from collections import Counter
-from collections.abc import Mapping
-from pathlib import Path
 
-from mjsim.errors import UsageError
-from mjsim.exchange.robots.folders import Folders
-from mjsim.exchange.robots.xacro import Given, parsed, resolved
+from changes import Files
 
-LIMIT = 15.0
-"""No input may take longer, on a busy machine [s of processor time]."""
 HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
 DECLARED = (
     '<xacro:arg name="x" default="1"/><xacro:property name="a" value="2.5"/><xacro:property name="k" value="3"/>'
@@ -83,23 +65,6 @@ YAML = (
     b"wheel: {a: 1}\n" * 40,
     b"? [1, 2]\n: 3\n",
 )
-WILD = (
-    b"",
-    b"$",
-    b"${",
-    b"$(",
-    b"}",
-    b")",
-    b"&amp;",
-    b"&x;",
-    b"<!DOCTYPE a>",
-    b"<x>",
-    b"</x>",
-    b"\xff",
-    b"\x00",
-    b"'",
-    b'"',
-)
 
 
 def expression(rng: random.Random, depth: int = 3) -> str:
@@ -115,71 +80,12 @@ def piece(rng: random.Random, depth: int = 2) -> str:
     return re.sub(r"\bE\b", lambda _: expression(rng), text)
 
 
-def changed(data: bytes, rng: random.Random) -> bytes:
-    """Return bytes of which some are replaced, left out or repeated."""
-    for _ in range(rng.choice((0, 0, 0, 0, 0, 1, 3))):
-        start = rng.randrange(len(data) + 1)
-        end = min(len(data), start + rng.choice((0, 1, 1, 8, 64)))
-        data = data[:start] + rng.choice((*WILD, data[start:end] * 2)) + data[end:]
-    return data
-
-
-def files_of(rng: random.Random) -> Mapping[str, bytes]:
-    """Return the files of an input by name; `robot.xacro` is the description."""
+def files_of(rng: random.Random) -> Files:
+    """Return a description with random elements of xacro, and the files that it names."""
     body = DECLARED + "".join(piece(rng) for _ in range(rng.randrange(1, 4)))
     part = f'{HEAD}<xacro:property name="r" value="1"/><xacro:macro name="wheel">{piece(rng)}</xacro:macro></robot>'
     return {
-        "robot.xacro": changed(f"{HEAD}<group>{body}</group></robot>".encode(), rng),
-        "part.xacro": changed(part.encode(), rng),
-        "sizes.yaml": changed(rng.choice(YAML), rng),
+        "robot.xacro": f"{HEAD}<group>{body}</group></robot>".encode(),
+        "part.xacro": part.encode(),
+        "sizes.yaml": rng.choice(YAML),
     }
-
-
-def outcome(folder: Path, files: Mapping[str, bytes]) -> str:
-    """Return how an input ends: expanded, or the message without what varies."""
-    for name, data in files.items():
-        (folder / name).write_bytes(data)
-    path = folder / "robot.xacro"
-    try:
-        text, _ = parsed(path.read_bytes(), path)
-        parsed(resolved(text, path, shown=path, given=Given(), files=Folders(path, {})).encode(), path)
-    except UsageError as error:
-        if not str(error).isprintable():
-            raise ValueError(f"not one line: {error}") from error
-        return re.sub(r"'[^']*'|\d+|/\S*", "_", str(error))[:60]
-    return "expanded"
-
-
-def main() -> int:
-    """Try inputs; return the exit code."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--inputs", type=int, default=100_000)
-    parser.add_argument("--seed", type=int, default=1)
-    options = parser.parse_args()
-    ends: Counter[str] = Counter()
-    longest = 0.0
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name).resolve()
-        for number in range(options.inputs):
-            files = files_of(random.Random(f"{options.seed}/{number}"))
-            start = time.process_time()
-            try:
-                ends[outcome(folder, files)] += 1
-                longest = max(longest, time.process_time() - start)
-                if longest > LIMIT:
-                    raise TimeoutError(f"it took {longest:.1f} s")
-            except Exception:
-                place = Path("out/fuzz") / f"xacro-{options.seed}-{number}"
-                place.mkdir(parents=True, exist_ok=True)
-                for each, data in files.items():
-                    (place / each).write_bytes(data)
-                print(f"input {number} of seed {options.seed} is in {place}")
-                raise
-    print(f"{options.inputs} inputs, at most {longest:.2f} s each; {ends['expanded']} expanded")
-    for end, count in ends.most_common(25):
-        print(f"{count:8d}  {end}")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
