@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from mjsim.errors import UsageError
+from mjsim.world import read_regular
 
 
 def read_bounded(path: Path, *, limit: int, kind: str) -> bytes:
@@ -12,11 +13,8 @@ def read_bounded(path: Path, *, limit: int, kind: str) -> bytes:
         UsageError: The file does not exist, is not a regular file, or has more than `limit` bytes.
     """
     try:
-        if not path.is_file():
-            raise UsageError(f"no file '{path}'; name {kind}")
-        size = path.stat().st_size
-        if size > limit:
-            raise UsageError(f"'{path}' has {size / 1e6:.0f} MB; {kind} has at most {limit / 1e6:g} MB")
-        return path.read_bytes()
+        return read_regular(path, limit=limit)
+    except (FileNotFoundError, IsADirectoryError, ValueError):
+        raise UsageError(f"no file '{path}'; name {kind}") from None
     except OSError as error:
-        raise UsageError(f"'{path}' cannot be read: {error.strerror}") from None
+        raise UsageError(f"'{path}' cannot be read: {error.strerror}; name {kind}") from None

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from mjsim.exchange.robots.xacro import XacroError
+from mjsim.world import read_regular
 
 MAX_BYTES = 64_000_000
 """Maximum size of one file [bytes]."""
@@ -93,11 +94,7 @@ class Folders:
         """
         place = self._inside(path)
         try:
-            if place.exists() and not place.is_file():
-                raise XacroError(f"'{path}' is not a regular file; name one")
-            if place.stat().st_size > MAX_BYTES:
-                raise XacroError(f"'{path}' has more than {MAX_BYTES // 10**6} MB; make it smaller")
-            return place.read_bytes()
+            return read_regular(place, limit=MAX_BYTES)
         except OSError as error:
             raise XacroError(f"no file '{path}': {error.strerror}") from None
 
