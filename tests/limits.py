@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-BROWSER = 120.0
+BROWSER = 60.0
 """Limit of a test with a browser [s]; that of others is in pyproject.toml."""
 GRACE = 20.0
 """What a test and what it set up may take to end, once its limit within the process is over [s]."""

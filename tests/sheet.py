@@ -53,6 +53,15 @@ class Sheet:
     def field(self, label: str) -> Locator:
         return self.page.locator(".panel").get_by_label(label, exact=True)
 
+    def put(self, text: str) -> None:
+        """Put another text in the place of all, as one step, and go back to the plan, where clicks select."""
+        self.text.click()
+        self.press("Control+a")
+        with self.page.expect_response("**/api/parse"):
+            self.page.keyboard.insert_text(text)
+        self.plan.focus()
+        self.press("Escape", "v")
+
     def save(self) -> None:
         with self.page.expect_response("**/api/save"):  # a step that is still on its way has no dot yet
             self.press("Control+s")
@@ -65,13 +74,13 @@ class Sheet:
 
 
 @contextmanager
-def sheet_of(browser: Browser, folder: Path, text: str) -> Iterator[Sheet]:
-    """Open the studio on a world `room.yaml` of a folder."""
+def sheet_of(browser: Browser, folder: Path, text: str, *, own: bool = False) -> Iterator[Sheet]:
+    """Open the studio on a world `room.yaml` of a folder, in a window of its own or in one that was left."""
     (folder / "room.yaml").write_bytes(text.encode())
     expect.set_options(timeout=PATIENCE)
     studio = Studio(folder, world="room.yaml")
     try:
-        with page_at(browser, studio.url) as page:
+        with page_at(browser, studio.url, own=own) as page:
             sheet = Sheet(page)
             sheet.reads("mjsim: 1")
             expect(sheet.plan).to_have_attribute("data-view", re.compile(","))

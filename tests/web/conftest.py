@@ -29,10 +29,11 @@ def client(studio):
 
 @pytest.fixture
 def sheet(browser, tmp_path, request):
-    """The Edit view of the room of a module of tests."""
+    """The Edit view of the room of a module of tests, in a window of its own where the module has OWN_WINDOW."""
     from tests.sheet import sheet_of
 
-    with sheet_of(browser, tmp_path, request.module.ROOM) as sheet:
+    module = request.module
+    with sheet_of(browser, tmp_path, module.ROOM, own=hasattr(module, "OWN_WINDOW")) as sheet:
         yield sheet
 
 

@@ -55,19 +55,14 @@ def test_the_form_takes_the_token_and_says_what_is_wrong(browser, studio):
         is_in(page)
 
 
-def test_a_browser_that_is_in_gives_an_address_for_another(browser, studio):
+def test_a_browser_that_is_in_gives_an_address_for_another_and_comes_back_by_links(browser, studio, tmp_path):
+    (tmp_path / "links.html").write_text(f'<a href="{studio.address}">the studio</a>')
     with page_at(browser, studio.url) as page:
         page.get_by_role("button", name="Open in another browser").click()
         address = page.get_by_role("dialog").get_by_label("Address")
         expect(address).to_have_value(re.compile(r"\?token="), timeout=PATIENCE)
         with page_at(browser, address.input_value()) as other:
             is_in(other)
-
-
-def test_a_link_on_another_page_leads_to_the_studio(browser, studio, tmp_path):
-    (tmp_path / "links.html").write_text(f'<a href="{studio.address}">the studio</a>')
-    with page_at(browser, studio.url) as page:
-        is_in(page)
         page.goto((tmp_path / "links.html").as_uri())
         page.get_by_role("link").click()
         is_in(page)

@@ -65,7 +65,7 @@ def verbs(world):
     return [kind_of(event, EVENT_KINDS) for event in world.run.events]
 
 
-def test_deleted_things_take_along_what_names_them_and_one_undo_brings_all_back(sheet, tmp_path):
+def deleted_things_take_along_what_names_them_and_one_undo_brings_all_back(sheet, tmp_path):
     before = (tmp_path / "room.yaml").read_text()
     choose(sheet, "scout")
     sheet.press("Delete")
@@ -100,7 +100,7 @@ def rename(sheet, path, fresh):
     field.press("Enter")
 
 
-def test_new_names_of_parts_are_followed(sheet, tmp_path):
+def new_names_of_parts_are_followed(sheet, tmp_path):
     choose(sheet, "scout")
     rename(sheet, '["robots",1,"sensors",1,"lidar"]', "laser")
     sheet.reads("robots.scout.sensors.laser.noise.range")
@@ -113,3 +113,9 @@ def test_new_names_of_parts_are_followed(sheet, tmp_path):
     rename(sheet, '["robots",0,"name"]', "rover")
     sheet.reads("move: rover", "rover: {observer: null}")
     assert saved(sheet, tmp_path).run.events
+
+
+def test_what_depends_on_things_goes_with_them_and_follows_their_names(sheet, tmp_path):
+    deleted_things_take_along_what_names_them_and_one_undo_brings_all_back(sheet, tmp_path)
+    sheet.put(ROOM)
+    new_names_of_parts_are_followed(sheet, tmp_path)

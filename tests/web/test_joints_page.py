@@ -30,7 +30,7 @@ mechanisms:
     actuators:
       - {angle: swing, signal: {constant: {value_deg: 0}}}
       - {position: slide, signal: {constant: {value: 0}}}
-run: {seconds: 1000}
+run: {seconds: 1000, rate_hz: 10}
 """
 
 

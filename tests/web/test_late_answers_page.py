@@ -65,31 +65,52 @@ def choose(page, world) -> None:
     page.get_by_role("dialog").get_by_role("button", name=f"{world}.yaml", exact=True).click()
 
 
-def test_the_world_that_was_chosen_last_stays_open_whichever_comes_first(browser, folder):
+def the_world_that_was_chosen_last_stays_open_whichever_comes_first(page):
+    page.get_by_role("button", name="quick.yaml", exact=True).wait_for()
+    slow = Held(page, "**/api/open", "slow.yaml")
+    choose(page, "slow")
+    slow.until_asked()
+    choose(page, "quick")
+    expect(page.locator(".world .name")).to_have_text("quick.yaml")
+    slow.let_go()
+    expect(page.locator(".world .name")).to_have_text("quick.yaml")
+
+
+def a_change_whose_text_was_typed_over_meanwhile_says_so(page):
+    page.get_by_role("treeitem", name="crate").click()
+    late = Held(page, "**/api/edit", "remove")
+    page.get_by_role("button", name="Delete (Del)").click()
+    late.until_asked()
+    page.locator(".cm-content").click()
+    page.keyboard.press("Control+Home")
+    page.keyboard.type("# a note ")
+    late.let_go()
+    expect(page.locator(".toasts")).to_contain_text("he text was changed in the meantime; make this change again")
+    expect(page.get_by_role("treeitem", name="crate")).to_be_visible()
+
+
+def what_is_typed_while_another_world_is_on_its_way_is_not_lost(page):
+    page.keyboard.press("Control+s")
+    expect(page.locator(".world .dot")).to_be_hidden()
+    slow = Held(page, "**/api/open", "slow.yaml")
+    choose(page, "slow")
+    slow.until_asked()
+    page.locator(".cm-content").click()
+    page.keyboard.type("# another note")
+    slow.let_go()
+    dialog = page.get_by_role("dialog")
+    expect(dialog).to_contain_text("quick.yaml")
+    dialog.get_by_role("button", name="Cancel").click()
+    expect(page.locator(".cm-content")).to_contain_text("# another note")
+
+
+def test_worlds_and_changes_that_are_answered_late_take_the_place_of_nothing_newer(browser, folder):
     with Studio(folder) as studio, page_at(browser, studio.url) as page:
-        page.get_by_role("button", name="quick.yaml", exact=True).wait_for()
-        slow = Held(page, "**/api/open", "slow.yaml")
-        choose(page, "slow")
-        slow.until_asked()
-        choose(page, "quick")
-        expect(page.locator(".world .name")).to_have_text("quick.yaml")
-        slow.let_go()
-        expect(page.locator(".world .name")).to_have_text("quick.yaml")
-
-
-def test_what_is_typed_while_another_world_is_on_its_way_is_not_lost(browser, folder):
-    with Studio(folder, world="quick.yaml") as studio, page_at(browser, studio.url) as page:
-        expect(page.locator(".world .name")).to_have_text("quick.yaml")
-        slow = Held(page, "**/api/open", "slow.yaml")
-        choose(page, "slow")
-        slow.until_asked()
-        page.locator(".cm-content").click()
-        page.keyboard.type("# a note")
-        slow.let_go()
-        dialog = page.get_by_role("dialog")
-        expect(dialog).to_contain_text("quick.yaml")
-        dialog.get_by_role("button", name="Cancel").click()
-        expect(page.locator(".cm-content")).to_contain_text("# a note")
+        the_world_that_was_chosen_last_stays_open_whichever_comes_first(page)
+        page.unroute_all()
+        a_change_whose_text_was_typed_over_meanwhile_says_so(page)
+        page.unroute_all()
+        what_is_typed_while_another_world_is_on_its_way_is_not_lost(page)
 
 
 def test_modules_of_a_world_that_was_left_are_not_offered(browser, folder):
@@ -119,20 +140,6 @@ def test_modules_of_a_world_that_was_left_are_not_offered(browser, folder):
         page.wait_for_timeout(300)
         expect(options.filter(has_text="Own of slow")).to_have_count(0)
         expect(options.filter(has_text="Own of quick")).to_have_count(1)
-
-
-def test_a_change_whose_text_was_typed_over_meanwhile_says_so(browser, folder):
-    with Studio(folder, world="quick.yaml") as studio, page_at(browser, studio.url) as page:
-        page.get_by_role("treeitem", name="crate").click()
-        late = Held(page, "**/api/edit", "remove")
-        page.get_by_role("button", name="Delete (Del)").click()
-        late.until_asked()
-        page.locator(".cm-content").click()
-        page.keyboard.press("Control+Home")
-        page.keyboard.type("# a note ")
-        late.let_go()
-        expect(page.locator(".toasts")).to_contain_text("he text was changed in the meantime; make this change again")
-        expect(page.get_by_role("treeitem", name="crate")).to_be_visible()
 
 
 def test_figures_that_fail_late_do_not_stand_in_the_place_of_others(browser, folder):

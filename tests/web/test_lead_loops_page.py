@@ -46,7 +46,7 @@ mechanisms:
       - {revolute: t1, of: [ground, left], axis: [0, 0, 1], near_deg: 45}
       - {revolute: t2, of: [left.end, right.end], near_deg: 90}
       - {revolute: t3, of: [{ground: [1, 0, 0]}, right]}
-run: {seconds: 1000}
+run: {seconds: 1000, rate_hz: 10}
 """
 FREE = HALL.replace("ACTUATORS", "")
 DRIVEN = HALL.replace("ACTUATORS", "actuators: [{angle: q2, signal: {constant: {value_deg: 60}}}]")
@@ -74,7 +74,7 @@ def handle_at(joint, to_deg) -> np.ndarray:
     world = mjsim.parse_world(FREE)
     with mjsim.Simulation(world) as sim:
         sim.lead("bars", joint, float(to_deg))
-        for _ in range(60):
+        for _ in range(24):
             sim.step()
         grips = grips_json(world, {"bars": sim.motions()["bars"].positions}, {})
     return grip({"grips": grips}, joint)["grip"]

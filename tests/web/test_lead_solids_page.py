@@ -21,7 +21,7 @@ name: room
 walls: [{points: [[0, 0], [4, 0], [4, 4], [0, 4]], closed: true}]
 people: [{name: anna, sex: female, at: [2, 2], heading_deg: 90}]
 robots: [{name: scout, at: [0.5, 0.5]}]
-run: {seconds: 1000}
+run: {seconds: 1000, rate_hz: 10}
 """
 
 

@@ -33,7 +33,7 @@ mechanisms:
       - controller: {use: "mjsim.algorithms.linear_control:MechanismLoop", gain: {swing: [2, 1]}}
         torque: swing
       - {angle: hinge, signal: {constant: {value_deg: 0}}}
-run: {seconds: 1000}
+run: {seconds: 1000, rate_hz: 10}
 """
 
 

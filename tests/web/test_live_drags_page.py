@@ -91,7 +91,7 @@ def test_a_tool_follows_on_the_plan_and_its_joints_by_sliders_and_a_paused_run_w
         page.wait_for_timeout(500)  # longer than a target would take
         assert now(studio)["time"] == before
         page.mouse.up()
-        until(studio, page, lambda tick: tick["time"] == pytest.approx(before + 0.04))
+        until(studio, page, lambda tick: tick["time"] == pytest.approx(before + 0.1))
         page.get_by_role("button", name="Resume", exact=True).click()
         expect(page.locator(".run-state")).to_have_text("Running", timeout=PATIENCE)
         page.get_by_role("tab", name="Joints").locator("visible=true").click()

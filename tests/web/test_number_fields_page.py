@@ -11,7 +11,7 @@ people: [{name: eve, sex: female, at: [4, 1]}]
 """
 
 
-def test_a_number_with_a_comma_is_refused_as_nobody_knows_what_it_separates(sheet):
+def a_number_with_a_comma_is_refused_as_nobody_knows_what_it_separates(sheet):
     sheet.click(1, 1)
     field, line = sheet.field("At x"), sheet.page.locator(".field-error")
     for text in ("1,000", "1,5"):
@@ -26,7 +26,7 @@ def test_a_number_with_a_comma_is_refused_as_nobody_knows_what_it_separates(shee
     expect(line).to_have_count(0)
 
 
-def test_an_empty_field_of_a_joint_or_a_hand_moves_nothing(sheet):
+def an_empty_field_of_a_joint_or_a_hand_moves_nothing(sheet):
     sheet.click(4, 1)
     for field in (sheet.page.get_by_label("left_elbow_flexion, °"), sheet.page.get_by_label("left hand x, m")):
         field.evaluate("field => { for (let each = field; each; each = each.parentElement) each.open = true; }")
@@ -36,3 +36,8 @@ def test_an_empty_field_of_a_joint_or_a_hand_moves_nothing(sheet):
         expect(field).to_have_value(before)
     sheet.reads("eve, sex: female, at: [4, 1]}")
     expect(sheet.unsaved).to_be_hidden()
+
+
+def test_numbers_that_are_typed_are_read_as_they_are_meant_or_refused_in_a_line(sheet):
+    an_empty_field_of_a_joint_or_a_hand_moves_nothing(sheet)
+    a_number_with_a_comma_is_refused_as_nobody_knows_what_it_separates(sheet)

@@ -137,21 +137,25 @@ def far_away(route):
     route.fulfill(response=answer, json={**told, "values": [value + 6.25e6 for value in told["values"]]})
 
 
-@pytest.mark.parametrize(("width", "height", "least"), [(1280, 720, 150), (640, 360, 200), (390, 844, 250)])
-def test_a_chart_of_one_number_against_another_is_high_enough_to_read_at_200_percent_too(
-    browser, folder, width, height, least
-):
-    """A window of 1280 x 720 at 200 % has 640 x 360 pixels for the page."""
-    with Studio(folder) as studio, page_at(browser, studio.url, width=width, height=height) as page:
+SIZES = ((1280, 720, 150), (640, 360, 200), (390, 844, 250))
+"""Of windows, the second is one of 1280 x 720 at 200 %, and the least height of a chart there [px]."""
+
+
+def test_a_chart_of_one_number_against_another_is_high_enough_to_read_at_200_percent_too(browser, folder):
+    with Studio(folder) as studio, page_at(browser, studio.url) as page:
         page.route("**/api/recording/column*", far_away)
         review = opened(page)
         review.get_by_label("Kind of chart 1").select_option("xy")
         draw(review, X)
         draw(review, Y)
         expect(review.locator(".plotter-xy circle")).to_have_count(1)
-        assert review.locator(".plotter-xy").bounding_box()["height"] >= least
-        across = review.locator(".plotter-xy text[text-anchor=middle]").all_text_contents()[:-2]  # without both names
-        assert len(across) == len(set(across)) >= 2
+        for width, height, least in SIZES:
+            page.set_viewport_size({"width": width, "height": height})
+            page.evaluate(DRAWN)
+            page.evaluate(DRAWN)
+            assert review.locator(".plotter-xy").bounding_box()["height"] >= least, width
+            across = review.locator(".plotter-xy text[text-anchor=middle]").all_text_contents()[:-2]  # without names
+            assert len(across) == len(set(across)) >= 2, width
 
 
 SWATCHES = """list => [...list.querySelectorAll("i")].map(swatch => {
@@ -167,10 +171,18 @@ SWATCHES = """list => [...list.querySelectorAll("i")].map(swatch => {
 })"""
 
 
-def test_truth_estimate_and_odometry_have_their_own_colours_in_whatever_order(browser, folder):
+def the_lines_of_errors_have_names_the_narrow_bound_before_the_wide(page, review):
+    chart = review.locator(".run-chart", has_text="x error").first
+    expect(chart.locator(".run-chart-legend > span")).to_have_text(["error", f"2{SIGMA}", f"3{SIGMA}"])
+    bounds = [f"{sign}{factor}{SIGMA}" for factor in (2, 3) for sign in ("", MINUS)]
+    assert numbers(page, chart)[0][1:] == ["error", *bounds]
+
+
+def test_curves_have_names_and_truth_estimate_and_odometry_their_own_colours(browser, folder):
     expect.set_options(timeout=PATIENCE)
     with Studio(folder, world="room.yaml") as studio, page_at(browser, studio.url) as page:
         review = opened(page)
+        the_lines_of_errors_have_names_the_narrow_bound_before_the_wide(page, review)
         for field in ("odometry.pose.position.x", "estimate.pose.position.x", "estimate.pose.position.y"):
             draw(review, f"/scout/{field}")
         chart = review.locator(".plotter-chart .run-chart")
@@ -180,15 +192,6 @@ def test_truth_estimate_and_odometry_have_their_own_colours_in_whatever_order(br
         assert chart.locator(".run-chart-legend").evaluate(SWATCHES) == colors
         page.get_by_role("button", name="Dark colours").click()
         assert review.locator(".plotter-list").evaluate(SWATCHES) == colors
-
-
-def test_the_lines_of_errors_have_names_the_narrow_bound_before_the_wide(browser, folder):
-    expect.set_options(timeout=PATIENCE)
-    with Studio(folder, world="room.yaml") as studio, page_at(browser, studio.url) as page:
-        chart = opened(page).locator(".run-chart", has_text="x error").first
-        expect(chart.locator(".run-chart-legend > span")).to_have_text(["error", f"2{SIGMA}", f"3{SIGMA}"])
-        bounds = [f"{sign}{factor}{SIGMA}" for factor in (2, 3) for sign in ("", MINUS)]
-        assert numbers(page, chart)[0][1:] == ["error", *bounds]
 
 
 LABELS = """() => {
@@ -211,7 +214,7 @@ LABELS_OF = "canvas => [...(window.labels.get(canvas) ?? new Map()).values()]"
 
 
 def test_an_axis_names_two_numbers_at_least_so_that_its_scale_can_be_read(browser, folder):
-    with Studio(folder, world="room.yaml") as studio, page_at(browser, studio.url) as page:
+    with Studio(folder, world="room.yaml") as studio, page_at(browser, studio.url, own=True) as page:
         page.add_init_script(f"({LABELS})()")
         page.reload()
         review = opened(page)
@@ -231,7 +234,7 @@ def test_numbers_at_an_axis_differ_far_from_the_origin(browser, tmp_path):
     far = far.replace("at: [0, 0]", "at: [9000, 0]").replace("[[1, 0], [1, 1]]", "[[9001, 0], [9001, 1]]")
     with mjsim.Simulation(mjsim.parse_world(far), seed=1) as sim:
         mjsim.run(sim, record=tmp_path / "run.mcap")
-    with Studio(tmp_path) as studio, page_at(browser, studio.url) as page:
+    with Studio(tmp_path) as studio, page_at(browser, studio.url, own=True) as page:
         page.add_init_script(f"({LABELS})()")
         page.reload()
         review = opened(page)

@@ -66,7 +66,7 @@ def both(sheet, one, other):
     row(sheet, other).click(modifiers=["Control"])
 
 
-def test_fields_of_several_things_say_what_differs_and_leave_it_as_it_is(sheet):
+def fields_of_several_things_say_what_differs_and_leave_it_as_it_is(sheet):
     missing = []
     sheet.page.on("response", lambda answer: missing.append(answer.url) if answer.status >= 400 else None)
     both(sheet, "lion", "tag")
@@ -79,7 +79,7 @@ def test_fields_of_several_things_say_what_differs_and_leave_it_as_it_is(sheet):
     assert missing == []
 
 
-def test_the_keyboard_stays_where_it_was_or_goes_to_what_is_next_to_it(sheet):
+def the_keyboard_stays_where_it_was_or_goes_to_what_is_next_to_it(sheet):
     row(sheet, "desk").click()
     expect(sheet.field("Friction")).to_have_value("0.00002")  # no zero
     reset = sheet.button("Reset friction to its default")
@@ -118,7 +118,7 @@ def test_what_is_drawn_fits_the_walls(sheet):
     expect(sheet.page.locator(".problems")).to_have_text("No problems")
 
 
-def test_what_a_camera_on_an_arm_has_in_view_is_not_drawn_as_if_it_were_on_the_base(sheet):
+def what_a_camera_on_an_arm_has_in_view_is_not_drawn_as_if_it_were_on_the_base(sheet):
     sheet.page.route("**/api/preview", lambda route: route.fulfill(content_type="image/jpeg", body=b""))
     sheet.page.evaluate(WEDGES)
     sheet.click(4, -2)
@@ -127,7 +127,7 @@ def test_what_a_camera_on_an_arm_has_in_view_is_not_drawn_as_if_it_were_on_the_b
     assert sheet.page.evaluate("window.wedges") == 0
 
 
-def test_a_space_bar_that_is_let_go_in_another_window_is_not_held_here(sheet):
+def a_space_bar_that_is_let_go_in_another_window_is_not_held_here(sheet):
     sheet.plan.focus()
     sheet.press("v")
     sheet.page.mouse.move(*sheet.pixel(8, 5))
@@ -138,7 +138,7 @@ def test_a_space_bar_that_is_let_go_in_another_window_is_not_held_here(sheet):
     sheet.reads(f"name: {LONG}, box: [0.4, 0.3, 0.5], at: [8, 4]")  # the thing is moved, not the paper
 
 
-def test_a_press_that_ends_outside_a_dialog_or_on_its_edge_leaves_it_open(sheet):
+def a_press_that_ends_outside_a_dialog_or_on_its_edge_leaves_it_open(sheet):
     sheet.plan.focus()
     sheet.press("r")
     sheet.page.get_by_title("Choose a robot").click()
@@ -152,6 +152,14 @@ def test_a_press_that_ends_outside_a_dialog_or_on_its_edge_leaves_it_open(sheet)
     expect(dialog).to_be_visible()
     sheet.page.mouse.click(5, 300)
     expect(dialog).to_have_count(0)
+
+
+def test_fields_focus_pointer_and_dialogs_keep_what_a_quick_hand_left(sheet):
+    fields_of_several_things_say_what_differs_and_leave_it_as_it_is(sheet)
+    the_keyboard_stays_where_it_was_or_goes_to_what_is_next_to_it(sheet)
+    what_a_camera_on_an_arm_has_in_view_is_not_drawn_as_if_it_were_on_the_base(sheet)
+    a_space_bar_that_is_let_go_in_another_window_is_not_held_here(sheet)
+    a_press_that_ends_outside_a_dialog_or_on_its_edge_leaves_it_open(sheet)
 
 
 def test_names_are_followed_fit_and_are_free_before_the_last_change_is_answered(sheet):

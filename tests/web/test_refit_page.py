@@ -79,7 +79,7 @@ def sized(page, canvas, size) -> None:
 
 def test_the_view_in_3d_shows_all_in_another_size_and_keeps_where_it_was_turned_to(browser, folder):
     expect.set_options(timeout=PATIENCE)
-    with Studio(folder, world="long.yaml") as studio, page_at(browser, studio.url, **WIDE) as page:
+    with Studio(folder, world="long.yaml") as studio, page_at(browser, studio.url, **WIDE, own=True) as page:
         page.locator("#view-edit").get_by_text("3-D", exact=True).click()
         canvas = page.locator("#view-edit .scene canvas")
         expect(page.locator("#view-edit .scene")).to_have_attribute("data-filled", "")
@@ -147,14 +147,16 @@ def test_the_plan_of_a_comparison_shows_all_in_another_size(browser, folder):
             assert holds(plan, [(-2, -2), (2, 2), (-2, 2), (2, -2)]), size
 
 
-@pytest.mark.parametrize("width", [1280, 1024, 390])
-def test_the_tools_of_the_view_in_3d_stand_in_one_row(browser, folder, width):
+def test_the_tools_of_the_view_in_3d_stand_in_one_row(browser, folder):
     expect.set_options(timeout=PATIENCE)
     (folder / "room.yaml").write_text(ROOM)
-    with Studio(folder, world="room.yaml") as studio, page_at(browser, studio.url, width=width) as page:
+    with Studio(folder, world="room.yaml") as studio, page_at(browser, studio.url) as page:
         page.locator("#view-edit").get_by_text("3-D", exact=True).click()
         expect(page.locator("#view-edit .scene")).to_have_attribute("data-filled", "")
-        tools = page.locator("#view-edit .scene-bar > :is(select, button)")
-        boxes = [tool.bounding_box() for tool in tools.all()]
-        assert len(boxes) == 4
-        assert max(box["y"] for box in boxes) < min(box["y"] + box["height"] for box in boxes)
+        for width in (1280, 1024, 390):
+            page.set_viewport_size({"width": width, "height": 720})
+            page.evaluate(DRAWN)
+            tools = page.locator("#view-edit .scene-bar > :is(select, button)")
+            boxes = [tool.bounding_box() for tool in tools.all()]
+            assert len(boxes) == 4
+            assert max(box["y"] for box in boxes) < min(box["y"] + box["height"] for box in boxes), width

@@ -39,6 +39,7 @@ mechanisms:
     actuators: [{angle: swing, signal: {sine: {amplitude_deg: 20, frequency_hz: 0.2}}}]
 run:
   seconds: 1000
+  rate_hz: 10
   drivers: {scout: {navigator: {use: "mjsim.algorithms.waypoints:Waypoints", points: [[6, 4], [1, 4]], laps: 9}}}
 """
 KINDS = ["move", "move", "shove", "open", "remove", "reach", "lead", "reach", "noise", "release", "release", "reach"]

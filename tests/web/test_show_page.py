@@ -56,7 +56,7 @@ def until_drawn(page, *, drawn):
         page.wait_for_timeout(50)  # the page goes on meanwhile
 
 
-def test_what_an_estimator_shows_is_drawn_and_switched_off_by_its_name_which_is_no_markup(review):
+def what_an_estimator_shows_is_drawn_and_switched_off_by_its_name_which_is_no_markup(review):
     page, _ = review
     until_drawn(page, drawn=True)
     page.get_by_label("What is shown").first.click()
@@ -75,7 +75,7 @@ def test_what_an_estimator_shows_is_drawn_and_switched_off_by_its_name_which_is_
     expect(scene).to_have_attribute("data-thoughts", str(drawn + 1), timeout=PATIENCE)
 
 
-def test_any_number_is_found_drawn_kept_and_given_away_as_csv(review):
+def any_number_is_found_drawn_kept_and_given_away_as_csv(review):
     page, recording = review
     page.get_by_role("tab", name="Plot", exact=True).click()
     page.get_by_label("Search topics and fields").fill("observation forward")
@@ -95,10 +95,16 @@ def test_any_number_is_found_drawn_kept_and_given_away_as_csv(review):
     expect(page.locator(".plotter-chart .run-chart")).to_have_count(1, timeout=PATIENCE)
 
 
-def test_a_list_of_hidden_names_that_cannot_be_read_is_as_if_there_were_none(review):
+def a_list_of_hidden_names_that_cannot_be_read_is_as_if_there_were_none(review):
     page, _ = review
     for kept in ("{", '{"a": 1}', "7"):
         page.evaluate("kept => localStorage.setItem('mjsim.plan.hidden', kept)", kept)
         page.reload()
         page.get_by_role("tab", name="Run", exact=True).click()
         expect(page.locator("#view-run .run-floor").first).to_be_visible()
+
+
+def test_what_is_shown_and_any_number_are_found_drawn_and_kept(review):
+    any_number_is_found_drawn_kept_and_given_away_as_csv(review)
+    what_an_estimator_shows_is_drawn_and_switched_off_by_its_name_which_is_no_markup(review)
+    a_list_of_hidden_names_that_cannot_be_read_is_as_if_there_were_none(review)

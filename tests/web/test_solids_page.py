@@ -92,13 +92,16 @@ def test_things_are_picked_in_3d_measured_and_followed_through_a_run(sheet):
     page.wait_for_function(f"() => Number(document.querySelector('#view-run .scene canvas').dataset.frames) > {before}")
 
 
-def test_3d_that_slows_a_run_goes_off_and_says_so_until_it_is_wanted_nonetheless(sheet):
+def test_the_scene_comes_with_a_run_and_goes_off_where_it_slows_it_until_it_is_wanted_nonetheless(sheet):
     page = sheet.page
     page.get_by_role("tab", name="Run").click()
-    page.evaluate(SLOW)
-    page.locator(".run-main").click()
     page.locator("#view-run").get_by_title("View in 3-D").click()
     rest = page.locator("#view-run .scene-rest")
+    expect(rest).to_have_text("The scene appears here with a run.")
+    page.locator(".run-main").click()
+    expect(page.locator("#view-run .scene")).to_be_visible(timeout=PATIENCE)
+    expect(rest).to_be_hidden()
+    page.evaluate(SLOW)
     expect(rest).to_contain_text(
         re.compile(r"^3-D reaches only [\d.]+ pictures per second here; it is off"), timeout=PATIENCE
     )
@@ -123,17 +126,6 @@ def test_a_browser_without_3d_says_so_in_one_line_and_runs_all_the_same(sheet):
     page.locator(".run-main").click()
     expect(page.locator("#view-run .scene-door")).to_have_text(line, timeout=PATIENCE)
     expect(page.locator(".run-state")).to_have_text("Running", timeout=PATIENCE)
-
-
-def test_before_a_run_the_place_of_the_scene_says_when_it_comes(sheet):
-    page = sheet.page
-    page.get_by_role("tab", name="Run").click()
-    page.locator("#view-run").get_by_title("View in 3-D").click()
-    rest = page.locator("#view-run .scene-rest")
-    expect(rest).to_have_text("The scene appears here with a run.")
-    page.locator(".run-main").click()
-    expect(page.locator("#view-run .scene")).to_be_visible(timeout=PATIENCE)
-    expect(rest).to_be_hidden()
 
 
 def test_the_picture_stays_while_the_number_of_pixels_changes(sheet):

@@ -16,7 +16,7 @@ obstacles:
 """  # noqa: E501
 
 
-def test_things_go_through_the_clipboard_to_the_text_and_to_another_world(sheet):
+def things_go_through_the_clipboard_to_the_text_and_to_another_world(sheet):
     names = sheet.page.locator(".outline-row[aria-level='2'] .outline-name")
     sheet.click(2, 2)
     sheet.press("Control+c", "Control+v")
@@ -45,7 +45,7 @@ def test_things_go_through_the_clipboard_to_the_text_and_to_another_world(sheet)
     expect(sheet.page.locator(".problems")).to_have_text("No problems")
 
 
-def test_text_with_items_is_pasted_on_the_plan_and_other_text_refused_in_a_line(sheet):
+def text_with_items_is_pasted_on_the_plan_and_other_text_refused_in_a_line(sheet):
     sheet.page.get_by_label("Search things").fill("hello")
     sheet.press("Control+a", "Control+c")
     sheet.plan.focus()
@@ -63,3 +63,10 @@ def test_text_with_items_is_pasted_on_the_plan_and_other_text_refused_in_a_line(
     menu.get_by_role("menuitem", name="Copy").click()
     sheet.press("Control+v")
     sheet.reads("name: crate-2")
+
+
+def test_the_clipboard_holds_things_and_texts_with_items(sheet):
+    text_with_items_is_pasted_on_the_plan_and_other_text_refused_in_a_line(sheet)
+    sheet.put(ROOM)
+    sheet.save()
+    things_go_through_the_clipboard_to_the_text_and_to_another_world(sheet)

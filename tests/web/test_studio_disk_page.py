@@ -12,6 +12,7 @@ from tests.sheet import DRAWN, sheet_of
 from tests.unsaved import ROOM, THEIRS, kept, notice, number_kept, second_tab, write_line
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("state")]
+OWN_WINDOW = True
 
 
 def test_what_one_tab_saves_the_other_reads_unless_it_has_changes_of_its_own(sheet, tmp_path):
@@ -91,7 +92,7 @@ def test_with_changes_of_ones_own_one_is_asked_and_nothing_is_lost(sheet, tmp_pa
     assert place.read_text() == ROOM + "# mine too"
 
 
-def test_what_is_typed_into_a_field_while_the_file_changes_is_given_on_at_enter_and_not_before(sheet, tmp_path):
+def what_is_typed_into_a_field_while_the_file_changes_is_given_on_at_enter_and_not_before(sheet, tmp_path):
     sheet.click(2, 2)
     mass = sheet.field("Mass")
     mass.click()
@@ -130,7 +131,7 @@ def test_a_drag_that_goes_on_while_the_file_changes_is_not_lost(sheet, tmp_path)
     sheet.reads("crate", "at: [3, 2.5]")
 
 
-def test_a_notice_that_was_closed_comes_back_when_the_file_changes_again(sheet, tmp_path):
+def a_notice_that_was_closed_comes_back_when_the_file_changes_again(sheet, tmp_path):
     write_line(sheet, "# mine")
     (tmp_path / "room.yaml").write_text(THEIRS)
     found = notice(sheet, "room.yaml changed on disk")
@@ -163,7 +164,7 @@ def test_restored_changes_of_an_older_file_are_not_saved_over_a_newer_one_unaske
         assert (tmp_path / "room.yaml").read_text() == THEIRS
 
 
-def test_a_file_that_is_removed_can_be_saved_again(sheet, tmp_path):
+def a_file_that_is_removed_can_be_saved_again(sheet, tmp_path):
     (tmp_path / "room.yaml").unlink()
     found = notice(sheet, "room.yaml is no longer on disk")
     expect(sheet.unsaved).to_be_visible()
@@ -178,6 +179,12 @@ def test_a_file_that_is_removed_can_be_saved_again(sheet, tmp_path):
     expect(found).to_be_hidden()
     expect(sheet.unsaved).to_be_hidden()
     number_kept(0)
+
+
+def test_a_file_that_is_removed_or_changes_while_one_types_loses_nothing(sheet, tmp_path):
+    a_file_that_is_removed_can_be_saved_again(sheet, tmp_path)
+    a_notice_that_was_closed_comes_back_when_the_file_changes_again(sheet, tmp_path)
+    what_is_typed_into_a_field_while_the_file_changes_is_given_on_at_enter_and_not_before(sheet, tmp_path)
 
 
 def png(value):

@@ -28,7 +28,7 @@ run:
 """
 
 
-def test_hovering_a_key_shows_its_unit_meaning_and_default(sheet):
+def hovering_a_key_shows_its_unit_meaning_and_default(sheet):
     hint = sheet.page.locator(".cm-hint")
     for key, pieces in {
         "elevation": ["elevation [m]", "default 0"],
@@ -40,7 +40,7 @@ def test_hovering_a_key_shows_its_unit_meaning_and_default(sheet):
             expect(hint).to_contain_text(piece)
 
 
-def test_keys_and_values_are_offered_where_they_may_stand(sheet):
+def keys_and_values_are_offered_where_they_may_stand(sheet):
     page, options = sheet.page, sheet.page.locator(".cm-tooltip-autocomplete li")
     at_the_end_of(sheet, "at: [1, 1]", 0)
     page.keyboard.press("Enter")
@@ -67,7 +67,7 @@ def test_keys_and_values_are_offered_where_they_may_stand(sheet):
     expect(options.filter(has_text="drivers")).to_have_count(0)
 
 
-def test_robots_and_modules_are_offered_and_a_colon_that_stands_is_kept(sheet):
+def robots_and_modules_are_offered_and_a_colon_that_stands_is_kept(sheet):
     options = sheet.page.locator(".cm-tooltip-autocomplete li")
     at_the_end_of(sheet, "scout:", 0)
     sheet.press("ArrowLeft", "Backspace", "Control+Space")
@@ -81,7 +81,7 @@ def test_robots_and_modules_are_offered_and_a_colon_that_stands_is_kept(sheet):
     sheet.reads("estimator: {use: mjsim.algorithms.ekf_slam:EkfSlam")
 
 
-def test_f12_leads_to_a_thing_by_its_name_and_to_the_text_of_a_module(sheet):
+def f12_leads_to_a_thing_by_its_name_and_to_the_text_of_a_module(sheet):
     page = sheet.page
     at_the_end_of(sheet, "    scout:", 1)
     page.keyboard.press("F12")
@@ -95,15 +95,32 @@ def test_f12_leads_to_a_thing_by_its_name_and_to_the_text_of_a_module(sheet):
     expect(dialog).to_have_count(0)
 
 
+def test_keys_and_values_of_the_text_are_explained_offered_and_lead_to_what_they_name(sheet):
+    hovering_a_key_shows_its_unit_meaning_and_default(sheet)
+    f12_leads_to_a_thing_by_its_name_and_to_the_text_of_a_module(sheet)
+    keys_and_values_are_offered_where_they_may_stand(sheet)
+    sheet.put(ROOM)
+    robots_and_modules_are_offered_and_a_colon_that_stands_is_kept(sheet)
+
+
+CARET = """(line, column) => {
+  const texts = document.createTreeWalker(line, NodeFilter.SHOW_TEXT);
+  let left = column;
+  while (texts.nextNode() && left > texts.currentNode.length) left -= texts.currentNode.length;
+  getSelection().collapse(texts.currentNode, left);
+}"""
+
+
+def stand(line, column: int) -> None:
+    """Stand behind so many letters of a line of the text."""
+    line.click()
+    line.evaluate(CARET, column)
+
+
 def at_the_end_of(sheet, piece: str, back: int) -> None:
     """Stand behind a piece of the text, or some letters before its end."""
     line = sheet.text.locator(".cm-line").filter(has_text=piece.strip()).first
-    line.click()
-    sheet.page.keyboard.press("Home")
-    sheet.page.keyboard.press("Home")
-    column = line.inner_text().index(piece) + len(piece) - back
-    for _ in range(column):
-        sheet.page.keyboard.press("ArrowRight")
+    stand(line, line.inner_text().index(piece) + len(piece) - back)
 
 
 def test_a_file_with_an_odd_name_is_offered_and_written_with_quotes(browser, tmp_path):

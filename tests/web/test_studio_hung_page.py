@@ -19,7 +19,7 @@ obstacles:
 """
 
 
-def test_pictures_go_with_their_wall_when_it_is_moved_turned_and_reshaped(sheet):
+def pictures_go_with_their_wall_when_it_is_moved_turned_and_reshaped(sheet):
     stays = "name: inward, image: posters/lion.jpg, at: [2.5, 0.06]", "name: far, image: posters/lion.jpg, at: [2, 5]"
     sheet.click(0.4, 0)
     expect(sheet.title).to_contain_text("wall")
@@ -47,7 +47,7 @@ def test_pictures_go_with_their_wall_when_it_is_moved_turned_and_reshaped(sheet)
     sheet.reads("points: [[0, -6.45], [4, -6.45]]", "at: [1, -6.51], heading_deg: -90}", "at: [3, -6.39]", *stays)
 
 
-def test_pictures_go_with_their_wall_when_its_numbers_are_typed(sheet):
+def pictures_go_with_their_wall_when_its_numbers_are_typed(sheet):
     sheet.click(0.4, 0)
     expect(sheet.title).to_contain_text("wall")
     sheet.page.locator(".panel summary", has_text="Points").click()
@@ -60,7 +60,7 @@ def test_pictures_go_with_their_wall_when_its_numbers_are_typed(sheet):
     sheet.reads("points: [[0, 0], [4, 0]]", "at: [1, -0.06], heading_deg: -90}   # outside", "at: [3, 0.06]")
 
 
-def test_pictures_stay_on_the_faces_of_a_wall_whose_thickness_is_typed(sheet):
+def pictures_stay_on_the_faces_of_a_wall_whose_thickness_is_typed(sheet):
     sheet.click(0.4, 0)
     expect(sheet.title).to_contain_text("wall")
     thickness = sheet.field("Thickness")
@@ -70,3 +70,11 @@ def test_pictures_stay_on_the_faces_of_a_wall_whose_thickness_is_typed(sheet):
     sheet.reads("inward, image: posters/lion.jpg, at: [2.5, 0.06]")
     sheet.press("Control+z")
     sheet.reads("at: [1, -0.06], heading_deg: -90}   # outside", "at: [3, 0.06], heading_deg: 90}")
+
+
+def test_pictures_go_with_the_wall_on_which_they_hang(sheet):
+    pictures_go_with_their_wall_when_its_numbers_are_typed(sheet)
+    sheet.press("Escape")
+    pictures_stay_on_the_faces_of_a_wall_whose_thickness_is_typed(sheet)
+    sheet.press("Escape")
+    pictures_go_with_their_wall_when_it_is_moved_turned_and_reshaped(sheet)

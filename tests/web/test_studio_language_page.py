@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.sheet import sheet_of
-from tests.web.test_studio_hints_page import at_the_end_of
+from tests.web.test_studio_hints_page import at_the_end_of, stand
 
 pytestmark = pytest.mark.slow
 
@@ -86,7 +86,7 @@ LEADS = {
 """Where F12 at the end of a piece of the text leads: the line that it comes to stand in."""
 
 
-def test_f12_leads_from_each_kind_of_name_to_where_it_is_given(page_of):
+def f12_leads_from_each_kind_of_name_to_where_it_is_given(page_of):
     active = page_of.page.locator(".cm-activeLine")
     for piece, line in LEADS.items():
         at_the_end_of(page_of, piece, 1 if piece.endswith(":") else 0)
@@ -94,7 +94,7 @@ def test_f12_leads_from_each_kind_of_name_to_where_it_is_given(page_of):
         expect(active, piece).to_contain_text(line)
 
 
-def test_f12_shows_an_included_file_and_what_stands_in_it(page_of):
+def f12_shows_an_included_file_and_what_stands_in_it(page_of):
     dialog = page_of.page.get_by_role("dialog")
     at_the_end_of(page_of, "parts/hall.yaml", 0)
     page_of.press("F12")
@@ -119,16 +119,13 @@ OFFERED = {
 """What is offered behind a piece of the text, once what stands there is taken away."""
 
 
-def test_files_bodies_joints_arms_and_cameras_are_offered(page_of):
+def files_bodies_joints_arms_and_cameras_are_offered(page_of):
     options = page_of.page.locator(".cm-tooltip-autocomplete li")
     for piece, names in OFFERED.items():
         last = page_of.text.locator(".cm-line").filter(has_text=piece).last
         text = last.inner_text()
         rest = re.match(r"[\w./]*", text[text.rindex(piece) + len(piece) :])[0]
-        last.click()
-        page_of.press("Home", "Home")
-        for _ in range(text.rindex(piece) + len(piece) + len(rest)):
-            page_of.press("ArrowRight")
+        stand(last, text.rindex(piece) + len(piece) + len(rest))
         for _ in rest:
             page_of.press("Backspace")
         page_of.press("Control+Space")
@@ -139,7 +136,7 @@ def test_files_bodies_joints_arms_and_cameras_are_offered(page_of):
         expect(last).to_have_text(text)
 
 
-def test_the_keys_of_a_module_are_explained_and_offered(page_of):
+def the_keys_of_a_module_are_explained_and_offered(page_of):
     hint, options = page_of.page.locator(".cm-hint"), page_of.page.locator(".cm-tooltip-autocomplete li")
     for key, piece in {"use": "dotted.module:Class", "jacobians": "default", "left_elbow_flexion": "[°]"}.items():
         line = page_of.text.locator(".cm-line").filter(has_text=f"{key}:").last
@@ -151,3 +148,11 @@ def test_the_keys_of_a_module_are_explained_and_offered(page_of):
     at_the_end_of(page_of, "jacobians: standard", 0)
     page_of.type(", ga")
     expect(options.get_by_text("gate", exact=True)).to_be_visible()
+
+
+def test_names_lead_to_what_they_name_and_are_offered(page_of):
+    f12_leads_from_each_kind_of_name_to_where_it_is_given(page_of)
+    f12_shows_an_included_file_and_what_stands_in_it(page_of)
+    page_of.press("Escape")
+    files_bodies_joints_arms_and_cameras_are_offered(page_of)
+    the_keys_of_a_module_are_explained_and_offered(page_of)

@@ -4,7 +4,6 @@ import pytest
 from playwright.sync_api import expect
 
 from mjsim.world import load_world
-from tests.sheet import sheet_of
 
 pytestmark = pytest.mark.slow
 
@@ -33,7 +32,7 @@ def row(sheet, name):
     return sheet.page.get_by_role("treeitem").filter(has_text=name)
 
 
-def test_the_outliner_is_tied_to_the_plan_searched_and_worked_by_keys(sheet):
+def the_outliner_is_tied_to_the_plan_searched_and_worked_by_keys(sheet):
     tree, search = sheet.page.get_by_role("tree"), sheet.page.get_by_label("Search things")
     expect(sheet.page.locator(".outline-head .count")).to_have_text("1205")
     assert sheet.page.get_by_role("treeitem").count() < 40  # of 1205 things and four kinds
@@ -56,7 +55,7 @@ def test_the_outliner_is_tied_to_the_plan_searched_and_worked_by_keys(sheet):
     sheet.reads("name: rover", "rover: {avoidance: true}")
 
 
-def test_the_menu_offers_what_applies_by_mouse_and_by_keys(sheet):
+def the_menu_offers_what_applies_by_mouse_and_by_keys(sheet):
     menu = sheet.page.get_by_role("menu")
     sheet.page.mouse.click(*sheet.pixel(2, 2), button="right")
     expect(menu).to_have_accessible_name("crate")
@@ -76,28 +75,33 @@ def test_the_menu_offers_what_applies_by_mouse_and_by_keys(sheet):
     expect(menu.get_by_role("menuitem", name="Delete")).to_have_count(0)  # one repetition of several
 
 
-def test_several_things_are_aligned_and_distributed_each_by_one_step_of_undo(browser, tmp_path):
-    with sheet_of(browser, tmp_path, ROOM) as sheet:
+def several_things_are_aligned_and_distributed_each_by_one_step_of_undo(sheet, tmp_path):
+    def places():
+        return [thing.at for thing in load_world(tmp_path / "room.yaml").obstacles[:3]]
 
-        def places():
-            return [thing.at for thing in load_world(tmp_path / "room.yaml").obstacles[:3]]
+    row(sheet, "crate").click()
+    row(sheet, "chest").click(modifiers=["Shift"])
+    expect(sheet.title).to_have_text("3 selected")
+    sheet.field("Elevation").fill("0.25")  # boxes and a cylinder share it
+    sheet.press("Enter")
+    sheet.reads("at: [2, 2], elevation: 0.25", "at: [3.25, 2.5], elevation: 0.25", "at: [5, 3], elevation: 0.25")
+    expect(sheet.page.locator(".panel").get_by_label("Box", exact=True)).to_have_count(0)
+    sheet.press("Control+z")
+    sheet.reads("at: [2, 2]}", "at: [5, 3]}")
+    sheet.button("Align bottom edges").click()
+    sheet.reads("at: [5, 2]")
+    sheet.save()
+    assert places() == [(2, 2), (3.25, 2), (5, 2)]
+    sheet.press("Control+z")
+    sheet.reads("at: [5, 3]", "at: [3.25, 2.5]")
+    sheet.button("Distribute left to right").click()
+    sheet.reads("at: [3.5, 2.5]", "at: [5, 3]")
+    sheet.press("Control+z")
+    sheet.reads("at: [3.25, 2.5]")
 
-        row(sheet, "crate").click()
-        row(sheet, "chest").click(modifiers=["Shift"])
-        expect(sheet.title).to_have_text("3 selected")
-        sheet.field("Elevation").fill("0.25")  # boxes and a cylinder share it
-        sheet.press("Enter")
-        sheet.reads("at: [2, 2], elevation: 0.25", "at: [3.25, 2.5], elevation: 0.25", "at: [5, 3], elevation: 0.25")
-        expect(sheet.page.locator(".panel").get_by_label("Box", exact=True)).to_have_count(0)
-        sheet.press("Control+z")
-        sheet.reads("at: [2, 2]}", "at: [5, 3]}")
-        sheet.button("Align bottom edges").click()
-        sheet.reads("at: [5, 2]")
-        sheet.save()
-        assert places() == [(2, 2), (3.25, 2), (5, 2)]
-        sheet.press("Control+z")
-        sheet.reads("at: [5, 3]", "at: [3.25, 2.5]")
-        sheet.button("Distribute left to right").click()
-        sheet.reads("at: [3.5, 2.5]", "at: [5, 3]")
-        sheet.press("Control+z")
-        sheet.reads("at: [3.25, 2.5]")
+
+def test_things_are_aligned_have_a_menu_and_are_found_and_renamed_in_the_outliner(sheet, tmp_path):
+    several_things_are_aligned_and_distributed_each_by_one_step_of_undo(sheet, tmp_path)
+    sheet.press("Escape")
+    the_menu_offers_what_applies_by_mouse_and_by_keys(sheet)
+    the_outliner_is_tied_to_the_plan_searched_and_worked_by_keys(sheet)

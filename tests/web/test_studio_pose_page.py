@@ -70,7 +70,7 @@ def touched_twice(sheet, part):
     touch("touchEnd")
 
 
-def test_joints_of_a_mechanism_are_dragged_on_the_plan_and_from_the_side_and_by_sliders(sheet):
+def joints_of_a_mechanism_are_dragged_on_the_plan_and_from_the_side_and_by_sliders(sheet):
     pose = sheet.page.get_by_label("Pose", exact=True)
     sheet.drag((3, 3), (3.4, 3.3))
     expect(sheet.title).to_have_text("slide")
@@ -95,7 +95,7 @@ def test_joints_of_a_mechanism_are_dragged_on_the_plan_and_from_the_side_and_by_
     expect(sheet.title).to_have_text("press")
 
 
-def test_a_slider_has_the_range_of_its_joint_and_a_second_finger_drags_nothing(sheet):
+def a_slider_has_the_range_of_its_joint_and_a_second_finger_drags_nothing(sheet):
     sheet.text.get_by_text("swing").click()
     sheet.press("End", "ArrowLeft")
     slider = sheet.page.get_by_label("Pose", exact=True).get_by_label("swing", exact=True)
@@ -107,7 +107,7 @@ def test_a_slider_has_the_range_of_its_joint_and_a_second_finger_drags_nothing(s
     expect(sheet.text).not_to_contain_text(re.compile("swing.*start_deg: .*range_deg"))
 
 
-def test_a_rocker_drags_its_crank_and_says_where_the_loop_does_not_close(sheet):
+def a_rocker_drags_its_crank_and_says_where_the_loop_does_not_close(sheet):
     sheet.drag((7 + 1.5 * -0.2072, 5 + 1.5 * 0.9783), (7 - 0.45, 5 + 1.43))
     expect(sheet.title).to_have_text("q4")
     expect(sheet.text).not_to_contain_text("start_deg: 30}")
@@ -118,7 +118,12 @@ def test_a_rocker_drags_its_crank_and_says_where_the_loop_does_not_close(sheet):
     stays(sheet, "the loop at 'q5' does not close there: it misses by")
 
 
-def test_a_hand_is_led_on_the_plan_from_the_side_and_by_fields(sheet):
+def test_mechanisms_are_dragged_on_the_plan_from_the_side_and_by_sliders(sheet):
+    joints_of_a_mechanism_are_dragged_on_the_plan_and_from_the_side_and_by_sliders(sheet)
+    a_rocker_drags_its_crank_and_says_where_the_loop_does_not_close(sheet)
+
+
+def a_hand_is_led_on_the_plan_from_the_side_and_by_fields(sheet):
     pose = sheet.page.get_by_label("Pose", exact=True)
     sheet.click(3, 0)
     expect(sheet.title).to_have_text("eve")
@@ -141,3 +146,9 @@ def test_a_hand_is_led_on_the_plan_from_the_side_and_by_fields(sheet):
     height.fill("3")
     height.press("Enter")
     stays(sheet, "the right hand does not reach")
+
+
+def test_a_hand_is_led_and_a_slider_has_the_range_of_its_joint(sheet):
+    a_hand_is_led_on_the_plan_from_the_side_and_by_fields(sheet)
+    sheet.put(ROOM)
+    a_slider_has_the_range_of_its_joint_and_a_second_finger_drags_nothing(sheet)

@@ -77,7 +77,7 @@ def picture_at(page, time: float) -> str:
     return canvas.evaluate("canvas => canvas.toDataURL()")
 
 
-def test_scrubbing_shows_the_pictures_of_that_time(review):
+def scrubbing_shows_the_pictures_of_that_time(review):
     seek(review, 1.0)
     first = picture_at(review, 1.0)
     seek(review, 5.0)
@@ -86,7 +86,7 @@ def test_scrubbing_shows_the_pictures_of_that_time(review):
     assert picture_at(review, 1.0) == first
 
 
-def test_keys_go_from_tick_to_tick_and_events_stand_on_the_bar(review):
+def keys_go_from_tick_to_tick_and_events_stand_on_the_bar(review):
     seek(review, 2.0)
     review.keyboard.press(".")
     expect(review.locator(".run-time")).to_contain_text("2.04 s of")
@@ -97,7 +97,7 @@ def test_keys_go_from_tick_to_tick_and_events_stand_on_the_bar(review):
     expect(review.locator(".run-time")).to_contain_text("3.00 s of")
 
 
-def test_a_marked_part_has_the_figures_of_its_ticks(review, recorded):
+def a_marked_part_has_the_figures_of_its_ticks(review, recorded):
     mark(review, 2.0, 6.0)
     track = mjsim.read_recording(recorded / "out" / "run.mcap").robots["scout"]
     part = (track.time >= 2.0 - 1e-9) & (track.time <= 6.0 + 1e-9)
@@ -109,6 +109,12 @@ def test_a_marked_part_has_the_figures_of_its_ticks(review, recorded):
     rows = [line.split(",") for line in review.evaluate("navigator.clipboard.readText()").splitlines()]
     assert rows[0] == ["robot", "figure", "part", "value", "unit"]
     assert ["scout", "Position error", "max", repr(figure(review, "Position error, max")), "m"] in rows
+
+
+def test_times_events_and_parts_of_a_recording_are_gone_to_and_have_figures(review, recorded):
+    scrubbing_shows_the_pictures_of_that_time(review)
+    keys_go_from_tick_to_tick_and_events_stand_on_the_bar(review)
+    a_marked_part_has_the_figures_of_its_ticks(review, recorded)
 
 
 DROP = """([name, base64]) => {

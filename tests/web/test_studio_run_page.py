@@ -117,7 +117,7 @@ def open_world(page: Page, name: str) -> None:
     page.get_by_role("tab", name="Run", exact=True).click()
 
 
-def test_a_single_tick_takes_the_run_on_by_one_tick_exactly(started):
+def a_single_tick_takes_the_run_on_by_one_tick_exactly(started):
     page, studio = started
     pause(page)
     with listener(studio.url) as watcher:
@@ -131,7 +131,7 @@ def test_a_single_tick_takes_the_run_on_by_one_tick_exactly(started):
     is_in(page, "Running")
 
 
-def test_keys_drive_the_robot_and_letting_go_stops_it(started):
+def keys_drive_the_robot_and_letting_go_stops_it(started):
     page, studio = started
     page.keyboard.down("w")
     with listener(studio.url) as watcher:
@@ -142,7 +142,7 @@ def test_keys_drive_the_robot_and_letting_go_stops_it(started):
             pass
 
 
-def test_a_slider_changes_the_noise_of_the_run_and_its_button_puts_it_back(started):
+def a_slider_changes_the_noise_of_the_run_and_its_button_puts_it_back(started):
     page, studio = started
     key = "robots.scout.odometry.noise.turn"
     page.get_by_role("tab", name="Noise").click()
@@ -162,7 +162,7 @@ def noise_of(watcher, key: str, before: float) -> float:
             return told[key]
 
 
-def test_two_browsers_see_the_same_run_also_who_comes_late(browser, started):
+def two_browsers_see_the_same_run_also_who_comes_late(browser, started):
     page, studio = started
     pause(page)
     with run_page(browser, studio.url) as late:
@@ -172,6 +172,13 @@ def test_two_browsers_see_the_same_run_also_who_comes_late(browser, started):
         assert agreed(page, lambda: modules_of(late), lambda: modules_of(page)).count("rgb") > 1
         late.get_by_role("button", name="Resume").click()
         is_in(page, "Running")
+
+
+def test_a_run_is_taken_on_driven_disturbed_and_seen_by_a_second_browser(browser, started):
+    keys_drive_the_robot_and_letting_go_stops_it(started)
+    a_slider_changes_the_noise_of_the_run_and_its_button_puts_it_back(started)
+    a_single_tick_takes_the_run_on_by_one_tick_exactly(started)
+    two_browsers_see_the_same_run_also_who_comes_late(browser, started)
 
 
 def modules_of(page) -> str:

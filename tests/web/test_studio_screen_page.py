@@ -35,7 +35,7 @@ beacons:
 """
 
 
-def test_a_mechanism_is_on_the_plan_and_its_crank_is_dragged_with_the_loop_closed(sheet):
+def a_mechanism_is_on_the_plan_and_its_crank_is_dragged_with_the_loop_closed(sheet):
     # The middle of the crank, from 30 to 90 degrees.
     middle, above = (1 + 0.5 * np.cos(np.pi / 6), 1 + 0.5 * np.sin(np.pi / 6)), (1.0, 1.5)
     sheet.click(*middle)
@@ -51,7 +51,7 @@ def test_a_mechanism_is_on_the_plan_and_its_crank_is_dragged_with_the_loop_close
     sheet.reads("start_deg: 30}   # by hand")
 
 
-def test_a_webp_picture_is_imported_as_a_png(sheet, tmp_path):
+def a_webp_picture_is_imported_as_a_png(sheet, tmp_path):
     pixels = np.full((40, 60, 3), (40, 160, 220), np.uint8)
     data = cv2.imencode(".webp", pixels, [cv2.IMWRITE_WEBP_QUALITY, 101])[1].tobytes()
     sheet.click(6.0, 0.0)
@@ -124,7 +124,7 @@ def resized(page, plan, width, height) -> None:
     expect(plan).not_to_have_attribute("data-view", before)
 
 
-def test_a_plan_that_shows_all_still_does_in_another_size_and_one_that_was_moved_keeps_its_scale(sheet):
+def a_plan_that_shows_all_still_does_in_another_size_and_one_that_was_moved_keeps_its_scale(sheet):
     corners = [(1.0, 1.0), (6.0, 0.0), (0.0, -2.0)]
     resized(sheet.page, sheet.plan, 900, 500)
     assert holds(sheet.plan, corners)
@@ -135,6 +135,12 @@ def test_a_plan_that_shows_all_still_does_in_another_size_and_one_that_was_moved
     scale = json.loads(at_rest(sheet.plan))[2]
     resized(sheet.page, sheet.plan, 1280, 720)
     assert json.loads(at_rest(sheet.plan))[2] == scale
+
+
+def test_a_plan_shows_all_of_itself_its_mechanisms_and_brought_pictures(sheet, tmp_path):
+    a_plan_that_shows_all_still_does_in_another_size_and_one_that_was_moved_keeps_its_scale(sheet)
+    a_mechanism_is_on_the_plan_and_its_crank_is_dragged_with_the_loop_closed(sheet)
+    a_webp_picture_is_imported_as_a_png(sheet, tmp_path)
 
 
 def test_beside_a_large_view_it_is_said_whose_run_it_is_and_all_of_a_far_world_is_in_sight(browser, tmp_path):

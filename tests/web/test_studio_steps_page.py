@@ -16,7 +16,7 @@ obstacles:
 """
 
 
-def test_steps_of_undo_are_named_and_gone_to(sheet):
+def steps_of_undo_are_named_and_gone_to(sheet):
     steps, menu = sheet.button("Undo steps"), sheet.page.get_by_role("menu")
     expect(steps).to_be_disabled()
     sheet.drag((2, 2), (3, 2.5))
@@ -47,7 +47,7 @@ def test_steps_of_undo_are_named_and_gone_to(sheet):
     expect(sheet.unsaved).to_be_hidden()
 
 
-def test_steps_by_keys_before_the_answer_to_a_drag_go_on_from_where_it_ended(sheet):
+def steps_by_keys_before_the_answer_to_a_drag_go_on_from_where_it_ended(sheet):
     sheet.page.route("**/api/edit", lambda _: None)  # held until it is unrouted
     sheet.drag((2, 2), (3, 2.5))
     sheet.press("[", "ArrowRight")
@@ -55,3 +55,10 @@ def test_steps_by_keys_before_the_answer_to_a_drag_go_on_from_where_it_ended(she
     sheet.reads("crate, box: [0.6, 0.4, 0.5], at: [3.05, 2.5], heading_deg: 15}")
     sheet.press("Control+z", "Control+z")
     sheet.reads("crate, box: [0.6, 0.4, 0.5], at: [3, 2.5]}")
+
+
+def test_steps_of_undo_are_named_gone_to_and_go_on_from_where_a_drag_ended(sheet):
+    steps_of_undo_are_named_and_gone_to(sheet)
+    sheet.plan.focus()
+    sheet.press("v")
+    steps_by_keys_before_the_answer_to_a_drag_go_on_from_where_it_ended(sheet)

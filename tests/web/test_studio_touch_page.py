@@ -26,7 +26,7 @@ obstacles:
 beacons: [{name: lion, at: [7.9, 3], heading_deg: 180, center: 0.6}]
 robots:
   - {name: scout, preset: pioneer3dx, at: [1, 1.5]}
-run: {seconds: 1000}
+run: {seconds: 1000, rate_hz: 10}
 """
 CELL = """\
 mjsim: 1
@@ -34,7 +34,7 @@ name: cell
 walls: [{points: [[0, 0], [4, 0], [4, 4], [0, 4]], closed: true}]
 robots:
   - {name: r, base: fixed, at: [2, 2], heading_deg: 90, arms: [{preset: puma560, start_deg: [0, 45, 0, 0, 30, 0]}]}
-run: {seconds: 1000}
+run: {seconds: 1000, rate_hz: 10}
 """
 PRESS = """\
 mjsim: 1
@@ -50,7 +50,7 @@ mechanisms:
       - {position: up, signal: {constant: {value: 0.5}}}
       - {angle: swing, signal: {ramp: {slope_deg: 400}}}
 robots: [{name: scout, preset: pioneer3dx, at: [0, 0]}]
-run: {seconds: 1000}
+run: {seconds: 1000, rate_hz: 10}
 """
 SHOWN = """time => {
   const parts = document.querySelector(".run-time").textContent.split(" ")[0].split(":");

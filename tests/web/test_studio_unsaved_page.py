@@ -27,6 +27,7 @@ from tests.unsaved import (
 from tests.windows import PATIENCE, page_at
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("state")]
+OWN_WINDOW = True
 
 
 def test_what_was_not_saved_is_offered_by_a_server_at_another_port(browser, tmp_path):
@@ -184,14 +185,13 @@ def test_a_page_that_crashes_loses_nothing_that_is_older(browser, tmp_path):
         opened(again, "# mine")
 
 
-def test_what_was_typed_right_before_a_page_is_closed_is_kept(sheet):
-    leave(sheet.page)
+def what_was_typed_right_before_a_page_is_closed_is_kept(sheet):
     write_line(sheet, "# last")
     close(sheet.page)
     kept("# last")
 
 
-def test_a_page_that_one_comes_back_to_has_what_it_had(sheet):
+def a_page_that_one_comes_back_to_has_what_it_had(sheet):
     leave(sheet.page)
     write_line(sheet, "# mine")
     sheet.page.goto("about:blank")
@@ -202,6 +202,11 @@ def test_a_page_that_one_comes_back_to_has_what_it_had(sheet):
         restore.click()
     sheet.reads("# mine")
     kept("# mine")
+
+
+def test_a_page_that_is_left_or_closed_keeps_what_was_typed_last(sheet):
+    a_page_that_one_comes_back_to_has_what_it_had(sheet)
+    what_was_typed_right_before_a_page_is_closed_is_kept(sheet)
 
 
 @pytest.mark.parametrize("duplicate", [False, True])

@@ -47,7 +47,7 @@ class Clock:
 def test_a_thousand_things_are_deleted_and_brought_back_within_a_second(browser, tmp_path, kind):
     (tmp_path / "room.yaml").write_text(WORLDS[kind])
     expect.set_options(timeout=PATIENCE)
-    with Studio(tmp_path, world="room.yaml") as studio, page_at(browser, studio.url) as page:
+    with Studio(tmp_path, world="room.yaml") as studio, page_at(browser, studio.url, own=True) as page:
         expect(page.locator("#view-edit .plan")).to_have_attribute("data-view", re.compile(","))
         clock, listed = Clock(page), page.locator(".outliner [role=treeitem]")
         clock.settled()

@@ -3,6 +3,7 @@
 import pytest
 
 pytestmark = pytest.mark.slow
+OWN_WINDOW = True
 ROOM = """
 mjsim: 1
 walls: [{points: [[0, 0], [8, 0], [8, 8], [0, 8]], closed: true}]
