@@ -89,8 +89,8 @@ def page_at(
         height: Of the page [px].
         scheme: Colours that the page prefers.
         touch: Whether the screen can be touched.
-        own: Whether the window is new, and nobody has it afterwards: for who adds scripts, listeners or sessions to the
-            page. Otherwise it is that of the page before, which saves a third of the processor time of opening one.
+        own: Whether the window is new, and is closed at the end: for who needs that, or adds scripts, listeners or
+            sessions to the page. Otherwise it is that of the page before, which saves a third of the processor time.
     """
     errors: list[str] = []
 

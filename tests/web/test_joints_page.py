@@ -35,12 +35,12 @@ run: {seconds: 1000, rate_hz: 10}
 
 
 @contextmanager
-def running(browser, folder, text):
-    """A run of a world that is recorded, on the page of a studio."""
+def running(browser, folder, text, *, record=False):
+    """A run of a world, which may be recorded, on the page of a studio."""
     (folder / "room.yaml").write_text(text)
     with Studio(folder, world="room.yaml") as studio, page_at(browser, studio.url) as page:
         page.get_by_role("tab", name="Run", exact=True).click()
-        page.get_by_label("Record to a file").check()
+        page.get_by_label("Record to a file").set_checked(record)
         page.get_by_role("button", name="Start", exact=True).click()
         expect(page.locator(".run-state")).to_have_text("Running", timeout=PATIENCE)
         yield studio, page
@@ -162,7 +162,7 @@ def test_joint_states_and_torques_are_read_in_run_and_in_review_and_plotted(brow
     text = GATE.replace("constant: {value_deg: 0}", "ramp: {slope_deg: 30}").replace(
         "axis: [0, 0, 1]}", "axis: [0, 1, 0]}"
     )
-    with running(browser, tmp_path, text) as (studio, page):
+    with running(browser, tmp_path, text, record=True) as (studio, page):
         page.get_by_role("tab", name="Joints").locator("visible=true").click()
         until(studio, page, lambda tick: tick["time"] > 0.5)
         position, speed, torque = cells(page, "gate.swing")

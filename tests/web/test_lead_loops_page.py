@@ -10,7 +10,6 @@ from playwright.sync_api import expect
 from scipy.spatial.transform import Rotation
 
 import mjsim
-from mjsim.record import same_run
 from mjsim.web.jointed import grips_json
 from tests.browser import browser as listener
 from tests.web.test_joints_page import keep, running
@@ -109,7 +108,7 @@ def test_a_quick_flick_takes_a_joint_of_a_loop_all_the_way(browser, tmp_path):
         until(studio, page, rests)
 
 
-def test_a_loop_and_a_ball_are_led_on_the_plan_in_3d_and_by_fields_and_repeat_to_the_byte(browser, tmp_path):
+def test_a_loop_and_a_ball_are_led_on_the_plan_in_3d_and_by_fields(browser, tmp_path):
     with running(browser, tmp_path, FREE) as (studio, page):
         tick = now(studio)
         page.get_by_role("button", name="Touch: drag").click()
@@ -149,13 +148,8 @@ def test_a_loop_and_a_ball_are_led_on_the_plan_in_3d_and_by_fields_and_repeat_to
         page.get_by_role("button", name="Stop the run").click()
         expect(page.locator(".run-state")).to_have_text("Ended", timeout=PATIENCE)
         keep(page, 7)
-    (hand,) = tmp_path.glob("out/**/*.mcap")
     world = mjsim.load_world(tmp_path / "room.yaml")
     assert [event.joint for event in world.run.events] == ["q5", "knot", "knot", "knot.rz", "q4", "q5", "knot.rz"]
-    ticks = len(mjsim.read_recording(hand).time)
-    with mjsim.Simulation(world) as sim:
-        mjsim.run(sim, seconds=ticks / world.run.rate_hz, record=tmp_path / "again.mcap")
-    assert same_run(hand, tmp_path / "again.mcap")
 
 
 def test_a_joint_that_a_motion_moves_through_a_loop_is_led_by_that_motion_and_refused_where_the_loop_ends(

@@ -26,13 +26,18 @@ run: {seconds: 1000, rate_hz: 10}
 
 
 def opened(page):
-    """Open the view in 3-D of a run that can be touched, large, and return its canvas."""
+    """Open the view in 3-D of a run that can be touched, large, and return its canvas once it is drawn so."""
     page.evaluate("() => localStorage.setItem('mjsim.run.scene.slow', 'yes')")
     page.locator("#view-run").get_by_title("View in 3-D").click()
     expect(page.locator("#view-run .scene")).to_have_attribute("data-filled", "", timeout=PATIENCE)
     page.get_by_role("button", name="Touch: drag").click()
+    canvas = page.locator("#view-run .scene canvas")
+    small = canvas.evaluate("canvas => canvas.clientHeight")
     page.locator("#view-run [data-view=scene] .run-enlarge").click()
-    return page.locator("#view-run .scene canvas")
+    page.wait_for_function("([canvas, small]) => canvas.clientHeight > small", arg=[canvas.element_handle(), small])
+    drawn = int(canvas.get_attribute("data-frames"))
+    expect(canvas).not_to_have_attribute("data-frames", re.compile(rf"^({drawn}|{drawn + 1})$"), timeout=PATIENCE)
+    return canvas
 
 
 def lead(canvas, key, way, by):
@@ -75,6 +80,8 @@ def test_a_tool_is_led_in_3d_along_an_axis_and_freely_and_that_is_kept(browser, 
         # Inverse kinematics begin where the joints shall be: on the way another posture may be found, or none.
         until(studio, page, tool_rests())
         lead(canvas, "arm", "", (8, 4))  # away from its base
+        expect(page.get_by_role("button", name="Keep 2 as events")).to_be_enabled()
+        until(studio, page, tool_rests())  # what is led later would be another event
         page.get_by_role("button", name="Keep 2 as events").click()
         expect(page.get_by_role("button", name="Kept as events")).to_be_disabled()
         page.keyboard.press("Control+s")
@@ -149,7 +156,7 @@ def test_a_hand_is_led_on_the_plan_and_in_3d_and_that_is_kept(browser, tmp_path)
         page.mouse.move(*screen(page, 1, 1))
         expect_drawn(page, (2.3, 2.3), empty, same=True)
         canvas = opened(page)
-        lead(canvas, "right", "", (0, -8))
+        lead(canvas, "right", "", (0, -12))
         until(studio, page, lambda tick: hand(tick)[2] > start[2] + 0.05)
         page.get_by_role("tab", name="Events").click()
         page.get_by_role("button", name="Keep 4 as events").click()

@@ -157,6 +157,8 @@ def a_press_that_ends_outside_a_dialog_or_on_its_edge_leaves_it_open(sheet):
 def test_fields_focus_pointer_and_dialogs_keep_what_a_quick_hand_left(sheet):
     fields_of_several_things_say_what_differs_and_leave_it_as_it_is(sheet)
     the_keyboard_stays_where_it_was_or_goes_to_what_is_next_to_it(sheet)
+    sheet.plan.focus()
+    sheet.press("v")
     what_a_camera_on_an_arm_has_in_view_is_not_drawn_as_if_it_were_on_the_base(sheet)
     a_space_bar_that_is_let_go_in_another_window_is_not_held_here(sheet)
     a_press_that_ends_outside_a_dialog_or_on_its_edge_leaves_it_open(sheet)

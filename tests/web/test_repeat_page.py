@@ -46,7 +46,7 @@ KINDS = ["move", "move", "shove", "open", "remove", "reach", "lead", "reach", "n
 
 
 def test_everything_done_by_hand_repeats_to_the_byte(browser, tmp_path):
-    with running(browser, tmp_path, HALL) as (studio, page):
+    with running(browser, tmp_path, HALL, record=True) as (studio, page):
         with listener(studio.url) as watcher:
             first = watcher.until("tick")
         page.get_by_role("button", name="Touch: drag").click()

@@ -152,10 +152,10 @@ def a_notice_that_was_closed_comes_back_when_the_file_changes_again(sheet, tmp_p
 
 
 def test_restored_changes_of_an_older_file_are_not_saved_over_a_newer_one_unasked(browser, tmp_path):
-    with sheet_of(browser, tmp_path, ROOM) as sheet:
+    with sheet_of(browser, tmp_path, ROOM, own=True) as sheet:
         write_line(sheet, "# mine")
         kept("# mine")
-    with sheet_of(browser, tmp_path, THEIRS) as sheet:
+    with sheet_of(browser, tmp_path, THEIRS, own=True) as sheet:
         sheet.button("Restore").click()
         sheet.reads("# mine", "crate")
         notice(sheet, "room.yaml changed on disk, and you have unsaved changes here.")
@@ -194,7 +194,7 @@ def png(value):
 def test_included_files_and_pictures_that_change_on_disk_are_seen(browser, tmp_path):
     (tmp_path / "hall.yaml").write_text("mjsim: 1\nobstacles: [{name: chest, box: [1, 1, 1], at: [3, 3]}]\n")
     text = ROOM + "include: [hall.yaml]\nbeacons: [{name: lion, image: lion.png, at: [1, 1]}]\n"
-    with sheet_of(browser, tmp_path, text) as sheet:
+    with sheet_of(browser, tmp_path, text, own=True) as sheet:
         problem = sheet.page.locator(".problem.error")
         expect(problem).to_contain_text("no file 'lion.png'")
         (tmp_path / "lion.png").write_bytes(png(20))

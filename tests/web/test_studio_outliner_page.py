@@ -104,4 +104,5 @@ def test_things_are_aligned_have_a_menu_and_are_found_and_renamed_in_the_outline
     several_things_are_aligned_and_distributed_each_by_one_step_of_undo(sheet, tmp_path)
     sheet.press("Escape")
     the_menu_offers_what_applies_by_mouse_and_by_keys(sheet)
+    sheet.press("Escape")
     the_outliner_is_tied_to_the_plan_searched_and_worked_by_keys(sheet)

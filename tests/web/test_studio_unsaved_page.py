@@ -31,10 +31,10 @@ OWN_WINDOW = True
 
 
 def test_what_was_not_saved_is_offered_by_a_server_at_another_port(browser, tmp_path):
-    with sheet_of(browser, tmp_path, ROOM) as sheet:
+    with sheet_of(browser, tmp_path, ROOM, own=True) as sheet:
         write_line(sheet, "# mine")
         kept("# mine")
-    with sheet_of(browser, tmp_path, ROOM) as sheet:
+    with sheet_of(browser, tmp_path, ROOM, own=True) as sheet:
         expect(offer(sheet.page)).to_contain_text("room.yaml")
         sheet.button("Restore").click()
         sheet.reads("# mine")
@@ -50,7 +50,7 @@ def test_what_was_not_saved_is_offered_by_a_server_at_another_port(browser, tmp_
 
 
 def test_what_was_undone_before_a_crash_can_be_redone_after_it_and_the_other_way(browser, tmp_path):
-    with sheet_of(browser, tmp_path, ROOM) as sheet:
+    with sheet_of(browser, tmp_path, ROOM, own=True) as sheet:
         sheet.drag((2, 2), (3, 2.5))
         sheet.reads("at: [3, 2.5]")
         put_in(sheet, "# \U0001f916")
@@ -62,7 +62,7 @@ def test_what_was_undone_before_a_crash_can_be_redone_after_it_and_the_other_way
         expect(sheet.text).not_to_contain_text("\U0001f917")
         kept("# \U0001f916")
     later = ROOM.replace("mjsim: 1", "mjsim: 1  # later")
-    with sheet_of(browser, tmp_path, later) as sheet:
+    with sheet_of(browser, tmp_path, later, own=True) as sheet:
         sheet.button("Restore").click()
         expect(sheet.text).not_to_contain_text("crate")
         sheet.press("Control+Shift+z")
@@ -78,11 +78,11 @@ def test_what_was_undone_before_a_crash_can_be_redone_after_it_and_the_other_way
 
 def test_unsaved_changes_that_were_left_alone_are_found_where_worlds_are_opened(browser, tmp_path):
     (tmp_path / "hall.yaml").write_text(ROOM)
-    with Studio(tmp_path, world="hall.yaml") as studio, page_at(browser, studio.url) as page:
+    with Studio(tmp_path, world="hall.yaml") as studio, page_at(browser, studio.url, own=True) as page:
         write_line(opened(page), "# mine")
         kept("# mine")
     (tmp_path / "hall.yaml").unlink()  # only the draft is left of it
-    with sheet_of(browser, tmp_path, ROOM) as sheet:
+    with sheet_of(browser, tmp_path, ROOM, own=True) as sheet:
         expect(offer(sheet.page)).to_contain_text("hall.yaml")
         sheet.press("Escape")
         sheet.press("Control+o")
@@ -98,7 +98,7 @@ def test_unsaved_changes_that_were_left_alone_are_found_where_worlds_are_opened(
 
 def test_a_world_without_a_file_is_offered_too(browser, tmp_path):
     for last in (False, True):
-        with Studio(tmp_path) as studio, page_at(browser, studio.url) as page:
+        with Studio(tmp_path) as studio, page_at(browser, studio.url, own=True) as page:
             sheet = Sheet(page)
             if not last:
                 sheet.button("New world").first.click()
@@ -134,7 +134,7 @@ def command(folder):
 def test_a_server_that_is_killed_while_somebody_types_loses_nothing_that_it_kept_meanwhile(browser, tmp_path):
     (tmp_path / "room.yaml").write_text(ROOM)
     expect.set_options(timeout=PATIENCE)
-    with command(tmp_path) as (url, process), page_at(browser, url) as page:
+    with command(tmp_path) as (url, process), page_at(browser, url, own=True) as page:
         sheet = opened(page)
         write_line(sheet, "# ")
         texts, count = set(), 0
@@ -153,7 +153,7 @@ def test_a_server_that_is_killed_while_somebody_types_loses_nothing_that_it_kept
         # Every view says so; nothing of it is left to the browser's console.
         page.get_by_role("tab", name="Review", exact=True).click()
         expect(page.locator(".toast", has_text="The studio does not answer")).to_be_visible()
-    with command(tmp_path) as (url, _), page_at(browser, url) as page:
+    with command(tmp_path) as (url, _), page_at(browser, url, own=True) as page:
         page.get_by_role("button", name="Restore").click()
         opened(page, "# 1,2,3")
         last = int(re.findall(r"(\d+),", page.locator(".cm-line").last.inner_text())[-1])  # it may end within a number
@@ -174,7 +174,7 @@ def test_what_is_typed_without_a_pause_is_kept_meanwhile(sheet):
 
 
 def test_a_page_that_crashes_loses_nothing_that_is_older(browser, tmp_path):
-    with sheet_of(browser, tmp_path, ROOM) as sheet:
+    with sheet_of(browser, tmp_path, ROOM, own=True) as sheet:
         write_line(sheet, "# mine")
         kept("# mine")
         with sheet.page.expect_event("crash"), pytest.raises(Error):
@@ -230,12 +230,12 @@ def test_each_tab_has_its_own_draft_and_is_told_of_the_others(sheet, duplicate):
 
 
 def test_of_several_drafts_each_is_restored_or_discarded(browser, tmp_path):
-    with sheet_of(browser, tmp_path, ROOM) as sheet:
+    with sheet_of(browser, tmp_path, ROOM, own=True) as sheet:
         write_line(sheet, "# one")
         write_line(second_tab(sheet), "# other")
         kept("# one")
         kept("# other")
-    with sheet_of(browser, tmp_path, ROOM) as sheet:
+    with sheet_of(browser, tmp_path, ROOM, own=True) as sheet:
         expect(offer(sheet.page).get_by_role("listitem")).to_have_count(2)
         sheet.button("Discard").nth(0).click()
         expect(offer(sheet.page).get_by_role("listitem")).to_have_count(1)
