@@ -1,5 +1,6 @@
 """The limits of each test, and who watches over them: pytest-timeout within its process, a watchdog outside of it."""
 
+import faulthandler
 import os
 import signal
 import subprocess
@@ -78,6 +79,7 @@ class Watch:
 
     def pytest_unconfigure(self):
         self._watchdog.expect("the end of the process", END)
+        faulthandler.dump_traceback_later(END / 2, file=sys.__stderr__)  # which thread is waited for
 
 
 def have_defaults() -> None:

@@ -260,8 +260,8 @@ def the_page_offers_each_kind_of_sensor_as_the_schema_has_it(sheet, tmp_path):
 def test_what_is_typed_or_put_down_is_in_the_text_and_on_the_plan(sheet, tmp_path):
     what_is_typed_comes_onto_the_plan(sheet)
     sheet.put(ROOM)
-    doors_and_pictures_find_their_wall_and_robots_bring_sensors(sheet)
-    sheet.put(ROOM)
     the_page_offers_each_kind_of_sensor_as_the_schema_has_it(sheet, tmp_path)
+    sheet.put(ROOM)
+    doors_and_pictures_find_their_wall_and_robots_bring_sensors(sheet)
     sheet.put(ROOM)
     a_new_name_of_a_robot_is_that_of_its_driver_and_of_events_too(sheet, tmp_path)
