@@ -119,7 +119,7 @@ OFFERED = {
 """What is offered behind a piece of the text, once what stands there is taken away."""
 
 
-def files_bodies_joints_arms_and_cameras_are_offered(page_of):
+def test_files_bodies_joints_arms_and_cameras_are_offered(page_of):
     options = page_of.page.locator(".cm-tooltip-autocomplete li")
     for piece, names in OFFERED.items():
         last = page_of.text.locator(".cm-line").filter(has_text=piece).last
@@ -150,9 +150,8 @@ def the_keys_of_a_module_are_explained_and_offered(page_of):
     expect(options.get_by_text("gate", exact=True)).to_be_visible()
 
 
-def test_names_lead_to_what_they_name_and_are_offered(page_of):
+def test_keys_are_explained_and_names_lead_to_what_they_name(page_of):
+    the_keys_of_a_module_are_explained_and_offered(page_of)
+    page_of.put(ROOM)
     f12_leads_from_each_kind_of_name_to_where_it_is_given(page_of)
     f12_shows_an_included_file_and_what_stands_in_it(page_of)
-    page_of.press("Escape")
-    files_bodies_joints_arms_and_cameras_are_offered(page_of)
-    the_keys_of_a_module_are_explained_and_offered(page_of)
