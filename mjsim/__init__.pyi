@@ -26,6 +26,7 @@ from .interface import BalancingInfo as BalancingInfo
 from .interface import BeaconInfo as BeaconInfo
 from .interface import CameraFrame as CameraFrame
 from .interface import Command as Command
+from .interface import CompassReading as CompassReading
 from .interface import Controller as Controller
 from .interface import ControlLoop as ControlLoop
 from .interface import Detection as Detection

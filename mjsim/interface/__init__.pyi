@@ -28,6 +28,7 @@ from .readings import CLOUD_FIELDS as CLOUD_FIELDS
 from .readings import LONGEST_MESSAGE as LONGEST_MESSAGE
 from .readings import AnchorRanges as AnchorRanges
 from .readings import CameraFrame as CameraFrame
+from .readings import CompassReading as CompassReading
 from .readings import FastReading as FastReading
 from .readings import ImuReading as ImuReading
 from .readings import Intrinsics as Intrinsics

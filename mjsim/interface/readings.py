@@ -1,6 +1,7 @@
 """The sensor readings of a robot at one tick: `Observation`, and a class for each kind of reading."""
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any
@@ -246,6 +247,18 @@ class WheelTicks:
         return np.array(self.since(before), dtype=float) * (2.0 * np.pi / self.resolution)
 
 
+@dataclass(frozen=True, slots=True)
+class CompassReading:
+    """The heading that a compass measures."""
+
+    stamp: Stamp
+    """When it was measured [s]."""
+    heading: Annotated[float, Form("Counter-clockwise from magnetic east [rad]", bounds=(-math.pi, math.pi))]
+    """Heading of the robot, counter-clockwise from magnetic east, in [-pi, pi) [rad]."""
+    variance: Annotated[float, Form("Of its white noise [rad^2]")]
+    """Variance of its white noise, from the data sheet [rad^2]; errors that depend on the place are shared."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class JointState:
     """State of joints or driven wheels, as measured by encoders; each array has shape (joints,)."""
@@ -326,6 +339,8 @@ class Observation:
     """Joint states by the name of the arm."""
     clouds: Annotated[Mapping[str, PointCloud], Form("Of 3-D lidars, where due")] = field(default_factory=dict)
     """By the name of the 3-D lidar, only those due at this tick."""
+    compasses: Annotated[Mapping[str, CompassReading], Form("Of compasses, where due")] = field(default_factory=dict)
+    """By the name of the compass, only those due at this tick."""
 
     @property
     def moment(self) -> float:

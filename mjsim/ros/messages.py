@@ -4,6 +4,7 @@ Metres, seconds, radians, right-handed frames with x ahead, y to the left and z 
 with x right, y down and z ahead. Infinite ranges follow REP 117, infinite depths REP 118.
 """
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -14,7 +15,17 @@ from numpy.typing import NDArray
 
 from mjsim.errors import UsageError, how_to_install
 from mjsim.geometry import Array, Pose, Pose3
-from mjsim.interface import CLOUD_FIELDS, ImuReading, Intrinsics, JointState, Picture, PointCloud, Scan, SensorInfo
+from mjsim.interface import (
+    CLOUD_FIELDS,
+    CompassReading,
+    ImuReading,
+    Intrinsics,
+    JointState,
+    Picture,
+    PointCloud,
+    Scan,
+    SensorInfo,
+)
 
 PLANAR = np.ix_((0, 1, 5), (0, 1, 5))
 """Rows and columns of x, y and yaw in the covariance of a 3-D pose."""
@@ -33,6 +44,8 @@ SERVICE_TYPES = {
 }
 """Requests and responses in the format of rmw_cyclonedds: preceded by the client's id and the number of its request.
 rosbags puts `msg` into the names of all types."""
+ANY_ANGLE = math.pi**2 / 3
+"""Variance of an angle that may have any value in [-pi, pi) [rad^2]."""
 OCCUPIED, FREE, UNKNOWN = 100, 0, -1
 """Cells of an occupancy grid."""
 
@@ -199,8 +212,7 @@ def laser_scan(scan: Scan, frame: str, sheet: SensorInfo) -> Any:
 
 def imu(reading: ImuReading, frame: str, sheet: SensorInfo) -> Any:
     """Return an inertial reading; a first covariance of -1 means that something is not measured, as its orientation."""
-    unknown = np.zeros(9)
-    unknown[0] = -1.0
+    unknown = _unknown()
 
     def measured(key: str, values: Array) -> tuple[Any, Array]:
         if not np.isfinite(values).all():
@@ -214,6 +226,23 @@ def imu(reading: ImuReading, frame: str, sheet: SensorInfo) -> Any:
         *measured("turn", reading.turn),
         *measured("acceleration", reading.acceleration),
     )
+
+
+def heading(reading: CompassReading, frame: str, sheet: SensorInfo) -> Any:
+    """Return a heading as the orientation of an inertial sensor (REP 145), whose roll and pitch may be anything."""
+    half, nothing = 0.5 * reading.heading, (_vector((0.0, 0.0, 0.0)), _unknown())
+    return _of("sensor_msgs/msg/Imu")(
+        _header(reading.stamp, frame),
+        _of("geometry_msgs/msg/Quaternion")(0.0, 0.0, math.sin(half), math.cos(half)),
+        np.diag([ANY_ANGLE, ANY_ANGLE, reading.variance]).ravel(),
+        *nothing,
+        *nothing,
+    )
+
+
+def _unknown() -> Array:
+    """Return the covariance of what an inertial sensor does not measure."""
+    return np.array([-1.0, *[0.0] * 8])
 
 
 @dataclass(frozen=True, slots=True)
@@ -232,6 +261,7 @@ SENSOR_TOPICS = {
     "scans": SensorTopic("scan", "sensor_msgs/msg/LaserScan", laser_scan),
     "clouds": SensorTopic("points", "sensor_msgs/msg/PointCloud2", point_cloud),
     "imu": SensorTopic("imu", "sensor_msgs/msg/Imu", imu),
+    "compasses": SensorTopic("heading", "sensor_msgs/msg/Imu", heading),
 }
 """Field of `Observation` -> topic of each sensor that it has readings of; pictures are in several topics."""
 

@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[2]
 
 def test_the_example_of_the_page_of_sensors_runs_as_it_says(capsys):
     page = (ROOT / "docs" / "sensors.md").read_text(encoding="utf-8")
-    (text,), (code,) = (re.findall(f"```{kind}\n(.*?)```", page, re.DOTALL) for kind in ("yaml", "python"))
+    (text,), (code, _) = (re.findall(f"```{kind}\n(.*?)```", page, re.DOTALL) for kind in ("yaml", "python"))
     world = mjsim.parse_world(text)
     assert check_world(world) == []
     exec(code, {"world": world})

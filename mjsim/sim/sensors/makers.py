@@ -2,6 +2,7 @@
 
 from mjsim.sim.sensors.beacons import BeaconDevice
 from mjsim.sim.sensors.camera import CameraDevice
+from mjsim.sim.sensors.compass import CompassDevice
 from mjsim.sim.sensors.device import Makers
 from mjsim.sim.sensors.encoders import EncoderDevice
 from mjsim.sim.sensors.imu import ImuDevice
@@ -18,5 +19,6 @@ MAKERS: Makers = {
     sensors.Encoders: EncoderDevice,
     sensors.Uwb: UwbDevice,
     sensors.Lidar3d: Lidar3dDevice,
+    sensors.Compass: CompassDevice,
 }
 """Factory of the device of each kind of sensor."""

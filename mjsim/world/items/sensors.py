@@ -275,7 +275,52 @@ class Uwb(SensorModel):
         return self.at
 
 
-AnySensor = Camera | Lidar | BeaconSensor | Imu | Encoders | Uwb | Lidar3d
+class HeadingNoise(Model):
+    """Standard deviation of one heading."""
+
+    heading_deg: Annotated[float, Field(ge=0, le=90)] = 0.0
+    """[deg]"""
+
+
+class HeadingBias(Model):
+    """A bias that depends on the place, a smooth random field, as steel in a building bends that of the earth."""
+
+    amplitude_deg: Annotated[float, Field(ge=0, le=90)] = 0.0
+    """Standard deviation over all places [deg]."""
+    length: Length = 2.0
+    """Correlation length: biases of places much nearer to each other are nearly equal [m]."""
+    seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0
+    """Seed of the field; compasses with the same seed and length are in the same field, in each run."""
+
+
+class Compass(SensorModel):
+    """A compass: the heading of the robot from magnetic east, counter-clockwise."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [{"compass": "compass", "noise": {"heading_deg": 2}}]})
+    kind: ClassVar[str] = "compass"
+    reading: ClassVar[str] = "compasses"
+    compass: Name
+    """Its name."""
+    at: Point3 = (0.0, 0.0, 0.3)
+    """Position [x, y, z] in the robot frame [m]."""
+    rate_hz: Rate = 12.5
+    """Readings per second; must divide the tick rate."""
+    latency: Latency = 0
+    """Delay of a reading, in ticks."""
+    noise: HeadingNoise = HeadingNoise()
+    """White noise of each heading (standard deviation)."""
+    bias: HeadingBias = HeadingBias()
+    """Bias by place."""
+    declination_deg: Degrees = 0.0
+    """Magnetic north, clockwise from the world's y axis; modules are not told."""
+
+    @property
+    def housing(self) -> Point3:
+        """Position of its round housing, [x, y, z] in the robot frame [m]."""
+        return self.at
+
+
+AnySensor = Camera | Lidar | BeaconSensor | Imu | Encoders | Uwb | Lidar3d | Compass
 SENSOR_KINDS: dict[str, type[AnySensor]] = {model.kind: model for model in get_args(AnySensor)}
 """Sensor models by the key of their name."""
 

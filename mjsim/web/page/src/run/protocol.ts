@@ -446,4 +446,4 @@ export interface Watch {
 export type RunRequest = Start | Simple | SetSpeed | DriveByHand | Touch | SetNoise | Watch | FrameShown;
 
 /** Kinds of sensors: keys that name them. */
-export const SENSOR_KINDS = ["camera", "lidar", "beacons", "imu", "encoders", "uwb", "lidar3d"];
+export const SENSOR_KINDS = ["camera", "lidar", "beacons", "imu", "encoders", "uwb", "lidar3d", "compass"];
