@@ -1,16 +1,31 @@
 """The limits of each test, and who watches over them: pytest-timeout within its process, a watchdog outside of it."""
 
 import faulthandler
+import mmap
 import os
 import signal
+import struct
 import subprocess
 import sys
+import tempfile
+import time
 from pathlib import Path
 
 import pytest
 
 BROWSER = 60.0
-"""Limit of a test with a browser [s]; that of others is in pyproject.toml."""
+"""Limit of a test with a browser [s]; that of most others is in pyproject.toml."""
+WHOLE = 120.0
+"""Limit of a test of the files below [s]."""
+LONG = {
+    "algorithms/test_slam_rooms.py",
+    "bridge/test_private.py",
+    "datasets/test_slam_clients.py",
+    "sweep/test_sweep.py",
+    "test_setup.py",
+    "worlds/test_gallery_run.py",
+}
+"""Files that start large programs, several processes, or run the main world whole."""
 GRACE = 20.0
 """What a test and what it set up may take to end, once its limit within the process is over [s]."""
 COLLECTION = 300.0
@@ -19,7 +34,10 @@ END = 60.0
 """What a process may take to end after its last test [s]."""
 LONGEST = (
     "worlds/test_shipped_worlds.py",
+    "worlds/test_gallery_run.py",
     "sweep/test_sweep.py",
+    "cli/test_overwrite.py",
+    "session/test_touch_mechanism.py",
     "algorithms/test_slam_rooms.py",
     "algorithms/test_invariant_ekf.py",
     "web/test_studio_unsaved_page.py",
@@ -35,7 +53,6 @@ LONGEST = (
     "web/test_studio_screen_page.py",
     "world/test_large_world.py",
     "worlds/test_balancing_run.py",
-    "worlds/test_gallery_run.py",
 )
 """Files of 12 s of processor time and more, which begin first; `--durations` tells which."""
 IGNORED_AT_START = (signal.SIGPIPE, signal.SIGXFSZ)
@@ -43,16 +60,25 @@ IGNORED_AT_START = (signal.SIGPIPE, signal.SIGXFSZ)
 
 
 class Watchdog:
-    """A program beside this process, which ends it when something takes too long."""
+    """A program beside this process, which ends it when something takes too long.
+
+    What is done is told in memory that both share: a message for each test would wake the program 13,000 times.
+    """
 
     def __init__(self) -> None:
-        words = [sys.executable, "-S", "-E", Path(__file__).with_name("watchdog.py"), str(os.getpid())]
-        self._program = subprocess.Popen(words, stdin=subprocess.PIPE, bufsize=0, start_new_session=True)
+        with tempfile.TemporaryFile() as shared:
+            shared.truncate(mmap.PAGESIZE)
+            self._told = mmap.mmap(shared.fileno(), mmap.PAGESIZE)
+            words = [sys.executable, "-S", "-E", Path(__file__).with_name("watchdog.py"), os.getpid(), shared.fileno()]
+            pipes = {"stdin": subprocess.PIPE, "pass_fds": [shared.fileno()]}
+            self._program = subprocess.Popen(list(map(str, words)), start_new_session=True, **pipes)
 
     def expect(self, what: str, seconds: float) -> None:
         """Tell what is done from now on, and how long that may take at most; 0 for ever."""
-        assert self._program.stdin is not None
-        self._program.stdin.write(f"{seconds} {what}\n".encode())
+        ends = time.monotonic() + seconds if seconds else 0.0
+        struct.pack_into("d", self._told, 0, 0.0)  # until all is told
+        struct.pack_into("d256p", self._told, 8, seconds, what.encode())
+        struct.pack_into("d", self._told, 0, ends)
 
 
 class Watch:
@@ -101,6 +127,10 @@ def _handler(number: int):
 
 
 def limit(item: pytest.Item) -> None:
-    """Give a test with a browser the limit of these, unless it has its own."""
-    if "browser" in item.fixturenames and item.get_closest_marker("timeout") is None:
+    """Give a test with a browser, and one of a long file, the limit of these, unless it has its own."""
+    if item.get_closest_marker("timeout") is not None:
+        return
+    if "browser" in item.fixturenames:
         item.add_marker(pytest.mark.timeout(BROWSER))
+    elif item.nodeid.partition("::")[0].removeprefix("tests/") in LONG:
+        item.add_marker(pytest.mark.timeout(WHOLE))

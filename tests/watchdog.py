@@ -1,27 +1,39 @@
 """Ends a process of tests that its own limits do not reach, and names the test; a program of its own.
 
-    python watchdog.py PID
+    python watchdog.py PID FILE
 
-Reads lines `SECONDS WHAT` on standard input: what PID does from now on, and how long that may take; 0 is for ever.
+FILE is the number of an open file: when PID must be done with what it does, by the clock that all processes share, 0
+for never; how long that may take at most [s]; what it is.
 """
 
+import mmap
 import os
 import select
 import signal
+import struct
 import sys
+import time
 from pathlib import Path
 
+LOOKING = 0.5
+"""[s]"""
 
-def main(pid: int) -> None:
+
+def main(pid: int, file: int) -> None:
     """Watch a process until the pipe from it closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the tests: this ends with them.
-    rest, limit, what = b"", 0.0, ""
-    while select.select([0], [], [], limit or None)[0]:
-        if not (came := os.read(0, 65536)):
+    told = mmap.mmap(file, mmap.PAGESIZE, prot=mmap.PROT_READ)
+    ends = 0.0
+    while not ends or time.monotonic() < ends:
+        if select.select([0], [], [], LOOKING)[0]:
             return
-        *lines, rest = (rest + came).split(b"\n")
-        if lines:
-            limit, what = float(lines[-1].split(b" ", 1)[0]), lines[-1].partition(b" ")[2].decode()
+        (ends,) = struct.unpack_from("d", told)
+    limit, what = struct.unpack_from("d256p", told, 8)
+    _end(pid, what.decode(errors="replace"), limit)
+
+
+def _end(pid: int, what: str, limit: float) -> None:
+    """Kill a process and all that it started, and say why."""
     told = f"\nwatchdog: {what} took more than {limit:g} s, and no limit within its process ended it; killed {pid}\n"
     os.write(2, told.encode())
     for each in [pid, *_offspring(pid)]:
@@ -46,4 +58,4 @@ def _offspring(pid: int) -> list[int]:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]))
+    main(int(sys.argv[1]), int(sys.argv[2]))
