@@ -19,12 +19,12 @@ BOMB = """
 import resource, sys, time
 resource.setrlimit(resource.RLIMIT_AS, (3 << 30, 3 << 30))
 import mjsim
-before = time.process_time()
-try:
-    mjsim.read_recording(sys.argv[1])
-except mjsim.RecordingError as error:
-    print(error)
-print(time.process_time() - before < 30, file=sys.stderr)
+for path in sys.argv[1:]:
+    before = time.process_time()
+    try:
+        mjsim.read_recording(path)
+    except mjsim.RecordingError as error:
+        print(time.process_time() - before < 10, error)
 """
 
 
@@ -38,30 +38,35 @@ def _small_messages(count: int) -> bytes:
     return (b"\x05" + struct.pack("<Q", 22) + bytes(22)) * count
 
 
+BOMBS: dict[str, tuple[Callable[[], bytes], str]] = {
+    "zstd": (
+        lambda: _chunk("zstd", zstandard.compress(bytes(2 << 30), 1), 2 << 30),
+        "a record of more than 134 MB",
+    ),
+    "lz4": (lambda: _chunk("lz4", lz4.frame.compress(bytes(1 << 29)), 1 << 29), "a record of more than 134 MB"),
+    "chunks": (
+        lambda: _chunk("zstd", zstandard.compress(bytes(1 << 27), 1), 1 << 27) * 9,
+        "decompresses to far more",
+    ),
+    "messages": (
+        lambda: _chunk("zstd", zstandard.compress(_small_messages(400_000), 1), 31 * 400_000) * 5,
+        "far more messages",
+    ),
+    "gzip": (lambda: _chunk("gzip", b"", 0), "is compressed by 'gzip', not by zstd or lz4"),
+}
+"""What makes the chunks of a file, and what is said of it."""
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("make", "said"),
-    [
-        (lambda: _chunk("zstd", zstandard.compress(bytes(2 << 30), 1), 2 << 30), "a record of more than 134 MB"),
-        (lambda: _chunk("lz4", lz4.frame.compress(bytes(1 << 29)), 1 << 29), "a record of more than 134 MB"),
-        (lambda: _chunk("zstd", zstandard.compress(bytes(1 << 27), 1), 1 << 27) * 9, "decompresses to far more"),
-        (
-            lambda: _chunk("zstd", zstandard.compress(_small_messages(400_000), 1), 31 * 400_000) * 5,
-            "far more messages",
-        ),
-        (lambda: _chunk("gzip", b"", 0), "is compressed by 'gzip', not by zstd or lz4"),
-    ],
-    ids=["zstd", "lz4", "chunks", "messages", "gzip"],
-)
-def test_what_unpacks_to_far_more_is_refused_in_little_memory(
-    good: bytes, tmp_path: Path, make: Callable[[], bytes], said: str
-):
-    path = tmp_path / "bomb.mcap"
-    path.write_bytes(good[: good.index(b"\x06", 8)][:8] + make())
-    done = completed([sys.executable, "-c", BOMB, path], check=False)
-    assert said in done.stdout
-    assert done.stdout.count("\n") == 1
-    assert done.stderr == "True\n"
+def test_what_unpacks_to_far_more_is_refused_in_little_memory(good: bytes, tmp_path: Path):
+    paths = [tmp_path / f"{name}.mcap" for name in BOMBS]
+    for path, (make, _) in zip(paths, BOMBS.values(), strict=True):
+        path.write_bytes(good[: good.index(b"\x06", 8)][:8] + make())
+    done = completed([sys.executable, "-c", BOMB, *paths], check=False)
+    lines = done.stdout.splitlines()
+    for path, line, (_, said) in zip(paths, lines, BOMBS.values(), strict=True):
+        assert line.startswith(f"True '{path}'"), done.stderr
+        assert said in line
 
 
 PEAK = """
