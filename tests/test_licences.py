@@ -56,6 +56,7 @@ def carried_by(name: str) -> set[str]:
     return {found[1] for file in importlib.metadata.files(name) or () if (found := CARRIED.search(file.name))}
 
 
+@pytest.mark.slow
 def test_every_licence_that_asks_for_more_is_on_the_page_and_no_other():
     asking = {name for name in packages() if ASKING.search(licence_of(name)) or carried_by(name)}
     assert asking == {name for name in ROWS if name in set(packages())}

@@ -125,6 +125,7 @@ def turned_and_noisy(seen):
     return replace(seen, scans=scans, odometry=moved)
 
 
+@pytest.mark.slow
 def test_along_a_bare_corridor_the_robot_knows_how_far_too_long_its_way_may_be_and_corrects_it_at_the_end():
     corridor = world(CORRIDOR, "2, 1.1", farthest=3.0, noise=0.01)
     _, errors, covariances, truth = driven(corridor, [(18.5, 1.1)], spoilt=too_long, seconds=26.0)

@@ -118,7 +118,7 @@ def test_a_robot_that_is_sure_of_its_heading_reports_the_solution():
     for frame in ("map", "start"):
         slam = EkfSlam(frame=frame)
         slam.start(pioneer(prior=Pose(0.0, 0.0, 0.0)), {}, np.random.default_rng(0))
-        for tick in range(60):
+        for tick in range(25):
             seen = Observation(
                 DT * tick,
                 DT,

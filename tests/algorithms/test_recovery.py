@@ -112,7 +112,7 @@ def test_a_robot_that_follows_its_commands_late_is_noticed(jacobians, ticks):
     rng, truth, slam = np.random.default_rng(4), Pose(0.0, 0.0, 0.0), EkfSlam(jacobians=jacobians)
     slam.start(pioneer(prior=truth), {}, rng)
     noise = np.array([0.02 * np.sqrt(0.05), 0.0, 0.05 * np.sqrt(0.05)])
-    told = [np.array([0.05, 0.0, 0.08 if (tick // 20) % 2 else -0.05]) for tick in range(600)]
+    told = [np.array([0.05, 0.0, 0.08 if (tick // 20) % 2 else -0.05]) for tick in range(400)]
     whole, part = int(ticks), ticks - int(ticks)
     for tick, command in enumerate(told, start=1):
         newer, older = (told[max(tick - 1 - whole - back, 0)] for back in (0, 1))

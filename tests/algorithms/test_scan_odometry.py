@@ -40,7 +40,7 @@ robots:
       - {beacons: eyes, range: [0.1, 12], fov_deg: 360, rate_hz: 5, noise: {range: 0.05, bearing_deg: 1}}
 run: {map: unknown}
 """
-WAY = [(1.5, 5.3), (5.0, 5.3), (7.6, 5.0), (7.6, 1.2), (4.4, 1.5), (4.6, 5.0), (1.5, 5.2), (1.4, 1.4)]
+WAY = [(1.5, 5.3), (5.0, 5.3), (7.6, 5.0), (7.6, 1.2)]
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +53,7 @@ def drive():
         for tick in mjsim.ticks(sim, {"scout": driver}):
             seen.append(replace(tick.seen["scout"], odometry=unknown))
             truth.append(tick.truth["scout"].as_array())
-            if tick.time > 40.0:
+            if tick.time > 20.0:
                 return sim.robots["scout"], seen, np.array(truth)
 
 
@@ -70,7 +70,7 @@ def walls_seen(looked):
 
 def test_scans_alone_tell_the_way_of_a_robot_to_centimetres(drive):
     robot, seen, truth = drive
-    assert np.hypot(*np.diff(truth[:, :2], axis=0).T).sum() > 14.0
+    assert np.hypot(*np.diff(truth[:, :2], axis=0).T).sum() > 9.0
     lidar, odometry, pose = LevelLidar(robot, None), ScanOdometry(), truth[0]
     errors = []
     for each, true in zip(seen, truth, strict=True):
@@ -115,6 +115,7 @@ def test_a_scan_that_waited_for_late_odometry_has_its_own_walls(drive, monkeypat
         np.testing.assert_array_equal(walls.points, walls_of(level_scan).points)
 
 
+@pytest.mark.slow
 def test_ekf_slam_needs_no_odometry_where_it_sees_beacons(drive):
     # Five sightings a second of each beacon, to 0.05 m and a degree; in between, nothing tells the way.
     errors = errors_of(EkfSlam(jacobians="invariant"), drive)
@@ -133,7 +134,7 @@ def test_a_robot_that_stands_still_does_not_drift(drive):
     robot, seen, _ = drive
     lidar, odometry, way = LevelLidar(robot, None), ScanOdometry(), np.zeros(3)
     rng = np.random.default_rng(1)
-    for k in range(500):
+    for k in range(250):
         scan = seen[0].scans["scan"] if k % 2 == 0 else None
         if scan is not None:
             noisy = scan.ranges + rng.normal(0.0, 0.02, len(scan.ranges))

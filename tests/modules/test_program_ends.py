@@ -43,7 +43,10 @@ for line in sys.stdin:
 
 
 @pytest.mark.skipif(not Path("/proc/self/environ").exists(), reason="daemons are found where /proc has environments")
-@pytest.mark.parametrize("answer", ["'{\"forward\": 1}'", "'no JSON'", "__import__('time').sleep(60078)"])
+@pytest.mark.parametrize(
+    "answer",
+    ["'{\"forward\": 1}'", "'no JSON'", pytest.param("__import__('time').sleep(60078)", marks=pytest.mark.slow)],
+)
 def test_daemons_of_a_program_end_with_it(tmp_path, answer):
     script(tmp_path, "bad", DAEMON.replace("ANSWER", answer))
     room(tmp_path, f"navigator: {{use: 'exec:./bad {tmp_path}', patience: 60}}")

@@ -25,7 +25,7 @@ robots:
     sensors: [{lidar: scan, at: [0, 0, 1.0], beams: 181, fov_deg: 40, range: [0.05, 10]}]
 run: {seconds: 1, events: [EVENTS]}
 """
-LIDAR = "{lidar3d: scan, at: [0, 0, 1.0], rings: 16, columns: 360, rate_hz: 12.5}"
+LIDAR = "{lidar3d: scan, at: [0, 0, 1.0], rings: 16, columns: 180, rate_hz: 5}"
 TO = (1.65, 0.1, 1.0)
 EVENT = f"{{time: 0.2, reach: anna, hand: right, to: [{TO[0]}, {TO[1]}, {TO[2]}]}}"
 

@@ -171,7 +171,14 @@ def test_one_value_of_a_ball_is_led_and_the_others_stay_where_the_hand_took_them
             sim.lead("bell", "knot.rx", [1, 2, 3])
 
 
-@pytest.mark.parametrize(("joint", "to_deg", "seconds"), [("q5", 80, 2), ("q4", 110, 3), ("q5", -60, 4)])
+@pytest.mark.parametrize(
+    ("joint", "to_deg", "seconds"),
+    [
+        ("q5", 80, 2),
+        pytest.param("q4", 110, 3, marks=pytest.mark.slow),
+        pytest.param("q5", -60, 4, marks=pytest.mark.slow),
+    ],
+)
 def test_a_joint_of_a_loop_is_held_against_its_weight_also_where_the_loop_does_not_reach_the_goal(
     joint, to_deg, seconds
 ):
