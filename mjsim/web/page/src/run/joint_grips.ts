@@ -150,28 +150,29 @@ function towards({ grip, toward = [0, 0, 0], slides }: JointGrip, draw: (place: 
   return Math.min(Math.max(by, -most), most);
 }
 
-/** What is let go goes on to where it was let go for so long at most [ms]. */
-const FLUNG = 4000;
+/** What is let go goes on to where it was let go for so many ticks at most: a run may go slower than the clock. */
+const FLUNG = 100;
 /** It is there when the next step is no longer than this [m, rad], for so many ticks. */
 const CLOSE = 0.01;
 const CALM = 12;
 
-/** A joint that was let go before it was there: when [ms], and for how many ticks it has been there since. */
+/** A joint that was let go before it was there: how many ticks ago, and for how many it has been there since. */
 export interface LetGo {
-  since: number;
+  ticks: number;
   calm: number;
 }
 
-/** Whether a joint of a loop that was let go still has a way to go to the place where that was, or swings past it. */
+/** Whether, at another tick, a joint of a loop that was let go still has a way to go to where that was, or swings past it. */
 export function goesOn({ grip }: HeldJoint, by: Change, letGo: LetGo): boolean {
   if (grip.toward === undefined || typeof by !== "number") return false;
+  letGo.ticks += 1;
   letGo.calm = Math.abs(by) > CLOSE ? 0 : letGo.calm + 1;
-  return letGo.calm < CALM && performance.now() < letGo.since + FLUNG;
+  return letGo.calm < CALM && letGo.ticks < FLUNG;
 }
 
 /** Let a joint go: null where it is there, or is none of a loop. */
 export function letGoOf({ grip }: HeldJoint, by: Change): LetGo | null {
-  return grip.toward !== undefined && typeof by === "number" && Math.abs(by) > CLOSE ? { since: performance.now(), calm: 0 } : null;
+  return grip.toward !== undefined && typeof by === "number" && Math.abs(by) > CLOSE ? { ticks: 0, calm: 0 } : null;
 }
 
 function within(value: number, { lower, upper }: JointFacts): number {

@@ -1,0 +1,26 @@
+// What is done to a run by hand, and what is shown of it.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { goesOn, letGoOf } from "page/run/joint_grips";
+
+const LOOP = { grip: { toward: [1, 0, 0] } };
+
+test("a joint of a loop that was let go goes on for a hundred ticks, however slowly they come", (context) => {
+  const letGo = letGoOf(LOOP, 0.7);
+  const now = performance.now();
+  context.mock.method(performance, "now", () => now + 60_000);
+  for (let tick = 1; tick < 100; tick++) assert.ok(goesOn(LOOP, 0.7, letGo), `it stops at tick ${tick}`);
+  assert.ok(!goesOn(LOOP, 0.7, letGo));
+});
+
+test("it is there once it has rested for some ticks, not when it swings past", () => {
+  const letGo = letGoOf(LOOP, 0.7);
+  for (const by of [0.4, 0.005, -0.1, 0.002]) assert.ok(goesOn(LOOP, by, letGo));
+  const rests = Array.from({ length: 20 }, () => goesOn(LOOP, 0.001, letGo));
+  assert.deepEqual([rests[0], rests.at(-1)], [true, false]);
+});
+
+test("what is there already, or is no joint of a loop, does not go on", () => {
+  assert.equal(letGoOf(LOOP, 0.001), null);
+  assert.equal(letGoOf({ grip: {} }, 0.7), null);
+});
