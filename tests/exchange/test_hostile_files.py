@@ -124,7 +124,9 @@ def test_a_pipe_a_device_and_a_link_in_a_circle_are_no_files(tmp_path, capfd, na
 def test_a_map_whose_picture_is_a_pipe_is_one_line(tmp_path):
     (tmp_path / "map.yaml").write_text("image: map.pgm\nresolution: 0.05\n")
     os.mkfifo(tmp_path / "map.pgm")
-    with pytest.raises(UsageError, match=r"map\.pgm. cannot be read: it is a pipe or a device, not a file; name the picture of a map"):
+    with pytest.raises(
+        UsageError, match=r"map\.pgm. cannot be read: it is a pipe or a device, not a file; name the picture of a map"
+    ):
         bring_file(tmp_path / "map.yaml", robot=None)
 
 
