@@ -47,7 +47,7 @@ def video(
     shown: dict[str, Any] = {"follow": follow, "sightings": sightings, "ellipses": ellipses, "trails": trails}
     if at is not None:
         if begin is not None or end is not None:
-            raise UsageError("--at names one instant; leave out --begin and --end")
+            raise UsageError("--at names one instant; leave out --from and --to")
         write_instant(read_recording(recording), output, at, view=view, theme=theme, overwrite=overwrite, **shown)
         print(output)
         return

@@ -2,14 +2,14 @@
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 
 from mjsim.experiments.finding import Plot
 from mjsim.experiments.offline import Fixes
-from mjsim.geometry import Array, ellipse_points
+from mjsim.geometry import Array
 from mjsim.plan import draw_plan
 from mjsim.record import Recording, Track
 from mjsim.report import (
@@ -21,6 +21,10 @@ from mjsim.report import (
     STATES,
     TRUTH,
     chi_square_bounds,
+    draw_bounds,
+    draw_distances,
+    draw_ellipses,
+    draw_map,
     draw_truth,
     metrics,
     png_of,
@@ -41,8 +45,8 @@ def path_plot(name: str, caption: str, recording: Recording) -> Plot:
     draw_truth(axes, track.truth)
     axes.plot(*track.estimate[:, :2].T, color=ESTIMATE, lw=1.1, label="estimate")
     every = max(1, len(track.time) // 30)
-    _draw_ellipses(axes, track.estimate[every::every], track.covariance[every::every], ESTIMATE)
-    _draw_map(axes, track)
+    draw_ellipses(axes, track.estimate[every::every], track.covariance[every::every], ESTIMATE)
+    draw_map(axes, track)
     _draw_ends(axes, track)
     return _picture(f"{name}_path", caption, figure)
 
@@ -133,13 +137,13 @@ def enlarged(name: str, caption: str, recording: Recording) -> Plot:
     beacons = np.array([beacon.at for beacon in recording.world.beacons])
     draw_truth(axes, track.truth)
     axes.plot(*track.estimate[:, :2].T, color=ESTIMATE, lw=1.0, label="estimate")
-    _draw_map(axes, track, larger=LARGER)
+    draw_map(axes, track, larger=LARGER)
     every = max(1, round(0.5 / (track.time[1] - track.time[0])))
     late = np.arange(2 * len(track.time) // 3, len(track.time))
     distances = np.linalg.norm(track.truth[late, None, :2] - beacons, axis=2)
     row, nearest = np.unravel_index(int(np.argmin(distances)), distances.shape)
     around = slice(max(0, late[row] - 8 * every), late[row] + 8 * every, every)
-    _draw_ellipses(axes, track.estimate[around], LARGER**2 * track.covariance[around], ESTIMATE)
+    draw_ellipses(axes, track.estimate[around], LARGER**2 * track.covariance[around], ESTIMATE)
     x, y = (track.truth[late[row], :2] + beacons[nearest]) / 2.0
     axes.set_xlim(x - 1.5 * AROUND, x + 1.5 * AROUND)
     axes.set_ylim(y - AROUND, y + AROUND)
@@ -150,21 +154,8 @@ def enlarged(name: str, caption: str, recording: Recording) -> Plot:
 def transient(name: str, caption: str, track: Track) -> Plot:
     """Draw the errors in x, y and heading with their 3-sigma bounds, and the position error beside odometry's."""
     figure, panels = sheet(4, height=8.0)
-    errors = track.estimate - track.truth
-    errors[:, 2] = metrics.heading_errors(track.truth, track.estimate)
-    sigmas = np.sqrt(np.maximum(np.einsum("nii->ni", track.covariance), 0.0))
-    labels = ("x error [m]", "y error [m]", "heading error [deg]")
-    for column, (axes, label) in enumerate(zip(panels[:3], labels, strict=True)):
-        scale = np.degrees(1.0) if column == 2 else 1.0
-        bound = 3.0 * scale * sigmas[:, column]
-        axes.fill_between(track.time, -bound, bound, color=ESTIMATE, alpha=0.15, lw=0, label="3-sigma bounds")
-        axes.plot(track.time, scale * errors[:, column], color=ESTIMATE, lw=0.9, label="estimate - truth")
-        axes.set_ylabel(label)
-    panels[0].legend(loc="upper left", frameon=False, ncols=2)
-    for poses, color, label in ((track.odometry, ODOMETRY, "odometry"), (track.estimate, ESTIMATE, "estimate")):
-        panels[3].plot(track.time, metrics.position_errors(track.truth, poses), color=color, lw=1.1, label=label)
-    panels[3].set(xlabel="time [s]", ylabel="position error [m]")
-    panels[3].legend(loc="upper left", frameon=False, ncols=2)
+    draw_bounds(panels[:3], track, "estimate")
+    draw_distances(panels[3], track, "estimate")
     return _picture(f"{name}_transient", caption, figure)
 
 
@@ -182,19 +173,6 @@ def _draw_ends(axes: Axes, track: Track) -> None:
 
 def _draw_legend(axes: Axes) -> None:
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.09), ncols=6, frameon=False)
-
-
-def _draw_map(axes: Axes, track: Track, *, larger: float = 1.0) -> None:
-    mean, covariance = track.landmarks.mean[-1:], track.landmarks.covariance[-1:]
-    known = np.isfinite(mean).all(axis=2)
-    if known.any():
-        axes.plot(*mean[known].T, ".", color=MAP, ms=5, label="map")
-        _draw_ellipses(axes, mean[known], larger**2 * covariance[known], MAP)
-
-
-def _draw_ellipses(axes: Axes, means: Array, covariances: Array, color: str) -> None:
-    outlines = [ellipse_points(m[:2], c[:2, :2]) for m, c in zip(means, covariances, strict=True)]
-    axes.add_collection(PolyCollection(outlines, facecolors="none", edgecolors=color, linewidths=0.8, alpha=0.9))
 
 
 def _picture(name: str, caption: str, figure: Figure) -> Plot:

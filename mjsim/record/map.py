@@ -1,7 +1,7 @@
 """The map as Foxglove draws it: walls, obstacles, beacons, doors, movers and people."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from foxglove.messages import (
@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose
 from mjsim.models import shown_size
+from mjsim.plan import INKS
 from mjsim.posture import columns_of
 from mjsim.record.scene import stamp
 from mjsim.world import (
@@ -44,7 +45,6 @@ from mjsim.world import (
 
 BEACON_THICKNESS = 0.02
 """Drawn thickness [m]."""
-BEACON_COLOR = "#2f6fd0"
 LAMP_SIZE = 0.15
 """Drawn diameter [m]."""
 
@@ -64,11 +64,9 @@ def map_update(world: World, files: Mapping[str, bytes]) -> SceneUpdate:
         for piece in pieces
     ]
     doors = [
-        SceneEntity(
-            timestamp=stamp(0.0),
-            frame_id=f"door/{leaf.name}",
-            id=f"door/{leaf.name}",
-            frame_locked=True,
+        _entity(
+            f"door/{leaf.name}",
+            f"door/{leaf.name}",
             triangles=[_prism(leaf.outline(), leaf.low, leaf.high, leaf.door.color)],
         )
         for leaf in leaves(world)
@@ -94,11 +92,17 @@ def _changeable(world: World, files: Mapping[str, bytes], looks: Looks, *, time:
     """Return the entities that events may change."""
     present = [(item, name) for item, name in _obstacles(world) if name not in looks.removed]
     beacons = [item for item in hung(world) if item.beacon.name not in looks.removed]
+    fixed = [item for item in beacons if item.fixed]
     standing = [_prism(*prism, item.color) for item, _ in present if stays(item) for prism in prisms(item)]
     return [
         _entity("obstacles", time=time, triangles=standing),
         *(_moving(item, name, time) for item, name in present if not stays(item)),
-        _beacons("beacons", [item for item in beacons if item.fixed], files, time=time),
+        _entity(
+            "beacons",
+            time=time,
+            cubes=[_plate(item, item.place, files) for item in fixed],
+            texts=[_label(item, item.place) for item in fixed],
+        ),
         *(_carried(item, files, time) for item in beacons if not item.fixed),
         _entity("lamps", time=time, spheres=list(_lamps(world, looks))),
     ]
@@ -113,13 +117,24 @@ def _people(world: World) -> Iterator[SceneEntity]:
 
 def _entity(
     name: str,
+    frame: str = "world",
     *,
     time: float = 0.0,
-    triangles: list[TriangleListPrimitive] | None = None,
-    spheres: list[SpherePrimitive] | None = None,
+    triangles: Sequence[TriangleListPrimitive] = (),
+    spheres: Sequence[SpherePrimitive] = (),
+    cubes: Sequence[CubePrimitive] = (),
+    texts: Sequence[TextPrimitive] = (),
 ) -> SceneEntity:
+    """Return an entity in a frame; in one that moves, it moves along."""
     return SceneEntity(
-        timestamp=stamp(time), frame_id="world", id=name, triangles=triangles or [], spheres=spheres or []
+        timestamp=stamp(time),
+        frame_id=frame,
+        id=name,
+        frame_locked=frame != "world",
+        triangles=list(triangles),
+        spheres=list(spheres),
+        cubes=list(cubes),
+        texts=list(texts),
     )
 
 
@@ -128,26 +143,9 @@ def _obstacles(world: World) -> Iterator[tuple[Obstacle, str]]:
 
 
 def _moving(item: Obstacle, name: str, time: float) -> SceneEntity:
-    obstacle_from_world = world_from_obstacle(item).inverse()
-    return SceneEntity(
-        timestamp=stamp(time),
-        frame_id=f"obstacle/{name}",
-        id=f"obstacle/{name}",
-        frame_locked=True,
-        triangles=[
-            _prism(obstacle_from_world.transform(outline), low, high, item.color) for outline, low, high in prisms(item)
-        ],
-    )
-
-
-def _beacons(name: str, items: list[Hung], files: Mapping[str, bytes], *, time: float) -> SceneEntity:
-    return SceneEntity(
-        timestamp=stamp(time),
-        frame_id="world",
-        id=name,
-        cubes=[_plate(item, item.place, files) for item in items],
-        texts=[_label(item, item.place) for item in items],
-    )
+    own = world_from_obstacle(item).inverse()
+    shown = [_prism(own.transform(outline), low, high, item.color) for outline, low, high in prisms(item)]
+    return _entity(f"obstacle/{name}", f"obstacle/{name}", time=time, triangles=shown)
 
 
 def _carried(item: Hung, files: Mapping[str, bytes], time: float) -> SceneEntity:
@@ -155,19 +153,14 @@ def _carried(item: Hung, files: Mapping[str, bytes], time: float) -> SceneEntity
     carrier = item.carrier
     assert carrier is not None
     place = Pose(carrier.at[0], carrier.at[1], math.radians(carrier.heading_deg)).inverse() @ item.place
-    return SceneEntity(
-        timestamp=stamp(time),
-        frame_id=f"{carrier.name}/base" if isinstance(carrier, Robot) else f"obstacle/{carrier.name}",
-        id=f"beacon/{item.beacon.name}",
-        frame_locked=True,
-        cubes=[_plate(item, place, files)],
-        texts=[_label(item, place)],
-    )
+    frame = f"{carrier.name}/base" if isinstance(carrier, Robot) else f"obstacle/{carrier.name}"
+    plate, label = [_plate(item, place, files)], [_label(item, place)]
+    return _entity(f"beacon/{item.beacon.name}", frame, time=time, cubes=plate, texts=label)
 
 
 def _plate(item: Hung, place: Pose, files: Mapping[str, bytes]) -> CubePrimitive:
     size = Vector3(x=BEACON_THICKNESS, y=item.beacon.width, z=_height(item.beacon, files))
-    return CubePrimitive(pose=_pose_of(item, place), size=size, color=_color(BEACON_COLOR))
+    return CubePrimitive(pose=_pose_of(item, place), size=size, color=_color(INKS["beacon"].light))
 
 
 def _label(item: Hung, place: Pose) -> TextPrimitive:

@@ -1,6 +1,6 @@
 """The plots of a report, drawn with matplotlib; each function returns one figure."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -31,12 +31,8 @@ def path_plot(world: World, track: Track, name: str) -> Figure:
     draw_plan(axes, world)
     draw_paths(axes, track, name)
     every = max(1, len(track.time) // 40)
-    outlines = [
-        ellipse_points(mean[:2], covariance[:2, :2])
-        for mean, covariance in zip(track.estimate[::every], track.covariance[::every], strict=True)
-    ]
-    axes.add_collection(PolyCollection(outlines, facecolors="none", edgecolors=ESTIMATE, linewidths=0.7, alpha=0.8))
-    _draw_map(axes, track)
+    draw_ellipses(axes, track.estimate[::every], track.covariance[::every], ESTIMATE)
+    draw_map(axes, track)
     axes.set(title="Path and map, with 95 % ellipses")
     axes.autoscale_view()
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=6, frameon=False)
@@ -60,36 +56,45 @@ def draw_truth(axes: Axes, truth: Array, *, color: str = TRUTH, label: str = "tr
 def error_plot(world: World, track: Track, name: str) -> Figure:
     """Draw the errors in x, y and heading over time between their 3-sigma bounds."""
     figure, panels = sheet(3, height=7.0)
+    draw_bounds(panels, track, name)
+    panels[0].set_title("Transient errors and what the estimator says of them")
+    panels[-1].set_xlabel("time [s]")
+    return figure
+
+
+def draw_bounds(panels: Sequence[Axes], track: Track, name: str) -> None:
+    """Draw the errors in x, y and heading, each in a panel, between their 3-sigma bounds."""
     errors = track.estimate - track.truth
     errors[:, 2] = metrics.heading_errors(track.truth, track.estimate)
     sigmas = np.sqrt(np.maximum(np.einsum("nii->ni", track.covariance), 0.0))
-    scales = (1.0, 1.0, 180.0 / np.pi)
-    for axes, column, label in zip(
-        panels, range(3), ("x error [m]", "y error [m]", "heading error [deg]"), strict=True
-    ):
+    scales, labels = (1.0, 1.0, 180.0 / np.pi), ("x error [m]", "y error [m]", "heading error [deg]")
+    for axes, column, label in zip(panels, range(3), labels, strict=True):
         error, bound = errors[:, column] * scales[column], 3.0 * sigmas[:, column] * scales[column]
         axes.fill_between(track.time, -bound, bound, color=ESTIMATE, alpha=0.15, lw=0, label="3-sigma bounds")
         axes.plot(track.time, error, color=ESTIMATE, lw=1.0, label=f"{name} - truth")
         axes.axhline(0.0, color=NEUTRAL, lw=0.5)
         axes.set_ylabel(label)
-    panels[0].set_title("Transient errors and what the estimator says of them")
     panels[0].legend(loc="upper left", frameon=False, ncols=2)
-    panels[-1].set_xlabel("time [s]")
-    return figure
 
 
 def distance_plot(world: World, track: Track, name: str) -> Figure:
     """Draw the position error of the estimate and of dead reckoning over time, and when the robot bumped."""
     figure, (axes,) = sheet(1, height=3.6)
+    draw_distances(axes, track, name)
+    axes.set(title="Localization error, not aligned")
+    axes.set_ylim(bottom=0.0)
+    return figure
+
+
+def draw_distances(axes: Axes, track: Track, name: str) -> None:
+    """Draw the position errors of dead reckoning and of the estimate over time, and the bumps."""
     for poses, color, label in ((track.odometry, ODOMETRY, "odometry"), (track.estimate, ESTIMATE, name)):
         axes.plot(track.time, metrics.position_errors(track.truth, poses), color=color, lw=1.2, label=label)
     bumps = [event.time for event in track.events if event.kind == "bump"]
     if bumps:
         axes.plot(bumps, np.zeros(len(bumps)), "|", color=BUMP, ms=14, mew=1.6, label="bump", clip_on=False)
-    axes.set(xlabel="time [s]", ylabel="position error [m]", title="Localization error, not aligned")
-    axes.set_ylim(bottom=0.0)
+    axes.set(xlabel="time [s]", ylabel="position error [m]")
     axes.legend(loc="upper left", frameon=False, ncols=3)
-    return figure
 
 
 def nees_plot(world: World, track: Track, name: str) -> Figure:
@@ -168,10 +173,16 @@ def sheet(rows: int, *, height: float) -> tuple[Figure, list[Axes]]:
     return figure, panels
 
 
-def _draw_map(axes: Axes, track: Track) -> None:
+def draw_map(axes: Axes, track: Track, *, larger: float = 1.0) -> None:
+    """Draw the estimated landmarks at the end, with their ellipses magnified by a factor."""
     mean, covariance = track.landmarks.mean[-1:], track.landmarks.covariance[-1:]
-    mapped = np.isfinite(mean).all(axis=2)
-    if mapped.any():
-        axes.plot(*mean[mapped].T, ".", color=MAP, ms=4, label="landmarks")
-        outlines = [ellipse_points(m, c) for m, c in zip(mean[mapped], covariance[mapped], strict=True)]
-        axes.add_collection(PolyCollection(outlines, facecolors="none", edgecolors=MAP, linewidths=0.8))
+    known = np.isfinite(mean).all(axis=2)
+    if known.any():
+        axes.plot(*mean[known].T, ".", color=MAP, ms=4, label="landmarks")
+        draw_ellipses(axes, mean[known], larger**2 * covariance[known], MAP)
+
+
+def draw_ellipses(axes: Axes, means: Array, covariances: Array, color: str) -> None:
+    """Draw 95 % ellipses of positions, means of shape (n, 2 or 3), in a colour."""
+    outlines = list(ellipse_points(means[:, :2], covariances[:, :2, :2])) if len(means) else []
+    axes.add_collection(PolyCollection(outlines, facecolors="none", edgecolors=color, linewidths=0.8, alpha=0.9))

@@ -187,9 +187,9 @@ function drawOpening({ context, shapes, palette, look, item }: Brush): void {
   if (!shape) return;
   const window = typeof item.values["sill"] === "number" && item.values["sill"] > 0;
   trace(context, shape);
-  context.fillStyle = window ? blendSafe(palette.truth, palette.ground, 0.6) : palette.ground;
+  context.fillStyle = window ? blendSafe(palette.glass, palette.ground, 0.6) : palette.ground;
   context.fill();
-  context.strokeStyle = look.selected ? palette.accent : window ? palette.truth : palette["wall-low"];
+  context.strokeStyle = look.selected ? palette.accent : window ? palette.glass : palette["wall-low"];
   context.lineWidth = look.selected ? 2 : 1;
   context.setLineDash(window ? [] : [4, 3]);
   context.stroke();
@@ -227,7 +227,7 @@ function drawThing({ context, item, shapes, palette, look, facing, view, at }: B
 function drawWay(context: Context, item: Item, view: PlanView, palette: Palette): void {
   const path = item.values["path"] as { points?: Point[]; closed?: boolean } | null | undefined;
   if (!path?.points || !item.at) return;
-  context.strokeStyle = palette.seen;
+  context.strokeStyle = palette.muted;
   context.lineWidth = 1.5;
   context.setLineDash([4, 4]);
   context.beginPath();
@@ -264,16 +264,16 @@ function drawLight({ context, palette, look, at, view, shapes }: Brush): void {
   }
 }
 
+/** A line of its width with a tick where it faces; a marker is hollow, a reflector a ring, a radio anchor a diamond. */
 function drawBeacon({ context, item, shapes, palette, look, facing, at, view }: Brush): void {
-  const faceless = !item.values["image"] && !item.values["marker"];
-  const marked = item.values["marker"] || (faceless && item.values["anchor"]);
-  context.strokeStyle = look.selected ? palette.accent : marked ? palette.seen : palette.beacon;
+  context.strokeStyle = look.selected ? palette.accent : palette.beacon;
   const place = centreOf(shapes) ?? (at ? view.toScreen(at) : null);
   if (!place) return;
-  if (faceless) {
+  if (!item.values["image"] && !item.values["marker"]) {
     context.fillStyle = palette.paper;
     context.lineWidth = 2;
-    disc(context, place, 4);
+    if (item.values["anchor"]) trace(context, [0, 90, 180, 270].map((turn) => add(place, times(direction(turn), 5))));
+    else disc(context, place, 4);
     context.fill();
     context.stroke();
     return;
@@ -285,6 +285,10 @@ function drawBeacon({ context, item, shapes, palette, look, facing, at, view }: 
   line(context, add(from, off), add(to, off));
   context.lineWidth = 2.5;
   line(context, place, add(place, [facing[0] * 9, -facing[1] * 9]));
+  if (!item.values["marker"]) return;
+  context.strokeStyle = palette.paper;
+  context.lineWidth = 2;
+  line(context, add(from, off), add(to, off));
 }
 
 /** A body, and the links of its arms, seen through. */

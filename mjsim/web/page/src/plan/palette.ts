@@ -8,6 +8,7 @@ const TOKENS = [
   "edge",
   "error",
   "estimate",
+  "glass",
   "grid",
   "grid-strong",
   "ground",
