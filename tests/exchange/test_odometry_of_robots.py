@@ -15,8 +15,8 @@ from mjsim.run.pilot import DeadReckoning
 from mjsim.sim import Simulation, arc_end, slip_shares
 from mjsim.sim.odometry import WheelOdometer
 from mjsim.world import OdometryNoise, Slip, Source, WheelOdometry, parse_world
-from tests.exchange.odd_robots import nose_heavy
-from tests.exchange.test_robots import BURGER, RACECAR
+from tests.exchange.odd_robots import nose_heavy, tricycle
+from tests.exchange.test_robots import BURGER
 
 DT = 0.04
 
@@ -110,9 +110,10 @@ def nees(belief: DeadReckoning, truth: np.ndarray) -> float:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", [BURGER, RACECAR], ids=["burger", "racecar"])
-def test_the_odometry_of_an_imported_robot_is_consistent(path):
-    text, files = brought(path)
+@pytest.mark.parametrize("made", [BURGER.read_text(encoding="utf-8"), tricycle()], ids=["burger", "tricycle"])
+def test_the_odometry_of_an_imported_robot_is_consistent(made, tmp_path):
+    (tmp_path / "robot.urdf").write_text(made)
+    text, files = brought(tmp_path / "robot.urdf")
     found = nees_of(text, files, seed=5)
     # Times of one drive are not independent: each one's sum over the robots is compared with its own bounds.
     low, high = chi2.ppf([0.001, 0.999], 3 * len(found))
