@@ -83,7 +83,7 @@ def test_a_crash_is_one_line_and_the_next_file_is_read(reader):
 
 @pytest.mark.parametrize("function", ["hang", "turn"])
 def test_what_never_ends_is_ended(function, monkeypatch):
-    monkeypatch.setattr("mjsim.guarded.reader.limits_for", lambda size: Allowance(seconds=1.0))
+    monkeypatch.setattr("mjsim.guarded.reader.limits_for", lambda size: Allowance(seconds=0.51))
     with Reader(f"{HERE}:same") as reader:
         reader.call(f"{HERE}:same", 1, about="x")
         before = time.monotonic()
