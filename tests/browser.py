@@ -10,8 +10,8 @@ from websockets.sync.client import ClientConnection, connect
 
 from mjsim.bench.entering import client_of, cookie_of, socket_of
 
-PATIENCE = 60.0
-"""No answer takes this long [s], on however loaded a machine."""
+PATIENCE = 40.0
+"""No answer takes this long [s], on however loaded a machine: less than the limit of a test with a browser."""
 
 
 class Browser:
