@@ -35,6 +35,23 @@ def pulled(page, canvas, kind, by, number=0):
     page.mouse.move(x + by[0], y + by[1])
 
 
+REST = """async canvas => {
+  for (let seen = "", same = 0; same < 10; ) {
+    await new Promise(requestAnimationFrame);
+    same = canvas.dataset.handles === seen ? same + 1 : 0;
+    seen = canvas.dataset.handles;
+  }
+}"""
+
+
+def let_go(page, canvas):
+    """Let a handle go, and wait until the scene of the changed text is there and its handles rest."""
+    with page.expect_response("**/api/scene", timeout=PATIENCE):
+        page.mouse.up()
+    expect(page.locator("#view-edit .scene-door")).to_have_attribute("data-scene", "there", timeout=PATIENCE)
+    canvas.evaluate(REST)
+
+
 def test_things_are_moved_turned_and_lifted_in_3d_and_each_is_one_step_back(sheet):
     page = sheet.page
     page.locator("#view-edit").get_by_title("View in 3-D").click()
@@ -44,14 +61,14 @@ def test_things_are_moved_turned_and_lifted_in_3d_and_each_is_one_step_back(shee
     text = page.locator(".cm-content")
     pulled(page, canvas, "lift", (0, -30))
     expect(page.locator(".scene-said")).to_have_text(re.compile(r"^\d\.\d\d m high$"))
-    page.mouse.up()
+    let_go(page, canvas)
     expect(text).to_contain_text(re.compile(r"at: \[0, 0\], elevation: [\d.]+\}  # a crate"))
     pulled(page, canvas, "turn", (-40, 0))
-    page.mouse.up()
+    let_go(page, canvas)
     # Turned by a multiple of 15 degrees, as on the plan.
     expect(text).to_contain_text(re.compile(r"heading_deg: -?(15|30|45|60|75|90|105|120|135|150|165|180), elevation"))
     pulled(page, canvas, "move", (30, 0), number=1)
-    page.mouse.up()
+    let_go(page, canvas)
     # Along x alone.
     expect(text).to_contain_text(re.compile(r"at: \[-?[1-9\d.]+, 0\], heading_deg"))
     pulled(page, canvas, "move", (40, 20))
