@@ -30,12 +30,12 @@ def packed(path: Path, line: bytes, megabytes: int) -> Path:
     return path
 
 
-def carmen_of_a_gigabyte(folder: Path) -> Path:
-    return packed(folder / "run.log.gz", ODOM, 1000)
+def carmen_bomb(folder: Path) -> Path:
+    return packed(folder / "run.log.gz", ODOM, 100)
 
 
-def one_line_of_gigabytes(folder: Path) -> Path:
-    return packed(folder / "run.log.gz", bytes(PART), 4096)
+def one_line_bomb(folder: Path) -> Path:
+    return packed(folder / "run.log.gz", bytes(PART), 100)
 
 
 def dictionary_of_a_gigabyte(folder: Path) -> Path:
@@ -44,38 +44,28 @@ def dictionary_of_a_gigabyte(folder: Path) -> Path:
     packer = lzma.LZMACompressor(lzma.FORMAT_XZ, filters=filters)
     with (folder / "run.log.xz").open("wb") as file:
         file.write(packer.compress(ODOM * 3))
-        for _ in range(1600):
+        for _ in range(4):
             file.write(packer.compress(b"# " + bytes(PART - 3) + b"\n"))
         file.write(packer.flush())
     return folder / "run.log.xz"
 
 
-def mrclam_of_a_gigabyte(folder: Path) -> Path:
+def mrclam_bomb(folder: Path) -> Path:
     (folder / "Barcodes.dat").write_text("1 5\n6 63\n")
     (folder / "Robot1_Measurement.dat").write_text("1.0 63 1.0 0.0\n")
-    packed(folder / "rows.gz", b"1.0 0.0 0.0\n", 500).rename(folder / "Robot1_Odometry.dat")
+    packed(folder / "rows.gz", b"1.0 0.0 0.0\n", 100).rename(folder / "Robot1_Odometry.dat")
     return folder
 
 
-def victoria_park_of_a_gigabyte(folder: Path) -> Path:
-    packed(folder / "rows.gz", b"1.0 0.0 0.0\n", 500).rename(folder / "inputs.dat")
-    (folder / "measurements.dat").write_text("1.0 5.0 1.0 0.3\n")
-    return folder
-
-
-def table_of_a_gigabyte(folder: Path) -> Path:
-    packed(folder / "odometry.csv.gz", b"1.0,0.0,0.0,0.0\n", 500)
-    (folder / "log.yaml").write_text(
-        "log: tables\nodometry: {file: odometry.csv.gz, time: 1, x: 2, y: 3, heading: 4}\n"
-    )
+def table_bomb(folder: Path) -> Path:
+    packed(folder / "odometry.csv.gz", b"1.0,0.0,0.0,0.0\n", 100)
+    (folder / "log.yaml").write_text(TABLE)
     return folder / "log.yaml"
 
 
 def one_line_of_columns(folder: Path) -> Path:
-    packed(folder / "odometry.csv.gz", b"1,", 300)
-    (folder / "log.yaml").write_text(
-        "log: tables\nodometry: {file: odometry.csv.gz, time: 1, x: 2, y: 3, heading: 4}\n"
-    )
+    packed(folder / "odometry.csv.gz", b"1,", 100)
+    (folder / "log.yaml").write_text(TABLE)
     return folder / "log.yaml"
 
 
@@ -171,7 +161,7 @@ def bag_with_scans_of_claims(folder: Path) -> Path:
 
 
 def mcap_of_bombs(folder: Path) -> Path:
-    """Write chunks of a gigabyte each."""
+    """Write chunks of 100 MB each."""
     with (folder / "run.mcap").open("wb") as file:
         writer = Writer(file, compression=CompressionType.ZSTD, chunk_size=1 << 31)
         writer.start("ros2", "")
@@ -180,7 +170,7 @@ def mcap_of_bombs(folder: Path) -> Path:
         )
         store = get_typestore(Stores.LATEST)
         made = Bag(None, store, ros1=False)
-        message = made.compressed(made.header(START, "c"), "png", bytes(1000 << 20))
+        message = made.compressed(made.header(START, "c"), "png", bytes(100 << 20))
         data = bytes(store.serialize_cdr(message, message.__msgtype__))
         for k in range(2):
             writer.add_message(channel, k * 10**8, data, k * 10**8)
@@ -197,10 +187,10 @@ def _record(header: Mapping[str, bytes], data: bytes) -> bytes:
 
 
 def bag_of_bombs(folder: Path) -> Path:
-    """Write a bag of ROS 1 whose chunks unpack to a gigabyte each."""
+    """Write a bag of ROS 1 whose chunks unpack to 100 MB each."""
     packer = bz2.BZ2Compressor(9)
-    packed = b"".join([*(packer.compress(bytes(PART)) for _ in range(1000)), packer.flush()])
-    size = struct.pack("<I", 1000 << 20)
+    packed = b"".join([*(packer.compress(bytes(PART)) for _ in range(100)), packer.flush()])
+    size = struct.pack("<I", 100 << 20)
     chunk = _record({"op": b"\x05", "compression": b"bz2", "size": size}, packed)
     head = _record({"op": b"\x03", "index_pos": bytes(8), "conn_count": bytes(4), "chunk_count": bytes(4)}, b" " * 4027)
     (folder / "run.bag").write_bytes(b"#ROSBAG V2.0\n" + head + chunk * 3)
@@ -290,10 +280,10 @@ def metadata_names_others(folder: Path) -> Path:
     return folder / "run"
 
 
-def packed_database_of_a_gigabyte(folder: Path) -> Path:
+def packed_database_bomb(folder: Path) -> Path:
     write_scans(folder / "run", "sqlite-file")
     (file,) = (folder / "run").glob("*.zstd")
-    file.write_bytes(zstd.compress(b"SQLite format 3\x00" + bytes(1500 << 20)))
+    file.write_bytes(zstd.compress(b"SQLite format 3\x00" + bytes(100 << 20)))
     return folder / "run"
 
 
