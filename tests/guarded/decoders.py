@@ -55,7 +55,7 @@ def swell(megabytes):
 
 def hoard(megabytes):
     """Keep memory after the call, as libraries with caches do."""
-    KEPT.append(np.ones(megabytes * 2**17))
+    KEPT.append(np.empty(megabytes * 2**17))
 
 
 def fail(kind):
