@@ -17,6 +17,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import types
 from collections import Counter, defaultdict
@@ -248,7 +249,7 @@ def _waited(child: int, limit: float) -> int:
 
 
 class _Notes:
-    """Writes down the first failure."""
+    """The first failure, in a file."""
 
     def __init__(self, said: Path) -> None:
         self._said = said
@@ -268,25 +269,17 @@ def _run(session: pytest.Session, items: list[pytest.Item], said: Path) -> None:
     session._setupstate.teardown_exact(None)
 
 
-class _Passed:
-    def __init__(self) -> None:
-        self.failed: set[str] = set()
-
-    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        if report.failed or report.skipped:
-            self.failed.add(report.nodeid)
-
-
 def _measure(session: pytest.Session, items: list[pytest.Item], said: Path) -> None:
     """Write a line for each test that passes: its name, its time [s], and the functions that it calls."""
-    passed = _Passed()
-    session.config.pluginmanager.register(passed)
+    failed = set[str]()
+    hooks = types.SimpleNamespace(
+        pytest_runtest_logreport=lambda report: failed.add(report.nodeid) if report.outcome != "passed" else None
+    )
+    session.config.pluginmanager.register(hooks)
     seen: set[types.CodeType] = set()
 
     def call(frame: types.FrameType, _: str, __: object) -> None:
         seen.add(frame.f_code)
-
-    import threading
 
     threading.settrace(call)
     with said.open("w") as file:
@@ -295,7 +288,7 @@ def _measure(session: pytest.Session, items: list[pytest.Item], said: Path) -> N
             sys.settrace(call)
             item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
             sys.settrace(None)
-            if item.nodeid not in passed.failed:
+            if item.nodeid not in failed:
                 called = sorted({f"{code.co_filename}:{code.co_qualname}" for code in seen if _ours(code)})
                 file.write(json.dumps([item.nodeid, time.perf_counter() - began, *called]) + "\n")
                 file.flush()
