@@ -18,14 +18,21 @@ BROWSER = 60.0
 WHOLE = 120.0
 """Limit of a test of the files below [s]."""
 LONG = {
+    "algorithms/test_errors_in_common.py",
+    "algorithms/test_lidar_slam.py",
     "algorithms/test_slam_rooms.py",
     "bridge/test_private.py",
     "datasets/test_slam_clients.py",
+    "exchange/test_odometry_of_robots.py",
+    "experiments/test_experiments.py",
     "sweep/test_sweep.py",
     "test_setup.py",
+    "world/test_large_world.py",
+    "worlds/test_balancing_run.py",
     "worlds/test_gallery_run.py",
+    "worlds/test_matlab_world.py",
 }
-"""Files that start large programs, several processes, or run the main world whole."""
+"""Files with a test of over 5 s of processor time, or one that starts large programs."""
 GRACE = 20.0
 """What a test and what it set up may take to end, once its limit within the process is over [s]."""
 COLLECTION = 300.0
@@ -103,7 +110,9 @@ class Watch:
     def pytest_timeout_cancel_timer(self, item):
         self._watchdog.expect("", 0.0)
 
-    def pytest_unconfigure(self):
+    def pytest_unconfigure(self, config):
+        if hasattr(config, "workerinput"):
+            return  # It waits for the others; then xdist ends it within 10 s.
         self._watchdog.expect("the end of the process", END)
         faulthandler.dump_traceback_later(END / 2, file=sys.__stderr__)  # which thread is waited for
 
