@@ -1,15 +1,15 @@
 """The page of a workplace: posture, reach, sight and clearance in one HTML file that opens offline."""
 
-import html
 import json
 import math
+from collections.abc import Iterator, Mapping
 
 from mjsim.ergonomics.pictures import pictures_of
 from mjsim.ergonomics.plots import posture_plot, reach_plot, sight_plot
 from mjsim.ergonomics.sight import STEEPEST
 from mjsim.ergonomics.study import PersonStudy, contact_figure, figures_of
 from mjsim.posture import ANGLES, comfort_of
-from mjsim.report import html_page, html_table, picture, png_of
+from mjsim.report import Block, Heading, HtmlTable, Paragraph, html_page, picture, png_of
 
 
 def page_files(study: PersonStudy) -> dict[str, bytes]:
@@ -27,24 +27,29 @@ def page_files(study: PersonStudy) -> dict[str, bytes]:
 
 
 def _page(study: PersonStudy, drawn: dict[str, bytes]) -> str:
+    images = {kind: picture(f"{kind} of {study.person.name}", data) for kind, data in drawn.items()}
+    return html_page(study.person.name, "mjsim ergonomics", *_blocks(study, images))
+
+
+def _blocks(study: PersonStudy, images: Mapping[str, Block]) -> Iterator[Block]:
     person = study.person
-    images = {kind: picture(f"{kind} of {person.name}", data) for kind, data in drawn.items()}
     along, up = (1000.0 * value for value in study.seated.set_by)
-    head = (
-        f"{person.sex}, stature {1000 * person.figure.measures['stature']:.0f} mm, on {html.escape(str(person.seat))}, "
-        f"set {along:+.0f} mm along and {up:+.0f} mm up from the middle of its travel"
+    yield Paragraph(
+        f"{person.sex}, stature {1000 * person.figure.measures['stature']:.0f} mm, on {person.seat}, "
+        f"set {along:+.0f} mm along and {up:+.0f} mm up from the middle of its travel",
+        "run",
     )
-    missed = "".join(f'<p class="fault">{html.escape(each)}</p>' for each in fault_lines(study))
-    eyes = "".join(images[kind] for kind in ("left_eye", "right_eye") if kind in images)
-    sections = (
-        f"{missed}{images.get('outside', '')}<h2>Posture</h2>{images['posture']}{_angles(study)}",
-        "<p>Published ranges are shown as they are; there is no score. Of joints without one the middle position is "
-        "preferred, and each deviation counts as a fraction of the joint's range.</p>",
-        f"<h2>Contacts</h2>{_contacts(study)}<h2>Reach</h2>{images['reach']}{_reaches(study)}",
-        f"<h2>Sight</h2>{images['sight']}{_views(study)}{eyes}",
-        f"<h2>Clearance</h2>{_clearances(study)}<h2>Seat</h2>{_settings(study)}",
+    yield from (Paragraph(each, "fault") for each in fault_lines(study))
+    yield from (images[kind] for kind in ("outside",) if kind in images)
+    yield from (Heading("Posture"), images["posture"], _angles(study))
+    yield Paragraph(
+        "Published ranges are shown as they are; there is no score. Of joints without one the middle position is "
+        "preferred, and each deviation counts as a fraction of the joint's range."
     )
-    return html_page(person.name, "mjsim ergonomics", f'<p class="run">{head}</p>', *sections)
+    yield from (Heading("Contacts"), _contacts(study), Heading("Reach"), images["reach"], _reaches(study))
+    yield from (Heading("Sight"), images["sight"], *_views(study))
+    yield from (images[kind] for kind in ("left_eye", "right_eye") if kind in images)
+    yield from (Heading("Clearance"), _clearances(study), Heading("Seat"), _settings(study))
 
 
 def fault_lines(study: PersonStudy) -> list[str]:
@@ -62,7 +67,7 @@ def fault_lines(study: PersonStudy) -> list[str]:
     ]
 
 
-def _angles(study: PersonStudy) -> str:
+def _angles(study: PersonStudy) -> HtmlTable:
     rows = []
     for name, value in study.angles.items():
         bare = name.removeprefix("left_").removeprefix("right_")
@@ -70,27 +75,27 @@ def _angles(study: PersonStudy) -> str:
         side = "" if bare == name else name.removesuffix(f"_{bare}") + ", "
         comfort = "; ".join(f"{each.low:g} to {each.high:g} ({each.source})" for each in ranges)
         rows.append((side + ANGLES[bare], f"{value:.0f}", comfort or "none"))
-    return html_table(("angle", "[deg]", "published comfort [deg]"), rows, wide=True)
+    return HtmlTable(("angle", "[deg]", "published comfort [deg]"), rows, wide=True)
 
 
-def _contacts(study: PersonStudy) -> str:
+def _contacts(study: PersonStudy) -> HtmlTable:
     rows = []
     for name, error in study.seated.errors.items():
         ((unit, value),) = contact_figure(name, error).items()
         rows.append((name, f"{value:.4f} {unit.removeprefix('error_')}"))
-    return html_table(("contact", "error"), rows, wide=True)
+    return HtmlTable(("contact", "error"), rows, wide=True)
 
 
-def _reaches(study: PersonStudy) -> str:
+def _reaches(study: PersonStudy) -> HtmlTable:
     rows = [(each.target, each.limb, _short(each.short), _short(each.leaning)) for each in study.reaches]
-    return html_table(("target", "limb", "back on the backrest", "leaning"), rows, wide=True)
+    return HtmlTable(("target", "limb", "back on the backrest", "leaning"), rows, wide=True)
 
 
 def _short(short: float) -> str:
     return "reached" if short == 0.0 else f"out of reach by {1000 * short:.0f} mm"
 
 
-def _views(study: PersonStudy) -> str:
+def _views(study: PersonStudy) -> Iterator[Block]:
     rows = []
     for name, view in study.views.items():
         shares = [f"{100 * view.shares[key]:.1f} %" for key in ("left", "right", "both", "either")]
@@ -98,18 +103,21 @@ def _views(study: PersonStudy) -> str:
         steep = f"{view.incidence_deg:.0f}" + ("" if view.incidence_deg >= STEEPEST else f" (below {STEEPEST:g})")
         rows.append((name, *shares, hidden, f"{view.distance:.2f}", steep))
     heads = ("display", "left eye", "right eye", "both", "either", "hidden from both by", "distance [m]", "angle [deg]")
-    note = (
-        f"<p>The angle is that of the line of sight to the face; NUREG-0700 rev. 3 asks for {STEEPEST:g} or more.</p>"
+    if not rows:
+        yield Paragraph("There is no display.")
+        return
+    yield HtmlTable(heads, rows, wide=True)
+    yield Paragraph(
+        f"The angle is that of the line of sight to the face; NUREG-0700 rev. 3 asks for {STEEPEST:g} or more."
     )
-    return html_table(heads, rows, wide=True) + note if rows else "<p>There is no display.</p>"
 
 
-def _clearances(study: PersonStudy) -> str:
+def _clearances(study: PersonStudy) -> HtmlTable:
     rows = [(each.segment, each.thing, f"{1000 * each.distance:.0f}") for each in study.clearances]
-    return html_table(("segment", "thing", "[mm]"), rows, wide=True)
+    return HtmlTable(("segment", "thing", "[mm]"), rows, wide=True)
 
 
-def _settings(study: PersonStudy) -> str:
+def _settings(study: PersonStudy) -> HtmlTable:
     rows = [
         (
             f"{each.sex}, percentile {each.percentile:g}",
@@ -118,4 +126,4 @@ def _settings(study: PersonStudy) -> str:
         )
         for each in study.settings
     ]
-    return html_table(("figure", "along [mm]", "up [mm]", "wished along", "wished up", "out of reach"), rows, wide=True)
+    return HtmlTable(("figure", "along [mm]", "up [mm]", "wished along", "wished up", "out of reach"), rows, wide=True)

@@ -1,13 +1,13 @@
 """The page of the classic experiments: verdicts, figures and plots, in files that open offline."""
 
-import html
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import chain
 from pathlib import Path
 
 from mjsim.experiments.finding import Finding, Result
 from mjsim.output import write_files
-from mjsim.report import html_page
+from mjsim.report import Block, Heading, HtmlPicture, HtmlTable, Paragraph, html_page
 
 MORE = """
 .holds { color: #1a7f37; } .fails { color: #c62828; }
@@ -64,22 +64,14 @@ def _json(results: Sequence[Result]) -> str:
 
 
 def _page(results: Sequence[Result]) -> str:
-    return html_page("The classic experiments", "mjsim", *map(_section, results), style=MORE)
+    blocks = chain.from_iterable(map(_blocks, results))
+    return html_page("The classic experiments", "mjsim", *blocks, style=MORE)
 
 
-def _section(result: Result) -> str:
-    rows = "".join(
-        f"<tr><td>{html.escape(f.what)}</td><td>{number(f)}</td><td>{html.escape(f.wanted)}</td>"
-        f'<td class="{"holds" if f.holds else "fails"}">{verdict(f.holds)}</td></tr>'
-        for f in result.findings
-    )
-    figures = "".join(
-        f'<figure><img alt="{html.escape(p.caption)}" src="{result.name}/{p.name}.png">'
-        f"<figcaption>{html.escape(p.caption)}</figcaption></figure>"
-        for p in result.pictures
-    )
-    return (
-        f"<h2>{html.escape(result.title)}</h2><p>{html.escape(result.question)}</p>"
-        "<table><thead><tr><td></td><th>measured</th><th>required</th><td></td></tr></thead>"
-        f"<tbody>{rows}</tbody></table>{figures}"
-    )
+def _blocks(result: Result) -> Iterator[Block]:
+    rows = [(f.what, number(f), f.wanted, (verdict(f.holds), "holds" if f.holds else "fails")) for f in result.findings]
+    yield Heading(result.title)
+    yield Paragraph(result.question)
+    yield HtmlTable(("", "measured", "required", ""), rows)
+    for each in result.pictures:
+        yield HtmlPicture(each.caption, f"{result.name}/{each.name}.png", captioned=True)

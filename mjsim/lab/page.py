@@ -1,9 +1,8 @@
 """The page of a plant: matrices, figures, plots and controllers in one HTML file that opens offline."""
 
-import html
 import io
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from mjsim.lab.design import Design
 from mjsim.lab.experiment import Experiment
 from mjsim.lab.linear import LinearPlant
 from mjsim.lab.modules import module_text
-from mjsim.report import html_page, html_table, picture, png_of
+from mjsim.report import Block, Code, Heading, HtmlTable, Paragraph, html_page, picture, png_of
 
 MATRIX_STYLE = """
 pre { background: rgba(128, 128, 128, 0.12); padding: 0.7rem 1rem; border-radius: 6px; overflow-x: auto; }
@@ -123,35 +122,33 @@ def _figures(experiment: Experiment) -> dict[str, Any]:
 
 
 def _page(experiment: Experiment, pictures: Mapping[str, bytes]) -> str:
-    plant, study = experiment.study.plant, experiment.study
     images = {key: picture(f"{key} of {experiment.name}", data) for key, data in pictures.items()}
-    matrices = "".join(
-        f"<h3>{name}</h3>{_matrix(getattr(plant, name), rows, columns)}"
-        for name, rows, columns in (
-            ("A", plant.states, plant.states),
-            ("B", plant.states, (plant.input,)),
-            ("C", plant.outputs, plant.states),
-            ("D", plant.outputs, (plant.input,)),
-        )
-    )
-    general = "".join(images[key] for key in ("step", "impulse", "bode", "nyquist", "poles"))
-    designs = "".join(
-        _design_section(experiment, design, closed, images[f"design_{number}"])
-        for number, (design, closed) in enumerate(zip(experiment.designs, experiment.closed, strict=True), start=1)
-    )
-    more = f"<h2>Identification</h2>{images['identification']}" if "identification" in images else ""
-    return html_page(
-        experiment.name,
-        "mjsim lab",
-        f'<p class="run">{html.escape(experiment.about)}</p>',
-        f"<h2>Linear plant</h2><p>x' = A x + B u, y = C x + D u</p>{matrices}",
-        f"<h2>Figures</h2>{_facts(experiment)}<h2>Responses</h2>{general}{more}{designs}",
-        f'<p class="run">{len(study.poles)} states; numbers by python-control.</p>',
-        style=MATRIX_STYLE,
-    )
+    return html_page(experiment.name, "mjsim lab", *_blocks(experiment, images), style=MATRIX_STYLE)
 
 
-def _facts(experiment: Experiment) -> str:
+def _blocks(experiment: Experiment, images: Mapping[str, Block]) -> Iterator[Block]:
+    plant = experiment.study.plant
+    yield Paragraph(experiment.about, "run")
+    yield Heading("Linear plant")
+    yield Paragraph("x' = A x + B u, y = C x + D u")
+    for name, rows, columns in (
+        ("A", plant.states, plant.states),
+        ("B", plant.states, (plant.input,)),
+        ("C", plant.outputs, plant.states),
+        ("D", plant.outputs, (plant.input,)),
+    ):
+        yield from (Heading(name, 3), _matrix(getattr(plant, name), rows, columns))
+    yield from (Heading("Figures"), _facts(experiment), Heading("Responses"))
+    yield from (images[key] for key in ("step", "impulse", "bode", "nyquist", "poles"))
+    if "identification" in images:
+        yield from (Heading("Identification"), images["identification"])
+    for number, (design, closed) in enumerate(zip(experiment.designs, experiment.closed, strict=True), start=1):
+        yield from _design_blocks(experiment, design, closed)
+        yield images[f"design_{number}"]
+    yield Paragraph(f"{len(experiment.study.poles)} states; numbers by python-control.", "run")
+
+
+def _facts(experiment: Experiment) -> HtmlTable:
     study = experiment.study
     rows = [
         ("poles", ", ".join(map(complex_text, study.poles)) + " rad/s"),
@@ -168,7 +165,7 @@ def _facts(experiment: Experiment) -> str:
     if experiment.step_poles is not None:
         text = ", ".join(map(complex_text, experiment.step_poles)) + " rad/s"
         rows.append(("nearest poles of MuJoCo's step (mjd_transitionFD), log(z) / dt", text))
-    return html_table((), rows)
+    return HtmlTable((), rows)
 
 
 def _margin_rows(margins: Mapping[str, float | None]) -> list[tuple[str, str]]:
@@ -187,7 +184,7 @@ def _shares(plant: LinearPlant, shares: Sequence[float] | None, time: Array) -> 
     return ", ".join(f"{name} {value:.2f} %" for name, value in zip(plant.outputs, shares, strict=True))
 
 
-def _design_section(experiment: Experiment, design: Design, closed: ClosedLoop | None, image: str) -> str:
+def _design_blocks(experiment: Experiment, design: Design, closed: ClosedLoop | None) -> Iterator[Block]:
     plant = experiment.study.plant
     rows = [("closed-loop poles", ", ".join(map(complex_text, design.poles)) + " rad/s")]
     rows.append(("stable", "yes" if design.is_stable else "no"))
@@ -199,14 +196,14 @@ def _design_section(experiment: Experiment, design: Design, closed: ClosedLoop |
         rows.append(("denominator", ", ".join(f"{value:.6g}" for value in design.den)))
     if closed is not None:
         rows.append(("linear loop fits the nonlinear one", _shares(plant, closed.fit, closed.time)))
-    text = html.escape(module_text(experiment.plant, plant, design))
-    table = html_table((), [*rows, *_margin_rows(design.margins)])
-    return f'<h2>{html.escape(design.name)}</h2>{table}<pre tabindex="0">{text}</pre>{image}'
+    yield Heading(design.name)
+    yield HtmlTable((), [*rows, *_margin_rows(design.margins)])
+    yield Code(module_text(experiment.plant, plant, design))
 
 
-def _matrix(values: Array, rows: Sequence[str], columns: Sequence[str]) -> str:
+def _matrix(values: Array, rows: Sequence[str], columns: Sequence[str]) -> HtmlTable:
     cells = [(name, *(f"{value:.8g}" for value in row)) for name, row in zip(rows, values.tolist(), strict=True)]
-    return html_table(("", *columns), cells, kind="matrix", wide=True)
+    return HtmlTable(("", *columns), cells, kind="matrix", wide=True)
 
 
 def complex_text(value: complex) -> str:

@@ -23,8 +23,13 @@ from .drawings import require_formats as require_formats
 from .figures import FIGURES as FIGURES
 from .figures import lacks_estimator as lacks_estimator
 from .figures import largest as largest
+from .html_page import Block as Block
+from .html_page import Code as Code
+from .html_page import Heading as Heading
+from .html_page import HtmlPicture as HtmlPicture
+from .html_page import HtmlTable as HtmlTable
+from .html_page import Paragraph as Paragraph
 from .html_page import html_page as html_page
-from .html_page import html_table as html_table
 from .html_page import picture as picture
 from .over_time import FEW as FEW
 from .over_time import mean_of as mean_of

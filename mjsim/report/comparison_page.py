@@ -1,8 +1,7 @@
 """Files of a comparison: tables, plots, and one HTML page that works offline."""
 
-import html
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +17,7 @@ from mjsim.report.comparison_tables import (
     verdict_rows,
 )
 from mjsim.report.drawings import drawing_files, png_of, require_formats
-from mjsim.report.html_page import html_page, html_table, picture
+from mjsim.report.html_page import Block, Heading, HtmlTable, Items, Paragraph, html_page, picture
 
 COMPARISON_FILES = ("comparison.json", "table.csv", "table.tex", "comparison.html")
 """Files of every comparison."""
@@ -56,25 +55,19 @@ def write_comparison(
 
 
 def _page(comparison: Comparison, pictures: dict[str, bytes]) -> str:
-    notes = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in (*comparison.consistency, *comparison.remarks))
-    return html_page(
-        " and ".join(group.label for group in comparison.groups[:4]),
-        "mjsim compare",
-        f"<h2>What is certain</h2>{_verdicts(comparison)}",
-        f"<h2>What to know</h2><ul>{notes}</ul>" if notes else "",
-        f"<h2>Figures: {cell_legend(comparison.groups)}</h2>{_table(comparison)}",
-        *(picture(name, data) for name, data in pictures.items()),
-    )
+    title = " and ".join(group.label for group in comparison.groups[:4])
+    return html_page(title, "mjsim compare", *_blocks(comparison, pictures))
 
 
-def _verdicts(comparison: Comparison) -> str:
-    """Return the table of significant differences."""
-    rows = verdict_rows(comparison)
-    if not rows:
-        return "<p>No difference is significant.</p>"
-    return html_table(("better", "than", "in", "by [interval]", "pairs"), rows, wide=True)
-
-
-def _table(comparison: Comparison) -> str:
+def _blocks(comparison: Comparison, pictures: dict[str, bytes]) -> Iterator[Block]:
+    yield Heading("What is certain")
+    if rows := verdict_rows(comparison):
+        yield HtmlTable(("better", "than", "in", "by [interval]", "pairs"), rows, wide=True)
+    else:
+        yield Paragraph("No difference is significant.")
+    if notes := [*comparison.consistency, *comparison.remarks]:
+        yield from (Heading("What to know"), Items(notes))
+    yield Heading(f"Figures: {cell_legend(comparison.groups)}")
     heads = ("", *(group.label for group in comparison.groups))
-    return html_table(heads, mean_rows(comparison), wide=True)
+    yield HtmlTable(heads, mean_rows(comparison), wide=True)
+    yield from (picture(name, data) for name, data in pictures.items())

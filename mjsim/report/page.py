@@ -1,8 +1,7 @@
 """Files of a report: `statistics.json`, the plots, and one HTML page that works offline."""
 
-import html
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +11,7 @@ from mjsim.output import free_paths, write_set
 from mjsim.record import Recording, Track
 from mjsim.report.arms import slides_of
 from mjsim.report.drawings import drawing_files, plot_text, png_of, require_formats
-from mjsim.report.html_page import html_page, html_table, picture
+from mjsim.report.html_page import Block, Heading, HtmlTable, Paragraph, html_page, picture
 from mjsim.report.statistics import known_part, stands, statistics_file
 from mjsim.report.tables import csv_table, key_figures, latex_table, shared_errors_of
 from mjsim.world import World, as_motions, event_text, world_notes
@@ -53,7 +52,7 @@ def _files(recording: Recording, figures: dict[str, Any], formats: Sequence[str]
         "table.csv": csv_table(figures).encode(),
         "table.tex": latex_table(figures).encode(),
     }
-    sections = []
+    blocks: list[Block] = []
     for robot, track in recording.robots.items():
         part = None if stands(recording.world, robot) else known_part(track)
         drawn = {} if part is None else _draw(recording.world, part, recording.estimator_of(robot))
@@ -66,14 +65,13 @@ def _files(recording: Recording, figures: dict[str, Any], formats: Sequence[str]
             of_arms[arm] = {name: png_of(figure) for name, figure in drawn.items()}
             plots = drawing_files(drawn, formats, pictures=of_arms[arm])
             files |= {f"{robot}_{arm}_{name}": data for name, data in plots.items()}
-        sections.append(_section(robot, figures["robots"][robot], pictures) + "".join(_arm_sections(robot, of_arms)))
+        blocks += [*_blocks(robot, figures["robots"][robot], pictures), *_arm_blocks(robot, of_arms)]
     for name, drawn in _drawn_mechanisms(recording):
         of_mechanism = {kind: png_of(figure) for kind, figure in drawn.items()}
         plots = drawing_files(drawn, formats, pictures=of_mechanism)
         files |= {f"{name}_{kind}": data for kind, data in plots.items()}
-        images = "".join(picture(f"{kind} of {name}", png) for kind, png in of_mechanism.items())
-        sections.append(f"<h2>{html.escape(name)}</h2>{images}")
-    files["report.html"] = _page(recording, figures["run"], sections).encode()
+        blocks += [Heading(name), *(picture(f"{kind} of {name}", png) for kind, png in of_mechanism.items())]
+    files["report.html"] = _page(recording, figures["run"], blocks).encode()
     return files
 
 
@@ -115,34 +113,35 @@ def _drawn_mechanisms(recording: Recording) -> Iterator[tuple[str, dict[str, "Fi
         yield mechanism.name, mechanism_plots(recording.time, joints, slides, sensors)
 
 
-def _arm_sections(robot: str, pictures: Mapping[str, Mapping[str, bytes]]) -> Iterator[str]:
+def _arm_blocks(robot: str, pictures: Mapping[str, Mapping[str, bytes]]) -> Iterator[Block]:
     for arm, drawn in pictures.items():
-        images = "".join(picture(f"{name} of {robot}/{arm}", png) for name, png in drawn.items())
-        yield f"<h2>{html.escape(robot)}/{html.escape(arm)}</h2>{images}"
+        yield Heading(f"{robot}/{arm}")
+        yield from (picture(f"{name} of {robot}/{arm}", png) for name, png in drawn.items())
 
 
-def _section(robot: str, figures: dict[str, Any], pictures: Mapping[str, bytes]) -> str:
-    images = "".join(picture(f"{name} of {robot}", png) for name, png in pictures.items())
-    fault = f'<p class="fault">{html.escape(figures["fault"])}</p>' if figures["fault"] else ""
-    table = html_table(("", "estimate", "odometry"), key_figures(figures))
-    shared = f"<p>{html.escape(note)}.</p>" if (note := shared_errors_of(figures)) else ""
-    return f"<h2>{html.escape(robot)}</h2>{fault}{table}{shared}{images}"
+def _blocks(robot: str, figures: dict[str, Any], pictures: Mapping[str, bytes]) -> Iterator[Block]:
+    yield Heading(robot)
+    if figures["fault"]:
+        yield Paragraph(figures["fault"], "fault")
+    yield HtmlTable(("", "estimate", "odometry"), key_figures(figures))
+    if note := shared_errors_of(figures):
+        yield Paragraph(f"{note}.")
+    yield from (picture(f"{name} of {robot}", png) for name, png in pictures.items())
 
 
-def _times(run: dict[str, Any]) -> str:
-    """Return the table of the computing times of modules and parts of the loop."""
+def _times(run: dict[str, Any]) -> Iterator[Block]:
+    """Yield the table of the computing times of modules and parts of the loop."""
     costs = sorted(run["milliseconds"].items(), key=lambda item: -item[1]["mean"])
-    rows = [(part, f"{cost['mean']:.3f}", f"{cost['p99']:.3f}") for part, cost in costs]
-    table = html_table(("", "mean [ms]", "99 % below [ms]"), rows)
-    return f"<h2>Time on the clock, each tick</h2>{table}" if rows else ""
+    if rows := [(part, f"{cost['mean']:.3f}", f"{cost['p99']:.3f}") for part, cost in costs]:
+        yield Heading("Time on the clock, each tick")
+        yield HtmlTable(("", "mean [ms]", "99 % below [ms]"), rows)
 
 
-def _page(recording: Recording, run: dict[str, Any], sections: list[str]) -> str:
+def _page(recording: Recording, run: dict[str, Any], blocks: Iterable[Block]) -> str:
     factor = "" if run["real_time_factor"] is None else f", {run['real_time_factor']:.1f} times real time"
     happened = [(event_text(event), f"{event.time:.2f} s") for event in as_motions(recording.events)]
-    story = f"<h2>What happened to the world</h2>{html_table((), happened)}" if happened else ""
+    story = (Heading("What happened to the world"), HtmlTable((), happened)) if happened else ()
     cut = "" if run["whole"] else "; the file ends before its end: the run was killed, or the file was cut"
-    about = f"{run['sim_seconds']:.1f} s simulated{factor}, seed {run['seed']}{cut}"
-    notes = "".join(f"<p>{html.escape(note.message)}.</p>" for note in world_notes(recording.world))
-    header = f'<p class="run">{about}</p>{notes}'
-    return html_page(recording.world.name, "mjsim report", header, *sections, story, _times(run))
+    about = Paragraph(f"{run['sim_seconds']:.1f} s simulated{factor}, seed {run['seed']}{cut}", "run")
+    notes = (Paragraph(f"{note.message}.") for note in world_notes(recording.world))
+    return html_page(recording.world.name, "mjsim report", about, *notes, *blocks, *story, *_times(run))
