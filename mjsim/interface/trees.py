@@ -5,7 +5,7 @@ mark what languages represent differently: several items of one shape, and names
 """
 
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, is_dataclass
 from typing import Any, cast
 
 import numpy as np
@@ -20,18 +20,16 @@ from mjsim.interface.readings import (
     Intrinsics,
     JointState,
     Observation,
+    Picture,
     Scan,
     Sighting,
 )
 from mjsim.interface.values import (
-    ArmInfo,
-    BalancingInfo,
     BeaconInfo,
     Command,
     Estimate,
     JointGoal,
     RobotInfo,
-    SensorInfo,
     WheelCommand,
     WorldMap,
 )
@@ -192,82 +190,43 @@ def robot_tree(
 ) -> dict[str, Tree]:
     """Return the inputs of a module before the first tick: robot, catalogue, and the map if known."""
     return {
-        "name": robot.name,
-        "drive": robot.drive,
-        "max_speed": robot.max_speed,
-        "max_turn": robot.max_turn,
-        "max_left": robot.max_left,
-        "max_acceleration": robot.max_acceleration,
-        "max_turn_acceleration": robot.max_turn_acceleration,
-        "max_curvature": robot.max_curvature,
-        "wheels": list(robot.wheels),
-        "wheel_radius": robot.wheel_radius,
-        "track": robot.track,
-        "radius": robot.radius,
-        "dt": robot.dt,
-        "prior": robot.prior.as_array(),
-        "prior_covariance": robot.prior_covariance,
-        "twist_from_wheels": robot.twist_from_wheels,
+        **_sheet(robot),
         "outline": None if robot.outline is None else Stack(robot.outline),
-        "sensors": Named({name: _sensor(sensor) for name, sensor in robot.sensors.items()}),
         "catalogue": RecordList(
             ("name", "width", "height", "pose", "center", "marker", "anchor", "image"),
-            [_beacon(beacon, pictures=pictures) for beacon in catalogue.values()],
+            [_sheet(beacon) | {"image": _image(beacon) if pictures else None} for beacon in catalogue.values()],
         ),
         "map": None if map is None else _map(map),
-        "balancing": None if robot.balancing is None else _masses(robot.balancing),
-        "arms": Named({name: _arm(arm) for name, arm in robot.arms.items()}),
     }
 
 
-def _masses(base: BalancingInfo) -> dict[str, Tree]:
-    return {part.name: getattr(base, part.name) for part in fields(base)}
+def _image(beacon: BeaconInfo) -> Picture | None:
+    return None if beacon.picture is None else np.asarray(beacon.picture)
 
 
-def _arm(arm: ArmInfo) -> dict[str, Tree]:
-    limits = {"lower": arm.lower, "upper": arm.upper}
-    return {"joints": list(arm.joints), **limits, "max_velocity": arm.max_velocity, "max_torque": arm.max_torque}
+_NO_DATA = {"picture", "model"}
+"""Fields of data sheets that are more than numbers and texts."""
+
+
+def _sheet(value: Any) -> Tree:
+    """Return a data sheet, or a value in it."""
+    if isinstance(value, Pose):
+        return value.as_array()
+    if isinstance(value, Intrinsics):
+        size = {"width": value.width, "height": value.height, "matrix": value.matrix()}
+        return {**size, "lens": value.lens, "distortion": _stack(value.distortion)}
+    if is_dataclass(value):
+        return {part.name: _sheet(getattr(value, part.name)) for part in fields(value) if part.name not in _NO_DATA}
+    if isinstance(value, Mapping):
+        return Named({name: _sheet(each) for name, each in value.items()})
+    if isinstance(value, tuple):
+        return [*value] if all(isinstance(each, str) for each in value) else np.array(value)
+    return value
 
 
 def _map(map: WorldMap) -> dict[str, Tree]:
     beacons = [{"name": name, "pose": pose.as_array()} for name, pose in map.beacons.items()]
     return {"segments": Stack(map.segments), "beacons": RecordList(("name", "pose"), beacons)}
-
-
-def _beacon(beacon: BeaconInfo, *, pictures: bool) -> dict[str, Tree]:
-    marker = beacon.marker
-    return {
-        "name": beacon.name,
-        "width": beacon.width,
-        "height": beacon.height,
-        "pose": _pose(beacon.pose),
-        "center": beacon.center,
-        "marker": None if marker is None else {"dictionary": marker.dictionary, "id": marker.id},
-        "anchor": beacon.anchor,
-        "image": np.asarray(beacon.picture) if pictures and beacon.picture is not None else None,
-    }
-
-
-def _pose(pose: Pose | None) -> Array | None:
-    return None if pose is None else pose.as_array()
-
-
-def _sensor(sensor: SensorInfo) -> dict[str, Tree]:
-    return {
-        "kind": sensor.kind,
-        "robot_from_sensor": sensor.robot_from_sensor,
-        "rate_hz": sensor.rate_hz,
-        "noise": Named(sensor.noise),
-        "intrinsics": None if sensor.intrinsics is None else _intrinsics(sensor.intrinsics),
-        "latency": sensor.latency,
-        "range": None if sensor.range is None else np.array(sensor.range),
-        "fov": sensor.fov,
-    }
-
-
-def _intrinsics(lens: Intrinsics) -> dict[str, Tree]:
-    matrix = {"width": lens.width, "height": lens.height, "matrix": lens.matrix()}
-    return {**matrix, "lens": lens.lens, "distortion": _stack(lens.distortion)}
 
 
 def _scan(scan: Scan) -> dict[str, Tree]:

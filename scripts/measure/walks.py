@@ -3,7 +3,8 @@
 python scripts/measure/walks.py [--files]
 
 A wall from its text to MuJoCo; an estimate from the tick that holds it to statistics; an edit from the page's message
-to the text. Each is done once before it is watched, so that only files count whose functions run.
+to the text. Calls that come to another file than the call before are counted too. Each is done once before it is
+watched, so that only files count whose functions run.
 """
 
 import argparse
@@ -59,15 +60,15 @@ def edit() -> Callable[[], object]:
     return lambda: edited(WALL, [Change("set", ("walls", 0, "points", 1, 0), 5.0)])
 
 
-def files_entered(work: Callable[[], object]) -> list[str]:
-    """Return the files of mjsim whose functions run, each once, in the order of the first call."""
+def calls(work: Callable[[], object]) -> list[str]:
+    """Return the file of mjsim of each of its functions that is called, in each thread in the order of the calls."""
     work()
-    found: dict[str, None] = {}
+    found: dict[int, list[str]] = {}
 
     def called(frame: FrameType, event: str, _: object) -> None:
         path = frame.f_code.co_filename
         if event == "call" and path.startswith(str(ROOT)):
-            found.setdefault(str(Path(path).relative_to(ROOT)))
+            found.setdefault(threading.get_ident(), []).append(str(Path(path).relative_to(ROOT)))
 
     threading.setprofile(called)
     sys.setprofile(called)
@@ -76,7 +77,7 @@ def files_entered(work: Callable[[], object]) -> list[str]:
     finally:
         sys.setprofile(None)
         threading.setprofile(None)
-    return list(found)
+    return [*itertools.chain(*found.values())]
 
 
 def main() -> None:
@@ -85,8 +86,10 @@ def main() -> None:
     parser.add_argument("--files", action="store_true", help="name them too")
     options = parser.parse_args()
     for thing in (wall, estimate, edit):
-        files = files_entered(thing())
-        print(f"{thing.__name__}: {len(files)} files")
+        entered = calls(thing())
+        files = [*dict.fromkeys(entered)]
+        changes = sum(one != other for one, other in itertools.pairwise(entered))
+        print(f"{thing.__name__}: {len(files)} files, {changes} changes from one to another")
         if options.files:
             print(*(f"  {file}" for file in files), sep="\n")
 
