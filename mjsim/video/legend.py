@@ -12,7 +12,7 @@ from mjsim.video.ink import MUTED
 from mjsim.video.paper import Paper, px
 from mjsim.world import Lamp, RampObstacle, StepsObstacle, World
 
-TINT = "#ffffff"
+TINT = "#8a6f4d"
 """Colour of the things that symbols show."""
 BOX = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
