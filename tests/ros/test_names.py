@@ -8,7 +8,7 @@ from mjsim.bridge import Bridge, Bus, domain_id
 from mjsim.errors import UsageError
 from mjsim.geometry import Pose, Pose3
 from mjsim.interface import JointState
-from mjsim.ros import RosWorld, plain_names
+from mjsim.ros import RosWorld, messages, plain_names
 
 ARM = """mjsim: 1
 robots:
@@ -107,3 +107,11 @@ def test_an_interface_that_is_not_there_is_one_line():
 def test_a_watchdog_that_never_lets_go_is_refused():
     with pytest.raises(UsageError, match="watchdog is 0 s; it must be above 0"):
         Bridge(mjsim.parse_world("mjsim: 1\nrobots: [{name: a, at: [0, 0]}]\n"), watchdog=0.0)
+
+
+def test_times_are_whole_nanoseconds_and_divided_at_a_second():
+    stamp = messages.clock(3.25).clock
+    assert (stamp.sec, stamp.nanosec) == (3, 250_000_000)
+    stamp = messages.clock(2.9999999999).clock
+    assert (stamp.sec, stamp.nanosec) == (3, 0)
+    assert messages.nanoseconds(0.1 + 0.2) == 300_000_000

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from mjsim.geometry import Pose, wrap_angle
 from mjsim.interface import Sighting
 from mjsim.sim import Simulation
+from mjsim.sim.sensors.beacons import BeaconDevice
 from mjsim.world import parse_world
 
 BEACONS = """
@@ -194,3 +196,24 @@ beacons:
             "both": True,
             "plain": False,
         }
+
+
+def test_heavy_tails_have_the_deviation_of_the_data_sheet():
+    text = "mjsim: 1\nbeacons: [{name: a, at: [2, 0]}]\nrobots: [{name: r, at: [0, 0], sensors: [%s]}]"
+    keys = "{beacons: ring, heavy_tails: 6, noise: {range: 0.1, bearing_deg: 2}}"
+    with Simulation(parse_world(text % keys)) as sim:
+        device = BeaconDevice(sim.world.robots[0].sensors[0], _mounting(sim))
+    errors = np.array([device._chances()[0][0] for _ in range(4000)])
+    # The fourth moment of Student's t with 6 degrees of freedom is 6: its deviation errs by sqrt((6 - 1) / 4n).
+    np.testing.assert_allclose(errors.std(axis=0), [0.1, np.radians(2.0)], rtol=4 * np.sqrt(5 / 16000))
+
+
+def _mounting(sim):
+    streams = {}
+
+    def stream(purpose):
+        return streams.setdefault(purpose, np.random.default_rng(len(streams)))
+
+    return SimpleNamespace(
+        model=sim.model, data=sim.data, streams=stream, robot=sim.world.robots[0], beacons=sim.world.beacons
+    )

@@ -7,7 +7,7 @@ import pytest
 
 from mjsim.web import drafts as kept
 from mjsim.web.answers import RefusedError
-from mjsim.web.drafts import MAX_DRAFTS, Drafts, drafts_folder
+from mjsim.web.drafts import Drafts, drafts_folder
 from mjsim.web.folder import Folder
 from mjsim.web.watch import DiskWatch, named_in, signs_of
 
@@ -140,11 +140,12 @@ def test_the_oldest_and_largest_drafts_make_room(folder, monkeypatch):
     drafts = Drafts(folder)
     clock = [1e9]
     monkeypatch.setattr(kept.time, "time", lambda: clock[0])
-    for number in range(MAX_DRAFTS + 2):
+    monkeypatch.setattr(kept, "MAX_DRAFTS", 5)
+    for number in range(7):
         clock[0] += 1.0
         keep(drafts, f"{number:016x}")
     tabs = [int(told["tab"], 16) for told in drafts.listed()]
-    assert tabs == list(range(MAX_DRAFTS + 1, 1, -1))
+    assert tabs == list(range(6, 1, -1))
     monkeypatch.setattr(kept, "MAX_TOTAL", 3000)
     clock[0] += 1.0
     keep(drafts, "f" * 16, text="x" * 2000)
