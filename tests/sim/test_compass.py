@@ -216,3 +216,33 @@ def test_the_estimator_of_the_page_keeps_the_heading_that_dead_reckoning_loses()
         errors[bool(compass)] = math.degrees(np.sqrt(np.mean(np.square(differences))))
     assert errors[True] < 2.0
     assert errors[True] < 0.5 * errors[False]
+
+
+OCTAVE = """function [est, state] = facing(obs, robot, state)
+  est.pose = [0; 0; obs.compasses.needle.heading];
+  est.covariance = eye(3);
+end
+"""
+PROGRAM = """#!/usr/bin/env python3
+import json, sys
+for line in sys.stdin:
+    asked = json.loads(line)
+    heading = asked["obs"]["compasses"]["needle"]["heading"] if "obs" in asked else 0.0
+    print(json.dumps({"pose": [0, 0, heading], "covariance": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}), flush=True)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("file", "text", "use"), [("facing.m", OCTAVE, "facing.m"), ("f.py", PROGRAM, "exec:./f.py")])
+def test_an_estimator_in_another_language_reads_the_heading(file, text, use, tmp_path):
+    (tmp_path / file).write_text(text)
+    (tmp_path / file).chmod(0o755)
+    world = tmp_path / "world.yaml"
+    world.write_text(
+        "mjsim: 1\nrobots: [{name: r, at: [0, 0], heading_deg: 40, sensors: [{compass: needle, rate_hz: 25}]}]\n"
+        f'run: {{seconds: 0.2, drivers: {{r: {{estimator: {{use: "{use}"}}}}}}}}\n'
+    )
+    recording = mjsim.run(mjsim.load_world(world), record=tmp_path / "run.mcap")
+    estimated = recording.robots["r"].estimate[:, 2]
+    np.testing.assert_allclose(estimated, [heading for _, heading, _ in told_of(recording.observations("r"))])
+    assert estimated[0] == pytest.approx(math.radians(40), abs=1e-4)
