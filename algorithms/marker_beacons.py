@@ -16,7 +16,7 @@ MODULE = 12
 """Side of a module in the template [px]."""
 FLOOR = 0.027
 """Standard deviation of a corner that more pixels do not reduce [px of the template]: hard edges between black and
-white alias more than pictures; measured by scripts/measure/vision.py."""
+white alias more than pictures; measured over thousands of views."""
 DICTIONARIES = {
     **{f"{n}x{n}_{count}": f"DICT_{n}X{n}_{count}" for n in (4, 5, 6, 7) for count in (50, 100, 250, 1000)},
     **{f"apriltag_{name}": f"DICT_APRILTAG_{name}" for name in ("16h5", "25h9", "36h10", "36h11")},

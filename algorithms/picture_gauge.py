@@ -19,7 +19,7 @@ LEAST_SIDE = 20.0
 """Smallest size of a picture in the image: the square root of its area [px]."""
 CORNER_FLOOR = 0.006
 """Error of a picture's corners that does not average out over pixels, standard deviation of each coordinate
-[pixels compared]; measured by scripts/measure/vision.py."""
+[pixels compared]; measured over thousands of views."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
