@@ -15,7 +15,7 @@ from mjsim.errors import UsageError
 
 LONGEST_LINE = 1 << 20
 """Maximum length of a line [bytes]."""
-UNPACKED, TIMES = 16 << 20, 30
+UNPACKED, TIMES = 16 << 20, 20
 """Maximum length of a text: so much, or so many times the size of its file if that is compressed [bytes]."""
 LARGEST = 1e30
 """Largest number in a log; products of larger ones overflow."""

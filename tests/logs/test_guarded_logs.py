@@ -42,12 +42,12 @@ def test_a_recording_from_the_child_is_that_of_this_process(tmp_path):
 
 
 ENDS = {
-    "carmen_bomb": "unpacks to more than 30 times its size",
+    "carmen_bomb": "unpacks to more than 20 times its size",
     "one_line_bomb": "is not a supported log",
     "dictionary_of_a_gigabyte": "it needs more than",
-    "mrclam_bomb": "unpacks to more than 30 times its size",
-    "table_bomb": "unpacks to more than 30 times its size",
-    "one_line_of_columns": "unpacks to more than 30 times its size",
+    "mrclam_bomb": "unpacks to more than 20 times its size",
+    "table_bomb": "unpacks to more than 20 times its size",
+    "one_line_of_columns": "unpacks to more than 20 times its size",
     "deep_description": "nested more than 50 deep",
     "many_aliases": "more than 250000 values",
     "outside_by_a_link": "inputs.dat:1: ",  # here it leads to what the child may read
@@ -165,7 +165,7 @@ def test_a_recording_that_grows_without_end_is_refused(place, tmp_path):
 def test_a_text_that_unpacks_to_too_much_is_refused_and_a_long_one_is_read(suffix, tmp_path, monkeypatch):
     monkeypatch.setattr("mjsim.logs.text.UNPACKED", 1 << 20)
     path = hostile.packed(tmp_path / f"run.log{suffix}", bytes(4095) + b"\n", 3)
-    with pytest.raises(UsageError, match="unpacks to more than 30 times its size; unpack it yourself"):
+    with pytest.raises(UsageError, match="unpacks to more than 20 times its size; unpack it yourself"):
         list(lines_of(path))
     (tmp_path / "run.log").write_bytes(hostile.ODOM * 50_000)
     assert len(list(lines_of(tmp_path / "run.log"))) == 50_000
