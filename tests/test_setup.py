@@ -153,4 +153,4 @@ def test_a_test_that_hangs_is_ended_and_named(tmp_path):
 
 
 def test_tests_have_a_limit(pytestconfig):
-    assert 0.0 < float(pytestconfig.getini("timeout")) <= 600.0
+    assert 0.0 < float(pytestconfig.getini("timeout")) <= 20.0
