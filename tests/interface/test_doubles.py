@@ -18,7 +18,7 @@ from mjsim.interface import (
     WheelCommand,
 )
 from mjsim.interface.doubles import answer_of, doubles_of, octave_names, quoted
-from mjsim.interface.trees import Named, RecordList, Stack, Text, _camera, _intrinsics, command_tree, fast_tree
+from mjsim.interface.trees import Named, RecordList, Stack, Text, _camera, _sheet, command_tree, fast_tree
 
 
 def evaluated(tree):
@@ -167,7 +167,7 @@ def test_pictures_have_depth_and_instances_where_they_are_measured():
     assert set(_camera(frame)) == {"stamp", "image"}
     both = CameraFrame(0.1, frame.image, lens, np.ones((3, 4)), np.full((3, 4), -1, np.int32), ("wall",))
     assert set(_camera(both)) == {"stamp", "image", "depth", "segmentation", "instances"}
-    told = _intrinsics(lens)
+    told = _sheet(lens)
     np.testing.assert_array_equal(told["matrix"], [[10.0, 0.0, 1.5], [0.0, 11.0, 1.0], [0.0, 0.0, 1.0]])
     np.testing.assert_array_equal(told["distortion"].items, [0.1, 0.2])
     assert Pose(0.0, 0.0, 0.0).as_array().shape == (3,)
