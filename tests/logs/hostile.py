@@ -161,7 +161,7 @@ def bag_with_scans_of_claims(folder: Path) -> Path:
 
 
 def mcap_of_bombs(folder: Path) -> Path:
-    """Write chunks of 100 MB each."""
+    """Write a chunk of 80 MB in a file of some kB."""
     with (folder / "run.mcap").open("wb") as file:
         writer = Writer(file, compression=CompressionType.ZSTD, chunk_size=1 << 31)
         writer.start("ros2", "")
@@ -170,7 +170,7 @@ def mcap_of_bombs(folder: Path) -> Path:
         )
         store = get_typestore(Stores.LATEST)
         made = Bag(None, store, ros1=False)
-        message = made.compressed(made.header(START, "c"), "png", bytes(100 << 20))
+        message = made.compressed(made.header(START, "c"), "png", bytes(40 << 20))
         data = bytes(store.serialize_cdr(message, message.__msgtype__))
         for k in range(2):
             writer.add_message(channel, k * 10**8, data, k * 10**8)
