@@ -10,7 +10,7 @@ from mjsim.errors import UsageError
 from mjsim.exchange.svg_in import UNIT
 from mjsim.geometry import Array
 from mjsim.output import write_file
-from mjsim.plan import ROLES, SVG_NAMESPACE, SvgPlan, add_line, bounds_of, color, hex_of, world_shapes, world_words
+from mjsim.plan import SVG_NAMESPACE, SvgPlan, add_line, bounds_of, color, hex_of, world_shapes, world_words
 from mjsim.plan import SVG_UNITS as PER_METRE
 from mjsim.world import MITRE_LIMIT, SLICE, Opening, Wall, World
 
@@ -39,14 +39,14 @@ def write_svg(world: World, path: str | Path, *, overwrite: bool = False) -> Pat
     shapes = world_shapes(world)
     if not shapes:
         raise UsageError("this world has no walls, things, people or robots; there is no plan to draw")
-    bounds = bounds_of(shape for shape in shapes if ROLES[shape.role].group != "beacons")
+    bounds = bounds_of(shape for shape in shapes if shape.group != "beacons")
     plan = SvgPlan(bounds + np.array([[-MARGIN, -MARGIN], [MARGIN, MARGIN + 2 * TITLE]]), ratio=REDUCTION)
     plan.root.set(UNIT, f"{1 / PER_METRE:g}")
     SubElement(plan.root, f"{{{SVG_NAMESPACE}}}title").text = world.name
     _head(plan, world.name, bounds)
-    solid = ("walls", "low walls")
+    plan.draw(shape for shape in shapes if shape.group == "things")
     _walls(plan.group("walls"), world)
-    plan.draw(shape for shape in shapes if ROLES[shape.role].group not in solid)
+    plan.draw(shape for shape in shapes if shape.group not in ("things", "walls", "low walls"))
     plan.name([each for each in world_words(world) if each.of != "wall"])
     return write_file(path, plan.data(), overwrite=overwrite)
 

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from mjsim.geometry import Array, Pose
-from mjsim.plan.look import Paint, Theme, paint_of
+from mjsim.plan.look import ROLES, Paint, Theme, paint_of
 
 ORIGIN = Pose(0.0, 0.0, 0.0)
 
@@ -38,6 +38,11 @@ class PlanItem:
     """Minimum distance of its farthest corner from its origin [mm on paper]; smaller shapes are enlarged."""
     ahead: float = 0.0
     """Distance by which it is shifted along its x axis [mm on paper]."""
+
+    @property
+    def group(self) -> str:
+        """Group of a drawing that contains it, such as 'walls'."""
+        return ROLES[self.role].group
 
     def placed(self, metres: float) -> list[Array]:
         """Return the corners of all parts in the world frame, shape (n, 2) each [m].

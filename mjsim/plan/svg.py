@@ -1,5 +1,6 @@
 """Writes shapes and words as SVG, to scale."""
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from itertools import groupby
 from xml.etree.ElementTree import Element, SubElement, indent, register_namespace, tostring
@@ -7,7 +8,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, register_namespac
 import numpy as np
 
 from mjsim.geometry import Array
-from mjsim.plan.look import ROLES, Rgb, Theme, blend, color, hex_of
+from mjsim.plan.look import Rgb, Theme, blend, color, hex_of
 from mjsim.plan.shapes import PlanItem, Words
 
 SVG_NAMESPACE = "http://www.w3.org/2000/svg"
@@ -26,7 +27,7 @@ class SvgPlan:
             ratio: Scale denominator: one metre is 1000 / ratio millimetres on paper.
             theme: Of the paper.
         """
-        self.metres, self._theme = ratio / 1000.0, theme
+        self.metres, self._theme, self._groups = ratio / 1000.0, theme, Counter[str]()
         left, top = bounds[0, 0], -bounds[1, 1]
         size = bounds[1] - bounds[0]
         width, height = (size / self.metres).tolist()
@@ -36,14 +37,15 @@ class SvgPlan:
         self.root.append(_element("rect", x=_number(left), y=_number(top), width="100%", height="100%", fill=paper))
 
     def group(self, name: str) -> Element:
-        """Return a new group with an id."""
-        group = _element("g", id=name)
+        """Return a new group; its id is the name, with a number unless it is the first of that name."""
+        self._groups[name] += 1
+        group = _element("g", id=name if self._groups[name] == 1 else f"{name}-{self._groups[name]}")
         self.root.append(group)
         return group
 
     def draw(self, shapes: Iterable[PlanItem]) -> None:
         """Draw shapes in their order, in groups by what they show."""
-        for name, group in groupby(shapes, key=lambda shape: ROLES[shape.role].group):
+        for name, group in groupby(shapes, key=lambda shape: shape.group):
             parent = self.group(name)
             for shape in group:
                 self._draw_shape(parent, shape)

@@ -33,13 +33,11 @@ from mjsim.world import (
 CUT = 1.0
 """Height of the section [m]: through windows and doors, above tables and benches."""
 SWING = 90.0
-"""Angle of the swing arc of a closed door [deg]."""
+"""Angle of the swing arc of a closed door, unless its limit is below [deg]."""
 LEAST_ROBOT = 1.0
 """Minimum radius of a drawn robot [mm]."""
 HEAD = np.array([[0.0, 0.0], [-1.6, 0.6], [-1.6, -0.6]])
 """Head of an arrow, its tip at the origin [mm]."""
-FEW_WAYS = 6.0
-"""Shorter legs of a route have no arrow [mm]."""
 
 
 def world_shapes(world: World) -> list[PlanItem]:
@@ -145,12 +143,12 @@ def leaf_path(leaf: Leaf, angle_deg: float) -> Array:
 
 
 def swing(world: World, leaf: Leaf) -> float:
-    """Return the drawn swing of a door [deg]: to which an event opens it, its initial angle, or a right angle."""
+    """Return the drawn swing of a door [deg]: as an event opens it, or its initial angle if that is above `SWING`."""
     opened = [event for event in world.run.events if isinstance(event, OpenEvent) and event.open == leaf.name]
     if opened:
         return max((event.angle_deg for event in opened), key=abs)
     standing = leaf.door.angle_deg
-    return standing if abs(standing) > SWING else math.copysign(SWING, standing)
+    return math.copysign(max(abs(standing), min(SWING, leaf.door.limit_deg)), standing)
 
 
 def _lamps(world: World) -> Iterator[PlanItem]:
@@ -213,7 +211,7 @@ def shadows(item: RobotArm, q: Array) -> tuple[Array, Array]:
 
     Returns:
         links: Both ends and radius of each, (x, y, x, y, radius), shape (n, 5) [m].
-        tool: PlanItem (2,) [m].
+        tool: Position, shape (2,) [m].
     """
     posture = item.arm.posture(q)
     bones = np.array([[[*end, 1.0] for end in link.bone] for link in item.arm.links])

@@ -9,7 +9,7 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.output import require_free
-from mjsim.plan import ROLES, Words, world_shapes, world_words
+from mjsim.plan import Words, world_shapes, world_words
 from mjsim.video.diagrams import diagrams_page
 from mjsim.video.figures import people_page
 from mjsim.video.ink import INK, MUTED, PAPER, SEMIBOLD
@@ -133,7 +133,7 @@ def draw_paper_grid(plan: Paper) -> None:
 def _draw_things(plan: Paper, world: World) -> None:
     """Draw everything in the world, from the floor up; mechanisms stand below robots and people."""
     shapes = world_shapes(world)
-    on_top = [ROLES[shape.role].group in ("people", "robots", "beacons") for shape in shapes]
+    on_top = [shape.group in ("people", "robots", "beacons") for shape in shapes]
     plan.draw(shape for shape, above in zip(shapes, on_top, strict=True) if not above)
     for mechanism in world.mechanisms:
         draw_mechanism(plan, posed(mechanism, mechanism.assembly.start))

@@ -61,6 +61,13 @@ def test_a_plan_comes_back_as_the_same_walls(name, tmp_path):
     assert shape.boundary.hausdorff_distance(solid(back).boundary) < 0.01
 
 
+def test_what_lies_on_the_floor_does_not_cover_the_walls(tmp_path):
+    world = parse_world(ROOM + "floor: {patches: [{size: [3, 2], at: [1, 3], color: '#ff0000'}]}\n")
+    root = ElementTree.parse(write_svg(world, tmp_path / "den.svg")).getroot()
+    groups = [group.get("id") for group in root.iter(f"{SVG}g")]
+    assert groups.index("things") < groups.index("walls") < groups.index("windows")
+
+
 def test_a_world_without_anything_has_no_plan(tmp_path):
     from mjsim.errors import UsageError
 

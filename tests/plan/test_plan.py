@@ -10,11 +10,11 @@ import shapely
 
 import mjsim
 from mjsim.geometry import Pose
-from mjsim.plan import INKS, ROLES, SvgPlan, bounds_of, color, paint_of, placed_at, world_shapes, world_words
+from mjsim.plan import INKS, ROLES, SvgPlan, bounds_of, color, paint_of, placed_at, swing, world_shapes, world_words
 from mjsim.video import Letters
 from mjsim.video.paper import Paper
 from mjsim.video.view import PlanView
-from mjsim.world import parse_world, solid
+from mjsim.world import leaves, parse_world, solid
 
 THEME = Path(mjsim.__file__).parent / "web" / "page" / "src" / "theme.css"
 ROOM = parse_world(
@@ -110,6 +110,24 @@ def test_svg_has_each_item_in_its_colour_at_its_place(theme):
     tint = ROOM.obstacles[0].color
     assert box.get("fill") == "#" + bytes(paint_of("movable", tint=tint, theme=theme).fill).hex()
     assert {"scout", "cart", "owl", "tag", "gate", "spot"} <= {text.text for text in root.iter()}
+
+
+def test_groups_that_are_drawn_in_several_steps_have_names_of_their_own():
+    room = parse_world("mjsim: 1\nfloor: {patches: [{size: [1, 1], at: [1, 1], color: '#ff0000'}]}\n")
+    plan = SvgPlan(bounds_of(world_shapes(ROOM)), ratio=50)
+    plan.draw([*world_shapes(room), *items("wall"), *items("movable")])
+    assert [group.get("id") for group in ElementTree.fromstring(plan.data()) if "id" in group.attrib] == [
+        "things", "walls", "things-2",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("door", "swing_deg"), [("{}", 90.0), ("{limit_deg: 60}", 60.0), ("{angle_deg: -100}", -100.0)]
+)
+def test_a_door_is_drawn_with_a_swing_that_it_can_have(door, swing_deg):
+    opening = f"{{name: gate, segment: 0, at: 3, width: 1, door: {door}}}"
+    room = parse_world(f"mjsim: 1\nwalls: [{{points: [[0, 0], [8, 0]], openings: [{opening}]}}]\n")
+    assert swing(room, leaves(room)[0]) == swing_deg
 
 
 def test_pictures_and_svg_show_the_same_wall():
