@@ -1,6 +1,6 @@
 """Read broken files of strangers by the thousand in the guarded reader: each must come in, or be refused in one line.
 
-python scripts/fuzz/importers.py [--inputs 1000] [--commands 0] [--seed 1] [--table FILE] [IMPORTER ...]
+python scripts/fuzz/importers.py [--inputs 1000] [--commands 0] [--seed 1] [IMPORTER ...]
 
 Takes small files that come in, changes bytes, numbers, values and pieces, and reads them in a guarded child, which is
 used again; other inputs go through the whole command, each in a copy of a process that has imported mjsim. Prints a row

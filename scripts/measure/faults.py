@@ -65,7 +65,7 @@ def _one(rng: random.Random, text: "_Text", statement: ast.stmt, function: str |
     return rng.choice([edit for edit in edits if edit.kind == kind]).fault(text, function)
 
 
-def _sites(path: Path) -> Iterator[tuple[ast.stmt, int | None]]:
+def _sites(path: Path) -> Iterator[tuple[ast.stmt, str | None]]:
     """Yield each statement with the name of the outermost function around it."""
     yield from _statements(ast.parse(path.read_text(encoding="utf-8")).body, "", None)
 

@@ -279,7 +279,7 @@ def test_a_deep_file_is_refused_however_deep_the_caller_is(folder):
 
 @pytest.mark.parametrize("name", ["link.yaml", "links/secret.yaml", "../canary/secret.yaml", "pipe", "links", "gone"])
 def test_no_reader_of_a_robots_files_gets_what_lies_outside(folder, name):
-    with pytest.raises(ValueError, match=r"lies outside|not a regular file|no file"):
+    with pytest.raises(ValueError, match=r"lies outside|cannot be read: .*; name|no file"):
         Folders(folder / "robot.xacro", {}).read(folder / name)
 
 

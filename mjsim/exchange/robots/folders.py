@@ -95,8 +95,10 @@ class Folders:
         place = self._inside(path)
         try:
             return read_regular(place, limit=MAX_BYTES)
-        except OSError as error:
+        except FileNotFoundError as error:
             raise XacroError(f"no file '{path}': {error.strerror}") from None
+        except OSError as error:
+            raise XacroError(f"'{path}' cannot be read: {error.strerror}; name a smaller or another file") from None
 
     def _inside(self, path: Path) -> Path:
         """Return a path without links.
