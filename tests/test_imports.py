@@ -74,7 +74,6 @@ HEAVY = {
 
 ONE_WORD_TWICE = {
     "NoiseFigure": "the page is told what `world` finds, as JSON",
-    "Original": "`video` draws what `exchange` reads and may not import it: a protocol of that class",
     "Signal": "the navigator of that name takes the keys of a signal; modules that are public keep their names",
 }
 """Public classes of two parts with one name, and why."""

@@ -18,7 +18,6 @@ from .guard import world_from_map as world_from_map
 from .guard import world_from_svg as world_from_svg
 from .maps import name_of as name_of
 from .maze import maze_world as maze_world
-from .original import Original as Original
 from .place import ESTIMATORS as ESTIMATORS
 from .place import with_robot as with_robot
 from .robots import BroughtRobot as BroughtRobot

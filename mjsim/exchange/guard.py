@@ -12,8 +12,8 @@ from mjsim.exchange.brought import Brought, Newcomer, Reading
 from mjsim.guarded import guarded, reader_for
 
 if TYPE_CHECKING:
-    from mjsim.exchange.original import Original
     from mjsim.exchange.robots import BroughtRobot, RobotOptions
+    from mjsim.plan import Original
     from mjsim.world import Grid, World
 
 INSIDE = "mjsim.exchange.inside"
@@ -114,13 +114,12 @@ def read_original(path: str | Path, *, world: str | Path | None = None, reading:
     Raises:
         UsageError: The file is none of these, or cannot be read.
     """
-    from mjsim.exchange.drawing import Line
-    from mjsim.exchange.original import Original
     from mjsim.geometry import Pose
+    from mjsim.plan import Original, Stroke
 
     made = None if world is None else Path(world)
     found = _read("original", Path(path), made, reading, folders=[] if made is None else _beside(made))
-    strokes = [Line(**stroke) for stroke in found["strokes"]]
+    strokes = [Stroke(**stroke) for stroke in found["strokes"]]
     return Original(**{**found, "strokes": strokes, "world_from_picture": Pose(*found["world_from_picture"])})
 
 

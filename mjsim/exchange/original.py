@@ -1,8 +1,6 @@
-"""A map or drawing in its original form, placed in the world that was made from it."""
+"""Reads a map or drawing in its original form, to be drawn beside the world that was made from it."""
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +9,9 @@ from mjsim.errors import UsageError
 from mjsim.exchange.bounded_file import read_bounded
 from mjsim.exchange.bring import drawing_of, plan_of
 from mjsim.exchange.brought import Reading
-from mjsim.exchange.drawing import Line
 from mjsim.exchange.grid import is_picture, read_grid
 from mjsim.geometry import Array, Pose
-from mjsim.interface import Picture
+from mjsim.plan import Original, Stroke
 from mjsim.world import Grid
 
 OCCUPIED, FREE, UNKNOWN = 20, 255, 205
@@ -24,24 +21,6 @@ AROUND = 10
 _PLACED = re.compile(r"# From the drawing .*: (\S+) m to its unit, its place \[(\S+), (\S+)\] is \[0, 0\] here")
 
 _CELL = re.compile(r"# From the map .*: \d+ x \d+ cells of (\S+) m\.")
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Original:
-    """A map or a drawing, placed in the world."""
-
-    name: str
-    """Name of the file."""
-    bounds: Array
-    """Minimum and maximum of (x, y), shape (2, 2) [m]."""
-    strokes: Sequence[Line] = ()
-    """Lines of a drawing, world frame [m]."""
-    picture: Picture | None = None
-    """Image of a map; the first row has the lowest y."""
-    cell: float = 1.0
-    """Side of a pixel of the image [m]."""
-    world_from_picture: Pose = Pose(0.0, 0.0, 0.0)  # noqa: RUF009 - a frozen value
-    """Pose of the image: outer corner of its first pixel, and direction of its rows [m, m, rad]."""
 
 
 def read_original(path: str | Path, *, world: str | Path | None = None, reading: Reading | None = None) -> Original:
@@ -91,7 +70,11 @@ def _of_drawing(path: Path, world: Path | None, reading: Reading) -> Original:
         scale, corner = plan.scale, np.array(plan.corner)
     else:
         drawing, (scale, corner) = drawing_of(path, reading), placed
-    lines = [replace(line, points=(line.points - corner) * scale) for line in drawing.lines if len(line.points) > 1]
+    lines = [
+        Stroke((line.points - corner) * scale, line.closed, line.path, line.dark)
+        for line in drawing.lines
+        if len(line.points) > 1
+    ]
     if not lines:
         raise UsageError(f"'{path}' has no lines to show")
     points = np.concatenate([line.points for line in lines])

@@ -12,6 +12,8 @@ from .look import color as color
 from .look import hex_of as hex_of
 from .look import paint_of as paint_of
 from .look import parse_color as parse_color
+from .original import Original as Original
+from .original import Stroke as Stroke
 from .shapes import PlanItem as PlanItem
 from .shapes import Words as Words
 from .shapes import bounds_of as bounds_of

@@ -1,16 +1,14 @@
 """Draws a world beside the map or drawing from which it was made, at the same scale and with the same grid."""
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Protocol
 
 import cv2
 import numpy as np
 
-from mjsim.geometry import Array, Pose
+from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.output import require_free
-from mjsim.plan import blend
+from mjsim.plan import Original, blend
 from mjsim.video.ink import INK, PAPER
 from mjsim.video.paper import Paper, write_sheet
 from mjsim.video.plan import world_bounds
@@ -31,54 +29,6 @@ from mjsim.world import World
 
 WIDE = 1.25
 """Sheets whose ratio of width to height exceeds this are stacked, instead of side by side."""
-
-
-class Stroke(Protocol):
-    """A line of a drawing, in the world frame."""
-
-    @property
-    def points(self) -> Array:
-        """PlanItem (n, 2) [m]."""
-
-    @property
-    def closed(self) -> bool:
-        """Whether its last corner is connected to the first."""
-
-    @property
-    def dark(self) -> float | None:
-        """Darkness of its fill, 0 to 1; None if it is not filled."""
-
-    @property
-    def path(self) -> int:
-        """Number of the drawn shape; one shape may have several outlines."""
-
-
-class Original(Protocol):
-    """A map or a drawing, placed in the world."""
-
-    @property
-    def name(self) -> str:
-        """Name of the file."""
-
-    @property
-    def bounds(self) -> Array:
-        """Minimum and maximum of (x, y), shape (2, 2) [m]."""
-
-    @property
-    def strokes(self) -> Sequence[Stroke]:
-        """Lines of a drawing."""
-
-    @property
-    def picture(self) -> Picture | None:
-        """Image of a map; the first row has the lowest y."""
-
-    @property
-    def cell(self) -> float:
-        """Side of a pixel of the picture [m]."""
-
-    @property
-    def world_from_picture(self) -> Pose:
-        """Pose of the image: outer corner of its first pixel, and direction of its rows."""
 
 
 def draw_beside(
