@@ -21,6 +21,7 @@ from mjsim.report import (
     STATES,
     TRUTH,
     chi_square_bounds,
+    draw_band,
     draw_bounds,
     draw_distances,
     draw_ellipses,
@@ -98,11 +99,10 @@ def growth(name: str, caption: str, time: Array, repeats: tuple[Array, Array, Ar
     above.set(ylabel="position error [m]")
     above.set_ylim(bottom=0.0)
     above.legend(loc="upper left", frameon=False)
-    low, high = chi_square_bounds(STATES, count=runs)
-    below.axhspan(low, high, color=MAP, alpha=0.15, lw=0, label=f"95 % band, {low:.2f} to {high:.2f}")
+    draw_band(below, STATES, runs=runs)
     below.plot(times[1:], nees[1:], color=ESTIMATE, lw=1.0, label=f"NEES, mean of {runs} runs")
     below.set(xlabel="time [s]", ylabel="NEES")
-    below.set_ylim(0.0, 2.0 * high)
+    below.set_ylim(0.0, 2.0 * chi_square_bounds(STATES, count=runs)[1])
     below.legend(loc="upper left", frameon=False, ncols=2)
     return _picture(f"{name}_growth", caption, figure)
 

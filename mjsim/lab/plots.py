@@ -14,7 +14,7 @@ from mjsim.lab.design import Design
 from mjsim.lab.identify import Identified
 from mjsim.lab.study import POINTS, Study, theory
 from mjsim.plan import GROUPS
-from mjsim.report import ESTIMATE, MAP, NEUTRAL, ODOMETRY, TRUTH
+from mjsim.report import ESTIMATE, MAP, NEUTRAL, ODOMETRY, TRUTH, sheet
 
 DAMPINGS = (0.2, 0.4, 0.6, 0.8)
 """Damping ratios of the grid of a root locus."""
@@ -27,16 +27,6 @@ LOCUS_RANGE = 3.0
 """Range of a Nyquist or root locus plot, as a multiple of the distance of the critical point or the poles."""
 
 
-def sheet(rows: int, columns: int = 1, *, height: float = 3.4) -> tuple[Figure, list[Axes]]:
-    """Return an empty figure and its panels, row by row."""
-    figure = Figure(figsize=(9.6, height * rows), dpi=110, layout="constrained")
-    panels = list(np.atleast_1d(figure.subplots(rows, columns)).ravel())
-    for axes in panels:
-        axes.grid(alpha=0.3)
-        axes.spines[["top", "right"]].set_visible(False)
-    return figure, panels
-
-
 def response_plot(
     title: str,
     time: Array,
@@ -45,7 +35,7 @@ def response_plot(
     *others: tuple[str, tuple[Array, Array] | None],
 ) -> Figure:
     """Draw outputs over time: of the linear plant and, if given, names, times and outputs of nonlinear ones."""
-    figure, panels = sheet(len(linear), height=2.9)
+    figure, panels = sheet(len(linear), height=2.9 * len(linear))
     for row, axes in enumerate(panels):
         axes.plot(time, linear[row], color=ESTIMATE, lw=1.8, label="linear")
         for (name, curve), (color, style) in zip(others, OTHERS, strict=False):
@@ -60,7 +50,7 @@ def response_plot(
 
 def bode_plot(found: Study) -> Figure:
     """Draw gain and phase over frequency, with the margins."""
-    figure, (gain, phase) = sheet(2, height=2.9)
+    figure, (gain, phase) = sheet(2, height=5.8)
     gain.semilogx(found.omega, decibels(found.magnitude), color=ESTIMATE, lw=1.8)
     phase.semilogx(found.omega, np.degrees(found.phase), color=ESTIMATE, lw=1.8)
     gain.axhline(0.0, color=NEUTRAL, lw=0.8)
@@ -164,7 +154,7 @@ def poles_plot(found: Study) -> Figure:
 def identified_plot(found: Identified, labels: Sequence[str]) -> Figure:
     """Draw the input, and the measured output with those of both models."""
     samples = found.samples
-    figure, panels = sheet(1 + len(samples.outputs), height=2.6)
+    figure, panels = sheet(1 + len(samples.outputs), height=2.6 * (1 + len(samples.outputs)))
     style = "steps-post" if samples.held else "default"
     panels[0].plot(samples.time, samples.inputs, color=TRUTH, lw=1.0, drawstyle=style)
     panels[0].set_ylabel("input")

@@ -46,11 +46,13 @@ from .plots import MAP as MAP
 from .plots import NEUTRAL as NEUTRAL
 from .plots import ODOMETRY as ODOMETRY
 from .plots import TRUTH as TRUTH
+from .plots import draw_band as draw_band
 from .plots import draw_bounds as draw_bounds
 from .plots import draw_distances as draw_distances
 from .plots import draw_ellipses as draw_ellipses
 from .plots import draw_map as draw_map
 from .plots import draw_truth as draw_truth
+from .plots import scale_nees as scale_nees
 from .plots import sheet as sheet
 from .runs import compare as compare
 from .statistics import statistics as statistics

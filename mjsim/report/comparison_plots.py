@@ -6,14 +6,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
 
-from mjsim.geometry import Array
 from mjsim.plan import GROUPS, draw_plan
-from mjsim.report.comparison import Compared, Comparison, Group, Series
-from mjsim.report.consistency import STATES, chi_square_bounds
+from mjsim.report.comparison import Compared, Comparison, Group
+from mjsim.report.consistency import STATES
 from mjsim.report.drawings import plot_text
 from mjsim.report.figures import FIGURES, ReportFigure
 from mjsim.report.over_time import FEW, mean_of, middle_of, shared_seed
-from mjsim.report.plots import NEUTRAL, draw_truth, scale_nees, sheet
+from mjsim.report.plots import NEUTRAL, draw_band, draw_truth, scale_nees, sheet
 
 MAX_PAIRS = 10
 """Maximum number of pairs of groups whose differences are drawn; tables have all."""
@@ -26,7 +25,7 @@ KEYS = ("position_error_m.mean", "heading_error_deg.mean", "ate_m.rmse", "nees.m
 def error_plot(comparison: Comparison) -> Drawing | None:
     """Draw the position error of all groups over time."""
     figure, (axes,) = sheet(1, height=4.2)
-    if not _draw_over_time(axes, comparison.groups, lambda series: series.position_error_m):
+    if not _draw_errors(axes, comparison.groups):
         return None
     axes.set(xlabel="time [s]", ylabel="position error [m]", title="Localization error, not aligned")
     axes.set_ylim(bottom=0.0)
@@ -41,11 +40,9 @@ def nees_plot(comparison: Comparison) -> Drawing | None:
     if not drawn:
         return None
     count = max(len(group.series) for group in drawn)
-    low, high = chi_square_bounds(STATES, count=count)
-    axes.axhspan(low, high, color=NEUTRAL, alpha=0.12, lw=0, label=f"95 % band, {low:.2f} to {high:.2f}")
-    axes.axhline(STATES, color=NEUTRAL, lw=0.8)
+    draw_band(axes, STATES, runs=count, color=NEUTRAL)
     for color, width, group in _styled(comparison.groups):
-        time, values = mean_of(list(group.series.values()), lambda series: series.nees)
+        time, values = mean_of([(series.time, series.nees) for series in group.series.values()])
         if len(time) and not group.no_nees:
             axes.plot(time, values, color=color, lw=width, label=plot_text(group.label))
     averaged = "one run each" if count == 1 else f"averaged over up to {count} runs"
@@ -142,17 +139,15 @@ PLOTS: tuple[tuple[str, Callable[[Comparison], Drawing | None]], ...] = (
 """Name of the file and its drawing function, in the order of the page."""
 
 
-def _draw_over_time(axes: Axes, groups: Sequence[Group], values: Callable[[Series], Array]) -> bool:
-    """Draw few runs individually, or the median and the middle 90 % of many; return whether there was any."""
+def _draw_errors(axes: Axes, groups: Sequence[Group]) -> bool:
+    """Draw position errors of few runs, or the median and the middle 90 % of many; return whether there was any."""
     for color, width, group in _styled(groups):
-        runs = list(group.series.values())
+        runs = [(series.time, series.position_error_m) for series in group.series.values()]
         if len(runs) <= FEW:
-            for number, series in enumerate(runs):
-                axes.plot(
-                    series.time, values(series), color=color, lw=width, label=None if number else plot_text(group.label)
-                )
+            for number, curve in enumerate(runs):
+                axes.plot(*curve, color=color, lw=width, label=None if number else plot_text(group.label))
             continue
-        time, (low, median, high) = middle_of(runs, values)
+        time, (low, median, high) = middle_of(runs)
         axes.fill_between(time, low, high, color=color, alpha=0.15, lw=0)
         label = f"{plot_text(group.label)}: median of {len(runs)}, nine of ten"
         axes.plot(time, median, color=color, lw=width, label=label)

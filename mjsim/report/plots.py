@@ -102,12 +102,12 @@ def nees_plot(world: World, track: Track, name: str) -> Figure:
     rows, nis = normalised_innovations(track)
     figure, panels = sheet(2 if len(nis) else 1, height=5.6 if len(nis) else 3.6)
     nees = metrics.normalised_errors(track.truth, track.estimate, track.covariance)
-    _draw_band(panels[0], STATES)
+    draw_band(panels[0], STATES)
     panels[0].plot(track.time, nees, color=ESTIMATE, lw=1.0, label="NEES of x, y, heading")
     panels[0].set_ylabel("NEES")
     panels[0].set_title(f"Consistency of {name}", loc="left")
     if len(nis):
-        _draw_band(panels[1], 2)
+        draw_band(panels[1], 2)
         panels[1].plot(track.time[rows], nis, ".", color=ESTIMATE, ms=2.5, alpha=0.5, label="NIS of a sighting")
         panels[1].set_ylabel("NIS")
     for axes in panels:
@@ -127,10 +127,15 @@ def scale_nees(axes: Axes) -> None:
     axes.set_ylim(0.0, top)
 
 
-def _draw_band(axes: Axes, freedom: int) -> None:
-    low, high = chi_square_bounds(freedom)
-    axes.axhspan(low, high, color=MAP, alpha=0.15, lw=0, label=f"95 % band, {low:.2f} to {high:.2f}")
-    axes.axhline(freedom, color=MAP, lw=0.8, label=f"expected, {freedom}")
+def draw_band(axes: Axes, freedom: int, *, runs: int = 1, color: str = MAP) -> None:
+    """Draw the expected value of a NEES or NIS, and the 95 % band of its mean over runs.
+
+    References:
+        Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), eq. 5.4.2-7.
+    """
+    low, high = chi_square_bounds(freedom, count=runs)
+    axes.axhspan(low, high, color=color, alpha=0.15, lw=0, label=f"95 % band, {low:.2f} to {high:.2f}")
+    axes.axhline(freedom, color=color, lw=0.8, label=f"expected, {freedom}")
 
 
 def landmark_plot(world: World, track: Track, name: str) -> Figure | None:
@@ -162,10 +167,10 @@ PLOTS: tuple[tuple[str, Callable[[World, Track, str], Figure | None]], ...] = (
 returns None if there is nothing to draw."""
 
 
-def sheet(rows: int, *, height: float) -> tuple[Figure, list[Axes]]:
-    """Return an empty figure of a height [inches] and its panels, one below the other."""
+def sheet(rows: int, columns: int = 1, *, height: float) -> tuple[Figure, list[Axes]]:
+    """Return an empty figure of a height [inches] and its panels, row by row; in a single column, they share x."""
     figure = Figure(figsize=(9.6, height), dpi=110, layout="constrained")
-    panels = list(np.atleast_1d(figure.subplots(rows, 1, sharex=True)))
+    panels = list(np.ravel(figure.subplots(rows, columns, sharex=columns == 1)))
     for axes in panels:
         axes.grid(color="#dddddd", lw=0.6)
         axes.set_axisbelow(True)

@@ -10,7 +10,18 @@ from matplotlib.figure import Figure
 
 from mjsim.geometry import Array
 from mjsim.plan import GROUPS
-from mjsim.report import MAP, ODOMETRY, STATES, chi_square_bounds, drawing_files, plot_text, sheet
+from mjsim.report import (
+    NEUTRAL,
+    ODOMETRY,
+    STATES,
+    draw_band,
+    drawing_files,
+    mean_of,
+    middle_of,
+    plot_text,
+    scale_nees,
+    sheet,
+)
 from mjsim.sweep.plan import SweepPlan
 from mjsim.sweep.summary import interval_of_mean
 from mjsim.sweep.table import Row
@@ -83,50 +94,35 @@ def error_plot(plan: SweepPlan, series: Sequence[Sequence[Series]]) -> Figure:
     figure, (axes,) = sheet(1, height=4.8)
     drawn = _drawn(plan, series)
     for label, color, runs in drawn:
-        time, values = _stacked(runs, "position_error_m")
-        low, middle, high = np.nanquantile(values, (0.1, 0.5, 0.9), axis=0)
+        time, (low, middle, high) = middle_of(_curves(runs, "position_error_m"), share=0.8)
         if len(drawn) <= MAX_SHADES:
             axes.fill_between(time, low, high, color=color, alpha=0.15, lw=0)
         axes.plot(time, middle, color=color, lw=1.5, label=label or "estimate")
     shade = ", 80 % of them in the shade" if len(drawn) <= MAX_SHADES else ""
     if len(drawn) == 1:
-        time, values = _stacked(drawn[0][2], "odometry_error_m")
-        axes.plot(time, np.nanmedian(values, axis=0), color=ODOMETRY, lw=1.2, ls="--", label="odometry")
+        time, (_, middle, _) = middle_of(_curves(drawn[0][2], "odometry_error_m"))
+        axes.plot(time, middle, color=ODOMETRY, lw=1.2, ls="--", label="odometry")
     title = f"position error, median of the runs{shade} ({_count(plan)})"
     axes.set(xlabel="time [s]", ylabel="position error [m]", title=title)
-    axes.set_xlim(time[0], time[-1])
+    axes.margins(x=0.0)
     axes.set_ylim(bottom=0.0)
     _legend(axes)
     return figure
 
 
 def nees_plot(plan: SweepPlan, series: Sequence[Sequence[Series]]) -> Figure:
-    """Draw the NEES over time, averaged over the runs of each case, with the 95 % band of such an average.
-
-    References:
-        Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), eq. 5.4.2-7.
-    """
+    """Draw the NEES over time, averaged over the runs of each case, with the 95 % band of such an average."""
     figure, (axes,) = sheet(1, height=4.8)
-    count = max(len(runs) for runs in series)
-    low, high = chi_square_bounds(STATES, count=count)
-    axes.axhspan(low, high, color=MAP, alpha=0.15, lw=0, label=f"95 % band, {low:.2f} to {high:.2f}")
-    axes.axhline(STATES, color=MAP, lw=0.8)
+    draw_band(axes, STATES, runs=max(len(runs) for runs in series), color=NEUTRAL)
     for label, color, runs in _drawn(plan, series):
-        time, values = _stacked(runs, "nees")
-        known = np.isfinite(values)
-        mean = np.where(known.any(axis=0), np.nansum(values, axis=0) / np.maximum(known.sum(axis=0), 1), np.nan)
-        axes.plot(time, mean, color=color, lw=1.3, label=label or "mean of all runs")
+        axes.plot(*mean_of(_curves(runs, "nees")), color=color, lw=1.3, label=label or "mean of all runs")
     axes.set(
         xlabel="time [s]",
         ylabel="NEES of x, y, heading",
         title=f"consistency, the NEES averaged over the runs ({_count(plan)})",
     )
-    axes.set_yscale("symlog", linthresh=10.0)
-    top = axes.get_ylim()[1]
-    axes.set_yticks([0, 2, 4, 6, 8, 10, *(tick for tick in (30, 100, 300, 1e3, 1e4, 1e5, 1e6) if tick <= top)])
-    axes.yaxis.set_major_formatter("{x:g}")
-    axes.set_ylim(bottom=0.0)
-    axes.set_xlim(time[0], time[-1])
+    scale_nees(axes)
+    axes.margins(x=0.0)
     _legend(axes)
     return figure
 
@@ -164,11 +160,9 @@ def _drawn(plan: SweepPlan, series: Sequence[Sequence[Series]]) -> list[tuple[st
     return [(label, color, runs) for (label, runs), color in zip(cases, GROUPS, strict=False)]
 
 
-def _stacked(runs: Sequence[Series], name: str) -> tuple[Array, Array]:
-    """Return times (n,) and the values of all runs (count, n), up to the end of the shortest."""
-    length = min(len(run["time"]) for run in runs)
-    values = [[np.nan if value is None else value for value in run[name][:length]] for run in runs]
-    return np.array(runs[0]["time"][:length], dtype=float), np.array(values, dtype=float)
+def _curves(runs: Sequence[Series], name: str) -> list[tuple[Array, Array]]:
+    """Return times [s] and values of runs, NaN where there is none, shape (N,) each."""
+    return [(np.array(run["time"], dtype=float), np.array(run[name], dtype=float)) for run in runs]
 
 
 def _label(case: Mapping[str, Any]) -> str:

@@ -127,12 +127,12 @@ def _line(series: Series, values: Array) -> dict[str, Any]:
 
 def _percentiles(runs: Sequence[Series]) -> dict[str, Any]:
     """Return the median over runs, and the interval that contains 90 % of them."""
-    time, (low, median, high) = middle_of(runs, lambda series: series.position_error_m)
+    time, (low, median, high) = middle_of([(series.time, series.position_error_m) for series in runs])
     return {"time": plain(time), "values": plain(median), "low": plain(low), "high": plain(high)}
 
 
 def _mean_nees(runs: Sequence[Series]) -> dict[str, Any]:
-    time, values = mean_of(runs, lambda series: series.nees if series.estimated else np.full(len(series.time), np.nan))
+    time, values = mean_of([(series.time, series.nees) for series in runs if series.estimated])
     return {"time": plain(time), "values": plain(values, 3)}
 
 

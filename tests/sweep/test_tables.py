@@ -11,8 +11,10 @@ import pytest
 from scipy import stats
 
 from mjsim.geometry import wrap_angle
+from mjsim.report import mean_of, middle_of
 from mjsim.sweep import SweepPlan
 from mjsim.sweep.plan import Job
+from mjsim.sweep.plots import error_plot, nees_plot
 from mjsim.sweep.results import _clock, key_lines
 from mjsim.sweep.summary import distribution, summary_of, summary_rows
 from mjsim.sweep.table import csv_text, figure_names, no_nees, rows_of
@@ -132,3 +134,26 @@ def test_a_series_has_errors_and_nees_at_a_bounded_number_of_ticks():
     assert told["nees"][1] == pytest.approx(off[0] ** 2 / 0.04 + off[1] ** 2 / 0.09 + off[2] ** 2 / 0.01)
     assert (told["truth_x_m"][1], told["estimate_y_m"][1]) == (round(truth[k, 0], 4), round(estimate[k, 1], 4))
     assert set(_series(track, estimated=False)["nees"]) == {None}
+
+
+@pytest.mark.parametrize("draw", [error_plot, nees_plot])
+def test_runs_of_different_length_are_drawn_to_their_ends(draw):
+    runs = [[series_of(40.0), series_of(60.0)], [series_of(10.0)]]
+    (axes,) = draw(PLAN, runs).axes
+    assert axes.get_xlim() == (0.0, 60.0)
+    lines = {line.get_label(): line.get_xydata() for line in axes.get_lines()}
+    np.testing.assert_allclose(lines["run.speed 1"][[0, -1]], [[0.0, 0.0], [60.0, 6.0]])
+    np.testing.assert_allclose(lines["run.speed 2"][[0, -1]], [[0.0, 0.0], [10.0, 1.0]])
+
+
+def test_of_runs_whose_error_is_not_known_there_is_no_median_and_no_mean():
+    curves = [(np.arange(3.0), np.full(3, np.nan))] * 4
+    assert [values.shape for values in (*middle_of(curves), *mean_of(curves))] == [(0,), (3, 0), (0,), (0,)]
+
+
+def series_of(seconds):
+    """Return errors of a tenth of the time, of which one is not known."""
+    values = [0.1 * time for time in range(int(seconds) + 1)]
+    values[5] = None
+    time = [float(time) for time in range(len(values))]
+    return {"time": time, **dict.fromkeys(("position_error_m", "odometry_error_m", "nees"), values)}
