@@ -8,10 +8,10 @@ from .forms import Form as Form
 from .forms import FormField as FormField
 from .forms import ReadingType as ReadingType
 from .forms import Stamp as Stamp
-from .forms import all_parts as all_parts
+from .forms import all_fields as all_fields
 from .forms import batch_rows as batch_rows
+from .forms import form_fields as form_fields
 from .forms import named as named
-from .forms import parts_of as parts_of
 from .forms import retimed as retimed
 from .forms import width_of as width_of
 from .json_form import json_line as json_line

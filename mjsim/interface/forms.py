@@ -63,23 +63,23 @@ class FormField:
     """Whether it has no default."""
 
     @property
-    def of(self) -> ReadingType:
-        """The type of its items, or of the one that it holds."""
+    def item(self) -> ReadingType:
+        """Type of its items; its own type if it holds a single value."""
         inner = [each for each in get_args(self.kind) if each is not Ellipsis]
         return inner[-1] if inner else self.kind
 
     @property
     def has_readings(self) -> bool:
         """Whether it holds a reading, or several."""
-        return is_dataclass(self.of)
+        return is_dataclass(self.item)
 
     @property
-    def by_name(self) -> bool:
+    def is_mapping(self) -> bool:
         """Whether it is a mapping: values by names, such as readings by sensor."""
         return get_origin(self.kind) is Mapping
 
     @property
-    def in_a_row(self) -> bool:
+    def is_tuple(self) -> bool:
         """Whether it is a tuple."""
         return get_origin(self.kind) is tuple
 
@@ -87,15 +87,15 @@ class FormField:
     def is_batch(self) -> bool:
         """Whether sensors give several readings in a tick; each has its sensor's name, beside the numbers in files."""
         return (
-            self.in_a_row
+            self.is_tuple
             and self.has_readings
-            and any(each.name == "name" and not each.form for each in all_parts(self.of))
+            and any(each.name == "name" and not each.form for each in all_fields(self.item))
         )
 
 
 @cache
-def all_parts(kind: ReadingType) -> tuple[FormField, ...]:
-    """Return the fields of a class in order."""
+def all_fields(kind: ReadingType) -> tuple[FormField, ...]:
+    """Return all fields of a class, in order."""
     hints = get_type_hints(kind, include_extras=True)
     return tuple(
         _part(each.name, hints[each.name], is_required=each.default is MISSING and each.default_factory is MISSING)
@@ -104,9 +104,9 @@ def all_parts(kind: ReadingType) -> tuple[FormField, ...]:
 
 
 @cache
-def parts_of(kind: ReadingType) -> tuple[tuple[FormField, Form], ...]:
+def form_fields(kind: ReadingType) -> tuple[tuple[FormField, Form], ...]:
     """Return the fields of a class that are in files, with their forms, in order."""
-    return tuple((part, part.form) for part in all_parts(kind) if part.form is not None)
+    return tuple((part, part.form) for part in all_fields(kind) if part.form is not None)
 
 
 def _part(name: str, hint: Any, *, is_required: bool) -> FormField:
@@ -133,13 +133,13 @@ def batch_rows(kind: ReadingType, readings: Sequence[Any]) -> Array:
         np.array([getattr(each, part.name) for each in readings], dtype=float).reshape(
             len(readings), width_of(part, form)
         )
-        for part, form in parts_of(kind)
+        for part, form in form_fields(kind)
     ]
     return np.column_stack(columns)
 
 
 def retimed(value: _T, moved: Callable[[float], float]) -> _T:
-    """Return a reading, or an observation, whose times and those of the readings in it were moved to another clock."""
+    """Return a reading, or an observation, with its stamps moved to another clock; `time` of an observation stays."""
     kind: ReadingType = type(value)
     changed = {part.name: _moved(part, getattr(value, part.name), moved) for part in _timed(kind)}
     return cast(_T, replace(cast(Any, value), **changed))
@@ -148,12 +148,12 @@ def retimed(value: _T, moved: Callable[[float], float]) -> _T:
 @cache
 def _timed(kind: ReadingType) -> tuple[FormField, ...]:
     """Return the fields that are times, or hold readings with times."""
-    return tuple(part for part in all_parts(kind) if part.is_time or (part.has_readings and _timed(part.of)))
+    return tuple(part for part in all_fields(kind) if part.is_time or (part.has_readings and _timed(part.item)))
 
 
 def _moved(part: FormField, value: Any, moved: Callable[[float], float]) -> Any:
     if part.is_time or value is None:
         return None if value is None else moved(value)
-    if part.by_name:
+    if part.is_mapping:
         return {name: retimed(each, moved) for name, each in value.items()}
-    return tuple(retimed(each, moved) for each in value) if part.in_a_row else retimed(value, moved)
+    return tuple(retimed(each, moved) for each in value) if part.is_tuple else retimed(value, moved)

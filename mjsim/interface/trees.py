@@ -6,12 +6,12 @@ mark what languages represent differently: several items of one shape, and names
 
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
 from mjsim.geometry import Array, Pose
-from mjsim.interface.forms import Form, FormField, ReadingType, batch_rows, parts_of
+from mjsim.interface.forms import Form, FormField, ReadingType, batch_rows, form_fields
 from mjsim.interface.readings import (
     AnchorRanges,
     CameraFrame,
@@ -90,7 +90,7 @@ def observation_tree(seen: Observation, numbers: Numbers, *, pictures: bool) -> 
         **_sightings(seen.sightings, numbers),
         **{
             part.name: _field(part, form, getattr(seen, part.name))
-            for part, form in parts_of(Observation)
+            for part, form in form_fields(Observation)
             if part.name not in _OWN_FORM
         },
         "scans": Named({name: _scan(scan) for name, scan in seen.scans.items()}),
@@ -107,20 +107,24 @@ _OWN_FORM = {"sightings", "scans", "cameras", "ranges", "joints"}
 def _field(part: FormField, form: Form, value: Any) -> Tree:
     """Return the readings in a field of an observation."""
     if part.is_batch:
-        return Stack(batch_rows(part.of, value))
+        return Stack(batch_rows(part.item, value))
     if not part.has_readings:
         return _stack(value)
-    if part.by_name:
+    if part.is_mapping:
         return Named({name: _reading(reading) for name, reading in value.items()})
-    if part.in_a_row:
-        return RecordList([each.name for each, _ in parts_of(part.of)], [_reading(reading) for reading in value])
+    if part.is_tuple:
+        return RecordList([each.name for each, _ in form_fields(part.item)], [_reading(reading) for reading in value])
     return _reading(value)
 
 
 def _reading(reading: Any) -> dict[str, Tree]:
     """Return the declared fields of a reading; those that are None are left out."""
-    found = {part.name: (part, getattr(reading, part.name)) for part, _ in parts_of(cast(ReadingType, type(reading)))}
-    return {name: _value(part, value) for name, (part, value) in found.items() if value is not None}
+    kind: ReadingType = type(reading)
+    return {
+        part.name: _value(part, value)
+        for part, _ in form_fields(kind)
+        if (value := getattr(reading, part.name)) is not None
+    }
 
 
 def _value(part: FormField, value: Any) -> Tree:

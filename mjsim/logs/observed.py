@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from mjsim.errors import LONGEST_MESSAGE, UsageError
 from mjsim.geometry import Array
-from mjsim.interface import Command, Observation, ReadingType, named, parts_of, retimed
+from mjsim.interface import Command, Observation, ReadingType, form_fields, named, retimed
 from mjsim.logs.log import AHEAD, Log, world_of
 from mjsim.logs.output import recorded
 from mjsim.logs.readings import kept
@@ -313,7 +313,7 @@ def _sensor_texts(observations: Sequence[Observation], rate: float) -> Iterator[
         known = {name: each for seen in observations for name, each in named(getattr(seen, model.reading))}
         for name, reading in known.items():
             kind_of_reading: ReadingType = type(reading)
-            told = [part.name for part, form in parts_of(kind_of_reading) if form.is_fixed]
+            told = [part.name for part, form in form_fields(kind_of_reading) if form.is_fixed]
             keys = [f", {key}: {getattr(reading, key)!r}" for key in told if key in model.model_fields]
             yield f"{{{kind}: {name}{''.join(keys)}, rate_hz: {rate!r}}}"
 

@@ -7,11 +7,11 @@ from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 
-from mjsim.interface import BeaconInfo, Observation, RobotInfo, WorldMap, all_parts
+from mjsim.interface import BeaconInfo, Observation, RobotInfo, WorldMap, all_fields
 
 K = TypeVar("K")
 V = TypeVar("V")
-_READINGS = tuple(part.name for part in all_parts(Observation) if part.by_name)
+_READINGS = tuple(part.name for part in all_fields(Observation) if part.is_mapping)
 """The fields of an observation with readings by the name of their sensor."""
 _PLAIN = frozenset({float, int, str, bool, type(None), np.float64})
 

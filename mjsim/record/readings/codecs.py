@@ -1,6 +1,6 @@
 """The codecs of all kinds of readings, in the order of an observation."""
 
-from mjsim.interface import Observation, parts_of
+from mjsim.interface import Observation, form_fields
 from mjsim.record.readings.cameras import CAMERAS
 from mjsim.record.readings.clouds import CLOUDS
 from mjsim.record.readings.codec import Codec
@@ -13,7 +13,7 @@ from mjsim.record.readings.sightings import SIGHTINGS
 
 _OWN = {codec.field: codec for codec in (SIGHTINGS, CAMERAS, SCANS, IMU, ENCODERS, RANGES, CLOUDS)}
 """Those with more than is declared: formats of others, tables and arrays."""
-_FIELDS = dict.fromkeys((*ORDER, *(part.name for part, _ in parts_of(Observation))))
+_FIELDS = dict.fromkeys((*ORDER, *(part.name for part, _ in form_fields(Observation))))
 CODECS: tuple[Codec, ...] = tuple(_OWN.get(field) or derived(field) for field in _FIELDS)
 """In the order of the keys in a message of `/R/observation`."""
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mjsim.geometry import Array
-from mjsim.interface import Form, FormField, Observation, ReadingType, RobotInfo, all_parts, parts_of
+from mjsim.interface import Form, FormField, Observation, ReadingType, RobotInfo, all_fields, form_fields
 from mjsim.record.readings.codec import Box, Codec, Given, SensorTable, by_name
 from mjsim.record.readings.wire import wire_of
 from mjsim.world import SENSOR_KINDS, AnySensor, World, name_of
@@ -23,11 +23,11 @@ ORDER = (*WRITTEN, "encoders", "ranges")
 
 def derived(field: str) -> Codec:
     """Return the codec of a field of `Observation`."""
-    part, form = next(each for each in parts_of(Observation) if each[0].name == field)
-    kind, wire = part.of, wire_of(part, form)
+    part, form = next(each for each in form_fields(Observation) if each[0].name == field)
+    kind, wire = part.item, wire_of(part, form)
     sensor = next((each for each, model in SENSOR_KINDS.items() if model.reading == field), None)
-    is_read = not part.has_readings or all(each.form or not each.is_required for each in all_parts(kind))
-    has_names = is_read and (part.by_name or part.is_batch)
+    is_read = not part.has_readings or all(each.form or not each.is_required for each in all_fields(kind))
+    has_names = is_read and (part.is_mapping or part.is_batch)
     return Codec(
         field=field,
         schema=wire.schema,
@@ -38,7 +38,7 @@ def derived(field: str) -> Codec:
         sparse=field not in WRITTEN,
         sensor=sensor,
         tables=partial(_tables, sensor, kind) if sensor is not None and has_names else None,
-        boxes=partial(_boxes, part) if has_names and any(inner.bounds for _, inner in parts_of(kind)) else None,
+        boxes=partial(_boxes, part) if has_names and any(inner.bounds for _, inner in form_fields(kind)) else None,
     )
 
 
@@ -47,7 +47,7 @@ def _tables(word: str, kind: ReadingType, given: Given) -> Iterator[SensorTable]
     for name, times, readings in by_name(given):
         arrays: dict[str, Array] = dict(times)
         columns: dict[str, Iterable[Any]] = {when: column.tolist() for when, column in times.items()}
-        for part, form in parts_of(kind):
+        for part, form in form_fields(kind):
             if part.name in times:
                 continue
             if form.is_fixed:
@@ -69,7 +69,7 @@ def _columns(part: FormField, form: Form, values: Array) -> dict[str, Iterable[A
 
 def _boxes(part: FormField, sensor: AnySensor, info: RobotInfo, world: World) -> Mapping[str, Box]:
     """Return one array of all numbers with declared bounds."""
-    bounds = {each.name: form.bounds for each, form in parts_of(part.of) if form.bounds is not None}
+    bounds = {each.name: form.bounds for each, form in form_fields(part.item) if form.bounds is not None}
     low, high = zip(*bounds.values(), strict=True)
 
     def read(seen: Observation) -> ArrayLike | None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any
 
-from mjsim.interface import Form, FormField, ReadingType, batch_rows, parts_of, width_of
+from mjsim.interface import Form, FormField, ReadingType, batch_rows, form_fields, width_of
 from mjsim.record import json_schema as schema
 from mjsim.record.json_schema import Schema
 from mjsim.record.numbers import Message, distances, flat, number, numbers, packed, unpacked
@@ -37,11 +37,11 @@ def wire_of(part: FormField, form: Form) -> Wire:
     if not part.has_readings:
         return _plain(part, form)
     if part.is_batch:
-        return _batch(part.of, form)
-    reading = _reading(part.of)
-    if part.by_name:
+        return _batch(part.item, form)
+    reading = _reading(part.item)
+    if part.is_mapping:
         return _by_sensor(reading, form)
-    if part.in_a_row:
+    if part.is_tuple:
         return Wire(
             schema.listed(reading.schema, form.about),
             lambda readings: [reading.encode(each) for each in readings],
@@ -63,7 +63,7 @@ def _by_sensor(reading: Wire, form: Form) -> Wire:
 
 def _batch(kind: ReadingType, form: Form) -> Wire:
     """Return the form of batches of readings: for each sensor its name and packed rows of all numbers."""
-    parts = parts_of(kind)
+    parts = form_fields(kind)
     widths = [width_of(part, each) for part, each in parts]
     columns = [slice(end - width, end) for end, width in zip(itertools.accumulate(widths), widths, strict=True)]
     words = [f"{part.name} x y z" if width == 3 else part.name for (part, _), width in zip(parts, widths, strict=True)]
@@ -107,7 +107,7 @@ class _Key:
 @cache
 def _reading(kind: ReadingType) -> Wire:
     """Return the form of a reading: packed numbers come last, and in messages keys that may be left out."""
-    parts = sorted(parts_of(kind), key=lambda each: bool(each[1].packed))
+    parts = sorted(form_fields(kind), key=lambda each: bool(each[1].packed))
     keys = [key for part, form in parts for key in _keys(part, form)]
     written = [(each.key, each.field, each.wire.encode) for each in sorted(keys, key=lambda each: each.is_optional)]
     takes = {part.name: _taker(part, form) for part, form in parts}
@@ -124,7 +124,7 @@ def _reading(kind: ReadingType) -> Wire:
 
 def _keys(part: FormField, form: Form) -> list[_Key]:
     """Return the keys of a field."""
-    if not part.by_name:
+    if not part.is_mapping:
         return [_Key(part.name, part.name, _plain(part, form), part.is_optional)]
     names = Wire(schema.listed({"type": "string"}, "Names of those heard"), list, list)
     values = Wire(schema.numbers(form.about), lambda numbers: flat([*numbers.values()]), list)
@@ -133,7 +133,7 @@ def _keys(part: FormField, form: Form) -> list[_Key]:
 
 def _taker(part: FormField, form: Form) -> Callable[[Message], Any]:
     """Return what takes a field from a message."""
-    if part.by_name:
+    if part.is_mapping:
         return lambda message: dict(zip(message[form.names], message[part.name], strict=True))
     decode = _plain(part, form).decode
     if part.is_optional:

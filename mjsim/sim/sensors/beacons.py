@@ -105,7 +105,7 @@ class BeaconDevice:
 
     def publish(self, reading: BeaconReading, sensed: Sensed) -> None:
         """Append the sightings to those of other beacon sensors."""
-        sensed.in_a_row("sightings", reading.sightings)
+        sensed.extend("sightings", reading.sightings)
         sensed.identities += reading.identities
 
     def _truth(self) -> tuple[Array, NDArray[np.bool_]]:

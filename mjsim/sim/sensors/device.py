@@ -64,7 +64,7 @@ class Sensed:
     def __init__(self) -> None:
         """Start empty."""
         self._by_name: dict[str, dict[str, object]] = {}
-        self._in_a_row: dict[str, tuple[object, ...]] = {}
+        self._batches: dict[str, tuple[object, ...]] = {}
         self.identities: tuple[str | None, ...] = ()
         """True beacon of each sighting, None for a false sighting; never for modules."""
 
@@ -72,13 +72,13 @@ class Sensed:
         """Add a reading to a field with one reading per sensor."""
         self._by_name.setdefault(field, {})[name] = reading
 
-    def in_a_row(self, field: str, readings: Sequence[object]) -> None:
+    def extend(self, field: str, readings: Sequence[object]) -> None:
         """Append readings to a field with those of all sensors."""
-        self._in_a_row[field] = (*self._in_a_row.get(field, ()), *readings)
+        self._batches[field] = (*self._batches.get(field, ()), *readings)
 
     def fields(self) -> dict[str, Any]:
         """Return fields of `Observation`; dicts are made read-only here, which would be expensive later."""
-        return {**self._in_a_row, **{field: Sealed(readings) for field, readings in self._by_name.items()}}
+        return {**self._batches, **{field: Sealed(readings) for field, readings in self._by_name.items()}}
 
 
 class Device(Protocol):

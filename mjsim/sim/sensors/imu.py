@@ -156,7 +156,7 @@ class ImuDevice:
 
     def publish(self, reading: tuple[ImuReading, ...], sensed: Sensed) -> None:
         """Append the readings to those of other inertial sensors."""
-        sensed.in_a_row("imu", reading)
+        sensed.extend("imu", reading)
 
     def _feel(self, rows: Array) -> Array:
         """Return mean specific force [m/s^2] and turn [rad/s] of each step in the sensor's frame, shape (steps, 6).
