@@ -244,7 +244,7 @@ def _compiled(files: ModelFiles, gatherer: _RobotGatherer) -> mujoco.MjModel:
         try:
             return compiled(files)
         except ValueError as error:
-            flat = next((name for name in files.assets if name.rpartition(".")[0] in str(error)), None)
+            flat = _rejected(files, str(error))
             if flat is None:
                 raise gatherer.placed(str(error), files.root) or error from None
             reason = "meshes that MuJoCo cannot read"
@@ -252,6 +252,13 @@ def _compiled(files: ModelFiles, gatherer: _RobotGatherer) -> mujoco.MjModel:
                 gatherer.drop(flat, reason)
             gatherer.leave_out(files.root)
     return compiled(files)
+
+
+def _rejected(files: ModelFiles, error: str) -> str | None:
+    """Return the asset that an error of MuJoCo is about: that of the element it names, or one named in its text."""
+    element = element_of(error, files.root)
+    flat = element.get("file") if element is not None and element.tag == "mesh" else None
+    return flat or next((name for name in files.assets if name.rpartition(".")[0] in error), None)
 
 
 def _as_shell(root: Element, flat: str) -> bool:
