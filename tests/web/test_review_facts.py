@@ -145,7 +145,9 @@ def test_what_sensors_read_is_told_at_their_tick(recording, ticks):
 
 
 def test_events_are_told_in_order_of_time(recording):
-    told = [{"kind": "event", "time": 4 * DT, "robot": name, "event": "bump", "text": "touched the wall"} for name in ROBOTS]
+    told = [
+        {"kind": "event", "time": 4 * DT, "robot": name, "event": "bump", "text": "touched the wall"} for name in ROBOTS
+    ]
     found = events_json(recording)
     assert sorted(found, key=lambda event: event["robot"]) == sorted(told, key=lambda event: event["robot"])
 
