@@ -58,9 +58,15 @@ beacons:
 lamps: [{name: sun, at: [6.5, 3.5]}, {name: off, at: [7, 3.5], brightness: 0}]
 robots:
   - {name: scout, at: [2, 2.6], heading_deg: 30, sensors: [{camera: front}]}
-  - {name: other, base: fixed, at: [8, 5.3], arms: [{name: arm, dh: {rows: [{a: 0.5}, {a: 0.3}]}, start_deg: [200, 60]}]}
+  - name: other
+    base: fixed
+    at: [8, 5.3]
+    arms: [{name: arm, dh: {rows: [{a: 0.5}, {a: 0.3}]}, start_deg: [200, 60]}]
 run: {seconds: 10}
 """
+
+
+TURNED = Pose(0.0, 0.0, 0.3)
 
 
 @dataclass(frozen=True)
@@ -78,7 +84,7 @@ class Map:
     strokes: tuple = ()
     picture: np.ndarray | None = None
     cell: float = 0.5
-    world_from_picture: Pose = Pose(0.0, 0.0, 0.3)
+    world_from_picture: Pose = TURNED
 
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])

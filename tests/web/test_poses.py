@@ -2,12 +2,9 @@
 
 import pytest
 
+from mjsim.web.answers import RefusedError
 from mjsim.web.poses import PoseAsk, pose_json
 from mjsim.world import Change, edit_text, parse_world
-from tests.asking import told
-
-pytestmark = pytest.mark.slow  # Each solves postures.
-
 
 WORLD = """\
 mjsim: 1
@@ -105,13 +102,17 @@ people: [{name: ann, sex: female, seat: stool}]
         (EVE, {"pull": {"look": "side", "part": "nose", "start": [0, 0], "end": [1, 1]}}, "'nose' is not a hand"),
     ],
 )
-def test_what_cannot_be_posed_is_refused_in_one_line(client, item, keys, message):
-    error = client.post("/api/pose", json={"path": "room.yaml", "text": WORLD, "item": item, **keys}).json()["error"]
-    assert error.startswith(message)
+def test_what_cannot_be_posed_is_refused_in_one_line(item, keys, message):
+    with pytest.raises(RefusedError) as refused:
+        posed(item, **keys)
+    assert refused.value.message.startswith(message)
+    assert refused.value.status == (404 if "in this text" in message else 409)
 
 
-def test_who_sits_is_posed_by_the_seat(client):
-    shown = told(client, "pose", path="room.yaml", text=SEATED, item=EVE)
+def test_who_sits_is_posed_by_the_seat():
+    shown = posed(EVE, SEATED)
     assert (shown["hands"], {each["free"] for each in shown["values"]}) == ({}, {False})
-    refused = told(client, "pose", status=409, path="room.yaml", text=SEATED, item=EVE, values={"neck_twist": 3})
-    assert refused["error"] == "the seat and its targets define the posture of a seated person; change those"
+    assert {part["pull"] for part in shown["parts"]} == {None}
+    for keys in ({"values": {"neck_twist": 3}}, {"hands": {"left": (0, 0, 1)}}):
+        with pytest.raises(RefusedError, match="the seat and its targets define the posture of a seated person"):
+            posed(EVE, SEATED, **keys)

@@ -60,14 +60,17 @@ def ask(root):
 
 def test_a_recording_is_told_with_its_times_cameras_and_views(recording):
     told = recording_json(recording, path=RUN, scene={"items": []})
-    assert told["path"] == RUN and told["bytes"] == recording.path.stat().st_size
+    assert told["path"] == RUN
+    assert told["bytes"] == recording.path.stat().st_size
     assert (told["begin"], told["ticks"], told["seed"], told["whole"]) == (0.0, COUNT, 5, True)
     assert told["seconds"] == pytest.approx((COUNT - 1) * DT)
     assert told["dt"] == 1.0 / recording.world.run.rate_hz
     assert told["metadata"]["note"] == "by hand"
     assert told["cameras"] == ["scout/front"]
     assert told["views"] == ["frame", "plan", "chase", "overview", "scout/front"]
-    assert told["has_states"] and told["joints"] == {} and told["name"] == "hand-made"
+    assert told["has_states"]
+    assert told["joints"] == {}
+    assert told["name"] == "hand-made"
     assert sorted(told["tracks"]) == sorted(ROBOTS)
     track = told["tracks"]["scout"]
     np.testing.assert_allclose(track["truth"], recording.robots["scout"].truth, atol=1e-4)
@@ -80,12 +83,13 @@ def test_a_recording_is_told_with_its_times_cameras_and_views(recording):
 def test_the_times_of_modules_are_in_milliseconds(recording):
     timing = recording_json(recording, path=RUN, scene={})["tracks"]["scout"]["timing"]
     assert sorted(timing) == ["estimator", "sense", "step"]
-    assert timing["sense"] == [1.0] * COUNT and timing["step"] == [2.0] * COUNT
+    assert timing["sense"] == [1.0] * COUNT
+    assert timing["step"] == [2.0] * COUNT
     assert timing["estimator"] == [1.0, None] * (COUNT // 2)
 
 
 @pytest.mark.parametrize(
-    "time, row", [(-1.0, 0), (0.0, 0), (DT - 1e-3, 0), (DT - 1e-9, 1), (DT, 1), (2.5 * DT, 2), (99.0, COUNT - 1)]
+    ("time", "row"), [(-1.0, 0), (0.0, 0), (DT - 1e-3, 0), (DT - 1e-9, 1), (DT, 1), (2.5 * DT, 2), (99.0, COUNT - 1)]
 )
 def test_a_time_shows_the_last_tick_that_is_not_after_it(recording, time, row):
     assert row_at(recording, time) == row
@@ -95,7 +99,9 @@ def test_a_time_shows_the_last_tick_that_is_not_after_it(recording, time, row):
 def test_a_tick_is_told_as_it_was_written(recording, ticks, row):
     told, tick = row_json(recording, row), ticks[row]
     assert (told["kind"], told["number"], told["time"]) == ("tick", row, pytest.approx(row * DT))
-    assert "people" not in told and "joints" not in told and "removed" not in told
+    assert "people" not in told
+    assert "joints" not in told
+    assert "removed" not in told
     for name in ROBOTS:
         robot, order = told["robots"][name], tick.orders[name]
         truth, pose = tick.truth[name], order.estimate.pose
@@ -153,7 +159,7 @@ def test_events_are_told_in_order_of_time(recording):
 
 
 @pytest.mark.parametrize(
-    "path, view, name",
+    ("path", "view", "name"),
     [
         ("out/room/run.mcap", "frame", "out/films/room-run-frame-0.5-2s.mp4"),
         ("run.mcap", "scout/front", "out/films/run-scout-front-0.5-2s.mp4"),
@@ -165,7 +171,8 @@ def test_a_film_is_named_by_its_recording_its_view_and_its_section(path, view, n
 
 def test_each_number_of_a_recording_is_a_field(recording):
     fields = fields_json(recording)
-    assert fields == sorted(set(fields)) and all(len(field) == 2 for field in fields)
+    assert fields == sorted(set(fields))
+    assert all(len(field) == 2 for field in fields)
     topics = {topic for topic, _ in fields}
     assert {message.topic for message in raw_messages(recording.path, topics=topics)} == topics
     topic, field = next(each for each in fields if each[0].startswith("/scout"))
@@ -185,7 +192,7 @@ NESTED = {"a": {"b": {"c": {"d": {"e": {"f": 1}, "n": 2}}}}}
 
 
 @pytest.mark.parametrize(
-    "value, found",
+    ("value", "found"),
     [
         ({"x": 1, "flag": True, "text": "1"}, {"x": 1.0, "flag": 1.0}),
         ({"time": 1, "timestamp": {"sec": 1}, "entities": [1], "shown": 2, "deletions": 3, "k": 4}, {"k": 4.0}),
@@ -204,7 +211,8 @@ def test_numbers_are_named_by_keys_names_and_indices(value, found):
 
 def test_the_page_asks_for_the_whole_a_tick_fields_and_statistics(ask, recording):
     whole = ask(f"/api/recording?path={RUN}").json()
-    assert whole["scene"] == {"items": ["hand-made"]} and whole["path"] == RUN
+    assert whole["scene"] == {"items": ["hand-made"]}
+    assert whole["path"] == RUN
     assert ask(f"/api/recording/tick?path={RUN}&time={1.5 * DT}").json()["number"] == 1
     fields = ask(f"/api/recording/fields?path={RUN}").json()
     assert [tuple(each) for each in fields] == fields_json(recording)
@@ -217,7 +225,7 @@ def test_the_page_asks_for_the_whole_a_tick_fields_and_statistics(ask, recording
 
 
 @pytest.mark.parametrize(
-    "address, status, word",
+    ("address", "status", "word"),
     [
         ("recording?path=out/none.mcap", 404, "no file 'none.mcap'"),
         (f"recording/tick?path={RUN}&time=soon", 400, "time is 'soon'; it must be a number"),
@@ -234,7 +242,8 @@ def test_the_page_asks_for_the_whole_a_tick_fields_and_statistics(ask, recording
 )
 def test_what_does_not_exist_or_is_not_the_pages_is_refused_in_one_line(ask, address, status, word):
     answer = ask(f"/api/{address}")
-    assert answer.status_code == status and word in answer.json()["error"]
+    assert answer.status_code == status
+    assert word in answer.json()["error"]
 
 
 def test_a_file_of_out_is_given_for_download(ask, root):
@@ -244,7 +253,7 @@ def test_a_file_of_out_is_given_for_download(ask, root):
 
 
 @pytest.mark.parametrize(
-    "name, kept",
+    ("name", "kept"),
     [("My run.mcap", "My-run.mcap"), ("..\\a\\b c?.MCAP", "b-c.mcap"), (".hidden", "hidden.mcap"), ("//", "run.mcap"),
      ("n" * 90 + ".mcap", "n" * 60 + ".mcap")],
 )  # fmt: skip
@@ -261,8 +270,10 @@ def test_an_upload_is_kept_under_a_plain_name(ask, root, name, kept):
 def test_an_upload_that_is_no_recording_or_too_large_leaves_nothing(ask, root, monkeypatch):
     before = sorted((root / "out/brought").glob("*"))
     answer = ask("/api/recording/upload?name=x.mcap", method="POST", content=b"nothing")
-    assert answer.status_code == 400 and "cannot be opened: 'x.mcap' is not" in answer.json()["error"]
+    assert answer.status_code == 400
+    assert "cannot be opened: 'x.mcap' is not" in answer.json()["error"]
     monkeypatch.setattr(review_api, "LARGEST", 6)
     answer = ask("/api/recording/upload?name=x.mcap", method="POST", content=b"nothing")
     assert answer.status_code == 413
-    assert sorted((root / "out/brought").glob("*")) == before and not list((root / "out/brought").glob(".*"))
+    assert sorted((root / "out/brought").glob("*")) == before
+    assert not list((root / "out/brought").glob(".*"))
