@@ -1,5 +1,6 @@
 """What a sweep keeps and draws, and what its processes reset, without starting one."""
 
+import importlib.util
 import json
 import os
 import random
@@ -90,7 +91,8 @@ def test_values_that_are_no_numbers_are_not_joined_and_modules_go_by_their_class
     key, more = "run.drivers.scout.estimator", {"use": "mjsim.algorithms.ekf_slam:EkfSlam", "gate": 3}
     plan = SweepPlan(seeds=(1,), settings={key: ("a.py:Own", more), "run.speed": (1, 2)})
     given = [
-        {"robot": "scout", key: use, "run.speed": speed, "position_error_m.rmse": 0.1 * speed, "odometry_error_m.rmse": 1.0}
+        {"robot": "scout", key: use, "run.speed": speed, "position_error_m.rmse": 0.1 * speed,
+         "odometry_error_m.rmse": 1.0}
         for use in plan.settings[key]
         for speed in (1, 2)
     ]  # fmt: skip
@@ -164,7 +166,9 @@ def outcome(case, seed, error):
     return told if error else told | {"robots": {"scout": figures}, "run": {"sim_seconds": 5.0}}
 
 
-def test_results_are_tables_a_summary_and_the_failed_by_name(tmp_path):
+def test_results_are_tables_a_summary_and_the_failed_by_name(tmp_path, monkeypatch):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)  # pyarrow takes seconds to import
+    (tmp_path / "table.parquet").write_text("of an earlier sweep")
     outcomes = [
         outcome(case, seed, "it fell" if (case, seed) == (1, 4) else None) for case in (0, 1) for seed in (4, 7)
     ]
@@ -172,6 +176,7 @@ def test_results_are_tables_a_summary_and_the_failed_by_name(tmp_path):
     assert found.failed == {"001-seed0004": "it fell"}
     assert json.loads((tmp_path / "summary.json").read_text()) == json.loads(json.dumps(found.summary))
     assert (tmp_path / "table.csv").exists()
+    assert not (tmp_path / "table.parquet").exists()
     assert len((tmp_path / "clock.csv").read_text().splitlines()) == 5
     assert (found.folder, (tmp_path / "plots").exists()) == (tmp_path, False)
 
