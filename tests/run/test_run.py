@@ -198,7 +198,9 @@ def test_a_command_that_cannot_be_followed_is_refused(command, complaint):
 
 
 def test_an_observation_holds_what_a_robot_senses_and_no_truth():
-    settled = "time dt odometry sightings cameras scans imu proximity bump messages encoders ranges joints clouds compasses"
+    settled = (
+        "time dt odometry sightings cameras scans imu proximity bump messages encoders ranges joints clouds compasses"
+    )
     assert set(mjsim.Observation.__slots__) == set(settled.split())
 
 

@@ -1,0 +1,381 @@
+"""The studio's answers without a server: requests and sockets go straight to the routes, as a server would call them."""
+
+import asyncio
+import json
+import math
+import time
+
+import httpx
+import pytest
+from starlette.applications import Starlette
+
+from mjsim.web.connections import Connections, Limits
+from mjsim.web.edit_api import EditApi
+from mjsim.web.files import read_world
+from mjsim.web.folder import Folder
+from mjsim.web.items import scene_of
+from mjsim.web.run_api import RunApi
+from mjsim.web.tabs import Tabs
+from mjsim.web.trust import Trust
+
+PATIENCE = 10.0
+ROOM = """mjsim: 1
+name: room
+walls: [{points: [[-2, -2], [2, -2], [2, 2], [-2, 2]], closed: true}]
+lamps: [{name: sun, at: [0, 0]}]
+robots:
+  - {name: scout, preset: pioneer3dx, at: [0, 0], odometry: {noise: {distance: 0.01}}}
+run: {seconds: 1000}
+"""
+TAB, OTHER = "a" * 16, "b" * 16
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "room.yaml").write_text(ROOM)
+    (tmp_path / "own.py").write_text('"""Own."""\n\n\nclass Mine:\n    """Estimates."""\n')
+    return Folder(tmp_path)
+
+
+class Page:
+    """A socket of a page: what it says, and what it is told."""
+
+    def __init__(self, routes, address):
+        self._routes, (self._path, _, self._query) = routes, address.partition("?")
+        self._in, self._out = asyncio.Queue(), asyncio.Queue()
+        self.told = []
+
+    async def __aenter__(self):
+        self._in.put_nowait({"type": "websocket.connect"})
+        scope = {"type": "websocket", "path": self._path, "query_string": self._query.encode(), "headers": []}
+        self._task = asyncio.create_task(Starlette(routes=self._routes)(scope, self._in.get, self._out.put))
+        return self
+
+    async def __aexit__(self, *_):
+        self.leave()
+        await asyncio.wait_for(self._task, PATIENCE)
+
+    def leave(self):
+        self._in.put_nowait({"type": "websocket.disconnect", "code": 1000})
+
+    def say(self, do, **more):
+        self._in.put_nowait({"type": "websocket.receive", "text": json.dumps({"do": do, **more})})
+
+    async def next(self):
+        return await asyncio.wait_for(self._out.get(), PATIENCE)
+
+    async def until(self, kind, holds=lambda _: True):
+        """Return the next message of a kind for which something holds, or the next bytes for 'bytes'."""
+        while True:
+            message = await self.next()
+            if "bytes" in message and message["bytes"] is not None:
+                if kind == "bytes":
+                    return message["bytes"]
+            elif message["type"] == "websocket.send":
+                news = json.loads(message["text"])
+                self.told.append(news)
+                if news["kind"] == kind and holds(news):
+                    return news
+
+    async def refused(self, do, **more):
+        self.say(do, **more)
+        return (await self.until("refused"))["error"]
+
+
+async def asked(routes, method, address, **more):
+    app, connections = Starlette(routes=routes), Connections(Limits())
+
+    def served(scope, receive, send):
+        return app({**scope, "state": {"connections": connections}}, receive, send)
+
+    transport = httpx.ASGITransport(app=served)
+    async with httpx.AsyncClient(transport=transport, base_url="http://page") as client:
+        return await client.request(method, address, **more)
+
+
+@pytest.fixture
+def run(folder):
+    """Runs a test's coroutine with the API of runs of a folder."""
+    api = RunApi(folder, Trust(), scene=scene_of)
+
+    def run(talk):
+        async def all_of():
+            try:
+                async with Page(api.routes, "/api/run") as page:
+                    await talk(page, api)
+            finally:
+                if api.stage.session is not None:
+                    await asyncio.to_thread(api.stage.session.close)
+
+        asyncio.run(all_of())
+
+    yield run
+    api.close()
+
+
+def test_before_a_run_the_page_is_told_that_there_is_none(run):
+    async def talk(page, _):
+        assert (await page.until("run"))["state"] == "idle"
+        for do, more in (("pause", {}), ("speed", {"value": 1}), ("drive", {"robot": "scout"})):
+            assert await page.refused(do, **more) == "no run has begun; start one"
+        assert "do" in await page.refused("dance")
+        assert "no robot 'scot'" in await page.refused("start", text=ROOM, drivers={"scot": {}})
+        assert "name it .mcap" in await page.refused("start", text=ROOM, record="run.txt")
+        assert "without a dot" in await page.refused("start", text=ROOM, record="out/.run.mcap")
+        assert "is not a recording" in await page.refused("start", text=ROOM, record="not.mcap")
+        assert "(and 1 more)" in await page.refused("start", text=ROOM + "a: 1\nb: 2\n")
+
+    (run.__closure__[0].cell_contents._folder.root / "not.mcap").write_text("no")
+    run(talk)
+
+
+def test_a_run_is_started_steered_and_seen(run):
+    async def talk(page, api):
+        page.say("start", text=ROOM, path="room.yaml", seed=3, seconds=500, speed=1.0, record="out/room/run.mcap")
+        told = await page.until("run", lambda news: news["state"] == "running")
+        assert (told["path"], told["name"], told["seed"], told["seconds"]) == ("room.yaml", "room", 3, 500.0)
+        assert (told["speed"], told["controllable"], told["recording"]) == (1.0, True, "out/room/run.mcap")
+        assert [robot["name"] for robot in told["robots"]] == ["scout"]
+        first = await page.until("tick")
+        assert (await page.until("tick"))["time"] > first["time"]
+        page.say("speed", value=2.0)
+        assert (await page.until("run", lambda news: news["speed"] == 2.0))["state"] == "running"
+        robot = api.stage.session.world.robots[0]
+        page.say("drive", robot="scout", forward=0.5, turn=-0.25)
+        driven = await page.until("tick", lambda news: news["robots"]["scout"]["command"] != [0.0, 0.0, 0.0])
+        expected = [0.5 * robot.drive.max_speed, 0.0, -0.25 * math.radians(robot.drive.max_turn_deg)]
+        assert driven["robots"]["scout"]["command"] == pytest.approx(expected, abs=1e-4)
+        page.say("drive", robot="scout")
+        await page.until("tick", lambda news: news["robots"]["scout"]["command"] == [0.0, 0.0, 0.0])
+        assert "no robot 'scut' to drive" in await page.refused("drive", robot="scut", forward=1)
+        key = told["noise"][0]["key"]
+        page.say("set", key=key, value=0.5)
+        noise = (await page.until("run", lambda news: news["noise"][0]["value"] == 0.5))["noise"][0]
+        assert noise["initial"] == told["noise"][0]["value"] != 0.5
+        page.say("pause")
+        await page.until("run", lambda news: news["state"] == "paused")
+        before = api.stage.time()
+        page.say("touch", event={"light": 0.5})
+        now = await page.until("tick", lambda news: news["time"] > before)
+        assert now["time"] == pytest.approx(before + told["dt"])
+        page.say("watch", cameras=["scout/none"], depth=True)
+        page.say("shown", number=1)
+        page.say("tick")
+        await page.until("tick", lambda news: news["time"] > now["time"])
+        assert {"kind": "touched"} in page.told
+        assert [news["event"] for news in page.told if news["kind"] == "event"] == ["noise", "light"]
+        async with Page(api.routes, "/api/run") as late:
+            assert (await late.until("run"))["state"] == "paused"
+            assert {item["kind"] for item in (await late.until("scene"))["items"]} == {"wall", "light", "robot"}
+            track = (await late.until("past"))["tracks"]["scout"]
+            assert track["time"][0] == 0.0
+            assert track["time"][-1] == pytest.approx(api.stage.time())
+        page.say("stop")
+        await page.until("run", lambda news: news["state"] == "ended")
+        assert (api._folder.root / "out/room/run.mcap").is_file()
+
+    run(talk)
+
+
+def test_all_that_listen_are_told_that_it_ends(run):
+    async def talk(page, api):
+        await page.until("run")
+        closing = asyncio.create_task(asyncio.to_thread(api.close))
+        while (message := await page.next())["type"] != "websocket.close":
+            pass
+        assert message["code"] == 1000
+        page.leave()
+        await closing
+
+    run(talk)
+
+
+@pytest.fixture
+def edit(folder):
+    saved = []
+    api = EditApi(folder, Trust(), world="room.yaml", saved=lambda: saved.append(1))
+
+    def ask(what, status=200, **keys):
+        answer = asyncio.run(asked(api.routes, "POST" if keys else "GET", f"/api/{what}", json=keys or None))
+        assert answer.status_code == status, answer.text
+        return answer.json()
+
+    ask.saved, ask.root = saved, folder.root
+    yield ask
+    api.close()
+
+
+def test_a_folder_is_listed_with_the_world_to_open_first(edit):
+    told = edit("folder")
+    assert (told["world"], told["mode"]) == ("room.yaml", "studio")
+    assert "room.yaml" in json.dumps(told["worlds"])
+
+
+def test_a_world_is_opened_edited_and_saved(edit):
+    told = edit("open", path="room.yaml")
+    assert (told["path"], told["text"], told["problems"], told["needs_trust"]) == ("room.yaml", ROOM, [], {})
+    change = {"op": "set", "path": ["robots", 0, "at"], "value": [1, 0]}
+    changed = edit("edit", path="room.yaml", text=ROOM, changes=[change])
+    assert "at: [1, 0]" in changed["text"]
+    stamp = edit("save", path="room.yaml", text=changed["text"], stamp=told["stamp"])["stamp"]
+    assert stamp != told["stamp"]
+    assert edit.saved == [1]
+    assert (edit.root / "room.yaml").read_text() == changed["text"]
+    refused = edit("edit", 409, path="room.yaml", text=ROOM, changes=[{**change, "path": ["robots", 7, "at"]}])
+    assert refused["path"] == ["robots", 7]
+
+
+def test_a_new_world_has_a_name_of_its_own_and_no_stamp(edit):
+    told = edit("new", path=None)
+    assert told["stamp"] is None
+    assert told["path"].endswith(".yaml")
+    assert told["path"] != "room.yaml"
+    assert told["problems"] == []
+
+
+def test_items_in_a_pasted_text_are_named_by_their_lists(edit):
+    assert edit("items", text="lamps: [{at: [1, 2]}]") == {"items": [{"list": "lamps", "value": {"at": [1, 2]}}]}
+    assert edit("items", 409, text="nothing of ours")["error"]
+
+
+OWN = ROOM.replace("run: {seconds: 1000}", 'run: {seconds: 1000, drivers: {scout: {estimator: {use: "own.py:Mine"}}}}')
+SHIPPED = OWN.replace("own.py:Mine", "mjsim.algorithms.ekf_slam:EkfSlam")
+
+
+def test_the_source_of_a_module_is_shown_from_the_line_of_its_class(edit):
+    own = edit("source", path="room.yaml", text=OWN, use="own.py:Mine")
+    assert own == {"name": "own.py", "text": (edit.root / "own.py").read_text(), "line": 4}
+    shipped = edit("source", path="room.yaml", text=SHIPPED, use="mjsim.algorithms.ekf_slam:EkfSlam")
+    assert shipped["text"].splitlines()[shipped["line"] - 1].startswith("class EkfSlam")
+    assert edit("source", path="room.yaml", text=OWN, use="own.py:Other")["line"] == 1
+    for use, word in (
+        ("other.py:A", "not a source file beside"),
+        ("../own.py:A", "not a source file beside"),
+        (f"{edit.root}/own.py:Mine", "not a source file beside"),
+        ("mjsim.algorithms.none:A", "mjsim has no module 'mjsim.algorithms.none'"),
+        ("mjsim.algorithms.a.b:A", "mjsim has no module"),
+    ):
+        assert word in edit("source", 404, path="room.yaml", text=OWN, use=use)["error"]
+
+
+def test_code_is_asked_for_until_it_is_allowed_as_it_was_shown(edit):
+    asks = edit("parse", path="room.yaml", text=OWN)["needs_trust"]
+    assert list(asks) == ["own.py"]
+    edit("trust", 409, path="room.yaml", text=OWN, code={"own.py": "0" * 64})
+    assert edit("trust", path="room.yaml", text=OWN, code=asks) == {"needs_trust": {}}
+    assert edit("parse", path="room.yaml", text=OWN)["needs_trust"] == {}
+
+
+def test_modules_are_offered_by_role_with_their_keys(edit):
+    told = edit("modules?path=room.yaml")
+    assert set(told) == {"observers", "estimators", "navigators", "avoidances"}
+    uses = {offer["use"]: offer for offer in told["estimators"]}
+    assert "mjsim.algorithms.ekf_slam:EkfSlam" in uses
+    keys = {key["name"]: key for offer in told["navigators"] for key in offer["keys"]}
+    assert "default" not in keys["points"]  # it is required
+    assert all(key["about"] is not None for key in keys.values())
+
+
+@pytest.mark.parametrize(
+    ("what", "status", "word"),
+    [
+        ("portrait?kind=tree&name=x", 400, "no pictures of kind 'tree'; there are model, robot, arm"),
+        ("picture?path=x.png&size=big", 400, "size is big"),
+        ("picture?path=x.png&size=1234567", 400, "size is 1234567"),
+    ],
+)
+def test_what_is_no_picture_is_refused(edit, what, status, word):
+    assert word in edit(what, status)["error"]
+
+
+def test_a_text_that_is_wrong_names_its_line(edit):
+    wrong = ROOM.replace("at: [0, 0], odometry", "at: 5, odometry") + "more: 1\n"
+    error = edit("source", 409, path="room.yaml", text=wrong, use="a.py:A")["error"]
+    assert error.startswith("line ")
+    assert error.endswith("(and 1 more)")
+
+
+@pytest.fixture
+def tabs(folder):
+    tabs = Tabs(folder)
+    yield tabs
+    tabs.close()
+
+
+def keep(tabs, tab=TAB, number=1, text="mjsim: 1\n", path="room.yaml", **more):
+    asks = {"tab": tab, "number": number, "path": path, "fresh": False, "stamp": None, "text": text, **more}
+    return asked(tabs.routes, "POST", "/api/draft/keep", json=asks)
+
+
+def test_a_draft_is_kept_read_and_dropped_and_others_are_told(tabs, folder, state):
+    async def talk():
+        async with Page(tabs.routes, f"/api/tab?tab={OTHER}") as page:
+            assert (await page.until("drafts"))["drafts"] == []
+            past = {"steps": [{"from": 0, "old": "a", "fresh": "b"}], "at": 1}
+            assert (await keep(tabs, past=past)).json() == {}
+            (draft,) = (await page.until("drafts"))["drafts"]
+            assert (draft["path"], draft["tab"], draft["open"]) == ("room.yaml", TAB, False)
+            read = (await asked(tabs.routes, "POST", "/api/draft/read", json={"id": draft["id"]})).json()
+            assert read["text"] == "mjsim: 1\n"
+            assert read["past"]["steps"][0]["what"] == "Change"
+            listed = (await asked(tabs.routes, "GET", "/api/drafts")).json()["drafts"]
+            assert [each["id"] for each in listed] == [draft["id"]]
+            await asked(tabs.routes, "POST", "/api/draft/drop", json={"id": draft["id"]})
+            assert (await page.until("drafts"))["drafts"] == []
+            await keep(tabs, number=2)
+            await page.until("drafts", lambda news: news["drafts"])
+            await asked(tabs.routes, "POST", "/api/draft/forget", json={"tab": TAB, "number": 3})
+            assert (await page.until("drafts"))["drafts"] == []
+            await keep(tabs, number=4, text=ROOM)  # As it is on disk.
+            assert (await asked(tabs.routes, "GET", "/api/drafts")).json()["drafts"] == []
+
+    asyncio.run(talk())
+
+
+def test_a_tab_is_told_of_changes_on_disk_and_its_drafts_are_open(tabs, folder, state):
+    async def talk():
+        async with (
+            Page(tabs.routes, f"/api/tab?tab={TAB}") as page,
+            Page(tabs.routes, f"/api/tab?tab={OTHER}") as other,
+        ):
+            await other.until("drafts")
+            await keep(tabs)
+            assert (await other.until("drafts", lambda news: news["drafts"]))["drafts"][0]["open"]
+            page.say("show", path="room.yaml", stamp="old", files={})
+            tabs.wake()
+            assert (await page.until("disk"))["stamp"] == read_world(folder, "room.yaml")[1]
+            page.leave()
+            assert not (await other.until("drafts", lambda news: not news["drafts"][0]["open"]))["drafts"][0]["open"]
+
+    asyncio.run(talk())
+
+
+def test_pages_without_a_tab_and_news_of_no_form_are_shown_out(tabs):
+    async def talk():
+        async with Page(tabs.routes, "/api/tab?tab=") as page:
+            assert await page.next() == {"type": "websocket.close", "code": 1008, "reason": ""}
+        async with Page(tabs.routes, f"/api/tab?tab={TAB}") as page:
+            page.say("dance")
+            while (message := await page.next())["type"] != "websocket.close":
+                pass
+            assert message["code"] == 1008
+        async with Page(tabs.routes, f"/api/tab?tab={TAB}") as page:
+            await page.next()
+            tabs.close()
+            began = time.monotonic()
+            while (message := await page.next())["type"] != "websocket.close":
+                pass
+            assert message["code"] == 1000
+            assert time.monotonic() - began < 0.4
+
+    asyncio.run(talk())
+
+
+def test_a_history_is_as_long_as_its_steps_and_bounded(tabs):
+    step = {"from": 0, "old": "", "fresh": "x" * 300_000}
+    for past, status in (
+        ({"steps": [step], "at": 2}, 400),
+        ({"steps": [step, step], "at": 2}, 400),
+        ({"steps": [step], "at": 1}, 200),
+    ):
+        assert asyncio.run(keep(tabs, past=past)).status_code == status
