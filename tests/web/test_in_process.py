@@ -1,4 +1,4 @@
-"""The studio's answers without a server: requests and sockets go straight to the routes, as a server would call them."""
+"""The studio's answers without a server: requests and sockets go to the routes as a server would call them."""
 
 import asyncio
 import json
@@ -167,7 +167,7 @@ def test_a_run_is_started_steered_and_seen(run):
         async with Page(api.routes, "/api/run") as late:
             assert (await late.until("run"))["state"] == "paused"
             assert {item["kind"] for item in (await late.until("scene"))["items"]} == {"wall", "light", "robot"}
-            track = (await late.until("past"))["tracks"]["scout"]
+            track = (await late.until("past"))["robots"]["scout"]
             assert track["time"][0] == 0.0
             assert track["time"][-1] == pytest.approx(api.stage.time())
         page.say("stop")
