@@ -1,0 +1,418 @@
+"""Small facts of the readers of logs, each computed another way."""
+
+import math
+import struct
+from types import SimpleNamespace as Message
+
+import numpy as np
+import pytest
+
+from mjsim.errors import RecordingError, UsageError
+from mjsim.geometry import Pose3
+from mjsim.logs import data_sets
+from mjsim.logs.bag_clocks import Clocks
+from mjsim.logs.bag_frames import FrameTree, is_base, is_odometry, level_mount, matrix_of, mount_of
+from mjsim.logs.bag_messages import imu_of, is_clockwise, limits_of, scan_of
+from mjsim.logs.bag_order import FileOrder, InFileOrder, going_on, set_backs
+from mjsim.logs.csv_table import headings
+from mjsim.logs.description import Description
+from mjsim.logs.importing import limits_of as limits_of_log
+from mjsim.logs.importing import put_together
+from mjsim.logs.merge import MotionNoise
+from mjsim.logs.origin import near_origin
+from mjsim.logs.output import Output, SentFile
+from mjsim.logs.ticks import cut, name_from
+
+
+def laser(ranges: list[float], **keys: object) -> Message:
+    about = {"angle_min": -0.2, "angle_max": 0.2, "angle_increment": 0.1, "range_min": 0.1, "range_max": 30.0}
+    return Message(**{**about, "ranges": np.array(ranges), "intensities": [], **keys})
+
+
+def test_a_scan_goes_from_right_to_left_however_its_lidar_turns_and_hangs():
+    ranges = [1.0, 2.0, 3.0, 4.0]
+    plain = scan_of(laser(ranges, intensities=[1, 2, 3, np.nan]), 5.0, upside_down=False)
+    assert (plain.stamp, plain.angle_min, plain.angle_increment) == (5.0, -0.2, 0.1)
+    assert (plain.ranges.tolist(), plain.intensities.tolist()) == (ranges, [1, 2, 3, 0])
+    back = scan_of(laser(ranges, angle_min=0.2, angle_increment=-0.1, intensities=[1, 2, 3, 4]), 5.0, upside_down=False)
+    assert (back.ranges.tolist(), back.intensities.tolist()) == (ranges[::-1], [4, 3, 2, 1])
+    assert (back.angle_min, back.angle_increment) == (pytest.approx(-0.1), pytest.approx(0.1))
+    hung = scan_of(laser(ranges), 5.0, upside_down=True)
+    assert (hung.ranges.tolist(), hung.angle_min, hung.angle_increment) == (ranges[::-1], pytest.approx(-0.1), 0.1)
+    assert hung.intensities is None
+    assert [
+        is_clockwise(laser(ranges, angle_increment=step), upside_down=down) for step in (0.1, -0.1) for down in (0, 1)
+    ] == [
+        False,
+        True,
+        True,
+        False,
+    ]
+    # Without an increment, the ends tell it.
+    spread = scan_of(laser([1.0] * 5, angle_increment=0.0), 5.0, upside_down=False)
+    assert spread.angle_increment == pytest.approx(0.1)
+
+
+def test_ranges_out_of_limits_are_infinite():
+    scan = scan_of(laser([0.05, 0.1, np.nan, 29.9, 30.0, np.inf]), 0.0, upside_down=False)
+    assert scan.ranges.tolist() == [-np.inf, 0.1, -np.inf, 29.9, np.inf, np.inf]
+    echoes = laser([0.0] * 2)
+    echoes.ranges = [Message(echoes=[2.0, 9.0]), Message(echoes=[])]
+    assert scan_of(echoes, 0.0, upside_down=False).ranges.tolist() == [2.0, np.inf]
+
+
+@pytest.mark.parametrize("beams", [2, 3, 7, 13])
+def test_a_scan_of_another_number_of_beams_covers_the_same_angle(beams):
+    ranges = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]
+    scan = scan_of(laser(ranges, intensities=ranges), 0.0, upside_down=False, beams=beams)
+    assert len(scan.ranges) == len(scan.intensities) == beams
+    assert scan.angle_min + scan.angle_increment * (beams - 1) == pytest.approx(0.4)
+    angles = scan.angle_min + scan.angle_increment * np.arange(beams)
+    assert np.abs(scan.ranges - (1.0 + (angles + 0.2) / 0.1)).max() <= 0.5 + 1e-9
+    assert scan.ranges.tolist() == scan.intensities.tolist()
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {"ranges": np.array([1.0])},
+        {"angle_min": np.nan},
+        {"angle_increment": 4.0},
+        {"angle_increment": 0.0, "angle_max": -0.2},
+        {"angle_increment": 3.14, "ranges": np.ones(9)},
+    ],
+)
+def test_scans_without_angles_are_refused(keys):
+    with pytest.raises(ValueError, match="a scan (of|over)"):
+        scan_of(laser([1.0, 2.0, 3.0], **keys), 0.0, upside_down=False)
+
+
+@pytest.mark.parametrize(
+    ("given", "found"),
+    [
+        ((0.1, 30.0), (0.1, 30.0)),
+        ((0.0, 30.0), (0.01, 30.0)),
+        ((np.nan, 0.0), (0.01, 100.0)),
+        ((0.1, np.inf), (0.1, 100.0)),
+        ((60.0, 50.0), (60.0, 120.0)),
+        ((0.1, 1e4), (0.1, 1e4)),
+    ],
+)
+def test_limits_of_a_lidar_that_makes_no_sense_of_them_are_assumed(given, found):
+    assert limits_of(laser([], range_min=given[0], range_max=given[1])) == found
+
+
+@pytest.mark.parametrize("order", ["<", ">", "ros1"])
+@pytest.mark.parametrize("frame", ["imu", "imu_link", ""])
+def test_an_inertial_reading_is_decoded_where_its_numbers_begin(order, frame):
+    sign = "<" if order == "ros1" else order
+    name = frame.encode() + (b"" if order == "ros1" else b"\0")
+    head = struct.pack(f"{sign}3I", *(7, 1, 2) if order == "ros1" else (0, 0, 0))
+    # Four bytes of encapsulation stand before a body of CDR, in which 8-byte numbers are aligned.
+    body = struct.pack(f"{sign}2I", 1, 2) + struct.pack(f"{sign}I", len(name)) + name
+    if order == "ros1":
+        data = head + struct.pack("<I", len(name)) + name
+    else:
+        data = bytes([0, order == "<", 0, 0]) + body + bytes(-len(body) % 8)
+    numbers = [float(k) for k in range(37)]
+    whole = data + struct.pack(f"{sign}37d", *numbers)
+    found = imu_of(whole, is_ros2=order != "ros1")
+    assert found == (25.0, 26.0, 27.0, 13.0, 14.0, 15.0)
+    with pytest.raises(ValueError, match="was cut"):
+        imu_of(whole[:-1], is_ros2=order != "ros1")
+    for place, missing in ((16, slice(3, 6)), (28, slice(0, 3))):
+        unknown = [*numbers[:place], -1.0, *numbers[place + 1 :]]
+        values = imu_of(data + struct.pack(f"{sign}37d", *unknown), is_ros2=order != "ros1")
+        assert np.isnan(values[missing]).all()
+        assert np.isfinite(values).sum() == 3
+    with pytest.raises(ValueError, match="not a number"):
+        imu_of(data + struct.pack(f"{sign}37d", *numbers[:25], math.inf, *numbers[26:]), is_ros2=order != "ros1")
+
+
+def test_stamps_of_messages_without_headers_are_interpolated():
+    clocks, recorded = Clocks(), np.array([100.0, 101.0, 102.5])
+    assert clocks.stamps_at(recorded).tolist() == recorded.tolist()
+    for time in (104.0, 100.0, 102.0):
+        clocks.time("/odom", time, time - 90.0)
+    clocks.time("/other", 100.0, 100.0)
+    assert clocks.stamps_at(recorded) == pytest.approx([10.0, 11.0, 12.5])
+    near = Clocks()
+    for time in (100.0, 104.0):
+        near.time("/odom", time, time - 0.5)
+    assert near.stamps_at(recorded).tolist() == recorded.tolist()
+
+
+def test_a_recorder_that_was_set_back_is_noted():
+    assert Clocks([(5.0, 2.0), (7.0, 0.5)]).settle() == {
+        "clock of the recorder": "set back 2 times (-2.00 s, -0.50 s); times go on from there"
+    }
+    assert Clocks().settle() == {}
+
+
+@pytest.mark.parametrize(
+    ("outer", "inner", "odometry"),
+    [
+        ("odom", "base_link", True),
+        ("robot/odom", "robot/base", True),
+        ("wheel_odometry", "x", True),
+        ("map", "odom", False),
+        ("odom", "map", False),
+        ("odom", "odom_combined", False),
+        ("odom", "world", False),
+        ("map", "base_link", False),
+    ],
+)
+def test_odometry_is_known_by_its_frames(outer, inner, odometry):
+    assert is_odometry(outer, inner) == odometry
+    assert [is_base(name) for name in ("r/base_link", "base_footprint", "laser")] == [True, True, False]
+
+
+def transform(outer: str, inner: str, x: float, yaw: float) -> Message:
+    turn = Message(x=0.0, y=0.0, z=math.sin(yaw / 2), w=math.cos(yaw / 2))
+    place = Message(translation=Message(x=x, y=0.0, z=0.0), rotation=turn)
+    return Message(header=Message(frame_id=outer), child_frame_id=inner, transform=place)
+
+
+def test_frames_are_connected_in_both_directions():
+    tree = FrameTree()
+    tree.add([transform("/base_link", "mast", 1.0, math.pi / 2)], fixed=True)
+    tree.add([transform("mast", "laser", 2.0, 0.0)], fixed=True)
+    place = tree.between("base_link", "laser")
+    assert place[:3, 3] == pytest.approx([1.0, 2.0, 0.0])
+    assert (mount_of(place).at, mount_of(place).yaw) == (pytest.approx((1.0, 2.0, 0.0)), pytest.approx(math.pi / 2))
+    assert (level_mount(place).at, level_mount(place).yaw) == (pytest.approx((1.0, 2.0, 0.0)), 0.0)
+    assert tree.between("laser", "base_link") == pytest.approx(np.linalg.inv(place))
+    assert (tree.between("laser", "none"), "mast" in tree, "none" in tree) == (None, True, False)
+    assert (tree.base(""), tree.base("r"), FrameTree().base("")) == ("base_link", "base_link", None)
+    # A fixed frame is corrected; of a moving one the first pose counts.
+    for fixed, x in ((False, 2.0), (True, 5.0)):
+        tree.add([transform("mast", "laser", 5.0, 0.0)], fixed=fixed)
+        assert tree.between("mast", "laser")[0, 3] == pytest.approx(x)
+    other = FrameTree()
+    other.add([transform("mast", "laser", 9.0, 0.0), transform("mast", "eye", 3.0, 0.0)], fixed=True)
+    both = tree.joined(other)
+    assert [both.between("mast", name)[0, 3] for name in ("laser", "eye")] == pytest.approx([5.0, 3.0])
+
+
+@pytest.mark.parametrize(("x", "q"), [(1e9, 1.0), (np.nan, 1.0), (0.0, 0.4), (0.0, 2.5), (0.0, np.nan)])
+def test_poses_that_are_none_are_refused(x, q):
+    with pytest.raises(ValueError, match="a pose of numbers"):
+        matrix_of(Message(x=x, y=0.0, z=0.0), Message(x=0.0, y=0.0, z=0.0, w=q))
+    long = matrix_of(Message(x=1.0, y=0.0, z=0.0), Message(x=0.0, y=0.0, z=0.9, w=0.9))
+    assert long == pytest.approx(Pose3(1.0, 0.0, 0.0, 0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)).matrix())
+
+
+def test_a_recorder_set_back_reads_on_in_the_order_of_the_file():
+    rows = np.arange(40)
+    times = np.where(rows < 20, rows, rows - 15) * 10**8
+    topics = np.where(rows % 2, "/a", "/b")
+    assert set_backs(rows % 2, times * 1e-9) == [(20, pytest.approx(1.5))]
+
+    def read():
+        yield from ((topic, int(time), b"%d" % row) for topic, time, row in zip(topics, times, rows, strict=True))
+
+    links = [Message(topic="/a"), Message(topic="/b")]
+    order = FileOrder(topics.tolist(), times, read)
+    closed = []
+    whole = InFileOrder(
+        Message(connections=links, close=lambda: closed.append(1)),
+        [order],
+        np.array([20]),
+        np.array([0, 1_500_000_000]),
+    )
+    found = list(whole.messages(links))
+    assert [time for _, time, _ in found] == (rows * 10**8).tolist()
+    assert [data for *_, data in found] == [b"%d" % row for row in rows]
+    late = list(whole.messages(links[:1], start=25 * 10**8))
+    assert [(link.topic, time) for link, time, _ in late] == [("/a", k * 10**8) for k in range(25, 40, 2)]
+    whole.close()
+    assert closed == [1]
+    unknown = Message()
+    assert going_on(unknown, [Message()]) == (unknown, [])
+
+
+class Table:
+    path, lines = "t.csv", [7, 8]
+
+    def __init__(self, *columns: list[float]) -> None:
+        self._columns = dict(zip("xyzw", map(np.array, columns), strict=True))
+
+    def column(self, name: str) -> np.ndarray:
+        return self._columns[name]
+
+
+def test_headings_of_quaternions_are_those_of_their_matrices():
+    rng = np.random.default_rng(1)
+    turns = rng.normal(size=(2, 4))
+    turns /= np.linalg.norm(turns, axis=1)[:, None]
+    expected = [math.atan2(m[1, 0], m[0, 0]) for m in (Pose3(0, 0, 0, *q).matrix() for q in turns.tolist())]
+    assert headings(Table(*turns.T), "xyzw") == pytest.approx(expected)
+    with pytest.raises(UsageError, match=r"t.csv:8: the quaternion has length 1.1, not 1"):
+        headings(Table(*(turns * [[1.0], [1.1]]).T), "xyzw")
+
+
+POSES = {"file": "a.csv", "time": 1, "x": "x", "y": "y"}
+SCANS = {"file": "a.csv", "time": 1, "ranges": "r", "from_deg": -90, "step_deg": 1, "range": [0.1, 8]}
+SEEN = {"file": "a.csv", "time": 1, "range": "r"}
+
+
+@pytest.mark.parametrize(
+    ("keys", "good"),
+    [
+        ({"odometry": {**POSES, "heading": 4}}, True),
+        ({"odometry": {**POSES, "heading_deg": 4}}, True),
+        ({"odometry": {**POSES, "quaternion": [1, 2, 3, 4]}}, True),
+        ({"odometry": POSES}, False),
+        ({"odometry": {**POSES, "heading": 4, "heading_deg": 5}}, False),
+        ({"odometry": {**POSES, "heading": 0}}, False),
+        ({"odometry": {**POSES, "heading": ""}}, False),
+        ({"odometry": {**POSES, "heading": "h" * 200}}, True),
+        ({"odometry": {**POSES, "heading": "h" * 201}}, False),
+        ({"twist": {"file": "a", "time": 1, "forward": 2, "turn": 3}}, True),
+        ({"twist": {"file": "a", "time": 1, "forward": 2}}, False),
+        ({"sightings": {**SEEN, "bearing_deg": 3}}, True),
+        ({"sightings": SEEN}, False),
+        ({"scans": [SCANS]}, True),
+        ({"scans": [{**SCANS, "range": [8, 0.1]}]}, False),
+        ({"scans": [{**SCANS, "range": [8, 8]}]}, False),
+        ({"scans": [{**SCANS, "step_deg": 0}]}, False),
+    ],
+)
+def test_a_description_names_one_angle_and_real_columns(keys, good):
+    if good:
+        Description.model_validate({"log": "tables", **keys})
+    else:
+        with pytest.raises(ValueError, match=r"name one of|there is no column|a column of|range|step"):
+            Description.model_validate({"log": "tables", **keys})
+
+
+def test_the_mount_of_a_lidar_is_in_radians():
+    about = Description.model_validate({"log": "tables", "scans": [{**SCANS, "yaw_deg": 90, "at": [0.1, 0.2, 0.3]}]})
+    mount = about.scans[0].mount
+    mount = mount() if callable(mount) else mount
+    assert (mount.at, mount.yaw) == ((0.1, 0.2, 0.3), pytest.approx(math.pi / 2))
+
+
+def test_pieces_of_a_recording_are_handed_on_in_order(tmp_path):
+    sent = SentFile(tmp_path / "a.mcap")
+    file = sent.opened()
+    assert [file.write(memoryview(data)) for data in (b"head", b"body")] == [4, 4]
+    assert file.seek(0, 0) == 0
+    file.write(memoryview(b"HE"))
+    assert (file.seek(1, 1), file.seek(0, 2), file.seek(-1, 2)) == (3, 8, 7)
+    file.write(memoryview(b"Yend"))
+    assert sent.waiting == 14
+    assert sent.taken() == [(0, b"headbody"), (0, b"HE"), (7, b"Yend")]
+    assert (sent.waiting, sent.taken()) == (0, [])
+    file.write(memoryview(b"!"))
+    sent.publish()
+    sent.close()
+    assert sent.taken() == [(11, b"!")]
+
+
+@pytest.mark.parametrize(
+    ("parts", "error", "said"),
+    [
+        ([(50.0, [(0, b"abcd"), (2, b"C")]), (100.0, [(4, b"e")])], None, b"abCde"),
+        ([(101.0, [])], UsageError, "gave no valid answer"),
+        ([(-1.0, [])], UsageError, "gave no valid answer"),
+        ([(1, [])], UsageError, "gave no valid answer"),
+        ([(1.0, [(1, b"a")])], UsageError, "gave no valid answer"),  # a hole
+        ([(1.0, [(-1, b"a")])], UsageError, "gave no valid answer"),
+        ([(1.0, ["a"])], UsageError, "gave no valid answer"),
+        ([(1.0, [(0, b"x" * 11)])], UsageError, "too large for the size of the log"),
+        ([(1.0, [(0, b"x" * 10)])], None, b"x" * 10),
+    ],
+)
+def test_what_a_child_sends_is_put_together_or_refused(tmp_path, parts, error, said):
+    from mjsim.record import reserve_whole
+
+    path = tmp_path / "a.mcap"
+    with reserve_whole(path) as place:
+        if error is not None:
+            with pytest.raises(error, match=said):
+                list(put_together(parts, Output(place, ""), limit=10))
+        else:
+            assert list(put_together(parts, Output(place, ""), limit=10)) == [done for done, _ in parts]
+    assert path.exists() == (error is None)
+    assert error is not None or path.read_bytes() == said
+
+
+def test_a_disk_that_is_full_ends_an_import_in_one_line(tmp_path):
+    class Full(SentFile):
+        def write(self, data: memoryview) -> int:
+            raise OSError(28, "No space left on device")
+
+    with pytest.raises(RecordingError, match=r"cannot write '.*a.mcap': No space left"):
+        list(put_together([(1.0, [(0, b"a")])], Output(Full(tmp_path / "a.mcap"), ""), limit=10))
+
+
+def test_limits_of_a_log_grow_with_its_files(tmp_path):
+    (tmp_path / "log.yaml").write_bytes(b"1" * 10)
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "a.csv").write_bytes(b"1" * 1_000_000)
+    whole, alone = limits_of_log(tmp_path), limits_of_log(tmp_path / "in" / "a.csv")
+    assert whole.seconds - alone.seconds == pytest.approx(10.0 * (10 + (tmp_path / "in").stat().st_size) / 1e6)
+    assert limits_of_log(tmp_path / "log.yaml").seconds == whole.seconds
+    assert alone.seconds == pytest.approx(24.0)
+    assert alone.written > 1_000_000
+
+
+@pytest.mark.parametrize(
+    ("begin", "seconds", "found"),
+    [(0.0, None, (10.0, 20.0)), (2.0, None, (12.0, 20.0)), (2.0, 3.0, (12.0, 15.0)), (5.0, 9.0, (15.0, 20.0))],
+)
+def test_a_part_of_a_log_is_cut_out(begin, seconds, found):
+    assert cut(10.0, 20.0, begin=begin, seconds=seconds, rate_hz=10.0) == found
+
+
+def test_a_part_has_two_ticks():
+    assert cut(10.0, 20.0, begin=9.75, seconds=None, rate_hz=4.0) == (19.75, 20.0)
+    with pytest.raises(UsageError, match=r"0.2 s of a log of 10 s are left; two ticks are 0.25 s apart"):
+        cut(10.0, 20.0, begin=9.8, seconds=None, rate_hz=4.0)
+    with pytest.raises(UsageError, match="some files of the log end at 10 s, before others begin, at 20 s"):
+        cut(20.0, 10.0, begin=0.0, seconds=None, rate_hz=4.0)
+
+
+def test_names_of_logs_are_names_of_worlds(tmp_path):
+    assert [name_from(tmp_path / name) for name in ("my log.bag", "-.a", "ä", "x" * 99)] == [
+        "my-log.bag", "a", "log", "x" * 64,
+    ]  # fmt: skip
+
+
+def test_a_truth_far_away_is_moved_to_a_near_origin():
+    class Log:
+        def __init__(self, truth: object, poses: object = None) -> None:
+            self.truth, self.poses = truth, poses
+
+    near = Log(np.array([[0.0, 10_000.0, -10_000.0, 1.0]]))
+    logs, marks, note = near_origin([near], [{"a": (1.0, 2.0)}])
+    assert (logs, marks, note) == ([near], [{"a": (1.0, 2.0)}], "")
+
+
+def test_options_of_data_sets_reach_their_reader(monkeypatch):
+    asked = []
+    monkeypatch.setattr(data_sets, "guarded_recording", lambda *words, **keys: asked.append((words, keys)))
+    noise = MotionNoise(distance=0.1, turn=0.2, veer=0.3)
+    data_sets.import_mrclam("d", robots=[1, 3], rate_hz=5.0, begin=1.0, seconds=2.0, known_map=True, motion=noise,
+                            sighting=(0.4, 0.5), record="r.mcap", overwrite=True)  # fmt: skip
+    data_sets.import_victoria_park("d", rate_hz=6.0, begin=3.0, seconds=4.0)
+    (first, keys), (second, plain) = asked
+    assert (first[0], second[0]) == (
+        "mjsim.logs.mrclam:convert_mrclam",
+        "mjsim.logs.victoria_park:convert_victoria_park",
+    )
+    wishes = first[2]
+    assert (wishes.rate_hz, wishes.begin, wishes.seconds, list(wishes.robots), wishes.known_map) == (
+        5,
+        1,
+        2,
+        ["1", "3"],
+        True,
+    )
+    assert dict(wishes.motion) == {"distance": 0.1, "turn": 0.2, "veer": 0.3}
+    assert (wishes.range_noise, wishes.bearing_noise) == (0.4, 0.5)
+    assert (keys["record"], keys["overwrite"], plain["record"], plain["overwrite"]) == ("r.mcap", True, None, False)
+    wishes = second[2]
+    assert (wishes.rate_hz, wishes.begin, wishes.seconds) == (6, 3, 4)
+    assert (dict(wishes.motion), wishes.range_noise, wishes.bearing_noise) == ({}, None, None)
