@@ -62,7 +62,12 @@ def _one(rng: random.Random, text: "_Text", statement: ast.stmt, function: str |
     if not edits:
         return None
     kind = rng.choice(sorted({edit.kind for edit in edits}))
-    return rng.choice([edit for edit in edits if edit.kind == kind]).fault(text, function)
+    fault = rng.choice([edit for edit in edits if edit.kind == kind]).fault(text, function)
+    try:
+        ast.parse(fault.source)
+    except SyntaxError:  # such as a starred argument without its call
+        return None
+    return fault
 
 
 def _sites(path: Path) -> Iterator[tuple[ast.stmt, str | None]]:

@@ -21,6 +21,7 @@ from mjsim.logs.importing import put_together
 from mjsim.logs.merge import MotionNoise
 from mjsim.logs.origin import near_origin
 from mjsim.logs.output import Output, SentFile
+from mjsim.logs.robot_log import RobotLog
 from mjsim.logs.ticks import cut, name_from
 
 
@@ -75,16 +76,18 @@ def test_a_scan_of_another_number_of_beams_covers_the_same_angle(beams):
 @pytest.mark.parametrize(
     "keys",
     [
-        {"ranges": np.array([1.0])},
+        {"count": 1},
         {"angle_min": np.nan},
         {"angle_increment": 4.0},
         {"angle_increment": 0.0, "angle_max": -0.2},
-        {"angle_increment": 3.14, "ranges": np.ones(9)},
+        {"angle_increment": 3.14, "count": 9},
     ],
 )
 def test_scans_without_angles_are_refused(keys):
-    with pytest.raises(ValueError, match="a scan (of|over)"):
-        scan_of(laser([1.0, 2.0, 3.0], **keys), 0.0, upside_down=False)
+    keys = dict(keys)
+    count = keys.pop("count", 3)
+    with pytest.raises(ValueError, match=r"a scan (of|over)"):
+        scan_of(laser([1.0] * count, **keys), 0.0, upside_down=False)
 
 
 @pytest.mark.parametrize(
@@ -288,8 +291,7 @@ def test_a_description_names_one_angle_and_real_columns(keys, good):
 
 def test_the_mount_of_a_lidar_is_in_radians():
     about = Description.model_validate({"log": "tables", "scans": [{**SCANS, "yaw_deg": 90, "at": [0.1, 0.2, 0.3]}]})
-    mount = about.scans[0].mount
-    mount = mount() if callable(mount) else mount
+    mount = about.scans[0].mount()
     assert (mount.at, mount.yaw) == ((0.1, 0.2, 0.3), pytest.approx(math.pi / 2))
 
 
@@ -343,6 +345,9 @@ def test_a_disk_that_is_full_ends_an_import_in_one_line(tmp_path):
         def write(self, data: memoryview) -> int:
             raise OSError(28, "No space left on device")
 
+        def seek(self, offset: int, whence: int = 0) -> int:
+            return offset
+
     with pytest.raises(RecordingError, match=r"cannot write '.*a.mcap': No space left"):
         list(put_together([(1.0, [(0, b"a")])], Output(Full(tmp_path / "a.mcap"), ""), limit=10))
 
@@ -381,19 +386,25 @@ def test_names_of_logs_are_names_of_worlds(tmp_path):
 
 
 def test_a_truth_far_away_is_moved_to_a_near_origin():
-    class Log:
-        def __init__(self, truth: object, poses: object = None) -> None:
-            self.truth, self.poses = truth, poses
-
-    near = Log(np.array([[0.0, 10_000.0, -10_000.0, 1.0]]))
+    near = RobotLog(truth=np.array([[0.0, 10_000.0, -10_000.0, 1.0]]))
     logs, marks, note = near_origin([near], [{"a": (1.0, 2.0)}])
     assert (logs, marks, note) == ([near], [{"a": (1.0, 2.0)}], "")
+    rows = np.array([[0.0, np.nan, np.nan, 0.5], [1.0, 456_789.0, -5_432_101.0, 0.5]])
+    (moved,), marks, note = near_origin([RobotLog(truth=rows)], [{"a": (456_800.0, -5_432_000.0)}])
+    assert moved.truth[1].tolist() == [1.0, 89.0, 99.0, 0.5]
+    assert rows[1, 1] == 456_789.0
+    assert marks == [{"a": (100.0, 200.0)}]
+    assert note == "x 456700, y -5432200 m of the log, whose coordinates are too large for a world"
+    poses = np.array([[0.0, 20_050.0, 0.0, 3.0, 0.0, 0.0, 0.0, 1.0]])
+    (moved,), _, _ = near_origin([RobotLog(poses=poses)], [])
+    assert moved.poses.tolist() == [[0.0, 50.0, 0.0, 3.0, 0.0, 0.0, 0.0, 1.0]]
+    assert (moved.truth, near_origin([], [{}])) == (None, ([], [{}], ""))
 
 
 def test_options_of_data_sets_reach_their_reader(monkeypatch):
     asked = []
     monkeypatch.setattr(data_sets, "guarded_recording", lambda *words, **keys: asked.append((words, keys)))
-    noise = MotionNoise(distance=0.1, turn=0.2, veer=0.3)
+    noise = MotionNoise(distance=0.1, turn=0.2, veer=0.3, aside=0.05)
     data_sets.import_mrclam("d", robots=[1, 3], rate_hz=5.0, begin=1.0, seconds=2.0, known_map=True, motion=noise,
                             sighting=(0.4, 0.5), record="r.mcap", overwrite=True)  # fmt: skip
     data_sets.import_victoria_park("d", rate_hz=6.0, begin=3.0, seconds=4.0)
@@ -410,7 +421,7 @@ def test_options_of_data_sets_reach_their_reader(monkeypatch):
         ["1", "3"],
         True,
     )
-    assert dict(wishes.motion) == {"distance": 0.1, "turn": 0.2, "veer": 0.3}
+    assert dict(wishes.motion) == {"distance": 0.1, "turn": 0.2, "veer": 0.3, "aside": 0.05}
     assert (wishes.range_noise, wishes.bearing_noise) == (0.4, 0.5)
     assert (keys["record"], keys["overwrite"], plain["record"], plain["overwrite"]) == ("r.mcap", True, None, False)
     wishes = second[2]
