@@ -99,12 +99,11 @@ def _type_varnames(stage: Any) -> None:
 
 def _plainly_named(spec: mujoco.MjSpec) -> mujoco.MjSpec:
     """Return a scene whose shapes have valid names in USD: letters, digits and underscores."""
-    taken: set[str] = set()
+    taken = {geom.name for geom in spec.geoms}
     for geom in spec.geoms:
-        if geom.name:
-            name = re.sub(r"\W", "_", geom.name)
-            while name in taken:
-                name += "_"
-            taken.add(name)
-            geom.name = name
+        name = re.sub(r"\W", "_", geom.name)
+        while name != geom.name and name in taken:
+            name += "_"
+        taken.add(name)
+        geom.name = name
     return spec
