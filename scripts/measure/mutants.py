@@ -115,7 +115,7 @@ class Warm:
         for file, items in _by_file(self._session.items).items():
             digest = sha256((ROOT / file).read_bytes()).hexdigest()
             notes[file] = before.get(file)
-            if notes[file] is None or notes[file]["digest"] != digest:
+            if notes[file] is None or notes[file]["digest"] != digest or not notes[file]["seconds"]:
                 notes[file] = {"digest": digest, **self._measured_file(items)}
                 print(f"{file}: {len(items)}", file=sys.stderr, flush=True)
                 kept.write_text(json.dumps({**before, **notes}))
@@ -259,6 +259,17 @@ class _Notes:
             self._said.write_text(report.nodeid)
 
 
+class _Amiss:
+    """The tests that do not pass."""
+
+    def __init__(self) -> None:
+        self.tests = set[str]()
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.outcome != "passed":
+            self.tests.add(report.nodeid)
+
+
 def _run(session: pytest.Session, items: list[pytest.Item], said: Path) -> None:
     """Run tests until one fails."""
     session.config.pluginmanager.register(_Notes(said))
@@ -271,11 +282,8 @@ def _run(session: pytest.Session, items: list[pytest.Item], said: Path) -> None:
 
 def _measure(session: pytest.Session, items: list[pytest.Item], said: Path) -> None:
     """Write a line for each test that passes: its name, its time [s], and the functions that it calls."""
-    failed = set[str]()
-    hooks = types.SimpleNamespace(
-        pytest_runtest_logreport=lambda report: failed.add(report.nodeid) if report.outcome != "passed" else None
-    )
-    session.config.pluginmanager.register(hooks)
+    amiss = _Amiss()
+    session.config.pluginmanager.register(amiss)
     seen: set[types.CodeType] = set()
 
     def call(frame: types.FrameType, _: str, __: object) -> None:
@@ -288,7 +296,7 @@ def _measure(session: pytest.Session, items: list[pytest.Item], said: Path) -> N
             sys.settrace(call)
             item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
             sys.settrace(None)
-            if item.nodeid not in failed:
+            if item.nodeid not in amiss.tests:
                 called = sorted({f"{code.co_filename}:{code.co_qualname}" for code in seen if _ours(code)})
                 file.write(json.dumps([item.nodeid, time.perf_counter() - began, *called]) + "\n")
                 file.flush()

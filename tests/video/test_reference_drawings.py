@@ -4,6 +4,7 @@
 at them before they are committed.
 """
 
+import re
 import sys
 from dataclasses import dataclass, replace
 from functools import cache
@@ -14,6 +15,7 @@ import numpy as np
 import pytest
 
 from mjsim.geometry import Pose
+from mjsim.plan import PlanItem, SvgPlan, bounds_of, world_shapes, world_words
 from mjsim.video.beside import draw_beside
 from mjsim.video.diagrams import DiagramFrame, diagrams_page
 from mjsim.video.figures import people_page
@@ -87,6 +89,10 @@ class Map:
     world_from_picture: Pose = TURNED
 
 
+PATHS = [
+    PlanItem(role="true path", kind="line", parts=(np.array([[1.0, 1.0], [3.0, 2.0]]),), of="scout"),
+    PlanItem(role="landmark", kind="dots", parts=(np.array([[1.0, 1.5], [3.0, 2.5]]),)),
+]
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 DRAWING = Map(
     "plan.dxf",
@@ -190,7 +196,29 @@ def test_a_drawing_is_as_it_was_looked_at(name):
     assert not places, f"it differs at (column, row) {places[:5]}"
 
 
+def plan_svg(theme):
+    """The plan as SVG, with all names."""
+    shapes = [*world_shapes(world("everything")), *PATHS]
+    drawing = SvgPlan(bounds_of(shapes), ratio=50, theme=theme)
+    drawing.draw(shapes)
+    drawing.name(world_words(world("everything")))
+    return drawing.data().decode()
+
+
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e-?\d+)?")
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_a_plan_in_svg_is_as_it_was_looked_at(theme):
+    now, before = plan_svg(theme), (REFERENCE / f"plan-{theme}.svg").read_text()
+    assert NUMBER.sub("0", now) == NUMBER.sub("0", before)
+    numbers = [np.array([float(each) for each in NUMBER.findall(text)]) for text in (now, before)]
+    np.testing.assert_allclose(*numbers, atol=1e-3)
+
+
 if __name__ == "__main__":
+    for mode in ("light", "dark"):
+        (REFERENCE / f"plan-{mode}.svg").write_text(plan_svg(mode))
     REFERENCE.mkdir(exist_ok=True)
     for each in sys.argv[1:] or DRAWINGS:
         cv2.imwrite(str(REFERENCE / f"{each}.png"), reduced(DRAWINGS[each]())[..., ::-1])
