@@ -7,7 +7,7 @@ MEMORY = 768 << 20
 MEMORY_PER_BYTE = 64
 """Further memory for each byte of a file, which may be compressed."""
 ANSWERS = 3
-"""What a child hands back at once takes at most this fraction of its memory, as the caller needs that memory again."""
+"""A child hands back at most its memory divided by this at once, as the caller needs that memory again."""
 SECONDS = 14.0
 """Time for a small file [s]; with the start of the child that is below 20 s."""
 SECONDS_PER_MEGABYTE = 10.0

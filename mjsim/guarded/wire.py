@@ -18,7 +18,7 @@ Plain: TypeAlias = "bool | int | float | str | bytes | NDArray[Any] | Sequence[P
 KINDS = "biuf"
 """Kinds of the numbers in arrays, as in `numpy.dtype.kind`: bool, int, unsigned and float."""
 HEADS = 16
-"""A head has at most this fraction of what a message may have: in memory, JSON takes many times its length."""
+"""A head has at most the limit of a message divided by this: in memory, JSON takes many times its length."""
 _LENGTH = struct.Struct("<Q")
 
 

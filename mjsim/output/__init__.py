@@ -1,4 +1,4 @@
-"""Files that mjsim writes: whole or not there, and none of the user's is replaced without word."""
+"""Writes files: completely or not at all, and replaces one of the user only on request."""
 
 from mjsim.faces import face
 

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 _WITHOUT = {getattr(errno, name, None) for name in ("ENOLCK", "ENOTSUP", "EOPNOTSUPP", "EINVAL", "EBADF", "ENOSYS")}
-"""Errors of file systems that have no locks, as some over a network; there, two writers at once are not noticed."""
+"""Errors of file systems without locks, such as some network ones; there, concurrent writers are not detected."""
 
 
 def try_lock(descriptor: int) -> bool:

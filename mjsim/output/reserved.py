@@ -1,4 +1,4 @@
-"""One file that a command writes over time, under a name that no other writer gets meanwhile."""
+"""Writes a file over time; meanwhile its name is reserved."""
 
 import os
 import shutil
@@ -26,7 +26,7 @@ class Destination(Closes):
 
     @abstractmethod
     def opened(self) -> IO[bytes]:
-        """Return a file to write to, in which one can go back; who closes it leaves the place as it is."""
+        """Return a seekable file to write to; closing it neither publishes nor deletes anything."""
 
     @abstractmethod
     def publish(self) -> None:

@@ -1,4 +1,4 @@
-"""Several files that a command writes at once: all of them, or none."""
+"""Writes several files: all of them, or none."""
 
 import json
 import shutil

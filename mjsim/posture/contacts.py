@@ -1,14 +1,13 @@
 """Contacts of a posture: errors that must be zero, and their Jacobians; MuJoCo provides both."""
 
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Protocol
 
 import mujoco
 import numpy as np
 
 from mjsim.geometry import Array
 
-Rank = Literal[0, 1, 2, 3]
 BACK, FEET, HANDS, GAZE = 0, 1, 2, 3
 """Order in which contacts are relaxed if not all can hold: the gaze first, then hands, then feet, then the back."""
 State = tuple[mujoco.MjModel, mujoco.MjData]

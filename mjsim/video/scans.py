@@ -10,9 +10,6 @@ from mjsim.interface import Scan
 from mjsim.record import Recording
 from mjsim.world import Lidar, World
 
-NOWHERE = np.zeros((0, 2))
-"""No point."""
-
 
 def mounts_of(world: World, robot: str) -> dict[str, Array]:
     """Return robot_from_sensor of each lidar of a robot, shape (4, 4) [m]."""

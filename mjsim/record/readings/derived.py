@@ -1,4 +1,4 @@
-"""The codec of a kind of reading as its declared forms tell: JSON, a table for each sensor, and arrays."""
+"""Derives the codec of a kind of reading from its declared forms: JSON, a table for each sensor, and arrays."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from functools import partial

@@ -1,6 +1,6 @@
 """Plants of the control laboratory: a part of the scene, or a model given by formulas."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Annotated, Self
 
 from pydantic import BeforeValidator, Field, model_validator
@@ -137,8 +137,3 @@ class Plant(Model):
             for name in given:
                 if name not in known:
                     raise fault(f"{key} has '{name}'; the state space has {', '.join(known)}", key)
-
-
-def plant_names(plants: Sequence[Plant]) -> list[str]:
-    """Return the names of plants."""
-    return [plant.name for plant in plants]

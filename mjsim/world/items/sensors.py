@@ -283,7 +283,7 @@ class HeadingNoise(Model):
 
 
 class HeadingBias(Model):
-    """A bias that depends on the place, a smooth random field, as steel in a building bends that of the earth."""
+    """A smooth random field: a bias by place, such as steel in a building causes in the field of the earth."""
 
     amplitude_deg: Annotated[float, Field(ge=0, le=90)] = 0.0
     """Standard deviation over all places [deg]."""

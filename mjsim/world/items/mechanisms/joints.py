@@ -14,8 +14,6 @@ if TYPE_CHECKING:  # Imported where it is used: worlds without mechanisms load f
     from mjsim.mechanics import Primitive
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-LEAST_ANGLE = 1e-3
-"""Axes closer than this count as equal [rad]."""
 
 
 def _listed(value: Any) -> Any:
