@@ -9,9 +9,13 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
+from types import FrameType
 
 import pytest
+
+from tests.watchdog import offspring
 
 BROWSER = 60.0
 """Limit of a test with a browser [s]; that of most others is in pyproject.toml."""
@@ -33,6 +37,11 @@ LONG = {
     "worlds/test_matlab_world.py",
 }
 """Files with a test of over 5 s of processor time, or one that starts large programs."""
+LOADED = 100.0
+"""What a test may take beyond its limit while it computes, on a machine that does other things [s]."""
+WINDOW = 5.0
+IDLE = 0.1
+"""Who used less processor time than this in the last window before the limit waits for what does not come [s]."""
 GRACE = 20.0
 """What a test and what it set up may take to end, once its limit within the process is over [s]."""
 COLLECTION = 300.0
@@ -88,6 +97,41 @@ class Watchdog:
         struct.pack_into("d", self._told, 0, ends)
 
 
+class Patience:
+    """The limit of one test: in processor time, and by the clock for one that waits and computes nothing."""
+
+    def __init__(self, limit: float, fail: Callable[[int, FrameType | None], object]) -> None:
+        self._limit, self._fail = limit, fail
+        self._began, self._used, self._before = time.monotonic(), _processor_time(), 0.0
+
+    def first(self) -> float:
+        """Return when it has to look first, from now [s]."""
+        return max(self._limit - WINDOW, 0.5 * self._limit)
+
+    def look(self, number: int, frame: FrameType | None) -> None:
+        """End the test if its time is over, else look again later; a handler of signals."""
+        took, used = time.monotonic() - self._began, _processor_time() - self._used
+        idle = used - self._before < IDLE
+        if took >= self._limit and (idle or used >= self._limit or took >= self._limit + LOADED):
+            self._fail(number, frame)
+        self._before = used
+        signal.setitimer(
+            signal.ITIMER_REAL, min(WINDOW, max(self._limit - took, 0.1)) if took < self._limit else WINDOW
+        )
+
+
+def _processor_time() -> float:
+    """Return what this process, and all that it started, has used [s]."""
+    ticks = 0
+    for each in offspring(os.getpid()):
+        try:
+            ticks += sum(map(int, Path(f"/proc/{each}/stat").read_text().rpartition(")")[2].split()[11:15]))
+        except OSError:
+            continue  # It has ended.
+    own = os.times()
+    return sum(own[:4]) + ticks / os.sysconf("SC_CLK_TCK")
+
+
 class Watch:
     """What pytest does, told to the watchdog."""
 
@@ -102,9 +146,15 @@ class Watch:
         finally:
             self._watchdog.expect("", 0.0)
 
-    @pytest.hookimpl(tryfirst=True)
+    @pytest.hookimpl(wrapper=True)
     def pytest_timeout_set_timer(self, item, settings):
-        self._watchdog.expect(item.nodeid, settings.timeout + GRACE)
+        self._watchdog.expect(item.nodeid, settings.timeout + LOADED + GRACE)
+        is_set = yield
+        if settings.method == "signal":
+            patience = Patience(settings.timeout, signal.getsignal(signal.SIGALRM))
+            signal.signal(signal.SIGALRM, patience.look)
+            signal.setitimer(signal.ITIMER_REAL, patience.first())
+        return is_set
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_timeout_cancel_timer(self, item):

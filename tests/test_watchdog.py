@@ -7,9 +7,10 @@ from pathlib import Path
 import pytest
 
 from tests.children import completed
-from tests.limits import GRACE, have_defaults
+from tests.limits import GRACE, IDLE, LOADED, WINDOW, have_defaults
 
 ROOT = Path(__file__).parent.parent
+SOONER = (("GRACE", GRACE, 0.5), ("LOADED", LOADED, 3.0), ("WINDOW", WINDOW, 0.5), ("IDLE", IDLE, 0.01))
 STUCK = """
 import ctypes, signal, pytest
 
@@ -27,7 +28,9 @@ def tests(tmp_path):
     """A folder with the rules of these tests, where a limit is over sooner."""
     (tmp_path / "tests").mkdir()
     for name in ("__init__", "conftest", "limits", "shares", "watchdog", "children"):
-        text = (ROOT / "tests" / f"{name}.py").read_text().replace(f"GRACE = {GRACE}", "GRACE = 0.5")
+        text = (ROOT / "tests" / f"{name}.py").read_text()
+        for of, told, here in SOONER:
+            text = text.replace(f"{of} = {told}", f"{of} = {here}")
         (tmp_path / "tests" / f"{name}.py").write_text(text)
     (tmp_path / "pyproject.toml").write_bytes((ROOT / "pyproject.toml").read_bytes())
     (tmp_path / "tests" / "test_stuck.py").write_text(STUCK)
@@ -42,7 +45,7 @@ def ran(folder, *words):
 def test_a_worker_that_is_stuck_in_c_with_signals_blocked_is_ended_and_the_others_go_on(tests):
     (tests / "tests" / "test_well.py").write_text("def test_well(): pass\n")
     done = ran(tests, "--numprocesses", "1", "--dist", "loadfile")
-    assert "watchdog: tests/test_stuck.py::test_stuck took more than 1 s" in done.stderr
+    assert "watchdog: tests/test_stuck.py::test_stuck took more than 4 s" in done.stderr
     assert "FAILED tests/test_stuck.py::test_stuck - worker 'gw0' crashed" in done.stdout
     assert "1 failed, 1 passed" in done.stdout
     assert done.returncode == 1
@@ -51,8 +54,39 @@ def test_a_worker_that_is_stuck_in_c_with_signals_blocked_is_ended_and_the_other
 @pytest.mark.slow
 def test_without_workers_it_is_ended_and_named_too(tests):
     done = ran(tests)
-    assert "watchdog: tests/test_stuck.py::test_stuck took more than 1 s" in done.stderr
+    assert "watchdog: tests/test_stuck.py::test_stuck took more than 4 s" in done.stderr
     assert done.returncode == -signal.SIGKILL
+
+
+WAITS = """
+import threading, time, pytest
+
+@pytest.mark.timeout(1.0)
+def test_waits():
+    threading.Lock().acquire() and threading.Event().wait()
+
+@pytest.mark.timeout(1.0)
+def test_computes_for_less():
+    ends = time.monotonic() + 2.0
+    while time.monotonic() < ends:
+        time.sleep(0.05)
+        sum(range(1_000_000))
+
+@pytest.mark.timeout(1.0)
+def test_computes_for_ever():
+    while True:
+        pass
+"""
+
+
+@pytest.mark.slow
+def test_who_waits_or_computes_for_ever_is_ended_at_its_limit_and_who_is_slowed_down_is_not(tests):
+    (tests / "tests" / "test_stuck.py").write_text(WAITS)
+    done = ran(tests, "-rA")
+    assert "FAILED tests/test_stuck.py::test_waits - Failed: Timeout (>1.0s)" in done.stdout
+    assert "FAILED tests/test_stuck.py::test_computes_for_ever - Failed: Timeout (>1.0s)" in done.stdout
+    assert "PASSED tests/test_stuck.py::test_computes_for_less" in done.stdout
+    assert done.stderr == ""
 
 
 @pytest.mark.slow

@@ -36,14 +36,14 @@ def _end(pid: int, what: str, limit: float) -> None:
     """Kill a process and all that it started, and say why."""
     told = f"\nwatchdog: {what} took more than {limit:g} s, and no limit within its process ended it; killed {pid}\n"
     os.write(2, told.encode())
-    for each in [pid, *_offspring(pid)]:
+    for each in [pid, *offspring(pid)]:
         try:
             os.kill(each, signal.SIGKILL)
         except OSError:
             continue  # It has ended.
 
 
-def _offspring(pid: int) -> list[int]:
+def offspring(pid: int) -> list[int]:
     """Return all that a process started, and what these started, where the system tells."""
     parents = {}
     for place in Path("/proc").glob("[0-9]*/stat"):

@@ -127,7 +127,8 @@ def test_a_dask_cluster_of_which_one_worker_is_killed_gives_the_same_table(room,
     pytest.importorskip("distributed")
     with cluster(tmp_path, {**os.environ, "STROLL": f"{tmp_path / 'log'}|worker@3"}) as address:
         assert typed(*command(room, tmp_path / "out", "--dask", address, "--keep"), capsys=capsys)[0] == 0
-    assert len((tmp_path / "log").read_text().split()) == 7
+    # One run was killed; those that its worker had not yet handed on are lost with it.
+    assert len((tmp_path / "log").read_text().split()) >= 7
     assert len(set((tmp_path / "log").read_text().split())) >= 2
     assert table(tmp_path / "out") == table(undisturbed.folder)
     recording = mjsim.read_recording(tmp_path / "out" / "runs" / "001-seed0002.mcap")
