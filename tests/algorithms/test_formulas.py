@@ -1,0 +1,455 @@
+"""Formulas of estimators and controllers, each computed another way: graphs, teams, balancing, laws, roadmaps."""
+
+import itertools
+import json
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from mjsim.algorithms.balance import Lean, Lqr, plant, regulator, turning_plant
+from mjsim.algorithms.cooperative_slam import CooperativeSlam, ReportingWaypoints, TeamEstimate, map_from
+from mjsim.algorithms.ekf_models import odometry_motion, range_bearing
+from mjsim.algorithms.go_to_goal import RING, GoToGoal
+from mjsim.algorithms.linear_control import JointLoop, MechanismLoop, SpeedLoop
+from mjsim.algorithms.sampling_planners import Roadmap
+from mjsim.geometry import Pose, wrap_angle
+from mjsim.interface import (
+    ArmInfo,
+    BalancingInfo,
+    Command,
+    Estimate,
+    ImuReading,
+    JointGoal,
+    JointState,
+    Message,
+    Observation,
+    Odometry,
+    SensorInfo,
+    Sighting,
+    WorldMap,
+)
+from tests.algorithms.test_joint_path import PUMA
+from tests.robots import pioneer
+
+R = np.diag([0.05, np.radians(1.0)]) ** 2
+Q = np.diag([0.01, 0.002, 0.01]) ** 2
+POSTS = {f"post-{k}": (5.0 * np.cos(0.6 * k), 5.0 * np.sin(0.6 * k) + 3.0) for k in range(10)}
+RNG = np.random.default_rng(0)
+
+
+def drive(estimator, *, steps=40, noise=1.0, scale=1.0, range_scale=1.0, every=4, prior=None):
+    """Drive an arc among posts; return true poses (steps, 3), beliefs, and poses of odometry alone."""
+    rng, motion = np.random.default_rng(3), odometry_motion()
+    prior = prior or Pose(0.5, -0.5, 0.3)
+    estimator.start(pioneer(prior=prior, dt=0.1), {}, np.random.default_rng(1))
+    truth = told = prior.as_array()
+    truths, beliefs, odometry = [], [], []
+    for k in range(steps):
+        step = np.array([0.08, 0.0, 0.08 / 3.0])
+        truth, _, _ = motion(truth, step)
+        read = scale * step + noise * rng.normal(0, np.sqrt(np.diag(Q)))
+        told, _, _ = motion(told, read)
+        z, _, _ = range_bearing(truth, np.array(list(POSTS.values())))
+        z = z * [range_scale, 1.0] + noise * rng.normal(0, np.sqrt(np.diag(R)), z.shape)
+        seen = tuple(
+            Sighting(0.1 * k, name, float(r), wrap_angle(float(b)), R)
+            for name, (r, b) in zip(POSTS, z, strict=True)
+            if r < 7.0 and abs(wrap_angle(float(b))) < 2.0 and k % every == 0
+        )
+        beliefs.append(estimator.update(Observation(0.1 * k, 0.1, Odometry(*read, Q), sightings=seen)))
+        truths.append(truth)
+        odometry.append(told)
+    return np.array(truths), beliefs, np.array(odometry)
+
+
+def error(belief, truth):
+    off = belief.pose.as_array() - truth
+    return np.array([off[0], off[1], wrap_angle(off[2])])
+
+
+@pytest.fixture(scope="module")
+def graph_slam():
+    pytest.importorskip("gtsam", reason="an extra")
+    from mjsim.algorithms.graph_slam import GraphSlam
+
+    return GraphSlam
+
+
+def test_of_exact_measurements_a_graph_is_exact(graph_slam):
+    estimator = graph_slam(frame="start", distance=0.3, turn_deg=10.0)
+    truth, beliefs, _ = drive(estimator, noise=0.0)
+    for belief, true in zip(beliefs, truth, strict=True):
+        assert np.abs(error(belief, true)).max() < 2e-3
+    for name, (mean, covariance) in beliefs[-1].landmarks.items():
+        np.testing.assert_allclose(mean, POSTS[name], atol=5e-3)
+        assert 0.0 < np.linalg.eigvalsh(covariance).min() < np.linalg.eigvalsh(covariance).max() < 0.1
+    path = estimator.path()
+    assert [time for time, _ in path] == pytest.approx(0.1 * np.arange(40))
+    assert max(np.abs(pose.as_array() - true).max() for (_, pose), true in zip(path, truth, strict=True)) < 2e-3
+    offsets, covariance = estimator.range_errors
+    assert np.abs(offsets).max() < 0.01
+    assert np.linalg.eigvalsh(covariance).min() > 0.0
+
+
+def test_a_graph_learns_that_odometry_and_ranges_read_long(graph_slam):
+    estimator = graph_slam(frame="start")
+    truth, beliefs, told = drive(estimator, noise=0.3, scale=1.08, steps=60)
+    assert np.hypot(*error(beliefs[-1], truth[-1])[:2]) < 0.5 * np.hypot(*(told[-1] - truth[-1])[:2])
+    path = np.array([pose.as_array()[:2] for _, pose in estimator.path()])
+    assert np.linalg.norm(path - truth[:, :2], axis=1).mean() < 0.05
+    blind = graph_slam(systematic=math.inf)
+    drive(blind, noise=0.0, steps=12)
+    assert blind.range_errors[0].shape == (0,)
+
+
+@pytest.mark.parametrize("frame", ["map", "start"])
+def test_the_covariance_of_a_graph_is_as_large_as_its_error(graph_slam, frame):
+    truth, beliefs, told = drive(graph_slam(frame=frame), steps=60)
+    off = error(beliefs[-1], truth[-1])
+    assert off @ np.linalg.solve(beliefs[-1].covariance, off) < 12.0
+    assert np.trace(beliefs[-1].covariance[:2, :2]) < 0.05
+    assert np.hypot(*off[:2]) < np.hypot(*(told[-1] - truth[-1])[:2]) + 0.02
+
+
+def test_a_graph_without_a_wrong_frame_is_made(graph_slam):
+    with pytest.raises(ValueError, match="frame is 'world'; it must be map or start"):
+        graph_slam(frame="world")
+
+
+def measured(graph_slam, *, errors=(0.0, 0.0, 0.0, 0.0), noise=1.0):
+    """Return a drive of 30 legs whose steps lack what the systematic errors add, with looks of known noise."""
+    from mjsim.algorithms.graph_refinement import Leg, MeasuredGraph
+    from mjsim.algorithms.pose_graph import step_between
+
+    assert graph_slam
+    rng, motion = np.random.default_rng(5), odometry_motion()
+    poses = [np.array([0.0, 0.0, 0.2])]
+    for k in range(30):
+        poses.append(motion(poses[-1], np.array([0.2, 0.0, 0.1 * math.sin(0.4 * k)]))[0])
+    poses = np.array(poses)
+    steps = step_between(poses[:-1], poses[1:])
+    slopes = rng.normal(size=(30, 3, 4)) * [[[0.2], [0.05], [0.1]]]
+    covariance = np.diag([1e-3, 5e-4, 1e-3]) ** 2
+    legs = [Leg(step - D @ np.array(errors), covariance, D) for step, D in zip(steps, slopes, strict=True)]
+    sightings = []
+    for row in range(0, 31, 2):
+        z, _, _ = range_bearing(poses[row], np.array(list(POSTS.values())))
+        z += noise * rng.normal(0, np.sqrt(np.diag(R)), z.shape)
+        sightings += [
+            (row, Sighting(0.0, name, float(r), wrap_angle(float(b)), R)) for name, (r, b) in zip(POSTS, z, strict=True)
+        ]
+    places = {name: np.array(place) for name, place in POSTS.items()}
+    return poses, MeasuredGraph(
+        poses=poses, landmarks=places, first_covariance=1e-8 * np.eye(3), legs=legs, sightings=sightings,
+        systematic_variances=np.full(4, 0.01),
+    )  # fmt: skip
+
+
+def test_systematic_errors_of_odometry_are_those_of_weighted_least_squares(graph_slam):
+    from mjsim.algorithms.graph_refinement import systematic_errors
+
+    errors = np.array([0.05, -0.02, 0.03, 0.01])
+    poses, drive_ = measured(graph_slam, errors=errors)
+    found = systematic_errors(drive_, poses, errors)
+    D = np.concatenate([leg.slopes for leg in drive_.legs])
+    W = np.kron(np.eye(30), np.linalg.inv(drive_.legs[0].covariance))
+    y = (D @ errors)[:, None]
+    expected = np.linalg.solve(D.T @ W @ D + np.eye(4) / 0.01, D.T @ W @ y)[:, 0]
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
+    none = SimpleNamespace(legs=[])
+    np.testing.assert_array_equal(systematic_errors(none, poses, errors), errors)
+
+
+@pytest.mark.parametrize(("noise", "expected"), [(1.0, 1.0), (2.0, 2.0), (0.01, 0.25), (20.0, 4.0)])
+def test_the_scale_of_looks_is_that_of_their_noise_within_limits(graph_slam, noise, expected):
+    from mjsim.algorithms.graph_refinement import sighting_scales
+
+    poses, drive_ = measured(graph_slam, noise=noise)
+    assert sighting_scales(drive_, poses, drive_.landmarks) == pytest.approx([expected] * 2, rel=0.2)
+    nothing = SimpleNamespace(sightings=[])
+    assert sighting_scales(nothing, poses, {}).tolist() == [1.0, 1.0]
+
+
+def test_a_solved_graph_is_where_all_measurements_agree(graph_slam):
+    import gtsam
+
+    from mjsim.algorithms.graph_refinement import refined_poses
+
+    errors = np.array([0.05, -0.02, 0.03, 0.01])
+    poses, drive_ = measured(graph_slam, errors=errors, noise=0.0)
+    moved = np.random.default_rng(0).normal(0, 0.001, poses.shape) * (np.arange(31) > 0)[:, None]
+    shifted = replace(drive_, poses=poses + moved)
+    found, learned = refined_poses(gtsam, shifted)
+    np.testing.assert_allclose(found, poses, atol=2e-3)
+    np.testing.assert_allclose(learned, errors, atol=2e-3)
+
+
+def test_a_team_merges_what_it_is_told_and_reports_when_it_is_due():
+    first = CooperativeSlam(period=0.5)
+    _, beliefs, _ = drive(first, steps=21, noise=0.2)
+    reports = [k for k, belief in enumerate(beliefs) if belief.report is not None]
+    assert np.diff(reports).tolist() == [5, 5]
+    told = beliefs[reports[-1]].report
+    assert set(map_from(told).names) == set(told["names"])
+    second = CooperativeSlam()
+    second.start(pioneer(prior=Pose(0.0, 0.0, 0.0), dt=0.1), {}, np.random.default_rng(0))
+    still = Odometry(0.0, 0.0, 0.0, Q)
+    messages = (Message("ada", 0.0, json.dumps(told)), Message("bob", 0.0, '{"hello": 1}'))
+    belief = second.update(Observation(0.0, 0.1, still, messages=messages))
+    assert set(belief.landmarks) == set(told["names"])
+    for name, place in zip(told["names"], told["places"], strict=True):
+        np.testing.assert_allclose(belief.landmarks[name][0], place, atol=1e-6)
+    assert belief.report is None  # it has seen nothing itself
+    again = second.update(Observation(0.1, 0.1, still))
+    assert set(again.landmarks) == set(told["names"])
+    with pytest.raises(ValueError, match="frame is 'mine'"):
+        CooperativeSlam(frame="mine")
+
+
+def test_a_report_is_sent_with_the_command_that_drives():
+    navigator = ReportingWaypoints([[4.0, 1.0]])
+    navigator.start(pioneer(), None, np.random.default_rng(0))
+    seen = Observation(0.0, 0.04, Odometry(0.0, 0.0, 0.0, Q))
+    pose, P = Pose(1.0, 1.0, 0.0), np.zeros((3, 3))
+    silent = navigator.command(seen, Estimate(pose, P))
+    assert silent.messages == ()
+    speaking = navigator.command(seen, TeamEstimate(pose, P, {}, (), P, {"places": []}))
+    assert speaking.messages == ({"places": []},)
+    assert speaking.forward > 0.0
+    assert navigator.command(seen, TeamEstimate(pose, P, {}, (), P, None)).messages == ()
+
+
+MASSES = BalancingInfo(
+    wheel_mass=0.5, wheel_inertia=0.003, wheel_across=0.002, body_mass=8.0, center=0.2, pitch_inertia=0.15,
+    yaw_inertia=0.1, max_torque=3.0,
+)  # fmt: skip
+RADIUS, TRACK = 0.1, 0.4
+
+
+def test_the_plant_of_a_balancing_base_is_that_of_its_energies():
+    # Lagrange: T = 1/2 (m + 2 mw + 2 Iw / r^2) v^2 + m h v w + 1/2 (I + m h^2) w^2, V = m g h cos(pitch).
+    A, B = plant(MASSES, wheel_radius=RADIUS)
+    m, h = 8.0, 0.2
+    M = np.array([[m + 1.0 + 0.006 / 0.01, m * h], [m * h, 0.15 + m * h**2]])
+    for pitch, torque in ((0.01, 0.0), (0.0, 2.0), (-0.02, 1.0)):
+        rates = A @ [0.3, pitch, 0.1, 0.2] + B[:, 0] * torque
+        np.testing.assert_allclose(rates[:2], [0.1, 0.2])
+        np.testing.assert_allclose(M @ rates[2:], [torque / RADIUS, m * 9.81 * h * pitch - torque], atol=1e-12)
+    A, B = turning_plant(MASSES, wheel_radius=RADIUS, track=TRACK)
+    inertia = 0.1 + 2 * (0.002 + (0.5 + 0.3) * 0.04)
+    np.testing.assert_allclose(A @ [1.0, 2.0] + B[:, 0] * 3.0, [2.0, 3.0 * 0.4 / 0.2 / inertia])
+
+
+def test_a_regulator_makes_the_least_cost():
+    A, B = np.array([[0.0, 1.0], [2.0, 0.0]]), np.array([[0.0], [1.0]])
+    Q_, R_, dt = np.diag([3.0, 1.0]), np.array([[0.5]]), 0.05
+    K = np.array(regulator(A, B, Q_, R_, dt=dt))
+    whole = solve_ivp(lambda _, x: np.ravel(A @ x.reshape(2, 2)), (0, dt), np.eye(2).ravel(), rtol=1e-10)
+    step = whole.y[:, -1].reshape(2, 2)
+    pushed = solve_ivp(lambda _, x: A @ x + B[:, 0], (0, dt), np.zeros(2), rtol=1e-10).y[:, -1]
+
+    def cost(gain):
+        x, total = np.array([1.0, -0.5]), 0.0
+        for _ in range(600):
+            u = -gain @ x
+            total += x @ Q_ @ x + 0.5 * u**2
+            x = step @ x + pushed * u
+        return total
+
+    best = cost(K)
+    for change in ([0.01, 0.0], [-0.01, 0.0], [0.0, 0.01], [0.0, -0.01]):
+        assert cost(K * (1 + np.array(change))) > best
+
+
+def balancer(**imu):
+    mounted = np.eye(4)
+    mounted[2, 3] = 0.3
+    sensor = SensorInfo(kind="imu", robot_from_sensor=mounted, rate_hz=250.0)
+    return pioneer(wheel_radius=RADIUS, track=TRACK, balancing=MASSES, sensors={"imu": sensor}, **imu)
+
+
+def wheels(left, right, left_rate, right_rate):
+    return JointState(0.0, np.array([left, right]), np.array([left_rate, right_rate]), np.zeros(2))
+
+
+def reading(stamp, pitch_rate, force):
+    return ImuReading(stamp, np.array(force), np.array([0.0, pitch_rate, 0.0]))
+
+
+def fast(imu, state, dt=0.004):
+    return SimpleNamespace(dt=dt, wheels=state, imu=imu, joints={})
+
+
+def test_a_balancing_robot_pushes_against_its_lean_and_twists_towards_its_heading():
+    law = Lqr()
+    law.start(balancer(), "drive", RNG)
+    assert law.torques(fast((), wheels(0, 0, 0, 0)), Command()) == (0.0, 0.0)  # it does not know its pitch
+    upright = reading(0.0, 0.0, [0.0, 0.0, 9.81])
+    law.torques(fast((upright,), wheels(0, 0, 0, 0)), Command())
+    k = law.feedback
+    A, B = plant(MASSES, wheel_radius=RADIUS)
+    assert np.linalg.eigvals(A - B @ np.array([k])).real.max() < 0.0
+    left, right = law.torques(fast((), wheels(0.2, 0.2, 1.0, 1.0)), Command())
+    expected = -(k[0] * 0.02 + k[2] * 0.1)
+    assert left == pytest.approx(right)
+    assert left + right == pytest.approx(expected, rel=1e-9) or abs(left + right) == pytest.approx(6.0)
+    left, right = law.torques(fast((), wheels(-0.01, 0.01, 0.0, 0.0)), Command())
+    assert right < 0.0 < left  # turned to the left, it turns back
+    law.torques(fast((), wheels(0, 0, 0, 0)), Command(0.0, 0.0, 0.0))
+    ahead = law.torques(fast((), wheels(0, 0, 0, 0)), Command(0.1, 0.0, 0.0))
+    assert sum(ahead) == pytest.approx(k[2] * 0.1, abs=1e-6)
+    assert abs(sum(law.torques(fast((), wheels(9, 9, 90, 90)), Command()))) == pytest.approx(6.0)
+    fallen = reading(0.004, 0.0, [-9.0, 0.0, 1.0])
+    lying = Lqr()
+    lying.start(balancer(), "drive", RNG)
+    assert lying.torques(fast((fallen,), wheels(0, 0, 0, 0)), Command()) == (0.0, 0.0)
+    for weights, turn in (([1.0] * 3, [1.0] * 2), ([1.0] * 4, [1.0] * 3)):
+        with pytest.raises(ValueError, match="weights has four numbers"):
+            Lqr(weights, turn_weights=turn)
+    with pytest.raises(ValueError, match="does not balance"):
+        Lqr().start(pioneer(), "drive", RNG)
+
+
+@pytest.mark.parametrize("bias", [0.0, 0.02])
+def test_the_pitch_of_a_body_is_found_from_gyroscope_and_gravity(bias):
+    lean, dt, speed = Lean(balancer()), 0.004, 0.0
+    assert not lean.known
+    for k in range(10_000 if bias else 6000):
+        time = k * dt
+        pitch, rate, gain = 0.1 * math.sin(time), 0.1 * math.cos(time), -0.1 * math.sin(time)
+        axle = 0.5 * math.cos(2 * time)
+        force = axle * math.cos(pitch) + (0.3 - RADIUS) * gain - 9.81 * math.sin(pitch)
+        # The wheels turn relative to the body.
+        spin = 0.25 * math.sin(2 * time) - RADIUS * rate
+        lean.add(reading(time, rate + bias, [force, 0.0, 9.81 * math.cos(pitch)]), spin)
+        speed = max(speed, abs(lean.rate))
+    assert lean.pitch == pytest.approx(pitch, abs=0.003)
+    assert lean.rate == pytest.approx(rate, abs=0.004)
+    before = lean.pitch
+    other = reading(time + dt, 5.0, [0.0, 0.0, 9.81])
+    lean.add(SimpleNamespace(name="other", acceleration=other.acceleration, turn=other.turn, stamp=other.stamp), 0.0)
+    assert lean.pitch == before
+
+
+def arm_info():
+    lower, upper = PUMA.limits
+    limits = np.full(6, np.inf)
+    names = tuple(f"joint{k}" for k in range(1, 7))
+    return ArmInfo(joints=names, lower=lower, upper=upper, max_velocity=limits, max_torque=limits, model=PUMA)
+
+
+@pytest.mark.parametrize(
+    ("keys", "torque"), [({"gain": [50.0, 7.0]}, 50.0 * 0.1 - 7.0 * 0.2), ({"num": [30.0], "den": [1.0]}, 3.0)]
+)
+def test_a_joint_has_its_own_law_over_its_weight(keys, torque):
+    law = JointLoop("joint3", **keys)
+    law.start(pioneer(arms={"arm": arm_info()}), "arm", RNG)
+    q, qd = np.radians([0.0, 30.0, -40.0, 0.0, 10.0, 0.0]), np.zeros(6)
+    state = JointState(0.0, q - np.array([0, 0, 0.1, 0, 0, 0]), np.array([0, 0, 0.2, 0, 0, 0]), np.zeros(6))
+    goal = JointGoal(positions=tuple(q), velocities=tuple(qd))
+    told = SimpleNamespace(dt=0.004, joints={"arm": state})
+    found = law.torques(told, Command(joints={"arm": goal}))
+    assert found[2] == pytest.approx(PUMA.gravload(q)[2] + torque)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: JointLoop("j"), "give num and den, or gain"),
+        (lambda: JointLoop("j", num=[1]), "give num and den, or gain"),
+        (lambda: JointLoop("j", num=[1], den=[1], gain=[1, 2]), "give num and den, or gain"),
+        (lambda: JointLoop("j", gain=[1]), "give two numbers"),
+        (lambda: MechanismLoop(), "give num and den, or gain"),
+        (lambda: MechanismLoop(den=[1]), "give num and den, or gain"),
+        (lambda: MechanismLoop(num=[1], den=[1], gain={"a": [1, 2]}), "give num and den, or gain"),
+        (lambda: MechanismLoop(gain={"a": [1]}), "gain of 'a' is"),
+        (lambda: MechanismLoop(gain={"a": [1, math.nan]}), "gain of 'a' is"),
+        (lambda: SpeedLoop(num=[1], den=[1], reference={"step": {"to": 1}}, of="left"), "of is 'left'"),
+        (
+            lambda: JointLoop("knee", gain=[1, 2]).start(pioneer(arms={"arm": arm_info()}), "arm", RNG),
+            "no joint 'knee'",
+        ),
+    ],
+)
+def test_laws_that_are_not_whole_are_refused(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()
+
+
+def test_a_mechanism_is_fed_back_about_its_points():
+    law = MechanismLoop(gain={"a": [2.0, 3.0], "b": [5.0, 7.0]}, about_deg={"b": 90.0})
+    law.start(pioneer(), "a", RNG)
+    states = {
+        "a": JointState(0.0, np.array([0.4]), np.array([0.1]), np.zeros(1)),
+        "b": JointState(0.0, np.array([1.0]), np.array([-0.2]), np.zeros(1)),
+    }
+    goal = Command(joints={"a": JointGoal(positions=(0.5,), velocities=(0.3,))})
+    (effort,) = law.torques(SimpleNamespace(joints=states, dt=0.01), goal)
+    assert effort == pytest.approx(-(2 * (0.4 - 0.5) + 3 * (0.1 - 0.3) + 5 * (1.0 - math.pi / 2) + 7 * -0.2))
+    held = MechanismLoop(gain={"a": [2.0, 3.0]}, about={"a": 0.1})
+    held.start(pioneer(), "a", RNG)
+    assert held.torques(SimpleNamespace(joints=states, dt=0.01), goal) == [pytest.approx(-(2 * 0.3 + 3 * 0.1))]
+    lost = MechanismLoop(gain={"c": [1.0, 1.0]})
+    lost.start(pioneer(), "a", RNG)
+    with pytest.raises(ValueError, match="no joint 'c' in this mechanism; there are a, b"):
+        lost.torques(SimpleNamespace(joints=states, dt=0.01), goal)
+    series = MechanismLoop(num=[4.0], den=[2.0])
+    series.start(pioneer(), "a", RNG)
+    assert series.torques(SimpleNamespace(joints=states, dt=0.01), goal) == [pytest.approx(2.0 * 0.1)]
+
+
+@pytest.mark.parametrize(
+    ("of", "reference", "expected"),
+    [
+        ("forward", {"step": {"to": 0.5}}, (3 * (0.5 - 0.2), 0.0)),
+        ("turn", {"step": {"to_deg": 90}}, (0.0, 3 * (math.pi / 2 - 0.4))),
+    ],
+)
+def test_a_speed_loop_acts_on_the_error_of_the_last_tick(of, reference, expected):
+    law = SpeedLoop(num=[3.0], den=[1.0], reference=reference, of=of)
+    law.start(pioneer(), None, RNG)
+    law.command(Observation(7.0, 0.1, Odometry(0.0, 0.0, 0.0, Q)), Estimate(Pose(0, 0, 0), Q))
+    command = law.command(Observation(9.0, 0.1, Odometry(0.02, 0.0, 0.04, Q)), Estimate(Pose(0, 0, 0), Q))
+    assert (command.forward, command.turn) == pytest.approx(expected)
+
+
+def test_a_roadmap_goes_around_what_is_in_the_way():
+    def is_clear(a, b):
+        places = a + np.linspace(0, 1, 30)[:, None] * (b - a)
+        return not (np.abs(places - [2.0, 2.0]) < 0.8).all(axis=1).any()
+
+    roads = Roadmap(is_clear, lower=np.zeros(2), upper=np.full(2, 4.0), rng=np.random.default_rng(0), places=150)
+    path = roads.path(np.array([0.5, 2.0]), np.array([3.5, 2.0]))
+    np.testing.assert_array_equal(path[[0, -1]], [[0.5, 2.0], [3.5, 2.0]])
+    assert all(is_clear(a, b) for a, b in itertools.pairwise(path))
+    length = np.hypot(*np.diff(path, axis=0).T).sum()
+    assert 2 * math.hypot(0.7, 0.8) + 1.6 - 0.01 < length < 4.3
+    straight = roads.path(np.array([0.5, 0.5]), np.array([3.5, 0.5]))
+    assert len(straight) == 2
+    assert roads.path(np.array([0.5, 2.0]), np.array([2.0, 2.0])) is None
+    nowhere = Roadmap(lambda a, b: False, lower=np.zeros(2), upper=np.ones(2), rng=RNG, places=1)
+    assert nowhere.path(np.zeros(2), np.ones(2)) is None
+
+
+def test_what_stands_in_the_way_and_not_in_the_map_is_driven_around():
+    walls = np.array([[[0, 0], [6, 0]], [[6, 0], [6, 4]], [[6, 4], [0, 4]], [[0, 4], [0, 0]]], dtype=float)
+    goal, pose = GoToGoal([5.0, 2.0]), Pose(1.0, 2.0, 0.0)
+    goal.start(pioneer(prior=pose), WorldMap(walls, {}), RNG)
+    seen = Observation(0.0, 0.04, Odometry(0.0, 0.0, 0.0, Q))
+    command = goal.command(seen, Estimate(pose, Q))
+    (path,) = goal.show()
+    assert command.forward > 0.0
+    assert np.abs(path.points[:, 1] - 2.0).max() < 0.15
+    ring = np.full(len(seen.proximity), np.inf)
+    ahead = np.argsort(np.abs(np.array([wrap_angle(each) for each in RING.tolist()])))[:3]
+    ring[ahead] = 0.8
+    blocked = Observation(3.0, 0.04, Odometry(0.0, 0.0, 0.0, Q), proximity=ring)
+    goal.command(blocked, Estimate(pose, Q))
+    (around,) = goal.show()
+    assert np.abs(around.points[:, 1] - 2.0).max() > 0.3
+    assert goal.command(seen, Estimate(Pose(5.05, 2.0, 0.0), Q)) == Command()
+    assert goal.show() == ()
