@@ -2,18 +2,24 @@
 
 import errno
 import io
+import os
 import pickle
 import struct
+import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from mjsim.errors import Problem, RecordingError, UsageError, WorldError
+from mjsim.guarded import landlock, syscalls
 from mjsim.guarded.child import answers_to
+from mjsim.guarded.landlock import read_only
 from mjsim.guarded.limits import Allowance, limits_for
 from mjsim.guarded.lockdown import LIBRARIES, memory_limits
 from mjsim.guarded.request import Call
+from mjsim.guarded.seccomp import program, refuse_calls
 from mjsim.guarded.wire import HEADS, WireError, receive, send
 from mjsim.guarded.working import MISSING, REPORT, in_child, missing_limits, still_working
 
@@ -178,3 +184,92 @@ def test_what_runs_in_the_child_tells_that_it_works():
     finally:
         REPORT.reset(report)
         MISSING.reset(missing)
+
+
+def verdict(code: Sequence[tuple[int, int, int, int]], machine: int, call: int, *arguments: int) -> int:
+    """Return what the filter says of a system call: 0 if allowed, or the error number (BPF by its manual)."""
+    data = struct.pack("<IIQ6Q", call, machine, 0, *arguments, *[0] * (6 - len(arguments)))
+    value, at = 0, 0
+    while True:
+        operation, if_true, if_false, operand = code[at]
+        at += 1
+        if operation == 0x20:  # load a word
+            (value,) = struct.unpack_from("<I", data, operand)
+        elif operation == 0x06:  # return
+            return 0 if operand == 0x7FFF0000 else operand & 0xFFFF
+        else:
+            holds = {0x15: value == operand, 0x35: value >= operand, 0x45: value & operand != 0}[operation]
+            at += if_true if holds else if_false
+
+
+MACHINES = {"x86_64": 0xC000003E, "aarch64": 0xC00000B7}
+OPENED = {"x86_64": 257, "aarch64": 56}
+OTHERS = {
+    "x86_64": {"clone": 56, "tgkill": 234, "prlimit": 302},
+    "aarch64": {"clone": 220, "tgkill": 131, "prlimit": 261},
+}
+
+
+@pytest.mark.parametrize("machine", MACHINES)
+@pytest.mark.parametrize("writing", [False, True])
+def test_the_filter_refuses_what_a_decoder_does_not_need(machine, writing):
+    code, audit = program(machine, writing=writing), MACHINES[machine]
+    for table in (syscalls.REFUSED, syscalls.ATTRIBUTES, syscalls.WRITING):
+        for call in table.values():
+            number = call.x86_64 if machine == "x86_64" else call.aarch64
+            if number is not None:
+                allowed = writing and table is syscalls.WRITING
+                assert verdict(code, audit, number) == (0 if allowed else call.error)
+    # Reading, and mapping memory.
+    for number in (0, 9) if machine == "x86_64" else (63, 222):
+        assert verdict(code, audit, number) == 0
+    assert verdict(code, 0x40000003, 0) == errno.ENOSYS
+    assert verdict(code, audit, 0x40000000) == (errno.ENOSYS if machine == "x86_64" else 0)
+
+
+@pytest.mark.parametrize("machine", MACHINES)
+def test_the_filter_looks_at_arguments(machine):
+    code, audit, other = program(machine, writing=False), MACHINES[machine], OTHERS[machine]
+    for flags in (os.O_RDONLY, os.O_RDONLY | os.O_CLOEXEC | os.O_DIRECTORY):
+        assert verdict(code, audit, OPENED[machine], 3, 1 << 40, flags) == 0
+    for flags in (os.O_WRONLY, os.O_RDWR, os.O_CREAT, os.O_TRUNC, os.O_APPEND):
+        assert verdict(code, audit, OPENED[machine], 3, 1 << 40, flags) == errno.EACCES
+        assert verdict(program(machine, writing=True), audit, OPENED[machine], 3, 1 << 40, flags) == 0
+    if machine == "x86_64":
+        assert verdict(code, audit, 2, 1 << 40, os.O_RDONLY) == 0
+        assert verdict(code, audit, 2, 1 << 40, os.O_CREAT) == errno.EACCES
+    # Threads, not processes; signals to itself; limits are read, not set.
+    assert verdict(code, audit, other["clone"], 0x00010000 | 0x100) == 0
+    assert verdict(code, audit, other["clone"], 0x11) == errno.EPERM
+    assert verdict(code, audit, other["tgkill"], os.getpid()) == 0
+    assert verdict(code, audit, other["tgkill"], os.getpid() + 1) == errno.EPERM
+    assert verdict(code, audit, other["prlimit"], 0, 7, 0) == 0
+    for place in (1, 1 << 32):
+        assert verdict(code, audit, other["prlimit"], 0, 7, place) == errno.EPERM
+
+
+@pytest.mark.parametrize(("key", "value"), [("platform", "darwin"), ("byteorder", "big"), ("maxsize", 2**31 - 1)])
+def test_other_systems_have_no_filter(monkeypatch, key, value):
+    monkeypatch.setattr(sys, key, value)
+    assert not refuse_calls(writing=False)
+    if key == "platform":
+        assert not read_only([Path("/")])
+
+
+def test_a_folder_that_is_not_there_is_left_out_of_what_may_be_read(tmp_path):
+    class Libc:
+        def __init__(self) -> None:
+            self.asked = []
+
+        def syscall(self, *words: object) -> int:
+            self.asked.append(words)
+            return 0
+
+    (tmp_path / "file").touch()
+    libc = Libc()
+    for place in (tmp_path / "none", tmp_path, tmp_path / "file"):
+        landlock._allow(libc, 5, place, 0b1100)
+    # A file has no right to list a folder.
+    rights = [struct.unpack("<Qi", words[3])[0] for words in libc.asked]
+    assert [words[:3] for words in libc.asked] == [(445, 5, 1)] * 2
+    assert rights == [0b1100, 0b0100]
