@@ -295,3 +295,100 @@ def test_names_for_usd_have_letters_digits_and_underscores_and_stay_apart():
     for name in ("a/b-c", "a_b_c", "a b c", "plain", ""):
         spec.worldbody.add_geom(name=name, size=[1, 0, 0])
     assert [geom.name for geom in _plainly_named(spec).geoms] == ["a_b_c_", "a_b_c", "a_b_c__", "plain", ""]
+
+
+OWN = """mjsim: 1
+light: {0}
+walls: [{{points: [[-4, -3], [4, -3], [4, 3], [-4, 3]], closed: true, height: 2.4}}]
+robots: [{{name: r, preset: pioneer3dx, at: [1, 2], heading_deg: 90}}]
+beacons: [{{name: lion, image: posters/lion.jpg, at: [3.94, 0], heading_deg: 180, width: 1.0}}]
+"""
+
+
+@functools.cache
+def own(light: float) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    model = compiled(compile_world(parse_world(OWN.format(light))))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return model, data
+
+
+def lit(model: mujoco.MjModel, normal: list[float]) -> float:
+    """Return the light of the scene's general light on a face, without what comes from the viewer."""
+    light = float(np.mean(model.vis.headlight.ambient))
+    for number in range(model.nlight):
+        if model.light_type[number] == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL and model.light_active[number]:
+            light += float(model.light_diffuse[number].mean()) * max(0.0, -float(model.light_dir[number] @ normal))
+    return light
+
+
+def test_faces_of_all_directions_have_the_light_that_is_stated():
+    model, _ = own(1.0)
+    faces = [[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 1]]
+    levels = [lit(model, face) for face in faces]
+    assert levels == pytest.approx([0.86, 0.92, 0.83, 0.71, 0.93], abs=0.01)
+    assert float(np.mean(model.vis.headlight.diffuse)) == pytest.approx(0.08)
+    half, _ = own(0.5)
+    assert [lit(half, face) for face in faces] == pytest.approx(0.5 * np.array(levels), rel=1e-6)
+    # A picture glows and reflects; in half the light both together are half, on average over these faces.
+    (picture,) = [k for k in range(half.nmat) if half.mat(k).name.startswith("beacon/")]
+    share = float(half.mat_rgba[picture, 0])
+    assert share == 0.25
+    reflected = share * (np.mean(levels) + 0.08) * 0.5
+    assert half.mat_emission[picture] * share + reflected == pytest.approx(0.5, abs=0.005)
+    assert model.mat_emission[picture] * share == pytest.approx(1.0)
+    dimmed = compiled(compile_world(parse_world(OWN.format(1.0))))
+    dim_light(dimmed, 0.5)
+    assert general_light(dimmed) == 0.5
+    assert dimmed.mat_emission[picture] == pytest.approx(half.mat_emission[picture])
+    assert [lit(dimmed, face) for face in faces] == pytest.approx(0.5 * np.array(levels), rel=1e-6)
+    dim_light(dimmed, 0.0)
+    assert not dimmed.light_active.any()
+
+
+def seen_at(model: mujoco.MjModel, data: mujoco.MjData, camera: str, point: list[float]) -> tuple[float, float]:
+    """Return where a camera sees a point: right and up, as shares of half its height."""
+    place = data.camera(camera)
+    right, up, back = place.xmat.reshape(3, 3).T @ (np.array(point) - place.xpos)
+    assert back < 0.0, "it is behind the camera"
+    scale = math.tan(math.radians(model.camera(camera).fovy[0]) / 2) * -back
+    return right / scale, up / scale
+
+
+def test_the_chase_camera_looks_ahead_over_the_robot_and_the_overview_sees_all_corners():
+    model, data = own(1.0)
+    behind = in_robot_of(data.camera("r/chase").xpos)
+    assert behind[0] < -1.0
+    assert behind[1] == pytest.approx(0.0, abs=1e-9)
+    across, height = seen_at(model, data, "r/chase", [1.0, 2.0, 0.2])
+    assert across == pytest.approx(0.0, abs=1e-6)
+    assert -1.0 < height < 0.0
+    # Two metres ahead and one to the left (of y: to -x) is above and to the left.
+    left, ahead = seen_at(model, data, "r/chase", [0.0, 4.0, 0.0])
+    assert left < -0.2
+    assert ahead > height + 0.3
+    for corner in ((x, y, z) for x in (-4, 4) for y in (-3, 3) for z in (0.0, 2.4)):
+        across, height = seen_at(model, data, "overview", list(corner))
+        assert abs(height) < 1.0
+        assert abs(across) < 16 / 9
+
+
+def in_robot_of(place: np.ndarray) -> np.ndarray:
+    """Return a point in the frame of the robot at (1, 2) that looks along y."""
+    return np.array([place[1] - 2.0, 1.0 - place[0], place[2]])
+
+
+def test_an_own_robot_weighs_what_its_world_says_with_its_wheels_under_it():
+    model, data = own(1.0)
+    world = parse_world(OWN.format(1.0))
+    (robot,) = world.robots
+    root = int(model.body("r/base").id)
+    assert model.body_subtreemass[root] == pytest.approx(robot.body.mass, rel=0.01)
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        place = in_robot_of(data.body(f"r/wheel_{side}").xpos)
+        assert place[1] == pytest.approx(sign * robot.drive.track / 2, abs=1e-6)
+        assert place[2] == pytest.approx(robot.drive.wheel_radius, abs=2e-3)
+        wheel = model.body(f"r/wheel_{side}")
+        # Its inertia is given, not that of the shapes: about its axle most.
+        assert np.argmax(wheel.inertia) == 0 or wheel.inertia.max() > 1.2 * wheel.inertia.min()
+        assert wheel.ipos == pytest.approx([0.0, 0.0, 0.0], abs=1e-9)
