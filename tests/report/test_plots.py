@@ -316,15 +316,15 @@ def group(label, runs, *, no_nees="", errors=()):
 
 def test_runs_are_put_on_the_clock_of_the_longest():
     runs = [series(1.0), series(3.0, end=5.0)]
-    time, values = on_one_clock(runs, lambda each: each.position_error_m)
+    time, values = on_one_clock([(each.time, each.position_error_m) for each in runs])
     np.testing.assert_allclose(time, np.arange(11.0))
     np.testing.assert_allclose(values[1][:6], 3.0 * np.arange(6))
     assert np.isnan(values[1][6:]).all()
-    np.testing.assert_allclose(mean_of(runs, lambda each: each.nees)[1], [2.0] * 6 + [1.0] * 5)
+    np.testing.assert_allclose(mean_of([(each.time, each.nees) for each in runs])[1], [2.0] * 6 + [1.0] * 5)
     five = [series(float(k)) for k in range(1, 6)]
-    _, (low, middle, high) = middle_of(five, lambda each: each.nees)
+    _, (low, middle, high) = middle_of([(each.time, each.nees) for each in five])
     assert (low[3], middle[3], high[3]) == pytest.approx((1.2, 3.0, 4.8))
-    assert on_one_clock([], lambda each: each.nees)[1].shape == (0, 0)
+    assert on_one_clock([])[1].shape == (0, 0)
 
 
 def test_the_shared_seed_is_the_first_that_most_groups_have():
