@@ -371,7 +371,8 @@ def made_up(world, lab, *, joints=None):
     qpos = np.tile(lab.setting.qpos, (n, 1)) + 0.01 * np.arange(n)[:, None]
     rows = np.column_stack([np.arange(n) + 1.0, 10.0 * np.arange(n) + 5.0])
     track = JointTrack(
-        names=("a", "s"), positions=rows, velocities=2 * rows, accelerations=rows, torques=3 * rows, goal=rows, tool=np.zeros((n, 7))
+        names=("a", "s"), positions=rows, velocities=2 * rows, accelerations=rows, torques=3 * rows, goal=rows,
+        tool=np.zeros((n, 7)),
     )  # fmt: skip
     joints = {"m": track} if joints is None else joints
     return SimpleNamespace(
