@@ -315,15 +315,16 @@ def group(label, runs, *, no_nees="", errors=()):
 
 
 def test_runs_are_put_on_the_clock_of_the_longest():
-    runs = [series(1.0), series(3.0, end=5.0)]
-    time, values = on_one_clock([(each.time, each.position_error_m) for each in runs])
+    curves = [(np.arange(11.0), np.arange(11.0)), (np.arange(11.0) / 2, 1.5 * np.arange(11.0))]
+    time, values = on_one_clock(curves)
     np.testing.assert_allclose(time, np.arange(11.0))
     np.testing.assert_allclose(values[1][:6], 3.0 * np.arange(6))
     assert np.isnan(values[1][6:]).all()
-    np.testing.assert_allclose(mean_of([(each.time, each.nees) for each in runs])[1], [2.0] * 6 + [1.0] * 5)
-    five = [series(float(k)) for k in range(1, 6)]
-    _, (low, middle, high) = middle_of([(each.time, each.nees) for each in five])
+    np.testing.assert_allclose(mean_of(curves)[1], [*(2.0 * np.arange(6)), *np.arange(6.0, 11.0)])
+    _, (low, middle, high) = middle_of([(np.arange(4.0), np.full(4, float(k))) for k in range(1, 6)])
     assert (low[3], middle[3], high[3]) == pytest.approx((1.2, 3.0, 4.8))
+    _, (low, _, high) = middle_of([(np.arange(4.0), np.full(4, float(k))) for k in range(1, 6)], share=0.5)
+    assert (low[3], high[3]) == pytest.approx((2.0, 4.0))
     assert on_one_clock([])[1].shape == (0, 0)
 
 

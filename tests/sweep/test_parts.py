@@ -5,16 +5,18 @@ import json
 import os
 import random
 import sys
+from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
 
 import cv2
 import numpy as np
 import pytest
 from scipy import stats
 
-from mjsim.errors import UsageError
+from mjsim.errors import MjsimError, PhysicsFault, UsageError
 from mjsim.modules import INSTALLED
 from mjsim.plan import GROUPS
-from mjsim.sweep import SweepPlan
+from mjsim.sweep import SweepPlan, pool, worker
 from mjsim.sweep.bench import KeptSimulation, own_modules, seed_the_rest
 from mjsim.sweep.plan import Job
 from mjsim.sweep.plots import error_plot, nees_plot, plots, settings_plot
@@ -35,7 +37,7 @@ run:
   seconds: 0.08
   drivers: {scout: {estimator: {use: "mjsim.algorithms.ekf_slam:EkfSlam"}, navigator: {use: NAVIGATOR}}}
 """
-STAND = "mjsim.algorithms.crab:Crab"
+STAND = "mjsim.algorithms.constant:ConstantCommand"
 
 
 def job(case=0, seed=4):
@@ -349,3 +351,102 @@ def test_a_sweep_that_cannot_be_is_refused_before_a_process_is_started(tmp_path,
 def test_a_world_without_robots_is_no_sweep(tmp_path):
     with pytest.raises(UsageError, match="no robots in world"):
         run_plan(parse_world("mjsim: 1\nname: empty\n"), SweepPlan(seeds=(1,), settings={}), tmp_path / "out")
+
+
+def test_a_job_gives_figures_series_and_times_and_a_fault_is_an_outcome(room, tmp_path, monkeypatch):
+    kept = KeptSimulation()
+    monkeypatch.setattr(worker, "settle", lambda: None)  # it limits the threads of the whole process
+    monkeypatch.setattr(worker, "bench", lambda: kept)
+    told = pool._work(room, job(case=3, seed=9), Store(tmp_path, keep=False))
+    assert (told["case"], told["seed"], told["error"]) == (3, 9, None)
+    assert told["robots"]["scout"]["odometry_error_m"]["rmse"] >= 0.0
+    assert told["series"]["scout"]["estimated"] is True
+    assert len(told["series"]["scout"]["time"]) == 2
+    assert 0.0 < told["clock"]["wall_seconds"] < told["clock"]["total_seconds"]
+    assert not {"wall_seconds", "real_time_factor", "milliseconds"} & set(told["run"])
+    assert not list((tmp_path / "runs").glob("*")) if (tmp_path / "runs").exists() else True
+
+    def falls(*_, **__):
+        raise PhysicsFault("it fell at 0.04 s")
+
+    monkeypatch.setattr(worker, "run", falls)
+    lost = worker.run_job(room, job(seed=2), record=tmp_path / "r.mcap", pictures=False)
+    assert (lost["error"], lost["robots"]) == ("it fell at 0.04 s", {})
+    assert lost["clock"]["total_seconds"] > 0.0
+    kept.clear()
+
+
+def test_variables_of_the_environment_are_as_before(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "7")
+    monkeypatch.delenv("LP_NUM_THREADS", raising=False)
+    with pool._environment({"OMP_NUM_THREADS": "1", "LP_NUM_THREADS": "1"}):
+        assert (os.environ["OMP_NUM_THREADS"], os.environ["LP_NUM_THREADS"]) == ("1", "1")
+    assert os.environ["OMP_NUM_THREADS"] == "7"
+    assert "LP_NUM_THREADS" not in os.environ
+
+
+class Workers:
+    """Stands for processes: the first attempts at a job die."""
+
+    def __init__(self, deaths):
+        self.deaths, self.alive, self.most, self.asked = deaths, 0, 0, []
+
+    def __call__(self):
+        return self
+
+    def __enter__(self):
+        self.alive += 1
+        self.most = max(self.most, self.alive)
+        return self
+
+    def __exit__(self, *_):
+        self.alive -= 1
+
+    def close(self):
+        pass
+
+    def submit(self, world_file, one, store):
+        self.asked.append(one.seed)
+        future = Future()
+        if self.asked.count(one.seed) <= self.deaths.get(one.seed, 0):
+            future.set_exception(BrokenProcessPool())
+        else:
+            future.set_result({"seed": one.seed})
+        return future
+
+
+def test_a_job_whose_process_dies_is_tried_three_times(tmp_path, monkeypatch):
+    workers = Workers({2: 1, 3: 9})
+    monkeypatch.setattr(pool, "_Worker", workers)
+    jobs = [job(seed=seed) for seed in range(1, 5)]
+    found = dict(run_on_processes(tmp_path, jobs, Store(tmp_path, keep=False), workers=2))
+    assert {one.seed: outcome for one, outcome in found.items()} == {
+        1: {"seed": 1}, 2: {"seed": 2}, 3: worker.died(jobs[2], 3), 4: {"seed": 4},
+    }  # fmt: skip
+    assert [workers.asked.count(seed) for seed in range(1, 5)] == [1, 2, 3, 1]
+    assert workers.alive == 0
+
+
+def test_outcomes_that_are_there_are_not_run_again_and_deaths_are_not_kept(tmp_path, monkeypatch):
+    world, begun, told = parse_world(ROOM.replace("NAVIGATOR", STAND)), [], []
+
+    def coming(world_file, jobs, store, *, workers):
+        begun.extend(one.seed for one in jobs)
+        assert (world_file.name, workers) == ("world.yaml", 3)
+        for one in jobs:
+            yield one, worker.died(one, 3) if one.seed == 2 else worker.empty_outcome(one, error="it fell")
+
+    monkeypatch.setattr(sys.modules[run_plan.__module__], "run_on_processes", coming)
+    plan = SweepPlan(seeds=(1, 2, 3), settings={})
+    for _ in range(2):
+        found = run_plan(world, plan, tmp_path / "out", workers=3, progress=told.append)
+    assert begun == [1, 2, 3, 2]
+    assert told == [0, 1, 2, 3, 2, 3]
+    assert list(found.failed) == ["000-seed0001", "000-seed0002", "000-seed0003"]
+
+
+def test_a_module_that_is_not_there_is_told_before_a_process_is_started(tmp_path):
+    world = parse_world(ROOM.replace("NAVIGATOR", "mjsim.algorithms.crab:Crap"))
+    with pytest.raises(MjsimError, match="Crap"):
+        sweep(world, seeds=[1], folder=tmp_path / "out")
+    assert not (tmp_path / "out").exists()
