@@ -10,12 +10,15 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from mjsim.algorithms.arm_control import ComputedTorque, PdGravity
 from mjsim.algorithms.balance import Lean, Lqr, plant, regulator, turning_plant
 from mjsim.algorithms.cooperative_slam import CooperativeSlam, ReportingWaypoints, TeamEstimate, map_from
 from mjsim.algorithms.ekf_models import odometry_motion, range_bearing
 from mjsim.algorithms.go_to_goal import RING, GoToGoal
 from mjsim.algorithms.linear_control import JointLoop, MechanismLoop, SpeedLoop
+from mjsim.algorithms.recent_motion import RecentMotion
 from mjsim.algorithms.sampling_planners import Roadmap
+from mjsim.algorithms.signal import Signal
 from mjsim.geometry import Pose, wrap_angle
 from mjsim.interface import (
     ArmInfo,
@@ -453,3 +456,75 @@ def test_what_stands_in_the_way_and_not_in_the_map_is_driven_around():
     assert np.abs(around.points[:, 1] - 2.0).max() > 0.3
     assert goal.command(seen, Estimate(Pose(5.05, 2.0, 0.0), Q)) == Command()
     assert goal.show() == ()
+
+
+@pytest.mark.parametrize("law", [PdGravity, ComputedTorque])
+def test_an_arm_is_pulled_to_its_goal_and_braked_to_its_speed(law):
+    control, info = law(frequency=20.0), arm_info()
+    control.start(pioneer(arms={"arm": info}), "arm", RNG)
+    q, qd = np.radians([10.0, 30.0, -40.0, 5.0, 10.0, 20.0]), np.array([0.3, -0.2, 0.1, 0.0, 0.2, -0.1])
+    goal = Command(joints={"arm": JointGoal(positions=tuple(q), velocities=tuple(qd))})
+
+    def torques(at, rate):
+        state = JointState(0.0, np.array(at), np.array(rate), np.zeros(6))
+        return np.array(control.torques(SimpleNamespace(dt=0.004, joints={"arm": state}), goal))
+
+    there = torques(q, qd)
+    slow, behind = torques(q, qd - 0.1) - there, torques(q - 0.01, qd) - there
+    if law is PdGravity:
+        np.testing.assert_allclose(there, PUMA.gravload(q), atol=1e-9)
+        assert (slow > 0.0).all()
+        # Critically damped: Kd = 2 Kp / w.
+        pulled = behind - (PUMA.gravload(q - 0.01) - PUMA.gravload(q))
+        np.testing.assert_allclose(slow / 0.1, 2.0 / 20.0 * pulled / 0.01, rtol=1e-6)
+    else:
+        still = torques(q, qd) - PUMA.rne_nofriction(q, qd, np.zeros(6))
+        ahead = torques(q, qd - 0.1) - still - PUMA.rne_nofriction(q, qd - 0.1, np.zeros(6))
+        M = np.array([PUMA.rne_nofriction(q, np.zeros(6), each) - PUMA.gravload(q) for each in np.eye(6)]).T
+        np.testing.assert_allclose(ahead, M @ np.full(6, 2.0 * 20.0 * 0.1), rtol=1e-6, atol=1e-9)
+
+
+def test_signals_begin_with_the_module_not_with_the_clock():
+    module = Signal(forward={"ramp": {"slope": 0.5}}, turn={"step": {"to_deg": 90, "at": 1.0}})
+    module.start(pioneer(), None, np.random.default_rng(0))
+    told = [
+        module.command(Observation(time, 0.04, Odometry(0.0, 0.0, 0.0, Q)), Estimate(Pose(0, 0, 0), Q))
+        for time in (5.0, 5.5, 7.0)
+    ]
+    assert [each.forward for each in told] == pytest.approx([0.0, 0.25, 1.0])
+    assert [each.turn for each in told] == pytest.approx([0.0, 0.0, math.pi / 2])
+
+
+def test_a_sensor_that_is_mounted_turned_tells_the_same_pitch():
+    upright, turned = Lean(balancer()), balancer()
+    mounted = turned.sensors["imu"].robot_from_sensor.copy()
+    mounted[:3, :3] = [[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]]
+    other = Lean(replace(turned, sensors={"imu": replace(turned.sensors["imu"], robot_from_sensor=mounted)}))
+    for k in range(200):
+        force, turn = np.array([0.3 * k / 200, 0.1, 9.8]), np.array([0.05, 0.2, -0.1])
+        upright.add(ImuReading(0.004 * k, force, turn), 0.001 * k)
+        other.add(ImuReading(0.004 * k, mounted[:3, :3].T @ force, mounted[:3, :3].T @ turn), 0.001 * k)
+    assert other.pitch == pytest.approx(upright.pitch)
+    assert other.rate == pytest.approx(upright.rate)
+    assert other.about(ImuReading(0.0, np.zeros(3), mounted[:3, :3].T @ turn)) == pytest.approx(0.2)
+
+
+def test_motion_across_the_seam_of_headings_is_between_both_ends():
+    recent = RecentMotion()
+    step = Odometry(0.1, 0.0, 0.5, Q)
+    for k in range(20):
+        recent.move(step, 0.1 * (k + 1))
+    for time in (0.75, 1.05, 1.33, 1.87):
+        ahead, P = recent.since(time)
+        left = 2.0 - time
+        assert wrap_angle(float(ahead[2]) - 5.0 * left) == pytest.approx(0.0, abs=1e-9)
+        assert np.trace(P) > 0.0
+    now = Sighting(2.0, "a", 3.0, 0.2, R)
+    assert recent.to_now(now) is now
+    carried = recent.to_now(replace(now, stamp=1.9))
+    place = 3.0 * np.array([math.cos(0.2), math.sin(0.2)])
+    c, s = math.cos(0.5), math.sin(0.5)
+    # A step turns on an arc or at its end; to within its length both see the same.
+    moved = np.array([[c, s], [-s, c]]) @ (place - [0.1, 0.0])
+    assert carried.range == pytest.approx(np.hypot(*moved), abs=0.03)
+    assert carried.bearing == pytest.approx(math.atan2(moved[1], moved[0]), abs=0.03)

@@ -482,3 +482,33 @@ def test_plants_are_found_by_name():
     assert (found.labels, found.name, found.amplitude, found.study.is_stable) == (["y1", "y2"], "double", 1.0, False)
     assert experiment(WORLD, THIRD).study.is_stable
     assert float(np.real(control.ss(*(getattr(found.study.plant, key) for key in "ABCD")).poles()).max()) == 0.0
+
+
+def test_a_scene_is_linearised_simulated_and_identified():
+    keys = "input: s.force, outputs: [s.rate], amplitude: 2, seconds: 1.5"
+    world = mjsim.parse_world(MECHANISM.replace("PLANT", f"{{name: p, of: m, {keys}}}"))
+    found = experiment(world, world.plants[0])
+    assert found.labels == ["s.rate [m/s]"]
+    assert found.about.startswith("m, from s.force to s.rate; ")
+    time, step = found.nonlinear
+    np.testing.assert_allclose(step[0], 1.0 - np.exp(-2.0 * time), atol=0.01)
+    assert time[-1] == pytest.approx(found.study.time[-1], abs=0.004)
+    assert found.nonlinear_fit[0] > 98.0
+    time, impulse = found.nonlinear_impulse
+    np.testing.assert_allclose(impulse[0][2:], 2.0 * np.exp(-2.0 * time[2:]), atol=0.02)
+    assert (found.rough, found.dry_friction) == (None, 0.0)
+    assert np.abs(found.step_poles - found.study.poles).max() < 0.01
+    assert found.study.poles.real.max() == pytest.approx(-2.0, abs=1e-6) or found.study.poles.real.max() > -1e-6
+
+
+def test_a_turned_base_is_identified_as_one_that_heads_along_x():
+    from mjsim.lab.recorded import _turn_back
+
+    half = 0.35
+    poses = np.array([[1.0, 2.0, 0.1, math.cos(half), 0.0, 0.0, math.sin(half)]] * 2)
+    poses[1, :2] += 0.5 * np.array([math.cos(0.7), math.sin(0.7)])
+    speeds = np.array([[math.cos(0.7), math.sin(0.7), 0.2]] * 2)
+    _turn_back(poses, speeds)
+    np.testing.assert_allclose(poses[:, :3], [[0.0, 0.0, 0.1], [0.5, 0.0, 0.1]], atol=1e-12)
+    np.testing.assert_allclose(poses[:, 3:], [[1.0, 0.0, 0.0, 0.0]] * 2, atol=1e-12)
+    np.testing.assert_allclose(speeds, [[1.0, 0.0, 0.2]] * 2, atol=1e-12)
