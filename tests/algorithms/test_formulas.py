@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from mjsim.algorithms.cooperative_slam import CooperativeSlam, ReportingWaypoints, TeamEstimate, map_from
 from mjsim.algorithms.ekf_models import odometry_motion, range_bearing
@@ -18,6 +19,7 @@ from mjsim.interface import (
     Odometry,
     Sighting,
 )
+from tests.algorithms.test_monte_carlo import started
 from tests.robots import pioneer
 
 R = np.diag([0.05, np.radians(1.0)]) ** 2
@@ -206,3 +208,30 @@ def test_a_report_is_sent_with_the_command_that_drives():
     assert speaking.messages == ({"places": []},)
     assert speaking.forward > 0.0
     assert navigator.command(seen, TeamEstimate(pose, P, {}, (), P, None)).messages == ()
+
+
+@pytest.mark.parametrize(("start", "wide"), [("prior", False), ("global", True)])
+def test_particles_begin_about_the_prior_or_anywhere_in_the_room(start, wide):
+    prior, spread = Pose(3.0, 5.0, 0.5), np.diag([0.04, 0.01, 0.0025])
+    estimator = started(prior, spread, start=start)
+    P = estimator._particles
+    if wide:
+        assert np.ptp(P, axis=0) == pytest.approx([10.0, 7.0, 2 * np.pi], rel=0.12)
+        assert not ((P[:, 0] > 6.2) & (P[:, 1] > 4.2)).any()  # outside
+    else:
+        np.testing.assert_allclose(P.mean(axis=0), prior.as_array(), atol=0.02)
+        np.testing.assert_allclose(np.cov(P.T), spread, atol=0.003)
+        still = Observation(0.0, 0.04, Odometry(0.0, 0.0, 0.0, np.zeros((3, 3))))
+        belief = estimator.update(still)
+        np.testing.assert_allclose(belief.pose.as_array(), prior.as_array(), atol=0.1)
+        np.testing.assert_allclose(belief.covariance, spread, atol=0.02)
+
+
+@pytest.mark.parametrize("bins", [20, 60])
+def test_as_many_particles_are_needed_as_chi_square_says(bins):
+    estimator = started(Pose(3.0, 5.0, 0.0), np.zeros((3, 3)))
+    apart = np.column_stack([2.0 * np.arange(bins), np.zeros(bins), np.zeros(bins)])
+    # Fox, Adapting the sample size in particle filters (2003), equation 12, whose chi-square is approximated.
+    exact = chi2.ppf(0.99, bins - 1) / (2 * 0.02)
+    assert estimator._needed(np.repeat(apart, 3, axis=0)) == pytest.approx(exact, rel=0.005)
+    assert estimator._needed(apart[:1]) == 200

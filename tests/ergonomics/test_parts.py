@@ -294,3 +294,13 @@ def test_fields_and_displays_are_drawn_as_angles_from_the_line_of_sight(study):
         "above the line of sight [deg]",
     )
     assert len(axes.get_legend().get_texts()) == 2
+
+
+def test_what_is_to_the_right_and_below_of_where_one_looks_is_drawn_there(study):
+    target = study.place.targets["desk.screen"].world_from_target[:3, 3]
+    # The person heads along y, so that x is to its right: it looks to the left of the display, and above it.
+    eyes = eyes_of(study.person.figure, study.poses, gaze=target + np.array([-0.4, 0.0, 0.3]))
+    (axes,) = sight_plot(replace(study, eyes=eyes)).axes
+    for dots in (np.column_stack(line.get_data()) for line in axes.lines if line.get_marker() == "."):
+        assert dots[:, 0].mean() > 5.0
+        assert dots[:, 1].mean() < -5.0

@@ -10,7 +10,8 @@ import pytest
 
 import mjsim
 from mjsim.errors import UsageError
-from mjsim.lab import LinearPlant, ScenePlant, experiment, module_text
+from mjsim.lab import LinearPlant, ScenePlant, experiment, lqr_design, module_text
+from mjsim.lab.closed import closed_loop
 from mjsim.lab.design import Design
 from mjsim.lab.effects import ForceEffect, LedJoint
 from mjsim.lab.experiment import plants_of
@@ -281,3 +282,12 @@ def test_a_turned_base_is_identified_as_one_that_heads_along_x():
     np.testing.assert_allclose(poses[:, :3], [[0.0, 0.0, 0.1], [0.5, 0.0, 0.1]], atol=1e-12)
     np.testing.assert_allclose(poses[:, 3:], [[1.0, 0.0, 0.0, 0.0]] * 2, atol=1e-12)
     np.testing.assert_allclose(speeds, [[1.0, 0.0, 0.2]] * 2, atol=1e-12)
+
+
+def test_a_design_is_tried_on_the_scene_with_the_amplitude_of_the_plant():
+    _, lab = scene("input: s.force, outputs: [s], amplitude: 3")
+    design = lqr_design(lab.linear, [4.0, 1.0, 1.0, 1.0][: len(lab.linear.states)], 1.0)
+    told = closed_loop(lab, design)
+    assert told.fit is not None
+    assert told.fit[0] > 97.0
+    assert told.step[0, -1] == pytest.approx(3.0 * np.interp(told.time[-1], design.time, design.step[0]), rel=0.03)

@@ -1,6 +1,7 @@
 """What the plots of reports, comparisons and mechanisms show: lines, units, bands and labels, as numbers."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ from mjsim.geometry import wrap_angle
 from mjsim.record import JointTrack, Landmarks, RobotEvent, SensorTrack, Track
 from mjsim.report import arm_plots, mechanism_plots, plots
 from mjsim.report.arms import arm_figures
+from mjsim.report.labels import setting_labels
+from mjsim.report.page import _page
 from mjsim.world import parse_world
 
 N = 90
@@ -305,3 +308,26 @@ def test_the_truth_is_wide_and_light_below_what_is_estimated(track):
     for name in ("top", "right"):
         assert not axes.spines[name].get_visible()
     assert axes.get_axisbelow()
+
+
+def test_a_page_tells_what_happened_only_where_something_did():
+    run = {"real_time_factor": 2.0, "whole": True, "sim_seconds": 3.0, "seed": 4, "milliseconds": {}}
+    quiet = SimpleNamespace(world=WORLD, events=())
+    page = _page(quiet, run, [])
+    assert "3.0 s simulated, 2.0 times real time, seed 4<" in page
+    assert "What happened to the world" not in page
+    cut = _page(quiet, run | {"whole": False, "real_time_factor": None}, [])
+    assert "3.0 s simulated, seed 4; the file ends before its end" in cut
+
+
+def test_worlds_that_differ_in_more_than_four_settings_go_by_their_names():
+    def settings(count):
+        return [{f"k{k}.a": str(which) for k in range(count)} for which in range(2)]
+
+    assert setting_labels(settings(4), ["one", "two"])[0].count(",") == 3
+    assert setting_labels(settings(5), ["one", "two"]) == ["one", "two"]
+    assert setting_labels(settings(5), ["one", "one"]) is None
+    assert setting_labels([{"k.a": "1"}] * 2, ["one", "one"]) == ["one", "one"]
+    # The order of keys makes no other setting.
+    many = settings(5)
+    assert setting_labels([*many, dict(reversed(many[0].items()))], ["one", "two", "one"]) == ["one", "two", "one"]
