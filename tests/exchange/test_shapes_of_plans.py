@@ -191,6 +191,15 @@ def test_a_drawing_says_its_scale_or_it_is_asked_for():
     assert corner_and_scale(drawing(0.5), [line], 2.0)[1] == 2.0
     with pytest.raises(UsageError, match=r"10 x 5 units; give --scale METRES, the metres per unit, 1 for metres$"):
         corner_and_scale(drawing(None), [line], None)
+    for size, hint in (
+        (5.0, ", 1 for metres"),
+        (4.9, ""),
+        (61.0, ""),
+        (3000.0, ", 0.001 for millimetres"),
+        (2999.0, ""),
+    ):
+        with pytest.raises(UsageError, match=f"the metres per unit{hint}$"):
+            corner_and_scale(drawing(None), [Line(np.array([[0.0, 0.0], [size, 1.0]]), False)], None)
     large = Line(line.points * 500, False)
     with pytest.raises(UsageError, match=r"5000 x 2500 units; .*, 0.001 for millimetres$"):
         corner_and_scale(drawing(None), [large], None)
