@@ -219,3 +219,24 @@ def test_one_factor_of_a_pose_is_those_of_odometry_and_of_each_look_with_its_rob
     (A, b), (B, c) = (graph.linearize(values).hessian() for graph in (apart, one))
     np.testing.assert_allclose(B, A, atol=1e-9 * np.abs(A).max())
     np.testing.assert_allclose(c, b, atol=1e-9 * np.abs(b).max())
+
+
+def test_the_joint_covariance_of_a_held_frame_has_those_of_its_parts():
+    frame, pose = held(2.0 * UNSURE)
+    points, root = np.array([[1.0, 2.0], [-3.0, 0.5]]), np.random.default_rng(0).normal(0, 0.1, (7, 7))
+    P = root @ root.T
+    joint = frame.joint_covariance(pose, points, P)
+    np.testing.assert_allclose(joint[:3, :3], frame.pose_covariance(pose, P[:3, :3]), atol=1e-12)
+    for k, point in enumerate(points):
+        part = slice(3 + 2 * k, 5 + 2 * k)
+        np.testing.assert_allclose(joint[part, part], frame.landmark(point, P[part, part])[1], atol=1e-12)
+    # Across parts: by the derivatives of what is reported, and the differences to the solution.
+    step = 1e-6
+    turned = np.zeros((7, 7))
+    turned[:3, :3] = np.array([(frame.pose(pose + d) - frame.pose(pose - d)) / (2 * step) for d in step * np.eye(3)]).T
+    for k in range(2):
+        ends = [[frame.landmark(points[k] + sign * d, np.eye(2))[0] for sign in (1, -1)] for d in step * np.eye(2)]
+        moved = [one - other for one, other in ends]
+        turned[3 + 2 * k : 5 + 2 * k, 3 + 2 * k : 5 + 2 * k] = np.array(moved).T / (2 * step)
+    off = np.concatenate([frame.pose(pose) - pose, *(frame.landmark(p, np.eye(2))[0] - p for p in points)])
+    np.testing.assert_allclose(joint, turned @ P @ turned.T + np.outer(off, off), atol=1e-6)
