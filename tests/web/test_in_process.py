@@ -5,18 +5,22 @@ import json
 import math
 import time
 
+import cv2
 import httpx
+import numpy as np
 import pytest
 from starlette.applications import Starlette
 
 from mjsim.web.connections import Connections, Limits
+from mjsim.web.current_run import FAREWELL
 from mjsim.web.edit_api import EditApi
 from mjsim.web.files import read_world
 from mjsim.web.folder import Folder
-from mjsim.web.items import scene_of
+from mjsim.web.items import scene_of, world_values
 from mjsim.web.run_api import RunApi
 from mjsim.web.tabs import Tabs
 from mjsim.web.trust import Trust
+from mjsim.world import parse_world
 
 PATIENCE = 10.0
 ROOM = """mjsim: 1
@@ -190,6 +194,90 @@ def test_all_that_listen_are_told_that_it_ends(run):
     run(talk)
 
 
+ARM = """mjsim: 1
+robots: [{name: r, base: fixed, at: [1, 2], arms: [{preset: puma560}]}]
+run: {seconds: 1000}
+"""
+
+
+def test_a_tool_goes_as_near_as_it_can_and_the_page_is_told_how_far_it_is(run):
+    def reach(tool, **more):
+        return {"event": {"reach": "r", "arm": "arm", "tool": tool}, **more}
+
+    async def talk(page, api):
+        page.say("start", text=ARM, speed=1.0)
+        await page.until("tick")
+        page.say("touch", **reach([0.5, 0.1, 3.0]))
+        short = await page.until("short")
+        assert (short["of"], short["part"]) == ("r", "arm")
+        assert 1.0 < short["metres"] < 2.5
+        assert api.stage.session.touched == ()
+        page.say("touch", **reach([0.5, 0.1, 0.4], drag="first"))
+        assert await page.until("touched") == {"kind": "touched"}
+        for _ in range(3):  # Of two targets before a tick the first would not count.
+            await page.until("tick")
+        page.say("touch", **reach([0.5, 0.1, 3.0], drag="next"))
+        assert (await page.until("short"))["metres"] == short["metres"]
+        (event,) = api.stage.session.touched
+        assert math.dist(event.then[-1][1:], (0.5, 0.1, 3.0)) == pytest.approx(short["metres"], abs=2e-3)
+        assert "no robot" in await page.refused("touch", event={"reach": "q", "arm": "arm", "tool": [1, 0, 0]})
+
+    run(talk)
+
+
+def test_a_run_without_viewers_is_closed_at_once(folder):
+    api = RunApi(folder, Trust(), scene=scene_of)
+
+    async def visit():
+        async with Page(api.routes, "/api/run") as page:
+            await page.until("run")
+
+    asyncio.run(visit())
+    began = time.monotonic()
+    api.close()
+    assert time.monotonic() - began < 0.5 * FAREWELL
+
+
+def test_a_picture_from_where_a_robot_is_moved_shows_what_stands_there(edit):
+    def seen(text=LOOKING, status=200, **keys):
+        asks = {"path": "room.yaml", "text": text, "robot": "scout", "camera": "front", "at": [0, 0], "width": 64}
+        answer = asyncio.run(asked(edit.routes, "POST", "/api/preview", json={**asks, **keys}))
+        assert answer.status_code == status, answer.text
+        if status != 200:
+            return answer.json()["error"]
+        assert answer.headers["server-timing"].startswith("draw;dur=")
+        return cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR)
+
+    def blue(picture):
+        shade = picture.astype(int)
+        return ((shade[..., 0] > shade[..., 1] + 40) & (shade[..., 0] > shade[..., 2] + 40)).mean()
+
+    ahead = seen()
+    assert ahead.shape == (48, 64, 3)
+    assert blue(ahead) > 0.01
+    assert blue(seen(heading_deg=180)) == 0.0
+    assert blue(seen(at=[0.6, 0])) > 1.5 * blue(ahead)
+    assert seen(width=9).shape[1] == 64
+    wide = seen(width=5000, at=[0.6, 0])
+    assert wide.shape[1] == 1280
+    moved = LOOKING.replace("at: [0, 0], sensors", "at: [0.3, 0.3], sensors")
+    np.testing.assert_array_equal(seen(moved), ahead)
+    assert blue(seen(LOOKING.replace("at: [1.5, 0]", "at: [-1.5, 0]"))) == 0.0
+    fixed = LOOKING.replace("{name: scout,", "{name: scout, base: fixed,")
+    assert blue(seen(fixed, heading_deg=180)) == 0.0
+    assert blue(seen(fixed)) > 0.01
+    assert seen(status=404, camera="rear") == "no camera 'scout/rear' in this world"
+    assert seen(status=404, robot="other") == "no camera 'other/front' in this world"
+    coded = f'{LOOKING}run: {{drivers: {{scout: {{estimator: {{use: "own.py:Mine"}}}}}}}}\n'
+    assert "own.py" in seen(coded, 403)
+
+
+LOOKING = """mjsim: 1
+obstacles: [{box: [0.3, 0.5, 1], at: [1.5, 0], color: "#0000ff"}]
+robots: [{name: scout, at: [0, 0], sensors: [{camera: front, width: 160, height: 120}]}]
+"""
+
+
 @pytest.fixture
 def edit(folder):
     saved = []
@@ -200,7 +288,7 @@ def edit(folder):
         assert answer.status_code == status, answer.text
         return answer.json()
 
-    ask.saved, ask.root = saved, folder.root
+    ask.saved, ask.root, ask.routes = saved, folder.root, api.routes
     yield ask
     api.close()
 
@@ -223,6 +311,21 @@ def test_a_world_is_opened_edited_and_saved(edit):
     assert (edit.root / "room.yaml").read_text() == changed["text"]
     refused = edit("edit", 409, path="room.yaml", text=ROOM, changes=[{**change, "path": ["robots", 7, "at"]}])
     assert refused["path"] == ["robots", 7]
+
+
+@pytest.mark.parametrize("path", [".room.yaml", ".hidden/room.yaml", "a/.b.yaml"])
+def test_hidden_files_are_not_written(edit, path):
+    edit("save", 403, path=path, text=ROOM, stamp=None)
+    assert not (edit.root / path).exists()
+
+
+def test_values_of_a_world_that_belong_to_no_item_are_told_as_they_are_written():
+    text = ROOM.replace("run: {seconds: 1000}", 'run: {seconds: "${500 * 2}"}')
+    told = world_values(parse_world(text))
+    assert told["written"] == ["mjsim", "name", "run"]
+    assert told["raw"]["name"] == told["values"]["name"] == "room"
+    assert told["values"]["run"]["seconds"] == 1000.0
+    assert not {"walls", "lamps", "robots"} & told["values"].keys()
 
 
 def test_a_new_world_has_a_name_of_its_own_and_no_stamp(edit):
