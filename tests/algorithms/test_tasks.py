@@ -302,7 +302,7 @@ def test_a_tool_follows_a_straight_line_and_turns_evenly():
     np.testing.assert_allclose(np.gradient(q, times, axis=0)[2:-6], qd[2:-6], atol=0.05)
     assert not qd[-3:].any()
     turned = [20.0, -30.0, 100.0]
-    _, q, _, _ = followed(ToolPath(first[:3, 3].tolist(), seconds=4.0, rpy_deg=turned), 4.0, start=start)
+    _, q, _, _ = followed(ToolPath(first[:3, 3].tolist(), seconds=1.5, rpy_deg=turned), 1.6, start=start)
     cy, sy, cp, sp, cr, sr = (f(math.radians(turned[k])) for k in (2, 1, 0) for f in (math.cos, math.sin))
     R = (
         np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
