@@ -98,3 +98,9 @@ def test_programs_of_tests_have_an_owner_that_kills_them():
         for path, found in suspicious.items()
     }
     assert {str(path.relative_to(ROOT)) for path, names in calls.items() if "subprocess.Popen" in names} == OWNERS
+
+
+def test_coroutines_in_tests_have_a_loop_of_their_own():
+    """Playwright holds that of the thread: alone, a file that has another one passes."""
+    tests = [file for file in (ROOT / "tests").rglob("*.py") if file.name not in ("loops.py", Path(__file__).name)]
+    assert [file.name for file in tests if "asyncio.run(" in file.read_text()] == []

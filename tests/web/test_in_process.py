@@ -4,6 +4,7 @@ import asyncio
 import json
 import math
 import time
+from functools import partial
 
 import cv2
 import httpx
@@ -21,6 +22,7 @@ from mjsim.web.run_api import RunApi
 from mjsim.web.tabs import Tabs
 from mjsim.web.trust import Trust
 from mjsim.world import parse_world
+from tests.loops import in_a_loop
 
 PATIENCE = 10.0
 ROOM = """mjsim: 1
@@ -111,7 +113,7 @@ def run(folder):
                 if api.stage.session is not None:
                     await asyncio.to_thread(api.stage.session.close)
 
-        asyncio.run(all_of())
+        in_a_loop(all_of)
 
     yield run
     api.close()
@@ -232,7 +234,7 @@ def test_a_run_without_viewers_is_closed_at_once(folder):
         async with Page(api.routes, "/api/run") as page:
             await page.until("run")
 
-    asyncio.run(visit())
+    in_a_loop(visit)
     began = time.monotonic()
     api.close()
     assert time.monotonic() - began < 0.5 * FAREWELL
@@ -241,7 +243,7 @@ def test_a_run_without_viewers_is_closed_at_once(folder):
 def test_a_picture_from_where_a_robot_is_moved_shows_what_stands_there(edit):
     def seen(text=LOOKING, status=200, **keys):
         asks = {"path": "room.yaml", "text": text, "robot": "scout", "camera": "front", "at": [0, 0], "width": 64}
-        answer = asyncio.run(asked(edit.routes, "POST", "/api/preview", json={**asks, **keys}))
+        answer = in_a_loop(lambda: asked(edit.routes, "POST", "/api/preview", json={**asks, **keys}))
         assert answer.status_code == status, answer.text
         if status != 200:
             return answer.json()["error"]
@@ -284,7 +286,7 @@ def edit(folder):
     api = EditApi(folder, Trust(), world="room.yaml", saved=lambda: saved.append(1))
 
     def ask(what, status=200, **keys):
-        answer = asyncio.run(asked(api.routes, "POST" if keys else "GET", f"/api/{what}", json=keys or None))
+        answer = in_a_loop(lambda: asked(api.routes, "POST" if keys else "GET", f"/api/{what}", json=keys or None))
         assert answer.status_code == status, answer.text
         return answer.json()
 
@@ -432,7 +434,7 @@ def test_a_draft_is_kept_read_and_dropped_and_others_are_told(tabs, folder, stat
             await keep(tabs, number=4, text=ROOM)  # As it is on disk.
             assert (await asked(tabs.routes, "GET", "/api/drafts")).json()["drafts"] == []
 
-    asyncio.run(talk())
+    in_a_loop(talk)
 
 
 def test_a_tab_is_told_of_changes_on_disk_and_its_drafts_are_open(tabs, folder, state):
@@ -450,7 +452,7 @@ def test_a_tab_is_told_of_changes_on_disk_and_its_drafts_are_open(tabs, folder, 
             page.leave()
             assert not (await other.until("drafts", lambda news: not news["drafts"][0]["open"]))["drafts"][0]["open"]
 
-    asyncio.run(talk())
+    in_a_loop(talk)
 
 
 def test_pages_without_a_tab_and_news_of_no_form_are_shown_out(tabs):
@@ -471,7 +473,7 @@ def test_pages_without_a_tab_and_news_of_no_form_are_shown_out(tabs):
             assert message["code"] == 1000
             assert time.monotonic() - began < 0.4
 
-    asyncio.run(talk())
+    in_a_loop(talk)
 
 
 def test_a_history_is_as_long_as_its_steps_and_bounded(tabs):
@@ -481,4 +483,4 @@ def test_a_history_is_as_long_as_its_steps_and_bounded(tabs):
         ({"steps": [step, step], "at": 2}, 400),
         ({"steps": [step], "at": 1}, 200),
     ):
-        assert asyncio.run(keep(tabs, past=past)).status_code == status
+        assert in_a_loop(partial(keep, tabs, past=past)).status_code == status

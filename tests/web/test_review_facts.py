@@ -1,6 +1,5 @@
 """What the page is told of a recording made by hand: compared with the recording, without a server."""
 
-import asyncio
 import json
 import math
 
@@ -18,6 +17,7 @@ from mjsim.web.folder import Folder
 from mjsim.web.measured import SensorPast
 from mjsim.web.review_api import ReviewApi
 from mjsim.web.reviewing import default_film, events_json, recording_json, row_at, row_json
+from tests.loops import in_a_loop
 from tests.record_ticks import DT, ROBOTS, hand_made_ticks, record
 
 COUNT = 6
@@ -54,7 +54,7 @@ def ask(root):
         async with httpx.AsyncClient(transport=transport, base_url="http://page") as client:
             return await client.request(method, address, **more)
 
-    yield lambda address, method="GET", **more: asyncio.run(sent(method, address, **more))
+    yield lambda address, method="GET", **more: in_a_loop(lambda: sent(method, address, **more))
     api.close()
 
 
