@@ -1,102 +1,27 @@
-"""The studio's answers without a server: requests and sockets go to the routes as a server would call them."""
+"""What the studio answers about runs, worlds and modules, without a server."""
 
 import asyncio
 import json
 import math
 import time
-from functools import partial
 
 import cv2
-import httpx
 import numpy as np
 import pytest
-from starlette.applications import Starlette
 
-from mjsim.web.connections import Connections, Limits
 from mjsim.web.current_run import FAREWELL
 from mjsim.web.edit_api import EditApi
-from mjsim.web.files import read_world
-from mjsim.web.folder import Folder
 from mjsim.web.items import scene_of, world_values
 from mjsim.web.run_api import RunApi
-from mjsim.web.tabs import Tabs
 from mjsim.web.trust import Trust
 from mjsim.world import parse_world
 from tests.loops import in_a_loop
-
-PATIENCE = 10.0
-ROOM = """mjsim: 1
-name: room
-walls: [{points: [[-2, -2], [2, -2], [2, 2], [-2, 2]], closed: true}]
-lamps: [{name: sun, at: [0, 0]}]
-robots:
-  - {name: scout, preset: pioneer3dx, at: [0, 0], odometry: {noise: {distance: 0.01}}}
-run: {seconds: 1000}
-"""
-TAB, OTHER = "a" * 16, "b" * 16
+from tests.web.in_process import ROOM, Page, asked, folder_in
 
 
 @pytest.fixture
 def folder(tmp_path):
-    (tmp_path / "room.yaml").write_text(ROOM)
-    (tmp_path / "own.py").write_text('"""Own."""\n\n\nclass Mine:\n    """Estimates."""\n')
-    return Folder(tmp_path)
-
-
-class Page:
-    """A socket of a page: what it says, and what it is told."""
-
-    def __init__(self, routes, address):
-        self._routes, (self._path, _, self._query) = routes, address.partition("?")
-        self._in, self._out = asyncio.Queue(), asyncio.Queue()
-        self.told = []
-
-    async def __aenter__(self):
-        self._in.put_nowait({"type": "websocket.connect"})
-        scope = {"type": "websocket", "path": self._path, "query_string": self._query.encode(), "headers": []}
-        self._task = asyncio.create_task(Starlette(routes=self._routes)(scope, self._in.get, self._out.put))
-        return self
-
-    async def __aexit__(self, *_):
-        self.leave()
-        await asyncio.wait_for(self._task, PATIENCE)
-
-    def leave(self):
-        self._in.put_nowait({"type": "websocket.disconnect", "code": 1000})
-
-    def say(self, do, **more):
-        self._in.put_nowait({"type": "websocket.receive", "text": json.dumps({"do": do, **more})})
-
-    async def next(self):
-        return await asyncio.wait_for(self._out.get(), PATIENCE)
-
-    async def until(self, kind, holds=lambda _: True):
-        """Return the next message of a kind for which something holds, or the next bytes for 'bytes'."""
-        while True:
-            message = await self.next()
-            if "bytes" in message and message["bytes"] is not None:
-                if kind == "bytes":
-                    return message["bytes"]
-            elif message["type"] == "websocket.send":
-                news = json.loads(message["text"])
-                self.told.append(news)
-                if news["kind"] == kind and holds(news):
-                    return news
-
-    async def refused(self, do, **more):
-        self.say(do, **more)
-        return (await self.until("refused"))["error"]
-
-
-async def asked(routes, method, address, **more):
-    app, connections = Starlette(routes=routes), Connections(Limits())
-
-    def served(scope, receive, send):
-        return app({**scope, "state": {"connections": connections}}, receive, send)
-
-    transport = httpx.ASGITransport(app=served)
-    async with httpx.AsyncClient(transport=transport, base_url="http://page") as client:
-        return await client.request(method, address, **more)
+    return folder_in(tmp_path)
 
 
 @pytest.fixture
@@ -398,89 +323,3 @@ def test_a_text_that_is_wrong_names_its_line(edit):
     error = edit("source", 409, path="room.yaml", text=wrong, use="a.py:A")["error"]
     assert error.startswith("line ")
     assert error.endswith("(and 1 more)")
-
-
-@pytest.fixture
-def tabs(folder):
-    tabs = Tabs(folder)
-    yield tabs
-    tabs.close()
-
-
-def keep(tabs, tab=TAB, number=1, text="mjsim: 1\n", path="room.yaml", **more):
-    asks = {"tab": tab, "number": number, "path": path, "fresh": False, "stamp": None, "text": text, **more}
-    return asked(tabs.routes, "POST", "/api/draft/keep", json=asks)
-
-
-def test_a_draft_is_kept_read_and_dropped_and_others_are_told(tabs, folder, state):
-    async def talk():
-        async with Page(tabs.routes, f"/api/tab?tab={OTHER}") as page:
-            assert (await page.until("drafts"))["drafts"] == []
-            past = {"steps": [{"from": 0, "old": "a", "fresh": "b"}], "at": 1}
-            assert (await keep(tabs, past=past)).json() == {}
-            (draft,) = (await page.until("drafts"))["drafts"]
-            assert (draft["path"], draft["tab"], draft["open"]) == ("room.yaml", TAB, False)
-            read = (await asked(tabs.routes, "POST", "/api/draft/read", json={"id": draft["id"]})).json()
-            assert read["text"] == "mjsim: 1\n"
-            assert read["past"]["steps"][0]["what"] == "Change"
-            listed = (await asked(tabs.routes, "GET", "/api/drafts")).json()["drafts"]
-            assert [each["id"] for each in listed] == [draft["id"]]
-            await asked(tabs.routes, "POST", "/api/draft/drop", json={"id": draft["id"]})
-            assert (await page.until("drafts"))["drafts"] == []
-            await keep(tabs, number=2)
-            await page.until("drafts", lambda news: news["drafts"])
-            await asked(tabs.routes, "POST", "/api/draft/forget", json={"tab": TAB, "number": 3})
-            assert (await page.until("drafts"))["drafts"] == []
-            await keep(tabs, number=4, text=ROOM)  # As it is on disk.
-            assert (await asked(tabs.routes, "GET", "/api/drafts")).json()["drafts"] == []
-
-    in_a_loop(talk)
-
-
-def test_a_tab_is_told_of_changes_on_disk_and_its_drafts_are_open(tabs, folder, state):
-    async def talk():
-        async with (
-            Page(tabs.routes, f"/api/tab?tab={TAB}") as page,
-            Page(tabs.routes, f"/api/tab?tab={OTHER}") as other,
-        ):
-            await other.until("drafts")
-            await keep(tabs)
-            assert (await other.until("drafts", lambda news: news["drafts"]))["drafts"][0]["open"]
-            page.say("show", path="room.yaml", stamp="old", files={})
-            tabs.wake()
-            assert (await page.until("disk"))["stamp"] == read_world(folder, "room.yaml")[1]
-            page.leave()
-            assert not (await other.until("drafts", lambda news: not news["drafts"][0]["open"]))["drafts"][0]["open"]
-
-    in_a_loop(talk)
-
-
-def test_pages_without_a_tab_and_news_of_no_form_are_shown_out(tabs):
-    async def talk():
-        async with Page(tabs.routes, "/api/tab?tab=") as page:
-            assert await page.next() == {"type": "websocket.close", "code": 1008, "reason": ""}
-        async with Page(tabs.routes, f"/api/tab?tab={TAB}") as page:
-            page.say("dance")
-            while (message := await page.next())["type"] != "websocket.close":
-                pass
-            assert message["code"] == 1008
-        async with Page(tabs.routes, f"/api/tab?tab={TAB}") as page:
-            await page.next()
-            tabs.close()
-            began = time.monotonic()
-            while (message := await page.next())["type"] != "websocket.close":
-                pass
-            assert message["code"] == 1000
-            assert time.monotonic() - began < 0.4
-
-    in_a_loop(talk)
-
-
-def test_a_history_is_as_long_as_its_steps_and_bounded(tabs):
-    step = {"from": 0, "old": "", "fresh": "x" * 300_000}
-    for past, status in (
-        ({"steps": [step], "at": 2}, 400),
-        ({"steps": [step, step], "at": 2}, 400),
-        ({"steps": [step], "at": 1}, 200),
-    ):
-        assert in_a_loop(partial(keep, tabs, past=past)).status_code == status
