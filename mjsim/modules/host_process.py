@@ -4,6 +4,7 @@ import locale
 import os
 import signal
 import sys
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
@@ -92,9 +93,10 @@ def _children_ended() -> Iterator[None]:
         try:
             yield
         finally:
-            if ended := _ended(before):
-                more = f" and {len(ended) - _NAMED} more" if len(ended) > _NAMED else ""
-                say(f"ended what modules left running: {', '.join(ended[:_NAMED])}{more}")
+            if ended := Counter(_ended(before)):
+                named = [name if count == 1 else f"{name} ({count})" for name, count in sorted(ended.items())]
+                more = f" and {len(named) - _NAMED} more" if len(named) > _NAMED else ""
+                say(f"ended what modules left running: {', '.join(named[:_NAMED])}{more}")
 
 
 def _ended(before: set[int]) -> list[str]:
