@@ -110,6 +110,12 @@ def place_of(message) -> tuple[float, float]:
     return message.pose.position.x, message.pose.position.y
 
 
+def hear_what_is_on_its_way(heard: "Heard") -> None:
+    for _ in range(50):
+        heard.take()
+        time.sleep(0.002)
+
+
 def listen(domain: int) -> tuple[dict, dict]:
     """Pause, step, drive, let go and reset a robot; return what was heard and noticed."""
     services, node = Services(domain), rosless.Node(domain=domain)
@@ -140,10 +146,16 @@ def listen(domain: int) -> tuple[dict, dict]:
         return clock_of(heard.messages["/clock"][-1]) > until
 
     heard.wait_for("two driven seconds", lambda: driven(wheel, twist, began + 2.0))
+    # The robot stands still in time, so that what was heard is where it is, however late that was heard.
+    services.call("pause", True)
+    hear_what_is_on_its_way(heard)
     moved = place_of(heard.messages["/scout/truth"][-1])
-    heard.wait_for("the watchdog", lambda: clock_of(heard.messages["/clock"][-1]) > began + 3.5)
+    stopped = clock_of(heard.messages["/clock"][-1])
+    noticed["drove_s"] = stopped - began
+    services.call("pause", False)
+    heard.wait_for("the watchdog", lambda: clock_of(heard.messages["/clock"][-1]) > stopped + 1.5)
     halted = place_of(heard.messages["/scout/truth"][-1])
-    heard.wait_for("a second at rest", lambda: clock_of(heard.messages["/clock"][-1]) > began + 4.0)
+    heard.wait_for("a second at rest", lambda: clock_of(heard.messages["/clock"][-1]) > stopped + 2.0)
     noticed["places"] = [still, moved, halted, place_of(heard.messages["/scout/truth"][-1])]
     stamped = node.advertise("/scout/cmd_vel", "geometry_msgs/msg/TwistStamped")
     heard.wait_for("subscribers of stamped commands", lambda: stamped.subscriber_count > 0)
@@ -153,9 +165,7 @@ def listen(domain: int) -> tuple[dict, dict]:
     heard.wait_for("a stamped second", lambda: driven(stamped, {"header": stamp, "twist": back}, until))
     noticed["stamped"] = place_of(heard.messages["/scout/truth"][-1])
     services.call("pause", True)
-    for _ in range(50):  # what is on its way
-        heard.take()
-        time.sleep(0.002)
+    hear_what_is_on_its_way(heard)
     noticed["graph"] = sorted(topic.name for topic in node.graph().topics)
     told = {topic: [message.to_dict() for message in messages] for topic, messages in heard.messages.items()}
     count = len(heard.messages["/clock"])
