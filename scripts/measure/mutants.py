@@ -20,16 +20,16 @@ import tempfile
 import threading
 import time
 import types
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 import pytest
 from faults import Fault, draw
+from outcomes import Outcome, write_table
 
 ROOT = Path(__file__).resolve().parents[2]
 OWN = tuple(f"{ROOT / name}{os.sep}" for name in ("mjsim", "algorithms"))
@@ -67,24 +67,6 @@ if os.path.exists(FOLDER + "/calls"):
 """What each Python of this run begins with: files with faults, and notes of what is called in programs of tests."""
 
 
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """What became of a fault."""
-
-    fault: Fault
-    caught: str | None
-    """The test that failed; None where it survived."""
-    slow: bool = False
-    tests: int = 0
-    """Number of quick tests that call the function."""
-
-    def json(self) -> dict[str, Any]:
-        """Return it for a file."""
-        path = str(self.fault.path.relative_to(ROOT))
-        said = {key: getattr(self.fault, key) for key in ("line", "kind", "before", "after")}
-        return {"path": path, **said, "caught": self.caught, "slow": self.slow, "tests": self.tests}
-
-
 class Warm:
     """Takes the place of pytest's loop: the tests are collected, no test ran here yet."""
 
@@ -104,7 +86,7 @@ class Warm:
         outcomes = []
         for fault in self._faults:
             outcomes.append(self._tried(fault))
-            _write(self._folder, outcomes)
+            write_table(self._folder, outcomes)
         return True
 
     def _measured(self) -> None:
@@ -356,28 +338,6 @@ def _alone(files: Sequence[str], words: Sequence[str]) -> str | None:
             os.killpg(program.pid, signal.SIGKILL)
     failed = [line.split()[1] for line in out.splitlines() if line.startswith(("FAILED", "ERROR"))]
     return failed[0] if failed else None if program.returncode in (0, 5) else f"pytest ended: {program.returncode}"
-
-
-def _part(fault: Fault) -> str:
-    parts = fault.path.relative_to(ROOT).parts
-    return "/".join(parts[:2]) if len(parts) > 2 else parts[0]
-
-
-def _write(folder: Path, outcomes: Sequence[Outcome]) -> None:
-    """Write both tables."""
-    (folder / "mutants.json").write_text(json.dumps([each.json() for each in outcomes], indent=1))
-    drawn, quick, every = (
-        Counter(_part(each.fault) for each in outcomes if holds(each))
-        for holds in (lambda _: True, lambda one: one.caught and not one.slow, lambda one: one.caught)
-    )
-    lines = ["| package | drawn | caught by quick tests | by all |", "|---|---|---|---|"]
-    lines += [f"| {name} | {drawn[name]} | {quick[name]} | {every[name]} |" for name in sorted(drawn)]
-    lines += [f"| all | {drawn.total()} | {quick.total()} | {every.total()} |", ""]
-    for each in (each for each in outcomes if not each.caught or each.slow):
-        fault = each.fault
-        lines += [f"{fault.path.relative_to(ROOT)}:{fault.line}: {fault.kind}; {each.tests} tests; {each.caught}"]
-        lines += ["```diff", f"- {fault.before}", f"+ {fault.after}", "```", ""]
-    (folder / "mutants.md").write_text("\n".join(lines))
 
 
 def main() -> None:
