@@ -18,6 +18,8 @@ from mjsim.video.state import LIFTED, PlanState
 from mjsim.video.views import composed_picture, first_robot, plan_picture
 from mjsim.world import World
 
+SUFFIXES = (".svg", ".pdf", ".png", ".jpg", ".jpeg")
+"""Suffixes of files of an instant."""
 RATIOS = (10, 20, 25, 50, 75, 100, 150, 200, 250, 500, 750, 1000, 2000, 5000, 10000)
 """Scale denominators; the first is taken for which the plan fits on `WIDTH`."""
 WIDTH = 250.0
@@ -57,6 +59,9 @@ def write_instant(
         UsageError: The time is outside the recording, the view or the format does not exist, or the file exists or
             cannot be written.
     """
+    suffix = Path(path).suffix.lower()
+    if suffix not in SUFFIXES:
+        raise UsageError(f"cannot write an instant as '{path}'; name it {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}")
     require_free(Path(path), overwrite=overwrite)
     if view not in (None, "plan"):
         raise UsageError(f"view is '{view}'; an instant is shown as plan, or composed without a view")
@@ -65,7 +70,7 @@ def write_instant(
         raise UsageError(f"time is {time:g} s; the recording has {begin:g} to {end:g} s")
     row = int(np.searchsorted(recording.time, time + 1e-6, side="right")) - 1
     display = display_of(recording.world.run.view, follow, sightings, ellipses, trails)
-    if Path(path).suffix.lower() not in (".svg", ".pdf"):
+    if suffix not in (".svg", ".pdf"):
         draw = composed_picture if view is None else plan_picture
         write_file(path, encoded_picture(path, draw(recording, row, display)), overwrite=overwrite)
         return

@@ -61,7 +61,7 @@ def test_a_pdf_is_one_and_a_picture_is_the_frame_of_the_film(recording, tmp_path
 @pytest.mark.parametrize(
     ("name", "time", "view", "fault"),
     [
-        ("now.gif", 0.0, None, "name it .png or .jpg"),
+        ("now.gif", 0.0, None, "name it .svg, .pdf, .png, .jpg or .jpeg"),
         ("now.svg", 99.0, None, "time is 99 s; the recording has"),
         ("now.svg", 0.0, "chase", "an instant is shown as plan"),
     ],
