@@ -20,6 +20,10 @@ from .scene import compile_world as compile_world
 from .sensors import robot_from_sensor as robot_from_sensor
 from .sensors import robot_from_view as robot_from_view
 from .stability import likely_cause as likely_cause
+from .triangles import Triangles as Triangles
+from .triangles import coarser as coarser
+from .triangles import joined as joined
+from .triangles import triangles_of as triangles_of
 from .usd import write_usd as write_usd
 from .walls import wall_lines as wall_lines
 from .wheels import LAG as LAG

@@ -8,9 +8,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from mjsim.compile import Triangles, coarser, joined, triangles_of
 from mjsim.geometry import Array
 from mjsim.sim.hands import is_segment, is_upper
-from mjsim.sim.triangles import Triangles, coarser, joined, triangles_of
 
 PLAIN = (0.5, 0.5, 0.5, 1.0)
 """Colour of a geom without one: MuJoCo then uses its material's."""

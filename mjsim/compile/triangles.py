@@ -38,8 +38,13 @@ def triangles_of(model: mujoco.MjModel, geom: int) -> Triangles | None:
         return _mesh(model, int(model.geom_dataid[geom]))
     if kind == mujoco.mjtGeom.mjGEOM_HFIELD:
         return _field(model, int(model.geom_dataid[geom]))
+    return shape_triangles(kind, model.geom_size[geom])
+
+
+def shape_triangles(kind: mujoco.mjtGeom, size: Array) -> Triangles | None:
+    """Return the surface of a shape with MuJoCo's sizes, shape (3,) [m]; None for kinds that have none of their own."""
     make = _SHAPES.get(kind)
-    return None if make is None else make(model.geom_size[geom])
+    return None if make is None else make(size)
 
 
 def _flat(points: Array, corners: NDArray[np.uint32], places: Array | None = None) -> Triangles:
