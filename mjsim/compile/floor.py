@@ -24,12 +24,12 @@ def add_floor(spec: mujoco.MjSpec, world: World, lower: Array, upper: Array) -> 
     """Add the floor: infinite for collisions, as large as the world for the eye, tiled from the world's origin."""
     floor = world.floor
     around = AROUND_WALLS if world.walls else AROUND_NOTHING
-    center = (lower[:2] + upper[:2]) / 2
+    low, high = lower[:2] - around, upper[:2] + around
     if floor.texture is not None:
-        # MuJoCo counts tiles from the centre of a tile at the plane's centre.
-        center = (np.floor(center / floor.tile) + 0.5) * floor.tile
+        # MuJoCo counts the tiles of a finite plane from its corner at -x, +y.
+        low, high = np.floor(low / floor.tile) * floor.tile, np.ceil(high / floor.tile) * floor.tile
         _add_tiles(spec, world, "floor", floor.texture, floor.tile)
-    half = np.maximum(upper[:2] - center, center - lower[:2]) + around
+    center, half = (low + high) / 2, (high - low) / 2
     spec.worldbody.add_geom(
         name="floor",
         type=mujoco.mjtGeom.mjGEOM_PLANE,

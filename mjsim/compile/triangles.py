@@ -65,8 +65,8 @@ def _plane(model: mujoco.MjModel, geom: int) -> Triangles:
     repeat = np.ones(2) if material < 0 else model.mat_texrepeat[material]
     if material >= 0 and model.mat_texuniform[material]:
         repeat = repeat * half
-    # MuJoCo puts pictures on planes like this, with the first row at +y.
-    places = 0.5 * unit * repeat * [1.0, -1.0] + 0.5
+    # MuJoCo counts pictures on a finite plane from its corner at -x, +y.
+    places = 0.5 * repeat * (1.0 + unit * [1.0, -1.0])
     points = np.column_stack([unit * half, np.zeros(4)])
     corners = np.array([[0, 1, 2], [0, 2, 3]], dtype=np.uint32)
     return Triangles(points, np.tile([0.0, 0.0, 1.0], (4, 1)), places, corners)

@@ -1,4 +1,4 @@
-"""Tiles of the floor begin at the world's origin, those of a patch at its corner: in pictures and in models for others."""
+"""Tiles of the floor begin at the world's origin, those of a patch at its corner: in pictures and in exports."""
 
 import math
 
@@ -68,8 +68,10 @@ def test_tiles_of_the_floor_begin_at_the_origin_of_the_world_in_rooms_of_any_siz
 
 
 @pytest.mark.parametrize("heading_deg", [0, 90, 30])
-def test_tiles_of_a_patch_begin_at_its_left_corner_behind(heading_deg):
-    patch = f", patches: [{{at: [1.3, 0.7], size: [2.3, 1.9], heading_deg: {heading_deg}, texture: tile.png, tile: 0.8}}]"
+def test_tiles_of_a_patch_begin_at_the_left_end_of_its_rear_edge(heading_deg):
+    patch = (
+        f", patches: [{{at: [1.3, 0.7], size: [2.3, 1.9], heading_deg: {heading_deg}, texture: tile.png, tile: 0.8}}]"
+    )
     model = compiled(ROOM.format(left=-3, low=-3, right=5, high=4, tile=50, patches=patch))
     seen, places = quarters_from_above(model, np.array([1.3, 0.7]))
     turn = math.radians(heading_deg)
@@ -79,6 +81,8 @@ def test_tiles_of_a_patch_begin_at_its_left_corner_behind(heading_deg):
     right, clear = expected_quarters((along + 1.15) / 0.8, (left - 0.95) / 0.8)
     on = (np.abs(along) < 1.05) & (np.abs(left) < 0.85)
     assert np.mean((seen == right)[clear & on]) > 0.99
+    surface = triangles_of(model, model.geom("floor/seen:rug").id)
+    np.testing.assert_allclose(surface.places * [0.8, -0.8], surface.points[:, :2] + [1.15, -0.95], atol=1e-6)
 
 
 @pytest.mark.parametrize("number", range(5, 25))

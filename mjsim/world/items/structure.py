@@ -123,7 +123,7 @@ class FloorPatch(Model):
     texture: AssetPath | None = None
     """A texture instead of the colour."""
     tile: Length = 1.0
-    """Size of one tile of the texture [m]."""
+    """Size of one tile of the texture, the first at the left end of its rear edge [m]."""
     group: Name | None = None
     """Group that the studio selects, moves and rotates together; no effect on runs."""
 
@@ -139,7 +139,7 @@ class Floor(Model):
     texture: AssetPath | None = None
     """A texture instead of the colour."""
     tile: Length = 2.0
-    """Size of one tile of the texture [m]."""
+    """Size of one tile of the texture; tiles begin at the world's origin [m]."""
     color: Color = "#b8aa94"
     """'#rrggbb'."""
     friction: Annotated[float, Field(gt=0, le=10)] = 1.0
