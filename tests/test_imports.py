@@ -21,7 +21,8 @@ VALUES = WORLD | {"interface"}
 COMPILE = VALUES | {"compile", "posture"}
 PLAN = WORLD | {"posture", "plan"}
 RECORD = VALUES | PLAN | {"record"}
-SIM = COMPILE | {"modules", "sim"}
+LIGHT = COMPILE | {"light"}
+SIM = LIGHT | {"modules", "sim"}
 RUN = SIM | {"record", "safety", "run"}
 VIDEO = RECORD | {"compile", "posture", "sim", "video"}
 REPORT = PLAN | {"record", "report"}
@@ -38,6 +39,7 @@ MAY_IMPORT = {
     # Inverse kinematics of figures, which stand as it says in the compiled world.
     "posture": WORLD | {"people"},
     "compile": COMPILE,
+    "light": LIGHT,
     "plan": PLAN,
     # Robots that are brought in are measured.
     "exchange": SIM | PLAN,
@@ -64,7 +66,7 @@ MAY_IMPORT = {
 """Part of mjsim -> the other parts that it may import; some are still to come."""
 MAY_IMPORT_ALL = {"__init__", "bench", "cli", "doctor"}
 
-MAY_USE_MUJOCO = {"ergonomics", "lab", "models", "posture", "compile", "sim", "env", "doctor", "bench"}
+MAY_USE_MUJOCO = {"ergonomics", "lab", "light", "models", "posture", "compile", "sim", "env", "doctor", "bench"}
 
 HEAVY = {
     *("av", "cv2", "dm_control", "ezdxf", "filterpy", "foxglove", "matplotlib", "mcap", "mink", "mujoco", "pyarrow"),

@@ -46,6 +46,9 @@ class World(Model):
     """Ambient light; with 0 only the lamps give light."""
     lamps: Annotated[tuple[Lamp, ...], Field(strict=False, max_length=100)] = ()
     """Lamps, in addition to the ambient light."""
+    shading: Literal["plain", "baked"] = "plain"
+    """How cameras show light: plain is even light without shadows, baked has soft shadows and reflected light, computed
+    once for everything that stands still and kept in a cache."""
     robots: Annotated[tuple[Robot, ...], Field(strict=False, max_length=32)] = ()
     """Wheeled robots, up to 32."""
     mechanisms: Annotated[tuple[Mechanism, ...], Field(strict=False, max_length=100)] = ()

@@ -244,6 +244,7 @@ export const EN_FIELDS = {
   "field.segmentation": "Segmentation",
   "field.sensors": "Sensors",
   "field.sex": "Sex",
+  "field.shading": "Shading",
   "field.shape": "Shape",
   "field.shoes": "Shoes",
   "field.shove": "Shove",

@@ -1,0 +1,11 @@
+from .baked import ALWAYS as ALWAYS
+from .baked import DOOR as DOOR
+from .baked import GAMMA as GAMMA
+from .baked import GENERAL as GENERAL
+from .baked import LAMP as LAMP
+from .baked import BakedLight as BakedLight
+from .baked import LightGroup as LightGroup
+from .baked import LightProbes as LightProbes
+from .baked import LitSurface as LitSurface
+from .baked import coded as coded
+from .baked import linear as linear

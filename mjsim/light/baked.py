@@ -1,0 +1,123 @@
+"""Baked light: light maps of static surfaces, one per group of light that changes together, and probes for the rest.
+
+All light is linear and relative to full light, in which a surface shows its colour as written. The values of pictures
+are its power 1 / GAMMA; since colours are coded by the same power, the coded light times a coded colour is the coded
+product of both, and OpenGL can multiply bytes.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.geometry import Array
+
+GAMMA = 2.2
+"""Exponent from the value of a picture in [0, 1] to linear light."""
+ALWAYS, GENERAL, LAMP, DOOR = "", "light", "lamp/", "door/"
+"""Names of groups: what never changes, the general light, and the prefixes of a lamp and of a door."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LitSurface:
+    """A static visible geom of the compiled model, in the frame of the world."""
+
+    geom: int
+    """Geom in the model."""
+    points: Array
+    """Corners, each once per chart that contains it, shape (n, 3) [m]."""
+    normals: Array
+    """Outward normal at each corner, shape (n, 3)."""
+    texcoords: Array | None
+    """Coordinates of each corner on the surface's own picture, as OpenGL gets them, shape (n, 2); None without one."""
+    lightcoords: NDArray[np.float32]
+    """Coordinates of each corner on the light map, columns and rows in [0, 1], shape (n, 2)."""
+    triangles: NDArray[np.int32]
+    """Indices of corners, counter-clockwise seen from outside, shape (m, 3)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LightGroup:
+    """Light that is switched, dimmed or coloured together."""
+
+    name: str
+    """`""` for what never changes, `light` for the general light, `lamp/NAME`, or `door/NAME`: the difference between
+    the open and the closed door, which may be negative."""
+    texels: NDArray[np.float16]
+    """Irradiance of each texel for weight (1, 1, 1), relative to full light, red, green, blue, shape (h, w, 3)."""
+    start: Array
+    """Weight at the start of the world, red, green, blue, shape (3,)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LightProbes:
+    """Light at the points of a regular grid, for things that move."""
+
+    origin: Array
+    """First point, world frame, shape (3,) [m]."""
+    spacing: Array
+    """Distance of neighbours along x, y and z, shape (3,) [m]."""
+    cubes: NDArray[np.float16]
+    """Irradiance on the six faces +x, -x, +y, -y, +z, -z of a small cube, shape (groups, nx, ny, nz, 6, 3)."""
+
+    def at(self, point: Array, weights: Array) -> Array:
+        """Return the irradiance on the six faces of a small cube, interpolated, shape (6, 3).
+
+        Args:
+            point: World frame, shape (3,) [m]; outside the grid the nearest point of its border counts.
+            weights: Weight of each group, shape (groups, 3).
+        """
+        last = np.array(self.cubes.shape[1:4]) - 1
+        where = np.clip((point - self.origin) / self.spacing, 0.0, last)
+        low = np.minimum(where.astype(np.intp), np.maximum(last - 1, 0))
+        share = where - low
+        total = np.zeros((6, 3))
+        for corner in np.ndindex(2, 2, 2):
+            weight = float(np.prod(np.where(corner, share, 1.0 - share)))
+            if weight > 0.0:
+                total += weight * np.einsum("gfc,gc->fc", self.cubes[:, *(low + corner)].astype(float), weights)
+        return total
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BakedLight:
+    """The light of a compiled world."""
+
+    surfaces: tuple[LitSurface, ...]
+    groups: tuple[LightGroup, ...]
+    probes: LightProbes
+    exposure: float
+    """Factor of all light in pictures; below 1 where the light at the start is brighter than full light."""
+
+    def weights(self, changed: Mapping[str, Array] | None = None) -> Array:
+        """Return the weight of each group, shape (groups, 3).
+
+        Args:
+            changed: Weights, shape (3,) each, of groups that differ from the start, by name.
+        """
+        changed = changed or {}
+        return np.array([changed.get(group.name, group.start) for group in self.groups], dtype=float)
+
+    def total(self, weights: Array) -> NDArray[np.float32]:
+        """Return the exposed light of all groups, shape (h, w, 3); may be above 1, and never negative.
+
+        Args:
+            weights: As `weights` returns them.
+        """
+        total = np.zeros(self.groups[0].texels.shape, np.float32)
+        for group, weight in zip(self.groups, weights, strict=True):
+            if weight.any():
+                total += group.texels.astype(np.float32) * weight.astype(np.float32)
+        exposed: NDArray[np.float32] = np.maximum(np.float32(self.exposure) * total, np.float32(0.0))
+        return exposed
+
+
+def linear(value: Array | float) -> Array:
+    """Return the linear light of values of pictures, in full light at 1."""
+    return np.asarray(np.power(value, GAMMA), dtype=float)
+
+
+def coded(light: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Return the bytes of a light map: light up to 1, coded like the values of pictures."""
+    return np.rint(255.0 * np.power(np.clip(light, 0.0, 1.0), 1.0 / GAMMA)).astype(np.uint8)
