@@ -8,9 +8,8 @@ import pytest
 from numpy.typing import NDArray
 
 from mjsim.bench.rooms import forwarded, look_from, png
-from mjsim.compile import compile_world
+from mjsim.compile import compile_world, triangles_of
 from mjsim.sim import Renderer
-from mjsim.sim.triangles import triangles_of
 from mjsim.world import Source, parse_world
 
 COLORS = np.array([[[200, 0, 0], [0, 200, 0]], [[0, 0, 200], [150, 150, 150]]], dtype=np.uint8)
