@@ -68,10 +68,8 @@ def test_tiles_of_the_floor_begin_at_the_origin_of_the_world_in_rooms_of_any_siz
 
 @pytest.mark.parametrize("heading_deg", [0, 90, 30])
 def test_tiles_of_a_patch_begin_at_the_left_end_of_its_rear_edge(heading_deg):
-    patch = (
-        f", patches: [{{at: [1.3, 0.7], size: [2.3, 1.9], heading_deg: {heading_deg}, texture: tile.png, tile: 0.8}}]"
-    )
-    model = compiled(ROOM.format(left=-3, low=-3, right=5, high=4, tile=50, patches=patch))
+    patch = f"at: [1.3, 0.7], size: [2.3, 1.9], heading_deg: {heading_deg}, name: rug, texture: tile.png, tile: 0.8"
+    model = compiled(ROOM.format(left=-3, low=-3, right=5, high=4, tile=50, patches=f", patches: [{{{patch}}}]"))
     seen, places = quarters_from_above(model, np.array([1.3, 0.7]))
     turn = math.radians(heading_deg)
     away = places - [1.3, 0.7]
