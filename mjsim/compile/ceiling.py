@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 
-from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, color_of
+from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, color_of, tint_of
 from mjsim.compile.solids import Face
 from mjsim.compile.walls import WallBox, add_mesh_geom
 from mjsim.geometry import Array
@@ -30,7 +30,7 @@ def add_ceiling(spec: mujoco.MjSpec, world: World, walls: list[WallBox], lower: 
     geom.material, geom.rgba = "matte", color_of(ceiling.color)
     if ceiling.texture is not None:
         add_material(spec, "ceiling", bounded(world.read_picture(ceiling.texture), LONGEST_TILE_SIDE))
-        geom.material, geom.rgba = "ceiling", [1.0, 1.0, 1.0, 1.0]
+        geom.material, geom.rgba = "ceiling", color_of(tint_of(ceiling))
 
 
 def ceiling_height(ceiling: Ceiling, walls: list[WallBox], top: float) -> float:

@@ -5,7 +5,7 @@ import math
 import mujoco
 import numpy as np
 
-from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, color_of
+from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, color_of, tint_of
 from mjsim.compile.walls import COLLISION, UNDIVIDED, VISUAL
 from mjsim.geometry import Array
 from mjsim.models import bounded
@@ -36,7 +36,7 @@ def add_floor(spec: mujoco.MjSpec, world: World, lower: Array, upper: Array) -> 
         pos=[*center, 0.0],
         size=[*half, UNDIVIDED],
         material="matte" if floor.texture is None else "floor",
-        rgba=color_of(floor.color) if floor.texture is None else [1.0, 1.0, 1.0, 1.0],
+        rgba=color_of(floor.color if floor.texture is None else tint_of(floor)),
         friction=[floor.friction, 0.005, 0.0001],
     )
 
@@ -70,7 +70,7 @@ def add_patches(spec: mujoco.MjSpec, world: World) -> None:
             size=[*half, UNDIVIDED],
             quat=quat,
             material="matte" if patch.texture is None else seen,
-            rgba=color_of(patch.color) if patch.texture is None else [1.0, 1.0, 1.0, 1.0],
+            rgba=color_of(patch.color if patch.texture is None else tint_of(patch)),
         )
 
 

@@ -7,7 +7,7 @@ body of that name on slides. Geoms carry the name too, numbered where there are 
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -15,9 +15,11 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from mjsim.compile.covers import Covers, surface_of
 from mjsim.compile.models import LoadedFile, add_model, original, try_alone
 from mjsim.compile.movers import add_slides
-from mjsim.compile.pictures import add_matte, color_of
+from mjsim.compile.pictures import add_matte, color_of, tint_of
+from mjsim.compile.walls import COLLISION, VISUAL
 from mjsim.errors import WorldError
 from mjsim.geometry import Array
 from mjsim.world import (
@@ -50,7 +52,7 @@ class ObstacleBody:
 
     def add_geom(self, **keys: Any) -> mujoco.MjsGeom:
         """Add a geom whose pose is in the frame of the obstacle."""
-        geom = self.body.add_geom(material="matte", **keys)
+        geom = self.body.add_geom(**{"material": "matte"} | keys)
         if self.frame is not None:
             geom.set_frame(self.frame)
         return geom
@@ -63,12 +65,17 @@ def add_obstacles(spec: mujoco.MjSpec, world: World) -> None:
         WorldError: MuJoCo cannot read the files of some models; each is listed where it is first named.
     """
     originals: dict[str, LoadedFile] = {}
+    covers = Covers(spec)
     tried: set[object] = set()
     faults: dict[str, Fault] = {}
     for index, (obstacle, name) in enumerate(zip(world.obstacles, item_names(world.obstacles), strict=True)):
         stand = _stand(spec, obstacle, f"obstacle/{name}")
         if not isinstance(obstacle, ModelObstacle):
-            _add_shape(spec, stand, obstacle, f"obstacle/{name}")
+            geoms = _add_shape(spec, stand, obstacle, f"obstacle/{name}")
+            if not isinstance(obstacle, SphereObstacle) and obstacle.texture is not None:
+                material = covers.material(obstacle.texture, world.read_picture(obstacle.texture))
+                mesh = covers.mesh(surface_of(spec, geoms), obstacle.tile)
+                _cover(stand, geoms, f"obstacle/{name}/seen", material=material, mesh=mesh, tint=tint_of(obstacle))
             continue
         try:
             _check_alone(obstacle, tried)
@@ -119,7 +126,18 @@ def _stand(spec: mujoco.MjSpec, obstacle: Obstacle, name: str) -> ObstacleBody:
     return ObstacleBody(body, None, solid)
 
 
-def _add_shape(spec: mujoco.MjSpec, stand: ObstacleBody, obstacle: Obstacle, name: str) -> None:
+def _cover(
+    stand: ObstacleBody, geoms: Sequence[mujoco.MjsGeom], name: str, *, material: str, mesh: str, tint: str
+) -> None:
+    """Show a mesh with a texture in place of geoms, which remain for contacts and lidars."""
+    for geom in geoms:
+        geom.group = COLLISION
+    looks: dict[str, Any] = {"material": material, "rgba": color_of(tint), "meshname": mesh, "mass": 0.0}
+    unfelt = {"group": VISUAL, "contype": 0, "conaffinity": 0}
+    stand.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, **looks, **unfelt)
+
+
+def _add_shape(spec: mujoco.MjSpec, stand: ObstacleBody, obstacle: Obstacle, name: str) -> Sequence[mujoco.MjsGeom]:
     keys: dict[str, Any] = {"rgba": color_of(obstacle.color), **stand.solid}
     if obstacle.movable:
         keys["mass"] = obstacle.mass
@@ -127,20 +145,28 @@ def _add_shape(spec: mujoco.MjSpec, stand: ObstacleBody, obstacle: Obstacle, nam
     match obstacle:
         case BoxObstacle(box=(length, width, height)):
             half = [length / 2, width / 2, height / 2]
-            stand.add_geom(name=name, type=geoms.mjGEOM_BOX, size=half, pos=[0.0, 0.0, height / 2], **keys)
+            return [stand.add_geom(name=name, type=geoms.mjGEOM_BOX, size=half, pos=[0.0, 0.0, height / 2], **keys)]
         case CylinderObstacle(cylinder=(radius, height)):
-            size = [radius, height / 2, 0.0]
-            stand.add_geom(name=name, type=geoms.mjGEOM_CYLINDER, size=size, pos=[0.0, 0.0, height / 2], **keys)
+            size, pos = [radius, height / 2, 0.0], [0.0, 0.0, height / 2]
+            return [stand.add_geom(name=name, type=geoms.mjGEOM_CYLINDER, size=size, pos=pos, **keys)]
         case SphereObstacle(sphere=radius):
-            stand.add_geom(name=name, type=geoms.mjGEOM_SPHERE, size=[radius, 0.0, 0.0], pos=[0.0, 0.0, radius], **keys)
+            size, pos = [radius, 0.0, 0.0], [0.0, 0.0, radius]
+            return [stand.add_geom(name=name, type=geoms.mjGEOM_SPHERE, size=size, pos=pos, **keys)]
         case RampObstacle(ramp=(length, width, rise)):
             _add_wedge(spec, name, length=length, width=width, rise=rise)
-            stand.add_geom(name=name, type=geoms.mjGEOM_MESH, meshname=name, **keys)
-        case StepsObstacle(steps=(length, width, rise), count=count):
-            for step in range(1, count + 1):
-                half = [length / count / 2, width / 2, rise * step / count / 2]
-                pos = [length * ((step - 0.5) / count - 0.5), 0.0, half[2]]
-                stand.add_geom(name=f"{name}/{step}", type=geoms.mjGEOM_BOX, size=half, pos=pos, **keys)
+            return [stand.add_geom(name=name, type=geoms.mjGEOM_MESH, meshname=name, **keys)]
+        case StepsObstacle():
+            return [stand.add_geom(type=geoms.mjGEOM_BOX, **step, **keys) for step in _steps(obstacle, name)]
+    raise AssertionError(f"no shape for {obstacle}")
+
+
+def _steps(obstacle: StepsObstacle, name: str) -> Iterator[dict[str, Any]]:
+    """Yield the name, half sizes and position of the box of each step."""
+    (length, width, rise), count = obstacle.steps, obstacle.count
+    for step in range(1, count + 1):
+        half = [length / count / 2, width / 2, rise * step / count / 2]
+        pos = [length * ((step - 0.5) / count - 0.5), 0.0, half[2]]
+        yield {"name": f"{name}/{step}", "size": half, "pos": pos}
 
 
 def _add_wedge(spec: mujoco.MjSpec, name: str, *, length: float, width: float, rise: float) -> None:

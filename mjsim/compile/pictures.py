@@ -6,7 +6,7 @@ import numpy as np
 
 from mjsim.interface import Picture
 from mjsim.models import encode_png
-from mjsim.world import QUIET, modules_across
+from mjsim.world import QUIET, Ceiling, Floor, FloorPatch, Obstacle, Wall, modules_across
 
 LONGEST_BEACON_SIDE = 640
 """Longest side of a beacon's texture [px]: more is invisible at 640 x 480 and does not improve the detection of
@@ -65,3 +65,9 @@ def add_matte(spec: mujoco.MjSpec, name: str) -> mujoco.MjsMaterial:
 def color_of(text: str, *, alpha: float = 1.0) -> list[float]:
     """Return red, green, blue and alpha in [0, 1] of '#rrggbb'."""
     return [int(text[i : i + 2], 16) / 255 for i in (1, 3, 5)] + [alpha]
+
+
+def tint_of(item: Wall | FloorPatch | Floor | Ceiling | Obstacle) -> str:
+    """Return the colour that multiplies the texture of an item: its own, white where it keeps the default."""
+    color = item.color
+    return "#ffffff" if color == type(item).model_fields["color"].default else color

@@ -9,9 +9,11 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
-from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, color_of
+from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, color_of, tint_of
 from mjsim.compile.solids import Face, Faces, Prisms, visible_faces
+from mjsim.compile.unrolling import metric_places, unrolled
 from mjsim.geometry import Array
 from mjsim.models import bounded
 from mjsim.world import Wall, World, item_names, solid_pieces
@@ -85,7 +87,7 @@ def wall_boxes(walls: Sequence[Wall]) -> list[WallBox]:
 
 
 def _finish(wall: Wall) -> WallFinish:
-    return (wall.texture, "#ffffff", wall.tile) if wall.texture else (None, wall.color, 1.0)
+    return (wall.texture, tint_of(wall), wall.tile) if wall.texture else (None, wall.color, 1.0)
 
 
 def add_walls(spec: mujoco.MjSpec, world: World, boxes: Sequence[WallBox]) -> None:
@@ -93,11 +95,13 @@ def add_walls(spec: mujoco.MjSpec, world: World, boxes: Sequence[WallBox]) -> No
     _add_boxes(spec, boxes)
     _add_lines(spec, boxes)
     finishes = list(dict.fromkeys(box.finish for box in boxes))
-    materials = [_material(spec, world, finish, index) for index, finish in enumerate(finishes)]
-    for index, faces in enumerate(_chunks(visible_faces(_prisms(boxes, finishes))), start=1):
-        kind = int(faces.material[0])
+    materials = _materials(spec, world, finishes)
+    faces = visible_faces(_prisms(boxes, finishes))
+    places = _places(faces, np.array([finish[0] is not None for finish in finishes], dtype=bool))
+    for index, (part, part_places) in enumerate(_chunks(faces, places), start=1):
+        kind = int(part.material[0])
         # An item's name cannot contain a colon, so this never equals the name of a box.
-        geom = _add_mesh(spec, f"wall/seen:{index}", faces, tile=finishes[kind][2])
+        geom = _add_mesh(spec, f"wall/seen:{index}", part, part_places / finishes[kind][2])
         geom.material, geom.rgba = materials[kind], color_of(finishes[kind][1])
 
 
@@ -148,17 +152,29 @@ def _prisms(boxes: Sequence[WallBox], finishes: Sequence[WallFinish]) -> Prisms:
     return Prisms(np.array([box.outline for box in boxes]), middle - half, middle + half, finish)
 
 
-def _material(spec: mujoco.MjSpec, world: World, finish: WallFinish, index: int) -> str:
-    texture = finish[0]
-    if texture is None:
-        return "matte"
-    name = f"wall/texture{index + 1}"
-    add_material(spec, name, bounded(world.read_picture(texture), LONGEST_TILE_SIDE))
-    return name
+def _materials(spec: mujoco.MjSpec, world: World, finishes: Sequence[WallFinish]) -> list[str]:
+    """Return the material of each finish; those with one texture share it."""
+    names: dict[str | None, str] = {None: "matte"}
+    for texture, _, _ in finishes:
+        if texture is not None and texture not in names:
+            names[texture] = f"wall/texture{len(names)}"
+            add_material(spec, names[texture], bounded(world.read_picture(texture), LONGEST_TILE_SIDE))
+    return [names[texture] for texture, _, _ in finishes]
 
 
-def _chunks(faces: Faces) -> list[Faces]:
-    """Return the faces by look and by square of the plane."""
+def _places(faces: Faces, textured: NDArray[np.bool_]) -> Array:
+    """Return the position of each corner on its texture, which runs on round edges, shape (n, 2) [m]."""
+    places = metric_places(faces.points, faces.normals)
+    triangles = faces.triangles[textured[faces.material]]
+    if len(triangles):
+        corners, inverse = np.unique(triangles, return_inverse=True)
+        renumbered = inverse.reshape(-1, 3).astype(np.int32)
+        places[corners] = unrolled(faces.points[corners], faces.normals[corners], renumbered)
+    return places
+
+
+def _chunks(faces: Faces, places: Array) -> list[tuple[Faces, Array]]:
+    """Return the faces by look and by square of the plane, with the positions of their corners on a texture."""
     if not len(faces.material):
         return []
     middles = faces.points[faces.triangles, :2].mean(axis=1)
@@ -166,35 +182,32 @@ def _chunks(faces: Faces) -> list[Faces]:
     keys = np.column_stack([faces.material, squares])
     order = np.lexsort(keys.T[::-1])
     ends = np.flatnonzero((keys[order][1:] != keys[order][:-1]).any(axis=1)) + 1
-    return [_with_enough_corners(faces.some(triangles)) for triangles in np.split(order, ends)]
+    return [
+        _with_enough_corners(faces.some(triangles), places[np.unique(faces.triangles[triangles])])
+        for triangles in np.split(order, ends)
+    ]
 
 
-def _with_enough_corners(faces: Faces) -> Faces:
+def _with_enough_corners(faces: Faces, places: Array) -> tuple[Faces, Array]:
     """Return the same faces; a triangle alone in its square has one corner twice, as MuJoCo requires four."""
     if len(faces.points) >= LEAST_CORNERS:
-        return faces
-    points, normals = (np.vstack([each, each[-1:]]) for each in (faces.points, faces.normals))
-    return Faces(points, normals, faces.triangles, faces.material)
+        return faces, places
+    points, normals, places = (np.vstack([each, each[-1:]]) for each in (faces.points, faces.normals, places))
+    return Faces(points, normals, faces.triangles, faces.material), places
 
 
 def add_mesh_geom(spec: mujoco.MjSpec, name: str, faces: Sequence[Face], *, tile: float) -> mujoco.MjsGeom:
     """Add faces to the world as one purely visual mesh, textured by metric tiles."""
-    return _add_mesh(spec, name, Faces.of(faces), tile=tile)
+    joined = Faces.of(faces)
+    return _add_mesh(spec, name, joined, metric_places(joined.points, joined.normals) / tile)
 
 
-def _add_mesh(spec: mujoco.MjSpec, name: str, faces: Faces, *, tile: float) -> mujoco.MjsGeom:
+def _add_mesh(spec: mujoco.MjSpec, name: str, faces: Faces, places: Array) -> mujoco.MjsGeom:
     mesh = spec.add_mesh(name=name, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
     mesh.uservert = faces.points.ravel()
     mesh.usernormal = faces.normals.ravel()
-    mesh.usertexcoord = (_texture_points(faces) / tile).ravel()
+    mesh.usertexcoord = places.ravel()
     mesh.userface = faces.triangles.ravel()
     return spec.worldbody.add_geom(
         name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, group=VISUAL, contype=0, conaffinity=0
     )
-
-
-def _texture_points(faces: Faces) -> Array:
-    """Return the position of each corner on the texture, right and down, shape (n, 2) [m]."""
-    (x, y, z), (nx, ny, nz) = faces.points.T, faces.normals.T
-    level = nz != 0.0
-    return np.column_stack([np.where(level, x, y * nx - x * ny), np.where(level, -y, -z)])

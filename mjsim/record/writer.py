@@ -40,6 +40,7 @@ from mjsim.world import (
     ModelBody,
     ModelObstacle,
     Source,
+    SphereObstacle,
     World,
     escaped,
     is_preset_file,
@@ -301,7 +302,8 @@ def named_pictures(world: World) -> list[str]:
     """Return the pictures that a world names."""
     patches = [patch.texture for patch in world.floor.patches]
     covers = [world.floor.texture, world.ceiling.texture if world.ceiling is not None else None, *patches]
-    named = [*covers, *(wall.texture for wall in world.walls), *(beacon.image for beacon in world.beacons)]
+    things = [thing.texture for thing in world.obstacles if not isinstance(thing, SphereObstacle)]
+    named = [*covers, *things, *(wall.texture for wall in world.walls), *(beacon.image for beacon in world.beacons)]
     return list(dict.fromkeys(name for name in named if name is not None))
 
 

@@ -76,7 +76,7 @@ class Wall(Model):
     color: Color = "#e8e4da"
     """'#rrggbb'."""
     texture: AssetPath | None = None
-    """A texture instead of the colour."""
+    """A texture, multiplied by the colour unless that is the default."""
     tile: Length = 1.0
     """Size of one tile of the texture [m]."""
     openings: Annotated[tuple[Opening, ...], Field(strict=False)] = ()
@@ -121,7 +121,7 @@ class FloorPatch(Model):
     color: Color = "#7d8a96"
     """'#rrggbb'."""
     texture: AssetPath | None = None
-    """A texture instead of the colour."""
+    """A texture, multiplied by the colour unless that is the default."""
     tile: Length = 1.0
     """Size of one tile of the texture, the first at the left end of its rear edge [m]."""
     group: Name | None = None
@@ -137,7 +137,7 @@ class Floor(Model):
     """The level floor."""
 
     texture: AssetPath | None = None
-    """A texture instead of the colour."""
+    """A texture, multiplied by the colour unless that is the default."""
     tile: Length = 2.0
     """Size of one tile of the texture; tiles begin at the world's origin [m]."""
     color: Color = "#b8aa94"
@@ -156,6 +156,6 @@ class Ceiling(Model):
     color: Color = "#f4f2ec"
     """'#rrggbb'."""
     texture: AssetPath | None = None
-    """A texture instead of the colour."""
+    """A texture, multiplied by the colour unless that is the default."""
     tile: Length = 1.2
     """Size of one tile of the texture [m]."""

@@ -107,18 +107,25 @@ class _Obstacle(Model):
         return self
 
 
+class _Covered(_Obstacle):
+    texture: AssetPath | None = None
+    """A texture on all sides, multiplied by the colour unless that is the default."""
+    tile: Length = 1.0
+    """Size of one tile of the texture [m]."""
+
+
 def _sizes(count: int) -> object:
     return Field(strict=False, min_length=count, max_length=count)
 
 
-class BoxObstacle(_Obstacle):
+class BoxObstacle(_Covered):
     """A box."""
 
     box: Annotated[tuple[Length, ...], _sizes(3)]
     """Full size, [length, width, height] [m]."""
 
 
-class CylinderObstacle(_Obstacle):
+class CylinderObstacle(_Covered):
     """A vertical cylinder."""
 
     cylinder: Annotated[tuple[Length, ...], _sizes(2)]
@@ -132,7 +139,7 @@ class SphereObstacle(_Obstacle):
     """Its radius [m]."""
 
 
-class _Fixed(_Obstacle):
+class _Fixed(_Covered):
     @model_validator(mode="after")
     def _stands_still(self) -> Self:
         for key in ("movable", "path"):

@@ -1,0 +1,115 @@
+"""Positions on a texture of the corners of flat faces: metric, and continuous round upright edges.
+
+A texture runs to the right along a wall and downwards. Faces of one plane that touch (beside, above and below a
+doorway) are a sheet, on which it runs on. Sheets that meet in an upright edge are moved along the texture until it runs
+round that edge: the longest ones first, since not all edges of a room can have it.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.geometry import Array
+
+SAME_PLACE, SAME_WAY = 1e-6, 1e-3
+"""Grid of positions [m] and of normals on which corners are the same."""
+LEVEL = 1e-9
+"""Horizontal part of a normal below which a face is level."""
+
+Whole = NDArray[np.int64]
+
+
+class _Edge(NamedTuple):
+    """Two sheets that meet in an upright edge."""
+
+    length: float
+    """Of the shorter sheet [m]."""
+    first: int
+    second: int
+    step: float
+    """Position of the second sheet on the texture relative to that of the first, for a texture that runs on [m]."""
+
+
+def metric_places(points: Array, normals: Array) -> Array:
+    """Return the position of each corner on a texture, right and down, counted from the origin, shape (n, 2) [m].
+
+    Args:
+        points: Corners, each of one flat face, z up, shape (n, 3) [m].
+        normals: Outward normal of the face of each corner, shape (n, 3).
+    """
+    (x, y, z), (nx, ny, nz) = points.T, normals.T
+    level, upright = np.hypot(nx, ny) < LEVEL, nz == 0.0
+    # Of slanted faces: to the right of whoever looks at them, and down the slope.
+    steep = np.where(level | upright, 1.0, np.hypot(nx, ny))
+    right = np.where(level, x, (y * nx - x * ny) / steep)
+    down = np.where(level, -y, np.where(upright, -z, nz * (x * nx + y * ny) / steep - steep * z))
+    return np.column_stack([right, down])
+
+
+def unrolled(points: Array, normals: Array, triangles: NDArray[np.int32]) -> Array:
+    """Return the position of each corner on a texture that runs on round upright edges, shape (n, 2) [m].
+
+    Args:
+        points: Corners, each of one flat face, z up, shape (n, 3) [m].
+        normals: Outward normal of the face of each corner, shape (n, 3).
+        triangles: Indices of corners, shape (m, 3).
+    """
+    places = metric_places(points, normals)
+    upright = np.abs(normals[:, 2]) < SAME_WAY
+    if upright.any():
+        places[upright, 0] += _offsets(points, normals, triangles, places[:, 0], upright)
+    return places
+
+
+def _offsets(
+    points: Array, normals: Array, triangles: NDArray[np.int32], right: Array, upright: NDArray[np.bool_]
+) -> Array:
+    """Return how far the texture is moved to the right at each corner of upright faces [m]."""
+    spots = np.round(points[upright, :2] / SAME_PLACE).astype(np.int64)
+    ways = np.round(normals[upright, :2] / SAME_WAY).astype(np.int64)
+    renumbered = np.cumsum(upright) - 1
+    corners = renumbered[triangles[upright[triangles].all(axis=1)]]
+    sheet = _sheets(np.column_stack([spots, ways]), corners)
+    moved = np.zeros(sheet.max() + 1)
+    group = np.arange(len(moved))
+    members = [[index] for index in range(len(moved))]
+    for edge in sorted(_edges(spots, sheet, right[upright]), reverse=True):
+        one, other = group[edge.first], group[edge.second]
+        if one == other:
+            continue
+        step = moved[edge.first] + edge.step - moved[edge.second]
+        if len(members[one]) < len(members[other]):
+            one, other, step = other, one, -step
+        moved[members[other]] += step
+        group[members[other]] = one
+        members[one] += members[other]
+    return np.asarray(moved[sheet])
+
+
+def _sheets(places: Whole, triangles: Whole) -> Whole:
+    """Return the sheet of each corner: those of triangles that share a place, with the same normal."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    _, node = np.unique(places, axis=0, return_inverse=True)
+    starts, ends = node.ravel()[triangles].ravel(), node.ravel()[np.roll(triangles, -1, axis=1)].ravel()
+    count = int(node.max()) + 1
+    _, sheet = connected_components(coo_array((np.ones(len(starts)), (starts, ends)), shape=(count, count)))
+    return np.asarray(sheet[node.ravel()], dtype=np.int64)
+
+
+def _edges(spots: Whole, sheet: Whole, right: Array) -> list[_Edge]:
+    """Return the upright edges at which sheets meet."""
+    low, high = np.full((2, sheet.max() + 1), [[np.inf], [-np.inf]])
+    np.minimum.at(low, sheet, right)
+    np.maximum.at(high, sheet, right)
+    lengths = high - low
+    _, once = np.unique(np.column_stack([spots, sheet]), axis=0, return_index=True)
+    # Sorted by place: sheets at one place follow each other.
+    meet = np.flatnonzero((spots[once[:-1]] == spots[once[1:]]).all(axis=1))
+    first, second = once[meet], once[meet + 1]
+    shorter = np.minimum(lengths[sheet[first]], lengths[sheet[second]])
+    steps = right[first] - right[second]
+    rows = zip(shorter.tolist(), sheet[first].tolist(), sheet[second].tolist(), steps.tolist(), strict=True)
+    return [_Edge(*row) for row in rows]
