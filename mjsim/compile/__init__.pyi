@@ -5,6 +5,8 @@ from .carriers import robot_from_carrier as robot_from_carrier
 from .checked import check_models as check_models
 from .contacts import GHOST as GHOST
 from .export import export_scene as export_scene
+from .furniture import DRAWN_MERGED as DRAWN_MERGED
+from .furniture import merged_into as merged_into
 from .light import dim_lamp as dim_lamp
 from .light import dim_light as dim_light
 from .light import general_light as general_light

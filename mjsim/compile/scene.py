@@ -10,6 +10,7 @@ from mjsim.compile.ceiling import add_ceiling
 from mjsim.compile.contacts import sort_contacts
 from mjsim.compile.doors import add_doors
 from mjsim.compile.floor import add_floor, add_patches
+from mjsim.compile.furniture import merge_furniture
 from mjsim.compile.light import add_general_light, add_lamps, divide_faces, light_pictures
 from mjsim.compile.mechanisms import add_mechanisms
 from mjsim.compile.obstacles import add_obstacles
@@ -36,8 +37,8 @@ of view [deg]."""
 def compile_world(world: World) -> mujoco.MjSpec:
     """Return the scene of a world, its pictures in memory.
 
-    Geoms of group 0 are visible and collide, of group 1 are visible only, of group 3 collide only. Cameras see groups
-    0 and 1, range sensors 0 and 3.
+    Geoms of group 0 are visible and collide, of group 1 are visible only, of group 3 collide only, of group 4 are shown
+    by a merged mesh. Cameras see groups 0 and 1, range sensors 0 and 3.
 
     Raises:
         UsageError: The world exceeds a limit of MuJoCo.
@@ -57,6 +58,7 @@ def compile_world(world: World) -> mujoco.MjSpec:
     face_of = face_maker(spec, world)
     add_hung_beacons(spec, world, boxes, face_of)
     add_obstacles(spec, world)
+    merge_furniture(spec, world)
     add_doors(spec, world)
     add_walls(spec, world, boxes)
     add_ceiling(spec, world, boxes, lower, upper)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mjsim.geometry import Array
 
@@ -41,10 +41,16 @@ def triangles_of(model: mujoco.MjModel, geom: int) -> Triangles | None:
     return shape_triangles(kind, model.geom_size[geom])
 
 
-def shape_triangles(kind: mujoco.mjtGeom, size: Array) -> Triangles | None:
-    """Return the surface of a shape with MuJoCo's sizes, shape (3,) [m]; None for kinds that have none of their own."""
+def shape_triangles(kind: mujoco.mjtGeom, size: ArrayLike, *, facets: int = FACETS) -> Triangles | None:
+    """Return the surface of a shape.
+
+    Args:
+        kind: Kind of geom; for those without a surface of their own None is returned.
+        size: As MuJoCo defines it, shape (3,) [m].
+        facets: Facets around a round shape, a multiple of 4.
+    """
     make = _SHAPES.get(kind)
-    return None if make is None else make(size)
+    return None if make is None else make(np.asarray(size, dtype=float), facets)
 
 
 def _flat(points: Array, corners: NDArray[np.uint32], places: Array | None = None) -> Triangles:
@@ -111,7 +117,7 @@ def _quads(rows: int, columns: int) -> NDArray[np.uint32]:
     return np.concatenate([one, other]).astype(np.uint32)
 
 
-def _box(size: Array) -> Triangles:
+def _box(size: Array, _: int) -> Triangles:
     """Return a box of half sides (3,) [m]."""
     signs = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
     sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -119,25 +125,25 @@ def _box(size: Array) -> Triangles:
     return _flat(signs * size, np.array(corners, dtype=np.uint32))
 
 
-def _cylinder(size: Array) -> Triangles:
+def _cylinder(size: Array, facets: int) -> Triangles:
     """Return a cylinder of radius and half length [m] along z."""
-    turn = np.linspace(0.0, 2.0 * np.pi, FACETS + 1)
+    turn = np.linspace(0.0, 2.0 * np.pi, facets + 1)
     ring = np.column_stack([np.cos(turn), np.sin(turn)])
     around = np.column_stack([ring, np.zeros(len(ring))])
     side = np.concatenate([np.column_stack([size[0] * ring, np.full(len(ring), z)]) for z in (-size[1], size[1])])
     parts = [Triangles(side, np.tile(around, (2, 1)), np.zeros((len(side), 2)), _quads(2, len(ring)))]
     for up in (-1.0, 1.0):
-        rim = np.column_stack([size[0] * ring[:-1], np.full(FACETS, up * size[1])])
-        fan = np.column_stack([np.zeros(FACETS - 2), np.arange(1, FACETS - 1), np.arange(2, FACETS)])
+        rim = np.column_stack([size[0] * ring[:-1], np.full(facets, up * size[1])])
+        fan = np.column_stack([np.zeros(facets - 2), np.arange(1, facets - 1), np.arange(2, facets)])
         corners = np.asarray(fan if up > 0.0 else fan[:, ::-1], dtype=np.uint32)
-        parts.append(Triangles(rim, np.tile([0.0, 0.0, up], (FACETS, 1)), np.zeros((FACETS, 2)), corners))
+        parts.append(Triangles(rim, np.tile([0.0, 0.0, up], (facets, 1)), np.zeros((facets, 2)), corners))
     return joined(parts)
 
 
-def _ball(size: Array, *, length: float = 0.0) -> Triangles:
+def _ball(size: Array, facets: int, *, length: float = 0.0) -> Triangles:
     """Return an ellipsoid of half axes (3,) [m], its halves moved apart from the middle along z."""
-    turn = np.linspace(0.0, 2.0 * np.pi, FACETS + 1)
-    half = np.linspace(-0.5 * np.pi, 0.0, FACETS // 4 + 1)
+    turn = np.linspace(0.0, 2.0 * np.pi, facets + 1)
+    half = np.linspace(-0.5 * np.pi, 0.0, facets // 4 + 1)
     rise = np.concatenate([half, -half[::-1]] if length else [half, -half[-2::-1]])
     shift = np.repeat([-length, length], len(half)) if length else np.zeros(len(rise))
     level, angle = (grid.ravel() for grid in np.meshgrid(rise, turn, indexing="ij"))
@@ -148,15 +154,15 @@ def _ball(size: Array, *, length: float = 0.0) -> Triangles:
     return Triangles(points, normals, np.zeros((len(unit), 2)), _quads(len(rise), len(turn)))
 
 
-def _sphere(size: Array) -> Triangles:
-    return _ball(np.full(3, size[0]))
+def _sphere(size: Array, facets: int) -> Triangles:
+    return _ball(np.full(3, size[0]), facets)
 
 
-def _capsule(size: Array) -> Triangles:
-    return _ball(np.full(3, size[0]), length=float(size[1]))
+def _capsule(size: Array, facets: int) -> Triangles:
+    return _ball(np.full(3, size[0]), facets, length=float(size[1]))
 
 
-_SHAPES: Mapping[mujoco.mjtGeom, Callable[[Array], Triangles]] = {
+_SHAPES: Mapping[mujoco.mjtGeom, Callable[[Array, int], Triangles]] = {
     mujoco.mjtGeom.mjGEOM_BOX: _box,
     mujoco.mjtGeom.mjGEOM_CYLINDER: _cylinder,
     mujoco.mjtGeom.mjGEOM_ELLIPSOID: _ball,

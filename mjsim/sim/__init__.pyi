@@ -3,6 +3,7 @@ from .canvas import Canvas as Canvas
 from .glb import glb_bytes as glb_bytes
 from .glb import write_glb as write_glb
 from .hands import LedPeople as LedPeople
+from .merged import Merged as Merged
 from .merged_geoms import moving_bodies as moving_bodies
 from .odometry import arc_end as arc_end
 from .odometry import arc_end_slopes as arc_end_slopes

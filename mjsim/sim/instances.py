@@ -4,6 +4,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from mjsim.compile import merged_into
+
 WHOLE = ("wall", "floor", "ceiling")
 """Parts of the building that are one instance each."""
 
@@ -12,11 +14,14 @@ def instances_of(model: mujoco.MjModel) -> tuple[NDArray[np.int32], tuple[str, .
     """Return the instance of each geom, and the names of all instances.
 
     Names are those of the compiled scene: 'beacon/NAME', 'obstacle/NAME', 'door/NAME', the name of a robot, and
-    'wall', 'floor' and 'ceiling' for all of them.
+    'wall', 'floor' and 'ceiling' for all of them. A mesh merged from several objects is no instance: segmented pictures
+    show its parts.
     """
     names: dict[str, int] = {}
-    instances = [names.setdefault(_instance(model, geom), len(names)) for geom in range(model.ngeom)]
-    return np.array(instances, dtype=np.int32), tuple(names)
+    mesh_of, instances = merged_into(model), np.zeros(model.ngeom, dtype=np.int32)
+    for geom in np.flatnonzero(mesh_of >= 0).tolist():
+        instances[geom] = names.setdefault(_instance(model, geom), len(names))
+    return instances, tuple(names)
 
 
 def _instance(model: mujoco.MjModel, geom: int) -> str:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mjsim.compile import Triangles, coarser, joined, triangles_of
 from mjsim.geometry import Array
 from mjsim.sim.hands import is_segment, is_upper
+from mjsim.sim.merged import visible_parts
 
 PLAIN = (0.5, 0.5, 0.5, 1.0)
 """Colour of a geom without one: MuJoCo then uses its material's."""
@@ -72,7 +73,7 @@ def solid_bodies(
     carriers = moving_bodies(model)
     crowd = crowded(model) if sparing else frozenset()
     parts: dict[int, dict[Material, list[int]]] = defaultdict(lambda: defaultdict(list))
-    for geom in np.flatnonzero(np.isin(model.geom_group, groups)).tolist():
+    for geom in visible_parts(model, groups).tolist():
         alpha = _color(model, geom)[3]
         if alpha > 0.0:
             parts[int(carriers[model.geom_bodyid[geom]])][_texture(model, geom), bool(alpha < 1.0)].append(geom)

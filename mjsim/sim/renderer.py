@@ -12,13 +12,12 @@ from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.sim.canvas import Canvas, Quality
 from mjsim.sim.in_view import Frustum, InView, frustum_of
+from mjsim.sim.merged import UNSEEN, Merged
 
 SEEN = (0, 1)
 """Geom groups that onboard cameras see."""
 SEEN_FROM_OUTSIDE = (0, 1, 2)
 """Geom groups in views from outside: also masts and housings of cameras."""
-UNSEEN = 5
-"""Group of geoms excluded from one image."""
 CATEGORIES = mujoco.mjtCatBit.mjCAT_STATIC | mujoco.mjtCatBit.mjCAT_DYNAMIC
 """Static and moving objects, without decoration."""
 
@@ -64,10 +63,12 @@ class Renderer(Closes):
         self._owns_canvas = canvas is None
         self._shape = height, width
         self._rect = mujoco.MjrRect(0, 0, width, height)
+        self._merged = Merged(model)
         self._drawn = np.flatnonzero(np.isin(model.geom_group, groups))
         self._in_view = InView(model, self._drawn)
+        self._apart = InView(model, np.union1d(self._drawn, self._merged.parts)) if len(self._merged.parts) else None
         self._lamps = lamp_lights(model)
-        self._scene = mujoco.MjvScene(model, maxgeom=max(1, len(self._drawn)))
+        self._scene = mujoco.MjvScene(model, maxgeom=max(1, len(self._drawn) + len(self._merged.parts)))
         self._option = mujoco.MjvOption()
         self._option.geomgroup[:] = [group in groups for group in range(len(self._option.geomgroup))]
         self._option.sitegroup[:] = 0
@@ -102,7 +103,8 @@ class Renderer(Closes):
         """Return the geom at each pixel's centre, -1 for none, shape (height, width)."""
         with self._canvas.at_work(self._rect.width, self._rect.height) as canvas:
             self._scene.flags[:] = INSTANCES
-            self._update(data, camera, cull=True)
+            with self._merged.shown_apart():
+                self._update(data, camera, cull=True)
             mujoco.mjr_render(self._rect, self._scene, canvas.mjr)
             self._read(canvas)
         places = self._rgba.view("<u4")[..., 0] & 0xFFFFFF
@@ -152,7 +154,8 @@ class Renderer(Closes):
         model, scene = self._model, self._scene
         mujoco.mjv_updateCamera(model, data, self._camera(camera), scene)
         view = frustum_of(scene, width=self._rect.width, height=self._rect.height)
-        unseen = self._in_view.unseen(data, view) if cull else self._drawn[:0]
+        in_view = self._in_view if self._apart is None or self._merged.intact else self._apart
+        unseen = in_view.unseen(data, view) if cull else self._drawn[:0]
         groups = model.geom_group[unseen]
         model.geom_group[unseen] = UNSEEN
         try:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mjsim.compile import GHOST, dim_lamp, dim_light, lamp_names
 from mjsim.sim.hands import LedHands
-from mjsim.sim.renderer import UNSEEN
+from mjsim.sim.merged import UNSEEN, Merged
 from mjsim.world import Looks, ReachEvent, World, WorldEvent, first_looks, item_names
 
 FREE = 6
@@ -25,7 +25,7 @@ class Scenery:
         self._looks = first_looks(world)
         self._lamps = dict(zip(item_names(world.lamps), zip(world.lamps, lamp_names(world), strict=True), strict=True))
         self._hands = LedHands(model, world)
-        self._groups = model.geom_group.copy()
+        self._merged = Merged(model)
         self._contacts = np.stack([model.geom_contype, model.geom_conaffinity])
 
     @property
@@ -61,6 +61,7 @@ class Scenery:
     def _take_away(self, name: str) -> None:
         """Hide an object from cameras, rays and contacts; a free body stays on the floor."""
         model, geoms = self._model, self.geoms(name)
+        self._merged.take_out(geoms)
         model.geom_group[geoms] = UNSEEN
         solid = geoms[(model.geom_contype[geoms] | model.geom_conaffinity[geoms]) != 0]
         model.geom_contype[solid] = model.geom_conaffinity[solid] = 0
@@ -74,7 +75,7 @@ class Scenery:
 
     def _bring_back(self, name: str) -> None:
         geoms = self.geoms(name)
-        self._model.geom_group[geoms] = self._groups[geoms]
+        self._model.geom_group[geoms] = self._merged.groups_apart[geoms]
         self._model.geom_contype[geoms], self._model.geom_conaffinity[geoms] = self._contacts[:, geoms]
 
     def geoms(self, name: str) -> NDArray[np.intp]:

@@ -6,7 +6,7 @@ import numpy as np
 from mjsim.compile import compile_world, compiled
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
-from mjsim.sim.renderer import UNSEEN
+from mjsim.sim.merged import UNSEEN
 from mjsim.sim.scenery import Scenery
 from mjsim.world import Looks, World
 

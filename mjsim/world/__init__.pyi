@@ -213,6 +213,7 @@ from .plan import obstacle_polygons as obstacle_polygons
 from .plan import person_outlines as person_outlines
 from .plan import placed_targets as placed_targets
 from .plan import prisms as prisms
+from .plan import room_polygons as room_polygons
 from .plan import route_of as route_of
 from .plan import segments as segments
 from .plan import solid as solid

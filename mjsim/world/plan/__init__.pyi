@@ -24,6 +24,7 @@ from .polygons import obstacle_polygons as obstacle_polygons
 from .polygons import segments as segments
 from .polygons import solid as solid
 from .polygons import wall_polygons as wall_polygons
+from .rooms import room_polygons as room_polygons
 from .routes import Route as Route
 from .routes import extent as extent
 from .routes import route_of as route_of
