@@ -1,0 +1,360 @@
+"""Bakes the light of a compiled world: direct light of lamps, windows and sky, and all reflections on static surfaces.
+
+Reflected light is computed in cells of some texels by gathering along stored rays, until it no longer changes.
+
+References:
+    Cohen, Wallace: Radiosity and Realistic Image Synthesis (1993), sections 4 and 5.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.geometry import Array
+from mjsim.light.baked import ALWAYS, GENERAL, LAMP, BakedLight, LightGroup, LightProbes, LitSurface, linear
+from mjsim.light.casting import FEW, Crew, Gathered, Surroundings, behind, crew_of, gathered, lit, processors
+from mjsim.light.emitters import inside_of, lamp_color, lamp_rectangle, window_rectangles
+from mjsim.light.geometry import TEXEL, Shape, moved_doors, shape_of
+from mjsim.light.probes import Grid, grid_of
+from mjsim.light.rays import Light, Points, Rectangle
+from mjsim.light.spread import ROUNDS, filled, finer, on_image, smoothed
+from mjsim.light.texels import Cells, cells_of
+from mjsim.world import LampEvent, World, item_names
+
+CELL, MOST_CELLS = 0.1, 110_000
+"""Least side of a cell [m], and the approximate limit of cells above which they are larger."""
+RAYS = 12
+"""Rays per side of the hemisphere of a cell."""
+PROBE_RAYS = 8
+"""The same for a side of a probe."""
+TESTS, BURIED = 2, 0.7
+"""Rays per side of the hemisphere that find texels within solids, and the least share that hit from behind."""
+SETTLED, MOST_BOUNCES = 0.002, 40
+"""Largest change of light, relative to full light, at which reflection ends, and the most reflections."""
+MEAN, LEAST_GAIN, MOST_GAIN = 0.75, 0.3, 4.0
+"""Mean general light of floor and walls within rooms, and bounds of the factor that makes it so."""
+BRIGHTEST, WHITE = 0.95, 1.0
+"""Share of texels within rooms that are at most full light at the start, if lamps would make them brighter."""
+REACH = 6.0
+"""Distance from a door within which it changes what rays hit [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sources:
+    """All that shines, and the group of each."""
+
+    names: tuple[str, ...]
+    """Names of the groups."""
+    start: Array
+    """Weight of each group at the start, shape (groups, 3)."""
+    rectangles: tuple[Rectangle, ...]
+    """Lamps and windows."""
+    colors: Light
+    """How much each rectangle adds to the light of each group of weight 1, shape (rectangles, 3 groups)."""
+
+
+def bake(
+    world: World,
+    model: mujoco.MjModel,
+    *,
+    processes: int | None = None,
+    texel: float = TEXEL,
+    done: Callable[[float], None] = lambda share: None,
+) -> BakedLight:
+    """Return the light of a compiled world.
+
+    Args:
+        world: The world.
+        model: The compiled world; not changed.
+        processes: Number of processes that cast rays; the light does not depend on it.
+        texel: Least side of a texel [m].
+        done: Called with the share of the work that is done, in [0, 1].
+    """
+    groups = len(_groups(world)) + len(moved_doors(world))
+    shape = shape_of(world, model, groups=groups, texel=texel)
+    few = len(shape.texels.at) < FEW
+    with crew_of((1 if few else processors()) if processes is None else processes) as crew:
+        return _Bake(world, shape, crew, done).light()
+
+
+class _Bake:
+    """One bake; keeps what its steps share."""
+
+    def __init__(self, world: World, shape: Shape, crew: Crew, done: Callable[[float], None]) -> None:
+        self._world, self._shape, self._crew, self._report = world, shape, crew, done
+        self._windows = window_rectangles(world, shape.room()[0])
+        self._sources = _sources(world, self._windows)
+        self._side = max(1, round(max(CELL, _cell_side(shape)) / float(shape.charts.size.max(initial=TEXEL))))
+        self._done, self._total = 0.0, 1.0
+
+    def light(self) -> BakedLight:
+        """Return the light."""
+        shape, sources = self._shape, self._sources
+        around = self._around(np.zeros(0, np.int32))
+        buried = np.concatenate(self._crew.run(behind, around, shape.points, TESTS)) >= BURIED
+        cells = cells_of(shape.texels, ~buried, shape.charts, self._side)
+        grid = grid_of(self._world, shape)
+        self._total = 1.05 * (len(buried) + len(cells.lead) + len(grid.points.points))
+        image = on_image(shape.charts.shape, shape.texels.at, cells.of.astype(np.int32), -1)
+        around = self._around(np.asarray(filled(image, image >= 0)).astype(np.int32).ravel())
+        base = self._solved(around, cells, ~buried)
+        maps, probes = [self._map(base, cells, ~buried)], [self._probed(around, grid, base)]
+        names, start = list(sources.names), list(sources.start)
+        for name in shape.ajar:
+            opened = self._opened(base, name, cells, ~buried, image)
+            weights = np.repeat(sources.start, 1, axis=0)
+            difference = self._map(opened, cells, ~buried) - maps[0]
+            maps.append(np.einsum("hwgc,gc->hwc", difference, weights)[:, :, None].astype(np.float32))
+            change = self._probed(opened.around, grid, opened) - probes[0]
+            probes.append(np.einsum("ngfc,gc->nfc", change, weights)[:, None].astype(np.float32))
+            names.append(name)
+            start.append(_opening(self._world, name))
+        return self._result(names, np.array(start), maps, probes, grid, ~buried)
+
+    def _around(self, cells: NDArray[np.int32], opened: str | None = None) -> Surroundings:
+        room, names = self._shape.room(self._windows, opened=opened)
+        return Surroundings(room, names, self._shape.charts, cells)
+
+    def _advance(self, count: int) -> None:
+        self._done += count
+        self._report(min(self._done / self._total, 1.0))
+
+    def _solved(self, around: Surroundings, cells: Cells, valid: NDArray[np.bool_]) -> "_Solved":
+        """Return the light with all doors that move closed."""
+        direct = np.zeros((len(valid), self._sources.colors.shape[1]), np.float32)
+        direct[valid] = self._lit(around, self._shape.points.some(valid))
+        direct += self._own()
+        leads = self._shape.points.some(cells.lead)
+        rays = _joined(self._crew.run(gathered, around, leads, RAYS, len(cells.lead), done=self._advance))
+        return self._settled(around, cells, direct, rays)
+
+    def _lit(self, around: Surroundings, at: Points) -> Light:
+        rectangles, colors = self._sources.rectangles, self._sources.colors
+        light: Light = np.concatenate(
+            [np.zeros((0, colors.shape[1]), np.float32)]
+            + self._crew.run(lit, around, at, rectangles, colors, done=self._advance)
+        )
+        return light
+
+    def _own(self) -> Light:
+        """Return the light that ceilings and glowing surfaces have of themselves, shape (texels, 3 groups)."""
+        own = [
+            [solid.glow + float(self._world.ceiling is not None and solid.is_ceiling)] for solid in self._shape.solids
+        ]
+        return self._shape.of_solids(np.array(own)) * _as_general(self._sources)
+
+    def _settled(self, around: Surroundings, cells: Cells, direct: Light, rays: Gathered) -> "_Solved":
+        groups = len(self._sources.names)
+        albedo = cells.mean(self._shape.of_solids([solid.albedo for solid in self._shape.solids]))
+        sky = rays.sky[:, None] * _as_general(self._sources)
+        outgoing, reflected = cells.mean(direct), np.zeros((len(albedo), 3 * groups), np.float32)
+        first = outgoing + sky
+        albedo = np.tile(albedo, groups)
+        for _ in range(MOST_BOUNCES):
+            leaving = np.vstack([albedo * (first + reflected), np.zeros((1, 3 * groups), np.float32)])
+            before, reflected = reflected, _gather(rays.hits, leaving)
+            if np.abs(reflected - before).max(initial=0.0) < SETTLED:
+                break
+        leaving = np.vstack([albedo * (first + reflected), np.zeros((1, 3 * groups), np.float32)])
+        return _Solved(around, direct, reflected + sky, leaving, rays)
+
+    def _opened(
+        self, base: "_Solved", name: str, cells: Cells, valid: NDArray[np.bool_], image: NDArray[np.generic]
+    ) -> "_Solved":
+        """Return the light with one door open: what lies near it is computed again."""
+        shape = self._shape
+        around = self._around(base.around.cells, opened=name)
+        leaf = np.isin(shape.owner, list(shape.ajar[name][1]))
+        middle = shape.corners[leaf].reshape(-1, 3).mean(axis=0)
+        near = np.linalg.norm(shape.texels.points - middle, axis=1) < REACH
+        direct = base.direct.copy()
+        again = near & valid
+        direct[again] = self._lit(around, shape.points.some(again)) + self._own()[again]
+        chosen = np.flatnonzero(near[cells.lead])
+        rays = _joined(
+            self._crew.run(gathered, around, shape.points.some(cells.lead[chosen]), RAYS, len(cells.lead))
+        )
+        hits, sky = base.rays.hits.copy(), base.rays.sky.copy()
+        hits[:, chosen], sky[chosen] = rays.hits, rays.sky
+        return self._settled(around, cells, direct, Gathered(hits, sky, base.rays.behind))
+
+    def _map(self, solved: "_Solved", cells: Cells, valid: NDArray[np.bool_]) -> Light:
+        """Return the light of each group on the atlas, shape (rows, columns, groups, 3)."""
+        texels, charts = self._shape.texels, self._shape.charts
+        fine = finer(solved.indirect, cells, texels, charts.shape, self._side)
+        known = np.asarray(on_image(charts.shape, texels.at, valid, False)).astype(bool)
+        image = smoothed(
+            np.asarray(on_image(charts.shape, texels.at, fine, 0.0), np.float32), known, ROUNDS * self._side
+        )
+        image += np.asarray(on_image(charts.shape, texels.at, solved.direct, 0.0), np.float32)
+        whole: Light = np.asarray(filled(image, known), np.float32)
+        return whole.reshape(*charts.shape, -1, 3)
+
+    def _probed(self, around: Surroundings, grid: Grid, solved: "_Solved") -> Light:
+        """Return the light of each group on the sides of all probes, shape (probes, groups, 6, 3)."""
+        rays = _joined(
+            self._crew.run(gathered, around, grid.points, PROBE_RAYS, len(solved.leaving) - 1, done=self._advance)
+        )
+        light = _gather(rays.hits, solved.leaving) + rays.sky[:, None] * _as_general(self._sources)
+        light += self._lit(around, grid.points)
+        sides = light.reshape(-1, 6, len(self._sources.names), 3).transpose(0, 2, 1, 3)
+        return grid.outside_solids(sides, rays.behind.reshape(-1, 6).mean(axis=1))
+
+    def _result(
+        self,
+        names: Sequence[str],
+        start: Array,
+        maps: Sequence[Light],
+        probes: Sequence[Light],
+        grid: Grid,
+        valid: NDArray[np.bool_],
+    ) -> BakedLight:
+        whole, cubes = np.concatenate(maps, axis=2), np.concatenate(probes, axis=1)
+        texels, columns = self._shape.texels, self._shape.charts.shape[1]
+        inside = valid & self._counted()
+        rooms = whole[texels.at[inside] // columns, texels.at[inside] % columns]
+        gain = np.ones(len(names), np.float32)
+        general = names.index(GENERAL)
+        mean = float(rooms[:, general].mean()) if inside.any() else MEAN
+        gain[general] = np.clip(MEAN / max(mean, 1e-6), LEAST_GAIN, MOST_GAIN)
+        # A door changes general light and lamps together; what it changes mostly is the first.
+        gain[len(self._sources.names) :] = gain[general]
+        whole, cubes = whole * gain[:, None], cubes * gain[:, None, None]
+        bright = np.einsum("ngc,gc->n", rooms * gain[:, None], start) / 3.0
+        exposure = min(1.0, WHITE / max(float(np.quantile(bright, BRIGHTEST)) if len(bright) else WHITE, 1e-6))
+        groups = tuple(
+            LightGroup(name, rounded(whole[:, :, index]), start[index]) for index, name in enumerate(names)
+        )
+        return BakedLight(surfaces_of(self._shape), groups, grid.probes(cubes), exposure)
+
+    def _counted(self) -> NDArray[np.bool_]:
+        """Return the texels of floors and walls within rooms."""
+        texels = self._shape.texels
+        up = texels.normals[:, 2]
+        counted = (np.abs(up) < 0.1) | ((up > 0.9) & (texels.points[:, 2] < 0.1))
+        counted[counted] = inside_of(self._world)((texels.points + 0.1 * texels.normals)[counted, :2])
+        return counted
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Solved:
+    """The light of all groups, one state of the doors."""
+
+    around: Surroundings
+    direct: Light
+    """Of lamps, windows and glowing surfaces on texels, shape (texels, 3 groups)."""
+    indirect: Light
+    """Of the sky and reflected on cells, shape (cells, 3 groups)."""
+    leaving: Light
+    """What each cell reflects, and a row of zeros, shape (cells + 1, 3 groups)."""
+    rays: Gathered
+
+
+def _groups(world: World) -> dict[str, Array]:
+    """Return the weight at the start of each group of light, without doors."""
+    changed = {event.lamp for event in world.run.events if isinstance(event, LampEvent)}
+    groups = {GENERAL: linear(np.full(3, world.light))}
+    if len(changed) < len(world.lamps):
+        groups[ALWAYS] = np.ones(3)
+    for name, lamp in zip(item_names(world.lamps), world.lamps, strict=True):
+        if name in changed:
+            groups[f"{LAMP}{name}"] = lamp_weight(lamp.color, lamp.brightness)
+    return groups
+
+
+def lamp_weight(color: str, brightness: float) -> Array:
+    """Return the weight of a lamp's group, shape (3,)."""
+    return np.asarray(lamp_color(color) * linear(brightness), dtype=float)
+
+
+def _sources(world: World, windows: Sequence[Rectangle]) -> Sources:
+    groups = _groups(world)
+    names = tuple(groups)
+    rectangles, colors = list(windows), [_color(names, GENERAL, np.ones(3)) for _ in windows]
+    for name, lamp in zip(item_names(world.lamps), world.lamps, strict=True):
+        alone = f"{LAMP}{name}" in groups
+        rectangles.append(lamp_rectangle(lamp))
+        weight = np.ones(3) if alone else lamp_weight(lamp.color, lamp.brightness)
+        colors.append(_color(names, f"{LAMP}{name}" if alone else ALWAYS, weight))
+    table = np.array(colors, dtype=np.float32).reshape(len(rectangles), 3 * len(names))
+    return Sources(names, np.array(list(groups.values())), tuple(rectangles), table)
+
+
+def _color(names: Sequence[str], name: str, color: Array) -> Light:
+    row = np.zeros((len(names), 3), np.float32)
+    row[names.index(name)] = color
+    return row.ravel()
+
+
+def _as_general(sources: Sources) -> Light:
+    """Return a row that adds white light to the general light, shape (3 groups,)."""
+    return _color(sources.names, GENERAL, np.ones(3))
+
+
+def _opening(world: World, name: str) -> Array:
+    """Return how far a door is open at the start, relative to where events open it, as a weight, shape (3,)."""
+    from mjsim.world import leaves
+
+    target = moved_doors(world)
+    for leaf in leaves(world):
+        if name.endswith(f"/{leaf.name}") and leaf.name in target:
+            share = np.deg2rad(leaf.door.angle_deg) / target[leaf.name] if target[leaf.name] else 0.0
+            return np.full(3, float(np.clip(share, 0.0, 1.0)))
+    return np.zeros(3)
+
+
+def _cell_side(shape: Shape) -> float:
+    return float(np.sqrt(shape.charts.count.prod(axis=1).sum() / MOST_CELLS)) * float(shape.charts.size.max())
+
+
+def _gather(hits: NDArray[np.int32], leaving: Light) -> Light:
+    """Return the mean over rays of what cells reflect, shape (n, k)."""
+    total = np.zeros((hits.shape[1], leaving.shape[1]), np.float32)
+    for row in hits:
+        total += leaving[row]
+    return total / np.float32(len(hits))
+
+
+def _joined(parts: Sequence[Gathered]) -> Gathered:
+    if not parts:
+        return Gathered(np.zeros((1, 0), np.int32), np.zeros(0, np.float32), np.zeros(0, np.float32))
+    return Gathered(
+        np.concatenate([part.hits for part in parts], axis=1),
+        np.concatenate([part.sky for part in parts]),
+        np.concatenate([part.behind for part in parts]),
+    )
+
+
+def rounded(light: Light) -> NDArray[np.float16]:
+    """Return light with 7 of the 10 bits of its fractions, which is finer than a picture and takes less room."""
+    bits = (np.clip(light, -6e4, 6e4).astype(np.float16).view(np.uint16) + np.uint16(4)) & np.uint16(0xFFF8)
+    return bits.view(np.float16)
+
+
+def surfaces_of(shape: Shape) -> tuple[LitSurface, ...]:
+    """Return the static surfaces with their coordinates on the light map."""
+    found, first = [], 0
+    size = np.array(shape.charts.shape[::-1])
+    for solid in shape.solids:
+        charts = shape.charts.of[first : first + len(solid.triangles)]
+        first += len(solid.triangles)
+        kept = charts >= 0
+        if solid.moves or not kept.any():
+            continue
+        pairs = np.stack([charts[kept].repeat(3), solid.triangles[kept].ravel().astype(np.int64)], axis=1)
+        unique, corner = np.unique(pairs, axis=0, return_inverse=True)
+        points = solid.points[unique[:, 1]]
+        found.append(
+            LitSurface(
+                solid.geom,
+                points,
+                solid.normals[unique[:, 1]],
+                None if solid.texcoords is None else solid.texcoords[unique[:, 1]],
+                (shape.charts.on_atlas(points, unique[:, 0]) / size).astype(np.float32),
+                corner.reshape(-1, 3).astype(np.int32),
+            )
+        )
+    return tuple(found)

@@ -1,0 +1,111 @@
+"""What stands still in a compiled model: visible surfaces as triangles in the world, with colour and own light."""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.compile import triangles_of
+from mjsim.geometry import Array
+from mjsim.light.baked import GAMMA
+
+VISIBLE = (0, 1)
+"""Groups of geoms that cameras see."""
+UNSET = (0.5, 0.5, 0.5, 1.0)
+"""Colour of a geom without one: MuJoCo then uses its material's."""
+OPAQUE = 0.5
+"""Least alpha of a surface that casts a shadow."""
+STRIDE = 17
+"""Every so many-th pixel counts for the mean colour of a picture: coprime with usual widths."""
+PICTURE, CEILING, BACK = "beacon/", "ceiling", ":back"
+"""Names of geoms: pictures and markers, the ceiling, and backs of pictures."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solid:
+    """A visible geom, in the frame of the world at the start."""
+
+    geom: int
+    """Geom in the model."""
+    points: Array
+    """Shape (n, 3) [m]."""
+    normals: Array
+    """Outward, shape (n, 3)."""
+    texcoords: Array | None
+    """Shape (n, 2); None without a picture."""
+    triangles: NDArray[np.int32]
+    """Shape (m, 3)."""
+    albedo: Array
+    """Mean linear reflectance, red, green, blue, shape (3,)."""
+    glow: float
+    """Own light relative to full light."""
+    shades: bool
+    """Whether it casts shadows and reflects light; flat pictures on walls do neither."""
+    is_ceiling: bool
+    """Whether it is the ceiling, which has the general light."""
+    moves: bool
+    """Whether it can move: then it casts shadows at its place at the start, but has no light map."""
+
+
+def static_geoms(model: mujoco.MjModel) -> NDArray[np.intp]:
+    """Return the visible geoms that cannot move."""
+    still = model.body_weldid[model.geom_bodyid] == 0
+    still &= model.body_mocapid[model.body_rootid[model.geom_bodyid]] < 0
+    return np.flatnonzero(still & np.isin(model.geom_group, VISIBLE))
+
+
+def solid_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Solid | None:
+    """Return a geom as triangles in the world; None if it has no surface of triangles."""
+    shape = triangles_of(model, geom)
+    if shape is None or not len(shape.corners):
+        return None
+    turned, material = data.geom_xmat[geom].reshape(3, 3), int(model.geom_matid[geom])
+    name = model.geom(geom).name
+    textured = texture_of(model, geom) >= 0
+    return Solid(
+        geom,
+        shape.points @ turned.T + data.geom_xpos[geom],
+        shape.normals @ turned.T,
+        shape.places if textured else None,
+        shape.corners.astype(np.int32),
+        albedo_of(model, geom),
+        # The emission of pictures cancels the general light on them; it is not light of their own.
+        0.0 if material < 0 or name.startswith(PICTURE) else float(model.mat_emission[material]),
+        not name.startswith(PICTURE) and BACK not in name and _alpha(model, geom) >= OPAQUE,
+        name == CEILING,
+        bool(model.body_weldid[model.geom_bodyid[geom]] != 0),
+    )
+
+
+def texture_of(model: mujoco.MjModel, geom: int) -> int:
+    """Return the texture of a geom, -1 without one."""
+    material = int(model.geom_matid[geom])
+    return -1 if material < 0 else int(model.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB])
+
+
+def albedo_of(model: mujoco.MjModel, geom: int) -> Array:
+    """Return the mean linear reflectance of a geom, red, green, blue, shape (3,)."""
+    own = np.ones(3) if model.geom(geom).name.startswith(PICTURE) else _color(model, geom)[:3]
+    texture = texture_of(model, geom)
+    mean = np.ones(3) if texture < 0 else np.power(texture_sample(model, texture) / 255.0, GAMMA).mean(axis=0)
+    return np.power(own, GAMMA) * mean
+
+
+def texture_sample(model: mujoco.MjModel, texture: int) -> NDArray[np.uint8]:
+    """Return some pixels of a texture, evenly chosen, shape (n, 3)."""
+    first, channels = int(model.tex_adr[texture]), int(model.tex_nchannel[texture])
+    count = int(model.tex_height[texture]) * int(model.tex_width[texture])
+    pixels = model.tex_data[first : first + count * channels].reshape(count, channels)[::STRIDE]
+    chosen: NDArray[np.uint8] = pixels[:, :3] if channels >= 3 else np.repeat(pixels[:, :1], 3, axis=1)
+    return chosen
+
+
+def _color(model: mujoco.MjModel, geom: int) -> Array:
+    color, material = model.geom_rgba[geom], int(model.geom_matid[geom])
+    of_material = material >= 0 and np.allclose(color, UNSET)
+    return np.asarray(model.mat_rgba[material] if of_material else color, dtype=float)
+
+
+def _alpha(model: mujoco.MjModel, geom: int) -> float:
+    return float(_color(model, geom)[3])

@@ -1,0 +1,11 @@
+"""A process that casts rays for another; `mjsim.light.casting` starts it."""
+
+import os
+
+from mjsim.light.casting import serve
+
+if __name__ == "__main__":
+    answers = os.fdopen(os.dup(1), "wb")
+    # What libraries print must not end up between the answers.
+    os.dup2(2, 1)
+    serve(os.fdopen(os.dup(0), "rb"), answers)
