@@ -1,3 +1,5 @@
+from .bake import bake as bake
+from .bake import lamp_weight as lamp_weight
 from .baked import ALWAYS as ALWAYS
 from .baked import DOOR as DOOR
 from .baked import GAMMA as GAMMA
@@ -9,3 +11,4 @@ from .baked import LightProbes as LightProbes
 from .baked import LitSurface as LitSurface
 from .baked import coded as coded
 from .baked import linear as linear
+from .world_light import light_of as light_of

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array
-from mjsim.light.baked import ALWAYS, GENERAL, LAMP, BakedLight, LightGroup, LightProbes, LitSurface, linear
+from mjsim.light.baked import ALWAYS, GENERAL, LAMP, BakedLight, LightGroup, LitSurface, linear
 from mjsim.light.casting import FEW, Crew, Gathered, Surroundings, behind, crew_of, gathered, lit, processors
 from mjsim.light.emitters import inside_of, lamp_color, lamp_rectangle, window_rectangles
 from mjsim.light.geometry import TEXEL, Shape, moved_doors, shape_of
@@ -98,7 +98,9 @@ class _Bake:
         cells = cells_of(shape.texels, ~buried, shape.charts, self._side)
         grid = grid_of(self._world, shape)
         self._total = 1.05 * (len(buried) + len(cells.lead) + len(grid.points.points))
-        image = on_image(shape.charts.shape, shape.texels.at, cells.of.astype(np.int32), -1)
+        image: NDArray[np.int32] = np.asarray(
+            on_image(shape.charts.shape, shape.texels.at, cells.of.astype(np.int32), -1), np.int32
+        )
         around = self._around(np.asarray(filled(image, image >= 0)).astype(np.int32).ravel())
         base = self._solved(around, cells, ~buried)
         maps, probes = [self._map(base, cells, ~buried)], [self._probed(around, grid, base)]
@@ -133,10 +135,8 @@ class _Bake:
 
     def _lit(self, around: Surroundings, at: Points) -> Light:
         rectangles, colors = self._sources.rectangles, self._sources.colors
-        light: Light = np.concatenate(
-            [np.zeros((0, colors.shape[1]), np.float32)]
-            + self._crew.run(lit, around, at, rectangles, colors, done=self._advance)
-        )
+        parts = self._crew.run(lit, around, at, rectangles, colors, done=self._advance)
+        light: Light = np.concatenate([np.zeros((0, colors.shape[1]), np.float32), *parts])
         return light
 
     def _own(self) -> Light:
@@ -144,7 +144,7 @@ class _Bake:
         own = [
             [solid.glow + float(self._world.ceiling is not None and solid.is_ceiling)] for solid in self._shape.solids
         ]
-        return self._shape.of_solids(np.array(own)) * _as_general(self._sources)
+        return self._shape.of_solids([np.array(each) for each in own]) * _as_general(self._sources)
 
     def _settled(self, around: Surroundings, cells: Cells, direct: Light, rays: Gathered) -> "_Solved":
         groups = len(self._sources.names)
@@ -162,7 +162,7 @@ class _Bake:
         return _Solved(around, direct, reflected + sky, leaving, rays)
 
     def _opened(
-        self, base: "_Solved", name: str, cells: Cells, valid: NDArray[np.bool_], image: NDArray[np.generic]
+        self, base: "_Solved", name: str, cells: Cells, valid: NDArray[np.bool_], image: NDArray[np.int32]
     ) -> "_Solved":
         """Return the light with one door open: what lies near it is computed again."""
         shape = self._shape
@@ -174,9 +174,7 @@ class _Bake:
         again = near & valid
         direct[again] = self._lit(around, shape.points.some(again)) + self._own()[again]
         chosen = np.flatnonzero(near[cells.lead])
-        rays = _joined(
-            self._crew.run(gathered, around, shape.points.some(cells.lead[chosen]), RAYS, len(cells.lead))
-        )
+        rays = _joined(self._crew.run(gathered, around, shape.points.some(cells.lead[chosen]), RAYS, len(cells.lead)))
         hits, sky = base.rays.hits.copy(), base.rays.sky.copy()
         hits[:, chosen], sky[chosen] = rays.hits, rays.sky
         return self._settled(around, cells, direct, Gathered(hits, sky, base.rays.behind))
@@ -225,9 +223,7 @@ class _Bake:
         whole, cubes = whole * gain[:, None], cubes * gain[:, None, None]
         bright = np.einsum("ngc,gc->n", rooms * gain[:, None], start) / 3.0
         exposure = min(1.0, WHITE / max(float(np.quantile(bright, BRIGHTEST)) if len(bright) else WHITE, 1e-6))
-        groups = tuple(
-            LightGroup(name, rounded(whole[:, :, index]), start[index]) for index, name in enumerate(names)
-        )
+        groups = tuple(LightGroup(name, rounded(whole[:, :, index]), start[index]) for index, name in enumerate(names))
         return BakedLight(surfaces_of(self._shape), groups, grid.probes(cubes), exposure)
 
     def _counted(self) -> NDArray[np.bool_]:

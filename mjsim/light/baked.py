@@ -43,7 +43,7 @@ class LightGroup:
 
     name: str
     """`""` for what never changes, `light` for the general light, `lamp/NAME`, or `door/NAME`: the difference between
-    the open and the closed door, which may be negative."""
+    the door open as events open it and closed, which may be negative; its weight is how far it is open, in [0, 1]."""
     texels: NDArray[np.float16]
     """Irradiance of each texel for weight (1, 1, 1), relative to full light, red, green, blue, shape (h, w, 3)."""
     start: Array

@@ -89,7 +89,9 @@ def gathered(around: Surroundings, at: Points, side: int, count: int) -> Gathere
         lit = (names >= 0) & ~behind[found]
         lit[lit] = around.charts.of[names[lit]] >= 0
         found, names = found[lit], names[lit]
-        texels = around.charts.texel(starts[found] + distances[found, None] * directions[found], around.charts.of[names])
+        texels = around.charts.texel(
+            starts[found] + distances[found, None] * directions[found], around.charts.of[names]
+        )
         row[found] = around.cells[texels]
         sky += (triangles < 0) & (directions[:, 2] > 0.0)
         back += behind
@@ -136,7 +138,9 @@ class Crew:
                 self._free.put(worker)
 
         results = []
-        for part, result in zip(parts, map(one, parts) if self._pool is None else self._pool.map(one, parts), strict=True):
+        for part, result in zip(
+            parts, map(one, parts) if self._pool is None else self._pool.map(one, parts), strict=True
+        ):
             results.append(result)
             done(len(part.points))
         return results
@@ -203,7 +207,7 @@ def _worker() -> Iterator[_Worker]:
 
 def serve(requests: IO[bytes], answers: IO[bytes]) -> None:
     """Do the work of a parent process until it closes the pipe."""
-    functions = {each.__name__: each for each in (behind, lit, gathered)}
+    functions: dict[str, Callable[..., Any]] = {each.__name__: each for each in (behind, lit, gathered)}
     around: Surroundings | None = None
     while True:
         try:
@@ -226,4 +230,3 @@ def _received(pipe: IO[bytes]) -> Any:
     if len(head) < _LENGTH.size:
         raise EOFError
     return pickle.loads(pipe.read(*_LENGTH.unpack(head)))  # from a process of our own
-

@@ -120,24 +120,27 @@ def _joined(corners: Array, kinds: Whole) -> Whole:
 
 
 def _axes(corners: Array, faces: Array, flat: NDArray[np.bool_], of: Whole, count: int) -> tuple[Array, Array]:
-    """Return the directions of columns and rows of each chart, shape (count, 3) both."""
+    """Return the directions of columns and rows of each chart, shape (count, 3) both.
+
+    Columns of upright charts are level; those of level ones follow x or an edge, so that the chart is smallest.
+    """
     lead = np.full(count, len(of))
     np.minimum.at(lead, of[of >= 0], np.flatnonzero(of >= 0))
-    normals = faces[lead].copy()
-    curved = ~flat[lead]
-    axis = np.abs(normals).argmax(axis=1)
-    straight = np.eye(3)[axis] * np.sign(normals[np.arange(count), axis])[:, None]
-    normals = np.where(curved[:, None], straight, normals)
-    edges = corners[lead][:, [1, 2, 0]] - corners[lead]
-    longest = np.linalg.norm(edges, axis=2).argmax(axis=1)
-    along = edges[np.arange(count), longest]
-    level = np.abs(normals[:, 2]) > LEVEL
-    along[level & (np.abs(along[:, 0]) < 0.02 * np.abs(along[:, 1]))] = [1.0, 0.0, 0.0]
-    across = np.where(level[:, None], along, np.cross([0.0, 0.0, 1.0], normals))
-    across[curved & level] = [1.0, 0.0, 0.0]
-    across -= np.einsum("ij,ij->i", across, normals)[:, None] * normals
-    across /= np.linalg.norm(across, axis=1, keepdims=True)
-    return across, np.cross(normals, across)
+    axis = np.abs(faces[lead]).argmax(axis=1)
+    straight = np.eye(3)[axis] * np.sign(faces[lead, axis])[:, None]
+    normals = np.where(flat[lead, None], faces[lead], straight)
+    upright = np.abs(normals[:, 2]) < LEVEL
+    edges = np.moveaxis(corners[lead][:, [1, 2, 0]] - corners[lead], 1, 0)
+    best, across, down = np.full(count, np.inf), np.zeros((count, 3)), np.zeros((count, 3))
+    for ahead in ([1.0, 0.0, 0.0], *edges):
+        one = np.where(upright[:, None], np.cross([0.0, 0.0, 1.0], normals), ahead)
+        one = one - np.einsum("ij,ij->i", one, normals)[:, None] * normals
+        one /= np.maximum(np.linalg.norm(one, axis=1, keepdims=True), 1e-12)
+        other = np.cross(normals, one)
+        area = _extents(corners, of, one, other)[1].prod(axis=1)
+        better = area < 0.99 * best
+        best[better], across[better], down[better] = area[better], one[better], other[better]
+    return across, down
 
 
 def _extents(corners: Array, of: Whole, across: Array, down: Array) -> tuple[Array, Array]:

@@ -134,4 +134,5 @@ def _removed(world: World, model: mujoco.MjModel) -> set[int]:
 def _pane(window: Rectangle) -> NDArray[np.float64]:
     a, b, middle = window.across, window.along, window.middle
     square = middle + np.array([-a - b, a - b, a + b, b - a])
-    return square[[[0, 1, 2], [0, 2, 3]]]
+    triangles: NDArray[np.float64] = square[np.array([[0, 1, 2], [0, 2, 3]])]
+    return triangles

@@ -8,7 +8,7 @@ from mjsim.geometry import Array
 from mjsim.light.baked import LightProbes
 from mjsim.light.emitters import inside_of
 from mjsim.light.geometry import Shape
-from mjsim.light.rays import Light, Points
+from mjsim.light.rays import Light, Numbers, Points
 from mjsim.world import World
 
 LEVELS = (0.15, 0.65, 1.15, 1.65)
@@ -62,12 +62,15 @@ def grid_of(world: World, shape: Shape) -> Grid:
     """Return probes over all rooms of a world."""
     texels = shape.texels.points
     floor = texels[inside_of(world)(texels[:, :2])]
-    low, high = (floor if len(floor) else texels)[:, :2].min(axis=0), (floor if len(floor) else texels)[:, :2].max(axis=0)
+    low, high = (
+        (floor if len(floor) else texels)[:, :2].min(axis=0),
+        (floor if len(floor) else texels)[:, :2].max(axis=0),
+    )
     spacing = max(SPACING, float(np.sqrt((high - low).prod() * len(LEVELS) / MOST_POINTS)))
     columns, rows = (np.ceil((high - low) / spacing).astype(int) + 1).tolist()
     origin = np.array([*low, LEVELS[0]])
     step = np.array([spacing, spacing, LEVELS[1] - LEVELS[0]])
     count = (columns, rows, len(LEVELS))
-    at = origin + step * np.stack(np.meshgrid(*map(np.arange, count), indexing="ij"), axis=-1).reshape(-1, 3)
-    numbers = FIRST_NUMBER + np.arange(6 * len(at))
+    at: Array = origin + step * np.stack(np.meshgrid(*map(np.arange, count), indexing="ij"), axis=-1).reshape(-1, 3)
+    numbers: Numbers = np.arange(FIRST_NUMBER, FIRST_NUMBER + 6 * len(at), dtype=np.int64)
     return Grid(origin, step, count, Points(numbers, at.repeat(6, axis=0), np.tile(SIDES, (len(at), 1))))

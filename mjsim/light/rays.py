@@ -113,7 +113,7 @@ def uniform(numbers: Numbers, stream: int) -> Light:
 def hemisphere(at: Points, side: int) -> Any:
     """Yield the directions of side x side rays of each point, proportional to the cosine, shape (n, 3) each."""
     normals = at.normals.astype(np.float32)
-    up = np.where(np.abs(normals[:, 2:]) < 0.9, np.float32([0, 0, 1]), np.float32([1, 0, 0]))
+    up = np.where(np.abs(normals[:, 2:]) < 0.9, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]).astype(np.float32)
     across = np.cross(normals, up)
     across /= np.linalg.norm(across, axis=1, keepdims=True)
     along = np.cross(normals, across)
@@ -137,7 +137,8 @@ def starts_of(at: Points) -> Light:
 def behind_share(room: Room, at: Points, side: int) -> Light:
     """Return the share of side x side rays of each point that hit a surface from behind, shape (n,)."""
     starts = starts_of(at)
-    return np.mean([room.first(starts, each)[2] for each in hemisphere(at, side)], axis=0, dtype=np.float32)
+    hits = [room.first(starts, each)[2] for each in hemisphere(at, side)]
+    return np.asarray(np.mean(hits, axis=0), dtype=np.float32)
 
 
 def light_of(room: Room, at: Points, rectangle: Rectangle) -> Light:
@@ -196,7 +197,9 @@ def _sampled(room: Room, at: Points, rectangle: Rectangle, side: int) -> tuple[L
         to = rectangle.middle + u[:, None] * rectangle.across + v[:, None] * rectangle.along - starts
         distance = np.linalg.norm(to, axis=1)
         to /= distance[:, None]
-        cosines = np.clip(np.einsum("ij,ij->i", to, at.normals), 0.0, None) * np.clip(-(to @ rectangle.outward), 0, None)
+        cosines = np.clip(np.einsum("ij,ij->i", to, at.normals), 0.0, None) * np.clip(
+            -(to @ rectangle.outward), 0, None
+        )
         lengths = np.maximum(distance - NEAR, 0.0).astype(np.float32)
         free = (cosines > 0.0) & room.is_free(starts, np.ascontiguousarray(to, dtype=np.float32), lengths)
         seen += free

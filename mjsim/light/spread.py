@@ -26,7 +26,8 @@ def filled(image: NDArray[np.generic], known: NDArray[np.bool_]) -> NDArray[np.g
     if not known.any():
         return image
     rows, columns = distance_transform_edt(~known, return_distances=False, return_indices=True)
-    return image[rows, columns]
+    whole: NDArray[np.generic] = image[rows, columns]
+    return whole
 
 
 def finer(values: Light, cells: Cells, texels: Texels, shape: tuple[int, int], side: int) -> Light:
@@ -66,7 +67,7 @@ def _seen(image: NDArray[np.generic], at: Whole, middle: Whole) -> NDArray[np.bo
     clear = np.ones(len(at), dtype=bool)
     for share in (0.25, 0.5, 0.75):
         column, row = np.rint(at + share * (middle - at)).astype(np.int64).T
-        clear &= image[row, column] >= 0
+        clear &= np.asarray(image[row, column]) >= 0
     return clear
 
 
@@ -80,5 +81,5 @@ def smoothed(image: Light, known: NDArray[np.bool_], rounds: int) -> Light:
     for _ in range(rounds):
         image = image * mask[..., None]
         flat = cv2.blur(image.reshape(*image.shape[:2], -1), (3, 3), borderType=cv2.BORDER_CONSTANT)
-        image = flat.reshape(image.shape) / weight[..., None]
-    return image * mask[..., None]
+        image = np.asarray(flat.reshape(image.shape) / weight[..., None], dtype=np.float32)
+    return np.asarray(image * mask[..., None], dtype=np.float32)

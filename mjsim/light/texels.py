@@ -92,7 +92,7 @@ class Cells:
     """The cell of each texel, -1 for a texel that does not count, shape (texels,)."""
     lead: Whole
     """The texel nearest to the middle of each cell, shape (n,)."""
-    middles: Array
+    middles: Whole
     """Column and row of that texel on the atlas, shape (n, 2)."""
 
     def mean(self, values: NDArray[np.float32]) -> NDArray[np.float32]:

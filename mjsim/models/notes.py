@@ -1,11 +1,10 @@
 """Notes about contents of files, in the user's cache folder: what took long to find out is looked up the next time."""
 
 import hashlib
-import os
 from contextlib import suppress
 from pathlib import Path
 
-from mjsim.output import replace_file
+from mjsim.output import replace_file, user_cache
 
 MOST_NOTES = 10_000
 """Maximum number of notes; beyond it all are forgotten."""
@@ -30,9 +29,8 @@ def note(data: bytes, *about: str | bytes) -> None:
 
 
 def folder() -> Path:
-    """Return the folder of the notes, below the user's cache folder (XDG Base Directory Specification)."""
-    base = os.environ.get("XDG_CACHE_HOME") or ""
-    return (Path(base) if os.path.isabs(base) else Path(os.path.expanduser("~/.cache"))) / "mjsim" / "read"
+    """Return the folder of the notes, below the user's cache folder."""
+    return user_cache("read")
 
 
 def _place(about: tuple[str | bytes, ...]) -> Path:

@@ -16,6 +16,7 @@ from .sets import new_files as new_files
 from .sets import write_files as write_files
 from .sets import write_part as write_part
 from .sets import write_set as write_set
+from .user_cache import user_cache as user_cache
 from .whole import LEFT_BEHIND as LEFT_BEHIND
 from .whole import remove_leftovers as remove_leftovers
 from .whole import replace_file as replace_file

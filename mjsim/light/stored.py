@@ -1,0 +1,201 @@
+"""Baked light in the user's cache folder, one file per content; what is broken or foreign is baked again."""
+
+import hashlib
+import io
+import json
+import time
+import zipfile
+import zlib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.light.baked import BakedLight, LightGroup, LightProbes, LitSurface
+from mjsim.light.geometry import DOOR
+from mjsim.light.solids import static_geoms, texture_of, texture_sample
+from mjsim.output import replace_file, try_lock, user_cache
+from mjsim.world import CloseEvent, LampEvent, OpenEvent, RemoveEvent, World, leaves
+
+MOST_BYTES = 300_000_000
+"""Limit of all stored light; beyond it the files that were used least recently go."""
+WAIT, POLL = 300.0, 0.2
+"""Longest time to wait for another process that bakes the same light, and between two looks [s]."""
+BROKEN = (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, zlib.error)
+"""What reading a broken file raises."""
+OF_GEOMS = ("geom_type", "geom_size", "geom_rgba", "geom_matid", "geom_dataid", "geom_group")
+"""Arrays of the model with a row per geom that change light."""
+OF_MATERIALS = ("mat_rgba", "mat_emission", "mat_texid", "mat_texrepeat", "mat_texuniform")
+"""The same with a row per material."""
+OF_MESHES = {
+    "mesh_vert": ("mesh_vertadr", "mesh_vertnum"),
+    "mesh_normal": ("mesh_normaladr", "mesh_normalnum"),
+    "mesh_texcoord": ("mesh_texcoordadr", "mesh_texcoordnum"),
+    "mesh_face": ("mesh_faceadr", "mesh_facenum"),
+    "mesh_facenormal": ("mesh_faceadr", "mesh_facenum"),
+    "mesh_facetexcoord": ("mesh_faceadr", "mesh_facenum"),
+}
+"""Arrays of meshes, and the arrays with the first row and the number of rows of each."""
+OF_EVENTS = (LampEvent, OpenEvent, CloseEvent, RemoveEvent)
+"""Events that decide which light has a map of its own."""
+OF_WORLD = ("light", "lamps", "walls", "ceiling")
+"""Keys of the world that change light."""
+
+
+def key_of(world: World, model: mujoco.MjModel) -> str:
+    """Return a number of all that light depends on, as text."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    whole = hashlib.blake2b(digest_size=24)
+    for part in _content(world, model, data):
+        whole.update(b"%d:" % len(part))
+        whole.update(part)
+    return whole.hexdigest()
+
+
+def _content(world: World, model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[bytes]:
+    """Yield all that light depends on."""
+    yield _version()
+    yield repr(world.model_dump(include=set(OF_WORLD))).encode()
+    yield repr([event for event in world.run.events if isinstance(event, OF_EVENTS)]).encode()
+    doors = [model.body(f"{DOOR}{leaf.name}").id for leaf in leaves(world)]
+    geoms = np.concatenate([static_geoms(model), np.flatnonzero(np.isin(model.geom_bodyid, doors))])
+    yield geoms.tobytes()
+    yield repr([model.geom(geom).name for geom in geoms]).encode()
+    for name in OF_GEOMS:
+        yield np.ascontiguousarray(getattr(model, name)[geoms]).tobytes()
+    yield data.geom_xpos[geoms].tobytes()
+    yield data.geom_xmat[geoms].tobytes()
+    for material in _used(model.geom_matid[geoms]):
+        for name in OF_MATERIALS:
+            yield np.ascontiguousarray(getattr(model, name)[material]).tobytes()
+    for texture in _used(np.array([texture_of(model, geom) for geom in geoms])):
+        yield texture_sample(model, texture).tobytes()
+    meshes = model.geom_type[geoms] == mujoco.mjtGeom.mjGEOM_MESH
+    for mesh in _used(model.geom_dataid[geoms][meshes]):
+        for name, (first, count) in OF_MESHES.items():
+            start = int(getattr(model, first)[mesh])
+            yield np.ascontiguousarray(getattr(model, name)[start : start + getattr(model, count)[mesh]]).tobytes()
+    yield model.hfield_data.tobytes()
+    yield model.hfield_size.tobytes()
+
+
+def _used(numbers: NDArray[np.generic]) -> list[int]:
+    return [int(number) for number in np.unique(numbers) if number >= 0]
+
+
+@cache  # Modules do not change while a process runs.
+def _version() -> bytes:
+    """Return a number of the modules that bake, and of NumPy, whose rounding may differ."""
+    modules = sorted(Path(__file__).parent.glob("*.py"))
+    return hashlib.sha256(b"".join([module.read_bytes() for module in modules]) + np.__version__.encode()).digest()
+
+
+def stored(key: str) -> BakedLight | None:
+    """Return light from the cache; None if it is not there or cannot be read."""
+    place = _folder() / key
+    try:
+        with np.load(place, allow_pickle=False) as arrays:
+            light = _from_arrays(dict(arrays), key)
+    except BROKEN:
+        return None
+    with suppress(OSError):
+        place.touch()  # Used last.
+    return light
+
+
+def store(key: str, light: BakedLight) -> None:
+    """Keep light in the cache; a cache that cannot be written is none."""
+    data = io.BytesIO()
+    arrays: dict[str, Any] = _to_arrays(light, key)
+    np.savez_compressed(data, **arrays)
+    with suppress(OSError):
+        _make_room(len(data.getvalue()))
+        replace_file(_folder() / key, data.getvalue())
+
+
+@contextmanager
+def baking(key: str, is_done: Callable[[], bool]) -> Iterator[None]:
+    """Let one process at a time bake the same light; waits for others until theirs is done."""
+    began = time.monotonic()
+    try:
+        _folder().mkdir(parents=True, exist_ok=True)
+        file = (_folder() / f"{key}.lock").open("ab")
+    except OSError:  # Without a cache everyone bakes.
+        yield
+        return
+    with file:
+        while not try_lock(file.fileno()) and not is_done() and time.monotonic() - began < WAIT:
+            time.sleep(POLL)
+        yield
+
+
+def _folder() -> Path:
+    return user_cache("light")
+
+
+def _make_room(size: int) -> None:
+    """Remove the files that were used least recently, until a new one fits."""
+    files = [(file.stat().st_mtime, file.stat().st_size, file) for file in _folder().iterdir() if file.is_file()]
+    total = size + sum(each[1] for each in files)
+    for _, own, file in sorted(files):
+        if total <= MOST_BYTES:
+            return
+        file.unlink(missing_ok=True)
+        total -= own
+
+
+def _to_arrays(light: BakedLight, key: str) -> dict[str, NDArray[np.generic]]:
+    surfaces, groups = light.surfaces, light.groups
+    about = {"key": key, "exposure": light.exposure, "groups": [group.name for group in groups]}
+    empty = np.zeros((0, 2), np.float32)
+    return {
+        "about": np.array(json.dumps(about)),
+        "geoms": np.array([surface.geom for surface in surfaces], dtype=np.int32),
+        "corners": np.array([len(surface.points) for surface in surfaces], dtype=np.int32),
+        "faces": np.array([len(surface.triangles) for surface in surfaces], dtype=np.int32),
+        "pictured": np.array([surface.texcoords is not None for surface in surfaces], dtype=bool),
+        "points": np.concatenate([surface.points for surface in surfaces]).astype(np.float32),
+        "normals": np.concatenate([surface.normals for surface in surfaces]).astype(np.float16),
+        "texcoords": np.concatenate(
+            [empty, *(each.texcoords for each in surfaces if each.texcoords is not None)]
+        ).astype(np.float32),
+        "lightcoords": np.concatenate([surface.lightcoords for surface in surfaces]),
+        "triangles": np.concatenate([surface.triangles for surface in surfaces]),
+        "texels": np.stack([group.texels for group in groups]),
+        "start": np.stack([group.start for group in groups]),
+        "probes": light.probes.cubes,
+        "grid": np.stack([light.probes.origin, light.probes.spacing]),
+    }
+
+
+def _from_arrays(arrays: dict[str, NDArray[np.generic]], key: str) -> BakedLight:
+    """Return light from a file.
+
+    Raises:
+        ValueError, KeyError, TypeError: The file is of other content.
+    """
+    about = json.loads(str(arrays["about"]))
+    if about["key"] != key:
+        raise ValueError("this file holds other light")
+    corners, faces, pictured = arrays["corners"], arrays["faces"], arrays["pictured"]
+    cuts = np.cumsum(corners)[:-1]
+    points, normals = (np.split(arrays[name].astype(float), cuts) for name in ("points", "normals"))
+    lightcoords = np.split(arrays["lightcoords"].astype(np.float32), cuts)
+    triangles = np.split(arrays["triangles"].astype(np.int32), np.cumsum(faces)[:-1])
+    pictures = iter(np.split(arrays["texcoords"].astype(float), np.cumsum(corners[pictured])[:-1]))
+    texcoords = [next(pictures) if own else None for own in pictured.tolist()]
+    rows = zip(arrays["geoms"].tolist(), points, normals, texcoords, lightcoords, triangles, strict=True)
+    groups = zip(about["groups"], arrays["texels"].astype(np.float16), arrays["start"].astype(float), strict=True)
+    origin, spacing = arrays["grid"].astype(float)
+    return BakedLight(
+        tuple(LitSurface(*row) for row in rows),
+        tuple(LightGroup(*group) for group in groups),
+        LightProbes(origin, spacing, arrays["probes"].astype(np.float16)),
+        float(about["exposure"]),
+    )
