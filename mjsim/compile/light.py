@@ -79,6 +79,16 @@ def lamp_lights(model: mujoco.MjModel) -> NDArray[np.intp]:
     return np.flatnonzero(model.light_type == mujoco.mjtLightType.mjLIGHT_SPOT)
 
 
+def lamp_brightness(model: mujoco.MjModel, lamps: NDArray[np.intp]) -> Array:
+    """Return the current brightness of lamps, red, green and blue, 0 where they are off, shape (n, 3).
+
+    Args:
+        model: The compiled scene.
+        lamps: Indices of lights, as from `lamp_lights`.
+    """
+    return np.asarray(model.light_diffuse[lamps] * (model.light_active[lamps, None] != 0) / (1.0 - INDIRECT))
+
+
 def lamps_drawn(model: mujoco.MjModel) -> int:
     """Return how many lamps can be drawn besides the general light."""
     directed = (model.light_type == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL) & (model.light_active != 0)

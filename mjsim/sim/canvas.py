@@ -1,13 +1,16 @@
 """A model on the graphics processor: its meshes and textures, and the buffer for images."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Literal
 
 import mujoco
 
 from mjsim.closing import Closes
+from mjsim.light import BakedLight
 from mjsim.sim.gl_calls import GlCalls
+from mjsim.sim.lit_check import why_not_lit
+from mjsim.sim.lit_scene import LitScene
 from mjsim.sim.opengl import GLContext, make_context
 
 Quality = Literal["normal", "high"]
@@ -15,15 +18,26 @@ SHADOW_PIXELS, SAMPLES = 4096, 4
 """High quality: side of the shadow map [px], and samples per pixel."""
 BACKGROUND = (0.87, 0.91, 0.95)
 """Colour of the background in full light, red, green, blue."""
+LightSource = Callable[[], BakedLight | None]
+"""Returns the baked light of a model, at the first picture that shows it."""
 
 
 class Canvas:
     """Resources shared by the renderers of one model; any thread may use them, one at a time."""
 
-    def __init__(self, model: mujoco.MjModel, *, quality: Quality = "normal") -> None:
-        """Keep the model; everything else is created at first use."""
+    def __init__(
+        self, model: mujoco.MjModel, *, quality: Quality = "normal", light: LightSource | None = None
+    ) -> None:
+        """Keep the model; everything else is created at first use.
+
+        Args:
+            model: The model.
+            quality: High adds shadows, reflections and four samples per pixel; in baked light, the samples alone.
+            light: Source of its baked light; None for plain light.
+        """
         self.model = model
         self.quality: Quality = quality
+        self._light = light
         self._context: GLContext | None = None
         self._width = self._height = 0
 
@@ -67,11 +81,13 @@ class Canvas:
 
     def _fill(self, context: GLContext) -> None:
         """Copy the model to the graphics processor."""
+        baked = None if self._light is None or why_not_lit() else self._light()
         quality = self.model.vis.quality
         before = quality.shadowsize, quality.offsamples
         high = self.quality == "high"
         try:
-            quality.shadowsize, quality.offsamples = (SHADOW_PIXELS, SAMPLES) if high else (0, 0)
+            quality.shadowsize = SHADOW_PIXELS if high and baked is None else 0
+            quality.offsamples = SAMPLES if high else 0
             self.mjr = mujoco.MjrContext(self.model, mujoco.mjtFontScale.mjFONTSCALE_50)
         finally:
             quality.shadowsize, quality.offsamples = before
@@ -79,19 +95,22 @@ class Canvas:
         self.mjr.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
         self.gl = GlCalls(context)
         self._background = self.gl.background()
+        self.lit = None if baked is None else LitScene(self.gl, self.mjr, self.model, baked)
+        """Draws the model in baked light; None for plain light."""
 
 
 class Canvases(Closes):
     """The canvas of each quality, made for its first renderer; OpenGL is not used before the first picture."""
 
-    def __init__(self) -> None:
-        """Begin without any."""
+    def __init__(self, light: LightSource | None = None) -> None:
+        """Begin without any; `light` is the source of baked light, as for `Canvas`."""
+        self._light = light
         self._made: dict[Quality, Canvas] = {}
 
     def of(self, model: mujoco.MjModel, quality: Quality) -> Canvas:
         """Return the canvas of a quality; all are of the same model."""
         if quality not in self._made:
-            self._made[quality] = Canvas(model, quality=quality)
+            self._made[quality] = Canvas(model, quality=quality, light=self._light)
         return self._made[quality]
 
     def close(self) -> None:

@@ -21,16 +21,16 @@ LIGHTING, CULL_FACE, FOG, TEXTURE_2D = 0x0B50, 0x0B44, 0x0B60, 0x0DE1
 
 
 class GlCalls:
-    """Reads images, and paints the background."""
+    """Reads images, paints the background, and looks up other functions."""
 
     def __init__(self, context: GLContext) -> None:
         """Look up the functions; the context must be current."""
         self._context = context
-        self._read_pixels = self._function(b"glReadPixels", None, c_int, c_int, c_int, c_int, c_uint, c_uint, c_void_p)
-        self._pixel_store = self._function(b"glPixelStorei", None, c_uint, c_int)
-        self._call_list = self._function(b"glCallList", None, c_uint)
-        self._color = self._function(b"glColor3f", None, *[c_float] * 3)
-        names = self._function(b"glGetString", c_char_p, c_uint)(EXTENSIONS) or b""
+        self._read_pixels = self.function(b"glReadPixels", None, c_int, c_int, c_int, c_int, c_uint, c_uint, c_void_p)
+        self._pixel_store = self.function(b"glPixelStorei", None, c_uint, c_int)
+        self._call_list = self.function(b"glCallList", None, c_uint)
+        self._color = self.function(b"glColor3f", None, *[c_float] * 3)
+        names = self.function(b"glGetString", c_char_p, c_uint)(EXTENSIONS) or b""
         self.reads_from_top = b"GL_MESA_pack_invert" in names.split()
         """Whether `read` gives the top row first."""
 
@@ -45,28 +45,28 @@ class GlCalls:
 
     def background(self) -> int:
         """Return a display list that paints the background, for `paint`."""
-        listed = int(self._function(b"glGenLists", c_uint, c_int)(1))
-        matrix_mode, load_identity = self._function(b"glMatrixMode", None, c_uint), self._function(b"glLoadIdentity")
+        listed = int(self.function(b"glGenLists", c_uint, c_int)(1))
+        matrix_mode, load_identity = self.function(b"glMatrixMode", None, c_uint), self.function(b"glLoadIdentity")
         disable, vertex = (
-            self._function(b"glDisable", None, c_uint),
-            self._function(b"glVertex2f", None, *[c_float] * 2),
+            self.function(b"glDisable", None, c_uint),
+            self.function(b"glVertex2f", None, *[c_float] * 2),
         )
-        self._function(b"glNewList", None, c_uint, c_uint)(listed, COMPILE)
-        self._function(b"glPushAttrib", None, c_uint)(ALL_ATTRIB_BITS)
+        self.function(b"glNewList", None, c_uint, c_uint)(listed, COMPILE)
+        self.function(b"glPushAttrib", None, c_uint)(ALL_ATTRIB_BITS)
         for feature in (LIGHTING, CULL_FACE, FOG, TEXTURE_2D):
             disable(feature)
-        self._function(b"glDepthMask", None, c_ubyte)(0)
+        self.function(b"glDepthMask", None, c_ubyte)(0)
         # MuJoCo's depth is 1 near and 0 far: only where nothing was drawn is 0 not behind other objects.
-        self._function(b"glDepthRange", None, c_double, c_double)(0.0, 0.0)
+        self.function(b"glDepthRange", None, c_double, c_double)(0.0, 0.0)
         for mode in (PROJECTION, MODELVIEW):
             matrix_mode(mode)
             load_identity()
-        self._function(b"glBegin", None, c_uint)(QUADS)
+        self.function(b"glBegin", None, c_uint)(QUADS)
         for x, y in ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)):
             vertex(x, y)
-        self._function(b"glEnd")()
-        self._function(b"glPopAttrib")()
-        self._function(b"glEndList")()
+        self.function(b"glEnd")()
+        self.function(b"glPopAttrib")()
+        self.function(b"glEndList")()
         return listed
 
     def paint(self, listed: int, color: tuple[float, float, float]) -> None:
@@ -74,7 +74,8 @@ class GlCalls:
         self._color(*color)
         self._call_list(listed)
 
-    def _function(self, name: bytes, result: Any = None, *arguments: Any) -> Any:
+    def function(self, name: bytes, result: Any = None, *arguments: Any) -> Any:
+        """Return a function of OpenGL, by its name and the ctypes of its result and its arguments."""
         address = self._context.address(name)
         if not address:
             raise OpenGLError(f"OpenGL has no function {name.decode()}")

@@ -54,7 +54,7 @@ class Renderer(Closes):
             model: The model; its visual settings are used except for `quality`.
             width: [px]
             height: [px]
-            quality: High adds shadows, reflections and four samples per pixel; ignored when a canvas is given.
+            quality: As for `Canvas`; ignored when a canvas is given.
             canvas: Canvas shared with other renderers of this model; by default its own.
             groups: Visible geom groups.
         """
@@ -90,10 +90,14 @@ class Renderer(Closes):
         """
         out = np.empty((*self._shape, 3), dtype=np.uint8) if out is None else self._checked(out)
         with self._canvas.at_work(self._rect.width, self._rect.height) as canvas:
-            high = canvas.quality == "high"
+            high = canvas.quality == "high" and canvas.lit is None
             self._scene.flags[:] = PICTURE_HIGH if high else PICTURE
-            self._update(data, camera, cull=not high)
-            mujoco.mjr_render(self._rect, self._scene, canvas.mjr)
+            view = self._update(data, camera, cull=not high)
+            if canvas.lit is None:
+                self._light(data, view)
+                mujoco.mjr_render(self._rect, self._scene, canvas.mjr)
+            else:
+                canvas.lit.draw(self._rect, self._scene, canvas.mjr, data)
             canvas.paint_background(general_light(self._model))
             self._read(canvas)
         cv2.cvtColor(self._rgba, cv2.COLOR_RGBA2RGB, dst=out)
@@ -149,8 +153,8 @@ class Renderer(Closes):
             raise ValueError(f"out is {out.dtype} of shape {out.shape}; it must be C-contiguous uint8 {self._shape}, 3")
         return out
 
-    def _update(self, data: mujoco.MjData, camera: str | mujoco.MjvCamera, *, cull: bool) -> None:
-        """Fill the scene with the geoms that a camera may see."""
+    def _update(self, data: mujoco.MjData, camera: str | mujoco.MjvCamera, *, cull: bool) -> Frustum:
+        """Fill the scene with the geoms that a camera may see, and return the view of the camera."""
         model, scene = self._model, self._scene
         mujoco.mjv_updateCamera(model, data, self._camera(camera), scene)
         view = frustum_of(scene, width=self._rect.width, height=self._rect.height)
@@ -163,6 +167,11 @@ class Renderer(Closes):
             mujoco.mjv_addGeoms(model, data, self._option, mujoco.MjvPerturb(), CATEGORIES, scene)
         finally:
             model.geom_group[unseen] = groups
+        return view
+
+    def _light(self, data: mujoco.MjData, view: Frustum) -> None:
+        """Give the scene the lights that matter in a view."""
+        model, scene = self._model, self._scene
         if not len(self._lamps):
             mujoco.mjv_makeLights(model, data, scene)
             return
