@@ -25,9 +25,7 @@ LightSource = Callable[[], BakedLight | None]
 class Canvas:
     """Resources shared by the renderers of one model; any thread may use them, one at a time."""
 
-    def __init__(
-        self, model: mujoco.MjModel, *, quality: Quality = "normal", light: LightSource | None = None
-    ) -> None:
+    def __init__(self, model: mujoco.MjModel, *, quality: Quality = "normal", light: LightSource | None = None) -> None:
         """Keep the model; everything else is created at first use.
 
         Args:
@@ -38,6 +36,7 @@ class Canvas:
         self.model = model
         self.quality: Quality = quality
         self._light = light
+        self._baked: BakedLight | None = None
         self._context: GLContext | None = None
         self._width = self._height = 0
 
@@ -49,6 +48,8 @@ class Canvas:
             OpenGLError: This machine cannot render.
         """
         if self._context is None:
+            # Before the context is current: the check has one of its own.
+            self._baked = None if self._light is None or why_not_lit() else self._light()
             self._context = make_context(width, height)
         context = self._context
         context.make_current()
@@ -81,7 +82,7 @@ class Canvas:
 
     def _fill(self, context: GLContext) -> None:
         """Copy the model to the graphics processor."""
-        baked = None if self._light is None or why_not_lit() else self._light()
+        baked = self._baked
         quality = self.model.vis.quality
         before = quality.shadowsize, quality.offsamples
         high = self.quality == "high"

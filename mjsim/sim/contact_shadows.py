@@ -5,6 +5,7 @@ each of many directions of light, the outlines of its parts are projected on the
 """
 
 from collections import defaultdict
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import cv2
@@ -43,6 +44,8 @@ class Shadow:
 
     body: int
     """Body that it moves with."""
+    geom: int
+    """One of the geoms that cast it; when that is not seen any more, nor is the shadow."""
     low: Array
     """Its corner, relative to the body's origin and heading, shape (2,) [m]."""
     size: Array
@@ -63,11 +66,11 @@ def shadows_of(model: mujoco.MjModel, geoms: NDArray[np.intp]) -> list[Shadow]:
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     carriers = _carriers(model)
-    parts: dict[int, list[Array]] = defaultdict(list)
+    parts: dict[int, dict[int, Array]] = defaultdict(dict)
     for geom in geoms.tolist():
         carrier = int(carriers[model.geom_bodyid[geom]])
         if carrier > 0 and (points := _points(model, data, geom)) is not None:
-            parts[carrier].append(points)
+            parts[carrier][geom] = points
     return [_shadow(data, body, shapes) for body, shapes in parts.items()]
 
 
@@ -114,19 +117,19 @@ def _points(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Array | No
     return np.asarray(points @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom])
 
 
-def _shadow(data: mujoco.MjData, body: int, shapes: list[Array]) -> Shadow:
-    """Return the shadow of parts given by points in the world."""
+def _shadow(data: mujoco.MjData, body: int, shapes: Mapping[int, Array]) -> Shadow:
+    """Return the shadow of geoms, each given by points in the world."""
     x_axis = data.xmat[body].reshape(3, 3)[:2, 0]
     x_axis = x_axis / max(float(np.linalg.norm(x_axis)), 1e-9)
     body_from_world = np.array([x_axis, [-x_axis[1], x_axis[0]]])
     parts = [
         np.column_stack([(points[:, :2] - data.xpos[body, :2]) @ body_from_world.T, np.maximum(points[:, 2], 0.0)])
-        for points in shapes
+        for points in shapes.values()
     ]
     every = np.concatenate(parts)[:, :2]
     low, high = every.min(axis=0) - MARGIN, every.max(axis=0) + MARGIN
     opacity = _opacity(parts, low, (high - low) / SIDE)
-    return Shadow(body, low, high - low, float(data.xpos[body, 2]), opacity)
+    return Shadow(body, next(iter(shapes)), low, high - low, float(data.xpos[body, 2]), opacity)
 
 
 def _opacity(parts: list[Array], low: Array, pixel: Array) -> NDArray[np.uint8]:
@@ -142,7 +145,8 @@ def _opacity(parts: list[Array], low: Array, pixel: Array) -> NDArray[np.uint8]:
     taken = 1.0 - (1.0 - covered / (RINGS * SPOKES)) ** (1.0 / GAMMA)
     edge = np.minimum(np.arange(SIDE), np.arange(SIDE)[::-1]) / FADED
     taken *= np.clip(np.minimum.outer(edge, edge), 0.0, 1.0)
-    return np.rint(cv2.GaussianBlur(taken, (0, 0), 1.0) * 255.0).astype(np.uint8)
+    smooth: Array = np.asarray(cv2.GaussianBlur(taken, (0, 0), 1.0), dtype=float)
+    return np.rint(smooth * 255.0).astype(np.uint8)
 
 
 def _slopes() -> Array:

@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.errors import OpenGLError
-from mjsim.sim.gl_calls import COMPILE, LIGHTING, TEXTURE_2D, UNSIGNED_BYTE, GlCalls
+from mjsim.sim.gl_calls import COMPILE, LIGHTING, MODELVIEW, TEXTURE_2D, UNSIGNED_BYTE, GlCalls
 
 TEXTURE0, LIGHT_UNIT = 0x84C0, 0x84C2
 RGB, RGB8, ALPHA, ALPHA8 = 0x1907, 0x8051, 0x1906, 0x803C
 MIN_FILTER, MAG_FILTER, WRAP_S, WRAP_T, LINEAR, CLAMP_TO_EDGE = 0x2801, 0x2800, 0x2802, 0x2803, 0x2601, 0x812F
 TEXTURE_ENV, ENV_MODE, MODULATE = 0x2300, 0x2200, 0x2100
 VERTEX_ARRAY, TEXTURE_COORD_ARRAY = 0x8074, 0x8078
-FLOAT, TRIANGLES, ENABLE_BIT, UNPACK_ALIGNMENT = 0x1406, 0x0004, 0x00002000, 0x0CF5
+TEXTURE_MATRIX, FLOAT, TRIANGLES, ENABLE_BIT, UNPACK_ALIGNMENT = 0x1702, 0x1406, 0x0004, 0x00002000, 0x0CF5
 
 Floats = NDArray[np.float32]
 
@@ -56,7 +56,7 @@ class GlLight:
         self._bind(TEXTURE_2D, self._map)
         self._part(TEXTURE_2D, 0, 0, first_row, width, rows, RGB, UNSIGNED_BYTE, picture.ctypes.data)
 
-    def surface(self, points: Floats, lightcoords: Floats, texcoords: Floats | None) -> int:
+    def surface(self, points: Floats, lightcoords: Floats, texcoords: Floats | None, *, scaled: bool = True) -> int:
         """Return a new display list of triangles.
 
         Args:
@@ -64,6 +64,7 @@ class GlLight:
             lightcoords: Their places in the light map, in [0, 1], shape (3 m, 2).
             texcoords: Their places in the picture of the material, shape (3 m, 2); None without a picture, or where
                 MuJoCo derives them from the points.
+            scaled: Whether MuJoCo may scale those coordinates by the material, as it does with those of meshes.
         """
         listed = int(self._new_lists(1))
         units = {LIGHT_UNIT: lightcoords} | ({} if texcoords is None else {TEXTURE0: texcoords})
@@ -74,7 +75,15 @@ class GlLight:
             self._enable_array(TEXTURE_COORD_ARRAY)
             self._places(2, FLOAT, 0, places.ctypes.data)
         self._new_list(listed, COMPILE)
-        self._record(len(points))
+        if scaled:
+            self._record(len(points))
+        else:
+            self._matrix_mode(TEXTURE_MATRIX)
+            self._push_matrix()
+            self._load_identity()
+            self._record(len(points))
+            self._pop_matrix()
+            self._matrix_mode(MODELVIEW)
         self._end_list()
         for unit in units:
             self._client_unit(unit)
@@ -132,7 +141,10 @@ class GlLight:
 
     def _look_up(self, gl: GlCalls) -> None:
         call = gl.function
-        self._active, self._client_unit = call(b"glActiveTexture", None, c_uint), call(b"glClientActiveTexture", None, c_uint)
+        self._active, self._client_unit = (
+            call(b"glActiveTexture", None, c_uint),
+            call(b"glClientActiveTexture", None, c_uint),
+        )
         self._bind = call(b"glBindTexture", None, c_uint, c_uint)
         self._new_textures = call(b"glGenTextures", None, c_int, c_void_p)
         self._parameter = call(b"glTexParameteri", None, c_uint, c_uint, c_int)
@@ -148,5 +160,7 @@ class GlLight:
         self._disable_array = call(b"glDisableClientState", None, c_uint)
         self._vertices = call(b"glVertexPointer", None, c_int, c_uint, c_int, c_void_p)
         self._places = call(b"glTexCoordPointer", None, c_int, c_uint, c_int, c_void_p)
+        self._matrix_mode, self._load_identity = call(b"glMatrixMode", None, c_uint), call(b"glLoadIdentity")
+        self._push_matrix, self._pop_matrix = call(b"glPushMatrix"), call(b"glPopMatrix")
         self._draw_arrays = call(b"glDrawArrays", None, c_uint, c_int, c_int)
         self._error = call(b"glGetError", c_uint)

@@ -1,21 +1,21 @@
 """Draws shadows on the floor of a finished picture, before its background.
 
 References:
-    OpenGL 2.1, chapters 4.1.8 (blending) and 3.5.5 (polygon offset); numbers from Khronos' gl.h.
+    OpenGL 2.1, chapter 4.1.8 (blending); numbers from Khronos' gl.h.
 """
 
-from ctypes import c_float, c_int, c_ubyte, c_uint, c_void_p
+from ctypes import c_int, c_ubyte, c_uint, c_void_p
 
 import mujoco
 import numpy as np
 
 from mjsim.sim.contact_shadows import SIDE, Shadow, place_shadows
-from mjsim.sim.gl_calls import COMPILE, CULL_FACE, FOG, LIGHTING, QUADS, TEXTURE_2D, GlCalls
+from mjsim.sim.gl_calls import ALL_ATTRIB_BITS, COMPILE, CULL_FACE, FOG, LIGHTING, QUADS, TEXTURE_2D, GlCalls
 from mjsim.sim.gl_light import FLOAT, TEXTURE_COORD_ARRAY, VERTEX_ARRAY, GlLight
+from mjsim.sim.merged import UNSEEN
 
 COLOR_ARRAY = 0x8076
 BLEND, ZERO, ONE_MINUS_SRC_ALPHA = 0x0BE2, 0, 0x0303
-POLYGON_OFFSET_FILL, ALL_ATTRIB_BITS = 0x8037, 0x000FFFFF
 ABOVE = 0.002
 """Height of shadows above the floor [m]."""
 
@@ -23,9 +23,10 @@ ABOVE = 0.002
 class GlShadows:
     """The shadows of the moving things of one model in one context; use it while the context is current."""
 
-    def __init__(self, gl: GlCalls, light: GlLight, shadows: list[Shadow]) -> None:
+    def __init__(self, gl: GlCalls, light: GlLight, model: mujoco.MjModel, shadows: list[Shadow]) -> None:
         """Copy the shadows to one texture; at least one."""
-        self._shadows = shadows
+        self._model, self._shadows = model, shadows
+        self._geoms = [shadow.geom for shadow in shadows]
         across = int(np.ceil(np.sqrt(len(shadows))))
         atlas = np.zeros((across * SIDE, across * SIDE), dtype=np.uint8)
         count = len(shadows)
@@ -37,7 +38,7 @@ class GlShadows:
         for number, shadow in enumerate(shadows):
             row, column = divmod(number, across)
             atlas[row * SIDE : (row + 1) * SIDE, column * SIDE : (column + 1) * SIDE] = shadow.opacity
-            self._places[number] = (unit + [column * SIDE, row * SIDE]) / len(atlas)
+            self._places[number] = (unit + np.array([column, row]) * SIDE) / len(atlas)
         self._look_up(gl)
         self._texture = light.texture(atlas)
         self._list_states(gl)
@@ -45,7 +46,9 @@ class GlShadows:
 
     def draw(self, data: mujoco.MjData) -> None:
         """Darken the floor below and around the things, after mjr_render with its camera."""
-        self._colors[:, :, 3] = place_shadows(self._shadows, data, self._corners)[:, None]
+        strengths = place_shadows(self._shadows, data, self._corners)
+        strengths[self._model.geom_group[self._geoms] == UNSEEN] = 0.0
+        self._colors[:, :, 3] = strengths[:, None]
         self._call_list(self._before)
         self._vertices(3, FLOAT, 0, self._corners.ctypes.data)
         self._tints(4, FLOAT, 0, self._colors.ctypes.data)
@@ -67,13 +70,11 @@ class GlShadows:
         gl.function(b"glPushAttrib", None, c_uint)(ALL_ATTRIB_BITS)
         for feature in (LIGHTING, CULL_FACE, FOG):
             disable(feature)
-        for feature in (BLEND, TEXTURE_2D, POLYGON_OFFSET_FILL):
+        for feature in (BLEND, TEXTURE_2D):
             enable(feature)
         gl.function(b"glBindTexture", None, c_uint, c_uint)(TEXTURE_2D, self._texture)
         gl.function(b"glBlendFunc", None, c_uint, c_uint)(ZERO, ONE_MINUS_SRC_ALPHA)
         gl.function(b"glDepthMask", None, c_ubyte)(0)
-        # MuJoCo's depth grows towards the camera.
-        gl.function(b"glPolygonOffset", None, c_float, c_float)(1.0, 4.0)
         end_list()
         new_list(self._after, COMPILE)
         gl.function(b"glPopAttrib")()

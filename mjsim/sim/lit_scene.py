@@ -17,10 +17,11 @@ from mjsim.sim.gl_light import GlLight
 from mjsim.sim.gl_shadows import GlShadows
 from mjsim.sim.light_mix import LightMix
 from mjsim.sim.light_weights import LightWeights
+from mjsim.sim.merged import UNSEEN, Merged
 from mjsim.sim.moving_light import MovingLight
 from mjsim.sim.scene_geoms import geoms_of
 
-MAY_BE_SEEN = (0, 1, 2, 5)
+MAY_BE_SEEN = (0, 1, 2, UNSEEN)
 """Geom groups of what is seen, or was before it was removed."""
 MESH, GEOM = int(mujoco.mjtGeom.mjGEOM_MESH), int(mujoco.mjtObj.mjOBJ_GEOM)
 
@@ -42,16 +43,16 @@ class LitScene:
         self._lists = np.full(model.ngeom, -1, dtype=np.int32)
         self._pictured = np.zeros(model.ngeom, dtype=np.int32)
         self._make_lists(mjr, model, [each for each in baked.surfaces if _may_be_listed(model, each.geom)])
-        self._unlit = np.flatnonzero((self._lists < 0) & np.isin(model.geom_group, MAY_BE_SEEN))
+        may_be_seen = np.isin(model.geom_group, MAY_BE_SEEN)
+        may_be_seen[Merged(model).parts] = True
+        self._unlit = np.flatnonzero((self._lists < 0) & may_be_seen)
         self._moving = MovingLight(model, baked, self._unlit)
         self._factors, self._glow = _own_colors(model, lit=self._lists >= 0)
         shadows = shadows_of(model, self._unlit)
-        self._shadows = GlShadows(gl, self._gl, shadows) if shadows else None
+        self._shadows = GlShadows(gl, self._gl, model, shadows) if shadows else None
         self._now: Array | None = None
 
-    def draw(
-        self, rect: mujoco.MjrRect, scene: mujoco.MjvScene, mjr: mujoco.MjrContext, data: mujoco.MjData
-    ) -> None:
+    def draw(self, rect: mujoco.MjrRect, scene: mujoco.MjvScene, mjr: mujoco.MjrContext, data: mujoco.MjData) -> None:
         """Draw a scene that holds geoms of a state, and no lights."""
         self._update(data)
         self._prepare(scene, data)
@@ -97,6 +98,8 @@ class LitScene:
                 points.astype(np.float32)[corners],
                 surface.lightcoords[corners],
                 np.asarray(surface.texcoords, dtype=np.float32)[corners] if pictured else None,
+                # Of planes, they are counted from the corner that MuJoCo chooses.
+                scaled=model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_PLANE or not pictured,
             )
             self._lists[geom] = listed - mjr.baseMesh
         self._gl.require_no_error("surfaces of a light map")
@@ -123,9 +126,10 @@ def _may_be_listed(model: mujoco.MjModel, geom: int) -> bool:
 
 
 def _has_own_texcoords(model: mujoco.MjModel, geom: int) -> bool:
-    """Return whether MuJoCo takes texture coordinates from the mesh; elsewhere it derives them from the points."""
-    mesh = int(model.geom_dataid[geom])
-    return bool(model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH and model.mesh_texcoordadr[mesh] >= 0)
+    """Return whether a surface has texture coordinates of its own; on others MuJoCo derives them from the points."""
+    mesh, kind = int(model.geom_dataid[geom]), mujoco.mjtGeom(model.geom_type[geom])
+    unrolled = kind == mujoco.mjtGeom.mjGEOM_MESH and model.mesh_texcoordadr[mesh] >= 0
+    return bool(unrolled or kind == mujoco.mjtGeom.mjGEOM_PLANE)
 
 
 def _own_colors(model: mujoco.MjModel, *, lit: NDArray[np.bool_]) -> tuple[Array, Array]:
