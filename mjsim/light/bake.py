@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 
 from mjsim.geometry import Array
 from mjsim.light.baked import ALWAYS, GENERAL, LAMP, BakedLight, LightGroup, LitSurface, linear
-from mjsim.light.casting import FEW, Crew, Gathered, Surroundings, behind, crew_of, gathered, lit, processors
+from mjsim.light.crew import FEW, Crew, crew_of, processors
 from mjsim.light.emitters import inside_of, lamp_color, lamp_rectangle, window_rectangles
-from mjsim.light.geometry import TEXEL, Shape, moved_doors, shape_of
-from mjsim.light.probes import Grid, grid_of
+from mjsim.light.geometry import TEXEL, Atlas, atlas_of, moved_doors
+from mjsim.light.probes import ProbeGrid, grid_of
 from mjsim.light.rays import Light, Points, Rectangle
 from mjsim.light.spread import ROUNDS, filled, finer, on_image, smoothed
 from mjsim.light.texels import Cells, cells_of
+from mjsim.light.work import Gathered, Surroundings, behind, gathered, lit
 from mjsim.world import LampEvent, World, item_names
 
 CELL, MOST_CELLS = 0.1, 110_000
@@ -74,7 +75,7 @@ def bake(
         done: Called with the share of the work that is done, in [0, 1].
     """
     groups = len(_groups(world)) + len(moved_doors(world))
-    shape = shape_of(world, model, groups=groups, texel=texel)
+    shape = atlas_of(world, model, groups=groups, texel=texel)
     few = len(shape.texels.at) < FEW
     with crew_of((1 if few else processors()) if processes is None else processes) as crew:
         return _Bake(world, shape, crew, done).light()
@@ -83,7 +84,7 @@ def bake(
 class _Bake:
     """One bake; keeps what its steps share."""
 
-    def __init__(self, world: World, shape: Shape, crew: Crew, done: Callable[[float], None]) -> None:
+    def __init__(self, world: World, shape: Atlas, crew: Crew, done: Callable[[float], None]) -> None:
         self._world, self._shape, self._crew, self._report = world, shape, crew, done
         self._windows = window_rectangles(world, shape.room()[0])
         self._sources = _sources(world, self._windows)
@@ -191,7 +192,7 @@ class _Bake:
         whole: Light = np.asarray(filled(image, known), np.float32)
         return whole.reshape(*charts.shape, -1, 3)
 
-    def _probed(self, around: Surroundings, grid: Grid, solved: "_Solved") -> Light:
+    def _probed(self, around: Surroundings, grid: ProbeGrid, solved: "_Solved") -> Light:
         """Return the light of each group on the sides of all probes, shape (probes, groups, 6, 3)."""
         rays = _joined(
             self._crew.run(gathered, around, grid.points, PROBE_RAYS, len(solved.leaving) - 1, done=self._advance)
@@ -207,7 +208,7 @@ class _Bake:
         start: Array,
         maps: Sequence[Light],
         probes: Sequence[Light],
-        grid: Grid,
+        grid: ProbeGrid,
         valid: NDArray[np.bool_],
     ) -> BakedLight:
         whole, cubes = np.concatenate(maps, axis=2), np.concatenate(probes, axis=1)
@@ -302,7 +303,7 @@ def _opening(world: World, name: str) -> Array:
     return np.zeros(3)
 
 
-def _cell_side(shape: Shape) -> float:
+def _cell_side(shape: Atlas) -> float:
     return float(np.sqrt(shape.charts.count.prod(axis=1).sum() / MOST_CELLS)) * float(shape.charts.size.max())
 
 
@@ -330,7 +331,7 @@ def rounded(light: Light) -> NDArray[np.float16]:
     return bits.view(np.float16)
 
 
-def surfaces_of(shape: Shape) -> tuple[LitSurface, ...]:
+def surfaces_of(shape: Atlas) -> tuple[LitSurface, ...]:
     """Return the static surfaces with their coordinates on the light map."""
     found, first = [], 0
     size = np.array(shape.charts.shape[::-1])

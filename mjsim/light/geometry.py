@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 from mjsim.light.charts import Charts, charts_of
 from mjsim.light.rays import PORTAL, Light, Numbers, Points, Rectangle, Room
-from mjsim.light.solids import Solid, solid_of, static_geoms
+from mjsim.light.solids import StillGeom, solid_of, static_geoms
 from mjsim.light.texels import Texels, texels_of
 from mjsim.world import CloseEvent, OpenEvent, RemoveEvent, World, leaves
 
@@ -26,13 +26,13 @@ DOOR = "door/"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Shape:
+class Atlas:
     """All triangles that have light, and their charts."""
 
-    solids: tuple[Solid, ...]
+    solids: tuple[StillGeom, ...]
     """Static surfaces, then leaves of doors: of each door that moves, closed and open."""
     owner: Numbers
-    """Solid of each triangle, shape (n,)."""
+    """StillGeom of each triangle, shape (n,)."""
     corners: Array
     """World frame, shape (n, 3, 3) [m]."""
     charts: Charts
@@ -60,7 +60,7 @@ class Shape:
         return Room(np.concatenate([self.corners[chosen], *panes]).astype(np.float32)), names
 
 
-def shape_of(world: World, model: mujoco.MjModel, *, groups: int = 1, texel: float = TEXEL) -> Shape:
+def atlas_of(world: World, model: mujoco.MjModel, *, groups: int = 1, texel: float = TEXEL) -> Atlas:
     """Return the geometry of a compiled world at its start.
 
     Args:
@@ -76,7 +76,7 @@ def shape_of(world: World, model: mujoco.MjModel, *, groups: int = 1, texel: flo
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = float(np.linalg.norm(cross, axis=1).sum() / 2)
     charts = charts_of(corners, normals, texel=max(texel, math.sqrt(area * groups / MOST_TEXELS)))
-    return Shape(solids, owner, corners, charts, texels_of(corners, normals, charts), ajar)
+    return Atlas(solids, owner, corners, charts, texels_of(corners, normals, charts), ajar)
 
 
 def moved_doors(world: World) -> dict[str, float]:
@@ -93,7 +93,7 @@ def moved_doors(world: World) -> dict[str, float]:
 
 def _solids(
     world: World, model: mujoco.MjModel
-) -> tuple[tuple[Solid, ...], dict[str, tuple[frozenset[int], frozenset[int]]]]:
+) -> tuple[tuple[StillGeom, ...], dict[str, tuple[frozenset[int], frozenset[int]]]]:
     moved, data = moved_doors(world), mujoco.MjData(model)
     for name in moved:
         data.qpos[model.joint(f"{DOOR}{name}").qposadr] = 0.0

@@ -7,7 +7,7 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.light.baked import LightProbes
 from mjsim.light.emitters import inside_of
-from mjsim.light.geometry import Shape
+from mjsim.light.geometry import Atlas
 from mjsim.light.rays import Light, Numbers, Points
 from mjsim.world import World
 
@@ -24,13 +24,13 @@ FIRST_NUMBER = 1 << 40
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Grid:
+class ProbeGrid:
     """The points of the probes."""
 
     origin: Array
     """World frame, shape (3,) [m]."""
     spacing: Array
-    """Shape (3,) [m]."""
+    """Atlas (3,) [m]."""
     count: tuple[int, int, int]
     """Points along x, y and z."""
     points: Points
@@ -58,7 +58,7 @@ class Grid:
         return LightProbes(self.origin, self.spacing, table.reshape(len(table), *self.count, 6, 3))
 
 
-def grid_of(world: World, shape: Shape) -> Grid:
+def grid_of(world: World, shape: Atlas) -> ProbeGrid:
     """Return probes over all rooms of a world."""
     texels = shape.texels.points
     floor = texels[inside_of(world)(texels[:, :2])]
@@ -73,4 +73,4 @@ def grid_of(world: World, shape: Shape) -> Grid:
     count = (columns, rows, len(LEVELS))
     at: Array = origin + step * np.stack(np.meshgrid(*map(np.arange, count), indexing="ij"), axis=-1).reshape(-1, 3)
     numbers: Numbers = np.arange(FIRST_NUMBER, FIRST_NUMBER + 6 * len(at), dtype=np.int64)
-    return Grid(origin, step, count, Points(numbers, at.repeat(6, axis=0), np.tile(SIDES, (len(at), 1))))
+    return ProbeGrid(origin, step, count, Points(numbers, at.repeat(6, axis=0), np.tile(SIDES, (len(at), 1))))

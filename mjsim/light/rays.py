@@ -62,7 +62,7 @@ class Points:
     points: Array
     """World frame, shape (n, 3) [m]."""
     normals: Array
-    """Shape (n, 3)."""
+    """Atlas (n, 3)."""
 
     def some(self, chosen: Any) -> "Points":
         """Return some of them."""

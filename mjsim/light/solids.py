@@ -23,19 +23,19 @@ PICTURE, CEILING, BACK = "beacon/", "ceiling", ":back"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Solid:
+class StillGeom:
     """A visible geom, in the frame of the world at the start."""
 
     geom: int
     """Geom in the model."""
     points: Array
-    """Shape (n, 3) [m]."""
+    """Atlas (n, 3) [m]."""
     normals: Array
     """Outward, shape (n, 3)."""
     texcoords: Array | None
-    """Shape (n, 2); None without a picture."""
+    """Atlas (n, 2); None without a picture."""
     triangles: NDArray[np.int32]
-    """Shape (m, 3)."""
+    """Atlas (m, 3)."""
     albedo: Array
     """Mean linear reflectance, red, green, blue, shape (3,)."""
     glow: float
@@ -55,7 +55,7 @@ def static_geoms(model: mujoco.MjModel) -> NDArray[np.intp]:
     return np.flatnonzero(still & np.isin(model.geom_group, VISIBLE))
 
 
-def solid_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Solid | None:
+def solid_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> StillGeom | None:
     """Return a geom as triangles in the world; None if it has no surface of triangles."""
     shape = triangles_of(model, geom)
     if shape is None or not len(shape.corners):
@@ -63,7 +63,7 @@ def solid_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Solid | N
     turned, material = data.geom_xmat[geom].reshape(3, 3), int(model.geom_matid[geom])
     name = model.geom(geom).name
     textured = texture_of(model, geom) >= 0
-    return Solid(
+    return StillGeom(
         geom,
         shape.points @ turned.T + data.geom_xpos[geom],
         shape.normals @ turned.T,

@@ -1,8 +1,8 @@
-"""A process that casts rays for another; `mjsim.light.casting` starts it."""
+"""A process that casts rays for another; `mjsim.light.crew` starts it."""
 
 import os
 
-from mjsim.light.casting import serve
+from mjsim.light.work import serve
 
 if __name__ == "__main__":
     answers = os.fdopen(os.dup(1), "wb")
