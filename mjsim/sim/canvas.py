@@ -1,6 +1,6 @@
 """A model on the graphics processor: its meshes and textures, and the buffer for images."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Literal
 
@@ -12,14 +12,13 @@ from mjsim.sim.gl_calls import GlCalls
 from mjsim.sim.lit_check import why_not_lit
 from mjsim.sim.lit_scene import LitScene
 from mjsim.sim.opengl import GLContext, make_context
+from mjsim.sim.world_light import LightSource
 
 Quality = Literal["normal", "high"]
 SHADOW_PIXELS, SAMPLES = 4096, 4
 """High quality: side of the shadow map [px], and samples per pixel."""
 BACKGROUND = (0.87, 0.91, 0.95)
 """Colour of the background in full light, red, green, blue."""
-LightSource = Callable[[], BakedLight | None]
-"""Returns the baked light of a model, at the first picture that shows it."""
 
 
 class Canvas:
@@ -82,12 +81,11 @@ class Canvas:
 
     def _fill(self, context: GLContext) -> None:
         """Copy the model to the graphics processor."""
-        baked = self._baked
         quality = self.model.vis.quality
         before = quality.shadowsize, quality.offsamples
         high = self.quality == "high"
         try:
-            quality.shadowsize = SHADOW_PIXELS if high and baked is None else 0
+            quality.shadowsize = SHADOW_PIXELS if high and self._baked is None else 0
             quality.offsamples = SAMPLES if high else 0
             self.mjr = mujoco.MjrContext(self.model, mujoco.mjtFontScale.mjFONTSCALE_50)
         finally:
@@ -96,22 +94,21 @@ class Canvas:
         self.mjr.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
         self.gl = GlCalls(context)
         self._background = self.gl.background()
-        self.lit = None if baked is None else LitScene(self.gl, self.mjr, self.model, baked)
+        self.lit = None if self._baked is None else LitScene(self.gl, self.mjr, self.model, self._baked)
         """Draws the model in baked light; None for plain light."""
 
 
 class Canvases(Closes):
     """The canvas of each quality, made for its first renderer; OpenGL is not used before the first picture."""
 
-    def __init__(self, light: LightSource | None = None) -> None:
-        """Begin without any; `light` is the source of baked light, as for `Canvas`."""
-        self._light = light
+    def __init__(self) -> None:
+        """Begin without any."""
         self._made: dict[Quality, Canvas] = {}
 
-    def of(self, model: mujoco.MjModel, quality: Quality) -> Canvas:
-        """Return the canvas of a quality; all are of the same model."""
+    def of(self, model: mujoco.MjModel, quality: Quality, light: LightSource | None) -> Canvas:
+        """Return the canvas of a quality; all are of the same model with the same light."""
         if quality not in self._made:
-            self._made[quality] = Canvas(model, quality=quality, light=self._light)
+            self._made[quality] = Canvas(model, quality=quality, light=light)
         return self._made[quality]
 
     def close(self) -> None:

@@ -50,7 +50,9 @@ class Playback(Closes):
         self._world, self._events = world, tuple(events)
         self._times = [event.time for event in self._events]
         self._scene = StillScene(world)
-        self._renderer = Renderer(self._scene.model, width=width, height=height, quality=quality, groups=groups)
+        self._renderer = Renderer(
+            self._scene.model, width=width, height=height, quality=quality, light=self._scene.light, groups=groups
+        )
 
     def picture(self, qpos: Array, camera: str, out: Picture | None = None, *, time: float | None = None) -> Picture:
         """Return the image of a camera in a state, RGB, shape (height, width, 3).

@@ -13,6 +13,7 @@ from mjsim.interface import Picture
 from mjsim.sim.canvas import Canvas, Quality
 from mjsim.sim.in_view import Frustum, InView, frustum_of
 from mjsim.sim.merged import UNSEEN, Merged
+from mjsim.sim.world_light import LightSource
 
 SEEN = (0, 1)
 """Geom groups that onboard cameras see."""
@@ -46,6 +47,7 @@ class Renderer(Closes):
         height: int,
         quality: Quality = "normal",
         canvas: Canvas | None = None,
+        light: LightSource | None = None,
         groups: tuple[int, ...] = SEEN,
     ) -> None:
         """Initialise.
@@ -56,10 +58,11 @@ class Renderer(Closes):
             height: [px]
             quality: As for `Canvas`; ignored when a canvas is given.
             canvas: Canvas shared with other renderers of this model; by default its own.
+            light: The same.
             groups: Visible geom groups.
         """
         self._model = model
-        self._canvas = canvas or Canvas(model, quality=quality)
+        self._canvas = canvas or Canvas(model, quality=quality, light=light)
         self._owns_canvas = canvas is None
         self._shape = height, width
         self._rect = mujoco.MjrRect(0, 0, width, height)

@@ -83,7 +83,7 @@ class Retake(Closes):
         model = self._scene.model
         for sensor in self._robot.sensors:
             if isinstance(sensor, Camera):
-                canvas = self._canvases.of(model, sensor.quality)
+                canvas = self._canvases.of(model, sensor.quality, self._scene.light)
                 streams = streams_of(self._seed, self._robot.name, sensor.camera)
                 camera = OnboardCamera(model, self._robot, sensor, streams=streams, canvas=canvas)
                 self._cameras[sensor.camera] = _Again(camera, ticks_between(world.run.rate_hz, sensor.rate_hz))

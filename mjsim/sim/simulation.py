@@ -36,6 +36,7 @@ from mjsim.sim.snapshot import Snapshot
 from mjsim.sim.static_scene import bring_up
 from mjsim.sim.streams import checked_seed
 from mjsim.sim.tuning import Tuning
+from mjsim.sim.world_light import light_source
 from mjsim.sim.world_script import WorldScript
 from mjsim.world import Looks, World, WorldEvent, event_from, load_checked, require_same_but_noise
 
@@ -68,7 +69,7 @@ class Simulation(Closes):
         """Period of the control loop [s]."""
         self.tick = 0
         """Ticks since the start."""
-        self._compiled = Snapshot(self.model)
+        self._compiled, self._light = Snapshot(self.model), light_source(world, self.model)
         self._canvases = Canvases()
         self._health = Health(self.model, world)
         # Created at a step, so that no controller is made that is replaced before.
@@ -347,7 +348,7 @@ class Simulation(Closes):
                 robot,
                 world=world,
                 seed=self.seed,
-                canvas=partial(self._canvases.of, self.model),
+                canvas=partial(self._canvases.of, self.model, light=self._light),
                 received=partial(self._radio.received, robot.name),
             )
             for robot in world.robots

@@ -181,7 +181,8 @@ class Onlooker(Closes):
         )
 
     def _canvas(self, quality: Quality) -> Canvas:
-        return self._canvases.of(self._shown().model, quality)
+        scene = self._shown()
+        return self._canvases.of(scene.model, quality, scene.light)
 
     def _shown(self) -> StillScene:
         if self._scene is None:

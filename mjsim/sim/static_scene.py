@@ -8,6 +8,7 @@ from mjsim.errors import UsageError
 from mjsim.geometry import Array
 from mjsim.sim.merged import UNSEEN
 from mjsim.sim.scenery import Scenery
+from mjsim.sim.world_light import light_source
 from mjsim.world import Looks, World
 
 MAX_CONTACTS = 500
@@ -28,6 +29,8 @@ class StillScene:
         """Compile the world, in its initial state."""
         self.model: mujoco.MjModel = compiled(compile_world(world))
         self.data = mujoco.MjData(self.model)
+        self.light = light_source(world, self.model)
+        """Source of its baked light; None for plain light."""
         self._scenery = Scenery(self.model, world)
         self._initial_looks = self._scenery.looks
 

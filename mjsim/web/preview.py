@@ -87,7 +87,8 @@ class _Set:
 
     def __init__(self, world: World, signs: Signs) -> None:
         self.world, self._signs = world, signs
-        self._sim = Simulation(world)
+        # A world that is being edited would be baked after every change.
+        self._sim = Simulation(world.model_copy(update={"shading": "plain"}))
         self._canvases: dict[str, Canvas] = {}
         self._cameras: dict[tuple[str, str, int], OnboardCamera] = {}
 
