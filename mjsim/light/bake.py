@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array
-from mjsim.light.baked import ALWAYS, GENERAL, LAMP, BakedLight, LightGroup, LitSurface, linear
+from mjsim.light.baked import ALWAYS, DOOR, GENERAL, LAMP, BakedLight, LightGroup, LitSurface, linear
 from mjsim.light.crew import FEW, Crew, crew_of, processors
 from mjsim.light.emitters import inside_of, lamp_color, lamp_rectangle, window_rectangles
 from mjsim.light.geometry import TEXEL, Atlas, atlas_of, moved_doors
@@ -224,7 +224,11 @@ class _Bake:
         whole, cubes = whole * gain[:, None], cubes * gain[:, None, None]
         bright = np.einsum("ngc,gc->n", rooms * gain[:, None], start) / 3.0
         exposure = min(1.0, WHITE / max(float(np.quantile(bright, BRIGHTEST)) if len(bright) else WHITE, 1e-6))
-        groups = tuple(LightGroup(name, rounded(whole[:, :, index]), start[index]) for index, name in enumerate(names))
+        angles = {f"{DOOR}{name}": angle for name, angle in moved_doors(self._world).items()}
+        groups = tuple(
+            LightGroup(name, rounded(whole[:, :, index]), start[index], angles.get(name, 0.0))
+            for index, name in enumerate(names)
+        )
         return BakedLight(surfaces_of(self._shape), groups, grid.probes(cubes), exposure)
 
     def _counted(self) -> NDArray[np.bool_]:

@@ -48,6 +48,8 @@ class LightGroup:
     """Irradiance of each texel for weight (1, 1, 1), relative to full light, red, green, blue, shape (h, w, 3)."""
     start: Array
     """Weight at the start of the world, red, green, blue, shape (3,)."""
+    angle: float = 0.0
+    """Of a door: the angle for weight 1, as events open it, positive to the left side of its wall [rad]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -152,7 +152,12 @@ def _make_room(size: int) -> None:
 
 def _to_arrays(light: BakedLight, key: str) -> dict[str, NDArray[np.generic]]:
     surfaces, groups = light.surfaces, light.groups
-    about = {"key": key, "exposure": light.exposure, "groups": [group.name for group in groups]}
+    about = {
+        "key": key,
+        "exposure": light.exposure,
+        "groups": [group.name for group in groups],
+        "angles": [group.angle for group in groups],
+    }
     empty = np.zeros((0, 2), np.float32)
     return {
         "about": np.array(json.dumps(about)),
@@ -191,7 +196,13 @@ def _from_arrays(arrays: dict[str, NDArray[np.generic]], key: str) -> BakedLight
     pictures = iter(np.split(arrays["texcoords"].astype(float), np.cumsum(corners[pictured])[:-1]))
     texcoords = [next(pictures) if own else None for own in pictured.tolist()]
     rows = zip(arrays["geoms"].tolist(), points, normals, texcoords, lightcoords, triangles, strict=True)
-    groups = zip(about["groups"], arrays["texels"].astype(np.float16), arrays["start"].astype(float), strict=True)
+    groups = zip(
+        about["groups"],
+        arrays["texels"].astype(np.float16),
+        arrays["start"].astype(float),
+        about["angles"],
+        strict=True,
+    )
     origin, spacing = arrays["grid"].astype(float)
     return BakedLight(
         tuple(LitSurface(*row) for row in rows),

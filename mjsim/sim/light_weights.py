@@ -1,7 +1,5 @@
 """How bright each group of lights is, read from a compiled world and its state."""
 
-import math
-
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +8,6 @@ from mjsim.compile import general_light, lamp_brightness
 from mjsim.geometry import Array
 from mjsim.light import DOOR, GENERAL, LAMP, BakedLight, linear
 
-OPEN = math.pi / 2
-"""Angle of a hinge from which on a door counts as open [rad]."""
 DOOR_STEPS = 32
 """Steps of light between a closed and an open door."""
 
@@ -29,11 +25,14 @@ class LightWeights:
         self._lights = np.array([model.light(names[place]).id for place in self._lamps], dtype=int)
         self._doors = [place for place, name in enumerate(names) if name.startswith(DOOR)]
         self._hinges = np.array([model.joint(names[place]).qposadr[0] for place in self._doors], dtype=int)
+        angles = np.array([baked.groups[place].angle for place in self._doors])
+        # A door that events only close has no angle, and no light of its own.
+        self._openings = np.divide(1.0, angles, out=np.zeros(len(angles)), where=angles != 0.0)
         self._told: tuple[float, bytes, bytes] | None = None
 
     def of(self, data: mujoco.MjData) -> Array:
         """Return the weights in a state, shape (groups, 3); the same array until they change."""
-        opened = np.rint(np.minimum(np.abs(data.qpos[self._hinges]) / OPEN, 1.0) * DOOR_STEPS)
+        opened = np.rint(np.clip(data.qpos[self._hinges] * self._openings, 0.0, 1.0) * DOOR_STEPS)
         brightness: NDArray[np.float64] = lamp_brightness(self._model, self._lights)
         level = general_light(self._model)
         told = level, brightness.tobytes(), opened.tobytes()

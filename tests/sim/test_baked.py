@@ -9,9 +9,10 @@ import pytest
 
 from mjsim.bench.rooms import forwarded, look_from
 from mjsim.compile import compile_world, compiled, dim_lamp, dim_light
-from mjsim.light import ALWAYS, DOOR, GENERAL, LAMP, LightProbes, linear
+from mjsim.light import ALWAYS, DOOR, GENERAL, LAMP, LightProbes, bake, linear
 from mjsim.sim import Renderer, lit_check
 from mjsim.sim.canvas import Canvas
+from mjsim.sim.light_weights import LightWeights
 from mjsim.sim.lit_scene import LitScene
 from mjsim.sim.merged import UNSEEN
 from mjsim.world import parse_world
@@ -156,7 +157,7 @@ def test_an_open_door_adds_its_share_and_a_half_open_one_half(model: mujoco.MjMo
     hinge = model.joint("door/gate").qposadr[0]
     groups = (ALWAYS, lambda geom: (0.8, 0.8, 0.8)), (f"{DOOR}gate", lambda geom: (-0.5, -0.5, 0.3))
     renderer = lit(canvas, *groups)
-    for angle, share in ((0.0, 0.0), (np.pi / 4, 0.5), (np.pi / 2, 1.0), (-np.pi / 2, 1.0)):
+    for angle, share in ((0.0, 0.0), (np.pi / 4, 0.5), (np.pi / 2, 1.0), (-np.pi / 2, 0.0)):
         data.qpos[hinge] = angle
         mujoco.mj_kinematics(model, data)
         albedo, shown = colors(model, plain, data), still(model, plain, data) >= 0
@@ -274,3 +275,27 @@ def test_a_mujoco_that_draws_otherwise_is_named_once_and_drawn_plain(
         lit_check.why_not_lit.cache_clear()
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("mjsim: baked light is drawn as plain: surfaces do not show their light map")
+
+
+EVENTFUL = """
+mjsim: 1
+walls:
+  - points: [[0, 0], [3, 0], [3, 2], [0, 2]]
+    closed: true
+    openings: [{name: gate, segment: 0, at: 1, width: 1, door: {hinge: left, angle_deg: 30}}]
+light: 0.7
+shading: baked
+lamps:
+  - {name: desk, at: [1, 1], height: 1.6, brightness: 0.4, color: "#ff8040"}
+  - {name: still, at: [2, 1], height: 1.6}
+run: {events: [{time: 1, lamp: desk, brightness: 0}, {time: 2, open: gate, angle_deg: 60}]}
+"""
+
+
+@pytest.mark.slow
+def test_the_weights_at_the_start_are_those_of_the_bake():
+    world = parse_world(EVENTFUL)
+    model = compiled(compile_world(world))
+    baked = bake(world, model, processes=1, texel=0.3)
+    assert {group.name for group in baked.groups} == {ALWAYS, GENERAL, f"{LAMP}desk", f"{DOOR}gate"}
+    np.testing.assert_allclose(LightWeights(model, baked).of(forwarded(model)), baked.weights(), rtol=1e-6)
