@@ -60,6 +60,8 @@ class Shot:
     """Of the pictures' middles in the optical frame [m]."""
     whole: frozenset[str]
     """Which pictures are whole in the image."""
+    right: Array
+    """To the right along the pictures, in the optical frame, shape (3,)."""
 
 
 class Studio:
@@ -99,7 +101,8 @@ class Studio:
                 pixels = project(corners, INTRINSICS)
                 if np.all((pixels > 2.0) & (pixels < (637.0, 477.0))):
                     whole.add(beacon.name)
-        return Shot(image, positions, frozenset(whole))
+        # Who looks at the pictures, against x, has y to the right.
+        return Shot(image, positions, frozenset(whole), camera_from_world @ [0.0, 1.0, 0.0])
 
     def before(
         self,
