@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from mjsim.compile.bodies import TOUCHED
+from mjsim.compile.covers import Covers
 from mjsim.compile.model_looks import LookOf
 from mjsim.compile.models import LoadedFile, copy_geom
 from mjsim.compile.parts import DECOR, SEEN
@@ -22,7 +23,7 @@ TOUCHING = 2e-3
 
 def original_of(spec: mujoco.MjSpec, file: FileArm, *, key: str) -> LoadedFile:
     """Return the file of an arm for the scene; the names of its meshes and materials there start with `key`."""
-    return LoadedFile(file.model, file.files.urdf, LookOf(spec, file.model, key), key)
+    return LoadedFile(file.model, file.files.urdf, LookOf(spec, file.model, key), key, Covers(spec, key))
 
 
 def add_stand(base: mujoco.MjsBody, file: FileArm, *, name: str, placed: dict[str, Array]) -> mujoco.MjsBody:

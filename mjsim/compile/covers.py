@@ -19,18 +19,18 @@ from mjsim.models import bounded
 
 
 class Covers:
-    """Textured surfaces of one scene."""
+    """Textured surfaces of some things in a scene."""
 
-    def __init__(self, spec: mujoco.MjSpec) -> None:
-        """Keep the scene to which materials and meshes are added."""
-        self._spec = spec
+    def __init__(self, spec: mujoco.MjSpec, prefix: str) -> None:
+        """Keep the scene to which materials and meshes are added, and the prefix of their names."""
+        self._spec, self._prefix = spec, prefix
         self._materials: dict[str, str] = {}
         self._meshes: dict[tuple[bytes, float], str] = {}
 
     def material(self, texture: str, picture: Picture) -> str:
         """Return the name of the material of a texture, which is added if missing."""
         if texture not in self._materials:
-            name = self._materials[texture] = f"obstacle/texture{len(self._materials) + 1}"
+            name = self._materials[texture] = f"{self._prefix}/texture{len(self._materials) + 1}"
             add_material(self._spec, name, bounded(picture, LONGEST_TILE_SIDE))
         return self._materials[texture]
 
@@ -40,7 +40,7 @@ class Covers:
         points, normals = shape.points[corners], shape.normals[corners]
         key = np.round(points, 9).tobytes(), tile
         if key not in self._meshes:
-            self._meshes[key] = f"obstacle:cover{len(self._meshes) + 1}"
+            self._meshes[key] = f"{self._prefix}:cover{len(self._meshes) + 1}"
             mesh = self._spec.add_mesh(name=self._meshes[key], inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
             mesh.uservert, mesh.usernormal = points.ravel(), normals.ravel()
             mesh.usertexcoord = (_places(points) / tile).ravel()

@@ -11,6 +11,7 @@ from mjsim.models import UNSAID, encode_png
 
 GRAY = [128 / 255, 128 / 255, 128 / 255, 1.0]
 """Colour of geoms without a colour in the file."""
+WHITE = 255
 CUBE_SIDES = "RLUDFB"
 """Right, left, up, down, front and back, one below the other."""
 
@@ -43,6 +44,24 @@ class LookOf:
         if material >= 0:
             return {"material": self._material(material), "rgba": rgba}
         return {"material": "matte", "rgba": GRAY if rgba == UNSAID else rgba}
+
+    def tile(self, number: int) -> float | None:
+        """Return the size of a tile of the flat texture that a geom repeats by its own units; None for others."""
+        model, material = self._model, int(self._model.geom_matid[number])
+        texture = -1 if material < 0 else int(model.mat_texid[material][mujoco.mjtTextureRole.mjTEXROLE_RGB])
+        if texture < 0 or not model.mat_texuniform[material]:
+            return None
+        flat = model.tex_type[texture] == mujoco.mjtTexture.mjTEXTURE_2D
+        return 1.0 / float(model.mat_texrepeat[material][0]) if flat else None
+
+    def mean(self, number: int) -> list[float]:
+        """Return the mean colour of a geom with a flat texture."""
+        model, material = self._model, int(self._model.geom_matid[number])
+        texture = int(model.mat_texid[material][mujoco.mjtTextureRole.mjTEXROLE_RGB])
+        own = model.geom_rgba[number].tolist()
+        rgba = np.array(model.mat_rgba[material].tolist() if own == UNSAID else own)
+        mean = self._picture(texture).mean(axis=(0, 1)) / WHITE
+        return [float(value) for value in rgba * [*mean, 1.0]]
 
     def _material(self, number: int) -> str:
         if number not in self._names:

@@ -14,7 +14,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from mjsim.compile.covers import Covers
 from mjsim.compile.model_looks import LookOf
+from mjsim.compile.triangles import shape_triangles
 from mjsim.compile.walls import COLLISION, VISUAL
 from mjsim.geometry import Array
 from mjsim.models import ModelShape, no_warnings, seen_and_touched
@@ -37,6 +39,8 @@ class LoadedFile:
     looks: LookOf
     key: str
     """Prefix of the names of its meshes in the scene."""
+    covers: Covers
+    """Surfaces of its shapes that have a texture in metres."""
     meshes: dict[tuple[int, float], str] = field(default_factory=dict)
     """Names of the meshes already in the scene, by number and scale."""
 
@@ -49,7 +53,7 @@ def original(spec: mujoco.MjSpec, shape: ModelShape, *, key: str) -> LoadedFile:
         shape: Content of the file.
         key: Prefix of the names of its meshes and materials in the scene.
     """
-    return LoadedFile(shape.model, shape.files.urdf, LookOf(spec, shape.model, key), key)
+    return LoadedFile(shape.model, shape.files.urdf, LookOf(spec, shape.model, key), key, Covers(spec, key))
 
 
 def try_alone(spec: mujoco.MjSpec, path: str) -> None:
@@ -96,9 +100,26 @@ def add_model(
             keys["friction"] = model.geom_friction[number]
         keys |= original.looks.of_geom(number, plain=plain)
         keys |= {"name": _below(name, model.geom(number).name), "quat": model.geom_quat[number]}
-        place = model.geom_pos[number] * scale
-        copy_geom(spec, bodies[int(model.geom_bodyid[number])], original, number, scale=scale, pos=place, **keys)
+        keys["pos"] = model.geom_pos[number] * scale
+        part = bodies[int(model.geom_bodyid[number])]
+        if seen[number] and plain is None and _add_cover(part, original, number, scale=scale, **keys):
+            keys |= {"group": COLLISION, "material": "matte", "rgba": original.looks.mean(number)}
+        if touched[number] or keys["group"] != COLLISION:
+            copy_geom(spec, part, original, number, scale=scale, **keys)
     _add_excludes(spec, model, bodies)
+
+
+def _add_cover(body: mujoco.MjsBody, original: LoadedFile, number: int, *, scale: float, **keys: Any) -> bool:
+    """Add a mesh for a shape whose texture the file repeats in metres; return whether it is one."""
+    model, tile = original.model, original.looks.tile(number)
+    shape = shape_triangles(mujoco.mjtGeom(model.geom_type[number]), model.geom_size[number] * scale)
+    if tile is None or shape is None:
+        return False
+    looks = {key: keys[key] for key in ("pos", "quat", "material", "rgba")}
+    unfelt = {"group": VISUAL, "contype": 0, "conaffinity": 0, "mass": 0.0}
+    mesh = original.covers.mesh(shape, tile * scale)
+    body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh, **looks, **unfelt)
+    return True
 
 
 def copy_geom(

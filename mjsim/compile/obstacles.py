@@ -65,7 +65,7 @@ def add_obstacles(spec: mujoco.MjSpec, world: World) -> None:
         WorldError: MuJoCo cannot read the files of some models; each is listed where it is first named.
     """
     originals: dict[str, LoadedFile] = {}
-    covers = Covers(spec)
+    covers = Covers(spec, "obstacle")
     tried: set[object] = set()
     faults: dict[str, Fault] = {}
     for index, (obstacle, name) in enumerate(zip(world.obstacles, item_names(world.obstacles), strict=True)):

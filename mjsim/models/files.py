@@ -260,7 +260,11 @@ class Gatherer:
                 continue
             self._check_builtin(item)
             item.attrib.pop("content_type", None)
-            for key in [key for key in item.attrib if key.startswith("file")]:
+            named = [key for key in item.attrib if key.startswith("file")]
+            if named and item.tag == "texture":
+                # MuJoCo goes by the ending of the name, and reads no JPEG; it gets all pictures as PNG.
+                item.set("content_type", "image/png")
+            for key in named:
                 name = item.attrib[key]
                 if "name" not in item.attrib and key == "file":
                     item.set("name", posixpath.splitext(posixpath.basename(name))[0])

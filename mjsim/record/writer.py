@@ -302,7 +302,7 @@ def named_pictures(world: World) -> list[str]:
     """Return the pictures that a world names."""
     patches = [patch.texture for patch in world.floor.patches]
     covers = [world.floor.texture, world.ceiling.texture if world.ceiling is not None else None, *patches]
-    things = [thing.texture for thing in world.obstacles if not isinstance(thing, SphereObstacle)]
+    things = [thing.texture for thing in world.obstacles if not isinstance(thing, SphereObstacle | ModelObstacle)]
     named = [*covers, *things, *(wall.texture for wall in world.walls), *(beacon.image for beacon in world.beacons)]
     return list(dict.fromkeys(name for name in named if name is not None))
 

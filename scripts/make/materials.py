@@ -10,6 +10,7 @@ detail, for cameras nearby, and large unevenness, for those far away.
 import argparse
 import itertools
 from functools import partial
+from pathlib import PurePosixPath
 
 import cv2
 import numpy as np
@@ -35,6 +36,8 @@ SIDE = 512
 """Side of a texture [px]."""
 LARGE = 768
 """Side of one that covers 2 m and more [px]."""
+FINE = 256
+"""Side of those in models of furniture [px]."""
 
 
 def plaster(rng: Generator, *, base: Rgb, side: int, roughness: float, marks: int) -> Texture:
@@ -89,11 +92,11 @@ def _grain(rng: Generator, shape: tuple[int, int], *, rings: float, pores: float
     return np.asarray(ring * 17.0 + 3.2 * fibres - pores * dark)
 
 
-def veneer(rng: Generator, *, base: Rgb, rings: int, pores: float) -> Texture:
+def veneer(rng: Generator, *, base: Rgb, rings: int, pores: float, side: int = SIDE) -> Texture:
     """Return a sheet of wood without joints, for furniture and doors."""
-    shade = _grain(rng, (SIDE, SIDE), rings=float(rings), pores=pores)
-    shade += 3.5 * smooth_noise(rng, (SIDE, SIDE), (60.0, 30.0))
-    return finished(base, shade, 2.0 * smooth_noise(rng, (SIDE, SIDE), (20.0, 90.0)))
+    shade = _grain(rng, (side, side), rings=float(rings), pores=pores)
+    shade += 3.5 * smooth_noise(rng, (side, side), (60.0, 30.0))
+    return finished(base, shade, 2.0 * smooth_noise(rng, (side, side), (20.0, 90.0)))
 
 
 def boards(rng: Generator) -> Texture:
@@ -195,17 +198,17 @@ def terrazzo(rng: Generator) -> Texture:
     return picture
 
 
-def fabric(rng: Generator) -> Texture:
+def fabric(rng: Generator, *, base: float = 176.0, side: int = SIDE) -> Texture:
     """Return a coarse plain weave for seats and screens, light enough to take a colour."""
-    y, x = np.mgrid[0:SIDE, 0:SIDE]
+    y, x = np.mgrid[0:side, 0:side]
     over = ((x // 4 + y // 4) % 2).astype(float)
     warp = over * np.sin((x % 4 + 0.5) * np.pi / 4) + (1 - over) * np.sin((y % 4 + 0.5) * np.pi / 4)
-    threads = np.repeat(rng.normal(0.0, 1.0, SIDE // 4), 4)
+    threads = np.repeat(rng.normal(0.0, 1.0, side // 4), 4)
     slubs = np.where(over > 0, threads[None, :], np.roll(threads, 40)[:, None])
-    mottled = smooth_noise(rng, (SIDE, SIDE), (1.5, 5.0)) + smooth_noise(rng, (SIDE, SIDE), (5.0, 1.5))
-    shade = 26.0 * (warp - 0.64) + 5.0 * slubs + 6.0 * mottled + 4.0 * cloud_noise(rng, SIDE, slope=1.5, finest=30)
-    shade -= 40.0 * specks(rng, SIDE, count=260, radius=(0.9, 2.0))
-    return finished((176.0, 174.0, 170.0), shade, 1.5 * mottled)
+    mottled = smooth_noise(rng, (side, side), (1.5, 5.0)) + smooth_noise(rng, (side, side), (5.0, 1.5))
+    shade = 26.0 * (warp - 0.64) + 5.0 * slubs + 6.0 * mottled + 4.0 * cloud_noise(rng, side, slope=1.5, finest=30)
+    shade -= 40.0 * specks(rng, side, count=260, radius=(0.9, 2.0))
+    return finished((base, base - 2.0, base - 6.0), shade, 1.5 * mottled)
 
 
 def ceiling_panels(rng: Generator) -> Texture:
@@ -265,6 +268,11 @@ MATERIALS: dict[str, Drawing] = {
     "paper": Drawing(paper, 27, 74),
 }
 """How each material is drawn."""
+FURNITURE = {
+    "furniture/wood.png": Drawing(partial(veneer, base=(232, 232, 232), rings=6, pores=20.0, side=FINE), 31, 0),
+    "furniture/fabric.png": Drawing(partial(fabric, base=214.0, side=FINE), 32, 0),
+}
+"""Greys of the shipped models of furniture, which multiply the colours of their parts."""
 
 
 def main() -> None:
@@ -272,9 +280,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", help="of materials or floors; default: all")
     names = set(parser.parse_args().names)
-    for path, drawing in ({f"materials/{name}.jpg": each for name, each in MATERIALS.items()} | FLOORS).items():
-        if not names or path.split("/")[1].removesuffix(".jpg") in names:
-            write(path, drawing.draw(np.random.default_rng(drawing.seed)), drawing.quality)
+    drawings = {f"materials/{name}.jpg": each for name, each in MATERIALS.items()} | FURNITURE | FLOORS
+    for path, drawing in drawings.items():
+        if not names or PurePosixPath(path).stem in names:
+            write(path, drawing)
 
 
 if __name__ == "__main__":

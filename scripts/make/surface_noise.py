@@ -147,8 +147,12 @@ def finished(base: Rgb, shade: Array, warmth: Array) -> Texture:
     return np.clip(picture, 0, 255).astype(np.uint8)
 
 
-def write(path: str, picture: Texture, quality: int) -> None:
-    """Write an RGB picture as JPEG below assets."""
+def write(path: str, drawing: Drawing) -> None:
+    """Draw a texture and write it below assets: as JPEG, or in grey as PNG, the only kind that MuJoCo itself reads."""
     place = Path(__file__).parents[2] / "assets" / path
     place.parent.mkdir(parents=True, exist_ok=True)
-    cv2.imwrite(str(place), cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, quality])
+    picture = cv2.cvtColor(drawing.draw(np.random.default_rng(drawing.seed)), cv2.COLOR_RGB2BGR)
+    if place.suffix == ".png":
+        cv2.imwrite(str(place), cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), [cv2.IMWRITE_PNG_COMPRESSION, 9])
+    else:
+        cv2.imwrite(str(place), picture, [cv2.IMWRITE_JPEG_QUALITY, drawing.quality])

@@ -2,7 +2,6 @@
 
 import math
 import shutil
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -218,7 +217,7 @@ def test_a_movable_model_weighs_what_the_world_says_or_else_the_file():
     for key, mass in (("own", ""), ("small", ", scale: 0.5"), ("said", ", mass: 9")):
         text = f"mjsim: 1\nobstacles: [{{name: c, model: furniture/chair.xml, at: [0, 0], movable: true{mass}}}]"
         masses[key] = float(compile_world(parse_world(text)).compile().body("obstacle/c").subtreemass[0])
-    own = boxes_of(mujoco_reads(Path("assets/furniture/chair.xml").read_text(), {}))
+    own = boxes_of(mujoco.MjModel.from_xml_path("assets/furniture/chair.xml"))
     volume = np.prod([0.42, 0.42, 0.025]) + 4 * np.prod([0.036, 0.036, 0.44]) + 2 * np.prod([0.032, 0.036, 0.47])
     volume += np.prod([0.018, 0.33, 0.12]) + np.prod([0.018, 0.33, 0.06]) + 2 * np.prod([0.32, 0.018, 0.024])
     assert len(own) == 11
@@ -366,7 +365,7 @@ def test_a_recording_alone_holds_all_that_its_models_need(folder):
     )
     (obstacle, chair) = world.obstacles
     assert set(obstacle.shape.files.paths) == {"twisted.xml", "part.xml", "meshes/wedge.obj"}
-    assert chair.shape.files.paths == ("furniture/chair.xml",)
+    assert chair.shape.files.paths == ("furniture/chair.xml", "furniture/wood.png")
     with mjsim.Simulation(world) as simulation:
         scene = simulation.model
         recording = mjsim.run(simulation, drivers={}, seconds=0.2, record=folder / "run.mcap")
