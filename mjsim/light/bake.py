@@ -17,13 +17,13 @@ from mjsim.geometry import Array
 from mjsim.light.baked import ALWAYS, DOOR, GENERAL, LAMP, BakedLight, LightGroup, LitSurface, linear
 from mjsim.light.crew import FEW, Crew, crew_of, processors
 from mjsim.light.emitters import inside_of, lamp_color, lamp_rectangle, window_rectangles
-from mjsim.light.geometry import TEXEL, Atlas, atlas_of, moved_doors
+from mjsim.light.geometry import OPEN, TEXEL, Atlas, atlas_of, moved_doors
 from mjsim.light.probes import ProbeGrid, grid_of
 from mjsim.light.rays import Light, Points, Rectangle
 from mjsim.light.spread import ROUNDS, filled, finer, on_image, smoothed
 from mjsim.light.texels import Cells, cells_of
 from mjsim.light.work import Gathered, Surroundings, behind, gathered, lit
-from mjsim.world import LampEvent, World, item_names
+from mjsim.world import LampEvent, World, item_names, leaves
 
 CELL, MOST_CELLS = 0.1, 110_000
 """Least side of a cell [m], and the approximate limit of cells above which they are larger."""
@@ -296,15 +296,9 @@ def _as_general(sources: Sources) -> Light:
 
 
 def _opening(world: World, name: str) -> Array:
-    """Return how far a door is open at the start, relative to where events open it, as a weight, shape (3,)."""
-    from mjsim.world import leaves
-
-    target = moved_doors(world)
-    for leaf in leaves(world):
-        if name.endswith(f"/{leaf.name}") and leaf.name in target:
-            share = np.deg2rad(leaf.door.angle_deg) / target[leaf.name] if target[leaf.name] else 0.0
-            return np.full(3, float(np.clip(share, 0.0, 1.0)))
-    return np.zeros(3)
+    """Return how far the door of a group is open at the start, as a weight, shape (3,)."""
+    angles = {f"{DOOR}{leaf.name}": abs(np.deg2rad(leaf.door.angle_deg)) for leaf in leaves(world)}
+    return np.full(3, min(float(angles[name]) / OPEN, 1.0))
 
 
 def _cell_side(shape: Atlas) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.geometry import Array
+from mjsim.light.baked import DOOR
 from mjsim.light.charts import Charts, charts_of
 from mjsim.light.rays import PORTAL, Light, Numbers, Points, Rectangle, Room
 from mjsim.light.solids import StillGeom, solid_of, static_geoms
@@ -21,8 +22,8 @@ MOST_TEXELS = 1_100_000
 """Approximate limit of texels in all maps of a world; above it texels are larger."""
 MOST_DOORS = 4
 """Doors with a map of their own, the first that events name; others cast the shadow of their start."""
-DOOR = "door/"
-"""Prefix of the body, the joint and the group of a door."""
+OPEN = math.pi / 2
+"""Angle of an open door, at which its map counts fully [rad]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,9 +86,9 @@ def moved_doors(world: World) -> dict[str, float]:
     found: dict[str, float] = {}
     for event in world.run.events:
         if isinstance(event, OpenEvent) and event.open in known:
-            found[event.open] = math.radians(event.angle_deg)
+            found[event.open] = math.copysign(OPEN, event.angle_deg)
         elif isinstance(event, CloseEvent) and known.get(event.close):
-            found.setdefault(event.close, known[event.close])
+            found.setdefault(event.close, math.copysign(OPEN, known[event.close]))
     return dict(list(found.items())[:MOST_DOORS])
 
 

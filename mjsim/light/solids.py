@@ -6,12 +6,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mjsim.compile import triangles_of
+from mjsim.compile import merged_into, triangles_of
 from mjsim.geometry import Array
 from mjsim.light.baked import GAMMA
 
-VISIBLE = (0, 1)
-"""Groups of geoms that cameras see."""
+VISIBLE = (0, 1, 5)
+"""Groups of geoms that cameras see, or that are removed now."""
 UNSET = (0.5, 0.5, 0.5, 1.0)
 """Colour of a geom without one: MuJoCo then uses its material's."""
 OPAQUE = 0.5
@@ -52,7 +52,8 @@ def static_geoms(model: mujoco.MjModel) -> NDArray[np.intp]:
     """Return the visible geoms that cannot move."""
     still = model.body_weldid[model.geom_bodyid] == 0
     still &= model.body_mocapid[model.body_rootid[model.geom_bodyid]] < 0
-    return np.flatnonzero(still & np.isin(model.geom_group, VISIBLE))
+    # Of merged shapes the mesh is visible, whatever is drawn now.
+    return np.flatnonzero(still & np.isin(model.geom_group, VISIBLE) & (merged_into(model) <= 0))
 
 
 def solid_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> StillGeom | None:

@@ -16,8 +16,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mjsim.light.baked import BakedLight, LightGroup, LightProbes, LitSurface
-from mjsim.light.geometry import DOOR
+from mjsim.light.baked import DOOR, BakedLight, LightGroup, LightProbes, LitSurface
 from mjsim.light.solids import static_geoms, texture_of, texture_sample
 from mjsim.output import replace_file, try_lock, user_cache
 from mjsim.world import CloseEvent, LampEvent, OpenEvent, RemoveEvent, World, leaves
@@ -28,7 +27,7 @@ WAIT, POLL = 300.0, 0.2
 """Longest time to wait for another process that bakes the same light, and between two looks [s]."""
 BROKEN = (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, zlib.error)
 """What reading a broken file raises."""
-OF_GEOMS = ("geom_type", "geom_size", "geom_rgba", "geom_matid", "geom_dataid", "geom_group")
+OF_GEOMS = ("geom_type", "geom_size", "geom_rgba", "geom_matid", "geom_dataid")
 """Arrays of the model with a row per geom that change light."""
 OF_MATERIALS = ("mat_rgba", "mat_emission", "mat_texid", "mat_texrepeat", "mat_texuniform")
 """The same with a row per material."""
