@@ -65,17 +65,27 @@ class Retake(Closes):
         Raises:
             RecordingError: The time is before the start of the recording.
         """
-        row = int(np.searchsorted(self._times, stamp - SAME_TIME))
-        if row == len(self._times) or self._times[row] - stamp > SAME_TIME:
+        if self._row(stamp) is None:
             raise RecordingError(f"camera '{camera}' took its picture at {stamp:g} s; no tick at that time is recorded")
         if not self._cameras:
             self._compile()
-        self._scene.show(self._qpos[row], qvel=self._qvel[row], looks=self._looks(row))
-        return self._cameras[camera].frame(self._scene.data, stamp, tick=round(stamp / self._period))
+        return self._cameras[camera].frame(stamp, tick=round(stamp / self._period))
 
     def close(self) -> None:
         """Release the renderer; a second call does nothing."""
         self._canvases.close()
+
+    def _row(self, stamp: float) -> int | None:
+        row = int(np.searchsorted(self._times, stamp - SAME_TIME))
+        return row if row < len(self._times) and self._times[row] - stamp <= SAME_TIME else None
+
+    def _at(self, tick: int) -> mujoco.MjData | None:
+        """Return the state at a tick, None if it is not recorded."""
+        row = self._row(tick * self._period)
+        if row is None:
+            return None
+        self._scene.show(self._qpos[row], qvel=self._qvel[row], looks=self._looks(row))
+        return self._scene.data
 
     def _compile(self) -> None:
         world = self._world
@@ -86,32 +96,58 @@ class Retake(Closes):
                 canvas = self._canvases.of(model, sensor.quality, self._scene.light)
                 streams = streams_of(self._seed, self._robot.name, sensor.camera)
                 camera = OnboardCamera(model, self._robot, sensor, streams=streams, canvas=canvas)
-                self._cameras[sensor.camera] = _Again(camera, ticks_between(world.run.rate_hz, sensor.rate_hz))
+                ticks = ticks_between(world.run.rate_hz, sensor.rate_hz)
+                self._cameras[sensor.camera] = _Again(camera, self._at, ticks=ticks, period=self._period)
 
 
 class _Again:
-    """A camera whose random streams can be set to those of any picture."""
+    """A camera that can be set to its state before any picture: random streams, and the memory of its exposure."""
 
-    def __init__(self, camera: OnboardCamera, ticks: int) -> None:
-        """Start before the first picture; `ticks` is the number of ticks between two pictures."""
-        self._camera, self._ticks = camera, ticks
-        self._states: list[Sequence[Any]] = [self._state()]
-        """States of the random streams before each picture."""
+    def __init__(
+        self, camera: OnboardCamera, state: Callable[[int], mujoco.MjData | None], *, ticks: int, period: float
+    ) -> None:
+        """Start before the first picture.
 
-    def frame(self, data: mujoco.MjData, stamp: float, *, tick: int) -> CameraFrame:
-        """Return the frame of the camera with the random numbers of the picture due at a tick."""
+        Args:
+            camera: The camera.
+            state: Returns the recorded state at a tick.
+            ticks: Ticks between two pictures.
+            period: Of a tick [s].
+        """
+        self._camera, self._state_at, self._ticks, self._period = camera, state, ticks, period
+        self._states: list[tuple[Sequence[Any], Any]] = [self._state()]
+        """Random streams and memory before each picture."""
+
+    def frame(self, stamp: float, *, tick: int) -> CameraFrame:
+        """Return the frame of the camera with the random numbers of the picture due at a tick.
+
+        Raises:
+            RecordingError: There is no state at that tick.
+        """
         number = tick // self._ticks
         if number >= len(self._states):
             self._bring_to(len(self._states) - 1)
             while number >= len(self._states):
-                self._camera.pass_over()
+                self._pass(len(self._states) - 1)
                 self._states.append(self._state())
+        data = self._state_at(tick)
+        if data is None:
+            raise RecordingError(f"there is no tick at {stamp:g} s")
         self._bring_to(number)
         return self._camera.frame(data, stamp)
 
-    def _state(self) -> list[Any]:
-        return [chance.bit_generator.state for chance in self._camera.chances]
+    def _pass(self, number: int) -> None:
+        """Pass over a picture; one that later pictures depend on is taken."""
+        data = self._state_at(number * self._ticks) if self._camera.imager.remembers else None
+        if data is None:
+            self._camera.pass_over()
+        else:
+            self._camera.frame(data, number * self._ticks * self._period)
+
+    def _state(self) -> tuple[list[Any], Any]:
+        return [chance.bit_generator.state for chance in self._camera.chances], self._camera.imager.memory
 
     def _bring_to(self, number: int) -> None:
-        for chance, state in zip(self._camera.chances, self._states[number], strict=True):
+        chances, self._camera.imager.memory = self._states[number]
+        for chance, state in zip(self._camera.chances, chances, strict=True):
             chance.bit_generator.state = state

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import mujoco
 import numpy as np
@@ -45,10 +45,18 @@ class Shutter:
         """Indices of the base's velocities; None for a fixed base."""
         middles = (np.arange(camera.height) + 0.5) / camera.height - 0.5
         self._rows = camera.rolling_shutter * middles
-        self._window = camera.rolling_shutter + camera.shutter
+        self._window = camera.rolling_shutter + camera.exposed
 
-    def picture(self, data: mujoco.MjData, draw: Callable[[], Picture]) -> Picture:
-        """Return the mean image of all instants; the camera in `data` is moved for each, and then restored."""
+    def picture(
+        self, data: mujoco.MjData, draw: Callable[[], Picture], light: Callable[[Picture], NDArray[Any]]
+    ) -> Picture | NDArray[np.float32]:
+        """Return the only image, or the mean light of all instants; the camera in `data` is moved, and then restored.
+
+        Args:
+            data: Where everything is.
+            draw: Draws the image of an instant.
+            light: Returns the light of an image, which adds up.
+        """
         instants = self._instants(data)
         if len(instants) == 1:
             return draw()
@@ -57,9 +65,9 @@ class Shutter:
         for instant, weight in zip(instants, weights.T, strict=True):
             rows = np.flatnonzero(weight)
             with self._moved_on(data, instant):
-                picture = draw()
+                picture = light(draw())
             total[rows] += weight[rows, None, None].astype(np.float32) * picture[rows]
-        return np.asarray(np.rint(total), dtype=np.uint8)
+        return total
 
     def nearest(self, data: mujoco.MjData, draw: Callable[[], NDArray[V]]) -> NDArray[V]:
         """Return data that cannot be averaged, such as depth: each row at the instant nearest to its own."""
@@ -85,7 +93,7 @@ class Shutter:
         step = float(instants[1] - instants[0])
         # An instant represents the time around it, and a row takes at least that long: the pictures blend without a
         # seam.
-        half_row, half = max(self._camera.shutter, step) / 2, step / 2
+        half_row, half = max(self._camera.exposed, step) / 2, step / 2
         rows = self._rows[:, None]
         shared = np.minimum(rows + half_row, instants + half) - np.maximum(rows - half_row, instants - half)
         shares = np.maximum(shared, 0.0)

@@ -171,11 +171,10 @@ class Onlooker(Closes):
             known = did_you_mean(f"{robot}/{camera}", map("/".join, cameras))
             raise UsageError(f"no camera '{robot}/{camera}' in this world{known}")
         body, sensor = cameras[robot, camera]
-        exact = {"noise": 0.0, "blur": 0.0, "shutter": 0.0, "rolling_shutter": 0.0}
         return OnboardCamera(
             self._shown().model,
             body,
-            sensor.model_copy(update={**exact, "depth": depth, "segmentation": segmentation}),
+            sensor.without_errors(depth=depth, segmentation=segmentation),
             streams=streams_of(0, robot, camera),
             canvas=self._canvas(sensor.quality),
         )

@@ -68,6 +68,7 @@ from .items import DifferentialDrive as DifferentialDrive
 from .items import DisplayTarget as DisplayTarget
 from .items import Drive as Drive
 from .items import DriveNoise as DriveNoise
+from .items import Exposure as Exposure
 from .items import Feet as Feet
 from .items import FixedDrive as FixedDrive
 from .items import Floor as Floor
@@ -109,6 +110,7 @@ from .items import Opening as Opening
 from .items import Part as Part
 from .items import PedalTarget as PedalTarget
 from .items import Person as Person
+from .items import Photons as Photons
 from .items import Place as Place
 from .items import Plant as Plant
 from .items import PolygonBody as PolygonBody
@@ -138,6 +140,7 @@ from .items import SphereObstacle as SphereObstacle
 from .items import Spring as Spring
 from .items import StateSpace as StateSpace
 from .items import StepsObstacle as StepsObstacle
+from .items import Stereo as Stereo
 from .items import Target as Target
 from .items import TorqueActuator as TorqueActuator
 from .items import TorqueMotor as TorqueMotor

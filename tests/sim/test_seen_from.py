@@ -62,7 +62,7 @@ def test_a_line_that_begins_behind_the_eye_begins_before_it():
 
 def shutter(model, **keys):
     camera = SimpleNamespace(
-        **({"camera": "eye", "height": 6, "width": 8, "rolling_shutter": 0.03, "shutter": 0.02} | keys)
+        **({"camera": "eye", "height": 6, "width": 8, "rolling_shutter": 0.03, "exposed": 0.02} | keys)
     )
     return Shutter(model, "r", camera, focal=400.0)
 

@@ -4,26 +4,22 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-import cv2
 import mujoco
 import numpy as np
-from numpy.random import Generator
 from numpy.typing import NDArray
 
 from mjsim.compile import robot_from_carrier, robot_from_view
 from mjsim.geometry import Array
 from mjsim.interface import CameraFrame, Picture, SensorInfo
 from mjsim.sim.canvas import Canvas
+from mjsim.sim.imager import Imager, PlainImager, imager_of
 from mjsim.sim.instances import instances_of
 from mjsim.sim.lens import BentView, intrinsics_of
 from mjsim.sim.renderer import Renderer
 from mjsim.sim.sensors.device import Mounting, Sensed
 from mjsim.sim.shutter import Shutter
 from mjsim.sim.streams import Streams
-from mjsim.world import Camera, Depth, Robot
-
-MIDDLE_GREY, MAX_GAIN = 118.0, 8.0
-"""Target of automatic exposure for the mean of a picture, on a 0 to 255 scale, and its largest gain."""
+from mjsim.world import Camera, Depth, Photons, Robot
 
 
 def robot_from_camera(camera: Camera) -> Array:
@@ -60,6 +56,9 @@ class OnboardCamera:
         self._renderer = Renderer(model, width=width, height=height, canvas=canvas)
         self.chances = streams("pixels"), streams("depth")
         """The random streams of a picture."""
+        self._dirt = int(streams("dirt").integers(1 << 62))
+        self.imager = self._imager_of(camera)
+        """Makes pictures of what is rendered; has a memory where its exposure is delayed."""
         self.retune(camera)
         self._shutter = Shutter(model, robot.name, camera, focal=self.intrinsics.fx)
         self._names: tuple[str, ...] = ()
@@ -69,7 +68,8 @@ class OnboardCamera:
     def retune(self, camera: Camera) -> None:
         """Use the noise of this model from now on; random streams continue."""
         self._camera = camera
-        self._noise = PixelNoise(camera.noise, self.chances[0]) if camera.noise else None
+        before, self.imager = self.imager, self._imager_of(camera)
+        self.imager.memory = before.memory
         self._depth = depth_of(camera)
         self._far = self.chances[1] if self._depth is not None and self._depth.noise else None
 
@@ -81,10 +81,8 @@ class OnboardCamera:
             stamp: The simulated time [s].
         """
         shutter, depth, segmentation = self._shutter, None, None
-        image = shutter.picture(data, lambda: self._draw(data))
-        develop(image, self._camera)
-        if self._noise is not None:
-            self._noise.add_to(image)
+        seen = shutter.picture(data, lambda: self._draw(data), self.imager.light)
+        image = self.imager.picture(seen, stamp)
         if self._depth is not None:
             depth = self._measured(shutter.nearest(data, lambda: self._draw_depth(data)), self._depth)
         if self._camera.segmentation:
@@ -101,15 +99,15 @@ class OnboardCamera:
     def pass_over(self) -> None:
         """Draw the random numbers of a picture that was not requested."""
         shape = self._camera.height, self._camera.width
-        if self._noise is not None:
-            self._noise.draw((*shape, 3))
+        self.imager.pass_over()
         if self._far is not None:
             self._far.standard_normal(shape, dtype=np.float32)
 
     def info(self) -> SensorInfo:
         """Return its data sheet."""
         camera = self._camera
-        noise = {"noise": camera.noise} | ({"depth": self._depth.noise} if self._depth is not None else {})
+        noise = camera.noise.model_dump() if isinstance(camera.noise, Photons) else {"noise": camera.noise}
+        noise |= {"depth": self._depth.noise} if self._depth is not None else {}
         return SensorInfo(
             kind="camera",
             robot_from_sensor=self.robot_from_camera,
@@ -120,6 +118,9 @@ class OnboardCamera:
             range=(self._depth.range[0], self._depth.range[1]) if self._depth is not None else None,
             fov=math.radians(camera.fov_deg),
         )
+
+    def _imager_of(self, camera: Camera) -> Imager | PlainImager:
+        return imager_of(camera, self.chances[0], np.random.default_rng(self._dirt))
 
     def _draw(self, data: mujoco.MjData) -> Picture:
         with self._straight_view():
@@ -187,38 +188,3 @@ class CameraDevice:
 def depth_of(camera: Camera) -> Depth | None:
     """Return the depth measurement of a camera, or None."""
     return camera.depth if isinstance(camera.depth, Depth) else Depth() if camera.depth else None
-
-
-def develop(image: Picture, camera: Camera) -> None:
-    """Apply lens blur and exposure to a picture in place."""
-    if camera.blur:
-        cv2.GaussianBlur(image, (0, 0), camera.blur, dst=image)
-    desired = MIDDLE_GREY / max(float(image.mean()), 1.0) if camera.exposure == "auto" else camera.exposure
-    gain = min(max(desired, 1.0 / MAX_GAIN), MAX_GAIN) if camera.exposure == "auto" else desired
-    if gain != 1.0:
-        cv2.convertScaleAbs(image, dst=image, alpha=gain)
-
-
-class PixelNoise:
-    """Independent Gaussian noise of all values of a picture, rounded and clipped like the pixels."""
-
-    def __init__(self, deviation: float, stream: Generator) -> None:
-        """Tabulate the errors for 65536 equally likely values, so that each pixel value only takes two random bytes.
-
-        Args:
-            deviation: Standard deviation, on a 0 to 255 scale.
-            stream: Random stream.
-        """
-        from scipy.special import ndtri  # A camera without noise need not wait for it.
-
-        chances = (np.arange(1 << 16) + 0.5) / (1 << 16)
-        self._errors: NDArray[np.int16] = np.rint(deviation * ndtri(chances)).astype(np.int16)
-        self._stream = stream
-
-    def add_to(self, image: Picture) -> None:
-        """Add new noise to a picture, in place."""
-        cv2.add(image, self._errors[self.draw(image.shape)], dst=image, dtype=cv2.CV_8U)
-
-    def draw(self, shape: tuple[int, ...]) -> NDArray[np.uint16]:
-        """Return the random numbers for a picture's values."""
-        return np.frombuffer(self._stream.bytes(2 * math.prod(shape)), dtype=np.uint16).reshape(shape)

@@ -26,6 +26,7 @@ from .base import fault as fault
 from .descriptions import description_of as description_of
 from .gc_pause import gc_paused as gc_paused
 from .kinds import OneOf as OneOf
+from .kinds import Shaped as Shaped
 from .kinds import kind_of as kind_of
 from .names import RESERVED as RESERVED
 from .names import RUN as RUN

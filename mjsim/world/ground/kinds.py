@@ -53,6 +53,41 @@ class OneOf:
         return None if kind is None else f"<{kind}>"
 
 
+_SHAPES: Mapping[str, tuple[str, tuple[type, ...]]] = {
+    "truth": ("true or false", (bool,)),
+    "number": ("a number", (int, float)),
+    "word": ("a word", (str,)),
+    "list": ("a list", (list, tuple)),
+    "keys": ("keys with values", (Mapping, BaseModel)),
+}
+"""What a value of each shape is called, and its types."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shaped:
+    """Annotates a union whose choices differ in shape, named in their order; errors then refer only to one choice."""
+
+    shapes: tuple[str, ...]
+    """Of truth, number, word, list, keys."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Return the validation schema: the shape of a value chooses."""
+        union: Any = handler(source)
+        choices = {f"<{shape}>": choice for shape, choice in zip(self.shapes, union["choices"], strict=True)}
+        *others, last = (_SHAPES[shape][0] for shape in self.shapes)
+        message = f"it must be {', '.join(others)} or {last}"
+        return core_schema.tagged_union_schema(
+            choices, self._tag, custom_error_type="shape", custom_error_message=message
+        )
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        """Return the JSON Schema of the union."""
+        return {"anyOf": handler(schema)["oneOf"]}
+
+    def _tag(self, value: object) -> str | None:
+        return next((f"<{shape}>" for shape in self.shapes if isinstance(value, _SHAPES[shape][1])), None)
+
+
 def _lazy_schema(model: type[BaseModel]) -> CoreSchema:
     """Return a validation schema that builds the model's validator on first use: a world uses few kinds."""
 

@@ -14,6 +14,11 @@ from .bodies import NoBody as NoBody
 from .bodies import Part as Part
 from .bodies import PolygonBody as PolygonBody
 from .bodies import rims as rims
+from .cameras import Camera as Camera
+from .cameras import Depth as Depth
+from .cameras import Exposure as Exposure
+from .cameras import Photons as Photons
+from .cameras import Stereo as Stereo
 from .consistency import misfits as misfits
 from .drives import CORNERS as CORNERS
 from .drives import OMNI3_BEARINGS as OMNI3_BEARINGS
@@ -118,8 +123,6 @@ from .sensor_presets import sensor_names as sensor_names
 from .sensors import SENSOR_KINDS as SENSOR_KINDS
 from .sensors import AnySensor as AnySensor
 from .sensors import BeaconSensor as BeaconSensor
-from .sensors import Camera as Camera
-from .sensors import Depth as Depth
 from .sensors import Imu as Imu
 from .sensors import Sensor as Sensor
 from .sensors import name_of as name_of

@@ -1,10 +1,8 @@
 """Sensors as described in a world file, other than wheel odometry."""
 
-import math
-from typing import Annotated, Any, ClassVar, Literal, Self, get_args
+from typing import Annotated, Any, ClassVar, get_args
 
-import numpy as np
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field
 
 from mjsim.world.ground import (
     Degrees,
@@ -16,89 +14,12 @@ from mjsim.world.ground import (
     OneOf,
     Point3,
     Rate,
-    Slider,
-    fault,
 )
-from mjsim.world.items.lenses import Lens
+from mjsim.world.items.cameras import Camera as Camera
 from mjsim.world.items.lidars import Lidar as Lidar
 from mjsim.world.items.lidars import Lidar3d as Lidar3d
 from mjsim.world.items.lidars import Rosette as Rosette
-from mjsim.world.items.sensor_model import Bought, Bounds, Chance, Latency, OnArm, Pitch, SensorModel
-
-
-class Depth(Model):
-    """Depth measurement of a camera."""
-
-    range: Bounds = (0.0, 100.0)
-    """[minimum, maximum] range [m]."""
-    noise: Deviation = 0.0
-    """Standard deviation at 1 m [m]; it grows with the square of the distance, as in stereo."""
-
-
-class Camera(Bought):
-    """A camera on the robot; without yaw and pitch it looks along the robot's x axis."""
-
-    model_config = ConfigDict(json_schema_extra={"examples": [{"camera": "front", "at": [0.1, 0, 0.5]}]})
-    kind: ClassVar[str] = "camera"
-    reading: ClassVar[str] = "cameras"
-    noise_keys: ClassVar[tuple[str, ...]] = ("noise", "depth")
-    camera: Name
-    """Its name."""
-    at: Point3 = (0.0, 0.0, 0.3)
-    """Position [x, y, z] in the robot frame [m]."""
-    yaw_deg: Degrees = 0.0
-    """Yaw to the left."""
-    pitch_deg: Pitch = 0.0
-    """Pitch, positive up."""
-    width: Annotated[int, Field(ge=16, le=4096)] = 640
-    """[px]"""
-    height: Annotated[int, Field(ge=16, le=4096)] = 480
-    """[px]"""
-    fov_deg: Annotated[float, Field(ge=5, le=150)] = 60.0
-    """Horizontal field of view."""
-    rate_hz: Rate = 12.5
-    """Pictures per second; must divide the tick rate."""
-    quality: Literal["normal", "high"] = "normal"
-    """Rendering quality; high adds shadows, reflections and multisampling."""
-    noise: Annotated[float, Field(ge=0, le=100), Slider(0.0, 40.0)] = 0.0
-    """Standard deviation of pixel values on a 0 to 255 scale."""
-    latency: Latency = 0
-    """Delay of a picture, in ticks."""
-    lens: Lens | None = None
-    """Lens distortion; default: none. The field of view is that after distortion."""
-    depth: bool | Depth = False
-    """Whether it also measures the depth of each pixel: true, or the parameters."""
-    segmentation: bool = False
-    """Whether it also gives the object at each pixel."""
-    exposure: Annotated[float, Field(gt=0, le=100)] | Literal["auto"] = 1.0
-    """Brightness of pictures, relative to the light; auto sets the mean of each picture to medium grey."""
-    blur: Annotated[float, Field(ge=0, le=20)] = 0.0
-    """Standard deviation of the blur of the lens [px]."""
-    shutter: Annotated[float, Field(ge=0, le=1)] = 0.0
-    """Exposure time [s], which causes motion blur."""
-    rolling_shutter: Annotated[float, Field(ge=0, le=1)] = 0.0
-    """Readout time from the first row to the last [s]; the stamp is that of the middle row."""
-
-    @property
-    def focal(self) -> float:
-        """Focal length [px]; with a lens, points at half the field of view are still at the edge.
-
-        References:
-            The pinhole camera, f = (width / 2) / tan(fov / 2).
-        """
-        edge = np.array([[math.tan(math.radians(self.fov_deg) / 2), 0.0]])
-        return self.width / 2 / float((edge if self.lens is None else self.lens.bend(edge))[0, 0])
-
-    @model_validator(mode="after")
-    def _lens_reaches_its_edge(self) -> Self:
-        if self.lens is not None:
-            edge = np.array([[math.tan(math.radians(self.fov_deg) / 2), 0.0]])
-            if not np.allclose(self.lens.straighten(self.lens.bend(edge)), edge, atol=1e-6):
-                message = (
-                    f"fov_deg is {self.fov_deg:g}; the lens model is not invertible that far, make one of them smaller"
-                )
-                raise fault(message, "lens")
-        return self
+from mjsim.world.items.sensor_model import Bounds, Chance, Latency, OnArm, Pitch, SensorModel
 
 
 class BeaconNoise(Model):
