@@ -19,7 +19,7 @@ class BatchRays:
 
     Movable geoms that did not move during a turn form a second scene, rebuilt after any of them has moved.
 
-    Without Embree (`pip install 'mjsim[embree]'`) MuJoCo casts all rays.
+    Where Embree cannot be used, MuJoCo casts all rays.
     """
 
     def __init__(
