@@ -99,7 +99,7 @@ def stored(key: str) -> BakedLight | None:
     """Return light from the cache; None if it is not there or cannot be read."""
     place = _folder() / key
     try:
-        with np.load(place, allow_pickle=False) as arrays:
+        with np.load(io.BytesIO(place.read_bytes()), allow_pickle=False) as arrays:
             light = _from_arrays(dict(arrays), key)
     except BROKEN:
         return None

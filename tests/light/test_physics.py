@@ -1,0 +1,142 @@
+"""Baked light against what physics says: closed forms, geometry, and conservation."""
+
+import numpy as np
+import pytest
+
+from mjsim.compile import compile_world, compiled
+from mjsim.light import ALWAYS, BakedLight, bake
+from mjsim.light.emitters import lamp_rectangle
+from mjsim.world import Lamp, parse_world
+
+BLACK = """mjsim: 1
+light: 0
+walls: [{points: [[-2, -2], [2, -2], [2, 2], [-2, 2]], closed: true, color: "#000000"}]
+floor: {color: "#000000"}
+"""
+
+
+def baked(text, **options):
+    world = parse_world(text)
+    model = compiled(compile_world(world))
+    return model, bake(world, model, processes=1, **options)
+
+
+def light_at(model, light: BakedLight, geom: str, point, *, group: str = ALWAYS):
+    """Return the light of a group on a surface, interpolated as OpenGL does, red, green, blue."""
+    surface = next(each for each in light.surfaces if model.geom(each.geom).name == geom)
+    texels = next(each for each in light.groups if each.name == group).texels.astype(float)
+    for corners in surface.triangles:
+        a, b, c = surface.points[corners]
+        shares, rest, *_ = np.linalg.lstsq(np.array([b - a, c - a]).T, np.asarray(point, float) - a, rcond=None)
+        if shares.min() > -1e-6 and shares.sum() < 1 + 1e-6 and (rest.size == 0 or rest[0] < 1e-6):
+            u, v = np.array([1 - shares.sum(), *shares]) @ surface.lightcoords[corners]
+            return bilinear(texels, u * texels.shape[1] - 0.5, v * texels.shape[0] - 0.5)
+    raise AssertionError(f"{point} is not on {geom}")
+
+
+def bilinear(texels, column, row):
+    x, y = int(np.floor(column)), int(np.floor(row))
+    a, b = column - x, row - y
+    upper = (1 - a) * texels[y, x] + a * texels[y, x + 1]
+    return (1 - b) * upper + b * ((1 - a) * texels[y + 1, x] + a * texels[y + 1, x + 1])
+
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def dark_room():
+    text = f"{BLACK}lamps: [{{at: [-1, 0], height: 2, color: '#ffffff'}}]\n"
+    return baked(f"{text}obstacles: [{{name: box, box: [0.5, 2, 0.5], at: [0.25, 0], color: '#000000'}}]\n")
+
+
+def test_light_under_a_lamp_falls_off_as_that_of_a_small_level_source(dark_room):
+    model, light = dark_room
+    under = light_at(model, light, "floor", [-1, 0, 0])[0]
+    assert under == pytest.approx(1.0, rel=0.01)
+    for r in (0.5, 1.0, 1.5):
+        expected = (4 / (4 + r * r)) ** 2
+        assert light_at(model, light, "floor", [-1, r, 0])[0] / under == pytest.approx(expected, rel=0.02)
+
+
+def test_a_lamp_is_in_full_light_two_metres_below_it():
+    lamp = lamp_rectangle(Lamp(at=(0.0, 0.0), height=2.0))
+    # Sums over small parts of the lamp, Lambert's law for each.
+    steps = (np.arange(200) + 0.5) / 100 - 1.0
+    x, y = np.meshgrid(steps * np.linalg.norm(lamp.across), steps * np.linalg.norm(lamp.along))
+    squared = x * x + y * y + 4.0
+    assert (lamp.radiance * 4.0 / squared**2).sum() * lamp.area / x.size == pytest.approx(1.0, rel=1e-5)
+
+
+def test_the_penumbra_of_a_box_is_as_wide_as_geometry_says(dark_room):
+    model, light = dark_room
+    # The far upper edge of the box hides the lamp, 0.2 m wide and 2 m high, from x1 to x2 on.
+    edge, height, lamp = 0.5, 0.5, (-1.1, -0.9)
+    ends = sorted(edge + (edge - x) * height / (2.0 - height) for x in lamp)
+    xs = np.arange(0.6, 1.4, 0.01)
+    seen = np.array([light_at(model, light, "floor", [x, 0, 0])[0] for x in xs])
+    free = np.array([(4 / (4 + (x + 1) ** 2)) ** 2 for x in xs])
+    share = seen / free
+    # A texel of 0.05 m blurs each end.
+    assert xs[share > 0.05][0] == pytest.approx(ends[0], abs=0.05)
+    assert xs[share < 0.95][-1] == pytest.approx(ends[1], abs=0.05)
+
+
+def test_a_lamp_does_not_shine_through_a_wall_or_its_corners():
+    text = BLACK.replace("walls: [", "walls: [{points: [[1, -2], [1, 1], [2, 1]], height: 2.5, color: '#000000'}, ")
+    model, light = baked(f"{text}lamps: [{{at: [-1, 0], height: 2, brightness: 5}}]\nceiling: {{color: '#000000'}}\n")
+    for point in ([1.08, 0, 0], [1.08, 0.92, 0], [1.9, 0.92, 0], [1.08, -1.9, 0], [1.5, 0, 0]):
+        assert light_at(model, light, "floor", point).max() == 0.0
+    assert light_at(model, light, "floor", [0.92, 0, 0])[0] > 0.5
+
+
+def test_the_floor_is_redder_near_a_red_wall():
+    text = BLACK.replace("floor: {color: '#000000'}", "floor: {color: '#ffffff'}").replace("#000000", "#e02010", 1)
+    model, light = baked(f"{text}lamps: [{{at: [1, 0], height: 2.4, color: '#ffffff'}}]\n", texel=0.1)
+    near, far = (light_at(model, light, "floor", [x, 0, 0]) for x in (-1.65, 1.0))
+    assert near[0] / near[1] > 1.02 * far[0] / far[1] > 1.0
+
+
+def test_reflection_in_a_closed_room_neither_makes_nor_loses_light():
+    text = """mjsim: 1
+light: 0
+walls: [{points: [[0, 0], [2, 0], [2, 2], [0, 2]], closed: true, height: 2, color: "#bababa"}]
+floor: {color: "#bababa"}
+ceiling: {color: "#bababa", height: 2}
+lamps: [{at: [1, 1], height: 1.9, color: "#ffffff"}]
+"""
+    model, light = baked(text, texel=0.1)
+    steps = 0.05 + (np.arange(6) + 0.5) * 1.9 / 6
+    inside, total = [(u, v) for u in steps for v in steps], 0.0
+    sides = [("floor", lambda u, v: [u, v, 0]), ("ceiling", lambda u, v: [u, v, 2])]
+    sides += [
+        ("wall/seen:1", place)
+        for place in (
+            lambda u, v: [0.05, u, v],
+            lambda u, v: [1.95, u, v],
+            lambda u, v: [u, 0.05, v],
+            lambda u, v: [u, 1.95, v],
+        )
+    ]
+    for name, place in sides:
+        total += np.mean([light_at(model, light, name, place(u, v))[0] for u, v in inside]) * 1.9 * 2.0
+    lamp = lamp_rectangle(Lamp(at=(1.0, 1.0), height=1.9))
+    flux, albedo = np.pi * lamp.radiance * lamp.area, (0xBA / 255) ** 2.2
+    # Sums of all reflections; the sides are 1.9 m x 2 m or 1.9 m square, sampled at 36 points.
+    assert total == pytest.approx(flux / (1 - albedo), rel=0.06)
+
+
+def test_no_seam_shows_where_pieces_of_a_wall_meet():
+    text = """mjsim: 1
+walls:
+  - {points: [[0, 0], [14, 0]], openings: [{at: 6.5, width: 1, sill: 0, head: 1}]}
+"""
+    model, light = baked(text, texel=0.1)
+    walls = [each for each in light.surfaces if model.geom(each.geom).name.startswith("wall/")]
+    found = {}
+    for surface in walls:
+        for point, normal, place in zip(surface.points, surface.normals, surface.lightcoords, strict=True):
+            key = (*np.round(point, 4).tolist(), *np.round(normal, 2).tolist())
+            found.setdefault(key, set()).add(tuple(np.round(place, 5).tolist()))
+    shared = [places for key, places in found.items() if len(places) > 1 and abs(key[4]) == 1.0]
+    assert shared == []

@@ -1,0 +1,150 @@
+"""Baked light: the same bits for any number of processes, and again from the cache."""
+
+import sys
+
+import numpy as np
+import pytest
+
+from mjsim.compile import compile_world, compiled
+from mjsim.light import LAMP, BakedLight, bake, light_of, linear, world_light
+from mjsim.light.stored import MOST_BYTES, key_of, store, stored
+from mjsim.output import user_cache
+from mjsim.world import parse_world
+
+ROOM = """mjsim: 1
+shading: baked
+walls:
+  - {points: [[0, 0], [2, 0], [2, 2], [0, 2]], closed: true, openings: [{name: gate, at: 0.5, width: 0.9, door: {}}]}
+obstacles:
+  - {name: crate, box: [0.3, 0.3, 0.3], at: [1.4, 1.4]}
+  - {name: ball, sphere: 0.2, at: [0.5, 1.5]}
+lamps: [{name: desk, at: [1, 1]}, {name: hall, at: [0.5, 0.5]}]
+run:
+  events: [{time: 1, lamp: desk, brightness: 0}, {time: 2, open: gate}, {time: 3, remove: ball}]
+"""
+
+
+def compiled_world(text):
+    world = parse_world(text)
+    return world, compiled(compile_world(world))
+
+
+@pytest.fixture(scope="module")
+def room():
+    return compiled_world(ROOM)
+
+
+@pytest.fixture(scope="module")
+def light(room):
+    return bake(*room, processes=1, texel=0.2)
+
+
+@pytest.fixture(autouse=True)
+def own_cache(monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    user_cache("light").mkdir(parents=True)
+
+
+def arrays_of(light: BakedLight):
+    for surface in light.surfaces:
+        yield from (surface.points, surface.normals, surface.lightcoords, surface.triangles)
+    for group in light.groups:
+        yield from (group.texels, group.start)
+    yield from (light.probes.origin, light.probes.spacing, light.probes.cubes, np.array(light.exposure))
+
+
+def assert_same(one: BakedLight, other: BakedLight, *, rounding=0.0):
+    assert [group.name for group in one.groups] == [group.name for group in other.groups]
+    for left, right in zip(arrays_of(one), arrays_of(other), strict=True):
+        np.testing.assert_allclose(left, right, rtol=0, atol=rounding)
+
+
+@pytest.mark.slow
+def test_light_is_the_same_to_the_last_bit_for_one_and_two_processes(room, light):
+    assert_same(light, bake(*room, processes=2, texel=0.2))
+
+
+@pytest.mark.slow
+def test_what_events_change_has_a_map_of_its_own_or_none(room, light):
+    _, model = room
+    assert [group.name for group in light.groups] == ["light", "", f"{LAMP}desk", "door/gate"]
+    lit = {model.geom(surface.geom).name for surface in light.surfaces}
+    assert "obstacle/crate" in lit
+    assert "obstacle/ball" not in lit
+    assert not any(name.startswith("door/") for name in lit)
+    gate = light.groups[3].texels
+    assert gate.max() > 0.0 > gate.min()
+
+
+@pytest.mark.slow
+def test_light_comes_back_from_the_cache_as_it_was(light):
+    store("key", light)
+    # Points and normals are kept in single and half precision.
+    assert_same(light, stored("key"), rounding=1e-3)
+    np.testing.assert_array_equal(stored("key").groups[0].texels, light.groups[0].texels)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("spoil", [lambda data: b"", lambda data: data[:-100], lambda data: b"PK" + data[7:]])
+def test_a_broken_file_is_none(light, spoil):
+    store("key", light)
+    place = user_cache("light") / "key"
+    place.write_bytes(spoil(place.read_bytes()))
+    assert stored("key") is None
+
+
+@pytest.mark.slow
+def test_a_file_of_other_light_is_none(light):
+    store("key", light)
+    (user_cache("light") / "key").rename(user_cache("light") / "other")
+    assert stored("other") is None
+    assert stored("missing") is None
+
+
+@pytest.mark.slow
+def test_the_cache_forgets_what_was_used_least_recently(light):
+    old = user_cache("light") / "old"
+    with old.open("wb") as file:
+        file.truncate(MOST_BYTES)
+    store("key", light)
+    assert not old.exists()
+    assert stored("key") is not None
+
+
+def test_what_does_not_change_light_does_not_change_its_key(room):
+    robots = "robots: [{name: scout, preset: pioneer3dx, at: [1, 0.5]}]\nrun: {seconds: 7}\nmjsim: 1\n"
+    base = "shading: baked\nwalls: [{points: [[0, 0], [2, 0], [2, 2], [0, 2]], closed: true}]\n"
+    keys = {key_of(*compiled_world(text)) for text in (f"mjsim: 1\n{base}", f"{base}{robots}")}
+    assert len(keys) == 1
+    changed = (
+        base.replace("[2, 2]", "[2.001, 2]"),
+        base + "lamps: [{at: [1, 1]}]\n",
+        base + "floor: {color: '#ff0000'}\n",
+    )
+    keys |= {key_of(*compiled_world(f"mjsim: 1\n{text}")) for text in changed}
+    assert len(keys) == 4
+
+
+def test_plain_shading_has_no_baked_light():
+    assert light_of(*compiled_world("mjsim: 1\nwalls: [{points: [[0, 0], [2, 0]]}]\n")) is None
+
+
+def test_without_embree_a_line_says_that_light_is_plain(monkeypatch, capsys, room):
+    monkeypatch.setitem(sys.modules, "embreex.rtcore_scene", None)
+    assert light_of(*room) is None
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "plain light" in line
+    assert "embreex" in line
+
+
+@pytest.mark.slow
+def test_light_is_baked_once_and_then_read(monkeypatch, room, light):
+    baked = []
+    monkeypatch.setattr(world_light, "_baked", lambda *arguments: baked.append(arguments) or light)
+    assert_same(light_of(*room), light_of(*room), rounding=1e-3)
+    assert len(baked) == 1
+
+
+def test_linear_light_of_a_picture_value_is_its_power():
+    assert linear(1.0) == 1.0
+    assert linear(0.5) == pytest.approx(0.5**2.2)
