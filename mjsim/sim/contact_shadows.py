@@ -5,7 +5,7 @@ each of many directions of light, the outlines of its parts are projected on the
 """
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from mjsim.compile import triangles_of
 from mjsim.geometry import Array
 from mjsim.light import GAMMA
+from mjsim.sim.in_view import Frustum
 from mjsim.sim.merged_geoms import moving_bodies
 
 SIDE = 64
@@ -74,24 +75,34 @@ def shadows_of(model: mujoco.MjModel, geoms: NDArray[np.intp]) -> list[Shadow]:
     return [_shadow(data, body, shapes) for body, shapes in parts.items()]
 
 
-def place_shadows(shadows: list[Shadow], data: mujoco.MjData, corners: NDArray[np.float32]) -> Array:
-    """Write the corners of all shadows on the floor, counter-clockwise, and return their strengths, shape (n,).
+class PlacedShadows:
+    """Where shadows are on the floor; what does not change is made once."""
 
-    Args:
-        shadows: The shadows.
-        data: Where the things are.
-        corners: World frame, shape (n, 4, 3) [m]; heights are left as they are.
-    """
-    bodies = [shadow.body for shadow in shadows]
-    axis = data.xmat[bodies][:, [0, 3]]
-    axis = axis / np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), 1e-9)
-    unit = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-    at = np.array([shadow.low + unit * shadow.size for shadow in shadows])
-    position = data.xpos[bodies]
-    corners[:, :, 0] = position[:, :1] + axis[:, :1] * at[:, :, 0] - axis[:, 1:] * at[:, :, 1]
-    corners[:, :, 1] = position[:, 1:2] + axis[:, 1:] * at[:, :, 0] + axis[:, :1] * at[:, :, 1]
-    lifted = position[:, 2] - [shadow.height for shadow in shadows]
-    return np.asarray(np.clip(1.0 - lifted / LIFTED, 0.0, 1.0))
+    def __init__(self, shadows: Sequence[Shadow]) -> None:
+        """Keep the shadows."""
+        self._bodies = np.array([shadow.body for shadow in shadows])
+        self._heights = np.array([shadow.height for shadow in shadows])
+        unit = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+        at = np.array([shadow.low + unit * shadow.size for shadow in shadows])
+        self._at = at.reshape(-1, 4, 2) @ [1.0, 1.0j]
+        self._radii = np.abs(self._at).max(axis=1)
+
+    def strengths(self, data: mujoco.MjData, view: Frustum) -> Array:
+        """Return how strong each shadow is, 0 for one that is out of view, shape (n,)."""
+        position = data.xpos[self._bodies]
+        lifted = position[:, 2] - self._heights
+        position[:, 2] = 0.0
+        strengths = np.clip(1.0 - lifted / LIFTED, 0.0, 1.0)
+        strengths[view.beside(position - view.eye, self._radii)] = 0.0
+        return np.asarray(strengths)
+
+    def corners(self, data: mujoco.MjData, chosen: NDArray[np.intp]) -> NDArray[np.complex128]:
+        """Return the corners of some shadows, counter-clockwise, as x + y i in the world frame, shape (n, 4) [m]."""
+        bodies = self._bodies[chosen]
+        axes = data.xmat[bodies][:, [0, 3]] @ [1.0, 1.0j]
+        axes /= np.maximum(np.abs(axes), 1e-9)
+        middles = data.xpos[bodies, :2] @ [1.0, 1.0j]
+        return np.asarray(middles[:, None] + axes[:, None] * self._at[chosen])
 
 
 def _carriers(model: mujoco.MjModel) -> NDArray[np.intp]:

@@ -8,6 +8,7 @@ References:
     Khronos' gl.h and glext.h.
 """
 
+from collections.abc import Callable
 from ctypes import byref, c_int, c_uint, c_void_p
 
 import numpy as np
@@ -19,9 +20,10 @@ from mjsim.sim.gl_calls import COMPILE, LIGHTING, MODELVIEW, TEXTURE_2D, UNSIGNE
 TEXTURE0, LIGHT_UNIT = 0x84C0, 0x84C2
 RGB, RGB8, ALPHA, ALPHA8 = 0x1907, 0x8051, 0x1906, 0x803C
 MIN_FILTER, MAG_FILTER, WRAP_S, WRAP_T, LINEAR, CLAMP_TO_EDGE = 0x2801, 0x2800, 0x2802, 0x2803, 0x2601, 0x812F
+FLAT, SMOOTH = 0x1D00, 0x1D01
 TEXTURE_ENV, ENV_MODE, MODULATE = 0x2300, 0x2200, 0x2100
 VERTEX_ARRAY, TEXTURE_COORD_ARRAY = 0x8074, 0x8078
-TEXTURE_MATRIX, FLOAT, TRIANGLES, ENABLE_BIT, UNPACK_ALIGNMENT = 0x1702, 0x1406, 0x0004, 0x00002000, 0x0CF5
+TEXTURE_MATRIX, FLOAT, TRIANGLES, UNPACK_ALIGNMENT = 0x1702, 0x1406, 0x0004, 0x0CF5
 
 Floats = NDArray[np.float32]
 
@@ -42,11 +44,11 @@ class GlLight:
         """
         self._look_up(gl)
         self._map = self.texture(np.zeros((height, width, 3), dtype=np.uint8))
-        # What MuJoCo draws by lists of its own is to keep its colours.
-        self._even = self.texture(np.full((1, 1, 3), 255, dtype=np.uint8))
         self._active(LIGHT_UNIT)
         self._environment(TEXTURE_ENV, ENV_MODE, MODULATE)
         self._active(TEXTURE0)
+        self.enter, self.leave = self._states()
+        """Display lists: from now on surfaces with a light map are drawn; or what MuJoCo draws by lists of its own."""
         self.require_no_error("light map")
 
     def upload(self, picture: NDArray[np.uint8], first_row: int = 0) -> None:
@@ -56,8 +58,8 @@ class GlLight:
         self._bind(TEXTURE_2D, self._map)
         self._part(TEXTURE_2D, 0, 0, first_row, width, rows, RGB, UNSIGNED_BYTE, picture.ctypes.data)
 
-    def surface(self, points: Floats, lightcoords: Floats, texcoords: Floats | None, *, scaled: bool = True) -> int:
-        """Return a new display list of triangles.
+    def surface(self, points: Floats, lightcoords: Floats, texcoords: Floats | None, *, scaled: bool) -> int:
+        """Return a new display list of triangles, to be called between `enter` and `leave`.
 
         Args:
             points: Three corners of each, frame of the geom, shape (3 m, 3) [m].
@@ -76,12 +78,12 @@ class GlLight:
             self._places(2, FLOAT, 0, places.ctypes.data)
         self._new_list(listed, COMPILE)
         if scaled:
-            self._record(len(points))
+            self._draw_arrays(TRIANGLES, 0, len(points))
         else:
             self._matrix_mode(TEXTURE_MATRIX)
             self._push_matrix()
             self._load_identity()
-            self._record(len(points))
+            self._draw_arrays(TRIANGLES, 0, len(points))
             self._pop_matrix()
             self._matrix_mode(MODELVIEW)
         self._end_list()
@@ -92,18 +94,14 @@ class GlLight:
         self._disable_array(VERTEX_ARRAY)
         return listed
 
-    def switch_on(self) -> None:
-        """Light what `surface` made; all else is drawn as before."""
-        self._active(LIGHT_UNIT)
-        self._enable(TEXTURE_2D)
-        self._bind(TEXTURE_2D, self._even)
-        self._active(TEXTURE0)
-
-    def switch_off(self) -> None:
-        """Draw as MuJoCo does."""
-        self._active(LIGHT_UNIT)
-        self._disable(TEXTURE_2D)
-        self._active(TEXTURE0)
+    def apart(self, listed: int) -> int:
+        """Return a new display list that enters, calls a list and leaves."""
+        made = int(self._new_lists(1))
+        self._new_list(made, COMPILE)
+        for each in (self.enter, listed, self.leave):
+            self._call_list(each)
+        self._end_list()
+        return made
 
     def texture(self, picture: NDArray[np.uint8]) -> int:
         """Return a new texture of a picture with one channel, opacity, or three; smooth between its pixels."""
@@ -126,18 +124,25 @@ class GlLight:
         if code:
             raise OpenGLError(f"OpenGL refuses the {what} (error {code:#x})")
 
-    def _record(self, corners: int) -> None:
-        """Write the commands of a list: the arrays, unlit by OpenGL, with the map."""
-        self._push(ENABLE_BIT)
-        self._disable(LIGHTING)
+    def _states(self) -> tuple[int, int]:
+        """Return `enter` and `leave`."""
+        enter = int(self._new_lists(2))
+        # One colour for a surface need not be interpolated.
+        self._record_state(enter, light=self._disable, map_=self._enable, shade=FLAT)
+        self._record_state(enter + 1, light=self._enable, map_=self._disable, shade=SMOOTH)
+        return enter, enter + 1
+
+    def _record_state(
+        self, listed: int, *, light: Callable[[int], None], map_: Callable[[int], None], shade: int
+    ) -> None:
+        self._new_list(listed, COMPILE)
+        light(LIGHTING)
+        self._shade(shade)
         self._active(LIGHT_UNIT)
         self._bind(TEXTURE_2D, self._map)
+        map_(TEXTURE_2D)
         self._active(TEXTURE0)
-        self._draw_arrays(TRIANGLES, 0, corners)
-        self._active(LIGHT_UNIT)
-        self._bind(TEXTURE_2D, self._even)
-        self._active(TEXTURE0)
-        self._pop()
+        self._end_list()
 
     def _look_up(self, gl: GlCalls) -> None:
         call = gl.function
@@ -153,8 +158,9 @@ class GlLight:
         self._part = call(b"glTexSubImage2D", None, c_uint, *[c_int] * 5, c_uint, c_uint, c_void_p)
         self._pixel_store = call(b"glPixelStorei", None, c_uint, c_int)
         self._enable, self._disable = call(b"glEnable", None, c_uint), call(b"glDisable", None, c_uint)
-        self._push, self._pop = call(b"glPushAttrib", None, c_uint), call(b"glPopAttrib")
         self._new_lists = call(b"glGenLists", c_uint, c_int)
+        self._shade = call(b"glShadeModel", None, c_uint)
+        self._call_list = call(b"glCallList", None, c_uint)
         self._new_list, self._end_list = call(b"glNewList", None, c_uint, c_uint), call(b"glEndList")
         self._enable_array = call(b"glEnableClientState", None, c_uint)
         self._disable_array = call(b"glDisableClientState", None, c_uint)

@@ -9,9 +9,10 @@ from ctypes import c_int, c_ubyte, c_uint, c_void_p
 import mujoco
 import numpy as np
 
-from mjsim.sim.contact_shadows import SIDE, Shadow, place_shadows
+from mjsim.sim.contact_shadows import SIDE, PlacedShadows, Shadow
 from mjsim.sim.gl_calls import ALL_ATTRIB_BITS, COMPILE, CULL_FACE, FOG, LIGHTING, QUADS, TEXTURE_2D, GlCalls
 from mjsim.sim.gl_light import FLOAT, TEXTURE_COORD_ARRAY, VERTEX_ARRAY, GlLight
+from mjsim.sim.in_view import Frustum
 from mjsim.sim.merged import UNSEEN
 
 COLOR_ARRAY = 0x8076
@@ -25,14 +26,14 @@ class GlShadows:
 
     def __init__(self, gl: GlCalls, light: GlLight, model: mujoco.MjModel, shadows: list[Shadow]) -> None:
         """Copy the shadows to one texture; at least one."""
-        self._model, self._shadows = model, shadows
+        self._model, self._placed = model, PlacedShadows(shadows)
         self._geoms = [shadow.geom for shadow in shadows]
         across = int(np.ceil(np.sqrt(len(shadows))))
         atlas = np.zeros((across * SIDE, across * SIDE), dtype=np.uint8)
         count = len(shadows)
         self._corners = np.full((count, 4, 3), ABOVE, dtype=np.float32)
         self._colors = np.zeros((count, 4, 4), dtype=np.float32)
-        self._places = np.empty((count, 4, 2), dtype=np.float32)
+        self._places, self._chosen_places = (np.empty((count, 4, 2), dtype=np.float32) for _ in range(2))
         # Not to the border of a part, where that of its neighbour would shine through.
         unit = np.array([[0.5, 0.5], [SIDE - 0.5, 0.5], [SIDE - 0.5, SIDE - 0.5], [0.5, SIDE - 0.5]])
         for number, shadow in enumerate(shadows):
@@ -44,18 +45,25 @@ class GlShadows:
         self._list_states(gl)
         light.require_no_error("shadows")
 
-    def draw(self, data: mujoco.MjData) -> None:
-        """Darken the floor below and around the things, after mjr_render with its camera."""
-        strengths = place_shadows(self._shadows, data, self._corners)
+    def draw(self, data: mujoco.MjData, view: Frustum) -> None:
+        """Darken the floor below and around the things in view, after mjr_render with the camera of the view."""
+        strengths = self._placed.strengths(data, view)
         strengths[self._model.geom_group[self._geoms] == UNSEEN] = 0.0
-        self._colors[:, :, 3] = strengths[:, None]
+        chosen = np.flatnonzero(strengths)
+        count = len(chosen)
+        if not count:
+            return
+        corners = self._placed.corners(data, chosen)
+        self._corners[:count, :, 0], self._corners[:count, :, 1] = corners.real, corners.imag
+        self._colors[:count, :, 3] = strengths[chosen, None]
+        self._chosen_places[:count] = self._places[chosen]
         self._call_list(self._before)
         self._vertices(3, FLOAT, 0, self._corners.ctypes.data)
         self._tints(4, FLOAT, 0, self._colors.ctypes.data)
-        self._texcoords(2, FLOAT, 0, self._places.ctypes.data)
+        self._texcoords(2, FLOAT, 0, self._chosen_places.ctypes.data)
         for array in (VERTEX_ARRAY, COLOR_ARRAY, TEXTURE_COORD_ARRAY):
             self._enable_array(array)
-        self._draw_arrays(QUADS, 0, 4 * len(self._shadows))
+        self._draw_arrays(QUADS, 0, 4 * count)
         for array in (VERTEX_ARRAY, COLOR_ARRAY, TEXTURE_COORD_ARRAY):
             self._disable_array(array)
         self._call_list(self._after)

@@ -47,7 +47,7 @@ def _difference() -> str:
     model = mujoco.MjModel.from_xml_string(SCENE)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    scene = mujoco.MjvScene(model, maxgeom=4)
+    scene = mujoco.MjvScene(model, maxgeom=5)
     if not _fill(model, data, scene):
         return "geoms of a scene are laid out differently"
     context = make_context(3 * SIDE, SIDE)
@@ -71,6 +71,7 @@ def _compare(
     mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, mjr)
     rect = mujoco.MjrRect(0, 0, 3 * SIDE, SIDE)
     mujoco.mjr_render(rect, scene, mjr)
+    scene.nlight = 0
     _, depth = _read(rect, mjr)
     LitScene(gl, mjr, model, _lit(model)).draw(rect, scene, mjr, data)
     colors, lit_depth = _read(rect, mjr)

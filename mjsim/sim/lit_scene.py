@@ -15,15 +15,16 @@ from mjsim.sim.contact_shadows import shadows_of
 from mjsim.sim.gl_calls import GlCalls
 from mjsim.sim.gl_light import GlLight
 from mjsim.sim.gl_shadows import GlShadows
+from mjsim.sim.in_view import frustum_of
 from mjsim.sim.light_mix import LightMix
 from mjsim.sim.light_weights import LightWeights
 from mjsim.sim.merged import UNSEEN, Merged
 from mjsim.sim.moving_light import MovingLight
-from mjsim.sim.scene_geoms import geoms_of
+from mjsim.sim.scene_geoms import as_bytes, geoms_of, mesh_geom
 
 MAY_BE_SEEN = (0, 1, 2, UNSEEN)
 """Geom groups of what is seen, or was before it was removed."""
-MESH, GEOM = int(mujoco.mjtGeom.mjGEOM_MESH), int(mujoco.mjtObj.mjOBJ_GEOM)
+MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
 
 
 class LitScene:
@@ -42,7 +43,9 @@ class LitScene:
         self._gl = GlLight(gl, width=self._mix.width, height=self._mix.height)
         self._lists = np.full(model.ngeom, -1, dtype=np.int32)
         self._pictured = np.zeros(model.ngeom, dtype=np.int32)
+        self._apart = np.zeros(model.ngeom, dtype=bool)
         self._make_lists(mjr, model, [each for each in baked.surfaces if _may_be_listed(model, each.geom)])
+        self._marks = [as_bytes(mesh_geom(each - mjr.baseMesh)) for each in (self._gl.enter, self._gl.leave)]
         may_be_seen = np.isin(model.geom_group, MAY_BE_SEEN)
         may_be_seen[Merged(model).parts] = True
         self._unlit = np.flatnonzero((self._lists < 0) & may_be_seen)
@@ -53,15 +56,21 @@ class LitScene:
         self._now: Array | None = None
 
     def draw(self, rect: mujoco.MjrRect, scene: mujoco.MjvScene, mjr: mujoco.MjrContext, data: mujoco.MjData) -> None:
-        """Draw a scene that holds geoms of a state, and no lights."""
+        """Draw a scene that holds geoms of a state, no lights, and has room for two geoms more.
+
+        Args:
+            rect: Where in the buffer.
+            scene: Its camera is up to date.
+            mjr: MuJoCo's resources in the context.
+            data: The state.
+        """
         self._update(data)
         self._prepare(scene, data)
-        light_moving_things(scene)
-        self._gl.switch_on()
+        if scene.nlight != len(DIRECTED):
+            light_moving_things(scene)
         mujoco.mjr_render(rect, scene, mjr)
-        self._gl.switch_off()
         if self._shadows is not None:
-            self._shadows.draw(data)
+            self._shadows.draw(data, frustum_of(scene, width=rect.width, height=rect.height))
 
     def _update(self, data: mujoco.MjData) -> None:
         """Take the light of a state."""
@@ -76,16 +85,26 @@ class LitScene:
 
     def _prepare(self, scene: mujoco.MjvScene, data: mujoco.MjData) -> None:
         """Exchange the geoms that have a light map, and color the others."""
-        geoms = geoms_of(scene)[: scene.ngeom]
-        ids = np.where(geoms["objtype"] == GEOM, geoms["objid"], 0)
-        lit = np.flatnonzero((self._lists[ids] >= 0) & (geoms["objtype"] == GEOM))
+        memory, count = geoms_of(scene), scene.ngeom
+        geoms = memory[:count]
+        ids = np.asarray(geoms["objid"])
+        lists = self._lists[ids]
+        is_lit = lists >= 0
+        lit = np.flatnonzero(is_lit)
         geoms["type"][lit] = MESH
-        geoms["dataid"][lit] = self._lists[ids[lit]]
+        geoms["dataid"][lit] = lists[lit]
         geoms["texcoord"][lit] = self._pictured[ids[lit]]
-        self._factors[self._unlit] = self._moving.factors(data)
+        if len(lit) < count:
+            self._factors[self._unlit] = self._moving.factors(data)
         geoms["rgba"][:, :3] *= self._factors[ids]
         glow = self._glow[ids]
         np.copyto(geoms["emission"], glow, where=glow >= 0.0)
+        # Those with a light map come first, between the lists that switch it on and off.
+        together = is_lit & ~self._apart[ids]
+        rows = as_bytes(geoms)
+        ordered = [self._marks[0], rows[together], self._marks[1], rows[~together]]
+        as_bytes(memory)[: count + 2] = np.concatenate(ordered)
+        scene.ngeom = count + 2
 
     def _make_lists(self, mjr: mujoco.MjrContext, model: mujoco.MjModel, surfaces: list[LitSurface]) -> None:
         data = mujoco.MjData(model)
@@ -99,9 +118,11 @@ class LitScene:
                 surface.lightcoords[corners],
                 np.asarray(surface.texcoords, dtype=np.float32)[corners] if pictured else None,
                 # Of planes, they are counted from the corner that MuJoCo chooses.
-                scaled=model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_PLANE or not pictured,
+                scaled=not pictured or model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_PLANE,
             )
-            self._lists[geom] = listed - mjr.baseMesh
+            # MuJoCo draws what is transparent after all else.
+            self._apart[geom] = clear = _alpha(model, geom) < 1.0
+            self._lists[geom] = (self._gl.apart(listed) if clear else listed) - mjr.baseMesh
         self._gl.require_no_error("surfaces of a light map")
 
 
@@ -123,6 +144,14 @@ def _may_be_listed(model: mujoco.MjModel, geom: int) -> bool:
     material = int(model.geom_matid[geom])
     texture = -1 if material < 0 else int(model.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB])
     return texture < 0 or mujoco.mjtTexture(model.tex_type[texture]) == mujoco.mjtTexture.mjTEXTURE_2D
+
+
+def _alpha(model: mujoco.MjModel, geom: int) -> float:
+    """Return the opacity of a geom: its own, or that of its material where it is the usual one."""
+    material = int(model.geom_matid[geom])
+    return float(
+        model.geom_rgba[geom, 3] if material < 0 else min(model.geom_rgba[geom, 3], model.mat_rgba[material, 3])
+    )
 
 
 def _has_own_texcoords(model: mujoco.MjModel, geom: int) -> bool:

@@ -71,7 +71,7 @@ class Renderer(Closes):
         self._in_view = InView(model, self._drawn)
         self._apart = InView(model, np.union1d(self._drawn, self._merged.parts)) if len(self._merged.parts) else None
         self._lamps = lamp_lights(model)
-        self._scene = mujoco.MjvScene(model, maxgeom=max(1, len(self._drawn) + len(self._merged.parts)))
+        self._scene = mujoco.MjvScene(model, maxgeom=2 + len(self._drawn) + len(self._merged.parts))
         self._option = mujoco.MjvOption()
         self._option.geomgroup[:] = [group in groups for group in range(len(self._option.geomgroup))]
         self._option.sitegroup[:] = 0

@@ -12,6 +12,8 @@ _FIELDS = {
     "dataid": (np.int32, 4),
     "objtype": (np.int32, 8),
     "objid": (np.int32, 12),
+    "matid": (np.int32, 20),
+    "texid": (np.int32, 24),
     "texcoord": (np.int32, 32),
     "rgba": ((np.float32, 4), 100),
     "emission": (np.float32, 116),
@@ -34,6 +36,20 @@ def geoms_of(scene: mujoco.MjvScene) -> NDArray[Any]:
     first = scene.geoms[0].rgba.__array_interface__["data"][0] - _FIELDS["rgba"][1]
     memory = (ctypes.c_ubyte * (_SIZE * scene.maxgeom)).from_address(first)
     return np.frombuffer(memory, dtype=GEOM)
+
+
+def mesh_geom(dataid: int) -> NDArray[Any]:
+    """Return the record of a white mesh of a number that belongs to nothing, shape (1,)."""
+    record = np.zeros(1, dtype=GEOM)
+    record["type"], record["dataid"] = mujoco.mjtGeom.mjGEOM_MESH, dataid
+    record["objtype"], record["objid"], record["matid"], record["texid"] = mujoco.mjtObj.mjOBJ_UNKNOWN, -1, -1, -1
+    record["rgba"] = 1.0
+    return record
+
+
+def as_bytes(records: NDArray[Any]) -> NDArray[np.uint8]:
+    """Return the same memory as rows of bytes; copying records leaves out the fields that have no name here."""
+    return records.view(np.uint8).reshape(-1, _SIZE)
 
 
 def same_layout(scene: mujoco.MjvScene) -> bool:
