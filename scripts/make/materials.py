@@ -47,8 +47,8 @@ def plaster(rng: Generator, *, base: Rgb, side: int, roughness: float, marks: in
     shade = lit_relief(grain, deviation=roughness) + 3.0 * patches
     dents = specks(rng, side, count=marks, radius=(1.2, 5.0))
     shade += lit_relief(-cv2.GaussianBlur(np.pad(dents, 4, mode="wrap"), (0, 0), 1.0)[4:-4, 4:-4], deviation=1.6)
-    shade -= 34.0 * specks(rng, side, count=marks // 3, radius=(0.9, 2.6))
-    shade -= 16.0 * scratches(rng, side, count=marks // 12, length=(20, 120), width=0.7)
+    shade -= 52.0 * specks(rng, side, count=marks // 2, radius=(1.0, 3.2))
+    shade -= 26.0 * scratches(rng, side, count=marks // 12, length=(20, 120), width=0.8)
     return finished(base, shade, 0.8 * cloud_noise(rng, side, slope=1.6, finest=12))
 
 
@@ -76,7 +76,7 @@ def wallpaper(rng: Generator) -> Texture:
         ornament = np.maximum(ornament, _sprig(4.0 * (dx - (dx > 0.5)) * (-1.0) ** row, 4.0 * (dy - (dy > 0.5)) * 0.95))
     weave = 1.6 * np.sin(x * SIDE * np.pi / 4.0) + 1.6 * np.sin(y * SIDE * np.pi / 4.0)
     uneven = cloud_noise(rng, SIDE, slope=1.2, finest=60)
-    shade = weave - 30.0 * ornament * (1.0 + 0.12 * uneven) + 2.2 * uneven + rng.normal(0.0, 1.5, (SIDE, SIDE))
+    shade = weave - 40.0 * ornament * (1.0 + 0.12 * uneven) + 2.2 * uneven + rng.normal(0.0, 1.5, (SIDE, SIDE))
     return finished((210.0, 208.0, 194.0), shade, 3.0 * ornament)
 
 
@@ -215,7 +215,7 @@ def ceiling_panels(rng: Generator) -> Texture:
     """Return mineral fibre panels with fissures and pinholes in a grid of white rails, 2 by 2."""
     shade, _, border = slabs(rng, SIDE, rows=2, columns=2, stagger=False, spread=1.6)
     fissures = np.clip(smooth_noise(rng, (SIDE, SIDE), (1.0, 3.2)) - 1.55, 0.0, 0.6)
-    face = shade - 88.0 * fissures - 70.0 * specks(rng, SIDE, count=2600, radius=(0.7, 1.3))
+    face = shade - 150.0 * fissures - 96.0 * specks(rng, SIDE, count=2400, radius=(0.8, 1.7))
     face += 2.0 * cloud_noise(rng, SIDE, slope=1.0, coarsest=2.0)
     rail = np.clip(6.0 - border, 0.0, 1.0)
     shadow = np.exp(-(((border - 7.0) / 1.4) ** 2))
@@ -249,7 +249,7 @@ def paper(rng: Generator) -> Texture:
 
 
 MATERIALS: dict[str, Drawing] = {
-    "plaster": Drawing(partial(plaster, base=(216, 209, 198), side=LARGE, roughness=3.4, marks=240), 11, 72),
+    "plaster": Drawing(partial(plaster, base=(233, 228, 218), side=LARGE, roughness=3.4, marks=240), 11, 72),
     "plaster_white": Drawing(partial(plaster, base=(238, 237, 233), side=LARGE, roughness=2.6, marks=160), 12, 72),
     "wallpaper": Drawing(wallpaper, 13, 78),
     "wood": Drawing(partial(veneer, base=(142, 98, 62), rings=7, pores=16.0), 14, 78),
