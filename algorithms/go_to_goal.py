@@ -1,150 +1,263 @@
-"""Drives to goals: plans on the map, and replans when the path is blocked."""
+"""Drives to goals by what it sees: plans on the obstacles seen so far, and drives by sampled motions."""
 
+import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.random import Generator
+from numpy.typing import NDArray
 
-from mjsim.geometry import Array
+from mjsim.geometry import Array, Pose
 from mjsim.interface import Command, Estimate, Observation, RobotInfo, ShownLines, WorldMap
 
+from .cost_to_go import UNREACHED, CostToGo, Planner, time_per_metre
 from .distance_grid import DistanceGrid
-from .grid_search import a_star, shown_path, straightened
-from .level_scan import LevelLidar
-from .waypoints import Waypoints
+from .grid_search import shown_path
+from .obstacle_memory import ObstacleMemory
+from .obstacle_map import ObstacleMap
+from .path_integral import PathIntegral, Wishes
+from .range_views import View, Views
+from .recovery import Attempt, Recovery, Toward
+from .scan_alignment import ScanAlignment
 
-RING = np.arange(16) * (2.0 * np.pi / 16)
-FORGET = 20.0
-"""Time for which an obstacle that is not on the map is remembered [s]; people walk on."""
-PATIENCE = 2.0
-"""Time between attempts if there is no path [s]."""
-NEW_THING = 0.15
-"""Distance from all walls of the map beyond which a hit is not explained by the map [m]."""
+FINE = 0.025
+"""Side of the cells in which obstacles are remembered [m]."""
+FORGET = 60.0
+"""Time for which an obstacle that is not seen again is remembered [s]."""
+REPLAN, REFRESH = 0.2, 1.0
+"""Time between plans while there is news, and without [s]."""
+BEYOND = 2.5
+"""Cells are planned up to this time farther from the goal than the robot [s]."""
+LOOK = 0.08
+"""Time between scans that are used [s]."""
+MARGIN = 3.0
+"""How far the planning grid reaches beyond start, goals and map, to drive around obstacles [m]."""
+CELLS = 90_000
+"""Largest number of cells of the planning grid; beyond, they are larger."""
+SIGHT, RAYS = 8.0, 180
+"""Range in which, and number of beams by which a scan says what has been seen [m]."""
+EXPLAINED = 0.15
+"""Hits this near to a wall of the map are that wall [m]."""
 
 
 class GoToGoal:
-    """Drives to goals by the shortest path with clearance from walls, and stops at the last.
+    """Drives to goals around what its sensors see, as fast as the robot can, and stops at the last.
 
-    Without a map (`map: unknown`), unseen space counts as free. Hits of lidars and proximity rays that the map's walls
-    do not explain are kept as obstacles for a while; if one blocks the path ahead, a new path is planned; if there is
-    none, the robot waits.
+    Obstacles come from the map, if there is one, and from lidars, proximity rays, depth cameras and 3-D lidars. The time
+    to the goal is planned on a grid, where unseen space counts as free but doubtful; sampled motions of the robot's true
+    shape and limits lead down this time. Without progress the robot backs out, looks round, forgets obstacles that it
+    does not see, and tries other ways; after 5 s it also says why.
 
     References:
-        Latombe, Robot Motion Planning (1991), chapter 4, cell decomposition; A* in `grid_search`.
+        Williams et al. 2018 in `path_integral`; Dijkstra 1959 in `cost_to_go`.
     """
 
     def __init__(
         self,
         goals: Sequence[Sequence[float]],
         *,
-        speed: float = 0.5,
+        speed: float | None = None,
         clearance: float = 0.1,
         tolerance: float = 0.1,
-        cell: float = 0.1,
+        cell: float = 0.05,
     ) -> None:
         """Set the goals.
 
         Args:
             goals: Each (x, y) [m], in the frame of the estimate; a single pair is one goal.
-            speed: On straight lines, if the robot can [m/s].
-            clearance: Clearance between the robot's rim and walls [m].
+            speed: Maximum speed [m/s]; None for the robot's own.
+            clearance: Preferred clearance between the robot's rim and walls [m].
             tolerance: Distance at which a goal counts as reached [m].
-            cell: Side of a cell of the planning grid [m].
+            cell: Side of a cell of the planning grid; in large maps it is doubled until the grid is small enough [m].
         """
         self._goals = np.atleast_2d(np.asarray(goals, dtype=float))
-        if self._goals.ndim != 2 or self._goals.shape[1:] != (2,):
+        if self._goals.ndim != 2 or self._goals.shape[1:] != (2,) or not np.isfinite(self._goals).all():
             raise ValueError(f"goals has shape {self._goals.shape}; give at least one [x, y]")
         self._speed, self._clearance, self._tolerance, self._cell = speed, clearance, tolerance, cell
 
     def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
         """Take the map; the first path is planned later."""
-        self._robot, self._rng = robot, rng
-        lidars = [name for name, sensor in robot.sensors.items() if sensor.kind == "lidar"]
-        self._lidars = [LevelLidar(robot, name) for name in lidars]
-        ends = np.concatenate([self._goals, [[robot.prior.x, robot.prior.y]]])
-        corners = np.concatenate([ends, map.segments.reshape(-1, 2) if map else ends])
-        # A margin to drive around obstacles outside the walls.
-        low, high = corners.min(axis=0) - 3.0, corners.max(axis=0) + 3.0
-        frame = np.array([low, (high[0], low[1]), high, (low[0], high[1])])
-        walls = map.segments if map is not None else np.zeros((0, 2, 2))
-        self._walls = DistanceGrid.from_segments(
-            np.concatenate([walls, np.stack([frame, np.roll(frame, -1, axis=0)], axis=1)]), cell=self._cell, margin=0.5
-        )
-        self._left = [goal for goal in self._goals]
-        self._unmapped, self._since = np.zeros((0, 2)), np.zeros(0)
-        self._grid, self._path = self._walls, np.zeros((0, 2))
-        self._shown: tuple[ShownLines, ...] = ()
-        self._follow: Waypoints | None = None
-        self._tried = -np.inf
+        self._robot = robot
+        self._views, self._memory = Views(robot), ObstacleMemory(FINE, seconds=FORGET)
+        self._local = PathIntegral(robot, rng, top=robot.max_speed if self._speed is None else self._speed)
+        self._top = min(robot.max_speed, math.inf if self._speed is None else self._speed)
+        self._walls = _sampled(map.segments) if map is not None else np.zeros((0, 2))
+        self._known = DistanceGrid.from_segments(map.segments) if len(self._walls) and map is not None else None
+        self._left = list(self._goals)
+        self._lay_out(np.concatenate([self._goals, [[robot.prior.x, robot.prior.y]], self._walls]))
+        self._recovery = Recovery()
+        self._field: CostToGo | None = None
+        self._planned, self._looked, self._noted, self._seen_by = -math.inf, -math.inf, -math.inf, 0
+        self._alignment: ScanAlignment | None = ScanAlignment(robot.prior)
+        self._reckoned = robot.prior
+        self._map = ObstacleMap(self._goals[-1], self._walls, cell=FINE, half=FINE)
+        self._twist = np.zeros(3)
+        self._reason: str | None = None
+        self._jammed = False
 
     def command(self, seen: Observation, belief: Estimate) -> Command:
-        """Return the twist along the path; zero at the last goal, and without a path."""
-        place = np.array([belief.pose.x, belief.pose.y])
+        """Return the next twist; zero at the last goal, and while every motion would collide."""
+        views = self._views.update(seen)
+        # Half the scans of a fast lidar suffice.
+        views = views if seen.time >= self._looked + LOOK - 1e-6 else []
+        self._looked = seen.time if views else self._looked
+        pose = self._pose(seen, belief.pose, views)
+        self._look(seen, pose, views)
+        place = self._place
         while self._left and np.hypot(*(self._left[0] - place)) < self._tolerance:
-            self._left, self._follow = self._left[1:], None
+            self._left, self._field = self._left[1:], None
+            self._recovery.restart(seen.time)
         if not self._left:
+            self._reason = None
             return Command()
-        self._remember(seen, belief)
-        if self._follow is not None and self._is_blocked(place):
-            self._follow = None
-        if self._follow is None and seen.time >= self._tried + PATIENCE:
-            self._plan(seen.time, belief)
-        return Command() if self._follow is None else self._follow.command(seen, belief)
+        field = self._plan(place, seen.time)
+        seconds = float(field.at(place))
+        if self._recovery.update(pose, seconds, seen.time):
+            self._memory.forget(seen.time - 1.0)
+            self._planned = -math.inf
+        self._reason = self._why(seconds) if self._recovery.silent(seen.time) else None
+        return self._drive(seen, pose, field)
 
     def show(self) -> tuple[ShownLines, ...]:
         """Return the planned path, in the frame of the estimate, if there is one."""
-        return self._shown if self._follow is not None else ()
+        if not self._left or self._field is None:
+            return ()
+        path = self._field.path(self._place)
+        return shown_path(path) if len(path) > 1 else ()
 
-    def _remember(self, seen: Observation, belief: Estimate) -> None:
-        """Store hits where the map has no wall."""
-        hit = np.isfinite(seen.proximity)
-        reach = seen.proximity[hit] + self._robot.radius
-        hits = [np.stack([reach * np.cos(RING[hit]), reach * np.sin(RING[hit])], axis=-1)]
-        scans = [lidar.update(seen) for lidar in self._lidars]
-        hits += [scan.points() for scan in scans if scan is not None]
-        points = belief.pose.transform(np.concatenate(hits))
-        points = points[self._walls.at(points) > NEW_THING]
-        cells, first = np.unique(np.floor(points / self._cell).astype(int), axis=0, return_index=True)
-        recent = self._since > seen.time - FORGET
-        if len(cells):
-            # One point per cell: points seen again are replaced.
-            again = np.isin(_keys(np.floor(self._unmapped / self._cell).astype(int)), _keys(cells))
-            recent &= ~again
-        self._unmapped = np.concatenate([self._unmapped[recent], points[first]])
-        self._since = np.concatenate([self._since[recent], np.full(len(first), seen.time)])
+    def blocked(self) -> str | None:
+        """Return why the robot does not get nearer to its goal, after 5 s; None while it does."""
+        return self._reason
 
-    def _is_blocked(self, place: Array) -> bool:
-        """Return whether an unknown obstacle is on the path within 3 m."""
-        if not len(self._unmapped):
-            return False
-        nearby = self._unmapped[np.hypot(*(self._unmapped - place).T) < 3.0]
-        steps = np.diff(self._path, axis=0)
-        lengths = np.maximum(np.sum(steps**2, axis=1), 1e-12)
-        share = np.clip(np.sum((nearby[:, None] - self._path[:-1]) * steps, axis=2) / lengths, 0.0, 1.0)
-        distances = np.hypot(*np.moveaxis(nearby[:, None] - self._path[:-1] - share[..., None] * steps, -1, 0))
-        # Only segments still ahead: from the one nearest to the robot on.
-        own = np.clip(np.sum((place - self._path[:-1]) * steps, axis=1) / lengths, 0.0, 1.0)
-        current = int(np.argmin(np.hypot(*(place - self._path[:-1] - own[:, None] * steps).T)))
-        return bool((distances[:, current:] < self._robot.radius + 0.5 * self._clearance).any())
+    def _pose(self, seen: Observation, estimate: Pose, views: list[View]) -> Pose:
+        """Return the pose that it drives by: the estimate, but dead reckoning is corrected by scans."""
+        odometry = seen.odometry
+        if self._alignment is None:
+            return estimate
+        self._reckoned = self._reckoned @ Pose(odometry.forward, odometry.left, odometry.turn)
+        apart = self._reckoned.inverse() @ estimate
+        if math.hypot(apart.x, apart.y) + abs(apart.heading) > 1e-6:
+            # An estimator knows better; what was seen so far moves along.
+            self._alignment = None
+            return estimate
+        self._alignment.move(odometry)
+        for view in views[1:]:
+            points = view.points()
+            near = np.abs(points).max(axis=1, initial=0.0) < 0.7 * self._local.reach
+            self._alignment.align(points[near], self._map)
+        return self._alignment.pose
 
-    def _plan(self, time: float, belief: Estimate) -> None:
-        """Plan a path to the next goal among walls and known obstacles."""
-        self._tried = time
-        occupied = self._walls.distance < 0.5 * self._cell
-        rows, columns = np.moveaxis(self._walls.cells(self._unmapped), -1, 0)
-        occupied[rows, columns] = True
-        grid = DistanceGrid(occupied, lower=self._walls.lower, cell=self._cell)
-        place, clearance = np.array([belief.pose.x, belief.pose.y]), self._robot.radius + self._clearance
-        path = a_star(grid, place, self._left[0], clearance=clearance, shyness=1.0)
-        if path is None or len(path) < 2:
-            return
-        self._path = straightened(grid, path, clearance=clearance)
-        self._shown = shown_path(self._path)
-        self._follow = Waypoints(self._path[1:].tolist(), speed=self._speed, tolerance=self._tolerance, lookahead=0.4)
-        self._follow.start(replace(self._robot, prior=belief.pose), None, self._rng)
+    def _look(self, seen: Observation, pose: Pose, views: list[View]) -> None:
+        """Remember what the sensors see."""
+        odometry = seen.odometry
+        self._memory.track(pose, Pose(odometry.forward, odometry.left, odometry.turn))
+        if views:
+            self._memory.add(pose, views, seen.time)
+        self._place = np.array([pose.x, pose.y])
+        if seen.time >= self._noted + REPLAN - 1e-6 and len(views) >= min(2, self._views.count):
+            self._noted = seen.time
+            self._see(pose, views)
+        if not self._planner.contains(self._place):
+            self._lay_out(np.concatenate([self._goals, [self._place], self._walls, self._memory.points]))
+        measured = np.array([odometry.forward, odometry.left, odometry.turn]) / seen.dt
+        limits = np.array([self._robot.max_speed, max(self._robot.max_left, 0.1), self._robot.max_turn])
+        surprise = np.abs(measured - self._twist) > 0.25 * limits
+        self._twist = np.where(surprise, measured, self._twist)
+
+    def _see(self, pose: Pose, views: list[View]) -> None:
+        """Note the cells that beams have passed."""
+        for view in views:
+            beams = np.linspace(0, len(view.ranges) - 1, min(RAYS, len(view.ranges))).astype(int)
+            away = np.arange(0.5 * self._planner.cell, SIGHT, self._planner.cell)
+            reached = np.minimum(view.ranges[beams], min(view.farthest, SIGHT))
+            bearings = (view.first + view.step * beams)[:, None]
+            passed = away < reached[:, None]
+            x, y = (away * np.cos(bearings))[passed], (away * np.sin(bearings))[passed]
+            at = pose.transform(view.robot_from_sensor.transform(np.stack([x, y], axis=-1)))
+            self._doubt &= ~self._planner.drawn(at)
+
+    def _lay_out(self, points: Array) -> None:
+        """Lay out the planning grid around points (n, 2) [m]."""
+        low, high = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
+        cell = self._cell
+        while np.prod((high - low) / cell) > CELLS:
+            cell *= 2.0
+        # The goal is in the middle of its cell.
+        low = self._goals[-1] - (np.ceil((self._goals[-1] - low) / cell) + 0.5) * cell
+        self._planner = Planner(low, high, cell)
+        self._doubt: NDArray[np.bool_] = np.full(self._planner.shape, not len(self._walls))
+        self._field = None
+
+    def _plan(self, place: Array, now: float) -> CostToGo:
+        """Return the times to the next goal, computed anew if there is news."""
+        age, news = now - self._planned, len(self._memory.points) != self._seen_by
+        if self._field is not None and age < (REPLAN if news else REFRESH):
+            return self._field
+        self._planned, self._seen_by = now, len(self._memory.points)
+        distances = self._distances()
+        body = self._local.body
+        price = time_per_metre(
+            distances, half_width=body.half_width, gap=self._clearance, top=self._top, doubt=self._doubt
+        )
+        price = self._around(price, place)
+        # What is much farther from the goal than the robot does not matter.
+        far = math.inf if self._field is None else float(self._field.at(place)) + BEYOND
+        field = self._planner.cost_to_go(price, self._left[0], limit=far)
+        if far < UNREACHED <= float(field.at(place)):
+            field = self._planner.cost_to_go(price, self._left[0])
+        self._field = field
+        return field
+
+    def _distances(self) -> Array:
+        """Return the distances to walls and obstacles on the planning grid [m]."""
+        points = self._memory.points
+        if self._known is not None and len(points):
+            points = points[self._known.at(points) > EXPLAINED]
+        occupied = self._planner.drawn(np.concatenate([self._walls, points]))
+        return DistanceGrid(occupied, lower=self._planner.lower, cell=self._planner.cell).distance
+
+    def _around(self, price: Array, place: Array) -> Array:
+        """Return prices that are finite where the robot is, and higher where it got stuck."""
+        rows, columns = self._planner.shape
+        cell = self._planner.cell
+        x = self._planner.lower[0] + (np.arange(columns) + 0.5) * cell
+        y = (self._planner.lower[1] + (np.arange(rows) + 0.5) * cell)[:, None]
+        own = (x - place[0]) ** 2 + (y - place[1]) ** 2 < (self._local.body.half_width + cell) ** 2
+        price = np.where(own, np.minimum(price, 10.0), price)
+        for stuck in self._recovery.stuck:
+            price = price * (1.0 + 3.0 * np.exp(-((x - stuck[0]) ** 2 + (y - stuck[1]) ** 2) / 0.3**2))
+        return price
+
+    def _drive(self, seen: Observation, pose: Pose, field: CostToGo) -> Command:
+        """Return the command of the local planner."""
+        self._local.shift(self._robot.dt)
+        attempt = self._recovery.attempt
+        if attempt is Attempt.DRIVE and float(field.at(self._place)) >= UNREACHED:
+            self._twist = np.zeros(3)
+            return Command()
+        near = np.concatenate([self._walls, self._memory.points])
+        self._map = ObstacleMap(self._place, near, cell=FINE, half=self._local.reach)
+        wishes = Wishes(reverse=0.0, top=0.4) if attempt is Attempt.BACK else Wishes()
+        leads = Toward(self._recovery.target) if attempt is Attempt.BACK else field
+        twist = self._local.twist(pose, self._twist, self._map, leads, wishes)
+        self._jammed = twist is None
+        self._twist = np.zeros(3) if twist is None else twist
+        forward, left, turn = self._twist.tolist()
+        return Command(forward=forward, left=left, turn=turn)
+
+    def _why(self, seconds: float) -> str:
+        """Return why the robot does not get nearer to its goal."""
+        x, y = self._left[0].tolist()
+        if self._jammed:
+            return f"every motion would touch something; still trying to get to [{x:g}, {y:g}]"
+        if seconds >= UNREACHED:
+            return f"no way to [{x:g}, {y:g}] between the obstacles seen so far; looking for one"
+        return f"no progress towards [{x:g}, {y:g}]; trying other ways"
 
 
-def _keys(cells: Array) -> Array:
-    """Return one number for each pair of integers (n, 2)."""
-    return np.asarray(cells[:, 0].astype(np.int64) * 2**24 + cells[:, 1])
+def _sampled(segments: Array) -> Array:
+    """Return points on segments (n, 2, 2), in every cell of the memory, shape (k, 2) [m]."""
+    counts = 1 + np.ceil(np.hypot(*(segments[:, 1] - segments[:, 0]).T) / FINE).astype(int)
+    which = np.repeat(np.arange(len(segments)), counts)
+    share = np.concatenate([np.linspace(0.0, 1.0, count) for count in counts.tolist()]) if len(counts) else np.zeros(0)
+    return np.asarray(segments[which, 0] + share[:, None] * (segments[which, 1] - segments[which, 0]))

@@ -35,6 +35,9 @@ MapFile = Annotated[
 ]
 MazeSize = Annotated[str | None, typer.Option(metavar="9x9", help="A maze with this many cells.")]
 RoomSize = Annotated[str | None, typer.Option(metavar="12x10", help="A cluttered room of this size [m].")]
+BarnNumber = Annotated[
+    int | None, typer.Option(metavar="N", help="World N of the BARN benchmark, 1 to 299 but no multiple of 6.")
+]
 TemplateName = Annotated[
     str | None, typer.Option(metavar="NAME", help="A shipped world: office, corridor, empty or gallery.")
 ]
@@ -78,6 +81,7 @@ class _Options:
     source: Path | None
     maze: str | None
     clutter: str | None
+    barn: int | None
     template: str | None
     output: Path | None
     robot: str | None
@@ -87,10 +91,10 @@ class _Options:
 
     def __post_init__(self) -> None:
         equipped = self.lidar is not None or self.estimator is not None
-        if sum(value is not None for value in (self.source, self.maze, self.clutter, self.template)) != 1:
+        if sum(value is not None for value in (self.source, self.maze, self.clutter, self.barn, self.template)) != 1:
             raise UsageError(
                 "a world has one source; give exactly one of --from FILE, --maze 9x9, --clutter 12x10,"
-                " --template NAME, --robot-from FILE"
+                " --barn N, --template NAME, --robot-from FILE"
             )
         if self.template is not None and (self.robot is not None or self.no_robot):
             raise UsageError("a template already has a robot; change it in the new file")
@@ -101,7 +105,8 @@ class _Options:
 
     def preset(self) -> str | None:
         """Return the preset of the robot; None for no robot."""
-        return None if self.no_robot else _preset(self.robot or "pioneer3dx", self.folder)
+        usual = "pioneer3dx" if self.barn is None else "jackal"
+        return None if self.no_robot else _preset(self.robot or usual, self.folder)
 
     @property
     def folder(self) -> Path:
@@ -113,6 +118,7 @@ def new(
     source: MapFile = None,
     maze: MazeSize = None,
     clutter: RoomSize = None,
+    barn: BarnNumber = None,
     template: TemplateName = None,
     output: NewFile = None,
     overwrite: Replace = False,
@@ -139,11 +145,11 @@ def new(
 ) -> None:
     """Create a world or a robot.
 
-    Create a world from a robot's map, a drawing, a maze, a cluttered room or a template, or a robot from the file of
+    Create a world from a robot's map, a drawing, a maze, a cluttered room, a benchmark or a template, or a robot from the file of
     its manufacturer.
     """
     if robot_from is not None:
-        if any(value is not None for value in (source, maze, clutter, template, robot)):
+        if any(value is not None for value in (source, maze, clutter, barn, template, robot)):
             raise UsageError("--robot-from creates the preset of a robot; create the world with a separate command")
         arguments = RobotArguments(
             left_wheel or (), right_wheel or (), steering or (), drive, forward, package or (), arg or (), env or ()
@@ -154,6 +160,7 @@ def new(
         source=source,
         maze=maze,
         clutter=clutter,
+        barn=barn,
         template=template,
         output=output,
         robot=robot,
@@ -183,7 +190,7 @@ def _from_file(source: Path, options: _Options, reading: "Reading") -> "Brought"
 
 def _made(options: _Options, *, seed: int, cell: float, beacons: int) -> "Brought":
     """Return a world that needs no source file: a maze, a cluttered room, or a template."""
-    from mjsim.exchange import bring_clutter, bring_maze, bring_template, name_of
+    from mjsim.exchange import bring_barn, bring_clutter, bring_maze, bring_template, name_of
 
     name = None if options.output is None else name_of(options.output)
     if options.maze is not None:
@@ -191,6 +198,8 @@ def _made(options: _Options, *, seed: int, cell: float, beacons: int) -> "Brough
         return bring_maze(options.maze, preset=preset, seed=seed, cell=cell, beacons=beacons, name=name, folder=folder)
     if options.clutter is not None:
         return bring_clutter(options.clutter, preset=options.preset(), seed=seed, name=name, folder=options.folder)
+    if options.barn is not None:
+        return bring_barn(options.barn, preset=options.preset(), name=name, folder=options.folder)
     assert options.template is not None
     return bring_template(options.template, name=name)
 

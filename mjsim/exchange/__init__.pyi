@@ -1,3 +1,7 @@
+from .barn import barn_path_length as barn_path_length
+from .barn import barn_score as barn_score
+from .barn import barn_world as barn_world
+from .bring import bring_barn as bring_barn
 from .bring import bring_clutter as bring_clutter
 from .bring import bring_maze as bring_maze
 from .bring import bring_template as bring_template

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from mjsim.errors import UsageError
+from mjsim.exchange.barn import barn_world
 from mjsim.exchange.brought import Brought, Newcomer, Reading
 from mjsim.exchange.clutter import clutter_size, clutter_world
 from mjsim.exchange.drawing import Drawing
@@ -185,6 +186,26 @@ def bring_clutter(size: str, *, preset: str | None, seed: int, name: str | None,
     world = clutter_world(sides, seed=seed, preset=preset, name=name or "clutter", folder=folder)
     notes = [f"A room of {sides[0]:g} x {sides[1]:g} m, with clutter at random places, generated with the seed {seed}."]
     return Brought(world_text(world, notes=notes), [f"a room of {sides[0]:g} x {sides[1]:g} m; {_counted(world)}"])
+
+
+def bring_barn(number: int, *, preset: str | None, name: str | None, folder: Path | None = None) -> Brought:
+    """Return a world of the BARN benchmark, with a robot that drives to its goal unless `preset` is None.
+
+    Args:
+        number: Of the world, 0 to 299, but no multiple of 6.
+        preset: Preset of the robot.
+        name: Name of the world.
+        folder: Folder in which the world will be saved.
+
+    Raises:
+        UsageError: There is no such world.
+    """
+    world = barn_world(number, preset=preset, name=name, folder=folder)
+    notes = [
+        f"World {number} of the Benchmark for Autonomous Robot Navigation (Perille, Truong, Xiao, Stone 2020; MIT licence).",
+        "The robot has to come within 1 m of its goal in 100 s and must not touch anything.",
+    ]
+    return Brought(world_text(world, notes=notes), [f"BARN world {number}; {_counted(world)}"])
 
 
 def bring_template(template: str, *, name: str | None) -> Brought:

@@ -1,0 +1,209 @@
+"""Model predictive path integral control: samples motions, and averages them by their cost."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.random import Generator
+
+from mjsim.geometry import Array, Pose
+from mjsim.interface import RobotInfo
+
+from .body_discs import BodyDiscs
+from .cost_to_go import CostToGo, allowed_speed
+from .obstacle_map import ObstacleMap
+
+STEPS, STEP = 20, 0.08
+"""Number and duration of the steps of a sampled motion [s]."""
+KNOTS = 5
+"""Number of independent random changes in a motion; between them they are interpolated."""
+SAMPLES = 256
+TEMPERATURE = 0.05
+"""Difference in cost at which a motion counts e times less [s]."""
+MARGIN = 0.02
+"""Distance that the body keeps from obstacles [m]."""
+HIT = 50.0
+"""Cost of a collision [s]."""
+RESERVE = 0.85
+"""Share of the robot's acceleration that is planned with."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wishes:
+    """What a motion is judged by."""
+
+    reverse: float = 1.0
+    """Cost of driving backwards [s/m]."""
+    top: float = math.inf
+    """Speed limit [m/s]."""
+
+
+class PathIntegral:
+    """Chooses the next twist of a robot by sampled motions.
+
+    Motions are random changes of the last one, and a fan of constant twists. Each is simulated with the robot's limits
+    of speed, turn rate, curvature and acceleration; its cost is the time to the goal from where it leads, plus what
+    nearness to obstacles, speed beside them and sharp changes cost. The mean of all, weighted by exp(-cost), is the next
+    motion if it is free, else the best.
+
+    References:
+        Williams, Drews, Goldfain, Rehg, Theodorou, Information-Theoretic Model Predictive Control: Theory and
+        Applications to Autonomous Driving, IEEE T-RO 34(6), 2018, algorithm 2.
+    """
+
+    def __init__(self, robot: RobotInfo, rng: Generator, *, top: float) -> None:
+        """Take the limits of the robot.
+
+        Args:
+            robot: Data sheet.
+            rng: Source of the samples.
+            top: Maximum speed [m/s].
+        """
+        self._rng, self.body = rng, BodyDiscs(robot)
+        self._top = min(top, robot.max_speed)
+        self._limits = np.array([self._top, min(robot.max_left, self._top), robot.max_turn])
+        self._bend = robot.max_curvature
+        gain = RESERVE * STEP
+        self._gains = gain * np.array([robot.max_acceleration, robot.max_acceleration, robot.max_turn_acceleration])
+        self._spread = (self._limits * (0.35, 0.35, 0.4)).astype(np.float32)
+        self._plan = np.zeros((STEPS, 3), dtype=np.float32)
+        self._fan = _fan(self._limits, self._bend)
+        self.motion: Array = np.zeros((0, 3))
+        """Poses of the chosen motion, shape (STEPS, 3)."""
+
+    @property
+    def reach(self) -> float:
+        """Distance within which obstacles matter [m]."""
+        return self._top * STEP * STEPS + self.body.reach + 0.3
+
+    def shift(self, dt: float) -> None:
+        """Advance the plan by a time [s]."""
+        at = np.minimum(np.arange(STEPS) + dt / STEP, STEPS - 1)
+        low = at.astype(int)
+        share = (at - low)[:, None]
+        self._plan = self._plan[low] * (1.0 - share) + self._plan[np.minimum(low + 1, STEPS - 1)] * share
+
+    def reset(self) -> None:
+        """Forget the plan."""
+        self._plan = np.zeros((STEPS, 3), dtype=np.float32)
+
+    def twist(self, pose: Pose, speed: Array, map: ObstacleMap, field: CostToGo, wishes: Wishes) -> Array | None:
+        """Return the next twist, shape (3,) [m/s, m/s, rad/s]; None if every motion collides.
+
+        Args:
+            pose: Of the robot.
+            speed: Its current twist, shape (3,).
+            map: Obstacles.
+            field: Times to the goal.
+            wishes: What else a motion is judged by.
+        """
+        wanted = self._samples()
+        twists = self._limited(wanted, speed, wishes.top)
+        cost, hits = self._judged(pose, twists, map, field, wishes)
+        if hits.all():
+            self.reset()
+            return None
+        weights = np.exp(-(cost - cost.min()) / TEMPERATURE)
+        mean = np.tensordot(weights / weights.sum(), twists, axes=1)
+        best = twists[int(np.argmin(cost))]
+        # Between two ways around an obstacle the mean leads into it.
+        both = np.stack([mean, best])
+        cost, hits = self._judged(pose, both, map, field, wishes)
+        chosen = 0 if not hits[0] and cost[0] < cost[1] + TEMPERATURE else 1
+        self._plan = both[chosen]
+        self.motion = np.stack(_rollout(pose, both[chosen][None]), axis=-1)[0]
+        return np.asarray(self._plan[0])
+
+    def _samples(self) -> Array:
+        """Return wanted twists, shape (k, STEPS, 3)."""
+        knots = self._rng.standard_normal((SAMPLES, KNOTS, 3), dtype=np.float32) * self._spread
+        at = np.linspace(0.0, KNOTS - 1, STEPS, dtype=np.float32)
+        low = np.minimum(at.astype(int), KNOTS - 2)
+        share = (at - low)[:, None]
+        noise = knots[:, low] * (1.0 - share) + knots[:, low + 1] * share
+        noise[0] = 0.0
+        return np.concatenate([self._plan + noise, np.broadcast_to(self._fan, (len(self._fan), STEPS, 3))])
+
+    def _limited(self, wanted: Array, speed: Array, top: float) -> Array:
+        """Return twists that the robot can drive, shape (k, STEPS, 3)."""
+        limits = self._limits.copy()
+        limits[:2] = np.minimum(limits[:2], top)
+        wanted = np.clip(wanted, -limits, limits)
+        twists, now = np.empty_like(wanted), np.broadcast_to(speed, (len(wanted), 3))
+        for step in range(STEPS):
+            now = now + np.clip(wanted[:, step] - now, -self._gains, self._gains)
+            if math.isfinite(self._bend):
+                bound = self._bend * np.abs(now[:, 0])
+                now[:, 2] = np.clip(now[:, 2], -bound, bound)
+            twists[:, step] = now
+        return twists
+
+    def _judged(
+        self, pose: Pose, twists: Array, map: ObstacleMap, field: CostToGo, wishes: Wishes
+    ) -> tuple[Array, Array]:
+        """Return the cost of motions, shape (k,) [s], and whether they collide, shape (k,)."""
+        x, y, heading = _rollout(pose, twists)
+        clearance = self._clearance(x, y, heading, map)
+        now = self._clearance(*(np.array([[value]]) for value in (pose.x, pose.y, pose.heading)), map)
+        # Closer than the margin it may go on, but not approach.
+        least = min(MARGIN, float(now[0, 0]) - 0.004)
+        hit = clearance < least
+        hits = hit.any(axis=1)
+        when = np.where(hits, hit.argmax(axis=1), STEPS)
+        speed = np.hypot(twists[..., 0], twists[..., 1])
+        places = np.stack([x[:, 3::4], y[:, 3::4]], axis=-1)
+        times = field.at(places)
+        ahead, turn = field.direction(places[:, -1])
+        course = heading[:, -1] - np.arctan2(turn, ahead)
+        cost = 0.6 * times[:, -1] + 0.4 * times.mean(axis=1)
+        cost += self._turning * (1.0 - np.cos(course)) * np.minimum(times[:, -1], 1.0)
+        cost += STEP * np.maximum(speed - allowed_speed(clearance), 0.0).sum(axis=1) * 2.0
+        cost += STEP * (np.maximum(0.12 - clearance, 0.0) * 4.0).sum(axis=1)
+        cost += wishes.reverse * STEP * np.maximum(-twists[..., 0], 0.0).sum(axis=1)
+        cost += 0.01 * np.abs(np.diff(twists / np.maximum(self._limits, 1e-6), axis=1)).sum(axis=(1, 2))
+        return np.where(hits, cost + HIT * (2.0 - when / STEPS), cost), hits
+
+    @property
+    def _turning(self) -> float:
+        """Half the time that a turn by 180 degrees takes [s]."""
+        if math.isfinite(self._bend):
+            return 2.0 * math.pi / (self._bend * self._top)
+        return 0.25 * math.pi / float(self._limits[2])
+
+    def _clearance(self, x: Array, y: Array, heading: Array, map: ObstacleMap) -> Array:
+        """Return the distance between the rim and obstacles at poses, shape (k, n) each [m]."""
+        c, s = np.cos(heading), np.sin(heading)
+        least = np.full(x.shape, np.inf)
+        for (ahead, left), radius in zip(self.body.centres.tolist(), self.body.radii.tolist(), strict=True):
+            np.minimum(least, map.at(x + c * ahead - s * left, y + s * ahead + c * left) - radius, out=least)
+        return least
+
+
+def _rollout(pose: Pose, twists: Array) -> tuple[Array, Array, Array]:
+    """Return x, y and heading after each step of twists (k, STEPS, 3), shape (k, STEPS) each."""
+    turns = STEP * twists[..., 2]
+    heading = pose.heading + np.cumsum(turns, axis=1)
+    middle = heading - 0.5 * turns
+    c, s = np.cos(middle), np.sin(middle)
+    forward, left = STEP * twists[..., 0], STEP * twists[..., 1]
+    return (
+        pose.x + np.cumsum(c * forward - s * left, axis=1),
+        pose.y + np.cumsum(s * forward + c * left, axis=1),
+        heading,
+    )
+
+
+def _fan(limits: Array, bend: float) -> Array:
+    """Return constant twists that a robot can always choose from, shape (k, 1, 3)."""
+    top, side, turn = limits.tolist()
+    rates = np.array([-1.0, -0.6, -0.3, -0.12, 0.0, 0.12, 0.3, 0.6, 1.0])
+    twists = [[0.0, 0.0, 0.0]]
+    for speed in (1.0, 0.5, 0.2, -0.15, -0.4):
+        fastest = min(turn, bend * abs(speed) * top)
+        twists += [[speed * top, 0.0, rate * fastest] for rate in rates.tolist()]
+    if math.isinf(bend):
+        twists += [[0.0, 0.0, rate * turn] for rate in (-0.6, -0.25, 0.25, 0.6)]
+    if side > 0.0:
+        bearings = np.arange(16) * (math.pi / 8)
+        twists += [[top * math.cos(b) * share, side * math.sin(b) * share, 0.0] for b in bearings for share in (0.4, 1)]
+    return np.array(twists, dtype=np.float32)[:, None]

@@ -1,0 +1,132 @@
+"""Notices that a robot does not get nearer to its goal, and what it then tries."""
+
+import math
+from enum import Enum
+
+import numpy as np
+
+from mjsim.geometry import Array, Pose
+
+GAIN = 0.3
+"""A time to the goal shorter by this counts as progress [s]."""
+STANDING, ROAMING = 2.0, 8.0
+"""Time without motion, and without progress, after which it tries something else [s]."""
+MOVED, TURNED = 0.15, 0.5
+"""Change of the pose that counts as motion [m, rad]."""
+SILENT = 5.0
+"""Time without progress after which the robot says why [s]."""
+BACK, BACKING = 0.7, 3.0
+"""How far, and how long at most, it backs out [m, s]."""
+LOOKING = 4.0
+"""Duration of a look round [s]."""
+SPACING = 0.1
+"""Distance between the remembered places of its own way [m]."""
+REMEMBERED = 200
+"""Number of these places."""
+
+
+class Attempt(Enum):
+    """What the robot is trying."""
+
+    DRIVE = "drive to the goal"
+    BACK = "back out"
+    LOOK = "look round"
+
+
+class Toward:
+    """Time to a place in a straight line, with the back of the robot first."""
+
+    def __init__(self, place: Array) -> None:
+        """Take the place, shape (2,) [m]."""
+        self._place = place
+
+    def at(self, points: Array) -> Array:
+        """Return the times from points (..., 2) [s]."""
+        return np.asarray(3.0 * np.hypot(points[..., 0] - self._place[0], points[..., 1] - self._place[1]))
+
+    def direction(self, points: Array) -> tuple[Array, Array]:
+        """Return where the front of the robot should point, components along x and y."""
+        return points[..., 0] - self._place[0], points[..., 1] - self._place[1]
+
+
+class Recovery:
+    """Follows the progress of a robot, and chooses what it tries.
+
+    Without progress the robot backs out on its own way, then looks round; places where it got stuck cost more
+    afterwards, so that it tries other ways.
+    """
+
+    def __init__(self) -> None:
+        """Start without a history."""
+        self._trail: list[Pose] = []
+        self.stuck: list[tuple[float, float]] = []
+        """Places where it got stuck [m]."""
+        self.restart(0.0)
+
+    def restart(self, now: float) -> None:
+        """Begin with a new goal at a time [s]."""
+        self._best, self.since = math.inf, now
+        self._rest: Pose | None = None
+        self._rested = now
+        self.attempt, self._until, self._tries = Attempt.DRIVE, math.inf, 0
+        self.target: Array = np.zeros(2)
+
+    def silent(self, now: float) -> bool:
+        """Return whether there was no progress for so long that the robot must say why."""
+        return now - self.since > SILENT
+
+    def update(self, pose: Pose, seconds: float, now: float) -> bool:
+        """Follow the robot; return whether it begins something new.
+
+        Args:
+            pose: Of the robot.
+            seconds: Time to the goal from here [s].
+            now: [s]
+        """
+        self._note(pose, now)
+        if seconds < self._best - GAIN:
+            self._best, self.since = seconds, now
+            if self._tries and self.attempt is Attempt.DRIVE:
+                self._tries = 0
+        if self.attempt is not Attempt.DRIVE:
+            return self._end(pose, now)
+        standing, roaming = now - self._rested > STANDING, now - max(self.since, self._began) > ROAMING
+        return self._begin(pose, now) if standing or roaming else False
+
+    _began = -math.inf
+
+    def _note(self, pose: Pose, now: float) -> None:
+        """Remember the way and when the robot last moved."""
+        if self._rest is None or _apart(self._rest, pose) > MOVED or _turned(self._rest, pose) > TURNED:
+            self._rest, self._rested = pose, now
+        if not self._trail or _apart(self._trail[-1], pose) > SPACING:
+            self._trail = [*self._trail[-REMEMBERED:], pose]
+
+    def _begin(self, pose: Pose, now: float) -> bool:
+        """Begin to back out or to look round."""
+        self._tries += 1
+        self.stuck = [*self.stuck[-20:], (pose.x + 0.3 * math.cos(pose.heading), pose.y + 0.3 * math.sin(pose.heading))]
+        away = [place for place in self._trail if _apart(place, pose) > BACK]
+        if self._tries % 3 == 0 or not away:
+            self.attempt, self._until = Attempt.LOOK, now + LOOKING
+        else:
+            self.attempt, self._until = Attempt.BACK, now + BACKING
+            self.target = np.array([away[-1].x, away[-1].y])
+        return True
+
+    def _end(self, pose: Pose, now: float) -> bool:
+        """Return whether what it tried is over."""
+        there = self.attempt is Attempt.BACK and math.hypot(pose.x - self.target[0], pose.y - self.target[1]) < 0.15
+        if not there and now < self._until:
+            return False
+        self.attempt, self._rest, self._began = Attempt.DRIVE, None, now
+        self._best = math.inf if self._tries % 4 == 0 else self._best
+        return True
+
+
+def _apart(one: Pose, other: Pose) -> float:
+    return math.hypot(one.x - other.x, one.y - other.y)
+
+
+def _turned(one: Pose, other: Pose) -> float:
+    return abs(math.remainder(one.heading - other.heading, 2.0 * math.pi))
