@@ -13,11 +13,11 @@ from mjsim.interface import Command, Estimate, Observation, RobotInfo, ShownLine
 from .cost_to_go import UNREACHED, CostToGo, Planner, time_per_metre
 from .distance_grid import DistanceGrid
 from .grid_search import shown_path
-from .obstacle_memory import ObstacleMemory
 from .obstacle_map import ObstacleMap
-from .path_integral import PathIntegral, Wishes
-from .range_views import View, Views
-from .recovery import Attempt, Recovery, Toward
+from .obstacle_memory import ObstacleMemory
+from .path_integral import Leads, MotionPrices, PathIntegral
+from .range_views import RangeView, Views
+from .recovery import Around, Attempt, Recovery, Toward
 from .scan_alignment import ScanAlignment
 
 FINE = 0.025
@@ -36,6 +36,8 @@ CELLS = 90_000
 """Largest number of cells of the planning grid; beyond, they are larger."""
 SIGHT, RAYS = 8.0, 180
 """Range in which, and number of beams by which a scan says what has been seen [m]."""
+BACKWARDS = 0.4
+"""Maximum speed while it backs out or looks round [m/s]."""
 EXPLAINED = 0.15
 """Hits this near to a wall of the map are that wall [m]."""
 
@@ -43,10 +45,11 @@ EXPLAINED = 0.15
 class GoToGoal:
     """Drives to goals around what its sensors see, as fast as the robot can, and stops at the last.
 
-    Obstacles come from the map, if there is one, and from lidars, proximity rays, depth cameras and 3-D lidars. The time
-    to the goal is planned on a grid, where unseen space counts as free but doubtful; sampled motions of the robot's true
-    shape and limits lead down this time. Without progress the robot backs out, looks round, forgets obstacles that it
-    does not see, and tries other ways; after 5 s it also says why.
+    Obstacles come from the map, if there is one, and from lidars, proximity rays, depth cameras and 3-D lidars. The
+    time to the goal is planned on a grid, where unseen space counts as free but doubtful; sampled motions of the
+    robot's true shape and limits lead down this time. Without progress the robot backs out, looks round, forgets
+    obstacles that it does not see, and tries other ways; after 5 s it also says why. Dead reckoning is corrected by
+    scans.
 
     References:
         Williams et al. 2018 in `path_integral`; Dijkstra 1959 in `cost_to_go`.
@@ -87,13 +90,14 @@ class GoToGoal:
         self._lay_out(np.concatenate([self._goals, [[robot.prior.x, robot.prior.y]], self._walls]))
         self._recovery = Recovery()
         self._field: CostToGo | None = None
-        self._planned, self._looked, self._noted, self._seen_by = -math.inf, -math.inf, -math.inf, 0
+        self._planned, self._looked, self._seen_by = -math.inf, -math.inf, 0
+        self._noted = dict[str, float]()
         self._alignment: ScanAlignment | None = ScanAlignment(robot.prior)
         self._reckoned = robot.prior
         self._map = ObstacleMap(self._goals[-1], self._walls, cell=FINE, half=FINE)
         self._twist = np.zeros(3)
         self._reason: str | None = None
-        self._jammed = False
+        self._jammed = self._is_shut = False
 
     def command(self, seen: Observation, belief: Estimate) -> Command:
         """Return the next twist; zero at the last goal, and while every motion would collide."""
@@ -112,6 +116,9 @@ class GoToGoal:
             return Command()
         field = self._plan(place, seen.time)
         seconds = float(field.at(place))
+        if self._is_shut and seconds >= UNREACHED:
+            self._reason = self._why(seconds) if self._recovery.silent(seen.time) else None
+            return self._stop()
         if self._recovery.update(pose, seconds, seen.time):
             self._memory.forget(seen.time - 1.0)
             self._planned = -math.inf
@@ -129,7 +136,7 @@ class GoToGoal:
         """Return why the robot does not get nearer to its goal, after 5 s; None while it does."""
         return self._reason
 
-    def _pose(self, seen: Observation, estimate: Pose, views: list[View]) -> Pose:
+    def _pose(self, seen: Observation, estimate: Pose, views: list[RangeView]) -> Pose:
         """Return the pose that it drives by: the estimate, but dead reckoning is corrected by scans."""
         odometry = seen.odometry
         if self._alignment is None:
@@ -147,16 +154,17 @@ class GoToGoal:
             self._alignment.align(points[near], self._map)
         return self._alignment.pose
 
-    def _look(self, seen: Observation, pose: Pose, views: list[View]) -> None:
+    def _look(self, seen: Observation, pose: Pose, views: list[RangeView]) -> None:
         """Remember what the sensors see."""
         odometry = seen.odometry
         self._memory.track(pose, Pose(odometry.forward, odometry.left, odometry.turn))
         if views:
             self._memory.add(pose, views, seen.time)
         self._place = np.array([pose.x, pose.y])
-        if seen.time >= self._noted + REPLAN - 1e-6 and len(views) >= min(2, self._views.count):
-            self._noted = seen.time
-            self._see(pose, views)
+        for view in views:
+            if seen.time >= self._noted.get(view.name, -math.inf) + REPLAN - 1e-6:
+                self._noted[view.name] = seen.time
+                self._see(pose, view)
         if not self._planner.contains(self._place):
             self._lay_out(np.concatenate([self._goals, [self._place], self._walls, self._memory.points]))
         measured = np.array([odometry.forward, odometry.left, odometry.turn]) / seen.dt
@@ -164,17 +172,16 @@ class GoToGoal:
         surprise = np.abs(measured - self._twist) > 0.25 * limits
         self._twist = np.where(surprise, measured, self._twist)
 
-    def _see(self, pose: Pose, views: list[View]) -> None:
+    def _see(self, pose: Pose, view: RangeView) -> None:
         """Note the cells that beams have passed."""
-        for view in views:
-            beams = np.linspace(0, len(view.ranges) - 1, min(RAYS, len(view.ranges))).astype(int)
-            away = np.arange(0.5 * self._planner.cell, SIGHT, self._planner.cell)
-            reached = np.minimum(view.ranges[beams], min(view.farthest, SIGHT))
-            bearings = (view.first + view.step * beams)[:, None]
-            passed = away < reached[:, None]
-            x, y = (away * np.cos(bearings))[passed], (away * np.sin(bearings))[passed]
-            at = pose.transform(view.robot_from_sensor.transform(np.stack([x, y], axis=-1)))
-            self._doubt &= ~self._planner.drawn(at)
+        beams = np.linspace(0, len(view.ranges) - 1, min(RAYS, len(view.ranges))).astype(int)
+        away = np.arange(0.5 * self._planner.cell, SIGHT, self._planner.cell)
+        reached = np.minimum(view.ranges[beams], min(view.farthest, SIGHT))
+        bearings = (view.first + view.step * beams)[:, None]
+        passed = away < reached[:, None]
+        x, y = (away * np.cos(bearings))[passed], (away * np.sin(bearings))[passed]
+        at = pose.transform(view.robot_from_sensor.transform(np.stack([x, y], axis=-1)))
+        self._doubt &= ~self._planner.drawn(at)
 
     def _lay_out(self, points: Array) -> None:
         """Lay out the planning grid around points (n, 2) [m]."""
@@ -213,6 +220,8 @@ class GoToGoal:
         points = self._memory.points
         if self._known is not None and len(points):
             points = points[self._known.at(points) > EXPLAINED]
+        # Without a way between the walls alone there is none.
+        self._is_shut = len(self._walls) > 0 and not len(points)
         occupied = self._planner.drawn(np.concatenate([self._walls, points]))
         return DistanceGrid(occupied, lower=self._planner.lower, cell=self._planner.cell).distance
 
@@ -231,19 +240,27 @@ class GoToGoal:
     def _drive(self, seen: Observation, pose: Pose, field: CostToGo) -> Command:
         """Return the command of the local planner."""
         self._local.shift(self._robot.dt)
-        attempt = self._recovery.attempt
-        if attempt is Attempt.DRIVE and float(field.at(self._place)) >= UNREACHED:
-            self._twist = np.zeros(3)
-            return Command()
         near = np.concatenate([self._walls, self._memory.points])
         self._map = ObstacleMap(self._place, near, cell=FINE, half=self._local.reach)
-        wishes = Wishes(reverse=0.0, top=0.4) if attempt is Attempt.BACK else Wishes()
-        leads = Toward(self._recovery.target) if attempt is Attempt.BACK else field
-        twist = self._local.twist(pose, self._twist, self._map, leads, wishes)
+        attempt, prices = self._recovery.attempt, MotionPrices()
+        leads: Leads = field
+        if attempt is Attempt.BACK:
+            leads, prices = Toward(self._recovery.target), MotionPrices(reverse=0.0, top=BACKWARDS)
+        elif attempt is Attempt.LOOK:
+            leads, prices = Around(pose.heading), MotionPrices(top=BACKWARDS)
+        elif float(field.at(self._place)) >= UNREACHED:
+            return self._stop()
+        twist = self._local.twist(pose, self._twist, self._map, leads, prices)
         self._jammed = twist is None
         self._twist = np.zeros(3) if twist is None else twist
         forward, left, turn = self._twist.tolist()
         return Command(forward=forward, left=left, turn=turn)
+
+    def _stop(self) -> Command:
+        """Return the command to stand still."""
+        self._local.reset()
+        self._twist = np.zeros(3)
+        return Command()
 
     def _why(self, seconds: float) -> str:
         """Return why the robot does not get nearer to its goal."""

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose
 
-from .range_views import View
+from .range_views import RangeView
 
 SURE = 4
 """Number of hits in excess of contradictions that a cell can have."""
@@ -61,7 +61,7 @@ class ObstacleMemory:
             expected = pose
         self._expected = expected
 
-    def add(self, pose: Pose, views: list[View], now: float) -> None:
+    def add(self, pose: Pose, views: list[RangeView], now: float) -> None:
         """Add views from a pose at a time [s]."""
         hits = _keys(pose.transform(np.concatenate([view.points() for view in views])), self.cell)
         hits = np.unique(hits)

@@ -2,15 +2,17 @@
 
 import math
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.random import Generator
+from numpy.typing import NDArray
 
 from mjsim.geometry import Array, Pose
 from mjsim.interface import RobotInfo
 
 from .body_discs import BodyDiscs
-from .cost_to_go import CostToGo, allowed_speed
+from .cost_to_go import allowed_speed
 from .obstacle_map import ObstacleMap
 
 STEPS, STEP = 20, 0.08
@@ -22,14 +24,24 @@ TEMPERATURE = 0.05
 """Difference in cost at which a motion counts e times less [s]."""
 MARGIN = 0.02
 """Distance that the body keeps from obstacles [m]."""
+CLOSER = 0.004
+"""How much nearer than now it may come to what is nearer than the margin: errors of the grid [m]."""
 HIT = 50.0
 """Cost of a collision [s]."""
+LAST = 0.6
+"""Weight of the end of a motion; the rest is that of its way."""
+TOO_FAST = 2.0
+"""Cost of a speed above the allowed one [s/m]."""
+CLOSE, COMFORT = 0.5, 0.12
+"""Cost of time spent at no clearance, falling to 0 at a comfortable one [1, m]."""
+CHANGE = 0.01
+"""Cost of a change of the twist by the robot's limits [s]."""
 RESERVE = 0.85
 """Share of the robot's acceleration that is planned with."""
 
 
 @dataclass(frozen=True, slots=True)
-class Wishes:
+class MotionPrices:
     """What a motion is judged by."""
 
     reverse: float = 1.0
@@ -38,13 +50,23 @@ class Wishes:
     """Speed limit [m/s]."""
 
 
+class Leads(Protocol):
+    """What leads a motion: the time to a goal, and the direction to face."""
+
+    def at(self, points: Array) -> Array:
+        """Return the times from points (..., 2) [s]."""
+
+    def direction(self, points: Array) -> tuple[Array, Array]:
+        """Return the direction at points (..., 2): components along x and y, unnormalised."""
+
+
 class PathIntegral:
     """Chooses the next twist of a robot by sampled motions.
 
     Motions are random changes of the last one, and a fan of constant twists. Each is simulated with the robot's limits
-    of speed, turn rate, curvature and acceleration; its cost is the time to the goal from where it leads, plus what
-    nearness to obstacles, speed beside them and sharp changes cost. The mean of all, weighted by exp(-cost), is the next
-    motion if it is free, else the best.
+    of speed, turn rate, curvature and acceleration; its cost is the time to the goal from where it leads, plus the cost
+    of nearness to obstacles, of speed beside them and of sharp changes. The mean of all, weighted by exp(-cost), is the
+    next motion if it is free, else the best.
 
     References:
         Williams, Drews, Goldfain, Rehg, Theodorou, Information-Theoretic Model Predictive Control: Theory and
@@ -87,7 +109,7 @@ class PathIntegral:
         """Forget the plan."""
         self._plan = np.zeros((STEPS, 3), dtype=np.float32)
 
-    def twist(self, pose: Pose, speed: Array, map: ObstacleMap, field: CostToGo, wishes: Wishes) -> Array | None:
+    def twist(self, pose: Pose, speed: Array, map: ObstacleMap, field: Leads, prices: MotionPrices) -> Array | None:
         """Return the next twist, shape (3,) [m/s, m/s, rad/s]; None if every motion collides.
 
         Args:
@@ -95,11 +117,11 @@ class PathIntegral:
             speed: Its current twist, shape (3,).
             map: Obstacles.
             field: Times to the goal.
-            wishes: What else a motion is judged by.
+            prices: What else a motion is judged by.
         """
         wanted = self._samples()
-        twists = self._limited(wanted, speed, wishes.top)
-        cost, hits = self._judged(pose, twists, map, field, wishes)
+        twists = self._limited(wanted, speed, prices.top)
+        cost, hits = self._judged(pose, twists, map, field, prices)
         if hits.all():
             self.reset()
             return None
@@ -108,7 +130,7 @@ class PathIntegral:
         best = twists[int(np.argmin(cost))]
         # Between two ways around an obstacle the mean leads into it.
         both = np.stack([mean, best])
-        cost, hits = self._judged(pose, both, map, field, wishes)
+        cost, hits = self._judged(pose, both, map, field, prices)
         chosen = 0 if not hits[0] and cost[0] < cost[1] + TEMPERATURE else 1
         self._plan = both[chosen]
         self.motion = np.stack(_rollout(pose, both[chosen][None]), axis=-1)[0]
@@ -139,29 +161,36 @@ class PathIntegral:
         return twists
 
     def _judged(
-        self, pose: Pose, twists: Array, map: ObstacleMap, field: CostToGo, wishes: Wishes
-    ) -> tuple[Array, Array]:
+        self, pose: Pose, twists: Array, map: ObstacleMap, field: Leads, prices: MotionPrices
+    ) -> tuple[Array, NDArray[np.bool_]]:
         """Return the cost of motions, shape (k,) [s], and whether they collide, shape (k,)."""
         x, y, heading = _rollout(pose, twists)
         clearance = self._clearance(x, y, heading, map)
-        now = self._clearance(*(np.array([[value]]) for value in (pose.x, pose.y, pose.heading)), map)
+        now = float(self._clearance(np.array(pose.x), np.array(pose.y), np.array(pose.heading), map))
         # Closer than the margin it may go on, but not approach.
-        least = min(MARGIN, float(now[0, 0]) - 0.004)
-        hit = clearance < least
-        hits = hit.any(axis=1)
+        hit = clearance < min(MARGIN, now - CLOSER)
+        hits = np.asarray(hit.any(axis=1))
         when = np.where(hits, hit.argmax(axis=1), STEPS)
-        speed = np.hypot(twists[..., 0], twists[..., 1])
-        places = np.stack([x[:, 3::4], y[:, 3::4]], axis=-1)
+        cost = self._led(np.stack([x[:, 3::4], y[:, 3::4]], axis=-1), heading[:, -1], field)
+        cost += self._driven(twists, clearance, prices)
+        return np.where(hits, cost + HIT * (2.0 - when / STEPS), cost), hits
+
+    def _led(self, places: Array, heading: Array, field: Leads) -> Array:
+        """Return the cost of where motions lead: places (k, n, 2) on the way [m], and the last headings (k,) [rad]."""
         times = field.at(places)
         ahead, turn = field.direction(places[:, -1])
-        course = heading[:, -1] - np.arctan2(turn, ahead)
-        cost = 0.6 * times[:, -1] + 0.4 * times.mean(axis=1)
-        cost += self._turning * (1.0 - np.cos(course)) * np.minimum(times[:, -1], 1.0)
-        cost += STEP * np.maximum(speed - allowed_speed(clearance), 0.0).sum(axis=1) * 2.0
-        cost += STEP * (np.maximum(0.12 - clearance, 0.0) * 4.0).sum(axis=1)
-        cost += wishes.reverse * STEP * np.maximum(-twists[..., 0], 0.0).sum(axis=1)
-        cost += 0.01 * np.abs(np.diff(twists / np.maximum(self._limits, 1e-6), axis=1)).sum(axis=(1, 2))
-        return np.where(hits, cost + HIT * (2.0 - when / STEPS), cost), hits
+        course = heading - np.arctan2(turn, ahead)
+        cost = LAST * times[:, -1] + (1.0 - LAST) * times.mean(axis=1)
+        return np.asarray(cost + self._turning * (1.0 - np.cos(course)) * np.minimum(times[:, -1], 1.0))
+
+    def _driven(self, twists: Array, clearance: Array, prices: MotionPrices) -> Array:
+        """Return the cost of how motions are driven: twists (k, STEPS, 3) and clearances (k, STEPS) [m]."""
+        speed = np.hypot(twists[..., 0], twists[..., 1])
+        price = TOO_FAST * np.maximum(speed - allowed_speed(clearance), 0.0)
+        price += CLOSE * np.maximum(1.0 - clearance / COMFORT, 0.0)
+        price += prices.reverse * np.maximum(-twists[..., 0], 0.0)
+        changes = np.abs(np.diff(twists / np.maximum(self._limits, 1e-6), axis=1)).sum(axis=(1, 2))
+        return np.asarray(STEP * price.sum(axis=1) + CHANGE * changes)
 
     @property
     def _turning(self) -> float:
@@ -193,7 +222,7 @@ def _rollout(pose: Pose, twists: Array) -> tuple[Array, Array, Array]:
     )
 
 
-def _fan(limits: Array, bend: float) -> Array:
+def _fan(limits: Array, bend: float) -> NDArray[np.float32]:
     """Return constant twists that a robot can always choose from, shape (k, 1, 3)."""
     top, side, turn = limits.tolist()
     rates = np.array([-1.0, -0.6, -0.3, -0.12, 0.0, 0.12, 0.3, 0.6, 1.0])

@@ -16,8 +16,8 @@ LOWEST, HEADROOM = 0.06, 0.1
 sensor [m]."""
 BEARING = math.radians(1.0)
 """Width of a bearing into which such points are sorted [rad]."""
-DEPTH_RANGE = 4.0
-"""Range of a depth camera beyond which nothing counts [m]."""
+DEPTH_RANGE, CLOUD_RANGE = 4.0, 8.0
+"""Range of a depth camera, and of a 3-D lidar, beyond which nothing counts [m]."""
 STRIDE = 8
 """Every so many rows and columns of a depth image are used."""
 SMOOTHED = 3
@@ -29,9 +29,11 @@ NOISY = 0.005
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class View:
+class RangeView:
     """Ranges over bearings around a sensor, in the plane."""
 
+    name: str
+    """Name of the sensor."""
     robot_from_sensor: Pose
     first: float
     """Bearing of the first range in the sensor's frame [rad]."""
@@ -84,60 +86,59 @@ class Views:
         self._lidars = {name: LevelLidar(robot, name) for name, kind in kinds.items() if kind == "lidar"}
         self._top = HEADROOM + max([float(s.robot_from_sensor[2, 3]) for s in robot.sensors.values()], default=0.3)
         self._rims = rims(robot, 16)
-        self.count = 1 + sum(kind in ("lidar", "lidar3d") or sensor.intrinsics is not None for kind, sensor in zip(kinds.values(), robot.sensors.values(), strict=True))
-        """Number of views, at most."""
 
-    def update(self, seen: Observation) -> list[View]:
+    def update(self, seen: Observation) -> list[RangeView]:
         """Return the views of this tick."""
         views = [self._ring(seen.proximity)]
         for name, lidar in self._lidars.items():
             if (scan := lidar.update(seen)) is not None:
-                views.append(_scanned(scan, self._robot.sensors[name]))
+                views.append(_scanned(name, scan, self._robot.sensors[name]))
         for name, frame in seen.cameras.items():
             if frame.depth is not None:
-                views.append(self._imaged(frame, self._robot.sensors[name]))
-        return views + [self._clouded(cloud, self._robot.sensors[name]) for name, cloud in seen.clouds.items()]
+                views.append(self._imaged(name, frame))
+        return views + [self._clouded(name, cloud) for name, cloud in seen.clouds.items()]
 
-    def _ring(self, proximity: Array) -> View:
+    def _ring(self, proximity: Array) -> RangeView:
         """Return the view of the proximity rays."""
-        return View(Pose(0.0, 0.0, 0.0), 0.0, 2.0 * math.pi / 16, proximity + self._rims, math.inf)
+        return RangeView("proximity", Pose(0.0, 0.0, 0.0), 0.0, 2.0 * math.pi / 16, proximity + self._rims, math.inf)
 
-    def _imaged(self, frame: CameraFrame, sensor: SensorInfo) -> View:
+    def _imaged(self, name: str, frame: CameraFrame) -> RangeView:
         """Return the view of a depth image."""
         assert frame.depth is not None
-        k = frame.intrinsics
+        k, pose = frame.intrinsics, self._robot.sensors[name].robot_from_sensor
         rows, columns = np.mgrid[STRIDE // 2 : k.height : STRIDE, STRIDE // 2 : k.width : STRIDE]
         depth = frame.depth[rows, columns]
         near = np.isfinite(depth)
         z = depth[near]
         points = np.stack([(columns[near] - k.cx) / k.fx * z, (rows[near] - k.cy) / k.fy * z, z], axis=-1)
-        forward = sensor.robot_from_sensor[:3, 2]
+        forward = pose[:3, 2]
         lowest = math.asin(float(np.clip(forward[2], -1.0, 1.0))) - math.atan2(k.height - k.cy, k.fy)
-        height = float(sensor.robot_from_sensor[2, 3])
+        height = float(pose[2, 3])
         blind = height / math.tan(-lowest) if lowest < -0.05 else DEPTH_RANGE
         fov = 2.0 * math.atan2(max(k.cx, k.width - k.cx), k.fx)
-        return self._sorted(points, sensor, math.atan2(forward[1], forward[0]), fov, DEPTH_RANGE, blind)
+        return self._sorted(name, points, math.atan2(forward[1], forward[0]), fov, farthest=DEPTH_RANGE, blind=blind)
 
-    def _clouded(self, cloud: PointCloud, sensor: SensorInfo) -> View:
+    def _clouded(self, name: str, cloud: PointCloud) -> RangeView:
         """Return the view of a 3-D lidar."""
-        pose = sensor.robot_from_sensor
-        farthest = min(sensor.range[1] if sensor.range else DEPTH_RANGE, 2.0 * DEPTH_RANGE)
-        return self._sorted(cloud.points[::2], sensor, math.atan2(pose[1, 0], pose[0, 0]), 2.0 * math.pi, farthest, 1.0)
+        sensor = self._robot.sensors[name]
+        heading = math.atan2(sensor.robot_from_sensor[1, 0], sensor.robot_from_sensor[0, 0])
+        farthest = min(sensor.range[1] if sensor.range else CLOUD_RANGE, CLOUD_RANGE)
+        return self._sorted(name, cloud.points.astype(float), heading, 2.0 * math.pi, farthest=farthest, blind=1.0)
 
     def _sorted(
-        self, points: Array, sensor: SensorInfo, heading: float, fov: float, farthest: float, blind: float
-    ) -> View:
+        self, name: str, points: Array, heading: float, fov: float, *, farthest: float, blind: float
+    ) -> RangeView:
         """Return the view of points in space: the shortest distance of an obstacle in each bearing.
 
         Args:
-            points: In the sensor's frame, shape (n, 3) [m].
-            sensor: Its data sheet.
+            name: Of the sensor.
+            points: In its frame, shape (n, 3) [m].
             heading: Direction in which it looks, in the robot frame [rad].
             fov: Its field of view [rad].
             farthest: Its range [m].
             blind: Distance within which obstacles may be below its field of view [m].
         """
-        pose = sensor.robot_from_sensor
+        pose = self._robot.sensors[name].robot_from_sensor
         place = Pose(float(pose[0, 3]), float(pose[1, 3]), heading)
         level = points @ pose[:3, :3].T + pose[:3, 3]
         solid = level[(level[:, 2] > LOWEST) & (level[:, 2] < self._top)]
@@ -147,7 +148,7 @@ class Views:
         ranges = np.full(count, np.inf)
         inside = (bins >= 0) & (bins < count)
         np.minimum.at(ranges, bins[inside], np.hypot(x, y)[inside])
-        return View(place, -0.5 * fov + 0.5 * fov / count, fov / count, ranges, farthest, blind)
+        return RangeView(name, place, -0.5 * fov + 0.5 * fov / count, fov / count, ranges, farthest, blind)
 
 
 def rims(robot: RobotInfo, count: int) -> Array:
@@ -164,16 +165,16 @@ def rims(robot: RobotInfo, count: int) -> Array:
     return np.asarray(np.where((np.abs(share - 0.5) <= 0.5 + 1e-9) & (distance > 0.0), distance, 0.0).max(axis=1))
 
 
-def _scanned(level: LevelScan, sensor: SensorInfo) -> View:
+def _scanned(name: str, level: LevelScan, sensor: SensorInfo) -> RangeView:
     """Return the view of a level scan, with less noise."""
     scan, pose = level.scan, level.robot_from_lidar
     ranges = np.where(scan.ranges == -math.inf, 0.0, np.nan_to_num(scan.ranges, nan=0.0, posinf=np.inf))
     if (noise := sensor.noise.get("range", 0.0)) > NOISY:
         ranges = smoothed(ranges, 3.0 * noise)
     if scan.angle_increment > 0.0:
-        return View(pose, scan.angle_min, scan.angle_increment, ranges, scan.range_max)
+        return RangeView(name, pose, scan.angle_min, scan.angle_increment, ranges, scan.range_max)
     last = scan.angle_min + scan.angle_increment * (len(ranges) - 1)
-    return View(pose, last, max(-scan.angle_increment, 1e-6), ranges[::-1], scan.range_max)
+    return RangeView(name, pose, last, max(-scan.angle_increment, 1e-6), ranges[::-1], scan.range_max)
 
 
 def smoothed(ranges: Array, tolerance: float) -> Array:

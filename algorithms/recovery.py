@@ -49,6 +49,23 @@ class Toward:
         return points[..., 0] - self._place[0], points[..., 1] - self._place[1]
 
 
+class Around:
+    """A turn: every place is as good, and the robot should point elsewhere."""
+
+    def __init__(self, heading: float) -> None:
+        """Take the current heading of the robot [rad]."""
+        self._heading = heading + 2.0
+
+    def at(self, points: Array) -> Array:
+        """Return the same time for all points (..., 2) [s]."""
+        return np.ones(points.shape[:-1])
+
+    def direction(self, points: Array) -> tuple[Array, Array]:
+        """Return where the front of the robot should point, components along x and y."""
+        ones = np.ones(points.shape[:-1])
+        return math.cos(self._heading) * ones, math.sin(self._heading) * ones
+
+
 class Recovery:
     """Follows the progress of a robot, and chooses what it tries.
 

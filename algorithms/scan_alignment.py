@@ -22,8 +22,8 @@ class ScanAlignment:
     """Dead reckoning that is corrected where scans meet obstacles seen before.
 
     References:
-        Kohlbrecher, von Stryk, Meyer, Klingauf, A Flexible and Scalable SLAM System with Full 3D Motion Estimation, SSRR
-        2011, section IV: Gauss-Newton on a grid; here on distances, with odometry as the prior.
+        Kohlbrecher, von Stryk, Meyer, Klingauf, A Flexible and Scalable SLAM System with Full 3D Motion Estimation,
+        SSRR 2011, section IV: Gauss-Newton on a grid; here on distances, with odometry as the prior.
     """
 
     def __init__(self, prior: Pose) -> None:

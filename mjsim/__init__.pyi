@@ -47,6 +47,7 @@ from .interface import Observer as Observer
 from .interface import Odometry as Odometry
 from .interface import PointCloud as PointCloud
 from .interface import RobotInfo as RobotInfo
+from .interface import SaysBlocked as SaysBlocked
 from .interface import Scan as Scan
 from .interface import SensorInfo as SensorInfo
 from .interface import Shown as Shown

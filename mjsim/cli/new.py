@@ -145,8 +145,8 @@ def new(
 ) -> None:
     """Create a world or a robot.
 
-    Create a world from a robot's map, a drawing, a maze, a cluttered room, a benchmark or a template, or a robot from the file of
-    its manufacturer.
+    Create a world from a robot's map, a drawing, a maze, a cluttered room, a benchmark or a template, or a robot from
+    the file of its manufacturer.
     """
     if robot_from is not None:
         if any(value is not None for value in (source, maze, clutter, barn, template, robot)):

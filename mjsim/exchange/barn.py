@@ -23,7 +23,9 @@ CELL, ORIGIN = 0.15, (-4.575, 5.075)
 ROBOT = "scout"
 
 
-def barn_world(number: int, *, name: str | None = None, preset: str | None = "jackal", folder: Path | None = None) -> World:
+def barn_world(
+    number: int, *, name: str | None = None, preset: str | None = "jackal", folder: Path | None = None
+) -> World:
     """Return a world of the benchmark, with a robot that drives to the goal without a map.
 
     Args:
@@ -71,8 +73,6 @@ def barn_score(arrival: float | None, length: float) -> float:
 def _array(kind: str, number: int) -> Array:
     """Return an array of a world; raises UsageError if it is not shipped."""
     if not 0 <= number < WORLDS or not number % KEPT:
-        raise UsageError(
-            f"no BARN world {number}; give a number from 1 to {WORLDS - 1} that is no multiple of {KEPT}"
-        )
+        raise UsageError(f"no BARN world {number}; give a number from 1 to {WORLDS - 1} that is no multiple of {KEPT}")
     with resources.files("mjsim.assets").joinpath("barn/barn.npz").open("rb") as file, np.load(file) as worlds:
         return np.asarray(worlds[f"{kind}_{number}"], dtype=float)

@@ -202,7 +202,8 @@ def bring_barn(number: int, *, preset: str | None, name: str | None, folder: Pat
     """
     world = barn_world(number, preset=preset, name=name, folder=folder)
     notes = [
-        f"World {number} of the Benchmark for Autonomous Robot Navigation (Perille, Truong, Xiao, Stone 2020; MIT licence).",
+        f"World {number} of the Benchmark for Autonomous Robot Navigation (Perille, Truong, Xiao, Stone 2020; MIT"
+        " licence).",
         "The robot has to come within 1 m of its goal in 100 s and must not touch anything.",
     ]
     return Brought(world_text(world, notes=notes), [f"BARN world {number}; {_counted(world)}"])

@@ -28,6 +28,14 @@ class HasPath(Protocol):
 
 
 @runtime_checkable
+class SaysBlocked(Protocol):
+    """A navigator that also says why its robot does not get on; the beginning is recorded as the event `blocked`."""
+
+    def blocked(self) -> str | None:
+        """Return the reason, at most 200 characters, or None; called once after each command."""
+
+
+@runtime_checkable
 class DriveModel(Protocol):
     """A user-defined drive: linear conversion between twist and wheel speeds."""
 

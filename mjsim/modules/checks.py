@@ -29,6 +29,8 @@ from mjsim.modules.covariances import Unfit, covariance, has_good_diagonal, is_p
 
 SHOWN = (ShownPoints, ShownLines, ShownGrid, ShownText)
 SHOWN_KINDS = ", ".join(kind.__name__ for kind in SHOWN)
+LONGEST_REASON = 200
+"""Maximum length of the reason why a robot is blocked [characters]."""
 
 
 def checked_command(command: object, robot: RobotInfo) -> Command | WheelCommand:
@@ -101,6 +103,15 @@ def checked_show(show: object) -> tuple[Shown, ...]:
     except ValueError as error:
         raise Unfit(f"returned a show in which {error}") from None
     return tuple(show)
+
+
+def checked_reason(reason: object) -> str | None:
+    """Check why a navigator says that its robot is blocked, and return it; None if it is not."""
+    if reason is None:
+        return None
+    if not isinstance(reason, str) or not reason.isprintable() or not 0 < len(reason) <= LONGEST_REASON:
+        raise Unfit(f"returned {kind_of(reason)}; it must be None or 1 to {LONGEST_REASON} printable characters")
+    return reason
 
 
 def checked_path(path: object) -> Array:

@@ -10,8 +10,8 @@ from mjsim.mechanics import JointMotion, SensorReadings
 from mjsim.world import Looks, WorldEvent
 
 EventKind = Literal["bump", "blocked", "fall", "fault", "changed"]
-"""bump: contact; blocked: a command was not executed; fall: it fell over; fault: a module failed; changed: its noise
-was changed."""
+"""bump: contact; blocked: a command was not executed, or the navigator finds no way; fall: it fell over; fault: a
+module failed; changed: its noise was changed."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -141,7 +141,9 @@ def _page(recording: Recording, run: dict[str, Any], blocks: Iterable[Block]) ->
     factor = "" if run["real_time_factor"] is None else f", {run['real_time_factor']:.1f} times real time"
     happened = [(event_text(event), f"{event.time:.2f} s") for event in as_motions(recording.events)]
     story = (Heading("What happened to the world"), HtmlTable((), happened)) if happened else ()
+    blocked = [(e.text, f"{e.time:.2f} s") for t in recording.robots.values() for e in t.events if e.kind == "blocked"]
+    stops = (Heading("Where robots could not go on"), HtmlTable((), blocked)) if blocked else ()
     cut = "" if run["whole"] else "; the file ends before its end: the run was killed, or the file was cut"
     about = Paragraph(f"{run['sim_seconds']:.1f} s simulated{factor}, seed {run['seed']}{cut}", "run")
     notes = (Paragraph(f"{note.message}.") for note in world_notes(recording.world))
-    return html_page(recording.world.name, "mjsim report", about, *notes, *blocks, *story, *_times(run))
+    return html_page(recording.world.name, "mjsim report", about, *notes, *blocks, *stops, *story, *_times(run))

@@ -32,6 +32,7 @@ from mjsim.modules import (
     checked_command,
     checked_estimate,
     checked_path,
+    checked_reason,
     checked_show,
     checked_sightings,
     sealed_catalogue,
@@ -112,9 +113,9 @@ def _avoidance_of(driver: Driver) -> Avoidance | None:
     return None if driver.avoidance is False else driver.avoidance
 
 
-def _shows(navigator: Navigator | None, boundary: Boundary) -> bool:
-    """Return whether a navigator may have something to show."""
-    return navigator is not None and boundary.offers("navigator", navigator, "show")
+def _offers(navigator: Navigator | None, boundary: Boundary, method: str) -> bool:
+    """Return whether a navigator has an optional method."""
+    return navigator is not None and boundary.offers("navigator", navigator, method)
 
 
 class DeadReckoning:
@@ -159,6 +160,7 @@ class Pilot(Closes):
         self._dead_reckoning = DeadReckoning(robot)
         self._touched = -np.inf
         self._blocked = False
+        self._reason: str | None = None
         self._seconds: dict[str, float] = {}
         self._boundary = Boundary(robot.name)
         self._avoidance = _avoidance_of(driver)
@@ -169,7 +171,8 @@ class Pilot(Closes):
         self._modules = [module for module in modules if module is not None]
         try:
             self._start(sealed_catalogue(catalogue), sealed_map(map), seed)
-            self._shows = _shows(driver.navigator, self._boundary)
+            self._shows = _offers(driver.navigator, self._boundary, "show")
+            self._explains = _offers(driver.navigator, self._boundary, "blocked")
         except BaseException:
             self.close()
             raise
@@ -236,7 +239,11 @@ class Pilot(Closes):
             dead_reckoning=self._dead_reckoning.pose,
             dead_reckoning_covariance=self._dead_reckoning.covariance,
             sightings=seen.sightings,
-            events=(*noticed.events, *self._block(seen, blocked=safe is not command)),
+            events=(
+                *noticed.events,
+                *self._block(seen, blocked=safe is not command),
+                *self._explain(seen.time),
+            ),
             timing=self._seconds,
         )
 
@@ -289,6 +296,20 @@ class Pilot(Closes):
         if not begins:
             return ()
         return (RobotEvent(seen.time, "blocked", f"{self._robot.name} cannot go on; what it touches is in the way"),)
+
+    def _explain(self, now: float) -> tuple[RobotEvent, ...]:
+        """Return the event that the navigator begins to say why its robot is blocked, if it does."""
+        navigator, boundary = self._driver.navigator, self._boundary
+        if navigator is None or not self._explains:
+            return ()
+        answer = boundary.call("navigator", navigator, now, "blocked")
+        before, self._reason = (
+            self._reason,
+            boundary.check("navigator", navigator, now, "blocked", checked_reason, answer),
+        )
+        if self._reason is None or before is not None:
+            return ()
+        return (RobotEvent(now, "blocked", f"{self._robot.name} is blocked: {self._reason}"),)
 
     def _call(
         self, part: str, module: object, now: float, method: str, check: Callable[[object], T], *arguments: Any

@@ -31,6 +31,7 @@ MORE = (
     "ramps",
     "clutter",
     "avoidance",
+    "barn",
     "dark",
     "arena",
     "cooperative",

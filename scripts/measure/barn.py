@@ -93,7 +93,9 @@ def result(number: int, preset: str, spec: str) -> Result:
 
 def summary(results: Sequence[Result]) -> str:
     """Return a line with the figures of all runs."""
-    score, arrival, touched = (np.array([getattr(each, name) for each in results]) for name in ("score", "arrival", "touched"))
+    score, arrival, touched = (
+        np.array([getattr(each, name) for each in results]) for name in ("score", "arrival", "touched")
+    )
     mean, worst = np.mean([each.mean for each in results]), max(each.worst for each in results)
     return (
         f"{len(results)} worlds: metric {score.mean():.3f}, {100 * np.isfinite(arrival).mean():.1f} % arrive,"
@@ -118,7 +120,10 @@ def main() -> None:
     results = []
     for number in numbers[:: options.every]:
         results.append(result(number, options.drive, options.navigator))
-        print(" ".join(f"{value:.3f}" if isinstance(value, float) else str(value) for value in astuple(results[-1])), flush=True)
+        print(
+            " ".join(f"{value:.3f}" if isinstance(value, float) else str(value) for value in astuple(results[-1])),
+            flush=True,
+        )
     print(summary(results))
     if options.output is not None:
         with options.output.open("w", newline="") as file:
