@@ -72,7 +72,8 @@ def shadows_of(model: mujoco.MjModel, geoms: NDArray[np.intp]) -> list[Shadow]:
         carrier = int(carriers[model.geom_bodyid[geom]])
         if carrier > 0 and (points := _points(model, data, geom)) is not None:
             parts[carrier][geom] = points
-    return [_shadow(data, body, shapes) for body, shapes in parts.items()]
+    known: dict[bytes, NDArray[np.uint8]] = {}
+    return [_shadow(data, body, shapes, known) for body, shapes in parts.items()]
 
 
 class PlacedShadows:
@@ -128,8 +129,17 @@ def _points(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Array | No
     return np.asarray(points @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom])
 
 
-def _shadow(data: mujoco.MjData, body: int, shapes: Mapping[int, Array]) -> Shadow:
-    """Return the shadow of geoms, each given by points in the world."""
+def _shadow(
+    data: mujoco.MjData, body: int, shapes: Mapping[int, Array], known: dict[bytes, NDArray[np.uint8]]
+) -> Shadow:
+    """Return the shadow of geoms, each given by points in the world.
+
+    Args:
+        data: The state that they are given in.
+        body: Body that they move with.
+        shapes: Points of each geom, shape (n, 3) [m].
+        known: Opacity by shape, for things of the same shape; added to.
+    """
     x_axis = data.xmat[body].reshape(3, 3)[:2, 0]
     x_axis = x_axis / max(float(np.linalg.norm(x_axis)), 1e-9)
     body_from_world = np.array([x_axis, [-x_axis[1], x_axis[0]]])
@@ -139,8 +149,10 @@ def _shadow(data: mujoco.MjData, body: int, shapes: Mapping[int, Array]) -> Shad
     ]
     every = np.concatenate(parts)[:, :2]
     low, high = every.min(axis=0) - MARGIN, every.max(axis=0) + MARGIN
-    opacity = _opacity(parts, low, (high - low) / SIDE)
-    return Shadow(body, next(iter(shapes)), low, high - low, float(data.xpos[body, 2]), opacity)
+    shape = b"".join(np.round(part - [*low, 0.0], 4).tobytes() for part in parts)
+    if shape not in known:
+        known[shape] = _opacity(parts, low, (high - low) / SIDE)
+    return Shadow(body, next(iter(shapes)), low, high - low, float(data.xpos[body, 2]), known[shape])
 
 
 def _opacity(parts: list[Array], low: Array, pixel: Array) -> NDArray[np.uint8]:

@@ -18,12 +18,12 @@ from mjsim.sim.gl_shadows import GlShadows
 from mjsim.sim.in_view import frustum_of
 from mjsim.sim.light_mix import LightMix
 from mjsim.sim.light_weights import LightWeights
-from mjsim.sim.merged import UNSEEN, Merged
+from mjsim.sim.merged import UNSEEN
 from mjsim.sim.moving_light import MovingLight
 from mjsim.sim.scene_geoms import as_bytes, geoms_of, mesh_geom
 
-MAY_BE_SEEN = (0, 1, 2, UNSEEN)
-"""Geom groups of what is seen, or was before it was removed."""
+CAST = (0, 1, UNSEEN)
+"""Geom groups of what casts shadows, or did before it was removed."""
 MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
 
 
@@ -46,12 +46,9 @@ class LitScene:
         self._apart = np.zeros(model.ngeom, dtype=bool)
         self._make_lists(mjr, model, [each for each in baked.surfaces if _may_be_listed(model, each.geom)])
         self._marks = [as_bytes(mesh_geom(each - mjr.baseMesh)) for each in (self._gl.enter, self._gl.leave)]
-        may_be_seen = np.isin(model.geom_group, MAY_BE_SEEN)
-        may_be_seen[Merged(model).parts] = True
-        self._unlit = np.flatnonzero((self._lists < 0) & may_be_seen)
-        self._moving = MovingLight(model, baked, self._unlit)
+        self._moving = MovingLight(model, baked)
         self._factors, self._glow = _own_colors(model, lit=self._lists >= 0)
-        shadows = shadows_of(model, self._unlit)
+        shadows = shadows_of(model, np.flatnonzero((self._lists < 0) & np.isin(model.geom_group, CAST)))
         self._shadows = GlShadows(gl, self._gl, model, shadows) if shadows else None
         self._now: Array | None = None
 
@@ -94,11 +91,12 @@ class LitScene:
         geoms["type"][lit] = MESH
         geoms["dataid"][lit] = lists[lit]
         geoms["texcoord"][lit] = self._pictured[ids[lit]]
-        if len(lit) < count:
-            self._factors[self._unlit] = self._moving.factors(data)
         geoms["rgba"][:, :3] *= self._factors[ids]
-        glow = self._glow[ids]
-        np.copyto(geoms["emission"], glow, where=glow >= 0.0)
+        unlit = np.flatnonzero(~is_lit)
+        if len(unlit):
+            geoms["rgba"][unlit, :3] *= self._moving.factors(data, ids[unlit])
+            glow = self._glow[ids]
+            np.copyto(geoms["emission"], glow, where=glow >= 0.0)
         # Those with a light map come first, between the lists that switch it on and off.
         together = is_lit & ~self._apart[ids]
         rows = as_bytes(geoms)
