@@ -64,8 +64,8 @@ class CameraFrame:
     """RGB, shape (height, width, 3)."""
     intrinsics: Intrinsics
     depth: Array | None = None
-    """Distance along the optical axis, shape (height, width) [m]: +inf for none, -inf for too near, as in a `Scan`;
-    None unless the camera gives it."""
+    """Distance along the optical axis, shape (height, width) [m]: +inf for none, -inf for too near, as in a `Scan`,
+    NaN where stereo matching fails; None unless the camera gives it."""
     segmentation: NDArray[np.int32] | None = None
     """Instance of each pixel, -1 for none, shape (height, width); None unless the camera gives it."""
     instances: tuple[str, ...] = ()

@@ -31,7 +31,9 @@ def _boxes(camera: Camera, info: RobotInfo, world: World) -> Mapping[str, Box]:
 
     def depth(seen: Observation) -> ArrayLike | None:
         frame = seen.cameras.get(camera.camera)
-        return None if frame is None else frame.depth
+        if frame is None or frame.depth is None:
+            return None
+        return np.where(np.isnan(frame.depth), np.inf, frame.depth)
 
     boxes = {"": Box(read=picture, low=0, high=255, shape=(*shape, 3), dtype=np.uint8)}
     if camera.depth:

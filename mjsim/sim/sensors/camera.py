@@ -18,6 +18,7 @@ from mjsim.sim.lens import BentView, intrinsics_of
 from mjsim.sim.renderer import Renderer
 from mjsim.sim.sensors.device import Mounting, Sensed
 from mjsim.sim.shutter import Shutter
+from mjsim.sim.stereo import StereoDepth
 from mjsim.sim.streams import Streams
 from mjsim.world import Camera, Depth, Photons, Robot
 
@@ -72,6 +73,8 @@ class OnboardCamera:
         self.imager.memory = before.memory
         self._depth = depth_of(camera)
         self._far = self.chances[1] if self._depth is not None and self._depth.noise else None
+        stereo = self._depth.stereo if self._depth is not None else None
+        self._stereo = StereoDepth(stereo, self.intrinsics, self.chances[1]) if stereo is not None else None
 
     def frame(self, data: mujoco.MjData, stamp: float) -> CameraFrame:
         """Return the current picture.
@@ -82,9 +85,13 @@ class OnboardCamera:
         """
         shutter, depth, segmentation = self._shutter, None, None
         seen = shutter.picture(data, lambda: self._draw(data), self.imager.light)
-        image = self.imager.picture(seen, stamp)
         if self._depth is not None:
-            depth = self._measured(shutter.nearest(data, lambda: self._draw_depth(data)), self._depth)
+            depth = shutter.nearest(data, lambda: self._draw_depth(data))
+            if self._stereo is not None:
+                sharp = np.asarray(seen if seen.dtype == np.uint8 else self._draw(data), dtype=np.uint8)
+                depth = self._stereo.measured(depth, sharp)
+            depth = self._measured(depth, self._depth)
+        image = self.imager.picture(seen, stamp)
         if self._camera.segmentation:
             segmentation = shutter.nearest(data, lambda: self._draw_instances(data))
         return CameraFrame(
@@ -102,12 +109,15 @@ class OnboardCamera:
         self.imager.pass_over()
         if self._far is not None:
             self._far.standard_normal(shape, dtype=np.float32)
+        if self._stereo is not None:
+            self._stereo.pass_over()
 
     def info(self) -> SensorInfo:
         """Return its data sheet."""
         camera = self._camera
         noise = camera.noise.model_dump() if isinstance(camera.noise, Photons) else {"noise": camera.noise}
-        noise |= {"depth": self._depth.noise} if self._depth is not None else {}
+        if self._depth is not None:
+            noise["depth"] = self._depth.noise if self._stereo is None else self._stereo.deviation
         return SensorInfo(
             kind="camera",
             robot_from_sensor=self.robot_from_camera,
