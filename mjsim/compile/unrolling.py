@@ -2,7 +2,8 @@
 
 A texture runs to the right along a wall and downwards. Faces of one plane that touch (beside, above and below a
 doorway) are a sheet, on which it runs on. Sheets that meet in an upright edge are moved along the texture until it runs
-round that edge: the longest ones first, since not all edges of a room can have it.
+round that edge: the longest ones first, since not all edges of a room can have it. The end of a wall and the sides of a
+doorway move, but do not join both sides of the wall. The longest of joined sheets is counted from the origin.
 """
 
 from typing import NamedTuple
@@ -14,6 +15,8 @@ from mjsim.geometry import Array
 
 SAME_PLACE, SAME_WAY = 1e-6, 1e-3
 """Grid of positions [m] and of normals on which corners are the same."""
+THIN, SHARP = 0.4, 0.7
+"""Length of a sheet that may be the end of a wall [m], and cosine of the least turn into one."""
 LEVEL = 1e-9
 """Horizontal part of a normal below which a face is level."""
 
@@ -27,6 +30,8 @@ class _Edge(NamedTuple):
     """Of the shorter sheet [m]."""
     first: int
     second: int
+    end: bool
+    """Whether it is where a wall ends: one of them is thin, and they meet at a sharp angle."""
     step: float
     """Position of the second sheet on the texture relative to that of the first, for a texture that runs on [m]."""
 
@@ -71,20 +76,30 @@ def _offsets(
     renumbered = np.cumsum(upright) - 1
     corners = renumbered[triangles[upright[triangles].all(axis=1)]]
     sheet = _sheets(np.column_stack([spots, ways]), corners)
-    moved = np.zeros(sheet.max() + 1)
+    lengths = _lengths(sheet, right[upright])
+    moved = np.zeros(len(lengths))
     group = np.arange(len(moved))
     members = [[index] for index in range(len(moved))]
-    for edge in sorted(_edges(spots, sheet, right[upright]), reverse=True):
+    longest = lengths.copy()
+    for edge in sorted(_edges(spots, ways, sheet, right[upright], lengths), reverse=True):
         one, other = group[edge.first], group[edge.second]
-        if one == other:
+        if one == other or (edge.end and min(longest[one], longest[other]) > THIN):
             continue
         step = moved[edge.first] + edge.step - moved[edge.second]
-        if len(members[one]) < len(members[other]):
+        if longest[one] < longest[other]:
             one, other, step = other, one, -step
         moved[members[other]] += step
         group[members[other]] = one
         members[one] += members[other]
     return np.asarray(moved[sheet])
+
+
+def _lengths(sheet: Whole, right: Array) -> Array:
+    """Return the length of each sheet, given the sheet and position of each corner [m]."""
+    low, high = np.full((2, sheet.max() + 1), [[np.inf], [-np.inf]])
+    np.minimum.at(low, sheet, right)
+    np.maximum.at(high, sheet, right)
+    return np.asarray(high - low)
 
 
 def _sheets(places: Whole, triangles: Whole) -> Whole:
@@ -99,17 +114,13 @@ def _sheets(places: Whole, triangles: Whole) -> Whole:
     return np.asarray(sheet[node.ravel()], dtype=np.int64)
 
 
-def _edges(spots: Whole, sheet: Whole, right: Array) -> list[_Edge]:
+def _edges(spots: Whole, ways: Whole, sheet: Whole, right: Array, lengths: Array) -> list[_Edge]:
     """Return the upright edges at which sheets meet."""
-    low, high = np.full((2, sheet.max() + 1), [[np.inf], [-np.inf]])
-    np.minimum.at(low, sheet, right)
-    np.maximum.at(high, sheet, right)
-    lengths = high - low
     _, once = np.unique(np.column_stack([spots, sheet]), axis=0, return_index=True)
     # Sorted by place: sheets at one place follow each other.
     meet = np.flatnonzero((spots[once[:-1]] == spots[once[1:]]).all(axis=1))
     first, second = once[meet], once[meet + 1]
     shorter = np.minimum(lengths[sheet[first]], lengths[sheet[second]])
-    steps = right[first] - right[second]
-    rows = zip(shorter.tolist(), sheet[first].tolist(), sheet[second].tolist(), steps.tolist(), strict=True)
-    return [_Edge(*row) for row in rows]
+    turn = np.einsum("ij,ij->i", ways[first], ways[second]) * SAME_WAY**2
+    columns = shorter, sheet[first], sheet[second], (shorter < THIN) & (turn < SHARP), right[first] - right[second]
+    return [_Edge(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]

@@ -77,6 +77,14 @@ def test_a_texture_on_a_wall_with_an_opening_stays_aligned(opening):
         np.testing.assert_allclose(places[face, 1] + points[face, 2], 0.0, atol=1e-6)
 
 
+def test_both_sides_of_a_wall_are_counted_from_the_origin():
+    """Its ends, which are thin, do not join them; a texture of whole metres lies as it does on paper."""
+    points, normals, places = corners_of("[[0, 0], [6, 0]]", openings="{at: 2, width: 0.9}")
+    for way in (1.0, -1.0):
+        face = np.abs(normals[:, 1] - way) < 1e-6
+        np.testing.assert_allclose(places[face, 0], -way * points[face, 0], atol=1e-6)
+
+
 def test_a_metre_of_wall_is_a_metre_of_texture_on_every_face():
     points, _, places = corners_of("[[0, 0], [3, 0], [5, 1], [6, 3]]")
     world = parse_world(ROOM.format(points="[[0, 0], [3, 0], [5, 1], [6, 3]]", closed="false", openings=""))
