@@ -1,7 +1,7 @@
 """The commands that write recordings: `run` and `replay`."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -49,21 +49,29 @@ def run(
             recording = _run_live(checked, place, seed=seed, seconds=duration, speed=1.0 if realtime else None)
         else:
             drivers = drivers_of(checked)
-            with (
-                Simulation(checked, seed=seed) as sim,
-                tracked(f"run {checked.name}", total=duration, unit="s") as advance,
-            ):
-                recording = run_loop(
-                    sim,
-                    drivers=drivers,
-                    seconds=duration,
-                    record=place,
-                    watch=lambda _: advance(sim.time + sim.dt),
-                    realtime=realtime,
-                )
+            with Simulation(checked, seed=seed) as sim:
+                _bake_first(checked, sim.model)
+                with tracked(f"run {checked.name}", total=duration, unit="s") as advance:
+                    recording = run_loop(
+                        sim,
+                        drivers=drivers,
+                        seconds=duration,
+                        record=place,
+                        watch=lambda _: advance(sim.time + sim.dt),
+                        realtime=realtime,
+                    )
     print(place.path)
     if video is not None:
         film(recording, video, overwrite=overwrite)
+
+
+def _bake_first(world: "World", model: Any) -> None:
+    """Put the light that cameras show into the cache, so that its progress does not mix with that of the run."""
+    from mjsim.light import light_of
+    from mjsim.world import Camera
+
+    if any(isinstance(sensor, Camera) for robot in world.robots for sensor in robot.sensors):
+        light_of(world, model)
 
 
 def replay(

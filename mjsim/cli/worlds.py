@@ -54,11 +54,16 @@ def compile(
 
     The assets are in a folder beside it.
     """
-    from mjsim.compile import export_scene, refused_links
+    from mjsim.compile import compile_world, compiled, export_scene, refused_links
+    from mjsim.light import light_of
     from mjsim.world import load_checked
 
     checked = load_checked(world)
-    print(export_scene(checked, output, overwrite=overwrite))
+    place = export_scene(checked, output, overwrite=overwrite)
+    if checked.shading == "baked":
+        # Not part of the folder: MuJoCo has no light maps. Runs and videos then find it in the cache.
+        light_of(checked, compiled(compile_world(checked)))
+    print(place)
     for name in refused_links(checked):
         say(
             f"MuJoCo refuses the mass or inertia of {name}; scene.xml has the nearest valid one, runs use the exact one"

@@ -226,7 +226,9 @@ class _Bake:
         exposure = min(1.0, WHITE / max(float(np.quantile(bright, BRIGHTEST)) if len(bright) else WHITE, 1e-6))
         angles = {f"{DOOR}{name}": angle for name, angle in moved_doors(self._world).items()}
         groups = tuple(
-            LightGroup(name, rounded(whole[:, :, index]), start[index], angles.get(name, 0.0))
+            LightGroup(
+                name, rounded(whole[:, :, index]), start[index], gain=float(gain[index]), angle=angles.get(name, 0.0)
+            )
             for index, name in enumerate(names)
         )
         return BakedLight(surfaces_of(self._shape), groups, grid.probes(cubes), exposure)

@@ -48,6 +48,9 @@ class LightGroup:
     """Irradiance of each texel for weight (1, 1, 1), relative to full light, red, green, blue, shape (h, w, 3)."""
     start: Array
     """Weight at the start of the world, red, green, blue, shape (3,)."""
+    gain: float = 1.0
+    """Factor of its light over what physics says for the sky and ceilings in full light: rooms are as bright as in
+    plain light on the average."""
     angle: float = 0.0
     """Of a door: the angle for weight 1, as events open it, positive to the left side of its wall [rad]."""
 

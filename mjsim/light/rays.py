@@ -21,6 +21,8 @@ PORTAL = -2
 """Cell of a window: it shines by itself, so that rays through it bring nothing more."""
 FIRST, MORE = 2, 8
 """Rays per side of a rectangle, for all texels, and for those that see only a part of it."""
+LEVEL = 1e-5
+"""Height above the horizon of a point that counts as on it [m]."""
 FAINT = 4e-4
 """Largest part of full light that is neglected of a rectangle."""
 
@@ -175,7 +177,8 @@ def _form(at: Points, rectangle: Rectangle) -> tuple[Array, NDArray[np.bool_]]:
     """
     a, b = rectangle.across, rectangle.along
     to = rectangle.middle + np.array([-a - b, b - a, a + b, a - b]) - at.points[:, None]
-    whole = (np.einsum("nkj,nj->nk", to, at.normals) > 1e-6).all(axis=1)
+    # A window that ends in the plane of its own reveal is whole.
+    whole = (np.einsum("nkj,nj->nk", to, at.normals) > -LEVEL).all(axis=1)
     to /= np.maximum(np.linalg.norm(to, axis=2, keepdims=True), 1e-12)
     after = np.roll(to, -1, axis=1)
     edges = np.cross(to, after)

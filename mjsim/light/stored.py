@@ -155,6 +155,7 @@ def _to_arrays(light: BakedLight, key: str) -> dict[str, NDArray[np.generic]]:
         "key": key,
         "exposure": light.exposure,
         "groups": [group.name for group in groups],
+        "gains": [group.gain for group in groups],
         "angles": [group.angle for group in groups],
     }
     empty = np.zeros((0, 2), np.float32)
@@ -199,6 +200,7 @@ def _from_arrays(arrays: dict[str, NDArray[np.generic]], key: str) -> BakedLight
         about["groups"],
         arrays["texels"].astype(np.float16),
         arrays["start"].astype(float),
+        about["gains"],
         about["angles"],
         strict=True,
     )
