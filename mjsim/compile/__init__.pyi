@@ -13,6 +13,7 @@ from .light import MEAN_LIGHT as MEAN_LIGHT
 from .light import PICTURES as PICTURES
 from .light import dim_lamp as dim_lamp
 from .light import dim_light as dim_light
+from .light import divided as divided
 from .light import general_light as general_light
 from .light import lamp_brightness as lamp_brightness
 from .light import lamp_lights as lamp_lights

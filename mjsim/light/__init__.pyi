@@ -11,4 +11,6 @@ from .baked import LightProbes as LightProbes
 from .baked import LitSurface as LitSurface
 from .baked import coded as coded
 from .baked import linear as linear
+from .stored import key_of as key_of
+from .stored import stored as stored
 from .world_light import light_of as light_of

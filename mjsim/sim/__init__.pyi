@@ -24,3 +24,4 @@ from .state_renderer import Orbit as Orbit
 from .static_scene import StillScene as StillScene
 from .streams import stream as stream
 from .streams import streams_of as streams_of
+from .world_light import kept_light as kept_light

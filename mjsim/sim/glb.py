@@ -13,8 +13,11 @@ from numpy.typing import NDArray
 
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
+from mjsim.light import BakedLight
 from mjsim.models import quaternion_of
 from mjsim.output import require_free, write_file
+from mjsim.sim.light_weights import LightWeights
+from mjsim.sim.lit_corners import LitCorners
 from mjsim.sim.merged_geoms import Material, MergedSurface, SolidBody, solid_bodies, used_textures
 from mjsim.sim.renderer import SEEN_FROM_OUTSIDE
 from mjsim.sim.static_scene import StillScene
@@ -26,6 +29,8 @@ JPEG_QUALITY = 90
 """Quality of pictures that are smaller as JPEG than as PNG."""
 UPRIGHT = [-(0.5**0.5), 0.0, 0.0, 0.5**0.5]
 """Rotation from z up to y up, as in glTF: quaternion x, y, z, w."""
+UNLIT = "KHR_materials_unlit"
+"""Extension of glTF for surfaces whose colours include the light."""
 _FLOAT, _SHORT, _WHOLE = 5126, 5123, 5125
 _POINTS, _CORNERS = 34962, 34963
 
@@ -47,25 +52,33 @@ def write_glb(world: World, path: str | Path, *, overwrite: bool = False) -> Pat
     require_free(path, overwrite=overwrite)
     scene = StillScene(world)
     scene.show(scene.model.qpos0)
-    return write_file(path, glb_bytes(scene.model, scene.data), overwrite=overwrite)
+    light = None if scene.light is None else scene.light()
+    return write_file(path, glb_bytes(scene.model, scene.data, light=light), overwrite=overwrite)
 
 
-def glb_bytes(model: mujoco.MjModel, data: mujoco.MjData, *, sparing: bool = False) -> bytes:
+def glb_bytes(
+    model: mujoco.MjModel, data: mujoco.MjData, *, sparing: bool = False, light: BakedLight | None = None
+) -> bytes:
     """Return the visible geoms of a model as a .glb file.
 
     Below a node that rotates z up to y up are a node for all static geoms and one for each moving body, under the
     names of the bodies; cameras are children of their carriers. `extras.things` of a primitive holds the names of the
     geoms that were merged into it, each with its number of triangles.
 
+    glTF has no light maps: with baked light, static surfaces are of material KHR_materials_unlit, and divided so finely
+    that the colours of their corners hold the light. What moves is left to the light of the viewer.
+
     Args:
         model: The model.
         data: Its state, with the poses of geoms and bodies computed.
         sparing: Whether to use fewer triangles for many people, for a view that is drawn often.
+        light: The baked light of the world; None for plain light.
 
     Raises:
         UsageError: It has more than `MAX_TRIANGLES`.
     """
-    bodies = solid_bodies(model, data, groups=SEEN_FROM_OUTSIDE, sparing=sparing)
+    lit = None if light is None else LitCorners(light, LightWeights(model, light).of(data))
+    bodies = solid_bodies(model, data, groups=SEEN_FROM_OUTSIDE, sparing=sparing, light=lit)
     count = sum(len(surface.triangles.corners) for body in bodies for surface in body.surfaces)
     if count > MAX_TRIANGLES:
         raise UsageError(f"the scene has {count} triangles; a .glb file may have at most {MAX_TRIANGLES}")
@@ -106,6 +119,7 @@ class _Writer:
             "cameras": [self._camera(camera) for camera in range(self._model.ncam)],
             "accessors": self._accessors,
             "bufferViews": self._views,
+            "extensionsUsed": [UNLIT] if any(lit for *_, lit in self._materials) else [],
             "buffers": [{"byteLength": len(self._binary) + -len(self._binary) % 4}] if self._binary else [],
         }
         return {
@@ -159,7 +173,7 @@ class _Writer:
 
     def _primitive(self, surface: MergedSurface) -> dict[str, Any]:
         shape = surface.triangles
-        key = surface.texture, surface.clear
+        key = surface.texture, surface.clear, surface.lit
         attributes = {
             "POSITION": self._add(shape.points.astype(np.float32), _FLOAT, "VEC3", bounds=True),
             "NORMAL": self._add(shape.normals.astype(np.float32), _FLOAT, "VEC3"),
@@ -174,11 +188,12 @@ class _Writer:
             "extras": {"things": surface.things},
         }
 
-    def _material(self, texture: int | None, clear: bool) -> dict[str, Any]:
+    def _material(self, texture: int | None, clear: bool, lit: bool) -> dict[str, Any]:
         material: dict[str, Any] = {"metallicFactor": 0.0}
         if texture is not None:
             material["baseColorTexture"] = {"index": self._textures[texture]}
-        return {"pbrMetallicRoughness": material, **({"alphaMode": "BLEND"} if clear else {})}
+        clearness = {"alphaMode": "BLEND"} if clear else {}
+        return {"pbrMetallicRoughness": material, **clearness, **({"extensions": {UNLIT: {}}} if lit else {})}
 
     def _add(
         self,

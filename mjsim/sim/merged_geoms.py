@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mjsim.compile import Triangles, coarser, joined, triangles_of
 from mjsim.geometry import Array
 from mjsim.sim.hands import is_segment, is_upper
+from mjsim.sim.lit_corners import LitCorners, shown_color
 from mjsim.sim.merged import visible_parts
 
 PLAIN = (0.5, 0.5, 0.5, 1.0)
@@ -21,8 +22,8 @@ CROWD = 60_000
 CELLS, LEAST = 10, 0.004
 """Cells along the longest side of a simplified part of a body, and their least size [m]."""
 
-Material = tuple[int | None, bool]
-"""The number of the texture on a surface, and whether the surface is transparent."""
+Material = tuple[int | None, bool, bool]
+"""The number of the texture on a surface, whether the surface is transparent, and whether its colours include light."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,6 +37,8 @@ class MergedSurface:
     texture: int | None
     """As in `Material`."""
     clear: bool
+    """As in `Material`."""
+    lit: bool
     """As in `Material`."""
     things: tuple[tuple[str, int], ...]
     """Names of geoms with how many triangles each has, in their order."""
@@ -60,7 +63,12 @@ def moving_bodies(model: mujoco.MjModel) -> NDArray[np.intp]:
 
 
 def solid_bodies(
-    model: mujoco.MjModel, data: mujoco.MjData, *, groups: Sequence[int], sparing: bool = False
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    *,
+    groups: Sequence[int],
+    sparing: bool = False,
+    light: LitCorners | None = None,
 ) -> list[SolidBody]:
     """Return the visible surfaces of a model, static ones first.
 
@@ -69,6 +77,7 @@ def solid_bodies(
         data: Its state, with the poses of geoms and bodies computed; each surface is in the frame of its body.
         groups: Visible geom groups.
         sparing: Whether to use fewer triangles for many people.
+        light: Light on static surfaces, which colours then include.
     """
     carriers = moving_bodies(model)
     crowd = crowded(model) if sparing else frozenset()
@@ -76,14 +85,16 @@ def solid_bodies(
     for geom in visible_parts(model, groups).tolist():
         alpha = _color(model, geom)[3]
         if alpha > 0.0:
-            parts[int(carriers[model.geom_bodyid[geom]])][_texture(model, geom), bool(alpha < 1.0)].append(geom)
+            body = int(carriers[model.geom_bodyid[geom]])
+            lit = light is not None and body == 0
+            parts[body][_texture(model, geom), bool(alpha < 1.0), lit].append(geom)
     return [
         SolidBody(
             body,
             tuple(
                 surface
                 for material, geoms in parts[body].items()
-                for surface in _merged(model, data, body, material, geoms, crowd)
+                for surface in _merged(model, data, body, material, geoms, crowd, light)
             ),
         )
         for body in sorted({0, *carriers.tolist()})
@@ -105,6 +116,7 @@ def _merged(
     material: Material,
     geoms: Sequence[int],
     crowd: frozenset[int],
+    light: LitCorners | None,
 ) -> list[MergedSurface]:
     """Return geoms of one look as one surface in the frame of a body; none when nothing of them has a surface."""
     names, shapes, colors = [], [], []
@@ -113,9 +125,13 @@ def _merged(
         if shape is not None and geom in crowd:
             shape = coarser(shape, max(float(np.ptp(shape.points, axis=0).max()) / CELLS, LEAST))
         if shape is not None and len(shape.corners):
-            shapes.append(_placed(shape, model, data, geom=geom, body=body))
+            shape, color = _placed(shape, model, data, geom=geom, body=body), _color(model, geom)
+            values = np.ones((len(shape.points), 3))
+            if light is not None and body == 0:
+                (shape, values), color = light.lit(shape), shown_color(model, geom, color)
+            shapes.append(shape)
             names.append((_name(model, geom), len(shape.corners)))
-            colors.append(np.tile(_color(model, geom), (len(shape.points), 1)))
+            colors.append(np.column_stack([values * color[:3], np.full(len(values), color[3])]))
     if not shapes:
         return []
     return [MergedSurface(joined(shapes), np.concatenate(colors), *material, tuple(names))]

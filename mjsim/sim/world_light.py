@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import mujoco
 
-from mjsim.light import BakedLight, light_of
+from mjsim.light import BakedLight, key_of, light_of, stored
 from mjsim.sim.snapshot import Snapshot
 from mjsim.world import World
 
@@ -36,3 +36,13 @@ def light_source(world: World, model: mujoco.MjModel) -> LightSource | None:
         return kept[0]
 
     return light
+
+
+def kept_light(world: World, model: mujoco.MjModel) -> BakedLight | None:
+    """Return the light of a world if it is in the cache, for views that do not wait; None for plain light too.
+
+    Args:
+        world: The world.
+        model: The compiled world, at its start.
+    """
+    return None if world.shading == "plain" else stored(key_of(world, model))

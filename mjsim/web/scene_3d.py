@@ -9,7 +9,7 @@ import numpy as np
 from starlette.responses import Response
 
 from mjsim.geometry import Array
-from mjsim.sim import StillScene, glb_bytes, moving_bodies
+from mjsim.sim import StillScene, glb_bytes, kept_light, moving_bodies
 from mjsim.web.local import HEADERS
 from mjsim.world import Looks, World
 
@@ -28,9 +28,13 @@ class Scene3d:
         """
         self.world = world
         self._scene, self._lock = StillScene(world), threading.Lock()
+        # The page does not wait for light: it is there once a picture of this world has been drawn.
+        light = kept_light(world, self._scene.model)
         self._scene.show(self._scene.model.qpos0)
         self._bodies = np.unique(moving_bodies(self._scene.model))
-        self._packed = gzip.compress(glb_bytes(self._scene.model, self._scene.data, sparing=True), LEVEL, mtime=0)
+        self._packed = gzip.compress(
+            glb_bytes(self._scene.model, self._scene.data, sparing=True, light=light), LEVEL, mtime=0
+        )
 
     def surfaces(self) -> Response:
         """Return the response with the initial scene as glTF."""

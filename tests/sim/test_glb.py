@@ -7,9 +7,13 @@ import mujoco
 import numpy as np
 import pytest
 
+from mjsim.bench.rooms import forwarded
+from mjsim.compile import compile_world, compiled
 from mjsim.errors import UsageError
+from mjsim.light import ALWAYS
 from mjsim.sim import StillScene, glb_bytes, write_glb
 from mjsim.world import parse_world
+from tests.sim.evenly_lit import evenly_lit
 
 ROOM = """
 mjsim: 1
@@ -174,3 +178,29 @@ def test_an_empty_scene_is_a_file_too():
 def test_a_name_without_the_suffix_glb_is_refused(tmp_path):
     with pytest.raises(UsageError, match=r"ends in '\.gltf'; a binary file of glTF ends in \.glb"):
         write_glb(parse_world("mjsim: 1"), tmp_path / "room.gltf")
+
+
+def test_baked_light_is_in_the_colours_of_corners_of_what_stands():
+    world = parse_world(ROOM)
+    model = compiled(compile_world(world))
+    data = forwarded(model)
+    light = np.array([0.9, 0.6, 0.3])
+    document, binary = read(glb_bytes(model, data, light=evenly_lit(model, (ALWAYS, lambda geom: light))))
+    kinds = {mesh["name"]: mesh for mesh in document["nodes"]}
+    found = {}
+    for name in ("world", "scout/base"):
+        for primitive in document["meshes"][kinds[name]["mesh"]]["primitives"]:
+            unlit = "extensions" in document["materials"][primitive["material"]]
+            assert unlit == (name == "world")
+            colors = values(document, binary, primitive["attributes"]["COLOR_0"]) / 65535
+            corners = values(document, binary, primitive["indices"]).reshape(-1, 3)
+            first = 0
+            for thing, count in primitive["extras"]["things"]:
+                found[thing] = colors[corners[first : first + count].ravel(), :3]
+                first += count
+    assert document["extensionsUsed"] == ["KHR_materials_unlit"]
+    for thing, color in {"beacon/owl-1": np.ones(3), "obstacle/chest": model.geom("obstacle/chest").rgba[:3]}.items():
+        shown = light * color
+        np.testing.assert_allclose(
+            found[thing], np.tile(((shown + 0.055) / 1.055) ** 2.4, (len(found[thing]), 1)), atol=2e-3
+        )

@@ -5,6 +5,7 @@ import {
   Group,
   Material,
   Mesh,
+  MeshBasicMaterial,
   MeshLambertMaterial,
   MeshStandardMaterial,
   Object3D,
@@ -107,11 +108,12 @@ export function countThings(root: Object3D): number {
   return count;
 }
 
-/** Replace the costly material of glTF by one without gloss. */
+/** Replace the costly material of glTF by one without gloss; colours that include the light are left as they are. */
 function plain(mesh: Mesh): void {
-  const given = mesh.material as MeshStandardMaterial;
+  const given = mesh.material as MeshStandardMaterial | MeshBasicMaterial;
   const map: Texture | null = given.map;
-  const made: Material = new MeshLambertMaterial({
+  const Kind = given instanceof MeshBasicMaterial ? MeshBasicMaterial : MeshLambertMaterial;
+  const made: Material = new Kind({
     map,
     vertexColors: true,
     transparent: given.transparent,
