@@ -18,7 +18,7 @@ ROOT = Path(mjsim.__file__).parent
 GROUND = {"closing", "errors", "faces", "geometry", "gl_request", "guarded", "output", "progress", "spelling", "syntax"}
 WORLD = GROUND | {"mechanics", "models", "people", "world"}
 VALUES = WORLD | {"interface"}
-COMPILE = VALUES | {"compile", "posture"}
+COMPILE = VALUES | {"compile", "posture", "style"}
 PLAN = WORLD | {"posture", "plan"}
 RECORD = VALUES | PLAN | {"record"}
 LIGHT = COMPILE | {"light"}
@@ -39,6 +39,7 @@ MAY_IMPORT = {
     # Inverse kinematics of figures, which stand as it says in the compiled world.
     "posture": WORLD | {"people"},
     "compile": COMPILE,
+    "style": WORLD | {"style"},
     "light": LIGHT,
     "plan": PLAN,
     # Robots that are brought in are measured.

@@ -8,12 +8,13 @@ from mjsim.compile.solids import Face
 from mjsim.compile.walls import WallBox, add_mesh_geom
 from mjsim.geometry import Array
 from mjsim.models import bounded
+from mjsim.style import SURFACES
 from mjsim.world import Ceiling, World
 
 
 def add_ceiling(spec: mujoco.MjSpec, world: World, walls: list[WallBox], lower: Array, upper: Array) -> None:
     """Add the ceiling over the world; it is visible from below and collides with nothing."""
-    ceiling = world.ceiling
+    ceiling = _styled(world)
     if ceiling is None:
         return
     height = ceiling_height(ceiling, walls, float(upper[2]))
@@ -31,6 +32,14 @@ def add_ceiling(spec: mujoco.MjSpec, world: World, walls: list[WallBox], lower: 
     if ceiling.texture is not None:
         add_material(spec, "ceiling", bounded(world.read_picture(ceiling.texture), LONGEST_TILE_SIDE))
         geom.material, geom.rgba = "ceiling", color_of(tint_of(ceiling))
+
+
+def _styled(world: World) -> Ceiling | None:
+    """Return the ceiling of a world; one without a texture has that of the world's style."""
+    if world.ceiling is None or world.ceiling.texture is not None or world.style == "plain":
+        return world.ceiling
+    texture, tile = SURFACES[world.style].ceiling
+    return world.ceiling.model_copy(update={"texture": texture, "tile": tile})
 
 
 def ceiling_height(ceiling: Ceiling, walls: list[WallBox], top: float) -> float:

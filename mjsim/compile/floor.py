@@ -9,7 +9,8 @@ from mjsim.compile.pictures import LONGEST_TILE_SIDE, add_material, color_of, ti
 from mjsim.compile.walls import COLLISION, UNDIVIDED, VISUAL
 from mjsim.geometry import Array
 from mjsim.models import bounded
-from mjsim.world import FloorPatch, World, item_names
+from mjsim.style import SURFACES
+from mjsim.world import Floor, FloorPatch, World, item_names
 
 AROUND_WALLS, AROUND_NOTHING = 2.0, 20.0
 """Margins of the visible floor around the objects on it [m]; robots can drive beyond it."""
@@ -22,7 +23,7 @@ DEPTH = 0.1
 
 def add_floor(spec: mujoco.MjSpec, world: World, lower: Array, upper: Array) -> None:
     """Add the floor: infinite for collisions, as large as the world for the eye, tiled from the world's origin."""
-    floor = world.floor
+    floor = _styled(world)
     around = AROUND_WALLS if world.walls else AROUND_NOTHING
     low, high = lower[:2] - around, upper[:2] + around
     if floor.texture is not None:
@@ -30,15 +31,27 @@ def add_floor(spec: mujoco.MjSpec, world: World, lower: Array, upper: Array) -> 
         low, high = np.floor(low / floor.tile) * floor.tile, np.ceil(high / floor.tile) * floor.tile
         _add_tiles(spec, world, "floor", floor.texture, floor.tile)
     center, half = (low + high) / 2, (high - low) / 2
-    spec.worldbody.add_geom(
-        name="floor",
-        type=mujoco.mjtGeom.mjGEOM_PLANE,
-        pos=[*center, 0.0],
-        size=[*half, UNDIVIDED],
-        material="matte" if floor.texture is None else "floor",
-        rgba=color_of(floor.color if floor.texture is None else tint_of(floor)),
-        friction=[floor.friction, 0.005, 0.0001],
-    )
+    keys = {"type": mujoco.mjtGeom.mjGEOM_PLANE, "pos": [*center, 0.0], "size": [*half, UNDIVIDED]}
+    look = {
+        "material": "matte" if floor.texture is None else "floor",
+        "rgba": color_of(floor.color if floor.texture is None else tint_of(floor)),
+    }
+    friction = [floor.friction, 0.005, 0.0001]
+    if floor is world.floor:
+        spec.worldbody.add_geom(name="floor", friction=friction, **keys, **look)
+        return
+    # Lidars see the floor as it is without a style.
+    rgba = color_of(floor.color)
+    spec.worldbody.add_geom(name="floor", group=COLLISION, friction=friction, material="matte", rgba=rgba, **keys)
+    spec.worldbody.add_geom(name="floor/:style", group=VISUAL, contype=0, conaffinity=0, **keys, **look)
+
+
+def _styled(world: World) -> Floor:
+    """Return the floor of a world; one without a texture has that of the world's style."""
+    if world.floor.texture is not None or world.style == "plain":
+        return world.floor
+    texture, tile = SURFACES[world.style].floor
+    return world.floor.model_copy(update={"texture": texture, "tile": tile})
 
 
 def add_patches(spec: mujoco.MjSpec, world: World) -> None:

@@ -15,10 +15,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from mjsim.compile.finishes import Finishes, covered
 from mjsim.compile.triangles import Triangles, joined, shape_triangles
 from mjsim.compile.walls import CHUNK, COLLISION, VISUAL
 from mjsim.geometry import Array
-from mjsim.world import World, room_polygons
+from mjsim.world import World, rooms_at
 
 DRAWN_MERGED = 4
 """Group of purely visual geoms that are drawn as part of a merged mesh."""
@@ -47,7 +48,9 @@ class _Part:
 
 def merge_furniture(spec: mujoco.MjSpec, world: World) -> None:
     """Merge what cameras see of the objects in a scene that has no other bodies yet."""
-    parts = [part for geom in spec.geoms if (part := _part(spec, geom)) is not None]
+    finishes = None if world.style == "plain" else Finishes(spec, world)
+    # A copy, as finishes add materials.
+    parts = [part for geom in list(spec.geoms) if (part := _part(spec, geom, finishes)) is not None]
     chosen = [*_static_groups(world, parts), *_moving_groups(parts)]
     if not chosen:
         return
@@ -64,12 +67,13 @@ def merged_into(model: mujoco.MjModel) -> NDArray[np.intp]:
 def _static_groups(world: World, parts: Sequence[_Part]) -> list[list[_Part]]:
     """Return the static parts by region and look."""
     static = [part for part in parts if part.carrier.name == "world"]
-    if len(static) < LEAST_STATIC:
+    styled = world.style != "plain"
+    if len(static) < LEAST_STATIC and not styled:
         return []
     groups: dict[tuple[object, Look], list[_Part]] = defaultdict(list)
     for part, region in zip(static, _regions(world, static), strict=True):
         groups[region, part.look].append(part)
-    return [group for group in groups.values() if len(group) > 1]
+    return [group for group in groups.values() if len(group) > 1 or styled]
 
 
 def _moving_groups(parts: Sequence[_Part]) -> list[list[_Part]]:
@@ -78,21 +82,25 @@ def _moving_groups(parts: Sequence[_Part]) -> list[list[_Part]]:
     for part in parts:
         if part.carrier.name != "world":
             groups[part.carrier.name, part.look].append(part)
-    return [group for group in groups.values() if len(group) >= LEAST_MOVING]
+    return [group for group in groups.values() if len(group) >= LEAST_MOVING or group[0].look[0] != "matte"]
 
 
-def _part(spec: mujoco.MjSpec, geom: mujoco.MjsGeom) -> _Part | None:
-    """Return a geom to be merged; None for one that is invisible, large, transparent, or textured by its shape."""
+def _part(spec: mujoco.MjSpec, geom: mujoco.MjsGeom, finishes: Finishes | None) -> _Part | None:
+    """Return a geom to be merged; None for one that is invisible, large, transparent, or textured by its size."""
     if geom.group > VISUAL or geom.rgba[3] < 1.0 or not _owner(geom).startswith("obstacle/"):
         return None
     mesh = spec.mesh(geom.meshname) if geom.type == mujoco.mjtGeom.mjGEOM_MESH else None
     surface = shape_triangles(geom.type, geom.size, facets=_facets(geom)) if mesh is None else _mesh_surface(mesh)
     if surface is None or len(surface.corners) > LARGEST:
         return None
-    textured = spec.material(geom.material).textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] != ""
-    if textured and (mesh is None or not len(mesh.usertexcoord)):
+    material = spec.material(geom.material)
+    textured = material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] != ""
+    if textured and (mesh is None or not len(mesh.usertexcoord) or material.texuniform):
         return None
     look = str(geom.material), tuple(float(value) for value in geom.rgba)
+    finish = None if finishes is None or geom.material != "matte" else finishes.of(geom.rgba)
+    if finish is not None:
+        look, surface = (finish.name, finish.tint), covered(surface, finish.name)
     carrier, rotation, origin = _carried(geom)
     points, normals = surface.points @ rotation.T + origin, surface.normals @ rotation.T
     return _Part(geom, carrier, Triangles(points, normals, surface.places, surface.corners), look)
@@ -141,12 +149,8 @@ def _rotation(quat: Array) -> Array:
 
 def _regions(world: World, parts: Sequence[_Part]) -> list[tuple[int, ...]]:
     """Return for each part its room, -1 outside, and the square of the plane that it is in."""
-    import shapely
-
     middles = np.array([(part.surface.points.min(axis=0) + part.surface.points.max(axis=0))[:2] / 2 for part in parts])
-    rooms = np.full(len(parts), -1)
-    point, room = shapely.STRtree(room_polygons(world.walls)).query(shapely.points(middles), predicate="within")
-    rooms[point] = room
+    rooms = rooms_at(world.walls, middles)
     squares = np.floor(middles / CHUNK).astype(int)
     return [tuple(row) for row in np.column_stack([rooms, squares]).tolist()]
 

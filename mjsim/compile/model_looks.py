@@ -54,6 +54,16 @@ class LookOf:
         flat = model.tex_type[texture] == mujoco.mjtTexture.mjTEXTURE_2D
         return 1.0 / float(model.mat_texrepeat[material][0]) if flat else None
 
+    def metric(self, name: str) -> str:
+        """Return a material for meshes with their own places on its texture: MuJoCo repeats it by their sizes else."""
+        metric = f"{name}/metric"
+        if self._spec.material(metric) is None:
+            source, material = self._spec.material(name), self._spec.add_material(name=metric)
+            material.textures, material.rgba = list(source.textures), source.rgba
+            material.emission, material.reflectance = source.emission, 0.0
+            material.specular, material.shininess = source.specular, source.shininess
+        return metric
+
     def mean(self, number: int) -> list[float]:
         """Return the mean colour of a geom with a flat texture."""
         model, material = self._model, int(self._model.geom_matid[number])

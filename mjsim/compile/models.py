@@ -115,7 +115,7 @@ def _add_cover(body: mujoco.MjsBody, original: LoadedFile, number: int, *, scale
     shape = shape_triangles(mujoco.mjtGeom(model.geom_type[number]), model.geom_size[number] * scale)
     if tile is None or shape is None:
         return False
-    looks = {key: keys[key] for key in ("pos", "quat", "material", "rgba")}
+    looks = {key: keys[key] for key in ("pos", "quat", "rgba")} | {"material": original.looks.metric(keys["material"])}
     unfelt = {"group": VISUAL, "contype": 0, "conaffinity": 0, "mass": 0.0}
     mesh = original.covers.mesh(shape, tile * scale)
     body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh, **looks, **unfelt)

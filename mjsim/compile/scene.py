@@ -6,8 +6,9 @@ import mujoco
 import numpy as np
 
 from mjsim.compile.beacons import add_carried_beacons, add_hung_beacons, face_maker
-from mjsim.compile.ceiling import add_ceiling
+from mjsim.compile.ceiling import add_ceiling, ceiling_height
 from mjsim.compile.contacts import sort_contacts
+from mjsim.compile.decor import Decor
 from mjsim.compile.doors import add_doors
 from mjsim.compile.floor import add_floor, add_patches
 from mjsim.compile.furniture import merge_furniture
@@ -58,8 +59,14 @@ def compile_world(world: World) -> mujoco.MjSpec:
     face_of = face_maker(spec, world)
     add_hung_beacons(spec, world, boxes, face_of)
     add_obstacles(spec, world)
+    decor = None if world.style == "plain" else Decor(spec, world, world.style)
+    if decor is not None:
+        decor.add_to_things()
     merge_furniture(spec, world)
     add_doors(spec, world)
+    if decor is not None:
+        ceiling = world.ceiling
+        decor.add_to_rooms(None if ceiling is None else ceiling_height(ceiling, boxes, float(upper[2])))
     add_walls(spec, world, boxes)
     add_ceiling(spec, world, boxes, lower, upper)
     add_patches(spec, world)

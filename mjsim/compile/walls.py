@@ -5,7 +5,7 @@ Both come from the same boxes, so that visual and collision shapes agree.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
@@ -16,7 +16,8 @@ from mjsim.compile.solids import Face, Faces, Prisms, visible_faces
 from mjsim.compile.unrolling import metric_places, unrolled
 from mjsim.geometry import Array
 from mjsim.models import bounded
-from mjsim.world import Wall, World, item_names, solid_pieces
+from mjsim.style import SURFACES
+from mjsim.world import Wall, World, item_names, rooms_at, solid_pieces
 
 COLLISION, VISUAL = 3, 1
 """Geom groups."""
@@ -31,6 +32,8 @@ LINES = "walls"
 ON_FLOOR = 1e-6
 """Largest height at which the lower edge of a wall counts as on the floor [m]."""
 
+BEFORE = 0.01
+"""Distance before a face at which the room that it belongs to is looked for [m]."""
 BATCH = 2000
 """Number of boxes added one by one to a scene."""
 LAP = 1e-5
@@ -94,15 +97,26 @@ def add_walls(spec: mujoco.MjSpec, world: World, boxes: Sequence[WallBox]) -> No
     """Add the walls of a world: a collision box for each segment, and the visual meshes."""
     _add_boxes(spec, boxes)
     _add_lines(spec, boxes)
+    look_of = {box.finish: _styled(box.finish, world) for box in boxes}
+    boxes = [replace(box, finish=look_of[box.finish]) for box in boxes] if world.style != "plain" else boxes
     finishes = list(dict.fromkeys(box.finish for box in boxes))
     materials = _materials(spec, world, finishes)
     faces = visible_faces(_prisms(boxes, finishes))
     places = _places(faces, np.array([finish[0] is not None for finish in finishes], dtype=bool))
-    for index, (part, part_places) in enumerate(_chunks(faces, places), start=1):
+    for index, (part, part_places) in enumerate(_chunks(faces, places, world), start=1):
         kind = int(part.material[0])
         # An item's name cannot contain a colon, so this never equals the name of a box.
         geom = _add_mesh(spec, f"wall/seen:{index}", part, part_places / finishes[kind][2])
         geom.material, geom.rgba = materials[kind], color_of(finishes[kind][1])
+
+
+def _styled(finish: WallFinish, world: World) -> WallFinish:
+    """Return how a finish looks in the style of a world: one without a texture has that of the style."""
+    texture, color, _ = finish
+    if world.style == "plain" or texture is not None:
+        return finish
+    texture, tile = SURFACES[world.style].wall
+    return texture, "#ffffff" if color == Wall.model_fields["color"].default else color, tile
 
 
 def wall_lines(model: mujoco.MjModel) -> Array:
@@ -173,13 +187,19 @@ def _places(faces: Faces, textured: NDArray[np.bool_]) -> Array:
     return places
 
 
-def _chunks(faces: Faces, places: Array) -> list[tuple[Faces, Array]]:
-    """Return the faces by look and by square of the plane, with the positions of their corners on a texture."""
+def _chunks(faces: Faces, places: Array, world: World) -> list[tuple[Faces, Array]]:
+    """Return the faces by look and by square of the plane, with the positions of their corners on a texture.
+
+    Textured pixels are slow: in a style the faces are divided by room too, so that rooms behind walls cost nothing.
+    """
     if not len(faces.material):
         return []
     middles = faces.points[faces.triangles, :2].mean(axis=1)
     squares = np.floor((middles - middles.min(axis=0)) / CHUNK).astype(np.int64)
-    keys = np.column_stack([faces.material, squares])
+    rooms = np.zeros(len(middles), dtype=np.int64)
+    if world.style != "plain":
+        rooms = rooms_at(world.walls, middles + faces.normals[faces.triangles[:, 0], :2] * BEFORE)
+    keys = np.column_stack([faces.material, rooms, squares])
     order = np.lexsort(keys.T[::-1])
     ends = np.flatnonzero((keys[order][1:] != keys[order][:-1]).any(axis=1)) + 1
     return [

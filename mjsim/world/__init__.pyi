@@ -17,6 +17,7 @@ from .edit import format_file as format_file
 from .edit import format_world as format_world
 from .edit import items_in as items_in
 from .edit import rounded as rounded
+from .files import BUILT as BUILT
 from .files import OutsideError as OutsideError
 from .files import Source as Source
 from .files import holds_file as holds_file
@@ -217,6 +218,7 @@ from .plan import person_outlines as person_outlines
 from .plan import placed_targets as placed_targets
 from .plan import prisms as prisms
 from .plan import room_polygons as room_polygons
+from .plan import rooms_at as rooms_at
 from .plan import route_of as route_of
 from .plan import segments as segments
 from .plan import solid as solid

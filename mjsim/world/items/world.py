@@ -49,6 +49,9 @@ class World(Model):
     shading: Literal["plain", "baked"] = "plain"
     """How cameras show light: plain is even light without shadows, baked has soft shadows and reflected light, computed
     once for everything that stands still and kept in a cache."""
+    style: Literal["plain", "office", "home", "museum", "warehouse"] = "plain"
+    """How rooms look: all but plain have small things on walls, ceilings, doors and furniture, and textures where the
+    world names none; for cameras alone: nothing of it collides, and lidars do not see it."""
     robots: Annotated[tuple[Robot, ...], Field(strict=False, max_length=32)] = ()
     """Wheeled robots, up to 32."""
     mechanisms: Annotated[tuple[Mechanism, ...], Field(strict=False, max_length=100)] = ()

@@ -25,6 +25,7 @@ from .polygons import segments as segments
 from .polygons import solid as solid
 from .polygons import wall_polygons as wall_polygons
 from .rooms import room_polygons as room_polygons
+from .rooms import rooms_at as rooms_at
 from .routes import Route as Route
 from .routes import extent as extent
 from .routes import route_of as route_of

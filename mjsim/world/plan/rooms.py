@@ -4,7 +4,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from mjsim.geometry import Array
 from mjsim.world.items import Wall
 from mjsim.world.plan.corners import solid_pieces
 
@@ -30,3 +32,13 @@ def room_polygons(walls: Sequence[Wall]) -> "list[Polygon]":
     inside = shapely.difference(shapely.union_all(shapely.polygons(np.array(holes, dtype=object))), solid)
     rooms = [part for part in shapely.get_parts(inside) if part.area >= LEAST_AREA]
     return sorted(rooms, key=lambda room: room.bounds)
+
+
+def rooms_at(walls: Sequence[Wall], points: Array) -> NDArray[np.intp]:
+    """Return the number of the room of each point, -1 for none; points have shape (n, 2) [m]."""
+    import shapely
+
+    found = np.full(len(points), -1, dtype=np.intp)
+    point, room = shapely.STRtree(room_polygons(walls)).query(shapely.points(points), predicate="within")
+    found[point] = room
+    return found

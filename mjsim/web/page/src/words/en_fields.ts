@@ -289,6 +289,7 @@ export const EN_FIELDS = {
   "field.stereo": "Stereo",
   "field.stiffness": "Stiffness",
   "field.strafe": "Strafe",
+  "field.style": "Style",
   "field.subpixel": "Subpixel",
   "field.surge": "Surge",
   "field.sweep": "Sweep",
