@@ -22,7 +22,7 @@ from mjsim.light.probes import ProbeGrid, grid_of
 from mjsim.light.rays import Light, Points, Rectangle
 from mjsim.light.spread import ROUNDS, filled, finer, on_image, smoothed
 from mjsim.light.texels import Cells, cells_of
-from mjsim.light.work import Gathered, Surroundings, behind, gathered, lit
+from mjsim.light.work import Gathered, Surroundings, buried, gathered, lit
 from mjsim.world import LampEvent, World, item_names, leaves
 
 CELL, MOST_CELLS = 0.1, 110_000
@@ -31,8 +31,8 @@ RAYS = 12
 """Rays per side of the hemisphere of a cell."""
 PROBE_RAYS = 8
 """The same for a side of a probe."""
-TESTS, BURIED = 2, 0.7
-"""Rays per side of the hemisphere that find texels within solids, and the least share that hit from behind."""
+TESTS, BURIED = 3, 0.85
+"""Rays per side of the hemisphere that find texels within solids or narrow gaps, and the least share that do."""
 SETTLED, MOST_BOUNCES = 0.002, 40
 """Largest change of light, relative to full light, at which reflection ends, and the most reflections."""
 MEAN, LEAST_GAIN, MOST_GAIN = 0.75, 0.3, 4.0
@@ -95,27 +95,27 @@ class _Bake:
         """Return the light."""
         shape, sources = self._shape, self._sources
         around = self._around(np.zeros(0, np.int32))
-        buried = np.concatenate(self._crew.run(behind, around, shape.points, TESTS)) >= BURIED
-        cells = cells_of(shape.texels, ~buried, shape.charts, self._side)
+        valid = np.concatenate(self._crew.run(buried, around, shape.points, TESTS)) < BURIED
+        cells = cells_of(shape.texels, valid, shape.charts, self._side)
         grid = grid_of(self._world, shape)
-        self._total = 1.05 * (len(buried) + len(cells.lead) + len(grid.points.points))
+        self._total = 1.05 * (len(valid) + len(cells.lead) + len(grid.points.points))
         image: NDArray[np.int32] = np.asarray(
             on_image(shape.charts.shape, shape.texels.at, cells.of.astype(np.int32), -1), np.int32
         )
         around = self._around(np.asarray(filled(image, image >= 0)).astype(np.int32).ravel())
-        base = self._solved(around, cells, ~buried)
-        maps, probes = [self._map(base, cells, ~buried)], [self._probed(around, grid, base)]
+        base = self._solved(around, cells, valid)
+        maps, probes = [self._map(base, cells, valid)], [self._probed(around, grid, base)]
         names, start = list(sources.names), list(sources.start)
         for name in shape.ajar:
-            opened = self._opened(base, name, cells, ~buried, image)
+            opened = self._opened(base, name, cells, valid, image)
             weights = np.repeat(sources.start, 1, axis=0)
-            difference = self._map(opened, cells, ~buried) - maps[0]
+            difference = self._map(opened, cells, valid) - maps[0]
             maps.append(np.einsum("hwgc,gc->hwc", difference, weights)[:, :, None].astype(np.float32))
             change = self._probed(opened.around, grid, opened) - probes[0]
             probes.append(np.einsum("ngfc,gc->nfc", change, weights)[:, None].astype(np.float32))
             names.append(name)
             start.append(_opening(self._world, name))
-        return self._result(names, np.array(start), maps, probes, grid, ~buried)
+        return self._result(names, np.array(start), maps, probes, grid, valid)
 
     def _around(self, cells: NDArray[np.int32], opened: str | None = None) -> Surroundings:
         room, names = self._shape.room(self._windows, opened=opened)

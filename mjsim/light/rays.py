@@ -26,6 +26,9 @@ LEVEL = 1e-5
 FAINT = 4e-4
 """Largest part of full light that is neglected of a rectangle."""
 
+NARROW = 0.08
+"""Distance below which what a ray hits is very near: the dark of narrow gaps must not spread beyond them [m]."""
+
 Numbers = NDArray[np.int64]
 Light = NDArray[np.float32]
 
@@ -136,10 +139,13 @@ def starts_of(at: Points) -> Light:
     return np.ascontiguousarray(at.points + OFF * at.normals, dtype=np.float32)
 
 
-def behind_share(room: Room, at: Points, side: int) -> Light:
-    """Return the share of side x side rays of each point that hit a surface from behind, shape (n,)."""
+def buried_share(room: Room, at: Points, side: int) -> Light:
+    """Return the share of side x side rays of each point that hit a surface from behind or very near, shape (n,)."""
     starts = starts_of(at)
-    hits = [room.first(starts, each)[2] for each in hemisphere(at, side)]
+    hits = []
+    for directions in hemisphere(at, side):
+        triangles, distances, behind = room.first(starts, directions)
+        hits.append(behind | ((triangles >= 0) & (distances < NARROW)))
     return np.asarray(np.mean(hits, axis=0), dtype=np.float32)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.light.charts import Charts
-from mjsim.light.rays import Light, Numbers, Points, Rectangle, Room, behind_share, hemisphere, light_of, starts_of
+from mjsim.light.rays import Light, Numbers, Points, Rectangle, Room, buried_share, hemisphere, light_of, starts_of
 
 _LENGTH = struct.Struct("<q")
 
@@ -39,9 +39,9 @@ class Gathered:
     """Share of rays that hit a surface from behind, shape (n,)."""
 
 
-def behind(around: Surroundings, at: Points, side: int) -> Light:
-    """Return the share of rays that hit a surface from behind, shape (n,)."""
-    return behind_share(around.room, at, side)
+def buried(around: Surroundings, at: Points, side: int) -> Light:
+    """Return the share of rays that hit a surface from behind or very near, shape (n,)."""
+    return buried_share(around.room, at, side)
 
 
 def lit(around: Surroundings, at: Points, rectangles: Sequence[Rectangle], colors: Light) -> Light:
@@ -86,7 +86,7 @@ def gathered(around: Surroundings, at: Points, side: int, count: int) -> Gathere
 
 def serve(requests: IO[bytes], answers: IO[bytes]) -> None:
     """Do the work of a parent process until it closes the pipe."""
-    functions: dict[str, Callable[..., Any]] = {each.__name__: each for each in (behind, lit, gathered)}
+    functions: dict[str, Callable[..., Any]] = {each.__name__: each for each in (buried, lit, gathered)}
     around: Surroundings | None = None
     while True:
         try:

@@ -14,6 +14,8 @@ import numpy as np
 GAMMA = 2.2
 MEAN_OVER = 3
 """Half the side of the square over which noise is averaged [px]."""
+STRAY = 0.4
+"""Largest deviation of a pixel from the mean of its neighbours that counts as noise."""
 
 
 def textured(points, places, reflectance, glow, name):
@@ -93,6 +95,9 @@ def light_of(scene, camera, bounces, samples):
     counts = (albedo.min(axis=2) > 1e-3) & (length[..., 0] > 0.995)
     normal = normal / np.maximum(length, 1e-6)
     light = np.where(counts[..., None], np.pi * radiance / np.maximum(albedo, 1e-3), 0.0)
+    mean = averaged(light, counts, normal, at)
+    # Rays between a picture and its wall, half a millimetre apart, find no light.
+    counts &= (np.abs(light - mean) < STRAY * mean).all(axis=2)
     return filled(averaged(light, counts, normal, at), counts), counts
 
 
