@@ -39,6 +39,8 @@ MEAN, LEAST_GAIN, MOST_GAIN = 0.75, 0.3, 4.0
 """Mean general light of floor and walls within rooms, and bounds of the factor that makes it so."""
 BRIGHTEST, WHITE = 0.95, 1.0
 """Share of texels within rooms that are at most full light at the start, if lamps would make them brighter."""
+SHARES = ("sky", "behind")
+"""Shares of rays that are kept of what they hit."""
 REACH = 6.0
 """Distance from a door within which it changes what rays hit [m]."""
 
@@ -315,14 +317,17 @@ def _gather(hits: NDArray[np.int32], leaving: Light) -> Light:
     return total / np.float32(len(hits))
 
 
-def _joined(parts: Sequence[Gathered]) -> Gathered:
-    if not parts:
-        return Gathered(np.zeros((1, 0), np.int32), np.zeros(0, np.float32), np.zeros(0, np.float32))
-    return Gathered(
-        np.concatenate([part.hits for part in parts], axis=1),
-        np.concatenate([part.sky for part in parts]),
-        np.concatenate([part.behind for part in parts]),
+def _joined(parts: list[Gathered]) -> Gathered:
+    """Return parts as one; the list is emptied on the way, so that little is in memory twice."""
+    sky, behind = (
+        np.concatenate([np.zeros(0, np.float32), *(getattr(part, name) for part in parts)]) for name in SHARES
     )
+    hits = np.empty((len(parts[0].hits) if parts else 1, len(sky)), np.int32)
+    first = 0
+    for part in iter(lambda: parts.pop(0) if parts else None, None):
+        hits[:, first : first + part.hits.shape[1]] = part.hits
+        first += part.hits.shape[1]
+    return Gathered(hits, sky, behind)
 
 
 def rounded(light: Light) -> NDArray[np.float16]:

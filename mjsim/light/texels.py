@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 from mjsim.light.charts import Charts, Whole
 
-BATCH = 1_000_000
+BATCH = 250_000
 """Candidates of texels that are tested at a time."""
 INSIDE = -1e-6
 """Least barycentric coordinate of a point in a triangle, for texels on the edge between two."""
