@@ -1,10 +1,14 @@
 """The shipped materials: small pictures that repeat without a seam and are nowhere flat."""
 
+import re
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+
+from mjsim.compile import compile_world
+from mjsim.world import parse_world
 
 ROOT = Path(__file__).parents[1]
 MATERIALS = sorted((ROOT / "assets" / "materials").glob("*.jpg"))
@@ -47,3 +51,12 @@ def test_a_material_is_uneven_near_and_far(path):
         seen = cv2.resize(gray, None, fx=0.5**halvings, fy=0.5**halvings, interpolation=cv2.INTER_AREA)
         slope = np.hypot(*np.gradient(seen))
         assert (slope < 0.25).mean() < 0.1, f"at 1/{2**halvings} of its size"
+
+
+def test_the_page_has_every_material_and_its_world_shows_them():
+    page = (ROOT / "docs" / "materials.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"^\| `(\w+)` \| [\d.]+ \|", page, re.MULTILINE)) == NAMES
+    (text,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
+    model = compile_world(parse_world(text)).compile()
+    textures = {model.texture(index).name for index in range(model.ntex)}
+    assert {"ceiling", "floor", "wall/texture1", "wall/texture2", "obstacle/texture1", "obstacle/texture2"} <= textures
