@@ -1,5 +1,6 @@
 from .bases import gear_of as gear_of
 from .canvas import Canvas as Canvas
+from .canvas import Quality as Quality
 from .glb import glb_bytes as glb_bytes
 from .glb import write_glb as write_glb
 from .hands import LedPeople as LedPeople

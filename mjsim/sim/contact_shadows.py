@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from mjsim.compile import triangles_of
 from mjsim.geometry import Array
-from mjsim.light import GAMMA
+from mjsim.light import DOOR, GAMMA
 from mjsim.sim.in_view import Frustum
 from mjsim.sim.merged_geoms import moving_bodies
 
@@ -70,6 +70,9 @@ def shadows_of(model: mujoco.MjModel, geoms: NDArray[np.intp]) -> list[Shadow]:
     parts: dict[int, dict[int, Array]] = defaultdict(dict)
     for geom in geoms.tolist():
         carrier = int(carriers[model.geom_bodyid[geom]])
+        # The light of the surroundings knows the leaves of doors.
+        if model.body(carrier).name.startswith(DOOR):
+            continue
         if carrier > 0 and (points := _points(model, data, geom)) is not None:
             parts[carrier][geom] = points
     known: dict[bytes, NDArray[np.uint8]] = {}

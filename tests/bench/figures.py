@@ -1,5 +1,6 @@
 """What is measured: each figure gets ready once, then gives one value a run."""
 
+from mjsim.bench.baked import baked_against, textured_gallery
 from mjsim.bench.figure import Figure
 from mjsim.bench.filters import FILTER_FIGURES
 from mjsim.bench.large import large
@@ -25,6 +26,7 @@ from mjsim.bench.recordings import film, recording
 from mjsim.bench.scenes import LIDAR, hall
 from mjsim.bench.sensing import SENSOR_FIGURES
 
+PLAIN = "times a plain picture"
 PACE, PICTURES, TICK = "simulated seconds a second", "pictures a second", "ms a tick, processor"
 LARGE = (1000, 3000, 10_000)
 """Wall segments."""
@@ -51,6 +53,9 @@ FIGURES = (
     Figure("sense-320x240", PICTURES, gallery_sensed(320, 240)),
     Figure("stock-320x240", PICTURES, stock(320, 240)),
     Figure("sense-high", PICTURES, gallery_sensed(640, 480, places=8, quality="high")),
+    Figure("baked", PLAIN, baked_against("normal")),
+    Figure("baked-textured", PLAIN, baked_against("normal", make=textured_gallery)),
+    Figure("baked-high", "times plain in high quality", baked_against("high", baked="high")),
     Figure("office", PICTURES, office_sensed(OFFICE)),
     Figure("office-geoms", PICTURES, office_geom_by_geom(OFFICE)),
     *SENSOR_FIGURES,
