@@ -10,7 +10,7 @@ import pytest
 from mjsim.bench.rooms import forwarded, look_from
 from mjsim.compile import compile_world, compiled, dim_lamp, dim_light
 from mjsim.light import ALWAYS, DOOR, GENERAL, LAMP, LightProbes, bake, linear
-from mjsim.sim import Renderer, lit_check
+from mjsim.sim import Onlooker, Playback, Renderer, Simulation, lit_check
 from mjsim.sim.canvas import Canvas
 from mjsim.sim.light_weights import DOOR_STEPS, LightWeights
 from mjsim.sim.lit_scene import LitScene
@@ -288,7 +288,8 @@ shading: baked
 lamps:
   - {name: desk, at: [1, 1], height: 1.6, brightness: 0.4, color: "#ff8040"}
   - {name: still, at: [2, 1], height: 1.6}
-run: {events: [{time: 1, lamp: desk, brightness: 0}, {time: 2, open: gate, angle_deg: 60}]}
+robots: [{name: r, at: [0.6, 1], sensors: [{camera: eye, at: [0, 0, 0.8], width: 96, height: 72, rate_hz: 25}]}]
+run: {events: [{time: 0.04, lamp: desk, brightness: 0}, {time: 0.08, open: gate, angle_deg: 60}]}
 """
 
 
@@ -301,3 +302,22 @@ def test_the_weights_at_the_start_are_those_of_the_bake():
     np.testing.assert_allclose(
         LightWeights(model, baked).of(forwarded(model)), baked.weights(), rtol=1e-6, atol=0.5 / DOOR_STEPS
     )
+
+
+@pytest.mark.slow
+def test_a_run_its_replay_and_views_of_its_states_show_the_same_light():
+    world = parse_world(EVENTFUL)
+    with Simulation(world) as sim:
+        before = sim.sense("r").cameras["eye"].image
+        for _ in range(10):
+            sim.step()
+        seen = sim.sense("r").cameras["eye"].image
+        qpos, looks, time = sim.state()[0], sim.looks, sim.time
+        sim.reset()
+        np.testing.assert_array_equal(sim.sense("r").cameras["eye"].image, before)
+    assert before.mean() > seen.mean() + 5.0
+    with Onlooker(world) as onlooker:
+        onlooker.show(qpos, looks)
+        np.testing.assert_array_equal(onlooker.onboard("r", "eye").image, seen)
+    with Playback(world, width=96, height=72, events=world.run.events) as playback:
+        np.testing.assert_array_equal(playback.picture(qpos, "r/eye", time=time), seen)
