@@ -169,9 +169,9 @@ def _opacity(parts: list[Array], low: Array, pixel: Array) -> NDArray[np.uint8]:
             cv2.fillConvexPoly(mask, np.rint(hull * (1 << BITS)).astype(np.int32), 1, shift=BITS)
         covered += mask
     taken = 1.0 - (1.0 - covered / (RINGS * SPOKES)) ** (1.0 / GAMMA)
+    smooth = np.asarray(cv2.GaussianBlur(taken, (0, 0), 1.0), dtype=float)
     edge = np.minimum(np.arange(SIDE), np.arange(SIDE)[::-1]) / FADED
-    taken *= np.clip(np.minimum.outer(edge, edge), 0.0, 1.0)
-    smooth: Array = np.asarray(cv2.GaussianBlur(taken, (0, 0), 1.0), dtype=float)
+    smooth *= np.clip(np.minimum.outer(edge, edge), 0.0, 1.0)
     return np.rint(smooth * 255.0).astype(np.uint8)
 
 

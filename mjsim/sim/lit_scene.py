@@ -24,7 +24,7 @@ from mjsim.sim.scene_geoms import as_bytes, geoms_of, mesh_geom
 
 CAST = (0, 1, UNSEEN)
 """Geom groups of what casts shadows, or did before it was removed."""
-MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
+MESH, GEOM = int(mujoco.mjtGeom.mjGEOM_MESH), int(mujoco.mjtObj.mjOBJ_GEOM)
 
 
 class LitScene:
@@ -84,9 +84,10 @@ class LitScene:
         """Exchange the geoms that have a light map, and color the others."""
         memory, count = geoms_of(scene), scene.ngeom
         geoms = memory[:count]
-        ids = np.asarray(geoms["objid"])
+        own = geoms["objtype"] == GEOM
+        ids = np.where(own, geoms["objid"], 0)
         lists = self._lists[ids]
-        is_lit = lists >= 0
+        is_lit = own & (lists >= 0)
         lit = np.flatnonzero(is_lit)
         geoms["type"][lit] = MESH
         geoms["dataid"][lit] = lists[lit]
