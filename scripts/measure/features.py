@@ -58,11 +58,10 @@ def main() -> None:
     parser.add_argument("--noise", type=float, default=2.0, help="deviation of the camera's noise [grey levels]")
     parser.add_argument("--keep", type=Path, help="folder for every tenth picture")
     chosen = parser.parse_args()
-    settings = dict(each.split("=", 1) for each in chosen.set)
     print(f"| world | pictures | below {FEW} features | median | cells with one | flat | flat after noise |")
     print("|---|---|---|---|---|---|---|")
     for name in chosen.worlds:
-        pictures = list(drive(load_world(name, settings=settings), every=chosen.every))
+        pictures = list(drive(load_world(name, settings=chosen.set), every=chosen.every))
         print(f"| {Path(name).stem} {row(pictures, chosen.noise)}", flush=True)
         for index in range(0, len(pictures), 10) if chosen.keep else ():
             chosen.keep.mkdir(parents=True, exist_ok=True)
