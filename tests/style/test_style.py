@@ -101,6 +101,26 @@ def test_every_part_of_a_style_is_in_the_atlas(atlas):
         assert {thing.side for thing in style.hung} | {style.frame} <= kinds
 
 
+def test_parts_of_the_atlas_lie_within_it_and_apart(atlas):
+    height, width = atlas.picture.shape[:2]
+    boxes = np.array([shapely.box(x, y, x + w, y + h) for x, y, w, h in atlas.parts.values()])
+    assert shapely.within(boxes, shapely.box(0, 0, width, height)).all()
+    one, other = shapely.STRtree(boxes).query(boxes, predicate="dwithin", distance=2.0)
+    assert (one == other).all()
+
+
+def test_a_face_shows_its_part_upright_and_unmirrored(atlas):
+    (left, lower), _, (right, upper), _ = _corners_of(atlas, Quad(np.zeros((4, 3)), "exit/1"))
+    x, y, width, height = atlas.parts["exit/1"]
+    np.testing.assert_allclose([left, upper], [x, y], atol=1.0)
+    np.testing.assert_allclose([right, lower], [x + width, y + height], atol=1.0)
+
+
+def _corners_of(atlas, face: Quad) -> np.ndarray:
+    """Return where the lower left, lower right, upper right and upper left corners are in the atlas [px]."""
+    return atlas.texcoords([face])[0] * [atlas.picture.shape[1], atlas.picture.shape[0]]
+
+
 @pytest.mark.slow
 def test_a_robot_drives_and_senses_alike_in_every_style():
     def drive(style: str) -> list[np.ndarray]:
