@@ -62,10 +62,12 @@ class LitScene:
             data: The state.
         """
         self._update(data)
+        count = scene.ngeom
         self._prepare(scene, data)
         if scene.nlight != len(DIRECTED):
             light_moving_things(scene)
         mujoco.mjr_render(rect, scene, mjr)
+        scene.ngeom = count
         if self._shadows is not None:
             self._shadows.draw(data, frustum_of(scene, width=rect.width, height=rect.height))
 
