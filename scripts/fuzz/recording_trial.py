@@ -36,7 +36,7 @@ robots:
       - {beacons: ring, range: [0.3, 8], fov_deg: 360, rate_hz: 25, noise: {range: 0.05, bearing_deg: 1}}
       - {lidar: scan, at: [0.1, 0, 0.3], beams: 9, fov_deg: 180, range: [0.05, 3], rate_hz: 12.5}
       - {imu: inertial, rate_hz: 50}
-      - {camera: front, at: [0.1, 0, 0.4], width: 32, height: 24, rate_hz: 12.5}
+      - {camera: front, at: [0.1, 0, 0.4], width: 32, height: 24, rate_hz: 12.5, noise: 0}
   - {name: idle, preset: pioneer3dx, at: [3, 3.3]}
 run:
   map: known

@@ -29,7 +29,7 @@ robots:
   - {{name: it, preset: {name}, at: [{x}, {y}], heading_deg: -60}}
   - {{name: photographer, at: [-{away}, -{away}], heading_deg: 45, body: {{radius: 0.02, height: 0.02}},
      sensors: [{{camera: lens, at: [0, 0, {height}], pitch_deg: -{tilt}, fov_deg: 26, width: 960, height: 600,
-                 quality: high}}]}}
+                 quality: high, noise: 0}}]}}
 """
 
 

@@ -1,20 +1,37 @@
 """What a valid world leaves to defaults that decide results."""
 
+from collections.abc import Iterator
 from functools import partial
 
 from mjsim.errors import Problem
-from mjsim.world.items import Robot, World
+from mjsim.world.items import Camera, Photons, Robot, World
 from mjsim.world.yaml import problems_at
 
 
 def world_notes(world: World) -> list[Problem]:
     """Return notes on behaviour that a user may not expect, sorted by position; none is an error."""
-    faults = (
-        (("robots", index, "name"), partial(str, message))
-        for index, robot in enumerate(world.robots)
-        if (message := usual_noise(robot)) is not None
-    )
+    faults = [(place, partial(str, message)) for place, message in _usual(world)]
     return sorted(problems_at(world.source.written, world.source.file, faults))
+
+
+def _usual(world: World) -> Iterator[tuple[tuple[str | int, ...], str]]:
+    """Yield where noise is not given, and what it is then."""
+    for index, robot in enumerate(world.robots):
+        if (message := usual_noise(robot)) is not None:
+            yield ("robots", index, "name"), message
+        for number, sensor in enumerate(robot.sensors):
+            if isinstance(sensor, Camera) and (message := usual_photons(robot, sensor)) is not None:
+                yield ("robots", index, "sensors", number, "camera"), message
+
+
+def usual_photons(robot: Robot, camera: Camera) -> str | None:
+    """Return that a camera has the default noise, since none is given; None otherwise."""
+    if "noise" in camera.model_fields_set or not isinstance(camera.noise, Photons):
+        return None
+    return (
+        f"camera '{robot.name}/{camera.camera}' names no noise, so it has the usual one, full well"
+        f" {camera.noise.full_well:g} and read-out {camera.noise.read:g} electrons; noise: 0 has none"
+    )
 
 
 def usual_noise(robot: Robot) -> str | None:

@@ -134,9 +134,10 @@ class Camera(Bought):
     quality: Literal["normal", "high"] = "normal"
     """Rendering quality; high adds shadows, reflections and multisampling."""
     noise: Annotated[Annotated[float, Field(ge=0, le=100)] | Photons, Shaped(("number", "keys")), Slider(0.0, 40.0)] = (
-        0.0
+        Photons()
     )
-    """Standard deviation of pixel values on a 0 to 255 scale, or the electrons that cause it."""
+    """Standard deviation of pixel values on a 0 to 255 scale, or the electrons that cause it; default: those of a usual
+    camera, which `mjsim check` and `mjsim run` report."""
     latency: Latency = 0
     """Delay of a picture, in ticks."""
     lens: Lens | None = None
