@@ -257,7 +257,8 @@ def _camera_text(name: str, camera: LoggedCamera, rate_hz: float) -> str:
     return (
         f"{{camera: {name}, at: {place[:3, 3].tolist()}, yaw_deg: {math.degrees(yaw)!r},"
         f" pitch_deg: {pitch_deg!r}, width: {intrinsics.width}, height: {intrinsics.height},"
-        f" fov_deg: {min(max(fov, 5.0), 150.0)!r}, rate_hz: {rate_hz!r}, noise: 0{', depth: true' if camera.has_depth else ''}}}"
+        f" fov_deg: {min(max(fov, 5.0), 150.0)!r}, rate_hz: {rate_hz!r}, noise: 0"
+        f"{', depth: true' if camera.has_depth else ''}}}"
     )
 
 

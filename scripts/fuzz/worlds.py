@@ -80,7 +80,7 @@ robots:
   - name: r
     at: [2, 1.5]
     repeat: {times: 2, offset: [0, 3]}
-    sensors: [{camera: c, yaw_deg: "${90 * j}", at: [0.1, 0, 1], repeat: {times: 4, turn_deg: 90, about: [0, 0]}, noise: 0}]
+    sensors: [{camera: c, yaw_deg: "${90 * j}", at: [0.1, 0, 1], repeat: {times: 4, turn_deg: 90, about: [0, 0]}}]
 beacons: [{name: b, "on": "r-${i + 1}", at: [0, 0], repeat: {times: 2}}]
 """,
 )
