@@ -28,7 +28,7 @@ def simulation(*cameras: str, more: str = "  - {name: other, at: [2, -1.4], head
 
 
 def frame(keys: str) -> CameraFrame:
-    with simulation(f"{CAMERA}, {keys}") as sim:
+    with simulation(f"{CAMERA}, {keys}" if "noise: " in keys.split("{")[0] else f"{CAMERA}, noise: 0, {keys}") as sim:
         return sim.sense("r").cameras["c"]
 
 
@@ -104,7 +104,7 @@ def test_two_cameras_side_by_side_see_one_instant_and_the_disparity_of_a_base():
 def test_in_a_moving_scene_picture_depth_and_instances_of_a_frame_are_of_its_stamp(latency):
     robot = "  - {name: other, at: [2, -0.6], heading_deg: 90, body: {height: 0.6, color: '#ff00ff'}}\n"
     columns, seen = {}, []
-    with simulation(f"{CAMERA}, depth: true, segmentation: true, latency: {latency}", more=robot) as sim:
+    with simulation(f"{CAMERA}, noise: 0, depth: true, segmentation: true, latency: {latency}", more=robot) as sim:
         for tick in range(30):
             # Between the two lines of sight that touch its round body at this instant.
             other = sim.truth("other")
@@ -156,7 +156,7 @@ def edge_columns(seen: CameraFrame, name: str) -> Array:
 @pytest.mark.parametrize("turn", [1.5, -1.0])
 def test_a_rolling_shutter_leans_what_is_upright_by_the_turn_from_row_to_row(turn):
     readout = 0.1
-    with simulation(f"{CAMERA}, segmentation: true, depth: true, rolling_shutter: {readout}") as sim:
+    with simulation(f"{CAMERA}, noise: 0, segmentation: true, depth: true, rolling_shutter: {readout}") as sim:
         still = sim.sense("r").cameras["c"]
         sim.step()
         spin(sim, turn)
@@ -178,7 +178,7 @@ def test_a_rolling_shutter_leans_what_is_upright_by_the_turn_from_row_to_row(tur
 
 @pytest.mark.slow
 def test_an_open_shutter_blurs_what_moves_through_the_picture_and_not_a_camera_at_rest():
-    with simulation(f"{CAMERA}, shutter: 0.05, segmentation: true") as sim:
+    with simulation(f"{CAMERA}, noise: 0, shutter: 0.05, segmentation: true") as sim:
         still = sim.sense("r").cameras["c"].image
         np.testing.assert_array_equal(still, frame("noise: 0").image)
         sim.step()

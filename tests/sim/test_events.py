@@ -34,7 +34,7 @@ robots:
   - name: r
     at: [1, 3]
     sensors:
-      - {{camera: eye, at: [0, 0, 0.6], width: 96, height: 72, rate_hz: 25}}
+      - {{camera: eye, at: [0, 0, 0.6], width: 96, height: 72, rate_hz: 25, noise: 0}}
       - {{lidar: scan, at: [0, 0, 0.4], beams: 3, fov_deg: 60, rate_hz: 25}}
       - {{beacons: ring, range: [0.3, 9], fov_deg: 180, rate_hz: 25, noise: {{range: 0, bearing_deg: 0}}}}
 run: {{events: [{}]}}

@@ -29,7 +29,7 @@ obstacles:
 robots:
   - name: scout
     at: [0.8, 2.5]
-    sensors: [{camera: front, at: [0.1, 0, 0.8]}, {lidar: scan, at: [0.1, 0, 0.3], beams: 90, fov_deg: 270}]
+    sensors: [{camera: front, at: [0.1, 0, 0.8], noise: 0}, {lidar: scan, at: [0.1, 0, 0.3], beams: 90, fov_deg: 270}]
 """
 
 

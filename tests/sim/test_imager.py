@@ -16,7 +16,7 @@ WIDE, TALL = 96, 72
 
 
 def camera(**keys: object) -> Camera:
-    return Camera.model_validate({"camera": "c", "width": WIDE, "height": TALL, **keys})
+    return Camera.model_validate({"camera": "c", "width": WIDE, "height": TALL, "noise": 0, **keys})
 
 
 def made(number: int = 0, **keys: object) -> Imager:

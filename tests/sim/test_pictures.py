@@ -106,13 +106,13 @@ ROOM = """
 mjsim: 1
 walls: [{points: [[0, -3], [0, 3]], thickness: 0.2}]
 beacons: [{name: flag, image: flag.png, at: [0.11, 0], heading_deg: 0, width: 0.9}]
-robots: [{name: scout, at: [4, 2], sensors: [{camera: front}]}]
+robots: [{name: scout, at: [4, 2], sensors: [{camera: front, noise: 0}]}]
 """
 
 TILED = """
 mjsim: 1
 floor: {texture: tile.png, tile: 1.5}
-robots: [{name: scout, at: [9, 9], sensors: [{camera: front}]}]
+robots: [{name: scout, at: [9, 9], sensors: [{camera: front, noise: 0}]}]
 """
 
 
