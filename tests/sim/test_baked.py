@@ -46,6 +46,7 @@ def model() -> mujoco.MjModel:
 @pytest.fixture(scope="module")
 def canvas(model: mujoco.MjModel) -> Iterator[Canvas]:
     canvas = Canvas(model)
+    lit(canvas).render(forwarded(model), "r/eye")  # The first picture compiles what draws.
     yield canvas
     canvas.close()
 
@@ -53,6 +54,8 @@ def canvas(model: mujoco.MjModel) -> Iterator[Canvas]:
 @pytest.fixture(scope="module")
 def plain(model: mujoco.MjModel) -> Iterator[Renderer]:
     with Renderer(model, width=WIDTH, height=HEIGHT) as renderer:
+        for draw in (renderer.render, renderer.segment):
+            draw(forwarded(model), "r/eye")
         yield renderer
 
 
