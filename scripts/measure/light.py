@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Compare baked light with a path tracer: pictures of four worlds, four views each, plain, high, baked, path traced.
 
-.venv/bin/python scripts/measure/light.py [WORLD ...] [--tracer PYTHON] [--samples 256] [-o FOLDER]
+.venv/bin/python scripts/measure/light.py [WORLD ...] [--tracer PYTHON] [--samples 256] [--views 4] [-o FOLDER]
 
 PYTHON is an interpreter with Mitsuba (`pip install mitsuba`; beside Mesa's LLVM 15 it needs Debian's libllvm19). It
 computes the light at each pixel; colours come from MuJoCo in all pictures. PSNR and SSIM are of pixels that show
@@ -22,11 +22,12 @@ import numpy as np
 
 from mjsim.compile import compile_world, compiled
 from mjsim.light import GENERAL, BakedLight, bake, coded
-from mjsim.light.bake import MOST_BOUNCES, _sources
+from mjsim.light.bake import _sources
 from mjsim.light.emitters import SKY, window_rectangles
 from mjsim.light.geometry import atlas_of
 from mjsim.light.solids import texture_of
 from mjsim.light.stored import key_of, store, stored
+from mjsim.output import user_cache
 from mjsim.sim import Canvas, Renderer
 from mjsim.world import load_checked
 
@@ -37,6 +38,8 @@ VIEWS = {
     "corridor": [(1.2, 1.2, 1, 0), (28, 1.2, 1, 170), (22, 1.6, 1, 0), (15, 1.2, 1, 190)],
 }
 """Views of each world: x, y, z [m] and heading [deg]."""
+TRACED_BOUNCES = 16
+"""Reflections that the path tracer follows."""
 WIDTH, HEIGHT, FOV = 320, 240, 60.0
 
 
@@ -63,10 +66,10 @@ def light_and_cost(world, model) -> BakedLight:
     store(key, light)
     began = time.process_time()
     stored(key_of(world, model))
-    size = sum(group.texels.nbytes for group in light.groups) / 1e6
+    size = (user_cache("light") / key).stat().st_size / 1e6
     print(
         f"{world.name}: baked in {seconds:.1f} s, {busy:.1f} s of processor time; {len(light.groups)} maps of "
-        f"{light.groups[0].texels.shape[1]} x {light.groups[0].texels.shape[0]}, {size:.1f} MB; "
+        f"{light.groups[0].texels.shape[1]} x {light.groups[0].texels.shape[0]}, {size:.1f} MB in the cache; "
         f"from the cache in {time.process_time() - began:.2f} s of processor time"
     )
     return light
@@ -105,7 +108,7 @@ def exported(world, model, light: BakedLight, views: list, place: Path) -> None:
     sources = _sources(world, windows)
     gain = next(group.gain for group in light.groups if group.name == GENERAL)
     general = sources.start[sources.names.index(GENERAL)]
-    arrays = {"views": np.array(views, float), "sky": SKY * gain * general, "bounces": MOST_BOUNCES}
+    arrays = {"views": np.array(views, float), "sky": SKY * gain * general, "bounces": TRACED_BOUNCES}
     arrays["size"] = np.array([WIDTH, HEIGHT, FOV])
     weights = [gain if name == GENERAL else 1.0 for name in sources.names]
     colors = sources.colors.reshape(-1, len(sources.names), 3)
@@ -114,7 +117,7 @@ def exported(world, model, light: BakedLight, views: list, place: Path) -> None:
         corners = [rectangle.middle, rectangle.across, rectangle.along, color * rectangle.radiance]
         arrays[f"lamp{index}"] = np.array(corners)
     for index, solid in enumerate(atlas.solids):
-        if index in hidden or not (solid.shades or model.geom(solid.geom).name.startswith("beacon/")):
+        if index in hidden:
             continue
         own = solid.glow + float(world.ceiling is not None and solid.is_ceiling)
         arrays[f"points{index}"] = solid.points[solid.triangles].reshape(-1, 3)
@@ -151,10 +154,10 @@ def _surfaces(model, data, index: int) -> np.ndarray:
     return still[geoms]
 
 
-def measure(name: str, tracer: str, samples: int, folder: Path) -> None:
+def measure(name: str, tracer: str, *, samples: int, count: int, folder: Path) -> None:
     """Print the figures of a world, and write its pictures."""
     world, model, data = scene_of(name)
-    views, light = VIEWS[name], light_and_cost(world, model)
+    views, light = VIEWS[name][:count], light_and_cost(world, model)
     scene, traced = folder / f"{name}.npz", folder / f"{name}_{samples}.npy"
     exported(world, model, light, views, scene)
     if not traced.exists():
@@ -185,8 +188,9 @@ if __name__ == "__main__":
     parser.add_argument("worlds", nargs="*", default=list(VIEWS))
     parser.add_argument("--tracer", default=sys.executable)
     parser.add_argument("--samples", type=int, default=256)
+    parser.add_argument("--views", type=int, default=4)
     parser.add_argument("-o", "--folder", type=Path, default=Path("light"))
     given = parser.parse_args()
     given.folder.mkdir(exist_ok=True)
     for each in given.worlds:
-        measure(each, given.tracer, given.samples, given.folder)
+        measure(each, given.tracer, samples=given.samples, count=given.views, folder=given.folder)

@@ -86,7 +86,7 @@ def camera_of(view, width, height, fov):
 
 def light_of(scene, camera, bounces, samples):
     """Return the light in each pixel, and where it counts."""
-    path = {"type": "path", "max_depth": int(bounces) + 2, "rr_depth": 20, "hide_emitters": False}
+    path = {"type": "path", "max_depth": int(bounces) + 2, "rr_depth": 8, "hide_emitters": False}
     aov = {"type": "aov", "aovs": "albedo:albedo,n:sh_normal,at:position", "img": path}
     image = np.array(mi.render(scene, sensor=camera, integrator=mi.load_dict(aov), spp=samples))
     radiance, albedo, normal, at = image[..., :3], image[..., -9:-6], image[..., -6:-3], image[..., -3:]

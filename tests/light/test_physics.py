@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mjsim.compile import compile_world, compiled
-from mjsim.light import ALWAYS, BakedLight, bake
+from mjsim.light import ALWAYS, GENERAL, BakedLight, bake
 from mjsim.light.emitters import lamp_rectangle
 from mjsim.world import Lamp, parse_world
 
@@ -140,3 +140,14 @@ walls:
             found.setdefault(key, set()).add(tuple(np.round(place, 5).tolist()))
     shared = [places for key, places in found.items() if len(places) > 1 and abs(key[4]) == 1.0]
     assert shared == []
+
+
+def test_the_dark_gap_behind_furniture_does_not_spread_over_the_wall_above():
+    # The box stands 2 cm from the wall, whose face is at y = 0.05.
+    text = """mjsim: 1
+walls: [{points: [[-2, 0], [2, 0]], height: 2}]
+obstacles: [{name: box, box: [1.5, 0.5, 0.5], at: [0, 0.32]}]
+"""
+    model, light = baked(text, texel=0.1)
+    above, aside = (light_at(model, light, "wall/seen:1", [x, 0.05, 0.62], group=GENERAL)[0] for x in (0.0, 1.6))
+    assert above > 0.8 * aside
