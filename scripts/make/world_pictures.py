@@ -143,7 +143,7 @@ def draw_room(name: str, world: World) -> None:
 
 def write(name: str, picture: Picture) -> None:
     """Write a picture as JPEG."""
-    encoded = cv2.imencode(".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, 82])[1]
+    encoded = cv2.imencode(".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, 76])[1]
     (PICTURES / name).write_bytes(encoded.tobytes())
 
 
