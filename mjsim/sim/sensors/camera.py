@@ -162,13 +162,17 @@ class OnboardCamera:
             self._model.cam_fovy[self._index] = before
 
     def _measured(self, depth: Array, how: Depth) -> Array:
-        """Return a depth with measurement errors."""
+        """Return a depth with measurement errors, made in place."""
         if self._far is not None:
             chance = self._far.standard_normal(depth.shape, dtype=np.float32)
-            finite = np.isfinite(depth)
-            depth = depth + how.noise * np.square(depth, where=finite, out=np.zeros_like(depth)) * chance
+            error = np.square(depth)
+            error *= how.noise
+            error *= chance
+            np.add(depth, error, out=depth, where=np.isfinite(depth))
         nearest, farthest = how.range
-        return np.where(depth > farthest, np.inf, np.where(depth < nearest, -np.inf, depth))
+        depth[depth > farthest] = np.inf
+        depth[depth < nearest] = -np.inf
+        return depth
 
 
 class CameraDevice:
