@@ -16,7 +16,7 @@ from mjsim.world import THICKNESS, World, item_names, leaves
 
 ATLAS, LAMPS = "style/atlas", "style/lamps"
 """Materials of small things, and of lamps."""
-GLOW = 0.35
+GLOW = 1.0
 """Light of a lamp's own, added to what falls on it."""
 
 

@@ -90,6 +90,7 @@ def test_segmentation_is_that_of_the_parts(apart: mujoco.MjModel, canvas: Canvas
     assert not any("seen" in name for name in names)
 
 
+@pytest.mark.slow
 def test_lidars_meet_the_parts_whether_they_are_merged_or_not():
     with Simulation(parse_world(ROOMS)) as sim, Simulation(parse_world(ROOMS)) as other:
         merged = Merged(other.model)
@@ -99,6 +100,7 @@ def test_lidars_meet_the_parts_whether_they_are_merged_or_not():
     np.testing.assert_array_equal(one, two)
 
 
+@pytest.mark.slow
 def test_a_removed_object_leaves_the_picture_and_the_rest_of_its_mesh_stays(model: mujoco.MjModel):
     def picture(world: str, *removed: str) -> np.ndarray:
         with Simulation(parse_world(world)) as sim:
@@ -141,6 +143,7 @@ def test_a_view_in_three_dimensions_names_each_object(model: mujoco.MjModel):
     assert b"obstacle/seen" not in said
 
 
+@pytest.mark.slow
 def test_an_exported_scene_draws_each_part_once(tmp_path):
     path = export_scene(parse_world(ROOMS), tmp_path / "scene")
     exported, mine = mujoco.MjModel.from_xml_path(str(path)), compile_world(parse_world(ROOMS)).compile()
@@ -148,6 +151,7 @@ def test_an_exported_scene_draws_each_part_once(tmp_path):
     np.testing.assert_array_equal(exported.geom_group, mine.geom_group)
 
 
+@pytest.mark.slow
 def test_the_same_world_compiles_to_the_same_file_twice():
     one, two = (compile_world(parse_world(ROOMS)) for _ in range(2))
     for spec in (one, two):

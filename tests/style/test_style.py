@@ -145,6 +145,7 @@ def test_the_same_world_gives_the_same_bytes_twice():
         spec.compile()
     assert one.to_xml() == two.to_xml()
     assert one.assets == two.assets
+    assert not any("style" in geom.name for geom in compile_world(world("plain")).geoms)
 
 
 def test_a_room_keeps_its_look_when_another_one_is_added(atlas):
@@ -165,7 +166,6 @@ def test_lamps_hang_in_the_ceiling_of_rooms():
         a, b, _, d = face.corners
         assert np.cross(b - a, d - a)[2] < 0.0
         assert face.corners[:, 2] == pytest.approx(2.49)
-    assert not any("style" in geom.name for geom in compile_world(world("plain")).geoms)
 
 
 def test_books_stand_between_the_boards_of_a_shelf(atlas):
