@@ -213,8 +213,15 @@ run:
 """
 
 
+ADAPTING = WAVING.replace(
+    "noise: 2, latency: 1, depth: {}", "exposure: {time_constant: 0.5}, dirt: 0.05, depth: {stereo: {texture: 0}}"
+)
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("world", [PICTURES, WAVING], ids=["light and things", "hands on their way"])
+@pytest.mark.parametrize(
+    "world", [PICTURES, WAVING, ADAPTING], ids=["light and things", "hands on their way", "slow exposure"]
+)
 def test_pictures_are_drawn_again_to_the_last_bit_in_any_order(tmp_path, world):
     live, compared = Still(), []
 
