@@ -5,7 +5,7 @@
 
 PYTHON is an interpreter with Mitsuba (`pip install mitsuba`; beside Mesa's LLVM 15 it needs Debian's libllvm19). It
 computes the light at each pixel; colours come from MuJoCo in all pictures. PSNR and SSIM are of pixels that show
-static surfaces. The pictures are kept beside the references, which are computed once.
+static surfaces, 10 px and more from lamps and windows. References are computed once and kept.
 """
 
 import argparse
@@ -38,6 +38,8 @@ VIEWS = {
     "corridor": [(1.2, 1.2, 1, 0), (28, 1.2, 1, 170), (22, 1.6, 1, 0), (15, 1.2, 1, 190)],
 }
 """Views of each world: x, y, z [m] and heading [deg]."""
+AROUND_LAMPS = 10
+"""Pixels around lamps and windows that are left out."""
 TRACED_BOUNCES = 16
 """Reflections that the path tracer follows."""
 WIDTH, HEIGHT, FOV = 320, 240, 60.0
@@ -154,6 +156,12 @@ def _surfaces(model, data, index: int) -> np.ndarray:
     return still[geoms]
 
 
+def _around_lamps(blank: np.ndarray) -> np.ndarray:
+    """Return the pixels near lamps and windows, where the path tracer sees no surface."""
+    whole = cv2.morphologyEx(blank.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3)))
+    return cv2.dilate(whole, np.ones((2 * AROUND_LAMPS + 1,) * 2)) > 0
+
+
 def measure(name: str, tracer: str, *, samples: int, count: int, folder: Path) -> None:
     """Print the figures of a world, and write its pictures."""
     world, model, data = scene_of(name)
@@ -173,6 +181,7 @@ def measure(name: str, tracer: str, *, samples: int, count: int, folder: Path) -
     factor = coded(np.asarray(found[..., :3] * light.exposure, np.float32)) / 255.0
     shown["traced"] = [np.rint(color * each).astype(np.uint8) for color, each in zip(colors, factor, strict=True)]
     masks = [_surfaces(model, data, index) for index in range(len(views))]
+    masks = [mask & ~_around_lamps(mask & (each < 0.5)) for mask, each in zip(masks, found[..., 3], strict=True)]
     for kind in ("plain", "high", "baked"):
         rows = [compared(*each) for each in zip(shown[kind], shown["traced"], masks, strict=True)]
         psnr, ssim = np.mean(rows, axis=0)
