@@ -18,7 +18,7 @@ PLANNED = "#9c36b5"
 
 
 def a_star(grid: DistanceGrid, start: Array, goal: Array, *, clearance: float, shyness: float = 0.0) -> Array | None:
-    """Return the cheapest path along the eight neighbours of each cell.
+    """Return the cheapest path along the eight neighbours of each cell; diagonally only between two free cells.
 
     Args:
         grid: Distances to walls.
@@ -56,6 +56,9 @@ def a_star(grid: DistanceGrid, start: Array, goal: Array, *, clearance: float, s
             r, c = row + down, column + right
             neighbour = r * columns + c
             if not (0 <= r < rows and 0 <= c < columns and passable[neighbour]) or neighbour in closed:
+                continue
+            # A diagonal step between two cells that are not both free would cut a corner.
+            if down and right and not (passable[row * columns + c] and passable[r * columns + column]):
                 continue
             total = cost[cell] + length * 0.5 * (price[cell] + price[neighbour])
             if total < cost.get(neighbour, math.inf):
