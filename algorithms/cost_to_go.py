@@ -82,6 +82,7 @@ class Planner:
         self.lower, self.cell = lower, cell
         columns, rows = (np.ceil((upper - lower) / cell).astype(int) + 1).tolist()
         self.shape = (rows, columns)
+        self.upper = lower + cell * np.array([columns, rows])
         index = np.arange(rows * columns).reshape(rows, columns)
         starts, ends, lengths = [], [], []
         for down, right, length in STEPS:
@@ -99,18 +100,20 @@ class Planner:
 
     def drawn(self, points: Array) -> NDArray[np.bool_]:
         """Return the cells that contain points, shape (n, 2) [m]."""
+        inside = (points >= self.lower).all(axis=1) & (points < self.upper).all(axis=1)
+        taken = np.zeros(self.shape, dtype=bool)
+        taken[self.cells(points[inside])] = True
+        return taken
+
+    def cells(self, points: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Return rows and columns of points (n, 2) [m]; beyond the grid those of its edge."""
         rows, columns = self.shape
-        i, j = np.floor((points - self.lower) / self.cell).astype(int).T
-        inside = (i >= 0) & (i < columns) & (j >= 0) & (j < rows)
-        cells = np.zeros(self.shape, dtype=bool)
-        cells[j[inside], i[inside]] = True
-        return cells
+        i, j = ((points - self.lower) / self.cell).astype(np.intp).T
+        return np.clip(j, 0, rows - 1), np.clip(i, 0, columns - 1)
 
     def contains(self, point: Array) -> bool:
         """Return whether a point (2,) is on the grid."""
-        rows, columns = self.shape
-        i, j = (point - self.lower) / self.cell
-        return bool(0 <= i < columns and 0 <= j < rows)
+        return bool((point >= self.lower).all() and (point < self.upper).all())
 
     def cost_to_go(self, price: Array, goal: Array, *, limit: float = math.inf) -> CostToGo:
         """Return the times to a goal.

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.random import Generator
@@ -13,6 +14,7 @@ from mjsim.interface import Command, Estimate, Observation, RobotInfo, ShownLine
 from .cost_to_go import UNREACHED, CostToGo, Planner, time_per_metre
 from .distance_grid import DistanceGrid
 from .grid_search import shown_path
+from .moving_things import MovingThings
 from .obstacle_map import ObstacleMap
 from .obstacle_memory import ObstacleMemory
 from .path_integral import Leads, MotionPrices, PathIntegral
@@ -24,7 +26,7 @@ FINE = 0.025
 """Side of the cells in which obstacles are remembered [m]."""
 FORGET = 60.0
 """Time for which an obstacle that is not seen again is remembered [s]."""
-REPLAN, REFRESH = 0.2, 1.0
+REPLAN, REFRESH = 0.28, 1.0
 """Time between plans while there is news, and without [s]."""
 BEYOND = 2.5
 """Cells are planned up to this time farther from the goal than the robot [s]."""
@@ -38,6 +40,12 @@ SIGHT, RAYS = 8.0, 180
 """Range in which, and number of beams by which a scan says what has been seen [m]."""
 BACKWARDS = 0.4
 """Maximum speed while it backs out or looks round [m/s]."""
+SETTLED = 0.6
+"""Time since which obstacles stand [s]."""
+MOSTLY = 0.5
+"""Share of fresh points above which a scan says nothing of what moves."""
+MOVING_RANGE = 5.0
+"""Range in which things that move are looked for [m]."""
 EXPLAINED = 0.15
 """Hits this near to a wall of the map are that wall [m]."""
 
@@ -92,6 +100,7 @@ class GoToGoal:
         self._field: CostToGo | None = None
         self._planned, self._looked, self._seen_by = -math.inf, -math.inf, 0
         self._noted = dict[str, float]()
+        self._moving = MovingThings()
         self._alignment: ScanAlignment | None = ScanAlignment(robot.prior)
         self._reckoned = robot.prior
         self._map = ObstacleMap(self._goals[-1], self._walls, cell=FINE, half=FINE)
@@ -158,9 +167,9 @@ class GoToGoal:
         """Remember what the sensors see."""
         odometry = seen.odometry
         self._memory.track(pose, Pose(odometry.forward, odometry.left, odometry.turn))
-        if views:
-            self._memory.add(pose, views, seen.time)
         self._place = np.array([pose.x, pose.y])
+        if views:
+            self._remember(pose, views, seen.time)
         for view in views:
             if seen.time >= self._noted.get(view.name, -math.inf) + REPLAN - 1e-6:
                 self._noted[view.name] = seen.time
@@ -171,6 +180,19 @@ class GoToGoal:
         limits = np.array([self._robot.max_speed, max(self._robot.max_left, 0.1), self._robot.max_turn])
         surprise = np.abs(measured - self._twist) > 0.25 * limits
         self._twist = np.where(surprise, measured, self._twist)
+
+    def _remember(self, pose: Pose, views: list[RangeView], now: float) -> None:
+        """Remember the hits of a scan, and follow what moves."""
+        points = pose.transform(np.concatenate([view.points() for view in views]))
+        standing = np.concatenate([self._walls, self._memory.older(now - SETTLED)])
+        old = ObstacleMap(self._place, standing, cell=2.0 * FINE, half=MOVING_RANGE)
+        x, y = points.T
+        fresh = (np.abs(points - self._place).max(axis=1) < MOVING_RANGE) & (old.at(x, y) > EXPLAINED)
+        fresh[fresh] = ~self._doubt[self._planner.cells(points[fresh])]
+        # Where much is fresh, the estimate is wrong.
+        if len(views) > 1 and np.count_nonzero(fresh) < MOSTLY * len(points):
+            self._moving.update(points[fresh], pose, now)
+        self._memory.add(pose, views, points, now)
 
     def _see(self, pose: Pose, view: RangeView) -> None:
         """Note the cells that beams have passed."""
@@ -243,6 +265,7 @@ class GoToGoal:
         near = np.concatenate([self._walls, self._memory.points])
         self._map = ObstacleMap(self._place, near, cell=FINE, half=self._local.reach)
         attempt, prices = self._recovery.attempt, MotionPrices()
+
         leads: Leads = field
         if attempt is Attempt.BACK:
             leads, prices = Toward(self._recovery.target), MotionPrices(reverse=0.0, top=BACKWARDS)
@@ -250,6 +273,7 @@ class GoToGoal:
             leads, prices = Around(pose.heading), MotionPrices(top=BACKWARDS)
         elif float(field.at(self._place)) >= UNREACHED:
             return self._stop()
+        prices = replace(prices, things=tuple(self._moving.predicted(pose, seen.time)))
         twist = self._local.twist(pose, self._twist, self._map, leads, prices)
         self._jammed = twist is None
         self._twist = np.zeros(3) if twist is None else twist

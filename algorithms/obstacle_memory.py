@@ -38,7 +38,7 @@ class ObstacleMemory:
         self.cell, self._seconds = cell, seconds
         self._keys: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
         self._counts: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
-        self._stamps = np.zeros(0)
+        self._stamps, self._births = np.zeros(0), np.zeros(0)
         self._expected: Pose | None = None
         self.points: Array = np.zeros((0, 2))
         """Centres of the cells, shape (n, 2) [m]."""
@@ -57,14 +57,24 @@ class ObstacleMemory:
         jump = pose @ expected.inverse()
         offset, turn = expected.inverse() @ pose, abs(math.remainder(jump.heading, 2.0 * math.pi))
         if math.hypot(offset.x, offset.y) > JUMP or turn > JUMP_TURN:
-            self._store(_keys(jump.transform(self.points), self.cell), self._counts, self._stamps)
+            self._store(_keys(jump.transform(self.points), self.cell), self._counts, self._stamps, self._births)
             expected = pose
         self._expected = expected
 
-    def add(self, pose: Pose, views: list[RangeView], now: float) -> None:
-        """Add views from a pose at a time [s]."""
-        hits = _keys(pose.transform(np.concatenate([view.points() for view in views])), self.cell)
-        hits = np.unique(hits)
+    def older(self, than: float) -> Array:
+        """Return the centres of the cells that were first hit before a time [s], shape (n, 2) [m]."""
+        return self.points[self._births < than]
+
+    def add(self, pose: Pose, views: list[RangeView], points: Array, now: float) -> None:
+        """Add a scan.
+
+        Args:
+            pose: Of the robot.
+            views: What it sees through is dropped.
+            points: Its hits, in the frame of the estimate, shape (n, 2) [m].
+            now: [s]
+        """
+        hits = np.unique(_keys(points, self.cell))
         robot = pose.inverse().transform(self.points)
         through = np.zeros(len(self.points), dtype=bool)
         for view in views:
@@ -78,16 +88,17 @@ class ObstacleMemory:
             np.concatenate([self._keys[keep], fresh]),
             np.concatenate([counts[keep], np.ones(len(fresh), dtype=np.int64)]),
             np.concatenate([stamps[keep], np.full(len(fresh), now)]),
+            np.concatenate([self._births[keep], np.full(len(fresh), now)]),
         )
 
     def forget(self, before: float) -> None:
         """Forget what was not hit since a time [s]."""
         keep = self._stamps >= before
-        self._store(self._keys[keep], self._counts[keep], self._stamps[keep])
+        self._store(self._keys[keep], self._counts[keep], self._stamps[keep], self._births[keep])
 
-    def _store(self, keys: NDArray[np.int64], counts: NDArray[np.int64], stamps: Array) -> None:
+    def _store(self, keys: NDArray[np.int64], counts: NDArray[np.int64], stamps: Array, births: Array) -> None:
         self._keys, first = np.unique(keys, return_index=True)
-        self._counts, self._stamps = counts[first], stamps[first]
+        self._counts, self._stamps, self._births = counts[first], stamps[first], births[first]
         cells = np.stack([(self._keys >> 24) - HALF, (self._keys & (2 * HALF - 1)) - HALF], axis=-1)
         self.points = (cells + 0.5) * self.cell
 

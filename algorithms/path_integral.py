@@ -13,6 +13,7 @@ from mjsim.interface import RobotInfo
 
 from .body_discs import BodyDiscs
 from .cost_to_go import allowed_speed
+from .moving_things import Thing
 from .obstacle_map import ObstacleMap
 
 STEPS, STEP = 20, 0.08
@@ -34,6 +35,8 @@ TOO_FAST = 2.0
 """Cost of a speed above the allowed one [s/m]."""
 CLOSE, COMFORT = 0.5, 0.12
 """Cost of time spent at no clearance, falling to 0 at a comfortable one [1, m]."""
+MET, SPACE, UNSURE = 15.0, 0.25, 0.12
+"""Cost of time at no distance from things that move, falling to 0 at a space [1, m], which grows with time [m/s]."""
 CHANGE = 0.01
 """Cost of a change of the twist by the robot's limits [s]."""
 RESERVE = 0.85
@@ -48,6 +51,8 @@ class MotionPrices:
     """Cost of driving backwards [s/m]."""
     top: float = math.inf
     """Speed limit [m/s]."""
+    things: tuple[Thing, ...] = ()
+    """What moves, where it is now."""
 
 
 class Leads(Protocol):
@@ -172,8 +177,24 @@ class PathIntegral:
         hits = np.asarray(hit.any(axis=1))
         when = np.where(hits, hit.argmax(axis=1), STEPS)
         cost = self._led(np.stack([x[:, 3::4], y[:, 3::4]], axis=-1), heading[:, -1], field)
-        cost += self._driven(twists, clearance, prices)
+        apart = self._apart(x, y, heading, prices.things)
+        cost += self._driven(twists, np.minimum(clearance, apart), prices)
+        cost += STEP * (MET * np.maximum(1.0 - apart / SPACE, 0.0)).sum(axis=1)
         return np.where(hits, cost + HIT * (2.0 - when / STEPS), cost), hits
+
+    def _apart(self, x: Array, y: Array, heading: Array, things: tuple[Thing, ...]) -> Array:
+        """Return the distance between the rim and what moves at poses, shape (k, STEPS) each [m]."""
+        least = np.full(x.shape, np.inf)
+        times = STEP * np.arange(1, x.shape[1] + 1)
+        c, s = np.cos(heading), np.sin(heading)
+        for thing in things:
+            # The farther ahead, the less is known.
+            radius = thing.radius + UNSURE * times
+            dx, dy = (x - thing.place[0] - times * thing.velocity[0], y - thing.place[1] - times * thing.velocity[1])
+            for (ahead, left), own in zip(self.body.centres.tolist(), self.body.radii.tolist(), strict=True):
+                away = np.hypot(dx + c * ahead - s * left, dy + s * ahead + c * left)
+                np.minimum(least, away - own - radius, out=least)
+        return least
 
     def _led(self, places: Array, heading: Array, field: Leads) -> Array:
         """Return the cost of where motions lead: places (k, n, 2) on the way [m], and the last headings (k,) [rad]."""

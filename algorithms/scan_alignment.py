@@ -7,13 +7,17 @@ from mjsim.interface import Odometry
 
 from .obstacle_map import ObstacleMap
 
-BEAMS = 160
+BEAMS = 240
 """Number of points that are used."""
-FAR = 0.2
-"""Points farther than this from all obstacles are new [m]."""
+FAR, NEAR, SHRINK = 0.3, 0.1, 0.7
+"""Points farther than this from all obstacles are new, in the first round and at last [m]; factor between rounds."""
+SLIPS = 4.0
+"""Factor on the covariance of odometry, for wheels that slip more than usual."""
+STILL = 1e-3
+"""Corrections smaller than this end the rounds [m, rad]."""
 DEVIATION = 0.1
 """Standard deviation of the distance of a point: errors of cells and neighbouring beams are shared [m]."""
-ROUNDS = 3
+ROUNDS = 8
 FEWEST = 12
 """Fewer points say nothing."""
 
@@ -35,7 +39,7 @@ class ScanAlignment:
     def move(self, odometry: Odometry) -> None:
         """Add the motion of a tick."""
         self.pose = self.pose @ Pose(odometry.forward, odometry.left, odometry.turn)
-        self._covariance = self._covariance + odometry.covariance
+        self._covariance = self._covariance + SLIPS * odometry.covariance
 
     def align(self, points: Array, map: ObstacleMap) -> None:
         """Correct the pose by a scan.
@@ -49,10 +53,11 @@ class ScanAlignment:
             return
         weight = np.linalg.inv(self._covariance + np.diag([1e-6, 1e-6, 1e-6]))
         start = self.pose
-        for _ in range(ROUNDS):
+        for number in range(ROUNDS):
+            far = max(FAR * SHRINK**number, NEAR)
             placed = self.pose.transform(points)
             distance, slope = map.slope(placed)
-            used = distance < FAR
+            used = distance < far
             if np.count_nonzero(used) < FEWEST:
                 self.pose = start
                 return
@@ -63,10 +68,12 @@ class ScanAlignment:
             x, y = points[used].T
             J = np.stack([ahead, left, x * left - y * ahead], axis=-1)
             residual = distance[used]
-            robust = 1.0 / (1.0 + (residual / 0.08) ** 2) / DEVIATION**2
+            robust = 1.0 / (1.0 + (2.0 * residual / far) ** 2) / DEVIATION**2
             moved = start.inverse() @ self.pose
             H = (J * robust[:, None]).T @ J + weight
             g = J.T @ (robust * residual) + weight @ np.array([moved.x, moved.y, moved.heading])
-            dx, dy, turn = np.linalg.solve(H, -g).tolist()
-            self.pose = self.pose @ Pose(dx, dy, turn)
+            step = np.linalg.solve(H, -g)
+            self.pose = self.pose @ Pose.from_array(step)
+            if far == NEAR and np.abs(step).max() < STILL:
+                break
         self._covariance = np.linalg.inv(H)

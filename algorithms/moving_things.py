@@ -1,0 +1,135 @@
+"""Things that move: found where space was free before, tracked, and predicted."""
+
+import math
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from mjsim.geometry import Array, Pose
+
+GAP = 0.15
+"""Fresh points this near to each other are one thing [m]."""
+FEWEST = 3
+"""Things of fewer points are noise."""
+LARGEST = 1.2
+"""Things larger than this are no single thing that moves [m]."""
+GATE = 0.5
+"""How far from its prediction a thing may be seen again [m]."""
+GONE = 1.0
+"""Time after which a thing that is not seen again is forgotten [s]."""
+POSITION_GAIN, SPEED_GAIN = 0.6, 0.35
+"""Share of the difference to the prediction by which position and velocity change."""
+SLOWEST, FASTEST = 0.12, 3.0
+"""Speeds of things that move [m/s]."""
+CONFIRMED = 4
+"""Number of sightings from which a thing counts."""
+TRAVELLED, STRAY = 0.15, 0.15
+"""How far a thing must have gone, and its mean error at most, to count as moving [m]."""
+MOST = 6
+"""Number of things that are predicted: the nearest."""
+BEHIND = 0.08
+"""What is seen is the near side; the middle is this much farther [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Thing:
+    """Something that moves."""
+
+    place: Array
+    """Shape (2,) [m]."""
+    velocity: Array
+    """Shape (2,) [m/s]."""
+    radius: float
+    """[m]"""
+    seen: float
+    """When it was last seen [s]."""
+    count: int
+    """How often it was seen."""
+    first: Array
+    """Where it was seen first, shape (2,) [m]."""
+    error: float = 0.0
+    """Mean distance between sightings and predictions [m]."""
+
+    def after(self, seconds: float) -> Array:
+        """Return where it will be after a time [s], shape (2,) [m]."""
+        return np.asarray(self.place + seconds * self.velocity)
+
+    @property
+    def moves(self) -> bool:
+        """Whether it was seen often enough, and moves."""
+        speed = float(np.hypot(*self.velocity))
+        gone = math.dist(self.place, self.first) > TRAVELLED
+        return self.count >= CONFIRMED and SLOWEST < speed < FASTEST and gone and self.error < STRAY
+
+
+class MovingThings:
+    """Tracks groups of fresh points with constant velocity.
+
+    References:
+        Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), section 6.5, the
+        alpha-beta filter.
+    """
+
+    def __init__(self) -> None:
+        """Start without things."""
+        self._things: list[Thing] = []
+        self._now = 0.0
+
+    def update(self, fresh: Array, robot: Pose, now: float) -> None:
+        """Add the points of a scan where nothing was before, shape (n, 2) [m], seen from a pose at a time [s]."""
+        groups = [_thing(group, robot, now) for group in grouped(fresh, GAP)]
+        unmatched = [group for group in groups if group is not None]
+        things = []
+        for thing in self._things:
+            place = thing.after(now - thing.seen)
+            near = min(unmatched, key=lambda group: math.dist(group.place, place), default=None)
+            if near is not None and math.dist(near.place, place) < GATE:
+                unmatched.remove(near)
+                things.append(_updated(thing, near, now))
+            elif now - thing.seen < GONE:
+                things.append(thing)
+        self._things, self._now = [*things, *unmatched], now
+
+    def predicted(self, robot: Pose, now: float) -> list[Thing]:
+        """Return the nearest things that move, where they are at a time [s]."""
+        here = np.array([robot.x, robot.y])
+        moving = [replace(thing, place=thing.after(now - thing.seen)) for thing in self._things if thing.moves]
+        return sorted(moving, key=lambda thing: math.dist(thing.place, here))[:MOST]
+
+
+def _thing(points: Array, robot: Pose, now: float) -> Thing | None:
+    """Return a group of points, seen for the first time; None if it is too small or too large."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    extent = float(np.hypot(*(high - low)))
+    if len(points) < FEWEST or extent > LARGEST:
+        return None
+    middle = points.mean(axis=0)
+    away = middle - (robot.x, robot.y)
+    place = middle + BEHIND * away / max(float(np.hypot(*away)), 1e-6)
+    return Thing(place, np.zeros(2), max(0.5 * extent, 0.1), now, 1, place)
+
+
+def _updated(thing: Thing, seen: Thing, now: float) -> Thing:
+    """Return a thing with its new sighting."""
+    dt = max(now - thing.seen, 1e-3)
+    expected = thing.after(dt)
+    error = seen.place - expected
+    gain = max(SPEED_GAIN, 1.0 / thing.count)
+    radius = max(0.8 * thing.radius, seen.radius)
+    place, velocity = expected + POSITION_GAIN * error, thing.velocity + gain * error / dt
+    stray = 0.8 * thing.error + 0.2 * float(np.hypot(*error))
+    return Thing(place, velocity, radius, now, thing.count + 1, thing.first, stray)
+
+
+def grouped(points: Array, gap: float) -> list[Array]:
+    """Return groups of points (n, 2) [m] that are connected by distances of about a gap [m]."""
+    if not len(points):
+        return []
+    cells = np.floor((points - points.min(axis=0)) / gap).astype(int)
+    taken: NDArray[np.uint8] = np.zeros(cells.max(axis=0) + 1, dtype=np.uint8)
+    taken[cells[:, 0], cells[:, 1]] = 1
+    _, labels = cv2.connectedComponents(taken, connectivity=8)
+    own = labels[cells[:, 0], cells[:, 1]]
+    return [points[own == label] for label in np.unique(own)]
