@@ -111,10 +111,10 @@ class GoToGoal:
     def command(self, seen: Observation, belief: Estimate) -> Command:
         """Return the next twist; zero at the last goal, and while every motion would collide."""
         views = self._views.update(seen)
-        # Half the scans of a fast lidar suffice.
+        pose = self._pose(seen, belief.pose, views)
+        # Half the scans of a fast lidar suffice to remember.
         views = views if seen.time >= self._looked + LOOK - 1e-6 else []
         self._looked = seen.time if views else self._looked
-        pose = self._pose(seen, belief.pose, views)
         self._look(seen, pose, views)
         place = self._place
         while self._left and np.hypot(*(self._left[0] - place)) < self._tolerance:
@@ -153,7 +153,7 @@ class GoToGoal:
         self._reckoned = self._reckoned @ Pose(odometry.forward, odometry.left, odometry.turn)
         apart = self._reckoned.inverse() @ estimate
         if math.hypot(apart.x, apart.y) + abs(apart.heading) > 1e-6:
-            # An estimator knows better; what was seen so far moves along.
+            # An estimator knows better.
             self._alignment = None
             return estimate
         self._alignment.move(odometry)
@@ -166,7 +166,8 @@ class GoToGoal:
     def _look(self, seen: Observation, pose: Pose, views: list[RangeView]) -> None:
         """Remember what the sensors see."""
         odometry = seen.odometry
-        self._memory.track(pose, Pose(odometry.forward, odometry.left, odometry.turn))
+        if self._alignment is None:
+            self._memory.track(pose, Pose(odometry.forward, odometry.left, odometry.turn))
         self._place = np.array([pose.x, pose.y])
         if views:
             self._remember(pose, views, seen.time)

@@ -14,7 +14,7 @@ SURE = 4
 HALF = 1 << 23
 """Cells are counted from minus this to this along x and y."""
 JUMP, JUMP_TURN = 0.05, math.radians(2.0)
-"""Change of the estimate beyond odometry that moves the obstacles along [m, rad]."""
+"""Change of the estimate in a tick, beyond odometry, that moves the obstacles along [m, rad]."""
 
 
 class ObstacleMemory:
@@ -39,7 +39,7 @@ class ObstacleMemory:
         self._keys: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
         self._counts: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
         self._stamps, self._births = np.zeros(0), np.zeros(0)
-        self._expected: Pose | None = None
+        self._before: Pose | None = None
         self.points: Array = np.zeros((0, 2))
         """Centres of the cells, shape (n, 2) [m]."""
 
@@ -50,16 +50,13 @@ class ObstacleMemory:
             pose: Estimate at this tick.
             moved: Motion since the last tick by odometry.
         """
-        if self._expected is None:
-            self._expected = pose
+        before, self._before = self._before, pose
+        if before is None:
             return
-        expected = self._expected @ moved
-        jump = pose @ expected.inverse()
-        offset, turn = expected.inverse() @ pose, abs(math.remainder(jump.heading, 2.0 * math.pi))
-        if math.hypot(offset.x, offset.y) > JUMP or turn > JUMP_TURN:
+        expected = before @ moved
+        offset, jump = expected.inverse() @ pose, pose @ expected.inverse()
+        if math.hypot(offset.x, offset.y) > JUMP or abs(jump.heading) > JUMP_TURN:
             self._store(_keys(jump.transform(self.points), self.cell), self._counts, self._stamps, self._births)
-            expected = pose
-        self._expected = expected
 
     def older(self, than: float) -> Array:
         """Return the centres of the cells that were first hit before a time [s], shape (n, 2) [m]."""

@@ -20,7 +20,7 @@ STEPS, STEP = 20, 0.08
 """Number and duration of the steps of a sampled motion [s]."""
 KNOTS = 5
 """Number of independent random changes in a motion; between them they are interpolated."""
-SAMPLES = 256
+SAMPLES = 200
 TEMPERATURE = 0.05
 """Difference in cost at which a motion counts e times less [s]."""
 MARGIN = 0.02
