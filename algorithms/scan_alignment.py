@@ -1,5 +1,7 @@
 """Aligns scans with obstacles seen before, to correct dead reckoning."""
 
+import math
+
 import numpy as np
 
 from mjsim.geometry import Array, Pose
@@ -9,15 +11,13 @@ from .obstacle_map import ObstacleMap
 
 BEAMS = 240
 """Number of points that are used."""
-FAR, NEAR, SHRINK = 0.3, 0.1, 0.7
-"""Points farther than this from all obstacles are new, in the first round and at last [m]; factor between rounds."""
+FAR, NEAR = 0.3, 0.08
+"""Points farther than this from all obstacles are new; points nearer than this count in full [m]."""
 SLIPS = 4.0
 """Factor on the covariance of odometry, for wheels that slip more than usual."""
-STILL = 1e-3
-"""Corrections smaller than this end the rounds [m, rad]."""
 DEVIATION = 0.1
 """Standard deviation of the distance of a point: errors of cells and neighbouring beams are shared [m]."""
-ROUNDS = 8
+ROUNDS = 6
 FEWEST = 12
 """Fewer points say nothing."""
 
@@ -52,28 +52,39 @@ class ScanAlignment:
         if len(points) < FEWEST:
             return
         weight = np.linalg.inv(self._covariance + np.diag([1e-6, 1e-6, 1e-6]))
-        start = self.pose
-        for number in range(ROUNDS):
-            far = max(FAR * SHRINK**number, NEAR)
-            placed = self.pose.transform(points)
-            distance, slope = map.slope(placed)
-            used = distance < far
-            if np.count_nonzero(used) < FEWEST:
-                self.pose = start
-                return
-            # Derivatives by a small motion in the robot frame.
-            c, s = np.cos(self.pose.heading), np.sin(self.pose.heading)
-            by_x, by_y = slope[used].T
-            ahead, left = c * by_x + s * by_y, c * by_y - s * by_x
-            x, y = points[used].T
-            J = np.stack([ahead, left, x * left - y * ahead], axis=-1)
-            residual = distance[used]
-            robust = 1.0 / (1.0 + (2.0 * residual / far) ** 2) / DEVIATION**2
-            moved = start.inverse() @ self.pose
-            H = (J * robust[:, None]).T @ J + weight
-            g = J.T @ (robust * residual) + weight @ np.array([moved.x, moved.y, moved.heading])
-            step = np.linalg.solve(H, -g)
-            self.pose = self.pose @ Pose.from_array(step)
-            if far == NEAR and np.abs(step).max() < STILL:
+        start, best, pose = self.pose, math.inf, self.pose
+        for _ in range(ROUNDS):
+            distance, slope = map.slope(pose.transform(points))
+            if np.count_nonzero(distance < FAR) < FEWEST:
                 break
-        self._covariance = np.linalg.inv(H)
+            moved = (start.inverse() @ pose).as_array()
+            # On a thin wall the slope vanishes: a step may lead away again.
+            cost = float((distance**2 / (1.0 + (distance / NEAR) ** 2)).sum()) / DEVIATION**2 + moved @ weight @ moved
+            if cost >= best:
+                break
+            best, self.pose = cost, pose
+            step, H = _step(points, distance, slope, pose.heading, weight, moved)
+            self._covariance = np.linalg.inv(H) if pose is start else self._covariance
+            pose = pose @ Pose.from_array(step)
+
+
+def _step(
+    points: Array, distance: Array, slope: Array, heading: float, weight: Array, moved: Array
+) -> tuple[Array, Array]:
+    """Return the Gauss-Newton step in the robot frame, shape (3,), and the information, shape (3, 3).
+
+    Args:
+        points: Robot frame, shape (n, 2) [m].
+        distance: From obstacles, shape (n,) [m].
+        slope: Its derivatives by x and y, shape (n, 2).
+        heading: Of the robot [rad].
+        weight: Information of odometry, shape (3, 3).
+        moved: Correction so far, shape (3,).
+    """
+    c, s = math.cos(heading), math.sin(heading)
+    (x, y), (by_x, by_y) = points.T, slope.T
+    ahead, left = c * by_x + s * by_y, c * by_y - s * by_x
+    J = np.stack([ahead, left, x * left - y * ahead], axis=-1)
+    robust = np.where(distance < FAR, 1.0 / (1.0 + (distance / NEAR) ** 2) / DEVIATION**2, 0.0)
+    H = (J * robust[:, None]).T @ J + weight
+    return np.linalg.solve(H, -(J.T @ (robust * distance) + weight @ moved)), H
