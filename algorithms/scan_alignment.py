@@ -34,7 +34,7 @@ class ScanAlignment:
         """Start at a pose."""
         self.pose = prior
         """Corrected pose."""
-        self._covariance = np.zeros((3, 3))
+        self._covariance: Array = np.zeros((3, 3))
 
     def move(self, odometry: Odometry) -> None:
         """Add the motion of a tick."""
@@ -51,7 +51,7 @@ class ScanAlignment:
         points = points[:: 1 + len(points) // BEAMS]
         if len(points) < FEWEST:
             return
-        weight = np.linalg.inv(self._covariance + np.diag([1e-6, 1e-6, 1e-6]))
+        weight = np.asarray(np.linalg.inv(self._covariance + np.diag([1e-6, 1e-6, 1e-6])), dtype=float)
         start, best, pose = self.pose, math.inf, self.pose
         for _ in range(ROUNDS):
             distance, slope = map.slope(pose.transform(points))
@@ -59,12 +59,14 @@ class ScanAlignment:
                 break
             moved = (start.inverse() @ pose).as_array()
             # On a thin wall the slope vanishes: a step may lead away again.
-            cost = float((distance**2 / (1.0 + (distance / NEAR) ** 2)).sum()) / DEVIATION**2 + moved @ weight @ moved
+            misfit = float((distance**2 / (1.0 + (distance / NEAR) ** 2)).sum()) / DEVIATION**2
+            cost = misfit + float(moved @ weight @ moved)
             if cost >= best:
                 break
             best, self.pose = cost, pose
             step, H = _step(points, distance, slope, pose.heading, weight, moved)
-            self._covariance = np.linalg.inv(H) if pose is start else self._covariance
+            if pose is start:
+                self._covariance = np.asarray(np.linalg.inv(H), dtype=float)
             pose = pose @ Pose.from_array(step)
 
 

@@ -1,0 +1,43 @@
+"""GoToGoal with other drives and sensors: around walls and posts that it does not know."""
+
+import numpy as np
+import pytest
+
+import mjsim
+from mjsim.algorithms.go_to_goal import GoToGoal
+
+ROOM = """
+mjsim: 1
+walls: [{points: [[0, 0], [7, 0], [7, 5], [0, 5]], closed: true}]
+obstacles:
+  - {box: [0.3, 2.8, 1.0], at: [3.0, 1.4]}
+  - {cylinder: [0.2, 1.0], at: [4.6, 3.0]}
+robots: [{name: r, preset: PRESET, at: [1.5, 1.2], sensors: SENSORS}]
+"""
+LIDAR = (
+    "[{lidar: scan, at: [0.05, 0, 0.4], beams: 181, fov_deg: FOV, range: [0.05, REACH], rate_hz: 12.5,"
+    " noise: {range: 0.01}}]"
+)
+DEPTH = "[{camera: front, at: [0.15, 0, 0.35], width: 160, height: 120, fov_deg: 80, rate_hz: 12.5, depth: true}]"
+CASES = {
+    "a lidar of 180 degrees": ("pioneer3dx", LIDAR.replace("FOV", "180").replace("REACH", "8")),
+    "a lidar of 2 m": ("jackal", LIDAR.replace("FOV", "360").replace("REACH", "2")),
+    "rollers": ("robotino", LIDAR.replace("FOV", "240").replace("REACH", "8")),
+    "two wheels that balance": ("balancer", LIDAR.replace("FOV", "360").replace("REACH", "8")),
+    "a depth camera alone": ("pioneer3dx", DEPTH),
+    "proximity alone": ("pioneer3dx", "[]"),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", CASES)
+def test_it_arrives_without_a_touch_with(case):
+    preset, sensors = CASES[case]
+    world = mjsim.parse_world(ROOM.replace("PRESET", preset).replace("SENSORS", sensors))
+    with mjsim.Simulation(world, seed=1) as sim:
+        for tick in mjsim.ticks(sim, {"r": mjsim.Driver(navigator=GoToGoal([5.8, 1.2]))}):
+            assert not any(event.kind == "bump" for event in tick.orders["r"].events)
+            pose = tick.truth["r"]
+            if np.hypot(pose.x - 5.8, pose.y - 1.2) < 0.3:
+                break
+            assert tick.time < 25.0
