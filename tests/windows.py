@@ -7,7 +7,7 @@ from contextlib import contextmanager
 import pytest
 from playwright.sync_api import Browser, Page
 
-from mjsim.bench.chromium import PATIENCE, chromium_path, page_at
+from mjsim.bench.chromium import PATIENCE, REMEDY, chromium_path, page_at
 from mjsim.bench.chromium import chromium as chromium_or_error
 
 __all__ = ["PATIENCE", "agreed", "chromium", "page_at"]
@@ -17,7 +17,7 @@ __all__ = ["PATIENCE", "agreed", "chromium", "page_at"]
 def chromium() -> Iterator[Browser]:
     """Start a browser; skip the test, and say what to install, where there is none."""
     if chromium_path() is None:
-        pytest.skip("no chromium on this machine; 'apt-get install chromium', or name one in MJSIM_CHROMIUM")
+        pytest.skip(f"no chromium on this machine; {REMEDY}")
     with chromium_or_error() as browser:
         yield browser
 

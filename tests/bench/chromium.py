@@ -11,7 +11,9 @@ from playwright.sync_api import Browser, ConsoleMessage, Error, Page, sync_playw
 
 from mjsim.errors import UsageError
 
-NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+NAMES = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+"""Programs, the leanest first: without a browser's own pages a test takes a fifth less processor time."""
+REMEDY = "'apt-get install chromium-headless-shell', or name one in MJSIM_CHROMIUM"
 FEATURES_OFF = (
     # Pages of the browser's own for its address bar: two more renderers, half of the processor time of a window.
     *("WebUIOmniboxPopup", "WebUIOmniboxAimPopup", "WebUIOmniboxFullPopup"),
@@ -60,7 +62,7 @@ def chromium() -> Iterator[Browser]:
     """
     path = chromium_path()
     if path is None:
-        raise UsageError("no chromium on this machine; 'apt-get install chromium', or name one in MJSIM_CHROMIUM")
+        raise UsageError(f"no chromium on this machine; {REMEDY}")
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
         try:
