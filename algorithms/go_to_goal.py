@@ -14,7 +14,7 @@ from mjsim.interface import Command, Estimate, Observation, RobotInfo, ShownLine
 from .cost_to_go import UNREACHED, CostToGo, Planner, time_per_metre
 from .distance_grid import DistanceGrid
 from .grid_search import shown_path
-from .moving_things import MovingThings
+from .moving_things import GATE, MovingThings
 from .obstacle_map import ObstacleMap
 from .obstacle_memory import ObstacleMemory
 from .path_integral import Leads, MotionPrices, PathIntegral
@@ -159,8 +159,12 @@ class GoToGoal:
         self._alignment.move(odometry)
         for view in views[1:]:
             points = view.points()
-            near = np.abs(points).max(axis=1, initial=0.0) < 0.7 * self._local.reach
-            self._alignment.align(points[near], self._map)
+            keep = np.abs(points).max(axis=1, initial=0.0) < 0.7 * self._local.reach
+            for thing in self._moving.tracked:
+                # What moves, or may, says nothing of where the robot is.
+                place = self._alignment.pose.inverse().transform(thing.place)
+                keep &= np.hypot(*(points - place).T) > thing.radius + GATE
+            self._alignment.align(points[keep], self._map)
         return self._alignment.pose
 
     def _look(self, seen: Observation, pose: Pose, views: list[RangeView]) -> None:

@@ -74,15 +74,15 @@ class MovingThings:
 
     def __init__(self) -> None:
         """Start without things."""
-        self._things: list[Thing] = []
-        self._now = 0.0
+        self.tracked: list[Thing] = []
+        """All that is fresh, whether it moves or not yet."""
 
     def update(self, fresh: Array, robot: Pose, now: float) -> None:
         """Add the points of a scan where nothing was before, shape (n, 2) [m], seen from a pose at a time [s]."""
         groups = [_thing(group, robot, now) for group in grouped(fresh, GAP)]
         unmatched = [group for group in groups if group is not None]
         things = []
-        for thing in self._things:
+        for thing in self.tracked:
             place = thing.after(now - thing.seen)
             near = min(unmatched, key=lambda group: math.dist(group.place, place), default=None)
             if near is not None and math.dist(near.place, place) < GATE:
@@ -90,12 +90,12 @@ class MovingThings:
                 things.append(_updated(thing, near, now))
             elif now - thing.seen < GONE:
                 things.append(thing)
-        self._things, self._now = [*things, *unmatched], now
+        self.tracked = [*things, *unmatched]
 
     def predicted(self, robot: Pose, now: float) -> list[Thing]:
         """Return the nearest things that move, where they are at a time [s]."""
         here = np.array([robot.x, robot.y])
-        moving = [replace(thing, place=thing.after(now - thing.seen)) for thing in self._things if thing.moves]
+        moving = [replace(thing, place=thing.after(now - thing.seen)) for thing in self.tracked if thing.moves]
         return sorted(moving, key=lambda thing: math.dist(thing.place, here))[:MOST]
 
 
