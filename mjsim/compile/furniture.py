@@ -149,7 +149,8 @@ def _rotation(quat: Array) -> Array:
 
 def _regions(world: World, parts: Sequence[_Part]) -> list[tuple[int, ...]]:
     """Return for each part its room, -1 outside, and the square of the plane that it is in."""
-    middles = np.array([(part.surface.points.min(axis=0) + part.surface.points.max(axis=0))[:2] / 2 for part in parts])
+    boxes = [(part.surface.points.min(axis=0), part.surface.points.max(axis=0)) for part in parts]
+    middles = np.array(boxes).reshape(-1, 2, 3).mean(axis=1)[:, :2]
     rooms = rooms_at(world.walls, middles)
     squares = np.floor(middles / CHUNK).astype(int)
     return [tuple(row) for row in np.column_stack([rooms, squares]).tolist()]

@@ -39,6 +39,12 @@ def world(style: str = "office", text: str = ROOMS) -> World:
     return parse_world(text.replace("style: office", f"style: {style}"))
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("walls", ["[]", "[{points: [[0, 0], [4, 0], [4, 3], [0, 3]], closed: true}]"])
+def test_a_world_without_furniture_can_have_a_style(walls):
+    assert compile_world(parse_world(f"mjsim: 1\nstyle: home\nwalls: {walls}\n")).compile().ngeom > 0
+
+
 @pytest.fixture(scope="module")
 def atlas():
     return read_atlas()
