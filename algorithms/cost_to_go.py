@@ -15,6 +15,14 @@ from .grid_search import STEPS
 
 UNREACHED = 1e4
 """Time from cells that the goal cannot be reached from [s]."""
+MOST_PRICE = 10.0
+"""Largest price of the cells in which the robot or its goal is, which must be passable [s/m]."""
+DOUBT = 1.3
+"""Factor on the time in cells that no sensor has seen."""
+TOUCH = 0.01
+"""Obstacles may seem this much nearer than they are, on the grid [m]."""
+SLOWEST, GROWTH = 0.3, 3.5
+"""Speed beside obstacles that nearly touch [m/s], and its growth with the clearance [1/s]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,7 +137,7 @@ class Planner:
         rows, columns = self.shape
         i, j = np.clip(((goal - self.lower) / self.cell).astype(int), 0, (columns - 1, rows - 1))
         price = price.copy()
-        price[j, i] = min(price[j, i], 10.0)
+        price[j, i] = min(price[j, i], MOST_PRICE)
         flat = price.ravel()
         times = self._length * (0.5 * (flat[self._start] + flat[self._end]))
         passable = np.isfinite(times)
@@ -151,7 +159,7 @@ class Planner:
 
 
 def _extended(seconds: Array) -> Array:
-    """Return times that grow steeply from reached cells into the next two unreached ones, for interpolation."""
+    """Return times that grow steeply from reached cells into the next three unreached ones, for interpolation."""
     known = seconds
     for _ in range(3):
         beside = cv2.erode(known, np.ones((3, 3), np.uint8))
@@ -185,14 +193,6 @@ def time_per_metre(
     if doubt is not None:
         price = np.where(doubt, DOUBT * price, price)
     return np.where(free > -TOUCH, price, math.inf)
-
-
-DOUBT = 1.3
-"""Factor on the time in cells that no sensor has seen."""
-TOUCH = 0.01
-"""Obstacles may seem this much nearer than they are, on the grid [m]."""
-SLOWEST, GROWTH = 0.3, 3.5
-"""Speed beside obstacles that nearly touch [m/s], and its growth with the clearance [1/s]."""
 
 
 def allowed_speed(clearance: Array) -> Array:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array, Pose
 from mjsim.interface import Command, Estimate, Observation, RobotInfo, ShownLines, WorldMap
 
-from .cost_to_go import UNREACHED, CostToGo, Planner, time_per_metre
+from .cost_to_go import MOST_PRICE, UNREACHED, CostToGo, Planner, time_per_metre
 from .distance_grid import DistanceGrid
 from .grid_search import shown_path
 from .moving_things import GATE, MovingThings
@@ -84,6 +84,11 @@ class GoToGoal:
         self._goals = np.atleast_2d(np.asarray(goals, dtype=float))
         if self._goals.ndim != 2 or self._goals.shape[1:] != (2,) or not np.isfinite(self._goals).all():
             raise ValueError(f"goals has shape {self._goals.shape}; give at least one [x, y]")
+        for key, value in {"speed": speed, "tolerance": tolerance, "cell": cell}.items():
+            if value is not None and not value > 0:
+                raise ValueError(f"{key} is {value}; it must be above 0")
+        if not clearance >= 0:
+            raise ValueError(f"clearance is {clearance}; it must not be below 0")
         self._speed, self._clearance, self._tolerance, self._cell = speed, clearance, tolerance, cell
 
     def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
@@ -259,7 +264,7 @@ class GoToGoal:
         x = self._planner.lower[0] + (np.arange(columns) + 0.5) * cell
         y = (self._planner.lower[1] + (np.arange(rows) + 0.5) * cell)[:, None]
         own = (x - place[0]) ** 2 + (y - place[1]) ** 2 < (self._local.body.half_width + cell) ** 2
-        price = np.where(own, np.minimum(price, 10.0), price)
+        price = np.where(own, np.minimum(price, MOST_PRICE), price)
         for stuck in self._recovery.stuck:
             price = price * (1.0 + 3.0 * np.exp(-((x - stuck[0]) ** 2 + (y - stuck[1]) ** 2) / 0.3**2))
         return price

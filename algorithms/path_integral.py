@@ -21,6 +21,7 @@ STEPS, STEP = 20, 0.08
 KNOTS = 5
 """Number of independent random changes in a motion; between them they are interpolated."""
 SAMPLES = 200
+"""Number of motions that are sampled in a tick."""
 TEMPERATURE = 0.05
 """Difference in cost at which a motion counts e times less [s]."""
 MARGIN = 0.02

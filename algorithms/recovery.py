@@ -78,6 +78,7 @@ class Recovery:
         self._trail: list[Pose] = []
         self.stuck: list[tuple[float, float]] = []
         """Places where it got stuck [m]."""
+        self._began = -math.inf
         self.restart(0.0)
 
     def restart(self, now: float) -> None:
@@ -109,8 +110,6 @@ class Recovery:
             return self._end(pose, now)
         standing, roaming = now - self._rested > STANDING, now - max(self.since, self._began) > ROAMING
         return self._begin(pose, now) if standing or roaming else False
-
-    _began = -math.inf
 
     def _note(self, pose: Pose, now: float) -> None:
         """Remember the way and when the robot last moved."""

@@ -8,6 +8,7 @@ import pytest
 from mjsim.algorithms.body_discs import BodyDiscs
 from mjsim.algorithms.cost_to_go import UNREACHED, Planner, time_per_metre
 from mjsim.algorithms.distance_grid import DistanceGrid
+from mjsim.algorithms.go_to_goal import GoToGoal
 from mjsim.algorithms.moving_things import MovingThings, grouped
 from mjsim.algorithms.obstacle_map import ObstacleMap
 from mjsim.algorithms.obstacle_memory import ObstacleMemory
@@ -162,3 +163,9 @@ def test_without_progress_it_backs_out_on_its_way_and_says_so_after_5_s():
     assert recovery.attempt in (Attempt.BACK, Attempt.DRIVE, Attempt.LOOK)
     assert recovery.stuck[0] == pytest.approx((time + 0.3, 0.0))
     assert recovery.target[0] == pytest.approx(time - 0.7, abs=0.15)
+
+
+@pytest.mark.parametrize("key", ["speed", "tolerance", "cell"])
+def test_a_goal_without_a_positive_size_or_speed_is_refused(key):
+    with pytest.raises(ValueError, match=f"{key} is 0; it must be above 0"):
+        GoToGoal([1.0, 2.0], **{key: 0})
