@@ -108,9 +108,10 @@ class _Worker:
 
 @contextmanager
 def _worker() -> Iterator[_Worker]:
-    # Not `multiprocessing`: it would import the user's script once more.
+    # Not `multiprocessing`: it would import the user's script once more. -P: files of the current folder do not
+    # take the place of modules.
     process = subprocess.Popen(
-        [sys.executable, "-m", "mjsim.light.worker"],
+        [sys.executable, "-P", "-m", "mjsim.light.worker"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         env={**os.environ, **ALONE},

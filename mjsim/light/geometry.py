@@ -33,7 +33,7 @@ class Atlas:
     solids: tuple[StillGeom, ...]
     """Static surfaces, then leaves of doors: of each door that moves, closed and open."""
     owner: Numbers
-    """StillGeom of each triangle, shape (n,)."""
+    """Index in `solids` of each triangle, shape (n,)."""
     corners: Array
     """World frame, shape (n, 3, 3) [m]."""
     charts: Charts

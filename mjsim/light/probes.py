@@ -30,7 +30,7 @@ class ProbeGrid:
     origin: Array
     """World frame, shape (3,) [m]."""
     spacing: Array
-    """Atlas (3,) [m]."""
+    """Distance of neighbours along x, y and z, shape (3,) [m]."""
     count: tuple[int, int, int]
     """Points along x, y and z."""
     points: Points

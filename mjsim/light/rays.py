@@ -67,14 +67,14 @@ class Points:
     points: Array
     """World frame, shape (n, 3) [m]."""
     normals: Array
-    """Atlas (n, 3)."""
+    """Unit vectors, shape (n, 3)."""
 
     def some(self, chosen: Any) -> "Points":
         """Return some of them."""
         return Points(self.numbers[chosen], self.points[chosen], self.normals[chosen])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Room:
     """All that rays can hit."""
 

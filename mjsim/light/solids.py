@@ -29,13 +29,13 @@ class StillGeom:
     geom: int
     """Geom in the model."""
     points: Array
-    """Atlas (n, 3) [m]."""
+    """Shape (n, 3) [m]."""
     normals: Array
     """Outward, shape (n, 3)."""
     texcoords: Array | None
-    """Atlas (n, 2); None without a picture."""
+    """Shape (n, 2); None without a picture."""
     triangles: NDArray[np.int32]
-    """Atlas (m, 3)."""
+    """Shape (m, 3)."""
     albedo: Array
     """Mean linear reflectance, red, green, blue, shape (3,)."""
     glow: float

@@ -41,7 +41,7 @@ def finer(values: Light, cells: Cells, texels: Texels, shape: tuple[int, int], s
         side: Texels along the side of a cell.
 
     Returns:
-        Atlas (texels, k); of texels without a cell zero.
+        Shape (texels, k); of texels without a cell zero.
     """
     valid = np.flatnonzero(cells.of >= 0)
     image = np.asarray(on_image(shape, texels.at, cells.of.astype(np.int32), -1))

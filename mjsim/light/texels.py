@@ -23,7 +23,7 @@ class Texels:
     points: Array
     """World frame, shape (n, 3) [m]."""
     normals: Array
-    """Atlas (n, 3)."""
+    """Unit vectors, shape (n, 3)."""
     triangles: Whole
     """The triangle of each, shape (n,)."""
 
