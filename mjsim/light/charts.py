@@ -23,6 +23,8 @@ LEAST_AREA = 1e-10
 """Area below which a triangle has no chart [m^2]."""
 LEAST_WIDTH = 512
 """Least width of an atlas [texels]."""
+LONGEST = 8000
+"""Most columns and rows of a chart [texels]: OpenGL refuses textures of more than 16384, some of more than 8192."""
 BORDER = 1
 """Texels around each chart, which repeat its edge."""
 
@@ -88,7 +90,7 @@ def charts_of(corners: Array, normals: Array, *, texel: float) -> Charts:
     kept, of[of >= 0] = np.unique(of[of >= 0], return_inverse=True)
     across, down = _axes(corners, faces, flat, of, len(kept))
     first, extent = _extents(corners, of, across, down)
-    count = np.maximum(np.ceil(extent / texel - 1e-6), 1.0).astype(np.int64)
+    count = np.clip(np.ceil(extent / texel - 1e-6), 1, LONGEST).astype(np.int64)
     place, shape = _packed(count)
     return Charts(of, across, down, first, np.maximum(extent, 1e-6) / count, count, place, shape)
 

@@ -1,5 +1,6 @@
 """Lamps in the ceilings of rooms."""
 
+import math
 from collections.abc import Mapping
 
 from shapely import box
@@ -10,6 +11,8 @@ from mjsim.world import World, room_polygons
 
 BELOW = 0.01
 """Distance of a lamp's lower side from the ceiling [m]."""
+MOST = 1000
+"""Approximate limit of lamps in a room; in larger rooms they are farther apart."""
 
 
 def ceiling_lamps(world: World, name: StyleName, height: float) -> Mapping[int, list[Quad]]:
@@ -18,8 +21,9 @@ def ceiling_lamps(world: World, name: StyleName, height: float) -> Mapping[int, 
     found: dict[int, list[Quad]] = {}
     for number, room in enumerate(room_polygons(world.walls)):
         west, south, east, north = room.bounds
-        for x in _grid(west, east, side, apart):
-            for y in _grid(south, north, side, apart):
+        pitch = apart * max(math.ceil(math.sqrt((east - west) * (north - south) / MOST) / apart), 1)
+        for x in _grid(west, east, side, pitch):
+            for y in _grid(south, north, side, pitch):
                 if room.contains(box(x, y, x + side, y + side)):
                     found.setdefault(number, []).extend(_lamp(x, y, height, side))
     return found

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 TOUCH = 0.01
 """Distance within which a face is that of a wall [m]."""
 PARALLEL = 0.02
-"""Cosine below which a beacon faces along a wall, not out of it."""
+"""Sine of the largest angle between a side and the wall of its openings."""
 NEAR = 0.45
 """Distance from a wall within which things stand before it [m]."""
 MARGIN = 0.3
@@ -26,7 +26,6 @@ LEAST = 0.15
 """Shorter stretches of wall stay bare [m]."""
 BEFORE = 0.3
 """Distance from a wall within which a beacon hangs on it [m]."""
-
 TALLEST = 1.0
 """Largest half height of a beacon, as a multiple of its width."""
 

@@ -21,6 +21,8 @@ TABLE_AREA, TABLE_HIGH, TABLE_LOW = 0.4, 0.85, 0.6
 """Least area [m^2] and heights [m] of the top of a table."""
 CARTON, LEAST_CARTON = 0.55, 0.25
 """Longest side of a carton, and least height of a box that is made of cartons [m]."""
+MOST_CARTONS = 50
+"""Largest number of cartons side by side and above each other; on larger boxes they are larger."""
 BESIDE, ROBOT = 0.1, 1.0
 """Distance before a beacon that walls may not cover, and between a table and a robot behind it [m]."""
 SIGHT, EYE = 8.0, 1.0
@@ -131,10 +133,14 @@ class Things:
     def _hides(self, obstacle: Obstacle) -> bool:
         """Return whether something on an obstacle could stand before a beacon."""
         place = np.array(obstacle.at)
-        near = self._beacons[np.linalg.norm(self._beacons - place, axis=1) < SIGHT]
+        offsets = place - self._beacons
+        distances = np.linalg.norm(offsets, axis=1)
+        if not distances.all():
+            return True
+        chosen = distances < SIGHT
+        near, away = self._beacons[chosen], offsets[chosen] / distances[chosen, None]
         if not len(near):
             return False
-        away = (place - near) / np.linalg.norm(place - near, axis=1, keepdims=True)
         # Walls hide it from there, or leave no room for a robot that would look past the screen.
         lines = shapely.linestrings(np.stack([near + away * BESIDE, place + away * ROBOT], axis=1))
         blocked = self._walls.query(lines, predicate="intersects")[0]
@@ -150,7 +156,7 @@ class Things:
             (-math.pi / 2, width, length),
         ):
             frame = Axes.facing(0.0, 0.0, 0.0, heading)
-            columns, rows = max(math.ceil(wide / CARTON), 1), max(math.ceil(height / CARTON), 1)
+            columns, rows = (min(math.ceil(size / CARTON), MOST_CARTONS) for size in (wide, height))
             for column in range(columns):
                 for row in range(rows):
                     a, low = -wide / 2 + column * wide / columns, row * height / rows

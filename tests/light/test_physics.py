@@ -5,7 +5,9 @@ import pytest
 
 from mjsim.compile import compile_world, compiled
 from mjsim.light import ALWAYS, GENERAL, BakedLight, bake
+from mjsim.light.charts import LONGEST
 from mjsim.light.emitters import lamp_rectangle
+from mjsim.light.geometry import atlas_of
 from mjsim.world import Lamp, parse_world
 
 BLACK = """mjsim: 1
@@ -151,3 +153,10 @@ obstacles: [{name: box, box: [1.5, 0.5, 0.5], at: [0, 0.32]}]
     model, light = baked(text, texel=0.1)
     above, aside = (light_at(model, light, "wall/seen:1", [x, 0.05, 0.62], group=GENERAL)[0] for x in (0.0, 1.6))
     assert above > 0.8 * aside
+
+
+def test_no_light_map_is_longer_than_opengl_allows():
+    world = parse_world("mjsim: 1\nwalls: [{points: [[0, 0], [9000, 0]]}]\n")
+    atlas = atlas_of(world, compiled(compile_world(world)), texel=1.0)
+    assert max(atlas.charts.shape) < 8192
+    assert atlas.charts.count.max() == LONGEST
