@@ -8,7 +8,7 @@ import numpy as np
 from mjsim.geometry import Array
 from mjsim.light.baked import linear
 from mjsim.light.rays import Points, Rectangle, Room, hemisphere, starts_of
-from mjsim.world import Lamp, World
+from mjsim.world import Lamp, World, room_polygons
 
 LAMP_SIDE = 0.2
 """Side of a lamp, a level square that shines downwards [m]."""
@@ -89,14 +89,8 @@ def inside_of(world: World) -> Callable[[Array], Array]:
     """Return a function for whether points, shape (n, 2) [m], lie in a room that walls close; all do where none do."""
     import shapely
 
-    lines = [
-        shapely.LineString([*wall.points, wall.points[0]] if wall.closed else wall.points).buffer(wall.thickness)
-        for wall in world.walls
-    ]
-    parts = shapely.get_parts(shapely.union_all(lines)) if lines else []
-    holes = [shapely.Polygon(ring) for part in parts for ring in part.interiors]
-    if not holes:
+    rooms = shapely.union_all(room_polygons(world.walls))
+    if rooms.is_empty:
         return lambda points: np.ones(len(points), dtype=bool)
-    rooms = shapely.union_all(holes)
     shapely.prepare(rooms)
     return lambda points: np.asarray(shapely.contains_xy(rooms, points[:, 0], points[:, 1]))

@@ -1,6 +1,7 @@
 """Baked light in the user's cache folder, one file per content; what is broken or foreign is baked again."""
 
 import hashlib
+import inspect
 import io
 import json
 import time
@@ -9,6 +10,7 @@ import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +18,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from mjsim.compile import triangles_of
 from mjsim.light.baked import DOOR, BakedLight, LightGroup, LightProbes, LitSurface
 from mjsim.light.solids import static_geoms, texture_of, texture_sample
 from mjsim.output import replace_file, try_lock, user_cache
@@ -40,6 +43,8 @@ OF_MESHES = {
     "mesh_facetexcoord": ("mesh_faceadr", "mesh_facenum"),
 }
 """Arrays of meshes, and the arrays with the first row and the number of rows of each."""
+LIBRARIES = ("embreex", "numpy", "opencv-python-headless", "scipy", "shapely")
+"""Distributions that compute light."""
 OF_EVENTS = (LampEvent, OpenEvent, CloseEvent, RemoveEvent)
 """Events that decide which light has a map of its own."""
 OF_WORLD = ("light", "lamps", "walls", "ceiling")
@@ -90,9 +95,18 @@ def _used(numbers: NDArray[np.generic]) -> list[int]:
 
 @cache  # Modules do not change while a process runs.
 def _version() -> bytes:
-    """Return a number of the modules that bake, and of NumPy, whose rounding may differ."""
-    modules = sorted(Path(__file__).parent.glob("*.py"))
-    return hashlib.sha256(b"".join([module.read_bytes() for module in modules]) + np.__version__.encode()).digest()
+    """Return a number of the modules that bake, and of the libraries whose rounding or rays may differ."""
+    modules = [*sorted(Path(__file__).parent.glob("*.py")), Path(inspect.getfile(triangles_of))]
+    libraries = [_release(name) for name in LIBRARIES]
+    return hashlib.sha256(b"".join(module.read_bytes() for module in modules) + repr(libraries).encode()).digest()
+
+
+def _release(name: str) -> str:
+    """Return the version of a distribution, '' if it is not installed under that name."""
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return ""
 
 
 def stored(key: str) -> BakedLight | None:
