@@ -7,6 +7,10 @@ from .contacts import GHOST as GHOST
 from .export import export_scene as export_scene
 from .furniture import DRAWN_MERGED as DRAWN_MERGED
 from .furniture import merged_into as merged_into
+from .geom_looks import has_texcoords as has_texcoords
+from .geom_looks import is_flat as is_flat
+from .geom_looks import rgba_of as rgba_of
+from .geom_looks import texture_of as texture_of
 from .light import DIRECTED as DIRECTED
 from .light import EVEN as EVEN
 from .light import MEAN_LIGHT as MEAN_LIGHT

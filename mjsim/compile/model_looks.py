@@ -5,6 +5,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from mjsim.compile.geom_looks import is_flat, rgba_of, texture_of
 from mjsim.compile.pictures import add_material, color_of
 from mjsim.interface import Picture
 from mjsim.models import UNSAID, encode_png
@@ -47,12 +48,10 @@ class LookOf:
 
     def tile(self, number: int) -> float | None:
         """Return the size of a tile of the flat texture that a geom repeats by its own units; None for others."""
-        model, material = self._model, int(self._model.geom_matid[number])
-        texture = -1 if material < 0 else int(model.mat_texid[material][mujoco.mjtTextureRole.mjTEXROLE_RGB])
+        model, material, texture = self._model, int(self._model.geom_matid[number]), texture_of(self._model, number)
         if texture < 0 or not model.mat_texuniform[material]:
             return None
-        flat = model.tex_type[texture] == mujoco.mjtTexture.mjTEXTURE_2D
-        return 1.0 / float(model.mat_texrepeat[material][0]) if flat else None
+        return 1.0 / float(model.mat_texrepeat[material][0]) if is_flat(model, texture) else None
 
     def metric(self, name: str) -> str:
         """Return a material for meshes with their own places on its texture: MuJoCo repeats it by their sizes else."""
@@ -66,12 +65,8 @@ class LookOf:
 
     def mean(self, number: int) -> list[float]:
         """Return the mean colour of a geom with a flat texture."""
-        model, material = self._model, int(self._model.geom_matid[number])
-        texture = int(model.mat_texid[material][mujoco.mjtTextureRole.mjTEXROLE_RGB])
-        own = model.geom_rgba[number].tolist()
-        rgba = np.array(model.mat_rgba[material].tolist() if own == UNSAID else own)
-        mean = self._picture(texture).mean(axis=(0, 1)) / WHITE
-        return [float(value) for value in rgba * [*mean, 1.0]]
+        mean = self._picture(texture_of(self._model, number)).mean(axis=(0, 1)) / WHITE
+        return [float(value) for value in rgba_of(self._model, number) * [*mean, 1.0]]
 
     def _material(self, number: int) -> str:
         if number not in self._names:
@@ -84,7 +79,7 @@ class LookOf:
         texture = int(model.mat_texid[number][mujoco.mjtTextureRole.mjTEXROLE_RGB])
         if texture < 0:
             material = self._spec.add_material(name=name)
-        elif model.tex_type[texture] == mujoco.mjtTexture.mjTEXTURE_2D:
+        elif is_flat(model, texture):
             add_material(self._spec, name, self._picture(texture))
             material = self._spec.material(name)
         else:

@@ -6,14 +6,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mjsim.compile import merged_into, triangles_of
+from mjsim.compile import merged_into, rgba_of, texture_of, triangles_of
 from mjsim.geometry import Array
 from mjsim.light.baked import GAMMA
 
 VISIBLE = (0, 1, 5)
 """Groups of geoms that cameras see, or that are removed now."""
-UNSET = (0.5, 0.5, 0.5, 1.0)
-"""Colour of a geom without one: MuJoCo then uses its material's."""
 OPAQUE = 0.5
 """Least alpha of a surface that casts a shadow."""
 STRIDE = 17
@@ -73,21 +71,15 @@ def solid_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> StillGeom
         albedo_of(model, geom),
         # The emission of pictures cancels the general light on them; it is not light of their own.
         0.0 if material < 0 or name.startswith(PICTURE) else float(model.mat_emission[material]),
-        not name.startswith(PICTURE) and BACK not in name and _alpha(model, geom) >= OPAQUE,
+        not name.startswith(PICTURE) and BACK not in name and rgba_of(model, geom)[3] >= OPAQUE,
         name == CEILING,
         bool(model.body_weldid[model.geom_bodyid[geom]] != 0),
     )
 
 
-def texture_of(model: mujoco.MjModel, geom: int) -> int:
-    """Return the texture of a geom, -1 without one."""
-    material = int(model.geom_matid[geom])
-    return -1 if material < 0 else int(model.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB])
-
-
 def albedo_of(model: mujoco.MjModel, geom: int) -> Array:
     """Return the mean linear reflectance of a geom, red, green, blue, shape (3,)."""
-    own = np.ones(3) if model.geom(geom).name.startswith(PICTURE) else _color(model, geom)[:3]
+    own = np.ones(3) if model.geom(geom).name.startswith(PICTURE) else rgba_of(model, geom)[:3]
     texture = texture_of(model, geom)
     mean = np.ones(3) if texture < 0 else np.power(texture_sample(model, texture) / 255.0, GAMMA).mean(axis=0)
     return np.power(own, GAMMA) * mean
@@ -100,13 +92,3 @@ def texture_sample(model: mujoco.MjModel, texture: int) -> NDArray[np.uint8]:
     pixels = model.tex_data[first : first + count * channels].reshape(count, channels)[::STRIDE]
     chosen: NDArray[np.uint8] = pixels[:, :3] if channels >= 3 else np.repeat(pixels[:, :1], 3, axis=1)
     return chosen
-
-
-def _color(model: mujoco.MjModel, geom: int) -> Array:
-    color, material = model.geom_rgba[geom], int(model.geom_matid[geom])
-    of_material = material >= 0 and np.allclose(color, UNSET)
-    return np.asarray(model.mat_rgba[material] if of_material else color, dtype=float)
-
-
-def _alpha(model: mujoco.MjModel, geom: int) -> float:
-    return float(_color(model, geom)[3])

@@ -92,10 +92,14 @@ class Canvas:
             quality.shadowsize, quality.offsamples = before
         # Depth near 0 is far: that way single precision is enough at any distance.
         self.mjr.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
-        self.gl = GlCalls(context)
-        self._background = self.gl.background()
-        self.lit = None if self._baked is None else LitScene(self.gl, self.mjr, self.model, self._baked)
-        """Draws the model in baked light; None for plain light."""
+        try:
+            self.gl = GlCalls(context)
+            self._background = self.gl.background()
+            self.lit = None if self._baked is None else LitScene(self.gl, self.mjr, self.model, self._baked)
+            """Draws the model in baked light; None for plain light."""
+        except BaseException:
+            self.mjr.free()
+            raise
 
 
 class Canvases(Closes):

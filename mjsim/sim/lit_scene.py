@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mjsim.compile import DIRECTED, EVEN, PICTURES, picture_glow
+from mjsim.compile import DIRECTED, EVEN, PICTURES, has_texcoords, is_flat, picture_glow, rgba_of, texture_of
 from mjsim.geometry import Array
 from mjsim.light import BakedLight, LitSurface
 from mjsim.sim.contact_shadows import shadows_of
@@ -113,7 +113,7 @@ class LitScene:
         for surface in surfaces:
             geom, corners = surface.geom, surface.triangles.ravel()
             points = (surface.points - data.geom_xpos[geom]) @ data.geom_xmat[geom].reshape(3, 3)
-            self._pictured[geom] = pictured = _has_own_texcoords(model, geom) and surface.texcoords is not None
+            self._pictured[geom] = pictured = has_texcoords(model, geom) and surface.texcoords is not None
             listed = self._gl.surface(
                 points.astype(np.float32)[corners],
                 surface.lightcoords[corners],
@@ -122,7 +122,7 @@ class LitScene:
                 scaled=not pictured or model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_PLANE,
             )
             # MuJoCo draws what is transparent after all else.
-            self._apart[geom] = clear = _alpha(model, geom) < 1.0
+            self._apart[geom] = clear = bool(rgba_of(model, geom)[3] < 1.0)
             self._lists[geom] = (self._gl.apart(listed) if clear else listed) - mjr.baseMesh
         self._gl.require_no_error("surfaces of a light map")
 
@@ -142,24 +142,8 @@ def light_moving_things(scene: mujoco.MjvScene) -> None:
 
 def _may_be_listed(model: mujoco.MjModel, geom: int) -> bool:
     """Return whether a surface looks the same as a mesh: MuJoCo maps pictures on all sides by shapes of its own."""
-    material = int(model.geom_matid[geom])
-    texture = -1 if material < 0 else int(model.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB])
-    return texture < 0 or mujoco.mjtTexture(model.tex_type[texture]) == mujoco.mjtTexture.mjTEXTURE_2D
-
-
-def _alpha(model: mujoco.MjModel, geom: int) -> float:
-    """Return the opacity of a geom: its own, or that of its material where it is the usual one."""
-    material = int(model.geom_matid[geom])
-    return float(
-        model.geom_rgba[geom, 3] if material < 0 else min(model.geom_rgba[geom, 3], model.mat_rgba[material, 3])
-    )
-
-
-def _has_own_texcoords(model: mujoco.MjModel, geom: int) -> bool:
-    """Return whether a surface has texture coordinates of its own; on others MuJoCo derives them from the points."""
-    mesh, kind = int(model.geom_dataid[geom]), mujoco.mjtGeom(model.geom_type[geom])
-    unrolled = kind == mujoco.mjtGeom.mjGEOM_MESH and model.mesh_texcoordadr[mesh] >= 0
-    return bool(unrolled or kind == mujoco.mjtGeom.mjGEOM_PLANE)
+    texture = texture_of(model, geom)
+    return texture < 0 or is_flat(model, texture)
 
 
 def _own_colors(model: mujoco.MjModel, *, lit: NDArray[np.bool_]) -> tuple[Array, Array]:

@@ -8,14 +8,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mjsim.compile import Triangles, coarser, joined, triangles_of
+from mjsim.compile import Triangles, coarser, has_texcoords, is_flat, joined, rgba_of, texture_of, triangles_of
 from mjsim.geometry import Array
+from mjsim.models import UNSAID
 from mjsim.sim.hands import is_segment, is_upper
 from mjsim.sim.lit_corners import LitCorners, shown_color
 from mjsim.sim.merged import visible_parts
-
-PLAIN = (0.5, 0.5, 0.5, 1.0)
-"""Colour of a geom without one: MuJoCo then uses its material's."""
 
 CROWD = 60_000
 """Total triangles of people above which they are simplified."""
@@ -153,26 +151,16 @@ def _name(model: mujoco.MjModel, geom: int) -> str:
 
 def _texture(model: mujoco.MjModel, geom: int) -> int | None:
     """Return the flat texture of a geom with texture coordinates, as meshes and planes have."""
-    material = int(model.geom_matid[geom])
-    if material < 0:
-        return None
-    texture = int(model.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB])
-    if texture < 0 or mujoco.mjtTexture(model.tex_type[texture]) != mujoco.mjtTexture.mjTEXTURE_2D:
-        return None
-    kind, mesh = mujoco.mjtGeom(model.geom_type[geom]), int(model.geom_dataid[geom])
-    unrolled = kind == mujoco.mjtGeom.mjGEOM_MESH and model.mesh_texcoordadr[mesh] >= 0
-    return texture if unrolled or kind == mujoco.mjtGeom.mjGEOM_PLANE else None
+    texture = texture_of(model, geom)
+    return texture if texture >= 0 and is_flat(model, texture) and has_texcoords(model, geom) else None
 
 
 def _color(model: mujoco.MjModel, geom: int) -> Array:
     """Return the colour of a geom as it is displayed, RGBA in [0, 1], shape (4,)."""
-    material = int(model.geom_matid[geom])
-    own = model.geom_rgba[geom]
-    if material < 0 or not np.allclose(own, PLAIN):
-        return np.asarray(own, dtype=float)
-    color = np.array(model.mat_rgba[material], dtype=float)
-    # Glowing surfaces are dimmed so that they are not too bright together with the light on them.
-    color[:3] = np.clip(color[:3] * (1.0 + model.mat_emission[material]), 0.0, 1.0)
+    material, color = int(model.geom_matid[geom]), rgba_of(model, geom)
+    if material >= 0 and np.allclose(model.geom_rgba[geom], UNSAID):
+        # Glowing surfaces are dimmed so that they are not too bright together with the light on them.
+        color[:3] = np.clip(color[:3] * (1.0 + model.mat_emission[material]), 0.0, 1.0)
     return color
 
 
