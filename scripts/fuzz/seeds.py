@@ -100,7 +100,13 @@ def _thing(name: str, text: bytes) -> Files:
     return {name: text, "part.xml": PART, "meshes/wedge.obj": OBJ, "meshes/wedge.stl": STL}
 
 
-FURNITURE: Mapping[str, bytes] = {each.name: each.read_bytes() for each in (ROOT / "assets/furniture").iterdir()}
+def _furniture(kind: str) -> list[Files]:
+    """Return the shipped models of a kind, each with the pictures beside it."""
+    files = {each.name: each.read_bytes() for each in sorted((ROOT / "assets/furniture").iterdir())}
+    pictures = {name: data for name, data in files.items() if name.endswith("png")}
+    return [{name: data} | pictures for name, data in files.items() if name.endswith(kind)]
+
+
 SEEDS: Mapping[str, list[Files]] = {
     "svg": [
         {"plan.svg": SVG},
@@ -112,8 +118,8 @@ SEEDS: Mapping[str, list[Files]] = {
     "mat": [{"map.mat": _landmarks()}, {"map.mat": _landmarks(do_compression=True)}],
     "robot in URDF": [{"robot.urdf": f'<robot name="r">{DRIVEN}</robot>'.encode(), "meshes/wedge.stl": STL}],
     "robot in MJCF": [{"robot.xml": CAR.encode(), "meshes/wedge.obj": OBJ}],
-    "thing in MJCF": [_thing("thing.xml", MJCF), *({n: d} for n, d in FURNITURE.items() if n.endswith("xml"))],
-    "thing in URDF": [_thing("thing.urdf", URDF), *({n: d} for n, d in FURNITURE.items() if n.endswith("urdf"))],
+    "thing in MJCF": [_thing("thing.xml", MJCF), *_furniture("xml")],
+    "thing in URDF": [_thing("thing.urdf", URDF), *_furniture("urdf")],
     "obj": [{"thing.xml": MESH % b"obj", "wedge.obj": OBJ}],
     "stl": [{"thing.xml": MESH % b"stl", "wedge.stl": STL}],
     "jpg": [{"picture.jpg": _picture("jpg")}],

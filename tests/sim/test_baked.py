@@ -291,7 +291,8 @@ shading: baked
 lamps:
   - {name: desk, at: [1, 1], height: 1.6, brightness: 0.4, color: "#ff8040"}
   - {name: still, at: [2, 1], height: 1.6}
-robots: [{name: r, at: [0.6, 1], sensors: [{camera: eye, at: [0, 0, 0.8], width: 96, height: 72, rate_hz: 25}]}]
+robots:
+  - {name: r, at: [0.6, 1], sensors: [{camera: eye, at: [0, 0, 0.8], width: 96, height: 72, rate_hz: 25, noise: 0}]}
 run: {events: [{time: 0.04, lamp: desk, brightness: 0}, {time: 0.08, open: gate, angle_deg: 60}]}
 """
 
