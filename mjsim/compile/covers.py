@@ -60,12 +60,13 @@ def surface_of(spec: mujoco.MjSpec, geoms: Sequence[mujoco.MjsGeom]) -> Triangle
     """Return the surface of geoms that are not turned, in the frame in which they are placed."""
     parts = []
     for geom in geoms:
-        shape = shape_triangles(geom.type, geom.size) or _mesh_triangles(spec.mesh(geom.meshname))
+        shape = shape_triangles(geom.type, geom.size) or mesh_surface(spec.mesh(geom.meshname))
         parts.append(Triangles(shape.points + geom.pos, shape.normals, shape.places, shape.corners))
     return joined(parts)
 
 
-def _mesh_triangles(mesh: mujoco.MjsMesh) -> Triangles:
-    points = np.reshape(mesh.uservert, (-1, 3))
-    corners = np.reshape(mesh.userface, (-1, 3)).astype(np.uint32)
-    return Triangles(points, np.reshape(mesh.usernormal, (-1, 3)), np.zeros((len(points), 2)), corners)
+def mesh_surface(mesh: mujoco.MjsMesh) -> Triangles:
+    """Return the surface of a mesh that is given by its corners, in its own frame."""
+    points, normals = np.reshape(mesh.uservert, (-1, 3)), np.reshape(mesh.usernormal, (-1, 3))
+    places = np.reshape(mesh.usertexcoord, (-1, 2)) if len(mesh.usertexcoord) else np.zeros((len(points), 2))
+    return Triangles(points, normals, places, np.reshape(mesh.userface, (-1, 3)).astype(np.uint32))

@@ -15,6 +15,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from mjsim.compile.covers import mesh_surface
 from mjsim.compile.finishes import Finishes, covered
 from mjsim.compile.triangles import Triangles, joined, shape_triangles
 from mjsim.compile.walls import CHUNK, COLLISION, VISUAL
@@ -90,7 +91,7 @@ def _part(spec: mujoco.MjSpec, geom: mujoco.MjsGeom, finishes: Finishes | None) 
     if geom.group > VISUAL or geom.rgba[3] < 1.0 or not _owner(geom).startswith("obstacle/"):
         return None
     mesh = spec.mesh(geom.meshname) if geom.type == mujoco.mjtGeom.mjGEOM_MESH else None
-    surface = shape_triangles(geom.type, geom.size, facets=_facets(geom)) if mesh is None else _mesh_surface(mesh)
+    surface = shape_triangles(geom.type, geom.size, facets=_facets(geom)) if mesh is None else mesh_surface(mesh)
     if surface is None or len(surface.corners) > LARGEST:
         return None
     material = spec.material(geom.material)
@@ -118,12 +119,6 @@ def _owner(geom: mujoco.MjsGeom) -> str:
     while body.name != "world" and body.parent.name != "world":
         body = body.parent
     return str(geom.name if body.name == "world" else body.name)
-
-
-def _mesh_surface(mesh: mujoco.MjsMesh) -> Triangles:
-    points, normals = np.reshape(mesh.uservert, (-1, 3)), np.reshape(mesh.usernormal, (-1, 3))
-    places = np.reshape(mesh.usertexcoord, (-1, 2)) if len(mesh.usertexcoord) else np.zeros((len(points), 2))
-    return Triangles(points, normals, places, np.reshape(mesh.userface, (-1, 3)).astype(np.uint32))
 
 
 def _carried(geom: mujoco.MjsGeom) -> tuple[mujoco.MjsBody, Array, Array]:

@@ -19,7 +19,7 @@ class PixelNoise:
         """Tabulate the errors for 65536 equally likely values, so that each pixel value only takes two random bytes.
 
         Args:
-            deviation: Standard deviation, at most 7000.
+            deviation: Standard deviation.
             stream: Random stream.
         """
         from scipy.special import ndtri  # A camera without noise need not wait for it.
@@ -29,8 +29,9 @@ class PixelNoise:
         self.widen(deviation)
 
     def widen(self, deviation: float) -> None:
-        """Use another standard deviation from now on."""
-        self.deviation, self._table = deviation, np.rint(deviation * self._normal).astype(np.int16)
+        """Use another standard deviation from now on; errors that 16 bits do not hold are clipped."""
+        limits = np.iinfo(np.int16)
+        self._table = np.clip(np.rint(deviation * self._normal), limits.min, limits.max).astype(np.int16)
 
     def add_to(self, image: NDArray[np.integer[Any]]) -> None:
         """Add new noise to a picture of any depth of at most 16 bits, in place; the sum is clipped."""

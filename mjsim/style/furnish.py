@@ -109,7 +109,9 @@ def _band(side: Side, up: tuple[float, float], out: float, part: str, *, length:
 
 
 def _free(side: Side, up: tuple[float, float]) -> list[tuple[float, float]]:
-    """Return the stretches of a side in which nothing interrupts a band at some heights."""
+    """Return the stretches of a side in which nothing interrupts a band at some heights; none above the wall."""
+    if up[1] > side.height:
+        return []
     holes = [(hole.left, hole.right) for hole in side.holes if hole.opening.sill < up[1] and hole.opening.head > up[0]]
     band = (0.0, side.length, *up)
     beacons = [beacon[:2] for beacon in side.beacons if overlap(band, beacon)]

@@ -33,6 +33,8 @@ def opening_faces(
         view: Whether a window shows the view, as nothing is beyond it.
     """
     for hole in side.holes:
+        if hole.opening.sill >= side.height:
+            continue
         yield from _casing(side, hole, style.frame)
         if hole.opening.sill > 0.0:
             if view(hole):

@@ -222,3 +222,11 @@ def test_blur_of_the_lens_acts_on_light():
     step[:, WIDE // 2 :] = 255
     row = made(exposure={"seconds": 0.01}, blur=3.0).picture(step, 0.0)[TALL // 2, :, 0].astype(float)
     assert light_for(row, "srgb")[WIDE // 2 - 1 : WIDE // 2 + 1].mean() == pytest.approx(0.5, abs=0.01)
+
+
+def test_noise_wider_than_16_bits_is_clipped_and_keeps_its_signs():
+    small, wide = np.zeros((2, 64, 64), dtype=np.int16)
+    PixelNoise(100.0, np.random.default_rng(1)).add_to(small)
+    PixelNoise(13_000.0, np.random.default_rng(1)).add_to(wide)
+    np.testing.assert_array_equal(np.sign(wide)[small != 0], np.sign(small)[small != 0])
+    assert wide.max() == 32767

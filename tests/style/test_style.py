@@ -271,3 +271,11 @@ def test_a_table_below_a_beacon_has_no_screen(atlas):
     )
     assert any(part.startswith("screen/") for part in shown)
     assert not any(part.startswith("screen/") for part in bare)
+
+
+def test_nothing_of_a_low_wall_is_above_it(atlas):
+    text = "mjsim: 1\nstyle: warehouse\nwalls: [{points: [[0, 0], [4, 0], [4, 4], [0, 4]], closed: true, height: 0.15,"
+    low = parse_world(f"{text} openings: [{{at: 1, width: 1, sill: 0.5, head: 1.0}}]}}]\n")
+    faces = [face for each in wall_faces(low, "warehouse", atlas).values() for face in each]
+    assert faces
+    assert max(face.corners[:, 2].max() for face in faces) <= 0.15 + 1e-9
