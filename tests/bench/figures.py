@@ -37,7 +37,7 @@ FIGURES = (
     Figure("loop-lidar", PACE, loop_speed(lambda: hall(LIDAR), seconds=4.0)),
     Figure("loop-lidar-25", PACE, loop_speed(lambda: hall(LIDAR.replace("12.5", "25")), seconds=4.0, turn=0.3)),
     Figure("loop-8-lidars", PACE, loop_speed(lambda: hall(LIDAR, robots=8), seconds=2.0)),
-    Figure("loop-camera", PACE, loop_speed(lambda: hall("{camera: front}"), seconds=2.0)),
+    Figure("loop-camera", PACE, loop_speed(lambda: hall("{camera: front, noise: 0}"), seconds=2.0)),
     Figure("arm-computed-torque", PACE, computed_torque),
     Figure("gallery", PACE, whole_run),
     Figure("tick-gallery", TICK, whole_tick),

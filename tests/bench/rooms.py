@@ -28,7 +28,7 @@ beacons:
   - {name: fish, image: posters/fish.jpg, at: [7.93, 2], heading_deg: 180, width: 1.0}
   - {name: pear, image: posters/pear.jpg, at: [5.5, 1.2], heading_deg: 70, center: 0.8}
 robots:
-  - {name: scout, at: [1, 1], sensors: [{camera: front, at: [0.15, 0.02, 0.35], pitch_deg: 8, yaw_deg: -5}]}
+  - {name: scout, at: [1, 1], sensors: [{camera: front, at: [0.15, 0.02, 0.35], pitch_deg: 8, yaw_deg: -5, noise: 0}]}
 """
 
 

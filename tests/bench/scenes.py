@@ -48,7 +48,7 @@ def hall(sensors: str = "", *, robots: int = 1, walls: int = 100) -> World:
 
 def office(segments: int, width: int, height: int) -> World:
     """Return the large floor with so many wall segments, and a camera that gives a picture at every tick."""
-    camera = f"{{camera: front, at: [0.1, 0, 1], width: {width}, height: {height}, rate_hz: 25}}"
+    camera = f"{{camera: front, at: [0.1, 0, 1], width: {width}, height: {height}, rate_hz: 25, noise: 0}}"
     robot = f"robots: [{{name: scout, preset: pioneer3dx, at: [1.5, 1.5], sensors: [{camera}]}}]\n"
     return parse_world(large_floor(segments).partition("robots:")[0] + robot)
 

@@ -11,6 +11,7 @@ from mjsim.world import format_world, parse_world
 
 LOOKS = 20
 CAMERA = "camera: eye, at: [0.1, 0, 1], rate_hz: 25"
+CLEAN = f"{CAMERA}, noise: 0"
 SENSORS = {
     "ring": "",
     "lidar-180": "{lidar: scan, beams: 180, rate_hz: 25, noise: {range: 0.01}}",
@@ -18,12 +19,12 @@ SENSORS = {
     "lidar3d": "{lidar3d: top, preset: velodyne-vlp16, at: [0, 0, 1], rate_hz: 25, columns: 720}",
     "beacons": "{beacons: ring, rate_hz: 25, noise: {range: 0.05, bearing_deg: 1}}",
     "imu": "{imu: feel}",
-    "camera": f"{{{CAMERA}}}",
+    "camera": f"{{{CLEAN}}}",
     "camera-noise": f"{{{CAMERA}, noise: 2}}",
-    "camera-fisheye": f"{{{CAMERA}, fov_deg: 120, lens: {{fisheye: [0, 0, 0, 0]}}}}",
-    "camera-depth": f"{{{CAMERA}, depth: true}}",
-    "camera-segments": f"{{{CAMERA}, segmentation: true}}",
-    "camera-high": f"{{{CAMERA}, quality: high}}",
+    "camera-fisheye": f"{{{CLEAN}, fov_deg: 120, lens: {{fisheye: [0, 0, 0, 0]}}}}",
+    "camera-depth": f"{{{CLEAN}, depth: true}}",
+    "camera-segments": f"{{{CLEAN}, segmentation: true}}",
+    "camera-high": f"{{{CLEAN}, quality: high}}",
 }
 """Name of the figure -> the sensor, in the gallery; the ring and the bumper are there in any case."""
 

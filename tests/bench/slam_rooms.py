@@ -189,7 +189,7 @@ ROOMS = {
                 ]
             ),
             at=(2, 2),
-            sensor="{camera: front, at: [0.1, 0, 1.0], width: 640, height: 480, fov_deg: 60, rate_hz: 12.5}",
+            sensor="{camera: front, at: [0.1, 0, 1.0], width: 640, height: 480, fov_deg: 60, rate_hz: 12.5, noise: 0}",
             points=[[8, 2], [8, 6], [2, 6], [2, 2]],
             observer='observer: {use: "mjsim.algorithms.beacon_vision:BeaconVision", camera: front}',
             seconds=60,
@@ -215,7 +215,7 @@ ROOMS = {
                 ]
             ),
             at=(1.5, 1.5),
-            sensor="{camera: front, at: [0.1, 0, 1.0], width: 640, height: 480, fov_deg: 60, rate_hz: 12.5}",
+            sensor="{camera: front, at: [0.1, 0, 1.0], width: 640, height: 480, fov_deg: 60, rate_hz: 12.5, noise: 0}",
             points=[[6.5, 1.5], [6.5, 4.5], [1.5, 4.5], [1.5, 1.5]],
             observer='observer: {use: "mjsim.algorithms.beacon_vision:BeaconVision", camera: front}',
             seconds=60,

@@ -47,7 +47,7 @@ walls:
 floor: {{texture: floors/oak.jpg}}
 beacons:
 {HANGING}robots:
-  - {{name: scout, at: [4, 4], sensors: [{{camera: front}}]}}
+  - {{name: scout, at: [4, 4], sensors: [{{camera: front, noise: 0}}]}}
 """
 
 

@@ -17,7 +17,7 @@ walls: [{points: [[0, 0], [4, 0], [4, 3], [0, 3]], closed: true}]
 beacons: [{name: lion, image: posters/lion.jpg, at: [3.94, 1.5], heading_deg: 180}]
 robots:
   - {name: scout, preset: pioneer3dx, at: [1, 1.5], odometry: {noise: {distance: 0, turn: 0}},
-     sensors: [{camera: front, width: 160, height: 120}]}
+     sensors: [{camera: front, width: 160, height: 120, noise: 0}]}
 run:
   seconds: 1
   drivers: {scout: {navigator: {use: "forward.py:Forward", speed: 0.3}}}

@@ -312,7 +312,7 @@ def test_the_truth_is_wide_and_light_below_what_is_estimated(track):
 
 def test_a_page_tells_what_happened_only_where_something_did():
     run = {"real_time_factor": 2.0, "whole": True, "sim_seconds": 3.0, "seed": 4, "milliseconds": {}}
-    quiet = SimpleNamespace(world=WORLD, events=())
+    quiet = SimpleNamespace(world=WORLD, events=(), robots={})
     page = _page(quiet, run, [])
     assert "3.0 s simulated, 2.0 times real time, seed 4<" in page
     assert "What happened to the world" not in page
