@@ -36,10 +36,10 @@ def put_in(sheet, text):
     sheet.page.keyboard.insert_text(text)
 
 
-def kept(text, *, without=None):
-    """Wait until a draft has a text, and no other text."""
+def kept(text):
+    """Wait until a draft has a text."""
     end = time.monotonic() + PATIENCE / 1000
-    while not any(text in draft and (without is None or without not in draft) for draft in drafts()):
+    while not any(text in draft for draft in drafts()):
         assert time.monotonic() < end, drafts()
         time.sleep(LOOK)
 
