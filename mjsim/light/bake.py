@@ -89,7 +89,7 @@ class _Bake:
     def __init__(self, world: World, shape: Atlas, crew: Crew, done: Callable[[float], None]) -> None:
         self._world, self._shape, self._crew, self._report = world, shape, crew, done
         self._windows = window_rectangles(world, shape.room()[0])
-        self._sources = _sources(world, self._windows)
+        self._sources = sources_of(world, self._windows)
         self._side = max(1, round(max(CELL, _cell_side(shape)) / float(shape.charts.size.max(initial=TEXEL))))
         self._done, self._total = 0.0, 1.0
 
@@ -275,7 +275,8 @@ def lamp_weight(color: str, brightness: float) -> Array:
     return np.asarray(lamp_color(color) * linear(brightness), dtype=float)
 
 
-def _sources(world: World, windows: Sequence[Rectangle]) -> Sources:
+def sources_of(world: World, windows: Sequence[Rectangle]) -> Sources:
+    """Return all that shines in a world, given its windows."""
     groups = _groups(world)
     names = tuple(groups)
     rectangles, colors = list(windows), [_color(names, GENERAL, np.ones(3)) for _ in windows]

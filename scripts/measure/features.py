@@ -20,7 +20,7 @@ import numpy as np
 
 from mjsim import Simulation
 from mjsim.interface import Picture
-from mjsim.run import drivers_of, tick_count, ticks
+from mjsim.run import Driver, drivers_of, tick_count, ticks
 from mjsim.world import BeaconSensor, Camera, OdometryNoise, Robot, WheelOdometry, World, load_world
 
 WORLDS = ("gallery", "office", "museum", "warehouse", "foyer", "corridor")
@@ -96,24 +96,32 @@ def flatness(gray: Picture) -> float:
 
 def drive(world: World, *, every: float) -> Iterator[Picture]:
     """Yield the pictures of all cameras along the drive of a world, without noise."""
-    world = world.model_copy(update={"robots": tuple(_exact(robot, every) for robot in world.robots)})
-    drivers = {name: replace(each, observer=None, estimator=None) for name, each in drivers_of(world).items()}
+    world = exact(world, rate_hz=1.0 / every, noise=0.0, latency=0)
+    drivers = exact_drivers(world)
     with Simulation(world) as sim:
         for tick in islice(ticks(sim, drivers), tick_count(sim, None)):
             for seen in tick.seen.values():
                 yield from (frame.image.copy() for frame in seen.cameras.values())
 
 
-def _exact(robot: Robot, every: float) -> Robot:
-    """Return a robot that knows its way, and whose cameras take a picture now and then."""
-    slow = {"rate_hz": 1.0 / every, "noise": 0.0, "latency": 0}
+def exact(world: World, **keys: object) -> World:
+    """Return a world whose robots know their way, and whose cameras have other keys."""
+    return world.model_copy(update={"robots": tuple(_exact(robot, keys) for robot in world.robots)})
+
+
+def _exact(robot: Robot, keys: dict[str, object]) -> Robot:
     sensors = tuple(
-        each.model_copy(update=slow) if isinstance(each, Camera) else each
+        each.model_copy(update=keys) if isinstance(each, Camera) else each
         for each in robot.sensors
         if not isinstance(each, BeaconSensor)
     )
     still = WheelOdometry(noise=OdometryNoise(distance=0.0, turn=0.0))
     return robot.model_copy(update={"sensors": sensors, "odometry": still})
+
+
+def exact_drivers(world: World) -> dict[str, Driver]:
+    """Return the drivers of a world without observers and estimators."""
+    return {name: replace(each, observer=None, estimator=None) for name, each in drivers_of(world).items()}
 
 
 if __name__ == "__main__":

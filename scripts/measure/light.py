@@ -20,12 +20,11 @@ import cv2
 import mujoco
 import numpy as np
 
-from mjsim.compile import compile_world, compiled
+from mjsim.compile import compile_world, compiled, texture_of
 from mjsim.light import GENERAL, BakedLight, bake, coded
-from mjsim.light.bake import _sources
+from mjsim.light.bake import sources_of
 from mjsim.light.emitters import SKY, window_rectangles
 from mjsim.light.geometry import atlas_of
-from mjsim.light.solids import texture_of
 from mjsim.light.stored import key_of, store, stored
 from mjsim.output import user_cache
 from mjsim.sim import Canvas, Renderer
@@ -107,7 +106,7 @@ def exported(world, model, light: BakedLight, views: list, place: Path) -> None:
     atlas = atlas_of(world, model)
     hidden = {solid for states in atlas.ajar.values() for solid in states[1]}
     windows = window_rectangles(world, atlas.room()[0])
-    sources = _sources(world, windows)
+    sources = sources_of(world, windows)
     gain = next(group.gain for group in light.groups if group.name == GENERAL)
     general = sources.start[sources.names.index(GENERAL)]
     arrays = {"views": np.array(views, float), "sky": SKY * gain * general, "bounces": TRACED_BOUNCES}

@@ -16,19 +16,18 @@ import json
 import subprocess
 import sys
 import tempfile
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
 import cv2
 import numpy as np
+from features import exact, exact_drivers
 from scipy.spatial.transform import RigidTransform, Rotation
 
 import mjsim
 from mjsim.datasets import export_tum_rgbd
 from mjsim.geometry import Array
-from mjsim.run import drivers_of
-from mjsim.world import BeaconSensor, Camera, OdometryNoise, Robot, WheelOdometry, World, load_world
+from mjsim.world import World, load_world
 
 SHADINGS = ("plain", "baked")
 EACH = 4
@@ -62,10 +61,9 @@ def main() -> None:
 
 def drive(world: World, folder: Path, *, seconds: float, rate: float) -> Path:
     """Drive, and return the folder of a TUM RGB-D data set of what the first camera saw."""
-    world = world.model_copy(update={"robots": tuple(_exact(robot, rate) for robot in world.robots)})
-    drivers = {name: replace(each, observer=None, estimator=None) for name, each in drivers_of(world).items()}
+    world = exact(world, rate_hz=rate, depth=True)
     with mjsim.Simulation(world, seed=1) as sim:
-        run = mjsim.run(sim, drivers=drivers, seconds=seconds, record=folder / "run.mcap")
+        run = mjsim.run(sim, drivers=exact_drivers(world), seconds=seconds, record=folder / "run.mcap")
     return export_tum_rgbd(run, folder / "tum", redraw=True)[0]
 
 
@@ -158,18 +156,6 @@ def _calibration(place: Path) -> tuple[float, ...]:
     """Return fx, fy, cx, cy [px]; pixels are counted from the centre of the first."""
     numbers = dict(line.split(": ") for line in (place / "camera.yaml").read_text().splitlines()[1:])
     return tuple(float(numbers[f"Camera.{key}"]) for key in ("fx", "fy", "cx", "cy"))
-
-
-def _exact(robot: Robot, rate: float) -> Robot:
-    """Return a robot that knows its way, and whose cameras take depth too."""
-    often = {"rate_hz": rate, "depth": True}
-    sensors = tuple(
-        each.model_copy(update=often) if isinstance(each, Camera) else each
-        for each in robot.sensors
-        if not isinstance(each, BeaconSensor)
-    )
-    still = WheelOdometry(noise=OdometryNoise(distance=0.0, turn=0.0))
-    return robot.model_copy(update={"sensors": sensors, "odometry": still})
 
 
 if __name__ == "__main__":
