@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from queue import SimpleQueue
 from typing import IO, Any
 
+from mjsim.errors import MjsimError
 from mjsim.light.rays import Points
 from mjsim.light.work import Surroundings, received, send
 
@@ -21,6 +22,7 @@ FEW = 8 * PART
 """Number of points up to which this process does all work itself."""
 ALONE = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 """Environment variables that give a process one thread."""
+ENDED = "a process that bakes light has ended before its work was done; free some memory, or set shading: plain"
 
 
 class Crew:
@@ -100,10 +102,17 @@ class _Worker:
         self._known: Surroundings | None = None
 
     def call(self, function: str, around: Surroundings, at: Points, arguments: tuple[Any, ...]) -> Any:
-        """Return the result of a function of `work`; surroundings are sent when they change."""
-        send(self._requests, (function, None if around is self._known else around, at, arguments))
-        self._known = around
-        return received(self._answers)
+        """Return the result of a function of `work`; surroundings are sent when they change.
+
+        Raises:
+            MjsimError: The process has ended.
+        """
+        try:
+            send(self._requests, (function, None if around is self._known else around, at, arguments))
+            self._known = around
+            return received(self._answers)
+        except (EOFError, OSError) as error:
+            raise MjsimError(ENDED) from error
 
 
 @contextmanager

@@ -154,13 +154,21 @@ def _folder() -> Path:
 
 def _make_room(size: int) -> None:
     """Remove the files that were used least recently, until a new one fits."""
-    files = [(file.stat().st_mtime, file.stat().st_size, file) for file in _folder().iterdir() if file.is_file()]
+    files = sorted(_files())
     total = size + sum(each[1] for each in files)
-    for _, own, file in sorted(files):
+    for _, own, file in files:
         if total <= MOST_BYTES:
             return
         file.unlink(missing_ok=True)
         total -= own
+
+
+def _files() -> Iterator[tuple[float, int, Path]]:
+    """Yield when each file was used last [s], its size [byte] and its place; other processes remove some meanwhile."""
+    for file in filter(Path.is_file, _folder().iterdir()):
+        with suppress(FileNotFoundError):
+            about = file.stat()
+            yield about.st_mtime, about.st_size, file
 
 
 def _to_arrays(light: BakedLight, key: str) -> dict[str, NDArray[np.generic]]:

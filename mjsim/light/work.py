@@ -106,8 +106,13 @@ def send(pipe: IO[bytes], value: Any) -> None:
 
 
 def received(pipe: IO[bytes]) -> Any:
-    """Return the next value of another process of ours; raises EOFError at the end."""
-    head = pipe.read(_LENGTH.size)
-    if len(head) < _LENGTH.size:
+    """Return the next value of another process of ours; raises EOFError at the end, also within a value."""
+    (length,) = _LENGTH.unpack(_read(pipe, _LENGTH.size))
+    return pickle.loads(_read(pipe, length))  # from a process of our own
+
+
+def _read(pipe: IO[bytes], length: int) -> bytes:
+    data = pipe.read(length)
+    if len(data) < length:
         raise EOFError
-    return pickle.loads(pipe.read(*_LENGTH.unpack(head)))  # from a process of our own
+    return data

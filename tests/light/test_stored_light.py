@@ -1,11 +1,13 @@
 """Baked light: the same bits for any number of processes, and again from the cache."""
 
+import shutil
 import sys
 
 import numpy as np
 import pytest
 
 from mjsim.compile import compile_world, compiled
+from mjsim.errors import MjsimError
 from mjsim.light import LAMP, BakedLight, bake, light_of, linear, world_light
 from mjsim.light.stored import MOST_BYTES, key_of, store, stored
 from mjsim.output import user_cache
@@ -65,6 +67,13 @@ def test_light_is_the_same_to_the_last_bit_for_one_and_two_processes(room, light
     (tmp_path / "pickle.py").write_text("raise SystemExit\n")
     monkeypatch.chdir(tmp_path)
     assert_same(light, bake(*room, processes=2, texel=0.2))
+
+
+@pytest.mark.slow
+def test_a_process_that_ends_early_is_named_in_one_line(room, monkeypatch):
+    monkeypatch.setattr(sys, "executable", shutil.which("true"))
+    with pytest.raises(MjsimError, match="a process that bakes light has ended"):
+        bake(*room, processes=2, texel=0.2)
 
 
 @pytest.mark.slow
