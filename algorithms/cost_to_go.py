@@ -45,8 +45,9 @@ class CostToGo:
     def at(self, points: Array) -> Array:
         """Return the times from points (..., 2), between cells interpolated [s]."""
         rows, columns = self.seconds.shape
-        x, y = (points[..., i] - self.lower[i] for i in (0, 1))
-        u, v = np.clip(x / self.cell - 0.5, 0.0, columns - 1.001), np.clip(y / self.cell - 0.5, 0.0, rows - 1.001)
+        left, bottom = self.lower.tolist()
+        u, v = (points[..., 0] - left) / self.cell - 0.5, (points[..., 1] - bottom) / self.cell - 0.5
+        u, v = np.minimum(np.maximum(u, 0.0), columns - 1.001), np.minimum(np.maximum(v, 0.0), rows - 1.001)
         i, j = u.astype(np.intp), v.astype(np.intp)
         du, dv = u - i, v - j
         flat, first = self.seconds.ravel(), j * columns + i
@@ -91,20 +92,12 @@ class Planner:
         columns, rows = (np.ceil((upper - lower) / cell).astype(int) + 1).tolist()
         self.shape = (rows, columns)
         self.upper = lower + cell * np.array([columns, rows])
-        index = np.arange(rows * columns).reshape(rows, columns)
-        starts, ends, lengths = [], [], []
-        for down, right, length in STEPS:
-            from_rows, to_rows = _overlap(rows, down)
-            from_columns, to_columns = _overlap(columns, right)
-            starts.append(index[from_rows, from_columns].ravel())
-            ends.append(index[to_rows, to_columns].ravel())
-            lengths.append(np.full(len(starts[-1]), length * cell))
-        start = np.concatenate(starts)
-        order = np.argsort(start, kind="stable")
-        self._start: NDArray[np.int32] = start[order].astype(np.int32)
-        self._end: NDArray[np.int32] = np.concatenate(ends)[order].astype(np.int32)
-        self._length = np.concatenate(lengths)[order]
-        self._first = np.searchsorted(self._start, np.arange(rows * columns + 1)).astype(np.int32)
+        size = rows * columns
+        self._shifts = [down * columns + right for down, right, _ in STEPS]
+        ends = np.arange(size)[:, None] + self._shifts
+        self._ends: NDArray[np.int32] = np.clip(ends, 0, size - 1).astype(np.int32).ravel()
+        self._first: NDArray[np.int32] = np.arange(0, len(STEPS) * size + 1, len(STEPS), dtype=np.int32)
+        self._times = np.full((size, len(STEPS)), math.inf)
 
     def drawn(self, points: Array) -> NDArray[np.bool_]:
         """Return the cells that contain points, shape (n, 2) [m]."""
@@ -112,6 +105,13 @@ class Planner:
         taken = np.zeros(self.shape, dtype=bool)
         taken[self.cells(points[inside])] = True
         return taken
+
+    def near(self, path: Array, distance: float) -> NDArray[np.bool_]:
+        """Return the cells within a distance [m] of a path, points (n, 2) [m]."""
+        drawn = np.zeros(self.shape, dtype=np.uint8)
+        corners = np.stack(self.cells(path)[::-1], axis=-1).astype(np.int32)
+        cv2.polylines(drawn, [corners], False, 1, 1 + 2 * round(distance / self.cell))
+        return np.asarray(drawn == 1)
 
     def cells(self, points: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Return rows and columns of points (n, 2) [m]; beyond the grid those of its edge."""
@@ -128,7 +128,7 @@ class Planner:
 
         Args:
             price: Time per metre in each cell, infinite where the robot cannot be, shape (rows, columns) [s/m].
-            goal: Shape (2,) [m]; its cell is passable.
+            goal: Shape (2,) [m]; its cell is passable, those at the edge of the grid are not.
             limit: Cells farther than this are left out [s].
 
         References:
@@ -136,18 +136,28 @@ class Planner:
         """
         rows, columns = self.shape
         i, j = np.clip(((goal - self.lower) / self.cell).astype(int), 0, (columns - 1, rows - 1))
-        price = price.copy()
+        price = np.pad(price[1:-1, 1:-1], 1, constant_values=math.inf)
         price[j, i] = min(price[j, i], MOST_PRICE)
-        flat = price.ravel()
-        times = self._length * (0.5 * (flat[self._start] + flat[self._end]))
-        passable = np.isfinite(times)
-        # Only edges between passable cells.
-        first = np.concatenate([[0], np.cumsum(passable)])[self._first].astype(np.int32)
-        size = rows * columns
-        graph = csr_matrix((times[passable], self._end[passable], first), shape=(size, size))
-        seconds, before = dijkstra(graph, indices=int(j * columns + i), return_predecessors=True, limit=limit)
+        seconds, before = dijkstra(
+            self._graph(price),
+            indices=int(j * columns + i),
+            return_predecessors=True,
+            # Edges to where the robot cannot be take for ever.
+            limit=min(limit, UNREACHED),
+        )
         grid = np.minimum(seconds, UNREACHED).reshape(rows, columns)
         return CostToGo(self.lower, self.cell, _extended(grid), self._slope(grid), before, goal)
+
+    def _graph(self, price: Array) -> csr_matrix:
+        """Return the times between neighbours; the cells at the edge of the grid are impassable."""
+        flat = price.ravel()
+        for column, (shift, (_, _, length)) in enumerate(zip(self._shifts, STEPS, strict=True)):
+            size = len(flat) - abs(shift)
+            start, end = max(0, -shift), max(0, shift)
+            times = self._times[start : start + size, column]
+            np.add(flat[start : start + size], flat[end : end + size], out=times)
+            times *= 0.5 * length * self.cell
+        return csr_matrix((self._times.ravel(), self._ends, self._first), shape=(len(flat), len(flat)))
 
     def _slope(self, seconds: Array) -> Array:
         """Return the derivatives of the times by x and y, shape (2, rows, columns), smoothed over neighbours [s/m]."""
@@ -165,15 +175,6 @@ def _extended(seconds: Array) -> Array:
         beside = cv2.erode(known, np.ones((3, 3), np.uint8))
         known = np.where(known >= UNREACHED, np.minimum(beside + 1.0, UNREACHED), known)
     return np.asarray(known)
-
-
-def _overlap(count: int, shift: int) -> tuple[slice, slice]:
-    """Return the cells of an axis with a neighbour at a shift of -1, 0 or 1, and these neighbours."""
-    if shift == 0:
-        return slice(0, count), slice(0, count)
-    if shift > 0:
-        return slice(0, count - 1), slice(1, count)
-    return slice(1, count), slice(0, count - 1)
 
 
 def time_per_metre(

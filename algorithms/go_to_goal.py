@@ -27,7 +27,9 @@ FINE = 0.025
 FORGET = 60.0
 """Time for which an obstacle that is not seen again is remembered [s]."""
 REPLAN, REFRESH = 0.28, 1.0
-"""Time between plans while there is news, and without [s]."""
+"""Time between plans while something changes on the way, and while it changes elsewhere [s]."""
+BESIDE = 0.4
+"""Changes nearer than this to the sides of the robot on its way are planned for at once [m]."""
 BEYOND = 2.5
 """Cells are planned up to this time farther from the goal than the robot [s]."""
 LOOK = 0.08
@@ -46,6 +48,8 @@ MOSTLY = 0.5
 """Share of fresh points above which a scan says nothing of what moves."""
 MOVING_RANGE = 5.0
 """Range in which things that move are looked for [m]."""
+WINDOW = 2.0
+"""How far the robot drives with the same selection of near walls [m]."""
 EXPLAINED = 0.15
 """Hits this near to a wall of the map are that wall [m]."""
 
@@ -98,12 +102,13 @@ class GoToGoal:
         self._local = PathIntegral(robot, rng, top=robot.max_speed if self._speed is None else self._speed)
         self._top = min(robot.max_speed, math.inf if self._speed is None else self._speed)
         self._walls = _sampled(map.segments) if map is not None else np.zeros((0, 2))
+        self._near, self._around = self._walls, np.full(2, math.inf)
         self._known = DistanceGrid.from_segments(map.segments) if len(self._walls) and map is not None else None
         self._left = list(self._goals)
         self._lay_out(np.concatenate([self._goals, [[robot.prior.x, robot.prior.y]], self._walls]))
         self._recovery = Recovery()
         self._field: CostToGo | None = None
-        self._planned, self._looked, self._seen_by = -math.inf, -math.inf, 0
+        self._planned, self._checked, self._looked = -math.inf, -math.inf, -math.inf
         self._noted = dict[str, float]()
         self._moving = MovingThings()
         self._alignment: ScanAlignment | None = ScanAlignment(robot.prior)
@@ -137,7 +142,13 @@ class GoToGoal:
             self._memory.forget(seen.time - 1.0)
             self._planned = -math.inf
         self._reason = self._why(seconds) if self._recovery.silent(seen.time) else None
-        return self._drive(seen, pose, field)
+        self._local.shift(self._robot.dt)
+        if views:
+            self._choose(seen, pose, field)
+        elif self._twist.any():
+            self._twist = self._local.planned
+        forward, left, turn = self._twist.tolist()
+        return Command(forward=forward, left=left, turn=turn)
 
     def show(self) -> tuple[ShownLines, ...]:
         """Return the planned path, in the frame of the estimate, if there is one."""
@@ -165,12 +176,18 @@ class GoToGoal:
         for view in views[1:]:
             points = view.points()
             keep = np.abs(points).max(axis=1, initial=0.0) < 0.7 * self._local.reach
-            for thing in self._moving.tracked:
-                # What moves, or may, says nothing of where the robot is.
-                place = self._alignment.pose.inverse().transform(thing.place)
-                keep &= np.hypot(*(points - place).T) > thing.radius + GATE
+            keep &= ~self._strange(self._alignment.pose.transform(points))
             self._alignment.align(points[keep], self._map)
         return self._alignment.pose
+
+    def _strange(self, points: Array) -> NDArray[np.bool_]:
+        """Return which points (n, 2) [m] say nothing of where the robot is: what moves, or may unless that is most."""
+        away = {thing: np.hypot(*(points - thing.place).T) < thing.radius + GATE for thing in self._moving.tracked}
+        may = np.logical_or.reduce([np.zeros(len(points), dtype=bool), *away.values()])
+        if np.count_nonzero(may) <= MOSTLY * len(points):
+            return np.asarray(may)
+        moves = [near for thing, near in away.items() if thing.moves]
+        return np.asarray(np.logical_or.reduce([np.zeros(len(points), dtype=bool), *moves]))
 
     def _look(self, seen: Observation, pose: Pose, views: list[RangeView]) -> None:
         """Remember what the sensors see."""
@@ -178,6 +195,10 @@ class GoToGoal:
         if self._alignment is None:
             self._memory.track(pose, Pose(odometry.forward, odometry.left, odometry.turn))
         self._place = np.array([pose.x, pose.y])
+        if len(self._walls) and not np.abs(self._place - self._around).max() < WINDOW:
+            half = max(self._local.reach, MOVING_RANGE) + WINDOW
+            self._around = self._place
+            self._near = self._walls[np.abs(self._walls - self._place).max(axis=1) < half]
         if views:
             self._remember(pose, views, seen.time)
         for view in views:
@@ -194,7 +215,7 @@ class GoToGoal:
     def _remember(self, pose: Pose, views: list[RangeView], now: float) -> None:
         """Remember the hits of a scan, and follow what moves."""
         points = pose.transform(np.concatenate([view.points() for view in views]))
-        standing = np.concatenate([self._walls, self._memory.older(now - SETTLED)])
+        standing = np.concatenate([self._near, self._memory.older(now - SETTLED)])
         old = ObstacleMap(self._place, standing, cell=2.0 * FINE, half=MOVING_RANGE)
         x, y = points.T
         fresh = (np.abs(points - self._place).max(axis=1) < MOVING_RANGE) & (old.at(x, y) > EXPLAINED)
@@ -224,21 +245,21 @@ class GoToGoal:
         # The goal is in the middle of its cell.
         low = self._goals[-1] - (np.ceil((self._goals[-1] - low) / cell) + 0.5) * cell
         self._planner = Planner(low, high, cell)
+        self._built = self._planner.drawn(self._walls)
         self._doubt: NDArray[np.bool_] = np.full(self._planner.shape, not len(self._walls))
         self._field = None
 
     def _plan(self, place: Array, now: float) -> CostToGo:
         """Return the times to the next goal, computed anew if there is news."""
-        age, news = now - self._planned, len(self._memory.points) != self._seen_by
-        if self._field is not None and age < (REPLAN if news else REFRESH):
+        if self._field is not None and not self._is_due(self._field, place, now):
             return self._field
-        self._planned, self._seen_by = now, len(self._memory.points)
-        distances = self._distances()
-        body = self._local.body
+        self._planned = self._checked = now
+        self._occupied, self._doubted = self._drawn(), self._doubt.copy()
+        distances = DistanceGrid(self._occupied, lower=self._planner.lower, cell=self._planner.cell).distance
         price = time_per_metre(
-            distances, half_width=body.half_width, gap=self._clearance, top=self._top, doubt=self._doubt
+            distances, half_width=self._local.body.half_width, gap=self._clearance, top=self._top, doubt=self._doubt
         )
-        price = self._around(price, place)
+        price = self._priced(price, place)
         # What is much farther from the goal than the robot does not matter.
         far = math.inf if self._field is None else float(self._field.at(place)) + BEYOND
         field = self._planner.cost_to_go(price, self._left[0], limit=far)
@@ -247,17 +268,30 @@ class GoToGoal:
         self._field = field
         return field
 
-    def _distances(self) -> Array:
-        """Return the distances to walls and obstacles on the planning grid [m]."""
+    def _is_due(self, field: CostToGo, place: Array, now: float) -> bool:
+        """Return whether to plan anew: something has changed on the way, or somewhere for a longer time."""
+        if self._planned == -math.inf:
+            return True
+        if now < self._checked + REPLAN - 1e-6:
+            return False
+        self._checked = now
+        if float(field.at(place)) >= UNREACHED:
+            return True
+        changed = self._drawn() != self._occupied
+        if now >= self._planned + REFRESH:
+            return bool(changed.any()) or not np.array_equal(self._doubt, self._doubted)
+        return bool(changed[self._planner.near(field.path(place), BESIDE + self._local.body.half_width)].any())
+
+    def _drawn(self) -> NDArray[np.bool_]:
+        """Return the cells of the planning grid that walls and obstacles occupy."""
         points = self._memory.points
         if self._known is not None and len(points):
             points = points[self._known.at(points) > EXPLAINED]
         # Without a way between the walls alone there is none.
         self._is_shut = len(self._walls) > 0 and not len(points)
-        occupied = self._planner.drawn(np.concatenate([self._walls, points]))
-        return DistanceGrid(occupied, lower=self._planner.lower, cell=self._planner.cell).distance
+        return np.asarray(self._planner.drawn(points) | self._built)
 
-    def _around(self, price: Array, place: Array) -> Array:
+    def _priced(self, price: Array, place: Array) -> Array:
         """Return prices that are finite where the robot is, and higher where it got stuck."""
         rows, columns = self._planner.shape
         cell = self._planner.cell
@@ -269,10 +303,9 @@ class GoToGoal:
             price = price * (1.0 + 3.0 * np.exp(-((x - stuck[0]) ** 2 + (y - stuck[1]) ** 2) / 0.3**2))
         return price
 
-    def _drive(self, seen: Observation, pose: Pose, field: CostToGo) -> Command:
-        """Return the command of the local planner."""
-        self._local.shift(self._robot.dt)
-        near = np.concatenate([self._walls, self._memory.points])
+    def _choose(self, seen: Observation, pose: Pose, field: CostToGo) -> None:
+        """Choose the next twist by the local planner."""
+        near = np.concatenate([self._near, self._memory.points])
         self._map = ObstacleMap(self._place, near, cell=FINE, half=self._local.reach)
         attempt, prices = self._recovery.attempt, MotionPrices()
 
@@ -282,13 +315,12 @@ class GoToGoal:
         elif attempt is Attempt.LOOK:
             leads, prices = Around(pose.heading), MotionPrices(top=BACKWARDS)
         elif float(field.at(self._place)) >= UNREACHED:
-            return self._stop()
+            self._stop()
+            return
         prices = replace(prices, things=tuple(self._moving.predicted(pose, seen.time)))
         twist = self._local.twist(pose, self._twist, self._map, leads, prices)
         self._jammed = twist is None
         self._twist = np.zeros(3) if twist is None else twist
-        forward, left, turn = self._twist.tolist()
-        return Command(forward=forward, left=left, turn=turn)
 
     def _stop(self) -> Command:
         """Return the command to stand still."""

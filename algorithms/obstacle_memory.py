@@ -40,6 +40,7 @@ class ObstacleMemory:
         self._counts: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
         self._stamps, self._births = np.zeros(0), np.zeros(0)
         self._before: Pose | None = None
+        self._began = False
         self.points: Array = np.zeros((0, 2))
         """Centres of the cells, shape (n, 2) [m]."""
 
@@ -59,7 +60,7 @@ class ObstacleMemory:
             self._store(_keys(jump.transform(self.points), self.cell), self._counts, self._stamps, self._births)
 
     def older(self, than: float) -> Array:
-        """Return the centres of the cells that were first hit before a time [s], shape (n, 2) [m]."""
+        """Return the centres of the cells that were first hit before a time [s], or by the first scan, (n, 2) [m]."""
         return self.points[self._births < than]
 
     def add(self, pose: Pose, views: list[RangeView], points: Array, now: float) -> None:
@@ -85,8 +86,10 @@ class ObstacleMemory:
             np.concatenate([self._keys[keep], fresh]),
             np.concatenate([counts[keep], np.ones(len(fresh), dtype=np.int64)]),
             np.concatenate([stamps[keep], np.full(len(fresh), now)]),
-            np.concatenate([self._births[keep], np.full(len(fresh), now)]),
+            np.concatenate([self._births[keep], np.full(len(fresh), now if self._began else -math.inf)]),
         )
+
+        self._began = True
 
     def forget(self, before: float) -> None:
         """Forget what was not hit since a time [s]."""

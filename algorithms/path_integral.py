@@ -21,7 +21,7 @@ STEPS, STEP = 20, 0.08
 KNOTS = 5
 """Number of independent random changes in a motion; between them they are interpolated."""
 SAMPLES = 200
-"""Number of motions that are sampled in a tick."""
+"""Number of motions that are sampled each time."""
 TEMPERATURE = 0.05
 """Difference in cost at which a motion counts e times less [s]."""
 MARGIN = 0.02
@@ -89,10 +89,11 @@ class PathIntegral:
         """
         self._rng, self.body = rng, BodyDiscs(robot)
         self._top = min(top, robot.max_speed)
-        self._limits = np.array([self._top, min(robot.max_left, self._top), robot.max_turn])
+        self._limits: Array = np.array([self._top, min(robot.max_left, self._top), robot.max_turn], dtype=np.float32)
         self._bend = robot.max_curvature
         gain = RESERVE * STEP
-        self._gains = gain * np.array([robot.max_acceleration, robot.max_acceleration, robot.max_turn_acceleration])
+        most = [robot.max_acceleration, robot.max_acceleration, robot.max_turn_acceleration]
+        self._gains = np.array(most, dtype=np.float32) * np.float32(gain)
         self._spread = (self._limits * (0.35, 0.35, 0.4)).astype(np.float32)
         self._plan = np.zeros((STEPS, 3), dtype=np.float32)
         self._fan = _fan(self._limits, self._bend)
@@ -108,8 +109,13 @@ class PathIntegral:
         """Advance the plan by a time [s]."""
         at = np.minimum(np.arange(STEPS) + dt / STEP, STEPS - 1)
         low = at.astype(int)
-        share = (at - low)[:, None]
+        share = (at - low)[:, None].astype(np.float32)
         self._plan = self._plan[low] * (1.0 - share) + self._plan[np.minimum(low + 1, STEPS - 1)] * share
+
+    @property
+    def planned(self) -> Array:
+        """The twist that the plan begins with, shape (3,) [m/s, m/s, rad/s]."""
+        return np.asarray(self._plan[0])
 
     def reset(self) -> None:
         """Forget the plan."""
@@ -140,7 +146,7 @@ class PathIntegral:
         chosen = 0 if not hits[0] and cost[0] < cost[1] + TEMPERATURE else 1
         self._plan = both[chosen]
         self.motion = np.stack(_rollout(pose, both[chosen][None]), axis=-1)[0]
-        return np.asarray(self._plan[0])
+        return self.planned
 
     def _samples(self) -> Array:
         """Return wanted twists, shape (k, STEPS, 3)."""
@@ -156,13 +162,13 @@ class PathIntegral:
         """Return twists that the robot can drive, shape (k, STEPS, 3)."""
         limits = self._limits.copy()
         limits[:2] = np.minimum(limits[:2], top)
-        wanted = np.clip(wanted, -limits, limits)
-        twists, now = np.empty_like(wanted), np.broadcast_to(speed, (len(wanted), 3))
+        wanted = np.minimum(np.maximum(wanted, -limits), limits)
+        twists, now = np.empty_like(wanted), np.broadcast_to(speed.astype(np.float32), (len(wanted), 3))
         for step in range(STEPS):
-            now = now + np.clip(wanted[:, step] - now, -self._gains, self._gains)
+            now = np.minimum(np.maximum(wanted[:, step], now - self._gains), now + self._gains)
             if math.isfinite(self._bend):
                 bound = self._bend * np.abs(now[:, 0])
-                now[:, 2] = np.clip(now[:, 2], -bound, bound)
+                now[:, 2] = np.minimum(np.maximum(now[:, 2], -bound), bound)
             twists[:, step] = now
         return twists
 
@@ -180,12 +186,15 @@ class PathIntegral:
         cost = self._led(np.stack([x[:, 3::4], y[:, 3::4]], axis=-1), heading[:, -1], field)
         apart = self._apart(x, y, heading, prices.things)
         cost += self._driven(twists, np.minimum(clearance, apart), prices)
-        cost += STEP * (MET * np.maximum(1.0 - apart / SPACE, 0.0)).sum(axis=1)
+        if prices.things:
+            cost += STEP * (MET * np.maximum(1.0 - apart / SPACE, 0.0)).sum(axis=1)
         return np.where(hits, cost + HIT * (2.0 - when / STEPS), cost), hits
 
     def _apart(self, x: Array, y: Array, heading: Array, things: tuple[Thing, ...]) -> Array:
         """Return the distance between the rim and what moves at poses, shape (k, STEPS) each [m]."""
-        least = np.full(x.shape, np.inf)
+        least = np.full_like(x, np.inf)
+        if not things:
+            return least
         times = STEP * np.arange(1, x.shape[1] + 1)
         c, s = np.cos(heading), np.sin(heading)
         for thing in things:
@@ -224,7 +233,7 @@ class PathIntegral:
     def _clearance(self, x: Array, y: Array, heading: Array, map: ObstacleMap) -> Array:
         """Return the distance between the rim and obstacles at poses, shape (k, n) each [m]."""
         c, s = np.cos(heading), np.sin(heading)
-        least = np.full(x.shape, np.inf)
+        least = np.full_like(x, np.inf)
         for (ahead, left), radius in zip(self.body.centres.tolist(), self.body.radii.tolist(), strict=True):
             np.minimum(least, map.at(x + c * ahead - s * left, y + s * ahead + c * left) - radius, out=least)
         return least

@@ -15,7 +15,7 @@ FAR, NEAR = 0.3, 0.08
 """Points farther than this from all obstacles are new; points nearer than this count in full [m]."""
 SLIPS = 4.0
 """Factor on the covariance of odometry, for wheels that slip more than usual."""
-DEVIATION = 0.1
+DEVIATION = 0.04
 """Standard deviation of the distance of a point: errors of cells and neighbouring beams are shared [m]."""
 ROUNDS = 6
 FEWEST = 12

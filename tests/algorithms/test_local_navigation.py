@@ -71,6 +71,14 @@ def test_obstacles_move_with_an_estimate_that_jumps_but_not_with_small_correctio
     np.testing.assert_allclose(memory.points, [[2.0, 1.0]], atol=0.03)
 
 
+def test_what_the_first_scan_hits_stood_before_and_what_later_scans_hit_is_new():
+    memory = ObstacleMemory(0.025, seconds=60.0)
+    for time, distance in ((0.0, 2.0), (0.08, 1.0)):
+        memory.add(ORIGIN, [], ring(distance).points(), time)
+    assert np.hypot(*memory.older(0.0).T) == pytest.approx(2.0, abs=0.04)
+    assert np.hypot(*memory.older(0.1).T).min() == pytest.approx(1.0, abs=0.04)
+
+
 def test_averaged_ranges_have_less_noise_but_edges_stay():
     rng = np.random.default_rng(0)
     true = np.where(np.arange(1000) < 500, 2.0, 4.0)
@@ -95,6 +103,9 @@ def test_the_time_to_a_goal_leads_around_a_wall_and_is_told_where_there_is_none(
     assert path[:, 1].max() > 2.4
     ahead, up = field.direction(np.array([1.55, 1.05]))
     assert up > abs(ahead)
+    near = planner.near(path, 0.3)
+    assert near[planner.cells(path)].all()
+    assert not near[planner.cells(np.array([[0.55, 2.55], [2.55, 0.55]]))].any()
     shut = np.stack([np.full(80, 2.05), np.linspace(0.0, 3.2, 80)], axis=-1)
     clear = DistanceGrid(planner.drawn(shut), lower=planner.lower, cell=0.1).distance
     field = planner.cost_to_go(time_per_metre(clear, half_width=0.2, gap=0.1, top=1.0), np.array([3.55, 0.55]))
