@@ -117,6 +117,7 @@ class _Bake:
             probes.append(np.einsum("ngfc,gc->nfc", change, weights)[:, None].astype(np.float32))
             names.append(name)
             start.append(_opening(self._world, name))
+        self._report(1.0)
         return self._result(names, np.array(start), maps, probes, grid, valid)
 
     def _around(self, cells: NDArray[np.int32], opened: str | None = None) -> Surroundings:

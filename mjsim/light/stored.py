@@ -22,6 +22,7 @@ from mjsim.compile import texture_of, triangles_of
 from mjsim.light.baked import DOOR, BakedLight, LightGroup, LightProbes, LitSurface
 from mjsim.light.solids import static_geoms, texture_sample
 from mjsim.output import replace_file, try_lock, user_cache
+from mjsim.progress import say
 from mjsim.world import CloseEvent, LampEvent, OpenEvent, RemoveEvent, World, leaves
 
 MOST_BYTES = 300_000_000
@@ -49,6 +50,9 @@ OF_EVENTS = (LampEvent, OpenEvent, CloseEvent, RemoveEvent)
 """Events that decide which light has a map of its own."""
 OF_WORLD = ("light", "lamps", "walls", "ceiling")
 """Keys of the world that change light."""
+
+_unkept: dict[str, BakedLight] = {}
+"""The last light that the cache could not keep, by its key."""
 
 
 def key_of(world: World, model: mujoco.MjModel) -> str:
@@ -110,26 +114,35 @@ def _release(name: str) -> str:
 
 
 def stored(key: str) -> BakedLight | None:
-    """Return light from the cache; None if it is not there or cannot be read."""
+    """Return light from the cache, or that of this process which the cache could not keep; None if there is none."""
     place = _folder() / key
     try:
         with np.load(io.BytesIO(place.read_bytes()), allow_pickle=False) as arrays:
             light = _from_arrays(dict(arrays), key)
     except BROKEN:
-        return None
+        return _unkept.get(key)
     with suppress(OSError):
         place.touch()  # Used last.
     return light
 
 
-def store(key: str, light: BakedLight) -> None:
-    """Keep light in the cache; a cache that cannot be written is none."""
+def store(key: str, light: BakedLight) -> BakedLight:
+    """Keep light in the cache, and return it as it is read from there, rounded: pictures are the same to the last bit.
+
+    If the cache cannot be written, the light is kept in this process, after a line about it.
+    """
     data = io.BytesIO()
     arrays: dict[str, Any] = _to_arrays(light, key)
+    kept = _from_arrays(arrays, key)
     np.savez_compressed(data, **arrays)
-    with suppress(OSError):
+    try:
         _make_room(len(data.getvalue()))
         replace_file(_folder() / key, data.getvalue())
+    except OSError as error:
+        say(f"light is not kept for later: {error.strerror} in {_folder()}; make room there, or set XDG_CACHE_HOME")
+        _unkept.clear()
+        _unkept[key] = kept
+    return kept
 
 
 @contextmanager
@@ -145,7 +158,11 @@ def baking(key: str, is_done: Callable[[], bool]) -> Iterator[None]:
     with file:
         while not try_lock(file.fileno()) and not is_done() and time.monotonic() - began < WAIT:
             time.sleep(POLL)
-        yield
+        try:
+            yield
+        finally:
+            with suppress(OSError):  # Windows keeps a file that others have open.
+                Path(file.name).unlink()
 
 
 def _folder() -> Path:

@@ -27,8 +27,7 @@ def light_of(world: World, model: mujoco.MjModel) -> BakedLight | None:
         return None
     with baking(key, lambda: stored(key) is not None):
         if (light := stored(key)) is None:
-            light = _baked(world, model)
-            store(key, light)
+            light = store(key, _baked(world, model))
     return light
 
 

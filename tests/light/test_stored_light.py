@@ -153,8 +153,23 @@ def test_without_embree_a_line_says_that_light_is_plain(monkeypatch, capsys, roo
 def test_light_is_baked_once_and_then_read(monkeypatch, room, light):
     baked = []
     monkeypatch.setattr(world_light, "_baked", lambda *arguments: baked.append(arguments) or light)
-    assert_same(light_of(*room), light_of(*room), rounding=1e-3)
+    assert_same(light_of(*room), light_of(*room))
     assert len(baked) == 1
+    assert [file.suffix for file in user_cache("light").iterdir()] == [""]
+
+
+@pytest.mark.slow
+def test_light_that_the_cache_cannot_keep_is_baked_once_in_a_process_and_a_line_says_so(
+    monkeypatch, tmp_path, capsys, room, light
+):
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    baked = []
+    monkeypatch.setattr(world_light, "_baked", lambda *arguments: baked.append(arguments) or light)
+    assert_same(light_of(*room), light_of(*room))
+    assert len(baked) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"Not a directory in {user_cache('light')}" in line
 
 
 def test_linear_light_of_a_picture_value_is_its_power():
