@@ -86,8 +86,10 @@ class GoToGoal:
             cell: Side of a cell of the planning grid; in large maps it is doubled until the grid is small enough [m].
         """
         self._goals = np.atleast_2d(np.asarray(goals, dtype=float))
-        if self._goals.ndim != 2 or self._goals.shape[1:] != (2,) or not np.isfinite(self._goals).all():
+        if self._goals.ndim != 2 or self._goals.shape[1:] != (2,):
             raise ValueError(f"goals has shape {self._goals.shape}; give at least one [x, y]")
+        if not np.isfinite(self._goals).all():
+            raise ValueError(f"goals is {self._goals.tolist()}; give finite numbers [m]")
         for key, value in {"speed": speed, "tolerance": tolerance, "cell": cell}.items():
             if value is not None and not value > 0:
                 raise ValueError(f"{key} is {value}; it must be above 0")

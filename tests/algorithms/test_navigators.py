@@ -59,6 +59,11 @@ def test_it_goes_to_a_goal_in_the_other_room_and_stops_there():
     assert bumps == 0
 
 
+def test_goals_that_are_no_numbers_are_refused():
+    with pytest.raises(ValueError, match="finite"):
+        GoToGoal([[7, np.nan]])
+
+
 def test_its_planned_path_is_shown_beside_what_the_estimator_shows(tmp_path):
     with mjsim.Simulation(mjsim.parse_world(ROOMS)) as sim:
         driver = mjsim.Driver(navigator=GoToGoal([7, 1]))
