@@ -153,3 +153,12 @@ def test_the_script_for_each_shell_is_printed(shell):
     environment = os.environ | {"_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"}
     done = completed([*command, shell], env=environment)
     assert "_MJSIM_COMPLETE" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("name", "meant"), [("plaster", "materials/plaster.jpg"), ("lion.png", "posters/lion.jpg"), ("nosuch", None)]
+)
+def test_a_shipped_file_without_its_folder_is_suggested_with_it(name, meant):
+    with pytest.raises(mjsim.WorldError) as caught:
+        mjsim.parse_world(f"mjsim: 1\nfloor: {{texture: {name}}}\n")
+    assert str(caught.value).endswith(f"did you mean '{meant}'?" if meant else "in assets")

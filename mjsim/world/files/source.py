@@ -138,7 +138,7 @@ def _read(path: Path, name: str) -> bytes:
 
 
 def _suggestion(name: str, source: Source) -> str:
-    """Return '; did you mean ...?' if a file in the same folder has a similar name, otherwise ''."""
+    """Return '; did you mean ...?' if a file of the same folder has a similar name, or one of assets this, or ''."""
     folder = PurePosixPath(name).parent
     known: list[str] = []
     with contextlib.suppress(OSError):  # a folder with a name too long for the system
@@ -146,9 +146,16 @@ def _suggestion(name: str, source: Source) -> str:
             known += _names_in(source.folder.resolve(), folder)
         shipped = resources.files("mjsim.assets").joinpath(str(folder))
         if shipped.is_dir():
-            known += [str(folder / item.name) for item in shipped.iterdir()]
-    matches = difflib.get_close_matches(name, filter(str.isprintable, known), n=1)
+            known += [str(folder / item.name) for item in shipped.iterdir() if item.is_file()]
+    matches = difflib.get_close_matches(name, filter(str.isprintable, known), n=1) or _namesakes(name)
     return f"; did you mean '{matches[0]}'?" if matches else ""
+
+
+def _namesakes(name: str) -> list[str]:
+    """Return the shipped files of this name, with or without its suffix, in any folder."""
+    folders = [folder for folder in resources.files("mjsim.assets").iterdir() if folder.is_dir()]
+    files = [(folder.name, item.name) for folder in folders for item in folder.iterdir() if item.is_file()]
+    return sorted("/".join(file) for file in files if PurePosixPath(file[1]).stem == PurePosixPath(name).stem)
 
 
 def _names_in(base: Path, folder: PurePosixPath) -> list[str]:
