@@ -115,7 +115,7 @@ class GoToGoal:
         self._moving = MovingThings()
         self._alignment: ScanAlignment | None = ScanAlignment(robot.prior)
         self._reckoned = robot.prior
-        self._map = ObstacleMap(self._goals[-1], self._walls, cell=FINE, half=FINE)
+        self._standing = ObstacleMap(self._goals[-1], self._walls, cell=FINE, half=FINE)
         self._twist = np.zeros(3)
         self._reason: str | None = None
         self._jammed = self._is_shut = False
@@ -177,9 +177,9 @@ class GoToGoal:
         self._alignment.move(odometry)
         for view in views[1:]:
             points = view.points()
-            keep = np.abs(points).max(axis=1, initial=0.0) < 0.7 * self._local.reach
+            keep = np.abs(points).max(axis=1, initial=0.0) < 0.95 * MOVING_RANGE
             keep &= ~self._strange(self._alignment.pose.transform(points))
-            self._alignment.align(points[keep], self._map)
+            self._alignment.align(points[keep], self._standing)
         return self._alignment.pose
 
     def _strange(self, points: Array) -> NDArray[np.bool_]:
@@ -218,9 +218,9 @@ class GoToGoal:
         """Remember the hits of a scan, and follow what moves."""
         points = pose.transform(np.concatenate([view.points() for view in views]))
         standing = np.concatenate([self._near, self._memory.older(now - SETTLED)])
-        old = ObstacleMap(self._place, standing, cell=2.0 * FINE, half=MOVING_RANGE)
+        self._standing = ObstacleMap(self._place, standing, cell=2.0 * FINE, half=MOVING_RANGE)
         x, y = points.T
-        fresh = (np.abs(points - self._place).max(axis=1) < MOVING_RANGE) & (old.at(x, y) > EXPLAINED)
+        fresh = (np.abs(points - self._place).max(axis=1) < MOVING_RANGE) & (self._standing.at(x, y) > EXPLAINED)
         fresh[fresh] = ~self._doubt[self._planner.cells(points[fresh])]
         # Where much is fresh, the estimate is wrong.
         if len(views) > 1 and np.count_nonzero(fresh) < MOSTLY * len(points):
@@ -308,7 +308,7 @@ class GoToGoal:
     def _choose(self, seen: Observation, pose: Pose, field: CostToGo) -> None:
         """Choose the next twist by the local planner."""
         near = np.concatenate([self._near, self._memory.points])
-        self._map = ObstacleMap(self._place, near, cell=FINE, half=self._local.reach)
+        obstacles = ObstacleMap(self._place, near, cell=FINE, half=self._local.reach)
         attempt, prices = self._recovery.attempt, MotionPrices()
 
         leads: Leads = field
@@ -320,7 +320,7 @@ class GoToGoal:
             self._stop()
             return
         prices = replace(prices, things=tuple(self._moving.predicted(pose, seen.time)))
-        twist = self._local.twist(pose, self._twist, self._map, leads, prices)
+        twist = self._local.twist(pose, self._twist, obstacles, leads, prices)
         self._jammed = twist is None
         self._twist = np.zeros(3) if twist is None else twist
 
