@@ -22,6 +22,8 @@ UNLIMITED = {
     "listening.recv_bytes()": "the end of the other process ends it",
     "pipe.recv()": "a request, or the end of the other process; an answer is there",
     "self._ready.get()": "the thread ends with a picture, None, or what it raised",
+    "self._free.get()": "there are as many workers as threads",
+    "process.wait()": "of a process that was killed",
     "self._thread.join()": "the thread writes what is queued, or fails, however slow the disk is",
     "imu.join()": "gives a list; it does not wait",
     "self.bio.readline()": "of a file",

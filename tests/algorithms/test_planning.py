@@ -52,7 +52,8 @@ def test_a_star_is_as_cheap_as_what_scipy_finds_on_the_same_grid():
     edges = []
     for r, c in np.argwhere(free):
         for dr, dc in ((0, 1), (1, 0), (1, 1), (1, -1)):
-            if 0 <= r + dr < free.shape[0] and 0 <= c + dc < free.shape[1] and free[r + dr, c + dc]:
+            inside = 0 <= r + dr < free.shape[0] and 0 <= c + dc < free.shape[1]
+            if inside and free[r + dr, c + dc] and free[r + dr, c] and free[r, c + dc]:
                 edges.append((number[r, c], number[r + dr, c + dc], math.hypot(dr, dc) * 0.2))
     one, other, cost = np.array(edges).T
     graph = coo_array((cost, (one.astype(int), other.astype(int))), shape=(free.size, free.size)).tocsr()

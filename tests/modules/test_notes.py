@@ -91,15 +91,15 @@ def test_a_beacon_sensor_gives_sightings_of_beacons_that_are_there(notes):
 
 def test_an_observer_gives_them_with_a_camera_that_is_there(notes):
     both = {"observer": VISION, "estimator": SLAM, "beacons": LION}
-    assert notes("{camera: front}", **both) == []
+    assert notes("{camera: front, noise: 0}", **both) == []
     assert notes(**both) == [
         "observer BeaconVision uses cameras, and nothing gives robot 'r' any, so it sees nothing;"
         " add a sensor (camera: NAME)"
     ]
-    assert notes("{camera: back}", **both) == [
+    assert notes("{camera: back, noise: 0}", **both) == [
         "observer BeaconVision uses camera 'front', which robot 'r' does not have; it has back"
     ]
-    assert notes("{camera: back}", observer='{use: "mine.py:Eyes"}') == [
+    assert notes("{camera: back, noise: 0}", observer='{use: "mine.py:Eyes"}') == [
         "observer Eyes uses camera 'front', which robot 'r' does not have; it has back"
     ]
 
