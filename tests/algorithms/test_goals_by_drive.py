@@ -42,3 +42,26 @@ def test_it_arrives_without_a_touch_with(case):
             if np.hypot(pose.x - 5.8, pose.y - 1.2) < 0.6:
                 break
             assert tick.time < 25.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [1.6, 2.0])
+def test_two_that_meet_in_a_corridor_pass_each_other(width):
+    lidar = LIDAR.replace("[0.05, 0, 0.4]", "[0.1, 0, 0.2]").replace("FOV", "360").replace("REACH", "8")
+    world = mjsim.parse_world(f"""
+mjsim: 1
+walls: [{{points: [[0, 0], [9, 0], [9, {width}], [0, {width}]], closed: true}}]
+robots:
+  - {{name: a, preset: pioneer3dx, at: [1, {width / 2}], sensors: {lidar}}}
+  - {{name: b, preset: pioneer3dx, at: [8, {width / 2}], heading_deg: 180, sensors: {lidar}}}
+""")
+    goals, arrived = {"a": [8.0, width / 2], "b": [1.0, width / 2]}, set()
+    with mjsim.Simulation(world, seed=1) as sim:
+        for tick in mjsim.ticks(sim, {name: mjsim.Driver(navigator=GoToGoal(goal)) for name, goal in goals.items()}):
+            for name, (x, y) in goals.items():
+                assert not any(event.kind == "bump" for event in tick.orders[name].events)
+                if np.hypot(tick.truth[name].x - x, tick.truth[name].y - y) < 0.5:
+                    arrived.add(name)
+            if len(arrived) == 2:
+                break
+            assert tick.time < 16.0
