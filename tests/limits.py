@@ -25,6 +25,7 @@ LONG = {
     "algorithms/test_errors_in_common.py",
     "algorithms/test_lidar_slam.py",
     "algorithms/test_slam_rooms.py",
+    "bridge/test_bridge.py",
     "bridge/test_private.py",
     "datasets/test_slam_clients.py",
     "exchange/test_odometry_of_robots.py",

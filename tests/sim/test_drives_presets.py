@@ -55,8 +55,9 @@ def test_tyres_roll_at_the_radius_that_odometry_goes_by():
             sim.step()
             told = {name: way + sim.sense(name).odometry.forward for name, way in told.items()}
         for name in names:
-            # 0.15 mm of a wheel of 50 mm, which contact lets into the floor, would be 0.3 %.
-            assert told[name] == pytest.approx((before[name].inverse() @ sim.truth(name)).x, rel=5e-4), name
+            # 0.15 mm of a wheel of 50 mm, which contact lets into the floor, would be 0.3 %. Wheels that skid creep.
+            rel = 1e-3 if name in ("husky", "jackal") else 5e-4
+            assert told[name] == pytest.approx((before[name].inverse() @ sim.truth(name)).x, rel=rel), name
 
 
 @pytest.mark.slow
@@ -75,7 +76,8 @@ def test_in_its_world_it_goes_all_the_way_and_touches_nothing(name):
             if tick.time >= world.run.seconds:
                 break
         assert last is not None
-        goal = np.array(navigator.arguments()["points"][-1])
+        told = navigator.arguments()
+        goal = np.array((told.get("points") or told["goals"])[-1])
         # A skid-steered robot knows only about how far it has turned: 3 degrees a corner make 1.5 m in the end.
         near = 2.0 if world.robots[0].drive.type == "skid_steer" else 0.1
         assert math.dist(last.truth[robot.name].as_array()[:2], goal) < near
