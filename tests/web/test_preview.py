@@ -20,8 +20,10 @@ mjsim: 1
 walls: [{points: [[-3, -3], [3, -3], [3, 3], [-3, 3]], closed: true}]
 beacons: [{name: lion, image: posters/lion.jpg, at: [2.94, 0], heading_deg: 180}]
 robots:
-  - {name: post, base: fixed, at: [0, 0], sensors: [{camera: eye, at: [0.2, 0, 1], width: 160, height: 120}]}
-  - {name: scout, preset: pioneer3dx, at: [-1, 1], sensors: [{camera: front, at: [0.2, 0, 1], width: 160, height: 120}]}
+  - {name: post, base: fixed, at: [0, 0], sensors: [{camera: eye, at: [0.2, 0, 1], width: 160, height: 120,
+     noise: 0}]}
+  - {name: scout, preset: pioneer3dx, at: [-1, 1], sensors: [{camera: front, at: [0.2, 0, 1], width: 160, height: 120,
+     noise: 0}]}
 """
 
 
