@@ -9,6 +9,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import IO, Any, Literal
 
+from tests.watchdog import offspring
+
 LIMIT = 60.0
 """No line and no end of a program takes this long [s], on however loaded a machine."""
 REAPED = 10.0
@@ -72,9 +74,13 @@ class Child:
         self.process.send_signal(number)
 
     def kill(self) -> None:
-        """Kill it and all of its session that did not leave it; a second call does nothing."""
+        """Kill it and all that it started, in sessions of their own too; a second call does nothing."""
+        started = offspring(self.pid)
         with suppress(ProcessLookupError):
             os.killpg(self.pid, signal.SIGKILL)
+        for pid in started:
+            with suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
         if self.process.stdin is not None:
             with suppress(BrokenPipeError):
                 self.process.stdin.close()

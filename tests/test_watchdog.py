@@ -2,11 +2,12 @@
 
 import signal
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
-from tests.children import completed
+from tests.children import child, completed
 from tests.limits import GRACE, IDLE, LOADED, WINDOW, have_defaults
 
 ROOT = Path(__file__).parent.parent
@@ -21,6 +22,13 @@ def test_stuck():
 """
 SIGNALS = (signal.SIGHUP, signal.SIGINT, signal.SIGQUIT, signal.SIGTERM, signal.SIGPIPE, signal.SIGCHLD)
 SHOWN = f"import signal; print(*(signal.getsignal(each) is signal.SIG_IGN for each in {[*map(int, SIGNALS)]}))"
+
+OWN_SESSION = """
+import subprocess, sys
+sleeper = [sys.executable, "-c", "import time; time.sleep(60)"]
+with subprocess.Popen(sleeper, start_new_session=True, stdout=subprocess.DEVNULL) as process:
+    print(process.pid, flush=True)
+"""
 
 
 @pytest.fixture
@@ -110,3 +118,22 @@ def test_tests_begin_with_signals_at_their_defaults_whoever_started_them(number)
         ]
     finally:
         signal.signal(number, before)
+
+
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="this system does not tell what a process has started")
+def test_what_a_program_starts_in_a_session_of_its_own_is_killed_with_it():
+    with child([sys.executable, "-c", OWN_SESSION]) as program:
+        started = Path("/proc", program.line().strip(), "stat")
+        assert started.exists()
+    end = time.monotonic() + 10.0
+    while runs(started):
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def runs(stat):
+    """Whether a process has not ended; what was killed may be left for its new parent to reap."""
+    try:
+        return stat.read_text().rpartition(")")[2].split()[0] not in "ZX"
+    except (FileNotFoundError, ProcessLookupError):
+        return False

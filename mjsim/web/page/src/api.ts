@@ -296,6 +296,8 @@ async function answer(address: string, request: RequestInit): Promise<Response> 
   let response: Response;
   try {
     response = await fetch(address, request);
+    // The body is read here: a server that is killed cuts it.
+    response = new Response(await response.arrayBuffer(), response);
   } catch {
     throw new ApiError(0, GONE);
   }
