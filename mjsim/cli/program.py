@@ -53,7 +53,7 @@ COMMANDS = {
 }
 """Commands in the order of the help, and the module of each in this package, imported only when needed."""
 ENDS = {
-    **dict.fromkeys(("run", "replay", "bridge"), "; the recording up to here is closed and readable"),
+    **dict.fromkeys(("run", "replay", "bridge"), "; what was recorded up to here is closed and readable"),
     "sweep": "; the same command continues the sweep",
 }
 """What is left of a command that is interrupted, where something is."""

@@ -68,9 +68,11 @@ def run(
 def _bake_first(world: "World", model: Any) -> None:
     """Put the light that cameras show into the cache, so that its progress does not mix with that of the run."""
     from mjsim.light import light_of
+    from mjsim.sim import choose_backend
     from mjsim.world import Camera
 
     if any(isinstance(sensor, Camera) for robot in world.robots for sensor in robot.sensors):
+        choose_backend()  # Without one nothing is drawn; to say so need not take as long as to bake.
         light_of(world, model)
 
 

@@ -1,6 +1,7 @@
 """The command line as a person types it: exit codes, one line a mistake, results on stdout."""
 
 import json
+import os
 import signal
 import sys
 from pathlib import Path
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 import mjsim
+from tests.children import completed
 from tests.cli.shell import FORWARD, shell, typed, wait_for_ticks
 
 
@@ -174,7 +176,7 @@ def test_ctrl_c_and_kill_close_the_recording_and_give_what_shells_expect(room, s
         assert process.ended() == code
         err = process.rest("stderr")
     assert "Traceback" not in err
-    assert err.splitlines()[-1] == "mjsim: interrupted; the recording up to here is closed and readable"
+    assert err.splitlines()[-1] == "mjsim: interrupted; what was recorded up to here is closed and readable"
     recording = mjsim.read_recording("run.mcap")
     assert recording.whole
     assert "run room.yaml -o run.mcap" in recording.metadata["command"]
@@ -186,3 +188,13 @@ def test_a_killed_run_leaves_a_recording_that_can_be_reported(room, capsys):
         wait_for_ticks("run.mcap")
     assert not mjsim.read_recording("run.mcap").whole
     assert typed("report", "run.mcap", "-o", "report", capsys=capsys)[0] == 0
+
+
+@pytest.mark.slow
+def test_a_run_that_cannot_draw_says_so_before_it_bakes_light(room):
+    Path("lit.yaml").write_text(f"shading: baked{Path('room.yaml').read_text()}")
+    more = {"MUJOCO_GL": "disabled", "XDG_CACHE_HOME": str(Path("cache").resolve())}
+    done = completed([sys.executable, "-m", "mjsim.cli", "run", "lit.yaml"], check=False, env={**os.environ, **more})
+    assert done.returncode != 0
+    assert done.stderr.splitlines()[-1].startswith("MUJOCO_GL is 'disabled'; mjsim draws with")
+    assert "light of" not in done.stderr

@@ -196,7 +196,7 @@ def test_a_thread_that_does_not_end_is_named(tmp_path):
 def test_keyboard_interrupt_means_ctrl_c_whoever_raises_it(tmp_path):
     done = shell(tmp_path, "raise KeyboardInterrupt")
     assert done.returncode == 130
-    assert done.stderr.splitlines()[-1] == "mjsim: interrupted; the recording up to here is closed and readable"
+    assert done.stderr.splitlines()[-1] == "mjsim: interrupted; what was recorded up to here is closed and readable"
     assert len(mjsim.read_recording(tmp_path / "run.mcap").time) == TICKS
 
 
