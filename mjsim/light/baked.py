@@ -66,24 +66,6 @@ class LightProbes:
     cubes: NDArray[np.float16]
     """Irradiance on the six faces +x, -x, +y, -y, +z, -z of a small cube, shape (groups, nx, ny, nz, 6, 3)."""
 
-    def at(self, point: Array, weights: Array) -> Array:
-        """Return the irradiance on the six faces of a small cube, interpolated, shape (6, 3).
-
-        Args:
-            point: World frame, shape (3,) [m]; outside the grid the nearest point of its border counts.
-            weights: Weight of each group, shape (groups, 3).
-        """
-        last = np.array(self.cubes.shape[1:4]) - 1
-        where = np.clip((point - self.origin) / self.spacing, 0.0, last)
-        low = np.minimum(where.astype(np.intp), np.maximum(last - 1, 0))
-        share = where - low
-        total = np.zeros((6, 3))
-        for corner in np.ndindex(2, 2, 2):
-            weight = float(np.prod(np.where(corner, share, 1.0 - share)))
-            if weight > 0.0:
-                total += weight * np.einsum("gfc,gc->fc", self.cubes[:, *(low + corner)].astype(float), weights)
-        return total
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BakedLight:

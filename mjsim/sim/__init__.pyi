@@ -4,6 +4,7 @@ from .canvas import Quality as Quality
 from .glb import glb_bytes as glb_bytes
 from .glb import write_glb as write_glb
 from .hands import LedPeople as LedPeople
+from .light_source import kept_light as kept_light
 from .merged import Merged as Merged
 from .merged_geoms import moving_bodies as moving_bodies
 from .odometry import arc_end as arc_end
@@ -25,4 +26,3 @@ from .state_renderer import Orbit as Orbit
 from .static_scene import StillScene as StillScene
 from .streams import stream as stream
 from .streams import streams_of as streams_of
-from .world_light import kept_light as kept_light

@@ -9,10 +9,10 @@ import mujoco
 from mjsim.closing import Closes
 from mjsim.light import BakedLight
 from mjsim.sim.gl_calls import GlCalls
+from mjsim.sim.light_source import LightSource
 from mjsim.sim.lit_check import why_not_lit
 from mjsim.sim.lit_scene import LitScene
 from mjsim.sim.opengl import GLContext, make_context
-from mjsim.sim.world_light import LightSource
 
 Quality = Literal["normal", "high"]
 SHADOW_PIXELS, SAMPLES = 4096, 4

@@ -12,8 +12,8 @@ from mjsim.geometry import Array
 from mjsim.interface import Picture
 from mjsim.sim.canvas import Canvas, Quality
 from mjsim.sim.in_view import Frustum, InView, frustum_of
+from mjsim.sim.light_source import LightSource
 from mjsim.sim.merged import UNSEEN, Merged
-from mjsim.sim.world_light import LightSource
 
 SEEN = (0, 1)
 """Geom groups that onboard cameras see."""

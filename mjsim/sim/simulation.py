@@ -29,6 +29,7 @@ from mjsim.sim.actuation import Actuation
 from mjsim.sim.canvas import Canvases
 from mjsim.sim.health import Health, collected_warnings
 from mjsim.sim.led import Mechanisms
+from mjsim.sim.light_source import light_source
 from mjsim.sim.module_info import catalogue_of, map_of
 from mjsim.sim.radio import RadioNet
 from mjsim.sim.robot import SimulatedRobot
@@ -36,7 +37,6 @@ from mjsim.sim.snapshot import Snapshot
 from mjsim.sim.static_scene import bring_up
 from mjsim.sim.streams import checked_seed
 from mjsim.sim.tuning import Tuning
-from mjsim.sim.world_light import light_source
 from mjsim.sim.world_script import WorldScript
 from mjsim.world import Looks, World, WorldEvent, event_from, load_checked, require_same_but_noise
 

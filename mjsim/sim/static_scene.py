@@ -6,9 +6,9 @@ import numpy as np
 from mjsim.compile import compile_world, compiled
 from mjsim.errors import UsageError
 from mjsim.geometry import Array
+from mjsim.sim.light_source import light_source
 from mjsim.sim.merged import UNSEEN
 from mjsim.sim.scenery import Scenery
-from mjsim.sim.world_light import light_source
 from mjsim.world import Looks, World
 
 MAX_CONTACTS = 500
