@@ -169,7 +169,7 @@ returns None if there is nothing to draw."""
 
 def sheet(rows: int, columns: int = 1, *, height: float) -> tuple[Figure, list[Axes]]:
     """Return an empty figure of a height [inches] and its panels, row by row; in a single column, they share x."""
-    figure = Figure(figsize=(9.6, height), dpi=110, layout="constrained")
+    figure = Figure(figsize=(9.6, height), dpi=110, layout="compressed")  # also where x and y have one scale
     panels = list(np.ravel(figure.subplots(rows, columns, sharex=columns == 1)))
     for axes in panels:
         axes.grid(color="#dddddd", lw=0.6)
