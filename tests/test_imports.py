@@ -15,7 +15,10 @@ from tests.children import completed
 
 ROOT = Path(mjsim.__file__).parent
 
-GROUND = {"closing", "errors", "faces", "geometry", "gl_request", "guarded", "output", "progress", "spelling", "syntax"}
+GROUND = {
+    *("closing", "errors", "faces", "geometry", "gl_request", "guarded", "inventory", "output", "progress", "spelling"),
+    "syntax",
+}
 WORLD = GROUND | {"mechanics", "models", "people", "world"}
 VALUES = WORLD | {"interface"}
 COMPILE = VALUES | {"compile", "posture", "style"}
