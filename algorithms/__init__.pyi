@@ -28,6 +28,9 @@ from .path_tracking import PathTracking as PathTracking
 from .pick import PickUp as PickUp
 from .signal import Signal as Signal
 from .teleop import Teleop as Teleop
+from .textbook import TextbookEkfSlam as TextbookEkfSlam
+from .textbook import TextbookFastSlam as TextbookFastSlam
+from .textbook import TextbookMonteCarlo as TextbookMonteCarlo
 from .triangulation import Triangulation as Triangulation
 from .wall_follow import WallFollow as WallFollow
 from .wander import Wander as Wander

@@ -23,7 +23,7 @@ def modules_in(folder: Folder, world: str | None = None) -> Json:
         world: World whose folder is searched; by default that of the studio.
     """
     place = folder.root if world is None else folder.path(world).parent
-    files = [(path, f"mjsim.algorithms.{path.stem}") for path in sorted(_algorithms())]
+    files = sorted(_algorithms())
     if place.is_dir():
         files += [(path, path.relative_to(place).as_posix()) for path in files_below(place)]
     found: dict[str, list[Json]] = {kind: [] for kind in KINDS.values()}
@@ -33,10 +33,12 @@ def modules_in(folder: Folder, world: str | None = None) -> Json:
     return dict(found)
 
 
-def _algorithms() -> Iterator[Path]:
+def _algorithms() -> Iterator[tuple[Path, str]]:
+    """Yield the files of shipped modules, each with its text before the colon; files of a package share its name."""
     spec = importlib.util.find_spec("mjsim.algorithms")
     for folder in (spec.submodule_search_locations or ()) if spec is not None else ():
-        yield from Path(folder).glob("*.py")
+        yield from ((path, f"mjsim.algorithms.{path.stem}") for path in Path(folder).glob("*.py"))
+        yield from ((path, f"mjsim.algorithms.{path.parent.name}") for path in Path(folder).glob("*/*.py"))
 
 
 def _offer_json(offer: Offer) -> Json:

@@ -12,10 +12,11 @@ from tests.children import completed
 
 FOLDER = Path(mjsim.algorithms.__file__).parent
 FILES = [(path, path.stem) for path in sorted(FOLDER.glob("*.py"))]
+PACKAGED = [(path, path.parent.name) for path in sorted(FOLDER.glob("*/*.py"))]
 
 
 def test_each_class_that_a_world_may_name_is_a_name_of_the_package():
-    offered = dict(reversed(offer.use.split(":")) for offer in offers_in(FILES))
+    offered = dict(reversed(offer.use.split(":")) for offer in offers_in([*FILES, *PACKAGED]))
     assert len(offered) > 30
     assert sorted(mjsim.algorithms.__all__) == sorted(offered)
     places = sorted(pair[::-1] for pair in offered.items())

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from mjsim.algorithms.ekf_slam import EkfSlam
+from mjsim.algorithms.textbook import TextbookEkfSlam
 from mjsim.bench.slam_rooms import ROOMS, ekf_slam, scores_in_log, scores_in_room
-from mjsim.bench.textbook_slam import TextbookSlam
 from tests.real_logs import imported
 
 pytestmark = pytest.mark.slow
@@ -46,7 +46,7 @@ def mrclam(tmp_path_factory):
 def test_every_variant_stands_the_poor_first_looks_of_a_real_robot(mrclam):
     variants = {variant: EkfSlam(jacobians=variant) for variant in VARIANTS}
     variants["start"] = EkfSlam(jacobians="invariant", frame="start")
-    scores = scores_in_log(mrclam, "robot1", {"textbook": TextbookSlam(), **variants})
+    scores = scores_in_log(mrclam, "robot1", {"textbook": TextbookEkfSlam(), **variants})
     # First estimates that stay at a poor first look: 1.0 m.
     assert scores["textbook"].ate < 0.4
     assert scores["first-estimates"].ate < 0.25

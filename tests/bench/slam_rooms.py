@@ -8,7 +8,7 @@ import numpy as np
 from numpy.random import Generator
 
 from mjsim.algorithms.ekf_slam import EkfSlam
-from mjsim.bench.textbook_slam import TextbookSlam
+from mjsim.algorithms.textbook import TextbookEkfSlam
 from mjsim.geometry import Array
 from mjsim.interface import BeaconInfo, Estimate, Estimator, Observation, RobotInfo
 from mjsim.record import Recording
@@ -302,7 +302,7 @@ def scores_in_room(room: Room, others: Mapping[str, Estimator], *, seed: int) ->
         others: By their names; the textbook is 'textbook'.
         seed: Of the run.
     """
-    world, panel = parse_world(room.text), SideBySide({"textbook": TextbookSlam(), **others})
+    world, panel = parse_world(room.text), SideBySide({"textbook": TextbookEkfSlam(), **others})
     driver = replace(drivers_of(world)[ROBOT], estimator=panel)
     with Simulation(world, seed=seed) as sim:
         recording = run(sim, drivers={ROBOT: driver}, pictures=False)

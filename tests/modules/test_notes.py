@@ -112,7 +112,11 @@ def test_one_of_several_readings_of_what_is_around_is_enough(notes):
 
 @pytest.mark.parametrize(
     ("use", "sensor", "kind"),
-    [("mjsim.algorithms.lidar_slam:LidarSlam", "lidar: a", "scans"), ("mine.py:Gyro", "imu: a", "imu")],
+    [
+        ("mjsim.algorithms.lidar_slam:LidarSlam", "lidar: a", "scans"),
+        ("mjsim.algorithms.textbook:TextbookEkfSlam", "beacons: a", "sightings"),
+        ("mine.py:Gyro", "imu: a", "imu"),
+    ],
 )
 def test_scans_and_the_imu_are_missed_as_sightings_are(notes, use, sensor, kind):
     assert notes(f"{{{sensor}}}", estimator=f'{{use: "{use}"}}') == []

@@ -39,6 +39,12 @@ Alias: type = Avoid
         ("min.py:Avoid", "no file 'min.py' beside the world file; did you mean 'mine.py'?"),
         ("../mine.py:Avoid", "path '../mine.py' leaves the folder of the world; keep it beside the world file"),
         ("broken.py:Avoid", "broken.py:2: '(' was never closed; this is not Python"),
+        ("mjsim.algorithms.textbook:TextbookFastSlam", None),
+        (
+            "mjsim.algorithms.textbook:TextbookFastSlm",
+            "no class 'TextbookFastSlm' in mjsim.algorithms.textbook; did you mean 'TextbookFastSlam'?",
+        ),
+        ("mjsim.algorithms:EkfSlm", "no class 'EkfSlm' in mjsim.algorithms; did you mean 'EkfSlam'?"),
         ("mjsim.algorithms.ekf_slam:EkfSlm", "no class 'EkfSlm' in mjsim.algorithms.ekf_slam; did you mean 'EkfSlam'?"),
         ("mjsim.algorithms.none:X", "no module 'mjsim.algorithms.none' is installed; install it or correct the name"),
         ("none.such:X", "no module 'none' is installed; install it or correct the name"),
@@ -89,6 +95,20 @@ class Plain:
 def build(pace):
     return Good(pace)
 """
+
+
+def test_a_class_of_a_package_is_judged_by_the_file_that_defines_it():
+    use = "mjsim.algorithms.textbook:TextbookFastSlam', partikles: 3"
+    world = parse_world(f"robots: [{{name: a, at: [0, 0]}}]\nrun: {{drivers: {{a: {{estimator: {{use: '{use}}}}}}}}}")
+    messages = [problem.message for problem in check_modules(world)]
+    assert messages == ["TextbookFastSlam takes no 'partikles'; did you mean 'particles'?"]
+
+
+def test_a_class_of_a_package_is_judged_by_the_file_that_defines_it():
+    use = "mjsim.algorithms.textbook:TextbookFastSlam', partikles: 3"
+    world = parse_world(f"robots: [{{name: a, at: [0, 0]}}]\nrun: {{drivers: {{a: {{estimator: {{use: '{use}}}}}}}}}")
+    messages = [problem.message for problem in check_modules(world)]
+    assert messages == ["TextbookFastSlam takes no 'partikles'; did you mean 'particles'?"]
 
 
 @pytest.mark.parametrize(

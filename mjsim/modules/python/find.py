@@ -19,8 +19,7 @@ def class_defects(use: Use, role: str, source: Source) -> Iterator[Defect]:
     """Yield what does not exist, which keys the class does not accept or lacks, and why it cannot fill a role."""
     place, _, name = use.use.rpartition(":")
     try:
-        path = file_of(place, source)
-        outline = BoundNames({}, True) if path is None else outline_of(path)
+        outline = _defining(place, name, source)
     except UnreadableError as error:
         yield Defect(str(error), missing=False)
         return
@@ -29,7 +28,8 @@ def class_defects(use: Use, role: str, source: Source) -> Iterator[Defect]:
         return
     item = outline.names.get(name)
     if item is None and not outline.open_ended:
-        classes = [word for word in outline.classes() if not word.startswith("_")]
+        # A package without classes of its own offers those that it imports.
+        classes = [word for word in outline.classes() or outline.names if not word.startswith("_")]
         yield Defect(f"no class '{name}' in {place}{did_you_mean(name, classes)}")
     elif isinstance(item, (ast.FunctionDef, ast.AsyncFunctionDef)):
         yield Defect(f"{name} in {place} {unmade(role, 'a function')}", missing=False)
@@ -38,6 +38,30 @@ def class_defects(use: Use, role: str, source: Source) -> Iterator[Defect]:
         yield from _wrong_keys(item, methods, use)
         if problem := _misfit(methods, role):
             yield Defect(f"{name} in {place} {problem}", missing=False)
+
+
+def names_of(place: str, source: Source) -> BoundNames:
+    """Return the names that a module binds; those of a package whose names are loaded late are in its stub.
+
+    Raises:
+        UnreadableError: It is not Python, or too large.
+        ValueError: There is no such module.
+    """
+    path = file_of(place, source)
+    if path is None:
+        return BoundNames({}, True)
+    stub = path.with_suffix(".pyi")
+    return outline_of(stub if _is_package(path) and stub.is_file() else path)
+
+
+def imported(statement: ast.ImportFrom, name: str, place: str, source: Source) -> tuple[str, str] | None:
+    """Return the installed module and the name in it of a name imported from beside; None for one from elsewhere."""
+    if statement.level != 1 or statement.module is None or place.endswith(".py"):
+        return None
+    path = file_of(place, source)
+    folder = place if path is not None and _is_package(path) else place.rpartition(".")[0]
+    original = next((each.name for each in statement.names if name in (each.asname, each.name)), name)
+    return f"{folder}.{statement.module}", original
 
 
 def file_of(place: str, source: Source) -> Path | None:
@@ -59,6 +83,18 @@ def parts_of(name: str) -> list[str]:
     if not all(part.isidentifier() for part in parts):
         raise ValueError(f"'{name}' is not a module; write 'package.module:Class' or 'file.py:Class'")
     return parts
+
+
+def _defining(place: str, name: str, source: Source) -> BoundNames:
+    """Return the names of the module that defines a class: of a package, the one that it takes it from."""
+    outline = names_of(place, source)
+    item = outline.names.get(name)
+    found = imported(item, name, place, source) if isinstance(item, ast.ImportFrom) else None
+    return outline if found is None or found[1] != name else _defining(*found, source)
+
+
+def _is_package(path: Path) -> bool:
+    return path.name == "__init__.py"
 
 
 def _misfit(methods: Methods, role: str) -> str | None:

@@ -5,9 +5,9 @@ from collections import deque
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from mjsim.modules.python.find import file_of
+from mjsim.modules.python.find import imported, names_of
 from mjsim.modules.python.offers import keys_of
-from mjsim.modules.python.outline import UnreadableError, methods_of, outline_of
+from mjsim.modules.python.outline import UnreadableError, methods_of
 from mjsim.world import SENSOR_KINDS, Source, Use
 
 SHARED = frozenset({"ranges", "joints", "imu", "encoders", "proximity", "bump"})
@@ -54,7 +54,7 @@ def _reached(place: str, name: str, source: Source) -> Iterator[ast.stmt]:
         if name not in found:
             continue
         if isinstance(found[name], ast.ImportFrom):
-            waiting += _imported(found[name], name, place)
+            waiting += _imported(found[name], name, place, source)
             continue
         yield found[name]
         used = {node.id for node in _run(found[name]) if isinstance(node, ast.Name)}
@@ -64,13 +64,12 @@ def _reached(place: str, name: str, source: Source) -> Iterator[ast.stmt]:
 def _names(place: str, source: Source) -> Mapping[str, ast.stmt]:
     """Return the names that a file beside the world, or of mjsim.algorithms, binds; none of another."""
     try:
-        path = file_of(place, source)
-        return {} if path is None else outline_of(path).names
+        return names_of(place, source).names
     except (UnreadableError, ValueError):
         return {}  # reported by the check of the module
 
 
-def _imported(statement: ast.stmt, name: str, place: str) -> Iterator[tuple[str, str]]:
+def _imported(statement: ast.stmt, name: str, place: str, source: Source) -> Iterator[tuple[str, str]]:
     """Yield module and name of an imported name, if the module is beside the importing file or of mjsim.algorithms."""
     if not isinstance(statement, ast.ImportFrom) or statement.module is None:
         return
@@ -80,8 +79,8 @@ def _imported(statement: ast.stmt, name: str, place: str) -> Iterator[tuple[str,
         yield statement.module, original
     elif beside:
         yield (Path(place).parent / f"{statement.module.replace('.', '/')}.py").as_posix(), original
-    elif statement.level == 1:
-        yield f"{place.rpartition('.')[0]}.{statement.module}", original
+    elif found := imported(statement, name, place, source):
+        yield found
 
 
 def _run(part: ast.AST) -> Iterator[ast.AST]:

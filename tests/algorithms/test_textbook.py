@@ -1,0 +1,110 @@
+"""The estimators as the textbook prints them: equal to others' where a result is exact, short enough to be read."""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+
+import mjsim.algorithms.textbook as textbook
+from mjsim.algorithms.filterpy_slam import FilterpySlam
+from mjsim.algorithms.textbook import TextbookEkfSlam, TextbookFastSlam, TextbookMonteCarlo
+from mjsim.algorithms.textbook.monte_carlo import CELL
+from mjsim.geometry import Pose
+from mjsim.interface import BeaconInfo, Observation, Odometry, Sighting
+from tests.algorithms.test_monte_carlo import FACES, LIDAR, MAP, scan_from
+from tests.algorithms.test_slam_estimators import POSTS, R, apart, ring_run
+from tests.robots import pioneer
+
+STILL = Odometry(0.0, 0.0, 0.0, np.zeros((3, 3)))
+MODULES = sorted(Path(textbook.__file__).parent.glob("*.py"))
+
+
+def known_pose(pose, **sheet):
+    return dataclasses.replace(pioneer(), prior=pose, prior_covariance=np.zeros((3, 3)), **sheet)
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda path: path.stem)
+def test_an_estimator_of_the_textbook_is_one_file_below_150_lines(path):
+    assert len(path.read_text(encoding="utf-8").splitlines()) < 150
+
+
+def test_the_ekf_is_that_of_another_program():
+    truth, belief, _ = ring_run(TextbookEkfSlam(), 3, steps=100)
+    _, other, _ = ring_run(FilterpySlam(), 3, steps=100)
+    np.testing.assert_allclose(belief.pose.as_array(), other.pose.as_array(), atol=1e-9)
+    np.testing.assert_allclose(belief.covariance, other.covariance, atol=1e-9)
+    assert belief.landmarks.keys() == other.landmarks.keys()
+    for name in belief.landmarks:
+        for own, others in zip(belief.landmarks[name], other.landmarks[name], strict=True):
+            np.testing.assert_allclose(own, others, atol=1e-9)
+    assert apart(truth, belief) < 0.12
+
+
+@pytest.mark.parametrize("kind", [TextbookEkfSlam, TextbookFastSlam])
+def test_from_a_pose_that_is_known_a_landmark_is_the_mean_of_its_sightings(kind):
+    """Without an error of the pose, n equal sightings leave a n-th of one's covariance; seen ahead it is diagonal."""
+    slam, rng = kind(), np.random.default_rng(1)
+    slam.start(known_pose(Pose(1.0, 2.0, np.pi / 2)), {}, rng)
+    ranges = 4.0 + np.array([0.03, -0.03, 0.01, -0.01])
+    for r in ranges:
+        belief = slam.update(Observation(0.0, 0.1, STILL, sightings=(Sighting(0.0, "post", float(r), 0.0, R),)))
+    mean, covariance = belief.landmarks["post"]
+    np.testing.assert_allclose(mean, (1.0, 6.0), atol=1e-9)
+    along, across = R[0, 0] / 4, 4.0**2 * R[1, 1] / 4
+    np.testing.assert_allclose(covariance, np.diag([across, along]), rtol=0.02, atol=1e-12)
+    np.testing.assert_allclose(belief.covariance, 0.0, atol=1e-15)
+
+
+def test_fastslam_finds_pose_and_map_where_odometry_drifts():
+    truth, belief, told = ring_run(TextbookFastSlam(), 1, steps=120)
+    assert apart(truth, belief) < 0.3 < np.hypot(*(truth - told)[:2])
+    assert all(np.hypot(*(mean - POSTS[name])) < 0.5 for name, (mean, _) in belief.landmarks.items())
+
+
+def localized(prior, spread, **update):
+    """Return the belief after one observation with nothing moved."""
+    filter = TextbookMonteCarlo(particles=2000)
+    filter.take_map(MAP)
+    catalogue = {"post": BeaconInfo("post", None, 0.3, 0.3, pose=Pose(6.0, 4.0, 0.0), center=1.0)}
+    info = dataclasses.replace(pioneer(), prior=prior, prior_covariance=spread, sensors={"scan": LIDAR})
+    filter.start(info, catalogue, np.random.default_rng(0))
+    return filter.update(Observation(0.0, 0.1, STILL, **update))
+
+
+def test_monte_carlo_finds_the_pose_from_which_a_scan_was_taken():
+    pose = Pose(4.1, 1.9, 0.1)
+    scan = scan_from(pose, np.random.default_rng(2))
+    belief = localized(Pose(4.3, 1.7, 0.0), np.diag([0.2, 0.2, 0.1]) ** 2, scans={"scan": scan})
+    assert np.abs(belief.pose.as_array() - pose.as_array()).max() < 0.05
+
+
+def test_monte_carlo_weighs_a_beacon_as_a_kalman_filter_does():
+    """Ahead along x, range corrects x alone: the product of two Gaussians."""
+    spread = np.diag([0.2, 1e-6, 1e-6]) ** 2
+    look = Sighting(0.0, "post", 3.9, 0.0, np.diag([0.1, 1.0]) ** 2)
+    belief = localized(Pose(2.0, 4.0, 0.0), spread, sightings=(look,))
+    gain = 0.2**2 / (0.2**2 + 0.1**2)
+    assert belief.pose.x == pytest.approx(2.0 + gain * 0.1, abs=0.01)
+    assert belief.covariance[0, 0] == pytest.approx((1.0 - gain) * 0.2**2, rel=0.15)
+
+
+def test_monte_carlo_measures_the_distance_to_walls_within_a_cell():
+    filter, rng = TextbookMonteCarlo(), np.random.default_rng(3)
+    filter.take_map(MAP)
+    points = rng.uniform((0.1, 0.1), (9.9, 3.9), (200, 2))
+    column, row = ((points - filter.corner) / CELL).astype(int).T
+    exact = [shapely.Point(point).distance(FACES) for point in points]
+    np.testing.assert_allclose(filter.distance[row, column], exact, atol=0.06)
+
+
+@pytest.mark.parametrize("kind", [TextbookFastSlam, TextbookMonteCarlo])
+def test_no_particles_are_refused(kind):
+    with pytest.raises(ValueError, match="particles is 0"):
+        kind(particles=0)
+
+
+def test_monte_carlo_without_a_map_says_what_to_write():
+    with pytest.raises(ValueError, match="map: known"):
+        TextbookMonteCarlo().take_map(None)
