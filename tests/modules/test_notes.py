@@ -63,7 +63,9 @@ VISION = '{use: "mjsim.algorithms.beacon_vision:BeaconVision", camera: front}'
 RECKONS = "and nothing gives robot 'r' any, so it is dead reckoning"
 
 
-@pytest.mark.parametrize("name", ["ekf_slam:EkfSlam", "fastslam:FastSlam", "cooperative_slam:CooperativeSlam"])
+@pytest.mark.parametrize(
+    "name", ["ekf_slam:EkfSlam", "fastslam:FastSlam", "cooperative_slam:CooperativeSlam", "textbook:TextbookEkfSlam"]
+)
 def test_an_estimator_without_sightings_is_dead_reckoning(notes, name):
     assert notes(estimator=f'{{use: "mjsim.algorithms.{name}"}}', beacons=LION) == [
         f"estimator {name.partition(':')[2]} uses sightings, {RECKONS}; add a sensor (beacons: NAME) or an observer"
@@ -114,7 +116,6 @@ def test_one_of_several_readings_of_what_is_around_is_enough(notes):
     ("use", "sensor", "kind"),
     [
         ("mjsim.algorithms.lidar_slam:LidarSlam", "lidar: a", "scans"),
-        ("mjsim.algorithms.textbook:TextbookEkfSlam", "beacons: a", "sightings"),
         ("mine.py:Gyro", "imu: a", "imu"),
     ],
 )

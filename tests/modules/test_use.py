@@ -104,13 +104,6 @@ def test_a_class_of_a_package_is_judged_by_the_file_that_defines_it():
     assert messages == ["TextbookFastSlam takes no 'partikles'; did you mean 'particles'?"]
 
 
-def test_a_class_of_a_package_is_judged_by_the_file_that_defines_it():
-    use = "mjsim.algorithms.textbook:TextbookFastSlam', partikles: 3"
-    world = parse_world(f"robots: [{{name: a, at: [0, 0]}}]\nrun: {{drivers: {{a: {{estimator: {{use: '{use}}}}}}}}}")
-    messages = [problem.message for problem in check_modules(world)]
-    assert messages == ["TextbookFastSlam takes no 'partikles'; did you mean 'particles'?"]
-
-
 @pytest.mark.parametrize(
     ("used", "lines"),
     [
