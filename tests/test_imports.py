@@ -156,6 +156,8 @@ def test_one_class_one_name(package):
             "from mjsim.exchange import BroughtRobot, RobotOptions, bring_file, bring_robot",
             HEAVY | {"numpy", "shapely"},
         ),
+        # The studio prints its address before it loads these.
+        ("import mjsim.cli.studio, mjsim.web.studio; mjsim.cli.studio.opened('gallery')", HEAVY | {"shapely"}),
         (
             # Without pictures, which the recogniser judges.
             f"from mjsim.cli import main; sys.argv = ['mjsim', 'check', '{ROOT.parent}/worlds/avoidance.yaml']; main()",

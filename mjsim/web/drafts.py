@@ -15,9 +15,9 @@ from pathlib import Path
 
 from mjsim.output import LEFT_BEHIND, is_locked, remove_leftovers, replace_file, try_lock
 from mjsim.web.answers import RefusedError
-from mjsim.web.files import SHIPPED
 from mjsim.web.folder import Folder
 from mjsim.web.items import Json
+from mjsim.web.shipped import SHIPPED
 from mjsim.world import MAX_BYTES, too_large
 
 TAB = re.compile(r"[0-9a-f]{16}")

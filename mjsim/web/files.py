@@ -4,34 +4,26 @@ import hashlib
 import os
 import re
 from collections.abc import Iterator
-from functools import cache
-from importlib import resources
 from pathlib import Path
 
-from mjsim.exchange import TEMPLATES, template_summary, template_text
+from mjsim.exchange import template_text
 from mjsim.output import write_new, write_whole
 from mjsim.web.answers import RefusedError
 from mjsim.web.folder import Folder
 from mjsim.web.items import Json
+from mjsim.web.shipped import MODELS, PICTURES, SHIPPED, is_shipped, shipped
 from mjsim.world import (
     MAX_BYTES,
     Source,
     holds_file,
-    preset_names,
     read_file,
-    shipped_worlds,
     too_large,
     worlds_folder,
 )
 
-SHIPPED = "shipped:"
-"""Prefix of the path of a shipped world on the page."""
-MODELS = (".xml", ".urdf")
-"""Suffixes of models."""
 EMPTY_WORLD = "mjsim: 1\nname: room\n"
 SWEEP = "sweep.json"
 """File that marks the folder of a sweep."""
-PICTURES = (".jpg", ".jpeg", ".png")
 MAX_FILES, DEEPEST = 5000, 6
 """Maximum number of files and of folder levels searched."""
 _WORLD = re.compile(rb"^mjsim[ \t]*:", re.MULTILINE)
@@ -58,40 +50,6 @@ def listed(folder: Folder) -> Json:
             models.append(name)
     found = {"worlds": worlds, "recordings": recordings, "sweeps": sweeps, "pictures": pictures, "models": models}
     return {"folder": str(folder.root), **{kind: sorted(names) for kind, names in found.items()}, "shipped": shipped()}
-
-
-@cache
-def shipped() -> Json:
-    """Return what is shipped with mjsim: worlds, pictures, models, presets of arms, sensors and robots, templates."""
-    return {
-        "worlds": sorted(_shipped_files("mjsim.worlds", (".yaml",), cut=5)),
-        "pictures": sorted(_shipped_files("mjsim.assets", PICTURES)),
-        "models": sorted(name for name in _shipped_files("mjsim.assets", MODELS) if name.startswith("furniture/")),
-        "arms": _presets("arms"),
-        "sensors": {kind: _presets(f"sensors/{kind}") for kind in ("camera", "lidar", "lidar3d")},
-        "presets": [{"name": name, "about": _about(name)} for name in preset_names()],
-        "templates": list(TEMPLATES),
-        "about": {name: template_summary(name) for name in TEMPLATES},
-    }
-
-
-def _presets(place: str) -> list[str]:
-    """Return the names of the presets in a folder of the assets."""
-    names = _shipped_files("mjsim.assets", (".yaml",), cut=5)
-    return sorted(name.removeprefix(f"{place}/") for name in names if name.startswith(f"{place}/"))
-
-
-def shipped_name(word: str) -> str | None:
-    """Return the path on the page of the shipped world named by a bare word; None if there is none."""
-    file = shipped_worlds().get(word)
-    if file is None:
-        return None
-    return f"{SHIPPED}{file.relative_to(worlds_folder()).with_suffix('').as_posix()}"
-
-
-def is_shipped(path: str) -> bool:
-    """Return whether a path on the page names a shipped world."""
-    return path.startswith(SHIPPED) and path.removeprefix(SHIPPED) in shipped()["worlds"]
 
 
 def source_of(folder: Folder, path: str) -> Source:
@@ -239,23 +197,3 @@ def _contains(path: Path, word: re.Pattern[bytes]) -> bool:
             return word.search(file.read(_HEAD)) is not None
     except OSError:
         return False
-
-
-def _shipped_files(package: str, kinds: tuple[str, ...], *, cut: int = 0) -> Iterator[str]:
-    """Yield shipped files by their paths in the package, without the last `cut` characters."""
-    waiting = [("", resources.files(package))]
-    while waiting:
-        folder, place = waiting.pop()
-        for item in place.iterdir():
-            name = f"{folder}{item.name}"
-            if item.is_dir():
-                waiting.append((f"{name}/", item))
-            elif name.lower().endswith(kinds):
-                yield name[: len(name) - cut]
-
-
-def _about(preset: str) -> str:
-    """Return the first sentence of a preset's file."""
-    text = (resources.files("mjsim.assets") / "robots" / f"{preset}.yaml").read_text(encoding="utf-8")
-    first = " ".join(line.lstrip("# ") for line in text.splitlines() if line.startswith("#"))
-    return first.partition(". ")[0].partition(" Sources:")[0].rstrip(".")

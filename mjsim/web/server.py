@@ -78,7 +78,8 @@ class Server(Closes):
         listener = listen(port, host=host)
         self.port: int = listener.getsockname()[1]
         invite = Route("/api/invite", answer_get(self._invite), methods=["POST"])
-        app = Starlette(routes=[*routes, invite], lifespan=self._lifespan)
+        # Late routes take all that is left.
+        app = Starlette(routes=[invite, *routes], lifespan=self._lifespan)
         guarded = app if self._keys is None else Entrance(app, self._keys, port=self.port)
         self._ready, self._closed = threading.Event(), False
         self._server = _Uvicorn(

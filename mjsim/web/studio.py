@@ -5,18 +5,12 @@ from pathlib import Path
 
 from mjsim.closing import Closes
 from mjsim.errors import UsageError
-from mjsim.web.edit_api import EditApi
-from mjsim.web.files import is_shipped
 from mjsim.web.folder import Folder
-from mjsim.web.items import scene_of
+from mjsim.web.late import LateRoutes, Loaded
 from mjsim.web.local import LOOPBACK
-from mjsim.web.review_api import ReviewApi
-from mjsim.web.run_api import RunApi
 from mjsim.web.server import Server
+from mjsim.web.shipped import is_shipped
 from mjsim.web.static_page import page_routes
-from mjsim.web.tabs import Tabs
-from mjsim.web.trust import Trust
-from mjsim.web.warm import warm_up
 
 PRELOAD = ("/api/folder", "/api/schema")
 """What the page requests first."""
@@ -49,17 +43,14 @@ class Studio(Closes):
         Raises:
             UsageError: The folder or world does not exist, or the page cannot be served there.
         """
-        warm_up()
-        place, trust = Folder(Path(folder)), Trust()
+        place = Folder(Path(folder))
         if world is not None and not is_shipped(world) and not place.path(world).is_file():
             raise UsageError(f"no file '{world}' in {place.root}; name a world file")
-        tabs = Tabs(place)
-        edit = EditApi(place, trust, world=world, saved=tabs.wake)
-        run, review = RunApi(place, trust, scene=scene_of), ReviewApi(place, scene=scene_of)
-        routes = [*page_routes(preload=PRELOAD), *edit.routes, *tabs.routes, *run.routes, *review.routes]
-        closing = [tabs.close, run.close, review.close, edit.close]
         self.asks_for_token = not without_token
+        late = LateRoutes(lambda: _loaded(place, world))
+        routes, closing = [*page_routes(preload=PRELOAD), late.mount], [late.close]
         self._server = Server(routes, host=host, port=port, token=token, without_token=without_token, closing=closing)
+        late.start()
 
     @property
     def address(self) -> str:
@@ -86,3 +77,21 @@ class Studio(Closes):
     def close(self) -> None:
         """Stop serving; a second call does nothing."""
         self._server.close()
+
+
+def _loaded(folder: Folder, world: str | None) -> Loaded:
+    """Load what edits, runs and reviews: MuJoCo and much else, while the browser gets the page."""
+    from mjsim.web.edit_api import EditApi
+    from mjsim.web.items import scene_of
+    from mjsim.web.review_api import ReviewApi
+    from mjsim.web.run_api import RunApi
+    from mjsim.web.tabs import Tabs
+    from mjsim.web.trust import Trust
+    from mjsim.web.warm import warm_up
+
+    warm_up()
+    trust, tabs = Trust(), Tabs(folder)
+    edit = EditApi(folder, trust, world=world, saved=tabs.wake)
+    run, review = RunApi(folder, trust, scene=scene_of), ReviewApi(folder, scene=scene_of)
+    parts = (tabs, run, review, edit)
+    return Loaded([route for part in parts for route in part.routes], [part.close for part in parts])

@@ -14,9 +14,10 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from mjsim.errors import MjsimError
 from mjsim.web.answers import Ask, RefusedError, answer_get, posted
 from mjsim.web.drafts import ID, TAB, Drafts
-from mjsim.web.files import SHIPPED, read_world
+from mjsim.web.files import read_world
 from mjsim.web.folder import LONGEST, Folder
 from mjsim.web.items import Json
+from mjsim.web.shipped import SHIPPED
 from mjsim.web.watch import MAX_FILES, DiskWatch
 
 PERIOD = 0.5

@@ -3,8 +3,9 @@
 import threading
 from functools import cache
 
-from mjsim.web.files import EMPTY_WORLD, shipped
+from mjsim.web.files import EMPTY_WORLD
 from mjsim.web.panel_schema import panel_schema
+from mjsim.web.shipped import shipped
 from mjsim.web.static_page import pack_files
 from mjsim.world import parse_world
 

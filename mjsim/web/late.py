@@ -1,0 +1,54 @@
+"""Routes that are loaded while the server already serves: a request for one of them waits until they are there."""
+
+import asyncio
+import threading
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from typing import NamedTuple
+
+from starlette.routing import BaseRoute, Mount, Router
+from starlette.types import Receive, Scope, Send
+
+
+class Loaded(NamedTuple):
+    """What was loaded."""
+
+    routes: Sequence[BaseRoute]
+    closing: Sequence[Callable[[], None]]
+    """Called on closing."""
+
+
+class LateRoutes:
+    """An application of routes that a thread loads."""
+
+    def __init__(self, load: Callable[[], Loaded]) -> None:
+        """Store how to load them; if it raises an error, each request gets it."""
+        self._load, self._loaded = load, Future[Loaded]()
+        self._thread = threading.Thread(target=self._run, name="mjsim-loading")
+        self._router: Router | None = None
+        self.mount = Mount("", self)
+        """Takes every address that no route before it takes."""
+
+    def start(self) -> None:
+        """Start loading; until then, requests wait."""
+        self._thread.start()
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request."""
+        if self._router is None:
+            # A browser that disconnects meanwhile cancels nothing.
+            self._router = Router((await asyncio.shield(asyncio.wrap_future(self._loaded))).routes)
+        await self._router(scope, receive, send)
+
+    def close(self) -> None:
+        """Close what was loaded, once it is."""
+        self._thread.join()
+        if self._loaded.exception() is None:
+            for call in self._loaded.result().closing:
+                call()
+
+    def _run(self) -> None:
+        try:
+            self._loaded.set_result(self._load())
+        except BaseException as error:
+            self._loaded.set_exception(error)
