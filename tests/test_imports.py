@@ -157,7 +157,10 @@ def test_one_class_one_name(package):
             HEAVY | {"numpy", "shapely"},
         ),
         # The studio prints its address before it loads these.
-        ("import mjsim.cli.studio, mjsim.web.studio; mjsim.cli.studio.opened('gallery')", HEAVY | {"shapely"}),
+        (
+            "import mjsim.cli.studio, mjsim.web.studio; mjsim.cli.studio.opened('gallery')",
+            HEAVY - {"starlette", "uvicorn"},
+        ),
         (
             # Without pictures, which the recogniser judges.
             f"from mjsim.cli import main; sys.argv = ['mjsim', 'check', '{ROOT.parent}/worlds/avoidance.yaml']; main()",
