@@ -1,4 +1,3 @@
-from .design import RULES as RULES
 from .design import Design as Design
 from .design import lead_design as lead_design
 from .design import lqr_design as lqr_design
@@ -14,4 +13,5 @@ from .page import complex_text as complex_text
 from .scene import ScenePlant as ScenePlant
 from .study import Study as Study
 from .study import study as study
+from .tuning import RULES as RULES
 from .write import write_lab as write_lab

@@ -10,14 +10,12 @@ import numpy as np
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.geometry import Array
 from mjsim.lab.linear import LinearPlant
-from mjsim.lab.study import INTEGRATOR, margins_of, shown_seconds, shown_times, theory
+from mjsim.lab.margins import margins_of
+from mjsim.lab.study import shown_seconds, shown_times, theory
+from mjsim.lab.tuning import RULES, first_output
 
 FILTER = 10.0
 """Time constant of the derivative filter of a PID: its derivative time divided by this."""
-OTHERWISE = "take another rule of --pid, or --place, --lqr or --lead"
-Parameters = tuple[float, float, float]
-"""Parameters of a PID: gain, integral time and derivative time [s]; an infinite integral time means no integral part.
-"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -55,7 +53,7 @@ def pid_design(plant: LinearPlant, rule: str) -> Design:
     if rule not in RULES:
         raise UsageError(f"no tuning rule '{rule}'{did_you_mean(rule, RULES)}")
     control = theory()
-    kp, ti, td = RULES[rule](_first(plant))
+    kp, ti, td = RULES[rule](plant)
     s = control.tf("s")
     law = control.tf([kp], [1])
     if math.isfinite(ti):
@@ -123,7 +121,7 @@ def lead_design(plant: LinearPlant, *, margin_deg: float, crossover: float, lag:
     References:
         Franklin, Powell, Emami-Naeini, Feedback Control of Dynamic Systems (2015), section 6.7.
     """
-    control, loop = theory(), _first(plant)
+    control, loop = theory(), first_output(plant)
     if not (crossover > 0.0 and lag >= 1.0):
         raise UsageError("a lead needs a crossover above 0 rad/s and a lag of 1 or more")
     behind = control.tf([1.0, crossover / 10], [1.0, crossover / 10 / lag]) if lag > 1.0 else control.tf([1.0], [1.0])
@@ -148,17 +146,14 @@ def _check_states(plant: LinearPlant) -> None:
         raise UsageError("the plant has no states to feed back; use --pid simc")
 
 
-def _first(plant: LinearPlant) -> Any:
-    return theory().ss(plant.A, plant.B, plant.C[:1], plant.D[:1])
-
-
 def _in_series(plant: LinearPlant, law: Any, name: str) -> Design:
     """Return the design of a series controller with feedback from the first output."""
     control = theory()
     num, den = (np.asarray(part[0][0], dtype=float) / law.den[0][0][0] for part in (law.num, law.den))
-    open_loop = _first(plant) * control.ss(law)
+    open_loop = first_output(plant.exact) * control.ss(law)
     closed = control.feedback(control.ss(plant.A, plant.B, plant.C, plant.D) * control.ss(law), _take_first(plant))
-    return _design(closed, open_loop, name, num=tuple(num.tolist()), den=tuple(den.tolist()))
+    margins = margins_of(open_loop, plant.delay)
+    return _design(closed, margins, name, num=tuple(num.tolist()), den=tuple(den.tolist()))
 
 
 def _take_first(plant: LinearPlant) -> Any:
@@ -170,100 +165,15 @@ def _fed_back(plant: LinearPlant, K: Array, name: str) -> Design:
     control = theory()
     closed = control.ss(plant.A - plant.B @ K, plant.B, plant.C - plant.D @ K, plant.D)
     open_loop = control.ss(plant.A, plant.B, K, np.zeros((1, 1)))
-    return _design(closed, open_loop, name, gain=tuple(np.asarray(K)[0].tolist()))
+    return _design(closed, margins_of(open_loop), name, gain=tuple(np.asarray(K)[0].tolist()))
 
 
-def _design(closed: Any, open_loop: Any, name: str, **law: tuple[float, ...]) -> Design:
+def _design(closed: Any, margins: dict[str, float | None], name: str, **law: tuple[float, ...]) -> Design:
     control = theory()
     poles = np.sort_complex(closed.poles())
     time = shown_times(poles, shown_seconds(poles))
     _, step = control.step_response(closed, time, squeeze=False)
-    return Design(name=name, poles=poles, margins=margins_of(open_loop), time=time, step=step[:, 0, :], **law)
-
-
-def _ultimate(loop: Any) -> tuple[float, float]:
-    """Return the ultimate gain and period [s]."""
-    gain, _, at, _ = theory().margin(loop)
-    if not (math.isfinite(gain) and math.isfinite(at) and at > 0.0 and (loop.poles().real < 1e-9).all()):
-        raise UsageError(f"no gain makes this plant oscillate; {OTHERWISE}")
-    return float(gain), 2.0 * math.pi / float(at)
-
-
-def _reaction(loop: Any) -> tuple[float, float, float]:
-    """Return gain, dead time [s] and time constant [s] of the plant's step response, from its steepest tangent."""
-    if not (loop.poles().real < 0.0).all():
-        raise UsageError(f"the plant is not stable; {OTHERWISE}")
-    if not len(loop.poles()):
-        raise UsageError("the plant is a pure gain without a lag; any integral gain stabilises it")
-    control, gain = theory(), float(np.real(loop.dcgain()))
-    if abs(gain) < 1e-9 * float(np.abs(loop.D).max() + np.abs(loop.C @ loop.B).max(initial=0.0)) or gain == 0.0:
-        raise UsageError(f"the plant returns to 0 after a step, so no PID can hold it elsewhere; {OTHERWISE}")
-    time = np.linspace(0.0, 1.5 * shown_seconds(loop.poles()), 20_000)
-    _, response = control.step_response(loop, time)
-    response = response * np.sign(gain)
-    # Before its final rise the response may go the wrong way, or show artefacts of Pade's approximation of a delay.
-    rising = np.arange(len(time)) > np.flatnonzero(response <= 0.0).max(initial=-1)
-    rate = np.where(rising, np.gradient(response, time), 0.0) if rising.any() else np.gradient(response, time)
-    steepest = int(np.argmax(rate))
-    constant = abs(gain) / float(rate[steepest])
-    return gain, max(float(time[steepest] - response[steepest] / rate[steepest]), 0.0), constant
-
-
-def _ziegler_nichols(loop: Any) -> Parameters:
-    """Ziegler, Nichols, Optimum Settings for Automatic Controllers, Transactions of the ASME 64 (1942)."""
-    gain, period = _ultimate(loop)
-    return 0.6 * gain, 0.5 * period, 0.125 * period
-
-
-def _tyreus_luyben(loop: Any) -> Parameters:
-    """Luyben, Luyben, Essentials of Process Control (1997), section 3.3."""
-    gain, period = _ultimate(loop)
-    return gain / 2.2, 2.2 * period, period / 6.3
-
-
-def _cohen_coon(loop: Any) -> Parameters:
-    """Cohen, Coon, Theoretical Consideration of Retarded Control, Transactions of the ASME 75 (1953)."""
-    gain, dead, constant = _reaction(loop)
-    if dead < 1e-6 * constant:
-        raise UsageError("the plant has no dead time, which this rule needs; use the rule simc")
-    r = dead / constant
-    kp = (1.35 + 0.25 * r) / (gain * r)
-    return kp, dead * (2.5 + 0.46 * r) / (1 + 0.61 * r), 0.37 * dead / (1 + 0.19 * r)
-
-
-def _simc(loop: Any) -> Parameters:
-    """Skogestad, Simple Analytic Rules for Model Reduction and PID Controller Tuning, J. Process Control 13 (2003)."""
-    poles = loop.poles()
-    if (np.abs(poles) < INTEGRATOR).sum() == 1 and (poles.real < INTEGRATOR).all():
-        slope, dead = _ramp(loop)
-        return 1.0 / (slope * 2.0 * dead), 8.0 * dead, 0.0
-    gain, dead, constant = _reaction(loop)
-    time_constant = max(dead, constant / 5.0)
-    return constant / (gain * (time_constant + dead)), min(constant, 4.0 * (time_constant + dead)), 0.0
-
-
-def _ramp(loop: Any) -> tuple[float, float]:
-    """Return the final slope of an integrating plant's step response, and its dead time [s].
-
-    They follow from the series expansion at 0: G(s) = slope / s - slope dead + ...
-    """
-    moving = np.abs(loop.poles())[np.abs(loop.poles()) > INTEGRATOR]
-    s = 1e-4 * float(moving.min(initial=1.0))
-    inner, outer = (float(np.real(at * loop(at))) for at in (s, 2 * s))
-    slope = 2.0 * inner - outer
-    dead = (inner - outer) / s / slope if slope else 0.0
-    if not dead > 1e-6 * s:
-        raise UsageError(f"the plant is an integrator without a lag, so any gain stabilises it; {OTHERWISE}")
-    return slope, dead
-
-
-RULES = {
-    "ziegler-nichols": _ziegler_nichols,
-    "tyreus-luyben": _tyreus_luyben,
-    "cohen-coon": _cohen_coon,
-    "simc": _simc,
-}
-"""Tuning rules of PIDs by name."""
+    return Design(name=name, poles=poles, margins=margins, time=time, step=step[:, 0, :], **law)
 
 
 def _complex(value: complex) -> str:

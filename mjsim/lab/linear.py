@@ -33,6 +33,15 @@ class LinearPlant:
     outputs: tuple[str, ...]
     units: tuple[str, ...]
     """Units of the input, then of the outputs."""
+    delay: float = 0.0
+    """Delay that A, B, C, D approximate [s]."""
+    undelayed: "LinearPlant | None" = None
+    """The plant without its delay; None if it has none."""
+
+    @property
+    def exact(self) -> "LinearPlant":
+        """The plant without any approximation of a delay."""
+        return self.undelayed or self
 
 
 def slope(function: Callable[[float], Array], step: float = STEP) -> Array:

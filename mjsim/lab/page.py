@@ -2,6 +2,7 @@
 
 import io
 import json
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -12,6 +13,7 @@ from mjsim.lab.closed import ClosedLoop
 from mjsim.lab.design import Design
 from mjsim.lab.experiment import Experiment
 from mjsim.lab.linear import LinearPlant
+from mjsim.lab.locus import RootLocus
 from mjsim.lab.modules import module_text
 from mjsim.report import Block, Code, Heading, HtmlTable, Paragraph, html_page, picture, png_of
 
@@ -27,7 +29,7 @@ def page_files(experiment: Experiment) -> dict[str, bytes]:
 
     name, pictures = experiment.name, {key: png_of(figure) for key, figure in _figures(experiment).items()}
     files = {f"{name}_{key}.png": data for key, data in pictures.items()}
-    for key, (head, columns) in tables(experiment.study).items():
+    for key, (head, columns) in tables(experiment).items():
         text = io.StringIO()
         np.savetxt(text, columns, fmt="%.17g", delimiter=",", header=",".join(head), comments="")
         files[f"{name}_{key}.csv"] = text.getvalue().encode()
@@ -48,6 +50,7 @@ def figures_of(experiment: Experiment) -> dict[str, Any]:
         "poles": _pairs(study.poles),
         "zeros": _pairs(study.zeros),
         "margins": study.margins,
+        "root_locus": _locus_figures(study.locus),
         "held_input": experiment.held,
         "designs": [
             _design_figures(design, closed)
@@ -67,6 +70,20 @@ def figures_of(experiment: Experiment) -> dict[str, Any]:
             "identified_fit_percent": identified.model_fit.tolist(),
         }
     return found
+
+
+def _locus_figures(locus: RootLocus) -> dict[str, Any]:
+    """Return what the root locus draws; branches for each pole, a point for each gain, as [re, im]."""
+    marks = {"crossings": locus.crossings, "breakaways": locus.breakaways}
+    return {
+        "gains": locus.gains.tolist(),
+        "branches": [_pairs(branch) for branch in locus.branches],
+        **{key: [{"gain": m.gain, "point": _pairs([m.point])[0]} for m in each] for key, each in marks.items()},
+        "centroid": locus.centroid,
+        "asymptotes_deg": [math.degrees(angle) for angle in locus.asymptotes],
+        "poles_at_gain_1": _pairs(locus.unity),
+        "picture": {"real": [-locus.extent, locus.extent], "imaginary": [-locus.extent, locus.extent]},
+    }
 
 
 def _design_figures(design: Design, closed: ClosedLoop | None) -> dict[str, Any]:
@@ -169,11 +186,14 @@ def _facts(experiment: Experiment) -> HtmlTable:
 
 
 def _margin_rows(margins: Mapping[str, float | None]) -> list[tuple[str, str]]:
-    gain, phase = margins["gain_margin"], margins["phase_margin_deg"]
     rows = []
-    rows.append(("gain margin", "none" if gain is None else f"{gain:.6g} at {margins['phase_crossover']:.6g} rad/s"))
-    at = margins["gain_crossover"]
-    rows.append(("phase margin", "none" if phase is None or at is None else f"{phase:.6g} deg at {at:.6g} rad/s"))
+    for name, key, crossover, unit in (
+        ("gain margin", "gain_margin", "phase_crossover", ""),
+        ("phase margin", "phase_margin_deg", "gain_crossover", " deg"),
+    ):
+        value, at = margins[key], margins[crossover]
+        text = "none or infinite" if value is None or at is None else f"{value:.6g}{unit} at {at:.6g} rad/s"
+        rows.append((name, text))
     return rows
 
 

@@ -11,8 +11,10 @@ from matplotlib.ticker import MaxNLocator
 from mjsim.geometry import Array
 from mjsim.lab.closed import ClosedLoop
 from mjsim.lab.design import Design
+from mjsim.lab.experiment import Experiment
 from mjsim.lab.identify import Identified
-from mjsim.lab.study import POINTS, Study, theory
+from mjsim.lab.locus import RootLocus
+from mjsim.lab.study import Study, theory
 from mjsim.plan import GROUPS
 from mjsim.report import ESTIMATE, MAP, NEUTRAL, ODOMETRY, TRUTH, sheet
 
@@ -23,8 +25,6 @@ OTHERS = ((ODOMETRY, "--"), (MAP, ":"))
 """Colours and line styles of nonlinear responses."""
 QUIET = -40.0
 """Lower gains are left out of a Nichols chart [dB]."""
-LOCUS_RANGE = 3.0
-"""Range of a Nyquist or root locus plot, as a multiple of the distance of the critical point or the poles."""
 
 
 def response_plot(
@@ -116,39 +116,49 @@ def _damping_grid(axes: Axes, limit: float) -> None:
         axes.plot(frequency * np.cos(turn), frequency * np.sin(turn), ":", color=GRID, lw=0.8)
 
 
-def _loci(found: Study) -> Array:
-    """Return the closed-loop poles for gains from 0, complex, shape (gains, n)."""
-    control = theory()
-    try:
-        return np.asarray(control.root_locus_map(found.loop).loci)
-    except ValueError:
-        # python-control does not choose gains if both degrees are equal and the gain at high frequencies is < 0.
-        top = 1.0 / max(abs(float(found.loop.D[0, 0])), 1e-12)
-        return np.asarray(control.root_locus_map(found.loop, gains=np.linspace(0.0, 0.99 * top, POINTS)).loci)
-
-
 def poles_plot(found: Study) -> Figure:
-    """Draw poles and zeros, and the root locus for gains from 0."""
-    figure, (plane, locus) = sheet(1, 2, height=4.6)
-    for branch in _loci(found).T if len(found.poles) else ():
-        locus.plot(branch.real, branch.imag, ".", color=ESTIMATE, ms=1.6)
-        locus.plot(branch.real, branch.imag, color=ESTIMATE, lw=1.2)
+    """Draw poles and zeros, and the root locus with its crossings, breakaways, asymptotes and poles at gain 1."""
+    figure, (plane, locus) = sheet(1, 2, height=4.9)
+    _locus_lines(locus, found.locus)
     for axes, title in ((plane, "Poles and zeros"), (locus, "Root locus under unity feedback")):
         axes.plot(found.poles.real, found.poles.imag, "x", color=GROUPS[1], ms=8, mew=1.8, label="poles")
         axes.plot(found.zeros.real, found.zeros.imag, "o", mfc="none", color=MAP, ms=8, mew=1.6, label="zeros")
         axes.axvline(0.0, color=NEUTRAL, lw=0.8)
         axes.axhline(0.0, color=NEUTRAL, lw=0.8)
-        axes.set(xlabel="real [rad/s]", ylabel="imaginary [rad/s]")
+        axes.set(xlabel="real [rad/s]", ylabel="imaginary [rad/s]", aspect="equal")
         axes.set_title(title, loc="left")
-    sizes = np.abs(np.concatenate([found.poles, found.zeros]))
-    limit = 1.3 * float(sizes.max(initial=0.0)) or 1.0
-    for axes, reach in ((plane, limit), (locus, LOCUS_RANGE * limit)):
+    limit = 1.3 * float(np.abs(np.concatenate([found.poles, found.zeros])).max(initial=0.0)) or 1.0
+    for axes, reach in ((plane, limit), (locus, found.locus.extent)):
         axes.grid(visible=False)
         _damping_grid(axes, reach)
-    plane.set(xlim=(-limit, limit), ylim=(-limit, limit))
-    locus.set(xlim=(-LOCUS_RANGE * limit, LOCUS_RANGE * limit), ylim=(-LOCUS_RANGE * limit, LOCUS_RANGE * limit))
+        axes.set(xlim=(-reach, reach), ylim=(-reach, reach))
     plane.legend(frameon=False, loc="upper right")
+    locus.legend(frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.16), fontsize=7.5, ncols=2)
     return figure
+
+
+def _locus_lines(axes: Axes, locus: RootLocus) -> None:
+    for angle in locus.asymptotes if locus.centroid is not None else ():
+        end = complex(locus.centroid or 0.0) + 4.0 * locus.extent * np.exp(1j * angle)
+        axes.plot([locus.centroid, end.real], [0.0, end.imag], "--", color=NEUTRAL, lw=0.9)
+    for branch in locus.branches:
+        axes.plot(branch.real, branch.imag, color=ESTIMATE, lw=1.5)
+    upper = [mark for mark in locus.crossings if mark.point.imag >= 0.0]
+    for marks, style, color in ((upper, "D", GROUPS[1]), (locus.breakaways, "s", TRUTH)):
+        for mark in marks:
+            kind = "crosses" if style == "D" else "branches meet"
+            label = f"{kind} at {complex_label(mark.point)}, gain {mark.gain:.4g}"
+            axes.plot(mark.point.real, mark.point.imag, style, mfc="none", color=color, ms=6, label=label)
+    axes.plot(locus.unity.real, locus.unity.imag, "*", color=ODOMETRY, ms=7, label="gain 1")
+    if locus.centroid is not None:
+        axes.plot([], [], "--", color=NEUTRAL, lw=0.9, label=f"asymptotes from {locus.centroid:.4g}")
+
+
+def complex_label(value: complex) -> str:
+    """Return a point of the plane as short text, such as -1.42 or 3.317j."""
+    if abs(value.real) < 1e-9 * abs(value):
+        return f"{value.imag:.4g}j"
+    return f"{value.real:.4g}" + ("" if abs(value.imag) < 1e-9 * abs(value) else f"{value.imag:+.4g}j")
 
 
 def identified_plot(found: Identified, labels: Sequence[str]) -> Figure:
@@ -197,14 +207,17 @@ def _decibel_text(value: float | None) -> str:
     return "-" if value is None else f"{20.0 * np.log10(value):.4g} dB"
 
 
-def tables(found: Study) -> Mapping[str, tuple[list[str], Any]]:
+def tables(found: Experiment) -> Mapping[str, tuple[list[str], Any]]:
     """Return the data of the plots by file name: column heads, and columns."""
-    names = list(found.plant.outputs)
-    return {
-        "step": (["time_s", *names], np.column_stack([found.time, *found.step])),
-        "impulse": (["time_s", *names], np.column_stack([found.time, *found.impulse])),
+    study, names = found.study, list(found.study.plant.outputs)
+    tables: dict[str, tuple[list[str], Any]] = {
+        "step": (["time_s", *names], np.column_stack([study.time, *study.step])),
+        "impulse": (["time_s", *names], np.column_stack([study.time, *study.impulse])),
         "bode": (
             ["omega_rad_s", "magnitude", "phase_rad"],
-            np.column_stack([found.omega, found.magnitude, found.phase]),
+            np.column_stack([study.omega, study.magnitude, study.phase]),
         ),
     }
+    for number, design in enumerate(found.designs, start=1):
+        tables[f"design_{number}"] = (["time_s", *names], np.column_stack([design.time, *design.step]))
+    return tables

@@ -1,7 +1,8 @@
 """Analysis of a linear plant with python-control: the only source of the figures on the laboratory's page."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,8 @@ import numpy as np
 from mjsim.errors import UsageError, how_to_install
 from mjsim.geometry import Array
 from mjsim.lab.linear import LinearPlant, minimal_states
+from mjsim.lab.locus import RootLocus, finite_zeros, root_locus
+from mjsim.lab.margins import margins_of
 from mjsim.world import Plant, TransferFunction
 
 POINTS = 400
@@ -49,29 +52,34 @@ def formula_plant(plant: Plant) -> LinearPlant:
         UsageError: Its input affects none of its outputs.
     """
     if plant.tf is not None:
-        A, B, C, D = _transfer(plant.tf)
-        name, outputs = "u", ["y"]
-    else:
-        assert plant.ss is not None
-        A, B, C = (np.array(part, dtype=float) for part in (plant.ss.a, plant.ss.b, plant.ss.c))
-        D = np.zeros((len(C), B.shape[1])) if plant.ss.d is None else np.array(plant.ss.d, dtype=float)
-        name, outputs = plant.input or plant.ss.inputs[0], list(plant.outputs or plant.ss.outputs)
-        rows, column = [plant.ss.outputs.index(each) for each in outputs], [plant.ss.inputs.index(name)]
-        B, C, D = B[:, column], C[rows], D[np.ix_(rows, column)]
+        return _transfer(plant.tf)
+    assert plant.ss is not None
+    A, B, C = (np.array(part, dtype=float) for part in (plant.ss.a, plant.ss.b, plant.ss.c))
+    D = np.zeros((len(C), B.shape[1])) if plant.ss.d is None else np.array(plant.ss.d, dtype=float)
+    name, outputs = plant.input or plant.ss.inputs[0], list(plant.outputs or plant.ss.outputs)
+    rows, column = [plant.ss.outputs.index(each) for each in outputs], [plant.ss.inputs.index(name)]
+    B, C, D = B[:, column], C[rows], D[np.ix_(rows, column)]
     if not minimal_states(A, B, C, coupled=0.0) and not D.any():
         raise UsageError(f"plant '{plant.name}': {name} affects none of {', '.join(outputs)}; name another input")
+    return _formula(theory().ss(A, B, C, D), name, outputs)
+
+
+def _formula(system: Any, name: str, outputs: Sequence[str]) -> LinearPlant:
+    A, B, C, D = system.A, system.B, system.C, system.D
     states = tuple(f"x{k + 1}" for k in range(len(A)))
     units = ("",) * (1 + len(outputs))
     return LinearPlant(A=A, B=B, C=C, D=D, states=states, input=name, outputs=tuple(outputs), units=units)
 
 
-def _transfer(given: TransferFunction) -> tuple[Array, ...]:
-    """Return A, B, C, D of a transfer function, with Pade's approximation of its delay."""
+def _transfer(given: TransferFunction) -> LinearPlant:
+    """Return the plant of a transfer function, in state space with Pade's approximation of its delay."""
     control = theory()
-    found = control.ss(control.tf(list(given.num), list(given.den)))
-    if given.delay:
-        found = found * control.ss(control.tf(*control.pade(given.delay, PADE)))
-    return found.A, found.B, found.C, found.D
+    system = control.ss(control.tf(list(given.num), list(given.den)))
+    undelayed = _formula(system, "u", ["y"])
+    if not given.delay:
+        return undelayed
+    approximation = control.ss(control.tf(*control.pade(given.delay, PADE)))
+    return replace(_formula(system * approximation, "u", ["y"]), delay=given.delay, undelayed=undelayed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -89,6 +97,8 @@ class Study:
     """Zeros of the first output, complex [rad/s]."""
     margins: dict[str, float | None]
     """Gain margin, phase margin [deg] and their frequencies [rad/s] under unity feedback."""
+    locus: RootLocus
+    """The root locus of the first output; a delay is approximated."""
     time: Array
     """Shape (k,) [s]."""
     step: Array
@@ -119,37 +129,43 @@ def study(plant: LinearPlant, *, seconds: float | None = None) -> Study:
     system = control.ss(plant.A, plant.B, plant.C, plant.D)
     loop = control.ss(plant.A, plant.B, plant.C[:1], plant.D[:1])
     poles = np.sort_complex(system.poles())
+    zeros: Any = np.sort_complex(finite_zeros(loop))
     time = shown_times(poles, seconds or shown_seconds(poles))
-    _, step = control.step_response(system, time, squeeze=False)
-    # The impulse of the direct term D is infinite; python-control warns that it leaves it out.
-    moving = control.ss(plant.A, plant.B, plant.C, np.zeros_like(plant.D))
-    _, impulse = control.impulse_response(moving, time, squeeze=False)
-    omega = frequencies(poles, loop.zeros())
-    magnitude, phase, _ = control.frequency_response(loop, omega)
+    omega = frequencies(poles, zeros)
+    exact = control.ss(plant.exact.A, plant.exact.B, plant.exact.C[:1], plant.exact.D[:1])
+    magnitude, phase, _ = control.frequency_response(exact, omega)
     return Study(
         plant=plant,
         system=system,
         loop=loop,
         poles=poles,
-        zeros=np.sort_complex(loop.zeros()),
-        margins=margins_of(loop),
+        zeros=zeros,
+        margins=margins_of(exact, plant.delay),
+        locus=root_locus(loop),
         time=time,
-        step=step[:, 0, :],
-        impulse=impulse[:, 0, :],
+        step=_response(plant, time, np.zeros(len(plant.exact.A)), 1.0),
+        impulse=_response(plant, time, plant.exact.B[:, 0], 0.0),
         omega=omega,
         magnitude=np.asarray(magnitude),
-        phase=np.unwrap(np.asarray(phase)),
+        phase=np.unwrap(np.asarray(phase)) - omega * plant.delay,
     )
 
 
-def margins_of(loop: Any) -> dict[str, float | None]:
-    """Return the margins of a loop; None for those that do not exist."""
-    gain, phase, at_gain, at_phase = theory().margin(loop)
-    names = ("gain_margin", "phase_margin_deg", "phase_crossover", "gain_crossover")
-    return {
-        name: float(value) if math.isfinite(value) else None
-        for name, value in zip(names, (gain, phase, at_gain, at_phase), strict=True)
-    }
+def _response(plant: LinearPlant, time: Array, start: Array, level: float) -> Array:
+    """Return the outputs for a constant input from time 0, from a state, shape (outputs, k); a delay is exact."""
+    control, exact = theory(), plant.exact
+    system = control.ss(exact.A, exact.B, exact.C, exact.D)
+    moving = time >= plant.delay
+    found = np.zeros((len(exact.C), len(time)))
+    if moving.sum() < 2:
+        return found
+    later = time[moving] - plant.delay
+    if later[0] > 0.0:
+        ahead = control.forced_response(system, [0.0, later[0]], [level, level], start, squeeze=False)
+        start = ahead.states[:, -1]
+    inputs = np.full(len(later), level)
+    found[:, moving] = control.forced_response(system, later - later[0], inputs, start, squeeze=False).outputs
+    return found
 
 
 def shown_seconds(poles: Array) -> float:

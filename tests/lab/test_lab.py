@@ -108,8 +108,7 @@ def test_ziegler_and_nichols_go_by_the_gain_that_just_oscillates():
     assert design.step[0, -1] == pytest.approx(1.0, abs=0.05)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("rule", ["tyreus-luyben", "cohen-coon", "simc"])
+@pytest.mark.parametrize("rule", ["tyreus-luyben", "simc"])
 def test_other_rules_make_a_loop_that_settles_without_an_error(rule):
     design = pid_design(linear(), rule)
     assert design.is_stable

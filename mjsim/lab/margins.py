@@ -1,0 +1,88 @@
+"""Margins of a loop under unity feedback: gain and phase, with their frequencies."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from mjsim.geometry import Array
+
+REAL = 1e-9
+"""A response whose imaginary part is below this fraction of its magnitude is real: it crosses no axis."""
+LOW = 1e-6
+"""Crossovers below this fraction of the lowest corner frequency are rounding: the gain at 0 is 1."""
+GRID = 2000
+"""Frequencies at which crossovers of a delayed loop are looked for, over one decade of its corner frequencies."""
+
+
+def margins_of(loop: Any, delay: float = 0.0) -> dict[str, float | None]:
+    """Return the margins of a loop; None for those that do not exist, or are infinite.
+
+    Args:
+        loop: A system of python-control with one input and one output.
+        delay: Delay behind it, which counts exactly [s].
+    """
+    import control
+
+    if delay:
+        gains, phases = _delayed(loop, delay)
+    else:
+        found = control.stability_margins(loop, returnall=True)
+        gains = list(zip(found[0], found[3], strict=True))
+        phases = list(zip(found[1], found[4], strict=True))
+    low = LOW * _lowest(loop)
+    gains = [(gain, at) for gain, at in gains if low < at < math.inf and gain > 0.0 and not _is_real(loop, at, delay)]
+    # A static loop of gain -1 at 0 rad/s is at its margin there.
+    gains += [] if delay else _static(loop)
+    phases = [(phase, at) for phase, at in phases if low < at < math.inf and not _is_real(loop, at, delay)]
+    gain, at_gain = min(gains, key=lambda pair: abs(math.log(pair[0])), default=(None, None))
+    phase, at_phase = min(phases, key=lambda pair: abs(pair[0]), default=(None, None))
+    values = (gain, phase, at_gain, at_phase)
+    names = ("gain_margin", "phase_margin_deg", "phase_crossover", "gain_crossover")
+    return {name: None if value is None else float(value) for name, value in zip(names, values, strict=True)}
+
+
+def _lowest(loop: Any) -> float:
+    corners = np.abs(np.concatenate([loop.poles(), loop.zeros()]))
+    return float(corners[corners > REAL].min(initial=1.0)) if len(corners[corners > REAL]) else 1.0
+
+
+def _is_real(loop: Any, omega: float, delay: float) -> bool:
+    """Whether the response is real about a frequency, so that neither margin is defined there."""
+    if delay:
+        return False
+    values = loop(1j * omega * np.array([0.7, 1.0, 1.4]))
+    return bool((np.abs(values.imag) < REAL * np.abs(values)).all())
+
+
+def _static(loop: Any) -> list[tuple[float, float]]:
+    """Return the gain margin at 0 rad/s of a loop that is negative there."""
+    value = float(np.real(loop.dcgain()))
+    return [(-1.0 / value, 0.0)] if math.isfinite(value) and value < 0.0 else []
+
+
+def _delayed(loop: Any, delay: float) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
+    """Return gain margins and phase margins [deg] with their frequencies [rad/s], of a loop with a delay."""
+    corners = np.abs(np.concatenate([loop.poles(), loop.zeros(), [1.0 / delay]]))
+    corners = corners[corners > REAL]
+    low, high = corners.min() / 1e3, corners.max() * 1e2
+    rounds = np.arange(1, min(high * delay / math.pi, GRID)) * math.pi / delay
+    omega = np.unique(np.concatenate([np.geomspace(low, high, GRID), rounds]))
+
+    def value(at: Any) -> Any:
+        return loop(1j * at) * np.exp(-1j * np.asarray(at) * delay)
+
+    crossed = _roots(lambda at: np.abs(value(at)) - 1.0, omega)
+    turned = [at for at in _roots(lambda at: np.imag(value(at)), omega) if complex(value(at)).real < 0.0]
+    gains = [(1.0 / abs(complex(value(at))), at) for at in turned]
+    phases = [((math.degrees(np.angle(-complex(value(at)))) + 180.0) % 360.0 - 180.0, at) for at in crossed]
+    return gains, phases
+
+
+def _roots(function: Callable[[Any], Any], omega: Array) -> list[float]:
+    """Return the zeros of a function between frequencies at which its sign differs."""
+    values = np.asarray(function(omega))
+    places = np.flatnonzero(values[:-1] * values[1:] < 0.0)
+    return [float(brentq(lambda at: float(function(at)), omega[k], omega[k + 1], rtol=1e-13)) for k in places]
