@@ -15,7 +15,7 @@ from mjsim.exchange.grid import is_picture, read_grid
 from mjsim.exchange.landmarks import SPEED, read_landmarks, world_from_landmarks
 from mjsim.exchange.maps import name_of, specks, world_from_grid
 from mjsim.exchange.maze import maze_size, maze_world
-from mjsim.exchange.place import with_newcomer, without_route
+from mjsim.exchange.place import with_newcomer
 from mjsim.exchange.plan_in import FloorPlan, read_plan
 from mjsim.exchange.svg_in import read_svg
 from mjsim.exchange.template import template_text
@@ -57,8 +57,8 @@ def bring_map(path: Path, *, robot: Newcomer | None, resolution: float | None = 
         f"From the map {path.name}: {columns} x {rows} cells of {grid.resolution:g} m.",
         "A map has no heights or colours; these are guesses.",
     ]
-    whole = with_newcomer(world, robot, grid=grid)
-    return Brought(world_text(whole, notes=notes), [*report, *without_route(whole)])
+    whole, told = with_newcomer(world, robot, grid=grid)
+    return Brought(world_text(whole, notes=notes), [*report, *told])
 
 
 def drawing_of(path: Path, reading: Reading) -> Drawing:
@@ -98,8 +98,8 @@ def bring_drawing(path: Path, *, robot: Newcomer | None, reading: Reading) -> Br
         f"From the drawing {path.name}: {plan.scale:.9g} m to its unit, its place [{x:.9g}, {y:.9g}] is [0, 0] here.",
         "It has no heights; these are guesses.",
     ]
-    whole = with_newcomer(plan.world, robot)
-    return Brought(world_text(whole, notes=notes), [*report, *without_route(whole)])
+    whole, told = with_newcomer(plan.world, robot)
+    return Brought(world_text(whole, notes=notes), [*report, *told])
 
 
 def bring_landmarks(path: Path, *, robot: Newcomer | None, scale: float | None) -> Brought:

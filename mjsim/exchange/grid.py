@@ -24,7 +24,7 @@ MAX_BYTES = 200_000_000
 OCCUPIED, UNKNOWN, FREE = 0, 205, 254
 """Grey values as map_saver writes them."""
 MIDDLE = 0.6 / 255
-"""Tolerance for middle grey, also with 8 bits [fraction of white]."""
+"""Tolerance for the grey of unknown cells, with 8 and with 16 bits [fraction of white]."""
 PICTURES = (".pgm", ".ppm", ".pbm", ".pnm", ".png", ".jpg", ".jpeg", ".bmp")
 """File suffixes of map images."""
 HEADERS = (".yaml", ".yml")
@@ -134,7 +134,9 @@ def _shares(gray: Array, opaque: Cells, header: MapHeader) -> tuple[Array, Cells
         percent = gray * np.float32(255.0)
         return np.asarray(percent / 100.0), opaque & (percent <= 100.5)
     # In mode scale, map_saver writes unknown cells in middle grey and transparent; PGM keeps only the grey.
-    known = opaque & (np.abs(gray - 0.5) > MIDDLE) if header.mode == "scale" else opaque
+    # In mode trinary it writes them as 205, which is below the threshold of 0.25 that Nav2 writes for free cells.
+    unknown = 0.5 if header.mode == "scale" else UNKNOWN / 255
+    known = opaque if header.negate and header.mode != "scale" else opaque & (np.abs(gray - unknown) > MIDDLE)
     return np.asarray(gray if header.negate else 1.0 - gray), known
 
 

@@ -30,6 +30,8 @@ ODOMETRY_NOISE = {"distance": 0.01, "turn": 0.02}
 """Odometry noise of a robot with an estimator [m/sqrt(m), rad/sqrt(rad)]."""
 SPECK = 0.02
 """An area of unknown cells smaller than this is not an obstacle if nothing solid is there [m^2]."""
+ROOM, MOST_ROOMS = 1.0, 5
+"""Minimum size of an area that is reported as unreachable [m^2], and the number of such areas that are listed."""
 MAX_CELLS = 4_000_000
 """Maximum size of the search grid [cells]."""
 DIRECTIONS = 72
@@ -41,17 +43,16 @@ ESTIMATORS = {
 WAYPOINTS = "mjsim.algorithms.waypoints:Waypoints"
 
 
-def with_newcomer(world: World, robot: Newcomer | None, *, grid: Grid | None = None) -> World:
-    """Return the world with a robot, or unchanged if `robot` is None.
+def with_newcomer(world: World, robot: Newcomer | None, *, grid: Grid | None = None) -> tuple[World, Sequence[str]]:
+    """Return the world with a robot, or unchanged if `robot` is None, and what the user should know of its place.
 
     Raises:
         UsageError: There is no space for the robot, or the preset does not exist.
     """
     if robot is None:
-        return world
-    return with_robot(
-        world, preset=robot.preset, lidar=robot.lidar, estimator=robot.estimator, grid=grid, folder=robot.folder
-    )
+        return world, ()
+    whole, cut_off = _with_robot(world, robot, grid)
+    return whole, [*without_route(whole), *cut_off]
 
 
 def without_route(world: World) -> list[str]:
@@ -76,9 +77,9 @@ def with_robot(
 ) -> World:
     """Return a world with a robot far from all obstacles, and a path to drive.
 
-    The robot starts at the free place farthest from all obstacles among those from which it can drive; if there is
-    none, it stands still. With an estimator, the robot's odometry is noisy, and the estimator gets the map unless its
-    name contains SLAM.
+    The robot starts in the largest area that it can drive through, at the place farthest from all obstacles among those
+    from which it can drive; if there is none, it stands still. With an estimator, the robot's odometry is noisy, and the
+    estimator gets the map unless its name contains SLAM.
 
     Args:
         world: A world without a robot.
@@ -91,6 +92,12 @@ def with_robot(
     Raises:
         UsageError: There is no space for the robot, or the preset does not exist.
     """
+    return _with_robot(world, Newcomer(preset, lidar, estimator, folder), grid)[0]
+
+
+def _with_robot(world: World, newcomer: Newcomer, grid: Grid | None) -> tuple[World, list[str]]:
+    """Return a world with a robot, and a line on the areas that it cannot reach; see `with_robot`."""
+    preset, lidar, estimator, folder = newcomer.preset, newcomer.lidar, newcomer.estimator, newcomer.folder
     away, grid = _clearance(world, grid)
     robot = _robot(preset, lidar, at=(0.0, 0.0), heading=0.0, errs=estimator is not None, folder=folder)
     need, widest = robot.body.radius + ELBOW_ROOM, float(away.max())
@@ -104,6 +111,7 @@ def with_robot(
             f"the {preset} has no lidar to localise with; add --lidar, one of {', '.join(sensor_names('lidar'))}"
         )
     tight = need - ELBOW_ROOM + TIGHT
+    away, cut_off = _connected(away, grid, tight)
     tours = (_tour(away, grid, start, room) for room in (need, tight) for start in _starts(away, grid, room))
     at, *tour = next((tour for tour in tours if len(tour) > 1), _starts(away, grid, need)[:1] * 2)
     heading = round(math.degrees(math.atan2(*(tour[0] - at)[::-1])), 1)
@@ -119,7 +127,7 @@ def with_robot(
     whole = inhabited(world, robot, run, folder)
     if problems := check_world(whole):
         raise UsageError(f"there is no space for a robot: {problems[0].message}")
-    return whole
+    return whole, cut_off
 
 
 def _robot(
@@ -165,6 +173,30 @@ def _clearance(world: World, grid: Grid | None) -> tuple[Array, Grid]:
     away = cv2.distanceTransform(padded, cv2.DIST_L2, 5)[1:-1, 1:-1]
     # From a centre to the nearest face, not to the next centre.
     return np.asarray(np.maximum(away - 0.5, 0.0) * grid.resolution, dtype=float), grid
+
+
+def _connected(away: Array, grid: Grid, need: float) -> tuple[Array, list[str]]:
+    """Return clearances in the largest area that a robot can drive through, 0 elsewhere, and a line on other areas.
+
+    Args:
+        away: Clearance of each cell [m].
+        grid: The grid of these cells.
+        need: Clearance that the robot needs [m].
+    """
+    import cv2
+
+    _, parts, stats, middles = cv2.connectedComponentsWithStats((away >= need).astype(np.uint8), connectivity=4)
+    areas = stats[1:, cv2.CC_STAT_AREA] * grid.resolution**2
+    order = (1 + np.argsort(-areas, kind="stable")).tolist()
+    if not order:
+        return away, []
+    others = [k for k in order[1:] if areas[k - 1] >= ROOM]
+    places = [np.round(grid.corners(middles[k] + 0.5), 1).tolist() for k in others[:MOST_ROOMS]]
+    more = ", and others" if len(others) > MOST_ROOMS else ""
+    listed = ", ".join(f"{place} ({areas[k - 1]:.0f} m2)" for place, k in zip(places, others, strict=False))
+    noun = "area has" if len(others) == 1 else "areas have"
+    lines = [f"{len(others)} free {noun} no way to the robot that is wide enough: around {listed}{more}"]
+    return np.where(parts == order[0], away, 0.0), lines if others else []
 
 
 def _specks(cells: Cells, largest: float) -> Cells:

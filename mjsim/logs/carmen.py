@@ -18,7 +18,7 @@ References:
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -109,10 +109,10 @@ def read_carmen(path: Path) -> Log:
     lasers = {}
     for name, scans in found.scans.items():
         ordered = _in_order(scans)
-        usual = _usual(ordered)
-        lasers[name] = [scan for scan in ordered if len(scan.ranges) == usual]
-        if len(lasers[name]) != len(ordered):
-            notes[f"{name} scans of another number of beams left out"] = str(len(ordered) - len(lasers[name]))
+        beams = max(len(scan.ranges) for scan in ordered)
+        lasers[name] = [_with_beams(scan, beams) for scan in ordered]
+        if fewer := sum(len(scan.ranges) < beams for scan in ordered):
+            notes[f"{name} scans with fewer than {beams} beams"] = f"{fewer}; kept, the other beams are not measured"
     robot = RobotLog(
         track=clock.connected(_rows(found.odometry, 4)) if found.odometry else None,
         twists=_rows(found.twists, 3),
@@ -206,6 +206,17 @@ def _scan(stamp: float, ranges: Sequence[float], first: float, step: float, *, f
     values[~(values >= NEAREST)] = -np.inf
     values[values >= farthest] = np.inf
     return Scan(stamp, values, first, step, NEAREST, farthest)
+
+
+def _with_beams(scan: Scan, count: int) -> Scan:
+    """Return a scan with a number of beams, those after its last one not measured; its angles stay as they are."""
+    lacking = (0, count - len(scan.ranges))
+    strengths = scan.intensities
+    return replace(
+        scan,
+        ranges=np.pad(scan.ranges, lacking, constant_values=-np.inf),
+        intensities=None if strengths is None else np.pad(strengths, lacking),
+    )
 
 
 def _without_returns(scans: Sequence[Scan]) -> list[Scan]:
@@ -331,10 +342,6 @@ def _in_order(scans: Sequence[Scan]) -> list[Scan]:
         if not ordered or scan.stamp > ordered[-1].stamp:
             ordered.append(scan)
     return ordered
-
-
-def _usual(scans: Iterable[Scan]) -> int:
-    return Counter(len(scan.ranges) for scan in scans).most_common(1)[0][0]
 
 
 def _rows(rows: Sequence[tuple[float, ...]], columns: int) -> Array:

@@ -13,9 +13,10 @@ from PIL import Image
 
 from mjsim.errors import UsageError
 from mjsim.exchange import fidelity, with_robot, world_from_map, write_map
+from mjsim.exchange.brought import Newcomer
 from mjsim.exchange.grid import read_grid, write_grid
 from mjsim.exchange.maps import world_from_grid
-from mjsim.exchange.place import without_route
+from mjsim.exchange.place import with_newcomer, without_route
 from mjsim.exchange.trace import rectangles_for
 from mjsim.geometry import Pose
 from mjsim.world import (
@@ -242,6 +243,35 @@ def test_a_robot_starts_where_it_can_drive_or_it_is_said_that_it_stands_still(tm
         assert not check_world(world)
         assert world.robots[0].at[0] > begins
         assert without_route(world) == said
+
+
+def ring_with_core(core: int) -> np.ndarray:
+    """Return a map of a corridor 1.5 m wide around a block of 4 m whose inside has a gray value; cells of 5 cm."""
+    picture = np.full((160, 160), 205, dtype=np.uint8)
+    picture[10:150, 10:150] = 0
+    picture[12:148, 12:148] = 254
+    picture[42:118, 42:118] = 0
+    picture[44:116, 44:116] = core
+    return picture
+
+
+def test_unknown_cells_of_map_savers_are_no_free_space_at_any_threshold(tmp_path):
+    for negate, free in ((0, False), (1, True)):
+        picture = ring_with_core(205) if not negate else 255 - ring_with_core(205)
+        grid = read_grid(written(tmp_path, picture, f"free_thresh: 0.25\nnegate: {negate}\n"))
+        assert grid.free[80, 80] == free  # only map savers write 205, and they never negate
+        assert grid.free[80, 20]
+    grid = read_grid(written(tmp_path, ring_with_core(205), "free_thresh: 0.25\n"))
+    x, y = with_robot(world_from_grid(grid), grid=grid).robots[0].at
+    assert not (2.0 < x < 6.0 and 2.0 < y < 6.0)
+
+
+def test_a_robot_starts_in_the_largest_area_and_closed_rooms_are_told(tmp_path):
+    grid = read_grid(written(tmp_path, ring_with_core(254)))  # the block is wider than the corridor
+    world, told = with_newcomer(world_from_grid(grid), Newcomer("turtlebot3_burger"), grid=grid)
+    x, y = world.robots[0].at
+    assert not (2.0 < x < 6.0 and 2.0 < y < 6.0)
+    assert told == ["1 free area has no way to the robot that is wide enough: around [4.0, 4.0] (10 m2)"]
 
 
 def test_a_robot_that_balances_gets_the_inertial_sensor_that_levels_its_scans(tmp_path):

@@ -112,6 +112,25 @@ def test_a_log_with_a_byte_order_mark_that_was_cut_in_its_last_line_is_read_up_t
     np.testing.assert_array_equal(cut.robots["robot"].odometry, whole.robots["robot"].odometry)
 
 
+def test_scans_of_a_laser_that_interlaces_its_beams_are_all_kept_with_their_own_angles(tmp_path):
+    lines = []
+    for k in range(12):  # 181 beams in each fourth scan, else 180 that begin a quarter of a degree later each time
+        first, count = math.radians(-90.0 + 0.25 * (k % 4) + (k % 4 > 0)), 181 - (k % 4 > 0)
+        ahead = np.cos(first + np.radians(np.arange(count)))
+        ranges = " ".join(f"{value:.4f}" for value in np.where(ahead > 0.1, WALL / np.maximum(ahead, 0.1), 81.91))
+        head = f"0 {first:.9f} 3.14159 {math.radians(1.0):.12f} 81.9 0.01 0 {count}"
+        lines.append(f"ROBOTLASER1 {head} {ranges} 0 0 {k / 10} 0 0 {k / 10} 0 0 0 0 0 0 {k / 5} h {k / 5}")
+    (tmp_path / "room.clf").write_text("\n".join(lines))
+    run = imported(tmp_path / "room.clf")
+    scans = [scan for each in run.observations("robot") for scan in each.scans.values()]
+    assert len(scans) == 12
+    for scan in scans:
+        assert len(scan.points()) > 165
+        np.testing.assert_allclose(scan.points()[:, 0], WALL, atol=1e-3)
+    said = "9; kept, the other beams are not measured"
+    assert run.metadata["front scans with fewer than 181 beams"] == said
+
+
 def test_strengths_of_returns_come_in(tmp_path):
     tail = "0 0 0 0 0 0 0.5 0 0 0 0"
     lines = [f"ROBOTLASER1 0 -0.5 1 0.5 9 0 1 3 1 2 3 3 0.25 {k} 1e3 {tail} {k / 10} h {k / 10}" for k in range(1, 9)]
