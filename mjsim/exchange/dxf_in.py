@@ -1,5 +1,6 @@
 """Reads floor plans from DXF files; external references are never opened."""
 
+import io
 import itertools
 import logging
 from collections import Counter
@@ -14,6 +15,7 @@ import numpy as np
 from mjsim.errors import UsageError
 from mjsim.exchange.bounded_file import read_bounded
 from mjsim.exchange.drawing import BOW, MAX_BYTES, MAX_CORNERS, Drawing, Line, require_near
+from mjsim.exchange.dxf_tags import with_subclasses
 from mjsim.exchange.plan_in import MOSTLY
 from mjsim.exchange.roles import Role, role_of
 from mjsim.exchange.sorting import length_of_lines
@@ -68,11 +70,15 @@ def _document(data: bytes, path: Path) -> tuple[Any, Any]:
     """Return the document of a file, and the result of its audit."""
     from ezdxf import recover
     from ezdxf.filemanagement import readfile
+    from ezdxf.lldxf.const import DXFStructureError
 
     if data.startswith(BINARY):
         document = readfile(path)
         return document, document.audit()
-    return recover.readfile(str(path))
+    try:
+        return recover.read(io.BytesIO(data))
+    except DXFStructureError:
+        return recover.read(io.BytesIO(with_subclasses(data)))
 
 
 @contextmanager
@@ -88,7 +94,7 @@ def _quiet(name: str) -> Iterator[None]:
 
 
 def _hidden_layers(document: Any, names: Sequence[str], path: Path) -> set[str]:
-    """Return the names of the layers that are off or frozen, in lower case.
+    """Return the names of the layers that are off or frozen, unless the user named them, in lower case.
 
     Raises:
         UsageError: A layer that the user named does not exist.
@@ -100,7 +106,8 @@ def _hidden_layers(document: Any, names: Sequence[str], path: Path) -> set[str]:
         raise UsageError(
             f"'{path}' has no layer '{missing[0]:.60}'; layers are {', '.join(sorted(present.values())[:20])}"
         )
-    return {layer.dxf.name.lower() for layer in document.layers if layer.is_off() or layer.is_frozen()}
+    hidden = {layer.dxf.name.lower() for layer in document.layers if layer.is_off() or layer.is_frozen()}
+    return hidden - {name.lower() for name in names}
 
 
 def _lines(document: Any, hidden: set[str], *, walls: set[str], path: Path) -> tuple[list[Line], Counter[str]]:
@@ -114,6 +121,7 @@ def _lines(document: Any, hidden: set[str], *, walls: set[str], path: Path) -> t
         if number >= MAX_ENTITIES or corners > 4 * MAX_CORNERS:
             raise UsageError(f"'{path}' has too many lines to be walls; select those of walls with --layer")
         if placed.layer in hidden:
+            left[f"on layer {placed.layer:.60}, which is off or frozen"] += placed.entity.dxftype() != "INSERT"
             continue
         require_near([_numbers(placed.entity)], str(path))
         kind, role = _kind(placed.entity), _role(placed, walls)

@@ -9,6 +9,7 @@ import numpy as np
 
 from mjsim.exchange.drawing import Line
 from mjsim.exchange.maps import DIGITS, WALL_HEIGHT
+from mjsim.exchange.rectilinear import rectangles_in
 from mjsim.geometry import Array
 from mjsim.world import BoxObstacle, CylinderObstacle
 
@@ -37,6 +38,13 @@ class Outline:
     """Corners, shape (n, 2) [m]."""
     name: str
     """Name of its block, or its kind."""
+    strokes: Sequence[Array] = ()
+    """The lines that it is drawn with, closed ones with their first corner at the end, shape (n, 2) each [m]."""
+
+    @property
+    def parts(self) -> "list[Outline]":
+        """The rectangles that make up an angled item; else the outline itself."""
+        return [Outline(corners, self.name) for corners in rectangles_in(self.strokes)] or [self]
 
 
 def with_parts(lines: Sequence[Line]) -> list[Line]:
@@ -62,8 +70,8 @@ def outlines_of(lines: Sequence[Line], name: str) -> list[Outline]:
     loose: list[Line] = []
     for line in lines:
         blocks.setdefault(line.part, []).append(line) if line.part else loose.append(line)
-    found = [Outline(_corners(group), _name_of(group[0].block) or name) for group in blocks.values()]
-    return found + [Outline(_corners(group), name) for group in touching(loose)]
+    found = [_outline(group, _name_of(group[0].block) or name) for group in blocks.values()]
+    return found + [_outline(group, name) for group in touching(loose)]
 
 
 def touching(lines: Sequence[Line], *, reach: float = TOUCHING) -> list[list[Line]]:
@@ -74,7 +82,7 @@ def touching(lines: Sequence[Line], *, reach: float = TOUCHING) -> list[list[Lin
 
     if not lines:
         return []
-    rings = [np.concatenate([line.points, line.points[:1]]) if line.closed else line.points for line in lines]
+    rings = _strokes(lines)
     shapes = [
         shapely.Polygon(ring) if line.closed and len(ring) > 3 else shapely.LineString(ring)
         for ring, line in zip(rings, lines, strict=True)
@@ -135,8 +143,13 @@ def distinct_outlines(outlines: Sequence[Outline]) -> list[Outline]:
     return distinct
 
 
-def _corners(lines: Sequence[Line]) -> Array:
-    return np.concatenate([line.points for line in lines])
+def _outline(lines: Sequence[Line], name: str) -> Outline:
+    return Outline(np.concatenate([line.points for line in lines]), name, _strokes(lines))
+
+
+def _strokes(lines: Sequence[Line]) -> list[Array]:
+    """Return lines, the closed ones with their first corner at the end."""
+    return [np.concatenate([line.points, line.points[:1]]) if line.closed else line.points for line in lines]
 
 
 def _point(place: Array) -> tuple[float, float]:

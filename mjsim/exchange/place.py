@@ -78,8 +78,8 @@ def with_robot(
     """Return a world with a robot far from all obstacles, and a path to drive.
 
     The robot starts in the largest area that it can drive through, at the place farthest from all obstacles among those
-    from which it can drive; if there is none, it stands still. With an estimator, the robot's odometry is noisy, and the
-    estimator gets the map unless its name contains SLAM.
+    from which it can drive; if there is none, it stands still. With an estimator, the robot's odometry is noisy, and
+    the estimator gets the map unless its name contains SLAM.
 
     Args:
         world: A world without a robot.

@@ -47,8 +47,8 @@ from mjsim.exchange.sorting import (
     with_large_rooms,
     with_rooms,
 )
-from mjsim.exchange.strokes import Arc, Pieces, patterned, split
-from mjsim.exchange.symbols import LEAF, PANES, with_symbols, without_leaves
+from mjsim.exchange.strokes import LEAF, Arc, Pieces, patterned, split
+from mjsim.exchange.symbols import PANES, with_symbols, without_jambs, without_leaves
 from mjsim.geometry import Array
 from mjsim.world import Wall, World, solid
 
@@ -272,9 +272,10 @@ def _bar_values(ends: Array) -> tuple[float, float, float, float, float]:
 
 
 def _without(lines: Sequence[Line], arcs: Sequence[Arc]) -> list[Line]:
-    """Return lines that are not door-swing arcs."""
-    swings = {arc.owner for arc in arcs if len(lines[arc.owner].points) > 4}
-    return [line for index, line in enumerate(lines) if index not in swings]
+    """Return lines that are no door-swing arcs, leaves or jambs of doorways."""
+    pieces, _ = split([line.points for line in lines], [line.closed for line in lines])
+    kept = set(without_jambs(without_leaves(pieces, arcs), arcs).owner.tolist())
+    return [line for index, line in enumerate(lines) if index in kept]
 
 
 def _arcs(lines: Sequence[Line]) -> list[Arc]:
@@ -376,7 +377,7 @@ def _furniture(lines: SortedLines, walls: Sequence[Wall]) -> list[Outline]:
         fits = BY_SIZE[0] <= float(size.max()) <= BY_SIZE[1] and float(size.min()) >= BY_SIZE[0] / 2
         if fits and inside.covers(hull) and hull.intersection(whole).area <= 0.2 * hull.area:
             found.append(outline)
-    return distinct_outlines(found)
+    return distinct_outlines([part for outline in found for part in outline.parts])
 
 
 def _count_openings(walls: Sequence[Wall], counts: Counter[str]) -> None:

@@ -17,7 +17,11 @@ SMOOTH = math.radians(32.0)
 DOOR_RADII = (0.45, 1.7)
 """Minimum and maximum width of a door leaf [m]."""
 DOOR_SWEEP = (math.radians(40.0), math.radians(125.0))
-"""Minimum and maximum angle of a door-swing arc [rad]."""
+"""Minimum and maximum angle of a door-swing arc without a leaf [rad]."""
+LEAF_SWEEP = (math.radians(4.0), math.radians(185.0))
+"""The same with a leaf, a line from the hinge to an end of the arc [rad]."""
+LEAF = 0.08
+"""Lines this close to the open or closed position of a leaf, and no longer than it, are part of it [m]."""
 ROUND = 0.03
 """Maximum deviation of an arc from its circle, as a fraction of its radius."""
 STEP_SPACING = (0.18, 0.42)
@@ -74,18 +78,35 @@ def split(strokes: Sequence[Array], closed: Sequence[bool]) -> tuple[Pieces, lis
     pieces: list[Array] = []
     owners: list[int] = []
     arcs: list[Arc] = []
+    unsure: list[Arc] = []
     for index, (points, ring) in enumerate(zip(strokes, closed, strict=True)):
         corners = np.concatenate([points, points[:1]]) if ring else points
         for run, curved in runs(corners):
             arc = arc_through(run, index) if curved else None
             if arc is not None and is_door_arc(arc):
                 arcs.append(arc)
-                continue
-            pieces += list(np.stack([run[:-1], run[1:]], axis=1))
-            owners += [index] * (len(run) - 1)
+            elif arc is not None and is_door_arc(arc, LEAF_SWEEP):
+                unsure.append(arc)
+            else:
+                pieces += list(np.stack([run[:-1], run[1:]], axis=1))
+                owners += [index] * (len(run) - 1)
+    ends = np.array(pieces, dtype=float).reshape(-1, 2, 2)
+    for arc in unsure:
+        if _has_leaf(arc, ends):
+            arcs.append(arc)
+        else:
+            pieces += list(np.stack([arc.points[:-1], arc.points[1:]], axis=1))
+            owners += [arc.owner] * (len(arc.points) - 1)
     ends = np.array(pieces, dtype=float).reshape(-1, 2, 2)
     found = Pieces(ends, np.array(owners, dtype=int))
     return found.where(found.lengths > 1e-6), arcs
+
+
+def _has_leaf(arc: Arc, ends: Array) -> bool:
+    """Return whether a straight piece, of shape (n, 2, 2) [m], runs from the hinge to an end of an arc."""
+    starts = np.concatenate([ends, ends[:, ::-1]])
+    at_hinge = starts[np.hypot(*(starts[:, 0] - arc.middle).T) <= LEAF]
+    return any((np.hypot(*(at_hinge[:, 1] - end).T) <= LEAF).any() for end in arc.ends)
 
 
 def runs(corners: Array) -> list[tuple[Array, bool]]:
@@ -126,9 +147,9 @@ def arc_through(points: Array, owner: int) -> Arc | None:
     return Arc(points[0] + [x, y], radius, points, first, abs(sweep), owner)
 
 
-def is_door_arc(arc: Arc) -> bool:
-    """Return whether an arc may be a door-swing arc."""
-    return DOOR_RADII[0] <= arc.radius <= DOOR_RADII[1] and DOOR_SWEEP[0] <= arc.sweep <= DOOR_SWEEP[1]
+def is_door_arc(arc: Arc, sweep: tuple[float, float] = DOOR_SWEEP) -> bool:
+    """Return whether an arc may be a door-swing arc, by its radius and the angle that it sweeps [rad]."""
+    return DOOR_RADII[0] <= arc.radius <= DOOR_RADII[1] and sweep[0] <= arc.sweep <= sweep[1]
 
 
 def patterned(pieces: Pieces) -> tuple[Cells, int]:

@@ -1,6 +1,5 @@
 """Reads floor plans from SVG files; nothing that the file refers to is ever opened."""
 
-import io
 import math
 import re
 import warnings
@@ -9,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from xml.etree.ElementTree import Element, ParseError, fromstring, tostring
+from xml.etree.ElementTree import Element, ElementTree, ParseError, fromstring
 
 import numpy as np
 
@@ -25,8 +24,6 @@ from mjsim.models import RefusedXmlError, checked_xml
 
 CURVE_STEPS = 48
 """Number of straight segments per curve, before nearly straight ones are merged."""
-DEEPEST = 100
-"""Maximum nesting of elements."""
 LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 UNIT = "data-metres-per-unit"
 """Attribute of files written by mjsim: metres per user unit."""
@@ -117,7 +114,7 @@ def _paths(document: Any) -> tuple[list[Any], int]:
 def _root_of(data: bytes, path: Path) -> Element:
     """Return the root element of a drawing; entities, which can expand or refer to other files, are rejected."""
     try:
-        root = fromstring(checked_xml(data, doctype=True, deepest=DEEPEST))
+        root = fromstring(checked_xml(data, doctype=True))
     except RefusedXmlError as error:
         raise UsageError(f"'{path}' {error}; save it as plain SVG") from None
     except ParseError as error:
@@ -130,7 +127,9 @@ def _root_of(data: bytes, path: Path) -> Element:
 def _document(root: Element) -> Any:
     from svgpathtools import Document
 
-    return Document(io.BytesIO(tostring(root)))
+    document = Document()
+    document.tree, document.root = ElementTree(root), root
+    return document
 
 
 def _layers(root: Element, names: Sequence[str], path: Path) -> set[Element] | None:

@@ -10,13 +10,15 @@ from mjsim.exchange.drawing import Line
 from mjsim.exchange.furnishing import TOUCHING, touching
 from mjsim.exchange.pixels import Cells
 from mjsim.exchange.roles import Role
-from mjsim.exchange.strokes import Arc, Pieces, split
+from mjsim.exchange.strokes import LEAF, Arc, Pieces, split
 from mjsim.geometry import Array
 
 LARGER = 2.6
 """Maximum size of a door block, as a multiple of the radius of its arc: two leaves and a frame."""
-LEAF = 0.08
-"""Lines this close to the open or closed position of a leaf, and no longer than it, are part of it [m]."""
+SHORTER = 0.03
+"""Maximum difference of the length of a half-open leaf from the radius of its arc [m]."""
+JAMB = 0.4
+"""Maximum length of a line across the end of a doorway [m]."""
 BESIDE = 0.2
 """Maximum distance between the lines of one symbol [m]."""
 PANES = 3
@@ -51,12 +53,29 @@ def _become(lines: list[Line], group: Sequence[int], role: Role) -> None:
 
 
 def without_leaves(pieces: Pieces, arcs: Sequence[Arc]) -> Pieces:
-    """Return straight pieces without those of door leaves, which run from the hinge to an end of the door-swing arc."""
+    """Return straight pieces without those of door leaves, which run from the hinge to the door-swing arc."""
     part = np.zeros(len(pieces.ends), dtype=bool)
     for arc in arcs:
-        for end in arc.ends:
+        for end in (*arc.ends, *_tips(pieces, arc)):
             part |= _on(pieces, arc.middle, end)
     return pieces.where(~part)
+
+
+def without_jambs(pieces: Pieces, arcs: Sequence[Arc]) -> Pieces:
+    """Return straight pieces without the short ones across the ends of a doorway."""
+    middles, part = pieces.ends.mean(axis=1), np.zeros(len(pieces.ends), dtype=bool)
+    for place in (place for arc in arcs for place in (arc.middle, *arc.ends)):
+        part |= np.hypot(*(middles - place).T) <= LEAF
+    return pieces.where(~(part & (pieces.lengths <= JAMB)))
+
+
+def _tips(pieces: Pieces, arc: Arc) -> Array:
+    """Return the ends of pieces from the hinge of an arc to a place on it, as of leaves half open, shape (n, 2) [m]."""
+    ends = np.concatenate([pieces.ends, pieces.ends[:, ::-1]])
+    along = ends[:, 1] - arc.middle
+    at_hinge = np.hypot(*(ends[:, 0] - arc.middle).T) <= LEAF
+    turn = (np.arctan2(along[:, 1], along[:, 0]) - arc.first) % (2.0 * math.pi)
+    return np.asarray(ends[at_hinge & (np.abs(np.hypot(*along.T) - arc.radius) <= SHORTER) & (turn <= arc.sweep), 1])
 
 
 def _on(pieces: Pieces, start: Array, end: Array) -> Cells:
