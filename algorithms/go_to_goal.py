@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array, Pose
 from mjsim.interface import Command, Estimate, Observation, RobotInfo, ShownLines, WorldMap
 
-from .cost_to_go import MOST_PRICE, UNREACHED, CostToGo, Planner, time_per_metre
+from .cost_to_go import UNREACHED, CostToGo
 from .distance_grid import DistanceGrid
 from .grid_search import shown_path
 from .moving_things import GATE, MovingThings
@@ -21,25 +21,14 @@ from .path_integral import Leads, MotionPrices, PathIntegral
 from .range_views import RangeView, Views
 from .recovery import Around, Attempt, Recovery, Toward
 from .scan_alignment import ScanAlignment
+from .way_plan import EXPLAINED, WayPlan
 
 FINE = 0.025
 """Side of the cells in which obstacles are remembered [m]."""
 FORGET = 60.0
 """Time for which an obstacle that is not seen again is remembered [s]."""
-REPLAN, REFRESH = 0.28, 1.0
-"""Time between plans while something changes on the way, and while it changes elsewhere [s]."""
-BESIDE = 0.4
-"""Changes nearer than this to the sides of the robot on its way are planned for at once [m]."""
-BEYOND = 2.5
-"""Cells are planned up to this time farther from the goal than the robot [s]."""
 LOOK = 0.08
 """Time between scans that are used [s]."""
-MARGIN = 3.0
-"""How far the planning grid reaches beyond start, goals and map, to drive around obstacles [m]."""
-CELLS = 90_000
-"""Largest number of cells of the planning grid; beyond, they are larger."""
-SIGHT, RAYS = 8.0, 180
-"""Range in which, and number of beams by which a scan says what has been seen [m]."""
 BACKWARDS = 0.4
 """Maximum speed while it backs out or looks round [m/s]."""
 SETTLED = 0.6
@@ -50,8 +39,6 @@ MOVING_RANGE = 5.0
 """Range in which things that move are looked for [m]."""
 WINDOW = 2.0
 """How far the robot drives with the same selection of near walls [m]."""
-EXPLAINED = 0.15
-"""Hits this near to a wall of the map are that wall [m]."""
 
 
 class GoToGoal:
@@ -61,7 +48,7 @@ class GoToGoal:
     time to the goal is planned on a grid, where unseen space counts as free but doubtful; sampled motions of the
     robot's true shape and limits lead down this time. Without progress the robot backs out, looks round, forgets
     obstacles that it does not see, and tries other ways; after 5 s it also says why. Dead reckoning is corrected by
-    scans.
+    scans. It takes goals while it runs, and turns to the heading of a goal where its drive turns on the spot.
 
     References:
         Williams et al. 2018 in `path_integral`; Dijkstra 1959 in `cost_to_go`.
@@ -74,51 +61,52 @@ class GoToGoal:
         speed: float | None = None,
         clearance: float = 0.1,
         tolerance: float = 0.1,
+        tolerance_deg: float = 4.0,
         cell: float = 0.05,
     ) -> None:
         """Set the goals.
 
         Args:
-            goals: Each (x, y) [m], in the frame of the estimate; a single pair is one goal.
+            goals: Each [x, y] [m], or [x, y, heading] [m, deg], in the frame of the estimate; one alone may be given
+                without the outer brackets.
             speed: Maximum speed [m/s]; None for the robot's own.
             clearance: Preferred clearance between the robot's rim and walls [m].
             tolerance: Distance at which a goal counts as reached [m].
+            tolerance_deg: Difference at which the heading of a goal counts as reached.
             cell: Side of a cell of the planning grid; in large maps it is doubled until the grid is small enough [m].
         """
-        self._goals = np.atleast_2d(np.asarray(goals, dtype=float))
-        if self._goals.ndim != 2 or self._goals.shape[1:] != (2,):
-            raise ValueError(f"goals has shape {self._goals.shape}; give at least one [x, y]")
-        if not np.isfinite(self._goals).all():
-            raise ValueError(f"goals is {self._goals.tolist()}; give finite numbers [m]")
-        for key, value in {"speed": speed, "tolerance": tolerance, "cell": cell}.items():
+        self._goals = _checked(goals)
+        positive = {"speed": speed, "tolerance": tolerance, "tolerance_deg": tolerance_deg, "cell": cell}
+        for key, value in positive.items():
             if value is not None and not value > 0:
                 raise ValueError(f"{key} is {value}; it must be above 0")
         if not clearance >= 0:
             raise ValueError(f"clearance is {clearance}; it must not be below 0")
         self._speed, self._clearance, self._tolerance, self._cell = speed, clearance, tolerance, cell
+        self._tolerance_turn = math.radians(tolerance_deg)
 
     def start(self, robot: RobotInfo, map: WorldMap | None, rng: Generator) -> None:
         """Take the map; the first path is planned later."""
         self._robot = robot
         self._views, self._memory = Views(robot), ObstacleMemory(FINE, seconds=FORGET)
-        self._local = PathIntegral(robot, rng, top=robot.max_speed if self._speed is None else self._speed)
-        self._top = min(robot.max_speed, math.inf if self._speed is None else self._speed)
+        top = min(robot.max_speed, math.inf if self._speed is None else self._speed)
+        self._local = PathIntegral(robot, rng, top=top)
         self._walls = _sampled(map.segments) if map is not None else np.zeros((0, 2))
         self._near, self._around = self._walls, np.full(2, math.inf)
-        self._known = DistanceGrid.from_segments(map.segments) if len(self._walls) and map is not None else None
-        self._left = list(self._goals)
-        self._lay_out(np.concatenate([self._goals, [[robot.prior.x, robot.prior.y]], self._walls]))
-        self._recovery = Recovery()
-        self._field: CostToGo | None = None
-        self._planned, self._checked, self._looked = -math.inf, -math.inf, -math.inf
-        self._noted = dict[str, float]()
+        known = DistanceGrid.from_segments(map.segments) if len(self._walls) and map is not None else None
+        half = self._local.body.half_width
+        self._way = WayPlan(self._walls, known, half_width=half, gap=self._clearance, top=top, cell=self._cell)
+        self._place: Array = np.array([robot.prior.x, robot.prior.y])
+        self._lay_out(self._place)
+        self._left, self._is_there, self._is_new = list(self._goals), False, False
+        self._recovery, self._looked = Recovery(), -math.inf
         self._moving = MovingThings()
         self._alignment: ScanAlignment | None = ScanAlignment(robot.prior)
         self._reckoned = robot.prior
-        self._standing = ObstacleMap(self._goals[-1], self._walls, cell=FINE, half=FINE)
+        self._standing = ObstacleMap(self._goals[-1, :2], self._walls, cell=FINE, half=FINE)
         self._twist = np.zeros(3)
         self._reason: str | None = None
-        self._jammed = self._is_shut = False
+        self._jammed = False
 
     def command(self, seen: Observation, belief: Estimate) -> Command:
         """Return the next twist; zero at the last goal, and while every motion would collide."""
@@ -129,20 +117,26 @@ class GoToGoal:
         self._looked = seen.time if views else self._looked
         self._look(seen, pose, views)
         place = self._place
-        while self._left and np.hypot(*(self._left[0] - place)) < self._tolerance:
-            self._left, self._field = self._left[1:], None
+        if self._is_new:
+            self._is_new = False
+            self._recovery.restart(seen.time)
+        while self._left and self._arrives(pose, seen.time):
+            self._left, self._way.field, self._is_there = self._left[1:], None, False
             self._recovery.restart(seen.time)
         if not self._left:
             self._reason = None
             return Command()
-        field = self._plan(place, seen.time)
+        if self._is_there:
+            return self._face(pose, seen.time)
+        points, stuck = self._memory.points, self._recovery.stuck
+        field = self._way.to(self._left[0][:2], place, seen.time, points=points, stuck=stuck)
         seconds = float(field.at(place))
-        if self._is_shut and seconds >= UNREACHED:
+        if self._way.is_shut and seconds >= UNREACHED:
             self._reason = self._why(seconds) if self._recovery.silent(seen.time) else None
             return self._stop()
         if self._recovery.update(pose, seconds, seen.time):
             self._memory.forget(seen.time - 1.0)
-            self._planned = -math.inf
+            self._way.begin()
         self._reason = self._why(seconds) if self._recovery.silent(seen.time) else None
         self._local.shift(self._robot.dt)
         if views:
@@ -154,14 +148,58 @@ class GoToGoal:
 
     def show(self) -> tuple[ShownLines, ...]:
         """Return the planned path, in the frame of the estimate, if there is one."""
-        if not self._left or self._field is None:
+        if not self._left or self._way.field is None:
             return ()
-        path = self._field.path(self._place)
+        path = self._way.field.path(self._place)
         return shown_path(path) if len(path) > 1 else ()
 
     def blocked(self) -> str | None:
         """Return why the robot does not get nearer to its goal, after 5 s; None while it does."""
         return self._reason
+
+    def take_goal(self, x: float, y: float, heading: float | None = None) -> None:
+        """Drive to another goal in place of all others.
+
+        Args:
+            x: In the frame of the estimate [m].
+            y: In the frame of the estimate [m].
+            heading: Heading at the goal [rad]; None for any.
+        """
+        self._goals = np.array([[x, y, math.nan if heading is None else heading]])
+        self._left, self._is_there, self._is_new = list(self._goals), False, True
+        self._lay_out(self._place)
+
+    def _arrives(self, pose: Pose, now: float) -> bool:
+        """Return whether the robot is at its goal, and faces where it should if its drive turns on the spot."""
+        (x, y, heading), can_turn = self._left[0].tolist(), math.isinf(self._robot.max_curvature)
+        if math.hypot(x - pose.x, y - pose.y) < self._tolerance:
+            if math.isnan(heading) or not can_turn:
+                return True
+            if not self._is_there:
+                self._recovery.restart(now)
+            self._is_there = True
+        return self._is_there and abs(_apart(heading, pose.heading)) < self._tolerance_turn
+
+    def _face(self, pose: Pose, now: float) -> Command:
+        """Return the command that turns the robot to the heading of its goal, on the side where there is room."""
+        apart = _apart(float(self._left[0][2]), pose.heading)
+        near = np.concatenate([self._near, self._memory.points])
+        obstacles = ObstacleMap(self._place, near, cell=FINE, half=self._local.body.reach + 0.2)
+        ways = (apart, apart - math.copysign(2.0 * math.pi, apart))
+        free = [way for way in ways if self._local.can_turn(pose, way, obstacles)]
+        command = self._stop()
+        if not free:
+            self._reason = self._why(0.0) if self._recovery.silent(now) else None
+            return command
+        self._reason = None
+        self._recovery.restart(now)
+        rate = min(self._robot.max_turn, math.sqrt(self._robot.max_turn_acceleration * abs(free[0])))
+        return Command(turn=math.copysign(rate, free[0]))
+
+    def _lay_out(self, place: Array) -> None:
+        """Lay out the planning grid around a place (2,) of the robot [m], what is remembered, and the goals."""
+        goals = self._goals[:, :2]
+        self._way.lay_out(goals[-1], np.concatenate([goals, [place], self._memory.points]))
 
     def _pose(self, seen: Observation, estimate: Pose, views: list[RangeView]) -> Pose:
         """Return the pose that it drives by: the estimate, but dead reckoning is corrected by scans."""
@@ -204,11 +242,9 @@ class GoToGoal:
         if views:
             self._remember(pose, views, seen.time)
         for view in views:
-            if seen.time >= self._noted.get(view.name, -math.inf) + REPLAN - 1e-6:
-                self._noted[view.name] = seen.time
-                self._see(pose, view)
-        if not self._planner.contains(self._place):
-            self._lay_out(np.concatenate([self._goals, [self._place], self._walls, self._memory.points]))
+            self._way.see(pose, view, seen.time)
+        if not self._way.contains(self._place):
+            self._lay_out(self._place)
         measured = np.array([odometry.forward, odometry.left, odometry.turn]) / seen.dt
         limits = np.array([self._robot.max_speed, max(self._robot.max_left, 0.1), self._robot.max_turn])
         surprise = np.abs(measured - self._twist) > 0.25 * limits
@@ -221,89 +257,11 @@ class GoToGoal:
         self._standing = ObstacleMap(self._place, standing, cell=2.0 * FINE, half=MOVING_RANGE)
         x, y = points.T
         fresh = (np.abs(points - self._place).max(axis=1) < MOVING_RANGE) & (self._standing.at(x, y) > EXPLAINED)
-        fresh[fresh] = ~self._doubt[self._planner.cells(points[fresh])]
+        fresh[fresh] = ~self._way.unseen(points[fresh])
         # Where much is fresh, the estimate is wrong.
         if len(views) > 1 and np.count_nonzero(fresh) < MOSTLY * len(points):
             self._moving.update(points[fresh], pose, now)
         self._memory.add(pose, views, points, now)
-
-    def _see(self, pose: Pose, view: RangeView) -> None:
-        """Note the cells that beams have passed."""
-        beams = np.linspace(0, len(view.ranges) - 1, min(RAYS, len(view.ranges))).astype(int)
-        away = np.arange(0.5 * self._planner.cell, SIGHT, self._planner.cell)
-        reached = np.minimum(view.ranges[beams], min(view.farthest, SIGHT))
-        bearings = (view.first + view.step * beams)[:, None]
-        passed = away < reached[:, None]
-        x, y = (away * np.cos(bearings))[passed], (away * np.sin(bearings))[passed]
-        at = pose.transform(view.robot_from_sensor.transform(np.stack([x, y], axis=-1)))
-        self._doubt &= ~self._planner.drawn(at)
-
-    def _lay_out(self, points: Array) -> None:
-        """Lay out the planning grid around points (n, 2) [m]."""
-        low, high = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
-        cell = self._cell
-        while np.prod((high - low) / cell) > CELLS:
-            cell *= 2.0
-        # The goal is in the middle of its cell.
-        low = self._goals[-1] - (np.ceil((self._goals[-1] - low) / cell) + 0.5) * cell
-        self._planner = Planner(low, high, cell)
-        self._built = self._planner.drawn(self._walls)
-        self._doubt: NDArray[np.bool_] = np.full(self._planner.shape, not len(self._walls))
-        self._field = None
-
-    def _plan(self, place: Array, now: float) -> CostToGo:
-        """Return the times to the next goal, computed anew if there is news."""
-        if self._field is not None and not self._is_due(self._field, place, now):
-            return self._field
-        self._planned = self._checked = now
-        self._occupied, self._doubted = self._drawn(), self._doubt.copy()
-        distances = DistanceGrid(self._occupied, lower=self._planner.lower, cell=self._planner.cell).distance
-        price = time_per_metre(
-            distances, half_width=self._local.body.half_width, gap=self._clearance, top=self._top, doubt=self._doubt
-        )
-        price = self._priced(price, place)
-        # What is much farther from the goal than the robot does not matter.
-        far = math.inf if self._field is None else float(self._field.at(place)) + BEYOND
-        field = self._planner.cost_to_go(price, self._left[0], limit=far)
-        if far < UNREACHED <= float(field.at(place)):
-            field = self._planner.cost_to_go(price, self._left[0])
-        self._field = field
-        return field
-
-    def _is_due(self, field: CostToGo, place: Array, now: float) -> bool:
-        """Return whether to plan anew: something has changed on the way, or somewhere for a longer time."""
-        if self._planned == -math.inf:
-            return True
-        if now < self._checked + REPLAN - 1e-6:
-            return False
-        self._checked = now
-        if float(field.at(place)) >= UNREACHED:
-            return True
-        changed = self._drawn() != self._occupied
-        if now >= self._planned + REFRESH:
-            return bool(changed.any()) or not np.array_equal(self._doubt, self._doubted)
-        return bool(changed[self._planner.near(field.path(place), BESIDE + self._local.body.half_width)].any())
-
-    def _drawn(self) -> NDArray[np.bool_]:
-        """Return the cells of the planning grid that walls and obstacles occupy."""
-        points = self._memory.points
-        if self._known is not None and len(points):
-            points = points[self._known.at(points) > EXPLAINED]
-        # Without a way between the walls alone there is none.
-        self._is_shut = len(self._walls) > 0 and not len(points)
-        return np.asarray(self._planner.drawn(points) | self._built)
-
-    def _priced(self, price: Array, place: Array) -> Array:
-        """Return prices that are finite where the robot is, and higher where it got stuck."""
-        rows, columns = self._planner.shape
-        cell = self._planner.cell
-        x = self._planner.lower[0] + (np.arange(columns) + 0.5) * cell
-        y = (self._planner.lower[1] + (np.arange(rows) + 0.5) * cell)[:, None]
-        own = (x - place[0]) ** 2 + (y - place[1]) ** 2 < (self._local.body.half_width + cell) ** 2
-        price = np.where(own, np.minimum(price, MOST_PRICE), price)
-        for stuck in self._recovery.stuck:
-            price = price * (1.0 + 3.0 * np.exp(-((x - stuck[0]) ** 2 + (y - stuck[1]) ** 2) / 0.3**2))
-        return price
 
     def _choose(self, seen: Observation, pose: Pose, field: CostToGo) -> None:
         """Choose the next twist by the local planner."""
@@ -332,12 +290,33 @@ class GoToGoal:
 
     def _why(self, seconds: float) -> str:
         """Return why the robot does not get nearer to its goal."""
-        x, y = self._left[0].tolist()
+        x, y, heading = self._left[0].tolist()
+        if self._is_there:
+            return f"no room to turn to {math.degrees(heading):g} degrees at [{x:g}, {y:g}]; waiting for some"
         if self._jammed:
             return f"every motion would touch something; still trying to get to [{x:g}, {y:g}]"
         if seconds >= UNREACHED:
             return f"no way to [{x:g}, {y:g}] between the obstacles seen so far; looking for one"
         return f"no progress towards [{x:g}, {y:g}]; trying other ways"
+
+
+def _checked(goals: Sequence[Sequence[float]]) -> Array:
+    """Return goals as rows of x, y [m] and heading [rad], NaN for any, shape (n, 3)."""
+    try:
+        rows = [np.atleast_1d(np.asarray(goal, dtype=float)) for goal in goals]
+        rows = [np.concatenate(rows)] if rows and all(row.shape == (1,) for row in rows) else rows
+    except (TypeError, ValueError):
+        rows = []
+    if not rows or not all(row.shape in ((2,), (3,)) for row in rows):
+        raise ValueError(f"goals is {goals!r:.80}; give at least one [x, y], or [x, y, heading]")
+    if not all(np.isfinite(row).all() for row in rows):
+        raise ValueError(f"goals is {[row.tolist() for row in rows]}; give finite numbers [m, deg]")
+    return np.array([[*row[:2], math.radians(row[2]) if len(row) == 3 else math.nan] for row in rows])
+
+
+def _apart(heading: float, other: float) -> float:
+    """Return the smallest turn from another heading to a heading [rad]."""
+    return math.remainder(heading - other, 2.0 * math.pi)
 
 
 def _sampled(segments: Array) -> Array:

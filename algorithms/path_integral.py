@@ -148,6 +148,12 @@ class PathIntegral:
         self.motion = np.stack(_rollout(pose, both[chosen][None]), axis=-1)[0]
         return self.planned
 
+    def can_turn(self, pose: Pose, angle: float, map: ObstacleMap) -> bool:
+        """Return whether the body can turn on the spot by an angle [rad] without a touch."""
+        headings = pose.heading + np.linspace(0.0, angle, 2 + int(abs(angle) / 0.05))
+        clearance = self._clearance(np.full_like(headings, pose.x), np.full_like(headings, pose.y), headings, map)
+        return bool(clearance.min() >= min(0.0, float(clearance[0]) - CLOSER))
+
     def _samples(self) -> Array:
         """Return wanted twists, shape (k, STEPS, 3)."""
         knots = self._rng.standard_normal((SAMPLES, KNOTS, 3), dtype=np.float32) * self._spread

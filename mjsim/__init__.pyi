@@ -57,6 +57,7 @@ from .interface import ShownLines as ShownLines
 from .interface import ShownPoints as ShownPoints
 from .interface import ShownText as ShownText
 from .interface import Sighting as Sighting
+from .interface import TakesGoals as TakesGoals
 from .interface import TakesMap as TakesMap
 from .interface import WheelCommand as WheelCommand
 from .interface import WheelTicks as WheelTicks

@@ -1,5 +1,6 @@
 """Publishes a running world to ROS 2 tick by tick, and drives its robots by received commands."""
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from mjsim.interface import Command, JointState, RobotInfo
 from mjsim.output import NewFile
 from mjsim.progress import say
 from mjsim.record import Order, Tick
-from mjsim.ros import CLOCK, COMMANDS, MAP, Outgoing, RosTick, RosTopic, RosWorld, grid_map
+from mjsim.ros import CLOCK, COMMANDS, MAP, MAP_FRAME, RELIABLE, Outgoing, RosTick, RosTopic, RosWorld, grid_map
 from mjsim.session import Session
 from mjsim.sim import Simulation
 from mjsim.world import Modules, World, grid_of
@@ -25,6 +26,8 @@ FOUND = 1.0
 """Time in which other participants of a domain are found [s]."""
 PATIENCE = 30.0
 """Maximum time that a service waits for its action [s]."""
+RECEIVED = ("/cmd_vel", "/goal_pose")
+"""Ends of the topics that the bridge subscribes to."""
 TWISTS = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
 """Types accepted as commands; Nav2 sends the second since Kilted."""
 
@@ -32,8 +35,9 @@ TWISTS = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
 class Bridge(Closes):
     """Runs a world in a separate thread; other programs see its robots as ROS 2 robots.
 
-    It publishes the messages of `mjsim.ros` for each tick, subscribes to `/R/cmd_vel` (Twist or TwistStamped), and
-    offers the services `/mjsim/pause` (std_srvs/SetBool), `/mjsim/step` and `/mjsim/reset` (std_srvs/Trigger).
+    It publishes the messages of `mjsim.ros` for each tick, subscribes to `/R/cmd_vel` (Twist or TwistStamped) and, with
+    modules, `/R/goal_pose` (PoseStamped), and offers the services `/mjsim/pause` (std_srvs/SetBool), `/mjsim/step` and
+    `/mjsim/reset` (std_srvs/Trigger).
     """
 
     def __init__(
@@ -91,6 +95,8 @@ class Bridge(Closes):
         self._bus = Bus(domain=self.domain, interface=interface)
         for name, robot in self._ros.robots.items():
             self._obey(name, robot.name, watchdog)
+            if modules:
+                self._go(name, robot.name)
         offer(self._bus, "/mjsim/pause", "std_srvs/srv/SetBool", self._pause)
         offer(self._bus, "/mjsim/step", "std_srvs/srv/Trigger", self._step)
         offer(self._bus, "/mjsim/reset", "std_srvs/srv/Trigger", self._reset)
@@ -119,7 +125,8 @@ class Bridge(Closes):
         """Check that no other program publishes the clock; one that publishes other topics of ours is said."""
         own = tuple(f"{robot}/" for robot in self.robots)
         others = self._bus.publishers(
-            lambda topic: topic == CLOCK.name or (topic.startswith(own) and not topic.endswith("/cmd_vel")), wait=FOUND
+            lambda topic: topic == CLOCK.name or (topic.startswith(own) and not topic.endswith(RECEIVED)),
+            wait=FOUND,
         )
         if not others:
             return
@@ -141,6 +148,18 @@ class Bridge(Closes):
 
         for kind in TWISTS:
             self._bus.receive(RosTopic(f"/{name}/cmd_vel", kind, COMMANDS), take)
+
+    def _go(self, robot: str, name: str) -> None:
+        """Give the navigator of a robot the goals on its `goal_pose`."""
+
+        def take(message: Any) -> None:
+            if (frame := message.header.frame_id) not in (MAP_FRAME, ""):
+                raise UsageError(f"the goal for '{robot}' is in the frame '{frame}'; give it in '{MAP_FRAME}'")
+            place, turned = message.pose.position, message.pose.orientation
+            heading = 2.0 * math.atan2(turned.z, turned.w)
+            self.session.set_goal(robot, (place.x, place.y), math.remainder(heading, 2.0 * math.pi))
+
+        self._bus.receive(RosTopic(f"/{name}/goal_pose", "geometry_msgs/msg/PoseStamped", RELIABLE), take)
 
     def _publish_tick(self, tick: Tick) -> None:
         """Publish a tick, in the session's thread."""

@@ -36,6 +36,20 @@ class SaysBlocked(Protocol):
 
 
 @runtime_checkable
+class TakesGoals(Protocol):
+    """A navigator that also takes goals while it runs, from the event `goal`."""
+
+    def take_goal(self, x: float, y: float, heading: float | None) -> None:
+        """Take a goal in place of all others, before the command of the tick.
+
+        Args:
+            x: In the frame of the estimate [m].
+            y: In the frame of the estimate [m].
+            heading: Heading at the goal [rad]; None for any.
+        """
+
+
+@runtime_checkable
 class DriveModel(Protocol):
     """A user-defined drive: linear conversion between twist and wheel speeds."""
 

@@ -1,3 +1,4 @@
+from .frames import MAP_FRAME as MAP_FRAME
 from .frames import robot_from_sensor as robot_from_sensor
 from .messages import bytes_of as bytes_of
 from .messages import clock as clock

@@ -8,5 +8,6 @@ from .loop import ticks as ticks
 from .pilot import Driver as Driver
 from .pilot import Noticed as Noticed
 from .pilot import Pilot as Pilot
+from .pilot import require_takes_goals as require_takes_goals
 from .replay import replay as replay
 from .replay import require_observations as require_observations

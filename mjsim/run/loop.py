@@ -5,7 +5,7 @@ import shutil
 import sys
 import time
 import weakref
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator, Iterable, Mapping
 from contextlib import AbstractContextManager, ExitStack, closing, nullcontext, suppress
 from dataclasses import replace
 from itertools import islice
@@ -21,8 +21,8 @@ from mjsim.modules import ROLES, load_runnable, make_module, name_of
 from mjsim.output import NewFile, temporary_file
 from mjsim.record import Order, RobotEvent, Tick
 from mjsim.run.falls import Falls
-from mjsim.run.pilot import Driver, Pilot, Steer, controller_of, final_path
-from mjsim.world import Modules, Source, Use, World
+from mjsim.run.pilot import Driver, Pilot, Steer, controller_of, final_path, require_takes_goals
+from mjsim.world import GoalEvent, Modules, Source, Use, World, WorldEvent
 
 if TYPE_CHECKING:
     from mjsim.record import Recorder, Recording
@@ -38,13 +38,15 @@ def ticks(sim: "Simulation", drivers: Mapping[str, Driver], *, steer: Steer | No
         steer: Called for each of them at each tick; a command that it returns replaces the navigator's.
 
     Raises:
-        UsageError: A driver is for a robot that does not exist.
+        UsageError: A driver is for a robot that does not exist, or a goal for a navigator that takes none.
         ModuleFault: A module raised an exception or returned an invalid value.
         PhysicsFault: The simulation has become unstable.
     """
     for name in drivers:
         if name not in sim.robots:
             raise UsageError(f"no robot '{name}' in this world{did_you_mean(name, sim.robots)}")
+    for goal in goals_of(sim.world.run.events):
+        require_takes_goals(drivers, goal.goal)
     with ExitStack() as stack:
         pilots = {
             name: stack.enter_context(
@@ -59,15 +61,24 @@ def ticks(sim: "Simulation", drivers: Mapping[str, Driver], *, steer: Steer | No
             began = time.perf_counter()
             seen = {name: sim.sense(name) for name in pilots}
             sensing = time.perf_counter() - began
+            happened = sim.happened()
+            for goal in goals_of(happened):
+                require_takes_goals(drivers, goal.goal)
+                pilots[goal.goal].take_goal(goal)
             orders = {name: timed(pilot.decide(seen[name]), sim.control_times(name)) for name, pilot in pilots.items()}
             poses = sim.poses()
             noted = falls.noted(orders, poses, sim.time)
-            yield _tick(sim, poses, seen, noted, timing={"sense": sensing, "step": physics})
+            yield _tick(sim, poses, seen, noted, happened, timing={"sense": sensing, "step": physics})
             began = time.perf_counter()
             for name, order in orders.items():
                 sim.apply(name, order.command)
             sim.step()
             physics = time.perf_counter() - began
+
+
+def goals_of(events: Iterable[WorldEvent]) -> list[GoalEvent]:
+    """Return the goals among events."""
+    return [event for event in events if isinstance(event, GoalEvent)]
 
 
 def timed(order: Order, times: Mapping[str, float]) -> Order:
@@ -83,6 +94,7 @@ def _tick(
     poses: Mapping[str, Pose3],
     seen: Mapping[str, Observation],
     orders: Mapping[str, Order],
+    happened: tuple[WorldEvent, ...],
     *,
     timing: Mapping[str, float],
 ) -> Tick:
@@ -96,7 +108,7 @@ def _tick(
         qpos=qpos,
         qvel=qvel,
         timing=timing,
-        events=sim.happened(),
+        events=happened,
         things=sim.things(),
         joints=sim.motions(),
         readings=sim.readings(),

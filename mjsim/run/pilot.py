@@ -1,5 +1,6 @@
 """Runs the modules of one robot: turns an observation into an order, and reports faults."""
 
+import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -9,6 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from mjsim.closing import Closes
+from mjsim.errors import UsageError
 from mjsim.geometry import Array, Pose
 from mjsim.interface import (
     Avoidance,
@@ -35,6 +37,7 @@ from mjsim.modules import (
     checked_reason,
     checked_show,
     checked_sightings,
+    name_of,
     sealed_catalogue,
     sealed_map,
     sealed_observation,
@@ -42,6 +45,7 @@ from mjsim.modules import (
 )
 from mjsim.record import Order, RobotEvent
 from mjsim.safety import RingAvoidance, react_to_bump
+from mjsim.world import GoalEvent
 
 T = TypeVar("T")
 Steer = Callable[[str, float], Command | None]
@@ -105,6 +109,22 @@ def final_path(robot: str, driver: Driver, now: float) -> Array | None:
         return None
     answer = boundary.call("estimator", estimator, now, "path")
     return boundary.check("estimator", estimator, now, "path", checked_path, answer)
+
+
+def require_takes_goals(drivers: Mapping[str, Driver], robot: str) -> None:
+    """Check that a robot has a navigator that takes goals.
+
+    Raises:
+        UsageError: It has none.
+    """
+    navigator = drivers[robot].navigator if robot in drivers else None
+    if navigator is None:
+        raise UsageError(f"robot '{robot}' has no navigator to take a goal; give it one, such as GoToGoal")
+    if isinstance(navigator, Hosted) or not _offers(navigator, Boundary(robot), "take_goal"):
+        raise UsageError(
+            f"{name_of(navigator)}, the navigator of robot '{robot}', takes no goals; choose one with take_goal(), such"
+            " as GoToGoal"
+        )
 
 
 def _avoidance_of(driver: Driver) -> Avoidance | None:
@@ -211,6 +231,12 @@ class Pilot(Closes):
             the time.
         """
         return self.order(self.notice(seen))
+
+    def take_goal(self, event: GoalEvent) -> None:
+        """Give the navigator, which takes goals, a new one."""
+        (x, y), degrees = event.to, event.heading_deg
+        heading = None if degrees is None else math.radians(degrees)
+        self._boundary.call("navigator", self._driver.navigator, event.time, "take_goal", x, y, heading)
 
     def notice(self, seen: Observation) -> Noticed:
         """Run observer and estimator, once per tick; `order` follows."""

@@ -1,8 +1,7 @@
 """A run in a background thread; requests from other threads are executed between two ticks."""
 
-import math
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import closing, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, get_args
@@ -12,12 +11,22 @@ from mjsim.errors import ModuleFault, UsageError, did_you_mean
 from mjsim.interface import Command
 from mjsim.output import NewFile
 from mjsim.record import RobotEvent, reserve, reserve_next
-from mjsim.run import Driver, drivers_of, one_blas_thread, record_paths, recorder_of, tick_count, ticks
+from mjsim.run import (
+    Driver,
+    drivers_of,
+    one_blas_thread,
+    record_paths,
+    recorder_of,
+    require_takes_goals,
+    tick_count,
+    ticks,
+)
+from mjsim.session.by_hand import ByHand
 from mjsim.session.gate import Gate, State
 from mjsim.session.helm import Helm
-from mjsim.session.touches import Touches, joints_keys, noise_kept, touch_of
+from mjsim.session.touches import Touches, noise_kept, touch_of
 from mjsim.session.watcher import Watcher
-from mjsim.world import NoiseEvent, ReachEvent, World, WorldEvent, with_noise
+from mjsim.world import GoalEvent, NoiseEvent, World, WorldEvent, with_noise
 
 if TYPE_CHECKING:
     from mjsim.record import Recorder, Tick
@@ -29,7 +38,7 @@ HOLD = 0.5
 """Time for which a manual command is held [s]."""
 
 
-class Session(Closes):
+class Session(ByHand, Closes):
     """A running world in a background thread, which owns its OpenGL context.
 
     Every method may be called from any thread, and returns at once unless stated otherwise. The ticks are those of
@@ -80,6 +89,7 @@ class Session(Closes):
         self._drivers, self._on_tick, self._on_change = drivers, on_tick, on_change
         self._helm = Helm(robot.name for robot in world.robots)
         self._gate = Gate(speed, self._notify)
+        self._driven: Mapping[str, Driver] = {}
         self._newest: Tick | None = None
         self._number = 0
         self._touches = Touches()
@@ -151,64 +161,6 @@ class Session(Closes):
             UsageError: The robot does not exist, or the command is not finite.
         """
         self._helm.take(robot, command, hold=hold)
-
-    def move_joints(self, robot: str, arm: str, positions: Sequence[float] | None) -> None:
-        """Move the joints of an arm manually, at up to 1 rad/s or 1 m/s; None returns it to the navigator.
-
-        This is a touch, as is `move_tool`; see `touch`.
-
-        Raises:
-            UsageError: The arm does not exist, or its joints cannot take these values.
-        """
-        self.touch(joints_keys(self.world, robot, arm, positions))
-
-    def move_tool(self, robot: str, arm: str, *, at: Sequence[float], rpy: Sequence[float]) -> None:
-        """Move the tool of an arm manually to a pose in the robot frame.
-
-        Args:
-            robot: Whose arm it is.
-            arm: Its name.
-            at: x, y, z in the robot frame [m].
-            rpy: Roll, pitch, yaw about fixed axes, right-handed [rad]; only used for arms with six joints or more.
-
-        Raises:
-            UsageError: The arm does not exist, or its tool cannot reach the pose.
-        """
-        self.touch({"reach": robot, "arm": arm, "tool": [*at], "rpy_deg": [math.degrees(angle) for angle in rpy]})
-
-    def reach(self, person: str, hand: str, at: Sequence[float] | None) -> float:
-        """Move a hand of a person, at up to 1 m/s; None releases it.
-
-        Args:
-            person: Whose hand.
-            hand: 'left' or 'right'.
-            at: Target of its grip: x, y, z in the world frame [m].
-
-        Returns:
-            Remaining distance to the target [m]; 0 if it is within reach.
-
-        Raises:
-            UsageError: The person does not exist, or the hand or the target is invalid.
-        """
-        if at is None:
-            self.touch({"release": person, "hand": hand})
-            return 0.0
-        event = self.touch({"reach": person, "hand": hand, "to": [*at]})
-        return event.short if isinstance(event, ReachEvent) else 0.0
-
-    def set_noise(self, key: str, value: float) -> None:
-        """Change the noise of a sensor, a drive or odometry from the next tick on.
-
-        This is a touch; see `touch`. A restart keeps it.
-
-        Args:
-            key: As for `mjsim run --set`: 'robots.scout.odometry.noise.turn'.
-            value: The new value.
-
-        Raises:
-            UsageError: The key does not exist, is not a noise key, or the value is invalid.
-        """
-        self.touch({"noise": key, "value": value})
 
     def touch(self, keys: Mapping[str, Any], *, follows: bool = False) -> WorldEvent:
         """Apply an event of the world file at the next tick; waits until it is accepted.
@@ -343,7 +295,7 @@ class Session(Closes):
 
     def _run(self, sim: "Simulation") -> None:
         """Take all ticks of a run, or those until it must end."""
-        drivers = drivers_of(sim.world) if self._drivers is None else self._drivers
+        drivers = self._driven = drivers_of(sim.world) if self._drivers is None else self._drivers
         count = tick_count(sim, self.seconds)
         place = self._next_place()
         recording = nullcontext() if place is None else recorder_of(sim, drivers, count, place)
@@ -388,6 +340,8 @@ class Session(Closes):
     def _take_touch(self, sim: "Simulation", event: WorldEvent, *, follows: bool) -> WorldEvent:
         if self.state in ("ended", "failed") or self._gate.leaving is not None:
             raise UsageError("the run is over; start it again")
+        if isinstance(event, GoalEvent) and event.goal in sim.robots:
+            require_takes_goals(self._driven, event.goal)
         touch = self._touches.take(sim, event, follows=follows)
         if isinstance(event, NoiseEvent):
             self.world = with_noise(self.world, event.noise, event.value)

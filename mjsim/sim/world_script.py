@@ -20,6 +20,7 @@ from mjsim.sim.shoves import Shoves
 from mjsim.sim.streams import stream
 from mjsim.world import (
     CloseEvent,
+    GoalEvent,
     LampEvent,
     LeadEvent,
     Looks,
@@ -266,10 +267,12 @@ class WorldScript:
     def _check(self, event: WorldEvent) -> None:
         """Raise UsageError if an event names something that does not exist, or is impossible."""
         robots = [robot.name for robot in self._world.robots]
+        rolling = [robot.name for robot in self._world.robots if robot.base != "fixed"]
         match event:
             case MoveEvent():
-                free = [robot.name for robot in self._world.robots if robot.base != "fixed"]
-                _require(event.move, "robot or movable obstacle", free + self._movable)
+                _require(event.move, "robot or movable obstacle", rolling + self._movable)
+            case GoalEvent():
+                _require(event.goal, "robot that drives", rolling)
             case ShoveEvent():
                 _require(event.shove, "robot or movable obstacle", robots + self._movable)
             case PushEvent():

@@ -75,6 +75,7 @@ from .items import FixedDrive as FixedDrive
 from .items import Floor as Floor
 from .items import FloorPatch as FloorPatch
 from .items import ForceActuator as ForceActuator
+from .items import GoalEvent as GoalEvent
 from .items import GripTarget as GripTarget
 from .items import HandLed as HandLed
 from .items import HandMotion as HandMotion

@@ -164,6 +164,15 @@ def listen(domain: int) -> tuple[dict, dict]:
     back = {**twist, "linear": {"x": -0.3, "y": 0.0, "z": 0.0}}
     heard.wait_for("a stamped second", lambda: driven(stamped, {"header": stamp, "twist": back}, until))
     noticed["stamped"] = place_of(heard.messages["/scout/truth"][-1])
+    goal = node.advertise("/scout/goal_pose", "geometry_msgs/msg/PoseStamped")
+    heard.wait_for("subscribers of goals", lambda: goal.subscriber_count > 0)
+    pose = {"position": {"x": 5.0, "y": 2.0, "z": 0.0}, "orientation": {"x": 0.0, "y": 0.0, "z": 1.0, "w": 0.0}}
+    for frame in ("laser", "map"):
+        goal.send({"header": {**stamp, "frame_id": frame}, "pose": pose})
+    heard.wait_for(
+        "a start towards the goal",
+        lambda: heard.take() or place_of(heard.messages["/scout/truth"][-1])[0] > noticed["stamped"][0] + 0.3,
+    )
     services.call("pause", True)
     hear_what_is_on_its_way(heard)
     noticed["graph"] = sorted(topic.name for topic in node.graph().topics)

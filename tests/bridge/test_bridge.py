@@ -39,7 +39,10 @@ mechanisms:
 run:
   rate_hz: 25
   seed: 4
-  drivers: {scout: {estimator: {use: "mjsim.algorithms.ekf_slam:EkfSlam"}}}
+  drivers:
+    scout:
+      estimator: {use: "mjsim.algorithms.ekf_slam:EkfSlam"}
+      navigator: {use: "mjsim.algorithms.go_to_goal:GoToGoal", goals: [1, 2]}
 """
 
 
@@ -116,6 +119,10 @@ class TestABridge:
 
     def test_commands_move_the_robot_after_a_reset_too(self, noticed: dict):
         assert noticed["driven_after_reset"] > 0.2  # at 0.3 m/s for more than a second
+
+    def test_a_goal_pose_reaches_the_navigator_if_it_is_in_the_map(self, folder: Path):
+        (event,) = mjsim.read_recording(folder / "run.mcap").events
+        assert (event.goal, event.to, event.heading_deg) == ("scout", (5.0, 2.0), 180.0)
 
     def test_others_see_the_topics(self, noticed: dict):
         assert {*TOPICS, "/scout/cmd_vel", "/scout/proximity"} <= {*noticed["graph"]}

@@ -45,6 +45,7 @@ from .drives import Wheel as Wheel
 from .drives import WheelOdometry as WheelOdometry
 from .events import EVENT_KINDS as EVENT_KINDS
 from .events import CloseEvent as CloseEvent
+from .events import GoalEvent as GoalEvent
 from .events import LampEvent as LampEvent
 from .events import LeadEvent as LeadEvent
 from .events import LightEvent as LightEvent

@@ -228,5 +228,6 @@ def _event_targets(keys: Mapping[str, Any]) -> dict[str, tuple[str, set[str]]]:
         "restore": ("beacon", _names(_items(keys, "beacons"))),
         "reach": ("robot with an arm", armed),
         "release": ("robot with an arm", armed),
+        "goal": ("robot that drives", _names(rolling)),
         "remove": ("beacon or obstacle", _names(_items(keys, "beacons")) | _names(obstacles)),
     }

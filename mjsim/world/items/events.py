@@ -259,6 +259,17 @@ class LeadEvent(_Event):
         return self
 
 
+class GoalEvent(_Event):
+    """Gives a robot's navigator a new goal in place of the others."""
+
+    goal: Name
+    """The robot; its navigator must take goals, as `GoToGoal` does."""
+    to: Point
+    """[x, y], in the frame of the estimate [m]."""
+    heading_deg: Degrees | None = None
+    """Heading at the goal; default: any."""
+
+
 EVENT_KINDS: dict[str, type[_Event]] = {
     "move": MoveEvent,
     "open": OpenEvent,
@@ -273,6 +284,7 @@ EVENT_KINDS: dict[str, type[_Event]] = {
     "reach": ReachEvent,
     "release": ReleaseEvent,
     "lead": LeadEvent,
+    "goal": GoalEvent,
 }
 """Event models by their key."""
 
@@ -290,12 +302,13 @@ WorldEvent = Annotated[
     | PushEvent
     | ReachEvent
     | ReleaseEvent
-    | LeadEvent,
+    | LeadEvent
+    | GoalEvent,
     OneOf(
         EVENT_KINDS,
         "an event needs an action; write move: NAME, open: DOOR, close: DOOR, light: 0.5, lamp: NAME,"
         " noise: KEY, remove: NAME, restore: BEACON, shove: NAME, push: NAME, reach: ROBOT or PERSON,"
-        " release: ROBOT, PERSON or MECHANISM, or lead: MECHANISM",
+        " release: ROBOT, PERSON or MECHANISM, lead: MECHANISM, or goal: ROBOT",
     ),
 ]
 
@@ -326,8 +339,7 @@ def event_text(event: WorldEvent) -> str:
     """Return a description of an event."""
     match event:
         case MoveEvent():
-            heading = "" if event.heading_deg is None else f", heading {event.heading_deg:g} deg"
-            return f"{event.move} is placed at [{event.to[0]:g}, {event.to[1]:g}]{heading}"
+            return f"{event.move} is placed at [{event.to[0]:g}, {event.to[1]:g}]{_heading_text(event)}"
         case OpenEvent():
             return f"door {event.open} swings open to {event.angle_deg:g} deg"
         case CloseEvent():
@@ -355,6 +367,12 @@ def event_text(event: WorldEvent) -> str:
             return f"joint {joint} of {event.release} is let go"
         case ReleaseEvent():
             return f"{event.arm} of {event.release} returns to its navigator"
+        case GoalEvent():
+            return f"{event.goal} is sent to [{event.to[0]:g}, {event.to[1]:g}]{_heading_text(event)}"
+
+
+def _heading_text(event: MoveEvent | GoalEvent) -> str:
+    return "" if event.heading_deg is None else f", heading {event.heading_deg:g} deg"
 
 
 def _motion_text(event: ReachEvent | LeadEvent) -> str:

@@ -4,7 +4,7 @@ import type { Path, Values } from "../api";
 import type { WorldDocument } from "../shell/document";
 
 /** Keys of events whose value is the name of a thing. */
-export const NAMING = ["move", "open", "close", "lamp", "remove", "restore", "shove", "push", "reach", "release", "lead"];
+export const NAMING = ["move", "open", "close", "lamp", "remove", "restore", "shove", "push", "reach", "release", "lead", "goal"];
 
 /** Something in a list of the text itself, and its path. */
 export type Own = [path: Path, value: Values];

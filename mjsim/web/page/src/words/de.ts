@@ -33,6 +33,7 @@ export const DE: Partial<Words> = {
   "event.close": "Zu",
   "event.fall": "Sturz",
   "event.fault": "Fehler",
+  "event.goal": "Ziel",
   "event.lamp": "Lampe",
   "event.lead": "Führen",
   "event.light": "Licht",
@@ -171,6 +172,8 @@ export const DE: Partial<Words> = {
   "said.runOver": "der Lauf ist zu Ende; starten Sie ihn erneut",
   "said.sameSettings":
     "alle Läufe haben dieselben Einstellungen und unterscheiden sich nur im Startwert; es gibt nichts zu vergleichen",
+  "said.sent": "{thing} wird nach [{x}, {y}] geschickt",
+  "said.sentHeading": "{thing} wird nach [{x}, {y}] geschickt, Richtung {heading} Grad",
   "said.shoved": "{thing} wird mit {impulse} N s gestoßen",
   "said.taken": "„{path}“ {reason}; überschreiben Sie es, oder speichern Sie unter einem anderen Namen",
   "said.tooLarge": "das ist größer als {size} MB; senden Sie weniger",

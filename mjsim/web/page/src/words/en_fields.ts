@@ -384,6 +384,7 @@ export const EN_FIELDS = {
   "form.ForceActuator": "Force actuator",
   "form.GearConstraint": "Gear constraint",
   "form.GimbalJoint": "Gimbal joint",
+  "form.GoalEvent": "Goal event",
   "form.GripTarget": "Grip target",
   "form.Imu": "IMU",
   "form.InPlaneJoint": "In-plane joint",

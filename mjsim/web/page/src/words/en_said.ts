@@ -97,6 +97,8 @@ export const EN_SAID = {
   "said.sameSettings": "all runs have the same settings and differ only in their seed; there is nothing to compare",
   "said.seated": "the seat and its targets define the posture of a seated person; change those",
   "said.sessionClosed": "the session was closed; begin another",
+  "said.sent": "{thing} is sent to [{x}, {y}]",
+  "said.sentHeading": "{thing} is sent to [{x}, {y}], heading {heading} deg",
   "said.shared": "{place} is written once for several places; change it in the text",
   "said.shoved": "{thing} is shoved by {impulse} N s",
   "said.short": "{motion}, which is {far} m out of reach",

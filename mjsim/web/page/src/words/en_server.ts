@@ -14,6 +14,7 @@ export const EN_SERVER = {
   "event.reach": "reach",
   "event.release": "release",
   "event.lead": "lead",
+  "event.goal": "goal",
   "event.bump": "bump",
   "event.blocked": "blocked",
   "event.fall": "fall",
