@@ -9,6 +9,9 @@ from .arm_checks import text_place as text_place
 from .arm_files import FileArm as FileArm
 from .arm_files import FileLink as FileLink
 from .arm_files import read_arm as read_arm
+from .drive_tags import PLACEHOLDERS as PLACEHOLDERS
+from .drive_tags import SaidDrive as SaidDrive
+from .drive_tags import drives_in_parameters as drives_in_parameters
 from .files import ROBOT as ROBOT
 from .files import ModelFiles as ModelFiles
 from .files import Read as Read
@@ -38,11 +41,11 @@ from .rigid import AtRest as AtRest
 from .rigid import Rigid as Rigid
 from .rigid import at_rest as at_rest
 from .robot_files import RobotFiles as RobotFiles
-from .robot_files import SaidSensor as SaidSensor
 from .robot_files import gather_robot as gather_robot
 from .robot_files import robot_text as robot_text
 from .rotations import pose_keys as pose_keys
 from .rotations import quaternion_of as quaternion_of
+from .said_sensors import SaidSensor as SaidSensor
 from .shape import ModelShape as ModelShape
 from .shape import read_model as read_model
 from .xml_text import RefusedXmlError as RefusedXmlError

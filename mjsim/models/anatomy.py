@@ -32,6 +32,8 @@ class FileJoint:
     """Whether the file gives it a motor."""
     speed: float | None = None
     """Maximum speed in the file [rad/s] or [m/s]; None if not stated."""
+    placeholder: bool = False
+    """Whether the file states limits of 0 to 0."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -141,6 +143,7 @@ def _joint(rest: AtRest, number: int, part: int, robot: RobotFiles) -> FileJoint
         limits,
         name in robot.driven,
         robot.speeds.get(name),
+        name in robot.unlimited,
     )
 
 

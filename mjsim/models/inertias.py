@@ -26,6 +26,8 @@ LEAST_MOMENT = 2e-14
 DIGITS = ".9g"
 FEATHER = 1e-6
 """Mass of a link that weighs nothing, as MuJoCo takes nothing for unknown [kg]."""
+LEAST_STATED = 1e-9
+"""A smaller mass is a placeholder of an exporter for none [kg]."""
 FEATHER_SIZE = 1e-4
 """Moments of inertia of such a link, relative to its mass [m^2]."""
 _URDF_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -46,7 +48,7 @@ def mend_weightless(root: Element, path: str) -> Iterator[str]:
     """For a URDF robot without any mass, derive masses from its shapes; yield notes on what was done."""
     links = root.findall("link")
     masses = [number_of(mass.get("value")) for link in links for mass in link.findall("inertial/mass")]
-    if root.tag != "robot" or any(mass is not None and mass > 0.0 for mass in masses):
+    if root.tag != "robot" or any(mass is not None and mass >= LEAST_STATED for mass in masses):
         return
     for link in links:
         if link.find("collision") is None:
@@ -89,7 +91,8 @@ def _mend_urdf(root: Element, path: str, feather: float) -> Iterator[str]:
     for link in root.findall("link"):
         inertial, name = link.find("inertial"), link.get("name", "?")
         if name in carried:
-            if (below := _weight_of(link)) < 0.0:
+            below = _stated(link)
+            if below != 0.0:
                 yield f"{path}: link '{name}' has a mass of {below:g} kg; it weighs nothing instead"
             _lighten(link, feather)
             continue
@@ -100,7 +103,7 @@ def _mend_urdf(root: Element, path: str, feather: float) -> Iterator[str]:
             continue
         mass, inertia = inertial.find("mass"), inertial.find("inertia")
         weight = number_of(mass.get("value") if mass is not None else None)
-        if weight is None or weight <= 0.0:
+        if weight is None or weight < LEAST_STATED:
             link.remove(inertial)
             instead = "its shapes get a density of 1000 kg/m^3 instead" if has else "it gets a negligible mass instead"
             yield f"{path}: link '{name}' has a mass of {_shown(weight)} kg; {instead}"
@@ -121,10 +124,16 @@ def _mend_urdf(root: Element, path: str, feather: float) -> Iterator[str]:
             yield f"{path}: the inertia of link '{name}' {wrong}; made {_moments(matrix)}"
 
 
-def _weight_of(link: Element) -> float:
-    """Return the mass of a link of URDF, 0 if the file gives none [kg]."""
+def _stated(link: Element) -> float:
+    """Return the mass that the file states for a link of URDF, 0 if none [kg]."""
     mass = link.find("inertial/mass")
     return number_of(mass.get("value") if mass is not None else None) or 0.0
+
+
+def _weight_of(link: Element) -> float:
+    """Return the mass of a link of URDF, 0 if the file gives none, or a placeholder [kg]."""
+    stated = _stated(link)
+    return stated if stated < 0.0 or stated >= LEAST_STATED else 0.0
 
 
 def _fixed_to(root: Element, heavy: Collection[str]) -> frozenset[str]:
@@ -167,7 +176,7 @@ def _mend_mjcf(root: Element, path: str) -> Iterator[str]:
             continue
         called = f"body '{body.get('name', '?')}'"
         weight = number_of(inertial.get("mass"))
-        if weight is None or weight <= 0.0:
+        if weight is None or weight < LEAST_STATED:
             body.remove(inertial)
             yield f"{path}: {called} has a mass of {_shown(weight)} kg; its mass is computed from its shapes instead"
             continue

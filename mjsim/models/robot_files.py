@@ -5,24 +5,25 @@ and collision shapes replace them; invalid inertias are repaired. Everything is 
 """
 
 import copy
-import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
 
+from mjsim.models.drive_tags import SaidDrive, drives_in_tags
 from mjsim.models.files import ROBOT, Element, Gatherer, ModelFiles, Read
-from mjsim.models.inertias import mend_inertias, mend_weightless, number_of
+from mjsim.models.inertias import mend_inertias, mend_weightless
 from mjsim.models.mjcf_scenes import without_mjcf_rails, without_scenery
 from mjsim.models.places import ElementOrigin, PlacedError, element_of, numbered, plainly, starts
 from mjsim.models.reader import compiled
+from mjsim.models.said_sensors import SaidSensor, said_sensors
 from mjsim.models.scales import mend_scales, mend_sizes
 from mjsim.models.stl import tidy_stl
-from mjsim.models.urdf_joints import freed_wheels, joint_speeds, without_rails
+from mjsim.models.urdf_joints import freed_wheels, joint_speeds, without_limits, without_rails
 
 MAX_RETRIES = 64
 """Maximum number of meshes of a robot that MuJoCo may reject."""
@@ -30,24 +31,6 @@ SIDEWAYS = re.compile(r"mecanum|omni|planar_?move|force_based_move", re.IGNORECA
 """Plugins that move a robot in all directions."""
 GHOST = {"type": "sphere", "size": "0.005", "contype": "0", "conaffinity": "0", "rgba": "0 0 0 0"}
 """Replaces a mesh that is left out, so that its mass stays."""
-
-
-@dataclass(frozen=True, slots=True)
-class SaidSensor:
-    """A sensor described in a file for a simulator."""
-
-    link: str
-    """Name of the body that carries it."""
-    kind: str
-    """lidar, camera or imu."""
-    name: str
-    keys: Mapping[str, float] = field(default_factory=dict)
-    """Its properties: beams, fov_deg, middle_deg (of its fan, to the left), nearest, farthest, rate_hz, noise, width,
-    height."""
-    at: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Position in the frame of the body [m]."""
-    rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Roll, pitch and yaw in the frame of the body [rad]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,6 +46,10 @@ class RobotFiles:
     """Maximum speeds of joints, where the file states them [rad/s] or [m/s]."""
     notes: tuple[str, ...]
     """Notes on what was left out or repaired."""
+    unlimited: frozenset[str] = frozenset()
+    """Names of hinges with limits of 0 to 0, which mean none."""
+    drives: tuple[SaidDrive, ...] = ()
+    """What plug-ins and ros2_control state about its drive."""
     sideways: str = ""
     """Name of the plugin of a simulator or of ros2_control that also moves it sideways; '' if there is none."""
 
@@ -82,9 +69,9 @@ def gather_robot(path: str, read: Read) -> RobotFiles:
     if root.tag == "mujoco":
         gatherer.put_includes_in(root, 0)
     cleared = [*without_scenery(root, path), *without_mjcf_rails(root, path)]
-    sensors = tuple(_urdf_sensors(root) if root.tag == "robot" else _mjcf_sensors(root))
-    driven, sideways = frozenset(_driven(root)), _sideways(root)
-    speeds = dict(joint_speeds(root))
+    sensors = said_sensors(root)
+    driven, sideways, drives = frozenset(_driven(root)), _sideways(root), tuple(drives_in_tags(root))
+    speeds, unlimited = dict(joint_speeds(root)), without_limits(root)
     mended = [*mend_scales(root), *mend_sizes(root, path), *mend_weightless(root, path)]
     mended += [*without_rails(root, path), *freed_wheels(root, path), *mend_inertias(root, path)]
     gatherer.keep(root, ROBOT)
@@ -96,7 +83,9 @@ def gather_robot(path: str, read: Read) -> RobotFiles:
     model = _compiled(files, gatherer)
     _check_finite(model, path)
     speeds |= dict(_servo_speeds(model))
-    return RobotFiles(files, model, sensors, driven, speeds, (*cleared, *mended, *gatherer.notes()), sideways)
+    return RobotFiles(
+        files, model, sensors, driven, speeds, (*cleared, *mended, *gatherer.notes()), unlimited, drives, sideways
+    )
 
 
 class _RobotGatherer(Gatherer):
@@ -303,65 +292,10 @@ def _servo_speeds(model: mujoco.MjModel) -> Iterator[tuple[str, float]]:
             yield model.joint(int(model.actuator_trnid[number, 0])).name, gain / damping * top / gear
 
 
-def _urdf_sensors(root: Element) -> Iterator[SaidSensor]:
-    """Yield the sensors that a URDF describes for Gazebo."""
-    for gazebo in root.findall("gazebo"):
-        link = gazebo.get("reference", "")
-        for sensor in gazebo.findall("sensor"):
-            kind = _gazebo_kind(sensor.get("type", ""))
-            if link and kind is not None:
-                at, rpy = _pose(sensor.findtext("pose", ""))
-                yield SaidSensor(link, kind, sensor.get("name", kind), _gazebo_keys(sensor), at, rpy)
-
-
 def _sideways(root: Element) -> str:
     """Return the name of a plugin that moves a robot sideways as well."""
     names = (plugin.get(key, "") for plugin in root.iter("plugin") for key in ("filename", "name"))
     return next((name for name in names if SIDEWAYS.search(name)), "")
-
-
-def _gazebo_kind(text: str) -> str | None:
-    words = {"ray": "lidar", "lidar": "lidar", "camera": "camera", "depth": "camera", "imu": "imu"}
-    return next((kind for word, kind in words.items() if word in text), None)
-
-
-def _pose(text: str) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    numbers = [number_of(word) for word in text.split()[:6]]
-    x, y, z, roll, pitch, yaw = (numbers + [None] * 6)[:6]
-    return (x or 0.0, y or 0.0, z or 0.0), (roll or 0.0, pitch or 0.0, yaw or 0.0)
-
-
-def _gazebo_keys(sensor: Element) -> dict[str, float]:
-    """Return the properties of a sensor by the keys of mjsim."""
-    ray = next((item for name in ("ray", "lidar") for item in sensor.iter(name)), None)
-    found: dict[str, float | None] = {"rate_hz": number_of(sensor.findtext("update_rate"))}
-    if ray is not None:
-        low = number_of(ray.findtext("scan/horizontal/min_angle"))
-        high = number_of(ray.findtext("scan/horizontal/max_angle"))
-        found |= {
-            "beams": number_of(ray.findtext("scan/horizontal/samples")),
-            "fov_deg": None if low is None or high is None else math.degrees(high - low),
-            "middle_deg": None if low is None or high is None else math.degrees(high + low) / 2,
-            "nearest": number_of(ray.findtext("range/min")),
-            "farthest": number_of(ray.findtext("range/max")),
-            "noise": number_of(ray.findtext("noise/stddev")),
-        }
-    camera = sensor.find("camera")
-    if camera is not None:
-        fov = number_of(camera.findtext("horizontal_fov"))
-        found |= {
-            "fov_deg": None if fov is None else math.degrees(fov),
-            "width": number_of(camera.findtext("image/width")),
-            "height": number_of(camera.findtext("image/height")),
-        }
-    return {key: value for key, value in found.items() if value is not None}
-
-
-def _mjcf_sensors(root: Element) -> Iterator[SaidSensor]:
-    """Yield the inertial sensors in an MJCF; the site that carries one serves as its link."""
-    sites = {item.get("site", "") for kind in ("accelerometer", "gyro") for item in root.findall(f"sensor/{kind}")}
-    for site in sorted(sites - {""}):
-        yield SaidSensor(site, "imu", "imu")
 
 
 def robot_text(files: ModelFiles) -> str:

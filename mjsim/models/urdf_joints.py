@@ -1,4 +1,4 @@
-"""URDF joints: their speed limits, and joints that simulators use instead of rotating wheels."""
+"""URDF joints: their speed limits, placeholders of limits, and joints that simulators use instead of wheels."""
 
 from collections.abc import Iterator
 
@@ -56,3 +56,15 @@ def joint_speeds(root: Element) -> Iterator[tuple[str, float]]:
         speed = number_of(limit.get("velocity")) if limit is not None else None
         if speed is not None and speed > 0.0:
             yield joint.get("name", ""), speed
+
+
+def without_limits(root: Element) -> frozenset[str]:
+    """Return the hinges of a URDF whose limits are both 0: exporters of CAD write that where they know none."""
+    found = set()
+    for joint in root.findall("joint"):
+        limit = joint.find("limit")
+        if joint.get("type") == "revolute" and limit is not None:
+            ends = [number_of(limit.get(key, "0")) or 0.0 for key in ("lower", "upper")]
+            if ends == [0.0, 0.0]:
+                found.add(joint.get("name", ""))
+    return frozenset(found)

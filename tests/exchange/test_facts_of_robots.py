@@ -10,19 +10,20 @@ from mjsim.errors import UsageError
 from mjsim.exchange import RobotOptions
 from mjsim.exchange.robots import likely, slip
 from mjsim.exchange.robots.frame import Stand, find_stand
-from mjsim.exchange.robots.gear import Gear, find_gear, steering_limit
+from mjsim.exchange.robots.gear import Gear, find_gear
 from mjsim.exchange.robots.mounts import SensorMount
 from mjsim.exchange.robots.preset import (
     first_plan,
     max_speed,
     max_steer_deg,
-    max_turn_deg,
     preset_text,
+    preset_turn,
     speed_source,
     wheelbase_of,
     wheels_by_name,
 )
 from mjsim.exchange.robots.rounds import Round
+from mjsim.exchange.robots.steering import steering_limit
 from mjsim.geometry import wrap_angle
 from mjsim.interface import Command, Odometry
 from mjsim.models import FileJoint, anatomy_of, gather_robot
@@ -72,7 +73,7 @@ def preset(gear: Gear, stand: Stand = STAND, **more: object) -> dict:
     [
         (gear("differential", [0.0]), {"track": 0.4}),
         (gear("skid_steer", [0.2, -0.1]), {"track": 0.4, "wheelbase": 0.3, "effective_track": 0.4 + 0.3**2 / 0.4}),
-        (gear("mecanum", [0.2, -0.1]), {"track": 0.4, "wheelbase": 0.3, "strafe": 1.0, "spin": 1.0, "max_left": 0.67}),
+        (gear("mecanum", [0.2, -0.1]), {"track": 0.4, "wheelbase": 0.3, "strafe": 1.0, "spin": 1.0, "max_left": 1.25}),
         (
             gear("ackermann", [0.3, -0.1], steer=(-0.5, 0.6)),
             {
@@ -94,13 +95,13 @@ def preset(gear: Gear, stand: Stand = STAND, **more: object) -> dict:
         ),
         (
             gear("omni3", [], single=(wheel(0.3, 0.0), wheel(0.0, 0.3), wheel(0.0, -0.36))),
-            {"wheel_circle": 0.32, "strafe": 1.0, "spin": 1.0, "max_left": 0.67},
+            {"wheel_circle": 0.32, "strafe": 1.0, "spin": 1.0, "max_left": 1.25},
         ),
     ],
 )
 def test_a_preset_has_the_sizes_of_its_drive(gear, sizes):
     keys = preset(gear)["drive"]
-    common = {"type": gear.drive, "wheel_radius": 0.1, "max_speed": 0.67, "max_acceleration": 1.0}
+    common = {"type": gear.drive, "wheel_radius": 0.1, "max_speed": 1.25, "max_acceleration": 1.0}
     assert {key: keys[key] for key in common | sizes} == {
         key: pytest.approx(value) if isinstance(value, float) else value for key, value in (common | sizes).items()
     }
@@ -144,12 +145,12 @@ def test_wheels_between_the_axles_follow_the_front_ones():
 @pytest.mark.parametrize(
     ("radius", "speed", "top", "source"),
     [
-        (0.1, None, 0.67, "a guess"),
+        (0.1, None, 1.25, "a guess"),
         (0.5, None, 1.5, "a guess"),  # not faster than that
         (0.1, 12.0, 1.2, "by the limits of its wheels, 12 rad/s"),
-        (0.1, 100.0, 0.67, "a guess"),  # no limit
-        (0.1, 0.1, 0.67, "a guess"),  # too slow to be one
-        (0.1, 60.0, 0.67, "a guess"),  # too fast
+        (0.1, 100.0, 1.25, "a guess"),  # no limit
+        (0.1, 0.1, 1.25, "a guess"),  # too slow to be one
+        (0.1, 60.0, 1.25, "a guess"),  # too fast
         (0.0001, None, 0.05, "a guess"),
     ],
 )
@@ -157,7 +158,7 @@ def test_the_top_speed_is_the_files_if_it_is_likely(radius, speed, top, source):
     plan = first_plan("r", "r.urdf", gear("differential", [0.0], radius=radius, speed=speed), STAND, ())
     assert max_speed(plan) == pytest.approx(top)
     assert speed_source(plan).startswith(source)
-    assert max_turn_deg(plan) == round(min(170.0, max(20.0, math.degrees(2 * top / 0.4))))
+    assert preset_turn(plan) == round(min(170.0, max(20.0, math.degrees(2 * top / 0.4))))
 
 
 def test_a_plan_takes_over_what_was_measured():

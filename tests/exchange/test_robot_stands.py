@@ -32,7 +32,7 @@ def plan_of(links: dict[str, str], joints: list[str], limit: str = "", more: str
     found = anatomy_of(files)
     gear = find_gear(found, RobotOptions(), file="r.urdf", urdf=True)
     stand = find_stand(found, gear, acceleration=1.0)
-    return first_plan("r", "r.urdf", gear, stand, find_mounts(found, stand, files.sensors))
+    return first_plan("r", "r.urdf", gear, stand, find_mounts(found, stand, files.sensors)[0])
 
 
 def test_a_box_of_a_millimetre_marks_a_frame_and_carries_nothing():

@@ -137,7 +137,7 @@ robots:
 """
     (preset.parent / "room.yaml").write_text(text)
     world = load_world(preset.parent / "room.yaml")
-    assert [robot.drive.max_speed for robot in world.robots] == [0.22, 0.1]
+    assert [robot.drive.max_speed for robot in world.robots] == [0.41, 0.1]
     with Simulation(world) as sim:
         for name in ("one", "two"):
             sim.apply(name, Command(0.2))
@@ -188,7 +188,7 @@ def test_ros_packages_are_found_by_path_and_by_option(tmp_path, monkeypatch):
     moved.write_bytes(BURGER.read_bytes())
     package = BURGER.parents[1]
     plain = bring_robot(moved, name="b", options=RobotOptions(), packages={}, arguments={})
-    assert any("package 'turtlebot3_description' was not found" in line for line in plain.report)
+    assert any("package 'turtlebot3_description': not found" in line for line in plain.report)
     assert len(plain.files) == 1
     named = bring_robot(moved, name="b", options=RobotOptions(), packages={package.name: package}, arguments={})
     assert len(named.files) == 3
@@ -215,7 +215,7 @@ def test_a_text_written_by_the_command_is_a_world(presets):
 def test_joints_that_are_no_wheels_hold_still_with_their_limits(tmp_path):
     (tmp_path / "tall.xml").write_text(STRETCHED)
     preset, said = brought(tmp_path / "tall.xml", tmp_path)
-    assert "joints other than wheels are locked, 5 of them: 'joint_lift'" in said
+    assert "kept: 5 locked joints 'joint_lift'" in said
     with Simulation(load_world(preset)) as sim:
         sim.apply("tall", Command(0.3, turn=0.3))
         joints = [sim.data.joint(f"tall/{name}") for name in ("joint_lift", "joint_arm", "rubber_x", "joint_head")]
@@ -266,7 +266,7 @@ def test_meshes_in_text_and_of_too_many_triangles_are_read(tmp_path, count, text
     (tmp_path / "robot.urdf").write_text(rover([0.0]).replace("</link>", mesh, 1))
     (tmp_path / "ball.stl").write_bytes(sphere_stl(count, text=text))
     brought = bring_robot(tmp_path / "robot.urdf", name="r", options=RobotOptions(), packages={}, arguments={})
-    assert ("made coarser: meshes of too many corners, 1 of them" in brought.report) == said
+    assert ("mended: made coarser: meshes of too many corners, 1 of them" in brought.report) == said
     (data,) = (data for name, data in brought.files.items() if name.endswith(".stl"))
     corners = np.frombuffer(data[84:], dtype=[("n", "<f4", 3), ("v", "<f4", (3, 3)), ("a", "<u2")])["v"]
     assert len(corners) <= 60_000

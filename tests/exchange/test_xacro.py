@@ -141,7 +141,7 @@ def expanded(path: Path, *, packages: Mapping[str, Path] | None = None, **given:
     path = path.resolve()
     text, _ = parsed(path.read_bytes(), path)
     folders = Folders(path, packages or {})
-    return resolved(text, path, shown=path, given=Given(given, {}), files=folders)
+    return resolved(text, path, shown=path, given=Given(given, {}), files=folders)[0]
 
 
 def canonical(text: str) -> str:

@@ -260,7 +260,7 @@ def test_sensors_and_plugins_of_gazebo_are_read_in_our_units():
     links = link("base", "5", GOOD, SHAPE) + link("l_link", "1", GOOD, cylinder)
     text = f'<robot name="r">{links}{ROLL.format("l", "continuous", "base", "")}{GAZEBO}</robot>'
     robot = gathered(text)
-    laser, eye = robot.sensors
+    laser, eye, odd = robot.sensors
     assert (laser.link, laser.kind, laser.name, laser.at, laser.rpy) == (
         "base",
         "lidar",
@@ -277,6 +277,7 @@ def test_sensors_and_plugins_of_gazebo_are_read_in_our_units():
         "farthest": 30.0,
         "noise": 0.02,
     }
+    assert odd.kind not in ("lidar", "camera", "imu")
     assert eye.keys == {"fov_deg": pytest.approx(math.degrees(1.2)), "width": 320.0, "height": 240.0}
     assert (robot.sideways, robot.driven) == ("libgazebo_ros_planar_move.so", {"l"})
 

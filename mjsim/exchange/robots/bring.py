@@ -8,37 +8,26 @@ from mjsim.errors import MjsimError, PhysicsFault, UsageError
 from mjsim.exchange.robots.brought import BroughtRobot, RobotOptions
 from mjsim.exchange.robots.frame import Stand, find_stand
 from mjsim.exchange.robots.gear import Gear, find_gear
+from mjsim.exchange.robots.listing import SIZES, amiss, kept, summary
 from mjsim.exchange.robots.measure import Measured, measure
-from mjsim.exchange.robots.mounts import SensorMount, find_mounts
+from mjsim.exchange.robots.mounts import find_mounts
 from mjsim.exchange.robots.omni import without_rollers
 from mjsim.exchange.robots.preset import (
     ACCELERATION,
     ROLLERS,
     Plan,
     first_plan,
-    max_speed,
     preset_text,
-    speed_source,
-    stated_speed,
 )
 from mjsim.exchange.robots.slip import learned, rolled
 from mjsim.exchange.robots.source import RobotSource
 from mjsim.exchange.robots.xacro import Given
+from mjsim.inventory import inventory
 from mjsim.models import Anatomy, RobotFiles, anatomy_of, gather_robot, robot_text
 from mjsim.world import Slip
 
 MARGIN = 1.2
 """Acceleration that the robot must withstand without tipping, as a multiple of the largest commanded one."""
-KINDS = {
-    "differential": "a differential drive",
-    "skid_steer": "skid steering",
-    "ackermann": "a car",
-    "tricycle": "a tricycle",
-    "mecanum": "mecanum wheels",
-    "omni3": "three omni wheels",
-}
-SIZES = {"mecanum": "track and wheelbase together", "omni3": "a ring of wheels with a diameter"}
-"""Names of the dimension that determines how far a robot turns."""
 SMALLEST, LARGEST = 0.02, 20.0
 """Smallest and largest diameter of accepted robots [m]."""
 MECANUM = 4
@@ -81,7 +70,8 @@ def bring_robot(
         raise UsageError(source.described(error)) from None
     anatomy = anatomy_of(robot)
     try:
-        gear = find_gear(anatomy, options, file=str(path), urdf=robot.files.urdf)
+        said = [*source.drives(), *robot.drives]
+        gear = find_gear(anatomy, options, file=str(path), urdf=robot.files.urdf, said=said)
         gear = moved_sideways(gear, anatomy, robot, options, file=str(path))
     except UsageError as error:
         raise UsageError(source.placed(str(error)) + _perhaps_missing(source, robot)) from None
@@ -89,14 +79,14 @@ def bring_robot(
     anatomy, _ = without_rollers(anatomy)
     stand = find_stand(anatomy, gear, acceleration=MARGIN * ACCELERATION)
     _check_size(path, stand)
-    mounts = find_mounts(anatomy, stand, robot.sensors)
+    mounts, dropped = find_mounts(anatomy, stand, robot.sensors)
     model = f"{name}/robot.{'urdf' if robot.files.urdf else 'xml'}"
     files = {model: robot_text(robot.files).encode()}
     files |= {f"{name}/{flat}": data for flat, data in robot.files.assets.items()}
     plan = first_plan(name, model, gear, stand, mounts)
-    report = [*_found(path, robot, anatomy, plan), *_amiss(path, source, robot, anatomy, gear, stand)]
+    items = [*kept(anatomy, plan), *amiss(source, robot, anatomy, stand), *dropped, *source.unused()]
     plan, measured = _calibrated(plan, files, path)
-    report += _driven(measured, plan)
+    report = [summary(path, robot, anatomy, stand), *_driven(measured, plan)]
     if gear.drive in ROLLERS:
         plan, more_notes = _rolling(plan, files, path)
         report += more_notes
@@ -106,6 +96,7 @@ def bring_robot(
     if gear.drive == "ackermann":
         plan, more_notes = _steering(plan, files, path)
         report += more_notes
+    report += inventory(items)
     notes = [
         f"From {path.name}, by `mjsim new --robot-from`; worlds name this file as a preset.",
         *_about(path, report),
@@ -179,7 +170,7 @@ def _slipping(
     """
     found = learned(preset_text(plan, ()), files, file=str(path))
     stand = find_stand(anatomy, plan.gear, acceleration=MARGIN * ACCELERATION, ahead=found.center)
-    mounts = find_mounts(anatomy, stand, robot.sensors)
+    mounts, _ = find_mounts(anatomy, stand, robot.sensors)
     plan = replace(plan.measured(distance=1.0, turn=found.turn), stand=stand, mounts=mounts, slip=found.slip)
     side = "ahead of" if found.center > 0 else "behind"
     return plan, [
@@ -213,68 +204,6 @@ def _measured(plan: Plan, files: Mapping[str, bytes], path: Path) -> Measured:
         raise PhysicsFault(f"{path}: {error}") from None
     except MjsimError as error:
         raise UsageError(f"{path}: {' '.join(str(error).splitlines()[:1])}") from None
-
-
-def _found(path: Path, robot: RobotFiles, anatomy: Anatomy, plan: Plan) -> list[str]:
-    """Return notes on what was found in a file."""
-    gear, stand = plan.gear, plan.stand
-    rows = [f"'{pair[0][0].name}' and '{pair[1][0].name}'" for pair in gear.rows]
-    rows += [f"'{wheel.name}'" for wheel in gear.single]
-    lines = [
-        f"{path}: {'URDF' if robot.files.urdf else 'MJCF'} of {anatomy.mass:.3g} kg,"
-        f" {2 * stand.radius:.2f} m across, {stand.height:.2f} m high, {_counted(robot.files.assets)}",
-        f"found {KINDS[gear.drive]}: wheels {', '.join(rows)}, of radius {plan.wheel_radius:.4f} m,"
-        f" {SIZES.get(gear.drive, 'a track')} of {plan.track:.4f} m",
-    ]
-    own = stand.casters[: len(stand.casters) - len(stand.notes)]  # those that are added come last
-    if own:
-        places = ", ".join(f"[{x:.3f}, {y:.3f}]" for x, y, _ in own)
-        lines.append(f"found casters at {places}")
-    lines += [f"found {_sensor(mount)}" for mount in plan.mounts]
-    lines += [f"guessed: {note}" for note in gear.notes]
-    if stated_speed(gear) is not None:
-        lines.append(f"found max_speed {max_speed(plan):g} m/s, {speed_source(plan)}")
-        lines.append("guessed: noise of a good robot; change it in the preset")
-    else:
-        lines.append(
-            f"guessed: max_speed {max_speed(plan):g} m/s, and noise of a good robot; change them in the preset"
-        )
-    held = _held(anatomy, gear)
-    if held:
-        shown = ", ".join(f"'{joint}'" for joint in held[:8]) + (" and more" if len(held) > 8 else "")
-        lines.append(f"joints other than wheels are locked, {len(held)} of them: {shown}")
-    return lines
-
-
-def _counted(assets: Mapping[str, bytes]) -> str:
-    """Return the numbers of meshes and images as text."""
-    meshes = sum(name.lower().endswith((".stl", ".obj", ".msh")) for name in assets)
-    pictures = len(assets) - meshes
-    return f"{meshes} mesh{'es' * (meshes != 1)}" + (f", {pictures} picture{'s' * (pictures != 1)}" if pictures else "")
-
-
-def _sensor(mount: SensorMount) -> str:
-    x, y, z = mount.at
-    return f"{mount.kind} '{mount.name}' at [{x:.3f}, {y:.3f}, {z:.3f}], from {mount.origin}"
-
-
-def _held(anatomy: Anatomy, gear: Gear) -> list[str]:
-    wheels = [*gear.wheels(), *gear.bearing]
-    used = {wheel.name for wheel in wheels} | {wheel.steer.name for wheel in wheels if wheel.steer is not None}
-    return [joint.name or "?" for joint in anatomy.joints if joint.name not in used]
-
-
-def _amiss(path: Path, source: RobotSource, robot: RobotFiles, anatomy: Anatomy, gear: Gear, stand: Stand) -> list[str]:
-    """Return notes on what was left out, repaired or added."""
-    prefixes = ("left out", "made coarser")
-    lines = [source.shown(note if note.startswith(prefixes) else f"mended: {note}") for note in robot.notes]
-    lines += [
-        f"package '{name}' was not found; give --package {name}=DIR, or set ROS_PACKAGE_PATH"
-        for name in sorted(source.missing)
-    ]
-    if anatomy.loose:
-        lines.append(f"treated as rigid: ball joints, {len(anatomy.loose)} of them")
-    return [*lines, *(f"added: {note}" for note in stand.notes)]
 
 
 def _driven(measured: Measured, plan: Plan) -> list[str]:

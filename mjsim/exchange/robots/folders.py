@@ -3,7 +3,7 @@
 import glob
 import os
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from mjsim.exchange.robots.xacro import XacroError
@@ -17,6 +17,13 @@ MANIFESTS = ("package.xml", "manifest.xml")
 """A folder that contains one of these is a ROS package."""
 PARTS = ("meshes", "assets", "urdf")
 """A folder that contains one of these is laid out like a package."""
+DESCRIPTION = "_description"
+FAMILY = ("_control", "_controllers", "_bringup", "_base", "_node", "_gazebo", "_controller_configuration")
+"""Packages of a robot beside NAME_description: NAME with one of these endings."""
+PARAMETERS = ("config", "param", "params")
+"""Folders of a package that hold parameters of its controllers."""
+MAX_PARAMETERS, MAX_YAML = 100, 100_000
+"""Maximum number of such files in a folder, and their maximum size [bytes]."""
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,99}")
 _PATTERN = re.compile(r"[*?[]")
 
@@ -37,11 +44,14 @@ class Folders:
         likely = [folder for signs in (MANIFESTS, PARTS) for folder in around if _has(folder, signs)]
         self.root = likely[0] if likely else path.parent
         self._packages = {name: folder.resolve() for name, folder in packages.items()}
+        self.used: set[str] = set()
+        """Packages that the description names."""
         self.missing: set[str] = set()
         """Packages that were named but not found."""
 
     def package(self, name: str) -> Path | None:
         """Return the folder of a ROS package; None if it was not found."""
+        self.used.add(name)
         if name not in self._packages:
             places = self._likely(name) if _NAME.fullmatch(name) else []
             found = next((place for place in places if place.is_dir()), None)
@@ -50,6 +60,20 @@ class Folders:
                 return None
             self._packages[name] = found.resolve()
         return self._packages[name]
+
+    def parameters(self) -> Iterator[Path]:
+        """Yield the YAML files of the description's packages, and of those beside them for the same robot."""
+        known = {self.root.name: self.root, **self._packages}
+        for name in [name for name in known if name.endswith(DESCRIPTION)]:
+            for ending in FAMILY:
+                other = name.removesuffix(DESCRIPTION) + ending
+                place = next((p for p in self._likely(other) if p.is_dir() and _has(p, MANIFESTS)), None)
+                if place is not None and other not in self._packages:
+                    known[other] = self._packages[other] = place.resolve()
+        for package in known.values():
+            for folder in PARAMETERS:
+                files = sorted((package / folder).glob("*.y*ml"))[:MAX_PARAMETERS]
+                yield from (path for path in files if path.stat().st_size < MAX_YAML)
 
     def _likely(self, name: str) -> list[Path]:
         """Return where a package may be; only the user's own settings name folders that do not look like one."""

@@ -1,6 +1,7 @@
 """The robot's own frame in its file, its points of support on the floor, and its size."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,9 +74,8 @@ def find_stand(anatomy: Anatomy, gear: Gear, *, acceleration: float, ahead: floa
     bare = Stand(origin, heading, (), 0.0, 0.0, np.zeros(3), ())
     moving = {wheel.joint.part for wheel in gear.wheels()}
     body = [shape for shape in anatomy.shapes if shape.part not in moving]
-    solid = [shape for shape in body if shape.touched] or body or list(anatomy.shapes)
-    points = np.concatenate([bare.point(shape.points) for shape in solid])
-    everything = np.concatenate([bare.point(shape.points) for shape in anatomy.shapes])
+    solid = [shape for shape in body if shape.touched] or body
+    points, everything = (_all_points(bare, gear, shapes) for shapes in (solid or anatomy.shapes, anatomy.shapes))
     center = bare.point(anatomy.center)
     casters = _casters(anatomy, gear, bare, solid)
     wheels = [bare.point(wheel.middle) for wheel in gear.wheels()]
@@ -84,6 +84,13 @@ def find_stand(anatomy: Anatomy, gear: Gear, *, acceleration: float, ahead: floa
     radius = max(float(np.hypot(points[:, 0], points[:, 1]).max()), *wheel_rims)
     height = max(float(everything[:, 2].max()), 0.02)
     return Stand(origin, heading, tuple(casters[:MAX_CASTERS]), radius, height, center, notes)
+
+
+def _all_points(stand: Stand, gear: Gear, shapes: Sequence[Shape]) -> Array:
+    """Return the points of shapes in the robot frame, those of wheels where there are no shapes, shape (n, 3) [m]."""
+    wheels = gear.wheels()
+    rims = np.array([wheel.middle + sign * wheel.radius * np.eye(3)[2] for wheel in wheels for sign in (-1.0, 1.0)])
+    return np.concatenate([stand.point(points) for points in ([shape.points for shape in shapes] or [rims])])
 
 
 def _casters(anatomy: Anatomy, gear: Gear, stand: Stand, solid: list[Shape]) -> list[tuple[float, float, float]]:
@@ -135,5 +142,5 @@ def _steadied(
         reach = REACH * float((sign * (below if len(below) else points)[:, 0]).max())
         x = sign * max(sign * float(center[0]) + spare, reach)
         steady.append((x, 0.0, small))
-        notes.append(f"a caster that slides is added at {x:.3f} m {word}, as it would tip over its wheels without")
+        notes.append(f"a caster that slides at {x:.3f} m {word}, as it would tip over its wheels without")
     return steady, tuple(notes)

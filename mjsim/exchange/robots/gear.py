@@ -1,9 +1,8 @@
 """Finds which wheels of a robot are driven, steered or passive; asks the user where the file does not say."""
 
-import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -20,8 +19,9 @@ from mjsim.exchange.robots.omni import (
     without_rollers,
 )
 from mjsim.exchange.robots.rounds import LEVEL, Round, measured, rounds, turns_freely
+from mjsim.exchange.robots.steering import listed, steered_as_named, steering_note
 from mjsim.geometry import Array
-from mjsim.models import Anatomy, FileJoint
+from mjsim.models import Anatomy, SaidDrive
 
 CASTER = re.compile(r"cast[eo]r|swivel|support|lenkrolle", re.IGNORECASE)
 FLOOR_MARGIN = 0.3
@@ -53,6 +53,8 @@ class Gear:
     single: tuple[Round, ...] = ()
     """Wheels without an axle: the steered and driven wheel of a tricycle, or the three of omni3 in the drive's order.
     """
+    said: SaidDrive = field(default_factory=SaidDrive)
+    """What plug-ins and controllers state about it."""
 
     @property
     def left(self) -> Array:
@@ -64,7 +66,9 @@ class Gear:
         return [*(wheel for row in self.rows for side in row for wheel in side), *self.single]
 
 
-def find_gear(anatomy: Anatomy, options: RobotOptions, *, file: str, urdf: bool) -> Gear:
+def find_gear(
+    anatomy: Anatomy, options: RobotOptions, *, file: str, urdf: bool, said: Sequence[SaidDrive] = ()
+) -> Gear:
     """Return the running gear of a robot.
 
     Args:
@@ -72,6 +76,7 @@ def find_gear(anatomy: Anatomy, options: RobotOptions, *, file: str, urdf: bool)
         options: What the user specified.
         file: Name of the file in messages.
         urdf: Whether +x is forward by convention (REP 103).
+        said: What plug-ins and controllers state, those that count first.
 
     Raises:
         UsageError: There are no wheels, they are ambiguous, or of a kind that cannot be imported.
@@ -84,15 +89,42 @@ def find_gear(anatomy: Anatomy, options: RobotOptions, *, file: str, urdf: bool)
         chosen, others = _guessed(anatomy, file)
     if options.drive is not None and options.drive not in DRIVES:
         raise UsageError(f"--drive is '{options.drive}'; it must be one of {', '.join(DRIVES)}")
+    if options.steering:
+        chosen, others = steered_as_named(chosen, others, options.steering, anatomy, file)
+    about = said_about(chosen, said)
     if options.drive in ("mecanum", "omni3") or (options.drive is None and is_omnidirectional(anatomy, chosen, hubs)):
-        return _omnidirectional(anatomy, chosen, others, options, file=file, urdf=urdf)
+        if options.steering:
+            raise UsageError(f"{file}: wheels with rollers do not steer; leave out --steering, or name another --drive")
+        gear = _omnidirectional(anatomy, chosen, others, options, about, file=file, urdf=urdf)
+        return replace(gear, said=about)
     axis = _common_axis(chosen, file)
     forward, notes = forward_of(anatomy, axis, options, file=file, urdf=urdf)
-    chosen, floor = _on_floor(anatomy, chosen, file)
+    chosen, floor = _on_floor(anatomy, chosen, file, about)
     bearing = [wheel for wheel in others if wheel.radius > 0.0 and wheel.bottom < floor + FLOOR_MARGIN * wheel.radius]
-    if options.steering:
-        chosen = _steered_as_named(anatomy, chosen, options.steering, file)
-    return _sorted_out(anatomy, chosen, bearing, floor, forward, options, file=file, notes=notes)
+    gear = _sorted_out(anatomy, chosen, bearing, floor, forward, options, file=file, notes=notes)
+    steers = [wheel.steer for wheel in gear.wheels() if wheel.steer is not None]
+    note = steering_note(steers) if gear.drive == "ackermann" else ""
+    return replace(gear, said=about, notes=(*gear.notes, note) if note else gear.notes)
+
+
+def said_about(wheels: Sequence[Round], said: Sequence[SaidDrive]) -> SaidDrive:
+    """Return what plug-ins and controllers state about the drive of some wheels; what comes first counts."""
+    names = {wheel.name for wheel in wheels}
+    fitting = [each for each in said if not each.joints or each.joints & names]
+
+    def first(key: str) -> float | None:
+        return next((value for each in fitting if (value := getattr(each, key)) is not None), None)
+
+    speeds = {name: speed for each in reversed(fitting) for name, speed in each.wheel_speeds.items() if name in names}
+    source = next((each.source for each in fitting if each.max_speed is not None), "")
+    return SaidDrive(
+        source=source or next((each.source for each in fitting), ""),
+        wheel_radius=first("wheel_radius"),
+        separation=first("separation"),
+        max_speed=first("max_speed"),
+        max_turn=first("max_turn"),
+        wheel_speeds=speeds,
+    )
 
 
 def _named(anatomy: Anatomy, names: Sequence[str], file: str) -> list[Round]:
@@ -115,10 +147,10 @@ def _guessed(anatomy: Anatomy, file: str) -> tuple[list[Round], list[Round]]:
     all_round = rounds(anatomy)
     whole = [wheel for wheel in all_round if wheel.radius > 0.0]
     if not whole:
-        whole = [wheel for wheel in all_round if re.search("wheel", wheel.name, re.IGNORECASE)]
+        whole = [w for w in all_round if w.joint.driven or re.search("wheel", w.name, re.IGNORECASE)]
     if not whole:
         level = [joint for joint in anatomy.joints if not joint.slides and abs(joint.axis[2]) < LEVEL]
-        hinges = _listed([joint.name for joint in level])
+        hinges = listed([joint.name for joint in level])
         reason = _instead(anatomy) or (f"its level hinges are {hinges}" if level else HINGELESS)
         name_them = "; name them with --left-wheel JOINT and --right-wheel JOINT" if level else ""
         if level and reason.startswith("its") and not any(map(turns_freely, anatomy.joints)):
@@ -149,19 +181,24 @@ def _instead(anatomy: Anatomy) -> str | None:
     wheels = [place.name for place in anatomy.places if place.kind == "body" and "wheel" in place.name.lower()]
     turning = [joint.name for joint in anatomy.joints if turns_freely(joint) and "wheel" in joint.name.lower()]
     if turning:
-        return f"nothing that turns on {_listed(turning[:4])} is round about its axle, or the axle is not level"
+        return f"nothing that turns on {listed(turning[:4])} is round about its axle, or the axle is not level"
     if wheels:
-        return (
-            f"{_listed(wheels[:4])} {'is' if len(wheels) == 1 else 'are'} called so and cannot turn, give them hinges"
-        )
+        return f"{listed(wheels[:4])} {'is' if len(wheels) == 1 else 'are'} called so and cannot turn, give them hinges"
     slides = [
         j.name for j in anatomy.joints if j.slides and abs(j.axis[2]) < LEVEL and anatomy.parts[j.part].parent < 1
     ]
-    return f"it moves by slides ({_listed(slides[:4])})" if slides else None
+    return f"it moves by slides ({listed(slides[:4])})" if slides else None
 
 
 def _omnidirectional(
-    anatomy: Anatomy, chosen: list[Round], others: list[Round], options: RobotOptions, *, file: str, urdf: bool
+    anatomy: Anatomy,
+    chosen: list[Round],
+    others: list[Round],
+    options: RobotOptions,
+    said: SaidDrive,
+    *,
+    file: str,
+    urdf: bool,
 ) -> Gear:
     """Return the running gear of an omnidirectional base.
 
@@ -171,7 +208,7 @@ def _omnidirectional(
     kind = omni_kind(chosen, file)
     if options.drive not in (None, kind):
         raise UsageError(f"{file}: its wheels are arranged as those of {kind}; leave out --drive {options.drive}")
-    chosen, floor = _on_floor(anatomy, chosen, file)
+    chosen, floor = _on_floor(anatomy, chosen, file, said)
     bearing = tuple(w for w in others if w.radius > 0.0 and w.bottom < floor + FLOOR_MARGIN * w.radius)
     if kind == "omni3":
         requested = None if options.forward is None else np.array(ALONG.get(options.forward, (1.0, 0.0)))
@@ -183,7 +220,7 @@ def _omnidirectional(
     rows = tuple(tuple(tuple(side) for side in _by_side(row, left, options)) for row in _rows(chosen, forward))
     if len(rows) != 2 or any(len(side) != 1 for row in rows for side in row):
         raise UsageError(
-            f"{file}: {_listed([w.name for w in chosen])} do not stand at the corners of a rectangle; name the four"
+            f"{file}: {listed([w.name for w in chosen])} do not stand at the corners of a rectangle; name the four"
             " wheels with --left-wheel JOINT and --right-wheel JOINT, twice each"
         )
     return Gear(kind, tuple((row[0], row[1]) for row in rows), bearing, floor, forward, notes)
@@ -195,7 +232,7 @@ def _common_axis(wheels: Sequence[Round], file: str) -> Array:
     axis = fixed[0].axis[:2]
     for wheel in fixed:
         if abs(float(wheel.axis[:2] @ axis)) < PARALLEL:
-            names = _listed([w.name for w in fixed])
+            names = listed([w.name for w in fixed])
             raise UsageError(
                 f"{file}: the axles of {names} point different ways; mjsim has omni3 for three wheels in a ring, name"
                 f" those that drive with --left-wheel JOINT and --right-wheel JOINT, or {OWN}"
@@ -203,11 +240,13 @@ def _common_axis(wheels: Sequence[Round], file: str) -> Array:
     return np.asarray(axis / np.linalg.norm(axis))
 
 
-def _on_floor(anatomy: Anatomy, wheels: list[Round], file: str) -> tuple[list[Round], float]:
+def _on_floor(anatomy: Anatomy, wheels: list[Round], file: str, said: SaidDrive) -> tuple[list[Round], float]:
     """Return the wheels with known radius, and the height of the floor [m]."""
     known = [wheel.bottom for wheel in wheels if wheel.radius > 0.0]
     if known:
         floor = float(np.mean(known)) if np.ptp(known) < 0.02 else min(known)
+    elif said.wheel_radius is not None:
+        floor = min(float(wheel.middle[2]) for wheel in wheels) - said.wheel_radius
     else:
         foot = [place for place in anatomy.places if place.kind == "body" and "footprint" in place.name]
         if not foot:
@@ -222,14 +261,6 @@ def _on_floor(anatomy: Anatomy, wheels: list[Round], file: str) -> tuple[list[Ro
         # All wheels of a robot stand on one floor.
         whole.append(replace(wheel, radius=radius, width=width))
     return whole, floor
-
-
-def _steered_as_named(anatomy: Anatomy, wheels: list[Round], names: Sequence[str], file: str) -> list[Round]:
-    known = {joint.name: joint for joint in anatomy.joints if not joint.slides}
-    for name in names:
-        if name not in known:
-            raise UsageError(f"no hinge '{name}' in {file}{did_you_mean(name, known)}")
-    return [replace(w, steer=w.steer if w.steer is not None and w.steer.name in names else None) for w in wheels]
 
 
 def _sorted_out(
@@ -259,7 +290,7 @@ def _sorted_out(
     if uneven:
         _check_abreast(anatomy, wheels, left, file)
         raise UsageError(
-            f"{file}: the driven wheels are ambiguous; candidates are {_listed([w.name for w in wheels])};"
+            f"{file}: the driven wheels are ambiguous; candidates are {listed([w.name for w in wheels])};"
             " give --left-wheel JOINT and --right-wheel JOINT"
         )
     steered = [pair for pair in sides if any(w.steer is not None for side in pair for w in side)]
@@ -274,9 +305,9 @@ def _check_abreast(anatomy: Anatomy, wheels: Sequence[Round], left: Array, file:
     across = [float(wheel.middle[:2] @ left) for wheel in wheels]
     if len(wheels) > 1 and max(across) - min(across) < 0.5 * min(wheel.radius for wheel in wheels):
         held = [j.name for j in anatomy.joints if "wheel" in j.name.lower() and not turns_freely(j)]
-        others = f", while {_listed(held[:4])} do not turn round and round: make them continuous" if held else ""
+        others = f", while {listed(held[:4])} do not turn round and round: make them continuous" if held else ""
         raise UsageError(
-            f"{file}: its wheels {_listed([wheel.name for wheel in wheels])} stand one behind the other, as those of a"
+            f"{file}: its wheels {listed([wheel.name for wheel in wheels])} stand one behind the other, as those of a"
             f" bicycle{others}; it must be one of {', '.join(DRIVES)}"
         )
 
@@ -375,13 +406,3 @@ def _across(wheel: Round, left: Array, sides: list[tuple[list[Round], list[Round
     """Return the lateral distance of a wheel from the centreline of the robot [m]."""
     all_of = [float(w.middle[:2] @ left) for pair in sides for side in pair for w in side]
     return float(wheel.middle[:2] @ left) - (min(all_of) + max(all_of)) / 2
-
-
-def _listed(names: Sequence[str]) -> str:
-    return ", ".join(f"'{name}'" for name in names[:12]) + (" and more" if len(names) > 12 else "")
-
-
-def steering_limit(joints: Sequence[FileJoint], *, limit: float = math.radians(35.0)) -> float:
-    """Return the steering limit to both sides, `limit` if the file does not state it [rad]."""
-    limits = [min(abs(joint.range[0]), abs(joint.range[1])) for joint in joints if joint.range is not None]
-    return min([*limits, limit])

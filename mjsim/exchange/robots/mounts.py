@@ -2,13 +2,15 @@
 
 import math
 import re
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from mjsim.exchange.robots.frame import Stand
 from mjsim.geometry import Array
+from mjsim.inventory import Fate, FileItem
 from mjsim.mechanics import placed
 from mjsim.models import Anatomy, FileFrame, SaidSensor
 
@@ -20,14 +22,21 @@ WORDS = {
 """Names of links that carry a sensor."""
 NO_SENSOR = re.compile(r"mount|bracket|holder|support|tower|screw|plate|(^|_)cap($|_)")
 SAME = 0.15
-"""Links of one kind closer together than this belong to one sensor [m]."""
-MAX_COUNT = {"lidar": 2, "camera": 2, "imu": 1}
-"""Maximum number of sensors of each kind in a preset; rendering takes time."""
-LOWEST = {"lidar": 0.02, "camera": 0.02, "imu": -0.01}
+"""Sensors of one kind closer together than this, and looking the same way, are one sensor [m]."""
+ALIKE = math.cos(math.radians(20.0))
+"""Sensors whose directions differ by less than this angle look the same way."""
+MAX_GUESSED = {"lidar": 2, "camera": 2, "imu": 1}
+"""Maximum number of sensors of each kind that only names suggest; all that are described come in."""
+FEW, SHORT = 16, 3.0
+"""A fan of at most this many beams, which reach no farther than this, is a proximity sensor [m]."""
+MAX_BEAMS, MAX_RINGS, MAX_SIDE = 10_000, 256, 1920
+"""Limits of a world: beams of a lidar, rings of a 3-D one, pixels along a picture."""
+RING = "a fan of few short beams; each robot has a ring of 16 ranges instead, Observation.proximity"
+LOWEST = {"lidar": 0.02, "lidar3d": 0.02, "camera": 0.02, "imu": -0.01}
 """Minimum height above the floor; lower frames are placeholders, or see only the floor [m]."""
 WIDTH, HEIGHT = 640, 480
 STEEP = 85.0
-"""Cameras that look up or down more steeply are ignored [deg]."""
+"""Sensors that look up or down more steeply are left out [deg]."""
 ALL_AROUND = 355.0
 """A lidar with a larger field of view sees all around [deg]."""
 NARROW = 0.1
@@ -46,46 +55,125 @@ class SensorMount:
     """Position, robot frame [m]."""
     yaw_deg: float
     pitch_deg: float
-    keys: Mapping[str, object] = field(default_factory=dict)
+    keys: Mapping[str, Any] = field(default_factory=dict)
     origin: str = ""
     """Where the file describes it."""
 
 
-def find_mounts(anatomy: Anatomy, stand: Stand, sensors: tuple[SaidSensor, ...]) -> list[SensorMount]:
-    """Return the sensors of a robot; those its file describes come first."""
+def find_mounts(
+    anatomy: Anatomy, stand: Stand, sensors: tuple[SaidSensor, ...]
+) -> tuple[list[SensorMount], list[FileItem]]:
+    """Return the sensors of a robot, lidars first, and notes on those that are left out or changed.
+
+    All sensors that the file describes are taken; a link, site or camera named like one is taken where none is
+    described, up to a bound.
+    """
     chosen: list[SensorMount] = []
-    for mount in (*_described(anatomy, stand, sensors), *_cameras(anatomy, stand), *_named(anatomy, stand)):
-        same = [other for other in chosen if other.kind == mount.kind]
-        occupied = any(math.dist(other.at, mount.at) < SAME for other in same)
-        if (
-            len(same) < MAX_COUNT[mount.kind]
-            and not occupied
-            and abs(mount.pitch_deg) < STEEP
-            and mount.at[2] > LOWEST[mount.kind]
-        ):
-            taken = {other.name for other in chosen}
-            chosen.append(_renamed(mount, taken))
-    return chosen
+    items: list[FileItem] = []
+    described = sorted(_described(anatomy, stand, sensors, items), key=_importance)
+    for mount in described:
+        reason = _unfit(mount) or _same_as(mount, [other for other in chosen if _looks_alike(other, mount)])
+        if reason:
+            items.append(FileItem(Fate.LEFT_OUT, mount.kind, mount.name, reason))
+        else:
+            chosen.append(_renamed(mount, {other.name for other in chosen}))
+    for mount in (*_cameras(anatomy, stand), *_named(anatomy, stand)):
+        same = [other for other in chosen if _family(other) == _family(mount)]
+        if _unfit(mount) or _same_as(mount, same):
+            continue
+        if len(same) < MAX_GUESSED[mount.kind]:
+            chosen.append(_renamed(mount, {other.name for other in chosen}))
+        else:
+            why = f"it has {len(same)} by names already; add it to `sensors` of the preset if it is one"
+            items.append(FileItem(Fate.LEFT_OUT, f"frame that may be a {mount.kind}", mount.name, why))
+    return sorted(chosen, key=lambda mount: list(LOWEST).index(mount.kind)), items
+
+
+def _importance(mount: SensorMount) -> tuple[int, float]:
+    """Return the key by which described sensors are sorted: by kind, scanners that see most and farthest first."""
+    seen = float(mount.keys.get("fov_deg", 0.0)) * float(mount.keys.get("range", (0.0, 0.0))[1])
+    return list(LOWEST).index(mount.kind), -seen if mount.kind == "lidar" else 0.0
+
+
+def _family(mount: SensorMount) -> str:
+    """Return the kind by which sensors are counted."""
+    return mount.kind.removesuffix("3d")
+
+
+def _looks_alike(one: SensorMount, other: SensorMount) -> bool:
+    """Return whether two described sensors are of one kind and look the same way."""
+    if one.kind != other.kind:
+        return False
+    a, b = (math.radians(mount.yaw_deg) for mount in (one, other))
+    c, d = (math.radians(mount.pitch_deg) for mount in (one, other))
+    return math.cos(c) * math.cos(d) * math.cos(a - b) + math.sin(c) * math.sin(d) > ALIKE
+
+
+def _same_as(mount: SensorMount, others: Sequence[SensorMount]) -> str:
+    """Return which of some other sensors is the same one; '' if none is."""
+    found = next((other.name for other in others if math.dist(other.at, mount.at) < SAME), None)
+    return "" if found is None else f"at the place of '{found}', which looks the same way"
+
+
+def _unfit(mount: SensorMount) -> str:
+    """Return why a sensor cannot be part of a world; '' if it can."""
+    if abs(mount.pitch_deg) >= STEEP:
+        return f"looks {'up' if mount.pitch_deg > 0 else 'down'}, by {abs(mount.pitch_deg):.0f} degrees"
+    if mount.at[2] <= LOWEST[mount.kind]:
+        return f"{mount.at[2]:.3f} m above the floor; the least is {LOWEST[mount.kind]:g}"
+    return ""
 
 
 def _renamed(mount: SensorMount, taken: set[str]) -> SensorMount:
     name, number = mount.name, 2
     while name in taken or name in ("drive", "chase") or name.startswith("wheel_"):
         name, number = f"{mount.name}{number}", number + 1
-    return SensorMount(mount.kind, name, mount.at, mount.yaw_deg, mount.pitch_deg, mount.keys, mount.origin)
+    return replace(mount, name=name)
 
 
-def _described(anatomy: Anatomy, stand: Stand, sensors: tuple[SaidSensor, ...]) -> Iterator[SensorMount]:
-    """Yield the sensors that a file describes, each on its link or site."""
+def _described(
+    anatomy: Anatomy, stand: Stand, sensors: tuple[SaidSensor, ...], items: list[FileItem]
+) -> Iterator[SensorMount]:
+    """Yield the sensors that a file describes, each on its link or site; append notes on what cannot be one."""
     for sensor in sensors:
         place = next((place for place in anatomy.places if place.name == sensor.link), None)
-        if place is None:
+        why = _unlike(sensor, place)
+        if place is None or why:
+            kind = "proximity sensor" if why == RING else f"{sensor.kind} sensor"
+            items.append(FileItem(Fate.LEFT_OUT, kind, sensor.name, why))
             continue
         at = place.at + place.axes @ np.array(sensor.at)
         ahead = place.axes @ (placed(np.zeros(3), sensor.rpy) @ placed(np.zeros(3), (0.0, 0.0, _middle(sensor))))[:3, 0]
         if sensor.kind == "imu":
             ahead = np.array([math.cos(stand.heading), math.sin(stand.heading), 0.0])
-        yield _mount(stand, sensor.kind, _plain(sensor.name), at, ahead, _keys(sensor), f"described on '{sensor.link}'")
+        kind = "lidar3d" if sensor.kind == "lidar" and sensor.keys.get("rings", 1) >= 2 else sensor.kind
+        items += _changed(sensor)
+        yield _mount(stand, kind, _plain(sensor.name), at, ahead, _keys(sensor, kind), f"described on '{sensor.link}'")
+
+
+def _unlike(sensor: SaidSensor, place: FileFrame | None) -> str:
+    """Return why a described sensor is none of a world; '' if it is one."""
+    if sensor.kind not in LOWEST:
+        return "mjsim has no sensor of this type"
+    beams, farthest = sensor.keys.get("beams", math.inf), sensor.keys.get("farthest", math.inf)
+    if sensor.kind == "lidar" and beams * sensor.keys.get("rings", 1) <= FEW and farthest <= SHORT:
+        return RING
+    return "" if place is not None else f"its link '{sensor.link}' is not in the file"
+
+
+def _changed(sensor: SaidSensor) -> Iterator[FileItem]:
+    """Yield notes on properties of a sensor that a world cannot have."""
+    rate, keys = sensor.keys.get("rate_hz", 0.0), sensor.keys
+    if sensor.kind != "imu" and rate > 0 and _rate(rate) != rate:
+        yield FileItem(Fate.GUESSED, f"rate of {sensor.kind}", sensor.name, f"{_rate(rate):g} Hz for {rate:g} Hz")
+    if keys.get("beams", 0) > MAX_BEAMS or keys.get("rings", 0) > MAX_RINGS:
+        yield FileItem(Fate.GUESSED, "beams of lidar", sensor.name, f"at most {MAX_BEAMS} in {MAX_RINGS} rings")
+    if max(keys.get("width", 0), keys.get("height", 0)) > MAX_SIDE:
+        yield FileItem(Fate.GUESSED, "picture of camera", sensor.name, f"at most {MAX_SIDE} pixels to a side")
+
+
+def _rate(rate: float) -> float:
+    return min(RATES, key=lambda other: abs(other - rate))
 
 
 def _middle(sensor: SaidSensor) -> float:
@@ -138,34 +226,48 @@ def _mount(
     direction = stand.direction(ahead)
     yaw = math.degrees(math.atan2(direction[1], direction[0]))
     pitch = math.degrees(math.asin(float(np.clip(direction[2], -1.0, 1.0))))
-    if kind == "lidar":
+    if kind.startswith("lidar"):
         pitch = 0.0 if abs(pitch) < 3.0 else pitch
     return SensorMount(kind, name, (x, y, z), round(yaw, 2) + 0.0, round(pitch, 2) + 0.0, keys, origin)
 
 
-def _keys(sensor: SaidSensor) -> dict[str, object]:
+def _keys(sensor: SaidSensor, kind: str) -> dict[str, object]:
     """Return a sensor's properties from the file as keys of a world, limited to their valid ranges."""
     stated = sensor.keys
     keys: dict[str, object] = {}
     if sensor.kind == "lidar":
-        if stated.get("beams", 0) >= 2:
-            keys["beams"] = min(round(stated["beams"]), 1440)
-        if stated.get("fov_deg", 0) > 0:
-            keys["fov_deg"] = 360.0 if stated["fov_deg"] > ALL_AROUND else round(stated["fov_deg"], 2)
-        if stated.get("beams") == 1:
-            keys |= {"beams": 2, "fov_deg": NARROW}
-        nearest, farthest = stated.get("nearest", 0.1), stated.get("farthest", 10.0)
-        if 0 <= nearest < farthest <= 200:
-            keys["range"] = [nearest, farthest]
-        if 0 < stated.get("noise", 0) < 1:
-            keys["noise"] = {"range": stated["noise"]}
+        keys = _fan(stated, kind)
     if sensor.kind == "camera":
-        if 16 <= stated.get("width", 0) <= 1920 and 16 <= stated.get("height", 0) <= 1920:
-            keys |= {"width": round(stated["width"]), "height": round(stated["height"])}
+        width, height = stated.get("width", 0), stated.get("height", 0)
+        if min(width, height) >= 16:
+            share = min(1.0, MAX_SIDE / max(width, height))
+            keys |= {"width": max(16, round(width * share)), "height": max(16, round(height * share))}
         if stated.get("fov_deg", 0) > 0:
             keys["fov_deg"] = _within(math.radians(stated["fov_deg"]))
     if sensor.kind != "imu" and stated.get("rate_hz", 0) > 0:
-        keys["rate_hz"] = min(RATES, key=lambda rate: abs(rate - stated["rate_hz"]))
+        keys["rate_hz"] = _rate(stated["rate_hz"])
+    return keys
+
+
+def _fan(stated: Mapping[str, float], kind: str) -> dict[str, object]:
+    """Return the properties of a lidar as keys of a world."""
+    keys: dict[str, object] = {}
+    if stated.get("beams", 0) >= 2:
+        keys["beams" if kind == "lidar" else "columns"] = min(round(stated["beams"]), MAX_BEAMS)
+    if stated.get("fov_deg", 0) > 0:
+        keys["fov_deg"] = 360.0 if stated["fov_deg"] > ALL_AROUND else round(stated["fov_deg"], 2)
+    if stated.get("beams") == 1 and kind == "lidar":
+        keys |= {"beams": 2, "fov_deg": NARROW}
+    if kind == "lidar3d":
+        keys["rings"] = min(round(stated["rings"]), MAX_RINGS)
+        ends = [max(-89.0, min(89.0, stated.get(f"{end}_deg", 0.0))) for end in ("lowest", "highest")]
+        if ends[0] < ends[1]:
+            keys["elevation_deg"] = [round(end, 2) for end in ends]
+    nearest, farthest = stated.get("nearest", 0.1), stated.get("farthest", 10.0)
+    if 0 <= nearest < farthest <= 200:
+        keys["range"] = [nearest, farthest]
+    if 0 < stated.get("noise", 0) < 1:
+        keys["noise"] = {"range": stated["noise"]}
     return keys
 
 

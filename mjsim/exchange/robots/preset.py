@@ -8,15 +8,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mjsim.exchange.robots.frame import Stand
-from mjsim.exchange.robots.gear import Gear, steering_limit
+from mjsim.exchange.robots.gear import Gear
 from mjsim.exchange.robots.mounts import SensorMount
 from mjsim.exchange.robots.rounds import Round
+from mjsim.exchange.robots.steering import steering_limit
+from mjsim.models import PLACEHOLDERS
 from mjsim.world import CORNERS, OMNI3_BEARINGS, Slip
 
-WHEEL_SPEED = 6.7
-"""Wheel speed if no file states it: that of small indoor robots [rad/s]."""
+WHEEL_SPEED = 12.5
+"""Wheel speed if no file states it: the middle of those in data sheets, which are 6 to 24 [rad/s]."""
 FASTEST = 1.5
 """Maximum of a guessed speed [m/s]."""
+MAX_TURN = 400.0
+"""Maximum turn rate that a preset takes from a file [deg/s]."""
 MIN_SPEED, MAX_SPEED = 0.02, 5.0
 """Range of plausible speeds in files; a value beyond means that there is no limit [m/s]."""
 NO_LIMIT = 100.0
@@ -27,12 +31,13 @@ TURN_NOISE, DISTANCE_NOISE = 0.02, 0.01
 """Odometry noise of a good robot [rad/sqrt(rad)], [m/sqrt(m)]."""
 DRIVE_NOISE = 0.02
 LIDAR = {"beams": 360, "fov_deg": 360, "range": [0.12, 8.0], "rate_hz": 5, "noise": {"range": 0.01}}
+LIDAR3D = {"rings": 16, "columns": 900, "range": [0.3, 50.0], "rate_hz": 5, "noise": {"range": 0.01}}
 CAMERA = {"width": 640, "height": 480, "fov_deg": 60, "rate_hz": 5}
 IMU = {"noise": {"acceleration": 0.02, "turn": 0.002}}
 SIDES = ("left", "right")
 ROLLERS = ("mecanum", "omni3")
 """Drives on wheels with rollers; their dimensions are kept when their slip is measured."""
-KEYS: Mapping[str, Mapping[str, object]] = {"lidar": LIDAR, "camera": CAMERA, "imu": IMU}
+KEYS: Mapping[str, Mapping[str, object]] = {"lidar": LIDAR, "lidar3d": LIDAR3D, "camera": CAMERA, "imu": IMU}
 """Default keys of sensors, where the file does not state them."""
 
 
@@ -112,28 +117,34 @@ def max_speed(plan: Plan) -> float:
 
 
 def stated_speed(gear: Gear) -> float | None:
-    """Return the speed of wheels at their joints' limits [m/s]; None if there are none, or they are implausible."""
-    limits = [(wheel.joint.speed, wheel.radius) for wheel in gear.wheels() if wheel.joint.speed is not None]
-    speeds = [speed * radius for speed, radius in limits if speed < NO_LIMIT]
-    return min(speeds) if speeds and MIN_SPEED < min(speeds) <= MAX_SPEED else None
+    """Return the maximum speed that a controller, a plug-in or the limits of wheels state [m/s]; None if none does."""
+    speeds = [gear.said.max_speed or 0.0, min(_rim_speeds(gear), default=(0.0, 0.0))[0]]
+    return next((speed for speed in speeds if MIN_SPEED < speed <= MAX_SPEED), None)
+
+
+def _rim_speeds(gear: Gear) -> list[tuple[float, float]]:
+    """Return the maximum speed of each wheel's rim [m/s], and of its joint [rad/s], where one is stated."""
+    speeds = [(gear.said.wheel_speeds.get(wheel.name, wheel.joint.speed), wheel.radius) for wheel in gear.wheels()]
+    return [(s * radius, s) for s, radius in speeds if s is not None and s < NO_LIMIT and s not in PLACEHOLDERS]
 
 
 def speed_source(plan: Plan) -> str:
     """Return a text that says where the maximum speed comes from."""
-    if stated_speed(plan.gear) is not None:
-        return f"by the limits of its wheels, {_slowest(plan.gear):.3g} rad/s"
-    return f"a guess: wheels that turn at {WHEEL_SPEED} rad/s"
+    stated, said = stated_speed(plan.gear), plan.gear.said
+    if stated is None:
+        limits = {wheel.joint.speed for wheel in plan.gear.wheels()} & {*PLACEHOLDERS}
+        template = f", as the limit of {limits.pop():g} rad/s in the file is that of a template" if limits else ""
+        return f"a guess: wheels that turn at {WHEEL_SPEED} rad/s{template}"
+    if stated == said.max_speed:
+        return f"by {said.source}"
+    return f"by the limits of its wheels, {min(_rim_speeds(plan.gear))[1]:.3g} rad/s"
 
 
-def _slowest(gear: Gear) -> float:
-    """Return the limit of the wheel that limits the speed of the robot [rad/s]."""
-    limits = [(speed * wheel.radius, speed) for wheel in gear.wheels() if (speed := wheel.joint.speed) is not None]
-    return min(limit for limit in limits if limit[1] < NO_LIMIT)[1]
-
-
-def max_turn_deg(plan: Plan) -> float:
-    """Return a guess of the maximum turn rate [deg/s]."""
-    return float(round(min(max(math.degrees(2.0 * max_speed(plan) / plan.track), 20.0), 170.0)))
+def preset_turn(plan: Plan) -> float:
+    """Return the maximum turn rate, stated or guessed [deg/s]."""
+    said = plan.gear.said.max_turn
+    guess = min(max(math.degrees(2.0 * max_speed(plan) / plan.track), 20.0), 170.0)
+    return float(round(guess if said is None else min(max(math.degrees(said), 1.0), MAX_TURN)))
 
 
 def preset_text(plan: Plan, notes: Sequence[str]) -> str:
@@ -169,7 +180,7 @@ def _drive(plan: Plan) -> list[str]:
     lines += [f"      {key}: {value}" for key, value in keys.items()]
     lines += [
         f"      max_speed: {max_speed(plan)}  # {speed_source(plan)}",
-        f"      max_turn_deg: {max_turn_deg(plan):g}",
+        f"      max_turn_deg: {preset_turn(plan):g}",
         f"      max_acceleration: {ACCELERATION}",
         f"      noise: {{speed: {DRIVE_NOISE}, turn: {DRIVE_NOISE}}}  # a guess, that of a good robot",
     ]

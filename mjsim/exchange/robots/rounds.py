@@ -23,6 +23,8 @@ DIRECTIONS = 24
 """Number of directions around an axle in which widths are compared."""
 WHOLE_TURN = 2.0 * math.pi * 0.95
 """A joint with a smaller range is not a wheel's [rad]."""
+TRAIL = 0.2
+"""A wheel farther than this behind its vertical joint is a caster, in wheel radii."""
 AXLE = 3.0
 """A part wider than this, in wheel radii, and round at both ends, has a wheel at each end."""
 
@@ -72,11 +74,25 @@ def turns_freely(joint: FileJoint) -> bool:
 
 def measured(anatomy: Anatomy, joint: FileJoint) -> list[Round]:
     """Return the wheels on a joint: one or two, or none if what turns is not round."""
-    shapes = [shape for shape in anatomy.shapes if shape.part == joint.part]
     axis = joint.axis * [1.0, 1.0, 0.0]
     axis /= np.linalg.norm(axis)
     steer, swivels = _steered(anatomy, joint)
     bare = Round(joint, joint.at, axis, 0.0, 0.0, steer, swivels)
+    return [_settled(wheel) for wheel in _shaped(anatomy, bare)]
+
+
+def _settled(wheel: Round) -> Round:
+    """Return a wheel on a joint with limits of 0 to 0 as steered, unless it trails behind that joint as a caster."""
+    if wheel.steer is None or not (wheel.swivels and wheel.steer.placeholder):
+        return wheel
+    across = np.cross([0.0, 0.0, 1.0], wheel.axis)
+    return replace(wheel, swivels=bool(abs(float((wheel.middle - wheel.steer.at) @ across)) > TRAIL * wheel.radius))
+
+
+def _shaped(anatomy: Anatomy, bare: Round) -> list[Round]:
+    """Return the wheels on a joint as their shapes show them."""
+    joint = bare.joint
+    shapes = [shape for shape in anatomy.shapes if shape.part == joint.part]
     if not shapes:
         return [bare]
     solid = [shape for shape in shapes if shape.touched] or shapes

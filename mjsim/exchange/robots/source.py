@@ -4,13 +4,15 @@ import os
 import posixpath
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
 from mjsim.errors import UsageError, did_you_mean
 from mjsim.exchange.robots.folders import Folders
-from mjsim.exchange.robots.xacro import Given, parsed, resolved
-from mjsim.models import PlacedError, line_and_column, line_of, names_in
+from mjsim.exchange.robots.xacro import Given, XacroBudget, XacroError, parsed, plain_yaml, resolved
+from mjsim.inventory import Fate, FileItem
+from mjsim.models import PlacedError, SaidDrive, drives_in_parameters, line_and_column, line_of, names_in
 
 _URI = re.compile(rb"(?:package|model)://([A-Za-z0-9_.-]+)/?([^\"'<>\s]*)")
 _FILE = re.compile(rb"file://(/[^\"'<>]*)")
@@ -45,6 +47,8 @@ class RobotSource:
         self._given, self._path = path, path.resolve()
         self._folders, self._xacro = Folders(self._path, packages, search=search), given
         self._root = self._folders.root
+        self._asked: frozenset[str] = frozenset()
+        self._packages = packages
         self.expanded = False
         """Whether xacro changed the text of the description."""
 
@@ -52,6 +56,16 @@ class RobotSource:
     def missing(self) -> set[str]:
         """Packages that were named but not found."""
         return self._folders.missing
+
+    def unused(self) -> list[FileItem]:
+        """Return what the user gave and the file does not use."""
+        known = ", ".join(sorted(self._asked)) or "none"
+        asked = f"xacro uses no such name; those that it uses: {known}"
+        given = {"--arg": self._xacro.arguments, "--env": self._xacro.environment}
+        found = [(option, name, asked) for option, names in given.items() for name in names if name not in self._asked]
+        gone = [name for name in self._packages if name not in self._folders.used]
+        found += [("--package", name, "the file names no such package") for name in gone]
+        return [FileItem(Fate.LEFT_OUT, option, name, why) for option, name, why in found]
 
     @property
     def name(self) -> str:
@@ -68,6 +82,16 @@ class RobotSource:
         if name != self.name or data[:2] == b"\x1f\x8b":
             return data
         return self._description(data)
+
+    def drives(self) -> list[SaidDrive]:
+        """Return what the parameters of controllers in the robot's packages state about its drive."""
+        found: list[SaidDrive] = []
+        budget = XacroBudget()
+        for path in self._folders.parameters():
+            with suppress(XacroError):
+                value = plain_yaml(self._folders.read(path), str(path), budget, lambda text: text)
+                found += drives_in_parameters(value, f"controllers of {path.name}")
+        return found
 
     def placed(self, text: str) -> str:
         """Return a message about this file with line and column of the first part that it names."""
@@ -104,7 +128,7 @@ class RobotSource:
     def _description(self, data: bytes) -> bytes:
         """Return the description with xacro resolved, and package paths in the form accepted by `read`."""
         written, root = parsed(data, self._given)
-        text = resolved(written, self._path, shown=self._given, given=self._xacro, files=self._folders)
+        text, self._asked = resolved(written, self._path, shown=self._given, given=self._xacro, files=self._folders)
         self.expanded = text != written
         if self.expanded:
             _, root = parsed(text.encode(), self._given)

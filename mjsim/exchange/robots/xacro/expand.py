@@ -67,6 +67,11 @@ class Expander:
             "attribute": self._attribute,
         }
 
+    @property
+    def asked(self) -> frozenset[str]:
+        """Names of arguments and variables that the file declares or uses."""
+        return frozenset(self._text.asked)
+
     def expanded(self, root: XacroNode) -> XacroNode:
         """Return the root with all of xacro expanded.
 
@@ -85,6 +90,7 @@ class Expander:
         return literal(self._text.value(text, scope))
 
     def _undeclared(self, name: str, declared: set[str]) -> object:
+        self._text.asked.add(name)
         if name in self._given.arguments:
             return literal(self._given.arguments[name])
         if name in PREFIXES:
@@ -159,6 +165,7 @@ class Expander:
 
     def _argument(self, node: XacroNode, _: XacroNode, scope: Scope, __: Macros) -> None:
         name = node.required("name")
+        self._text.asked.add(name)
         if name not in self._text.arguments and "default" in node.attributes:
             self._text.arguments[name] = self._text.text(node.attributes["default"], scope)
 

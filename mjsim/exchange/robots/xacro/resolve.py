@@ -25,8 +25,10 @@ ROBOT_PARTS = {
 """Elements of a robot in URDF, including extensions of other programs."""
 
 
-def resolved(text: str, path: Path, *, shown: Path, given: Given, files: Files) -> str:
-    """Return a robot's description with all xacro elements expanded; the text of other files stays as it is.
+def resolved(text: str, path: Path, *, shown: Path, given: Given, files: Files) -> tuple[str, frozenset[str]]:
+    """Return a robot's description with all xacro elements expanded, and the arguments and variables that it asks for.
+
+    The text of other files stays as it is.
 
     Args:
         text: Of the file, as `parsed` returns it.
@@ -39,15 +41,15 @@ def resolved(text: str, path: Path, *, shown: Path, given: Given, files: Files) 
         UsageError: The file is invalid, or would do more than files of a robot may.
     """
     if "$" not in text and "xacro" not in text:
-        return text
+        return text, frozenset()
     expander = Expander(path, given, files)
     node = nodes_of(text, str(shown), expander.budget)
     if node.tag != "robot" or ("$" not in text and not _has_xacro(node)):
-        return text
+        return text, frozenset()
     _refuse_bare_macros(node)
     made = written(expander.expanded(node))
     # Both $(find NAME) and package://NAME are a package, with or without file:// before it.
-    return made.replace("file://package://", "package://")
+    return made.replace("file://package://", "package://"), expander.asked
 
 
 def _has_xacro(node: XacroNode) -> bool:

@@ -78,6 +78,8 @@ class Substitution:
         """
         self._given, self._budget, self._folder = given, budget, folder
         self.arguments = dict(given.arguments)
+        self.asked: set[str] = set()
+        """Names of arguments and variables that the file declares or uses."""
         self._commands: Mapping[str, Callable[..., str]] = {
             "arg": self.argument,
             "find": _package,
@@ -121,6 +123,7 @@ class Substitution:
         Raises:
             XacroError: It has none.
         """
+        self.asked.add(name)
         if name not in self.arguments:
             raise XacroError(f"xacro:arg '{name:.60}' has no value; give --arg {name:.60}=VALUE")
         return self.arguments[name]
@@ -156,11 +159,13 @@ class Substitution:
         return {"true": True, "false": False}.get(value.lower(), literal(value))
 
     def _variable(self, name: str) -> str:
+        self.asked.add(name)
         if name not in self._given.environment:
             raise XacroError(f"$(env {name:.60}) has no value, as no variable is read; give --env {name:.60}=VALUE")
         return self._given.environment[name]
 
     def _optional_variable(self, name: str, *default: str) -> str:
+        self.asked.add(name)
         return self._given.environment.get(name, " ".join(default))
 
 

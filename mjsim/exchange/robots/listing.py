@@ -1,0 +1,113 @@
+"""What was kept, guessed, mended, added and left out of a robot's file."""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from mjsim.exchange.robots.frame import Stand
+from mjsim.exchange.robots.gear import Gear
+from mjsim.exchange.robots.mounts import SensorMount
+from mjsim.exchange.robots.preset import Plan, max_speed, preset_turn, speed_source, stated_speed
+from mjsim.exchange.robots.source import RobotSource
+from mjsim.inventory import Fate, FileItem
+from mjsim.models import Anatomy, RobotFiles
+
+KINDS = {
+    "differential": "a differential drive",
+    "skid_steer": "skid steering",
+    "ackermann": "a car",
+    "tricycle": "a tricycle",
+    "mecanum": "mecanum wheels",
+    "omni3": "three omni wheels",
+}
+SIZES = {"mecanum": "track and wheelbase together", "omni3": "a ring of wheels with a diameter"}
+"""Names of the dimension that determines how far a robot turns."""
+CLOSE = 0.02
+"""Sizes of the file and of its plug-ins that differ by less than this fraction are equal."""
+
+
+def summary(path: Path, robot: RobotFiles, anatomy: Anatomy, stand: Stand) -> str:
+    """Return the line about a file as a whole."""
+    return (
+        f"{path}: {'URDF' if robot.files.urdf else 'MJCF'} of {anatomy.mass:.3g} kg,"
+        f" {2 * stand.radius:.2f} m across, {stand.height:.2f} m high, {_counted(robot.files.assets)}"
+    )
+
+
+def kept(anatomy: Anatomy, plan: Plan) -> Iterator[FileItem]:
+    """Yield what a preset has from its file, and what it guesses."""
+    gear, stand = plan.gear, plan.stand
+    rows = [f"'{pair[0][0].name}' and '{pair[1][0].name}'" for pair in gear.rows]
+    rows += [f"'{wheel.name}'" for wheel in gear.single]
+    sizes = f"of radius {plan.wheel_radius:.4f} m, {SIZES.get(gear.drive, 'a track')} of {plan.track:.4f} m"
+    yield FileItem(Fate.KEPT, f"{KINDS[gear.drive]}: wheels {', '.join(rows)}, {sizes}")
+    own = stand.casters[: len(stand.casters) - len(stand.notes)]  # those that are added come last
+    if own:
+        yield FileItem(Fate.KEPT, f"casters at {', '.join(f'[{x:.3f}, {y:.3f}]' for x, y, _ in own)}")
+    for mount in plan.mounts:
+        yield FileItem(Fate.KEPT, mount.kind, mount.name, _placed(mount))
+    yield from _speeds(plan)
+    for note in gear.notes:
+        yield FileItem(Fate.GUESSED, note)
+    yield FileItem(Fate.GUESSED, "noise of a good robot; change it in the preset")
+    yield from _differing(plan)
+    for joint in _held(anatomy, gear):
+        yield FileItem(Fate.KEPT, "locked joint", joint, "only wheels move")
+
+
+def _speeds(plan: Plan) -> Iterator[FileItem]:
+    """Yield where the maximum speeds come from."""
+    stated = stated_speed(plan.gear) is not None
+    advice = "" if stated else "; change it in the preset"
+    fate = Fate.KEPT if stated else Fate.GUESSED
+    yield FileItem(
+        fate, f"max_speed {max_speed(plan):g} m/s", why=speed_source(plan).removeprefix("a guess: ") + advice
+    )
+    said = plan.gear.said
+    if said.max_turn is not None:
+        yield FileItem(Fate.KEPT, f"max_turn {preset_turn(plan):g} deg/s", why=f"by {said.source}")
+
+
+def _differing(plan: Plan) -> Iterator[FileItem]:
+    """Yield sizes that a plug-in or a controller states otherwise than the shapes and joints of the file."""
+    said = plan.gear.said
+    for name, stated, shown in (
+        ("wheel radius", said.wheel_radius, plan.wheel_radius),
+        ("track", said.separation if plan.gear.drive == "differential" else None, plan.track),
+    ):
+        if stated is not None and abs(stated - shown) > CLOSE * shown:
+            yield FileItem(
+                Fate.KEPT, f"{name} of {shown:.4f} m, of the shapes", why=f"{said.source} has {stated:.4f} m"
+            )
+
+
+def _counted(assets: Mapping[str, bytes]) -> str:
+    """Return the numbers of meshes and images as text."""
+    meshes = sum(name.lower().endswith((".stl", ".obj", ".msh")) for name in assets)
+    pictures = len(assets) - meshes
+    return f"{meshes} mesh{'es' * (meshes != 1)}" + (f", {pictures} picture{'s' * (pictures != 1)}" if pictures else "")
+
+
+def _placed(mount: SensorMount) -> str:
+    x, y, z = mount.at
+    return f"at [{x:.3f}, {y:.3f}, {z:.3f}], {mount.origin}"
+
+
+def _held(anatomy: Anatomy, gear: Gear) -> list[str]:
+    wheels = [*gear.wheels(), *gear.bearing]
+    used = {wheel.name for wheel in wheels} | {wheel.steer.name for wheel in wheels if wheel.steer is not None}
+    return [joint.name or "?" for joint in anatomy.joints if joint.name not in used]
+
+
+def amiss(source: RobotSource, robot: RobotFiles, anatomy: Anatomy, stand: Stand) -> Iterator[FileItem]:
+    """Yield what was left out, repaired or added."""
+    for note in robot.notes:
+        left_out = note.removeprefix("left out: ")
+        fate = Fate.MENDED if left_out == note else Fate.LEFT_OUT
+        yield FileItem(fate, source.shown(left_out))
+    for name in sorted(source.missing):
+        why = f"not found; give --package {name}=DIR, or set ROS_PACKAGE_PATH"
+        yield FileItem(Fate.LEFT_OUT, "package", name, why)
+    for name in anatomy.loose:
+        yield FileItem(Fate.LEFT_OUT, "ball joint", name, "treated as rigid")
+    for note in stand.notes:
+        yield FileItem(Fate.ADDED, note)

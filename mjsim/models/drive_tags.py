@@ -1,0 +1,130 @@
+"""What plug-ins of simulators, ros2_control and controllers state about a robot's drive."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from mjsim.models.files import Element
+from mjsim.models.inertias import number_of
+
+PLACEHOLDERS = (0.0, 1.0)
+"""Limits of a wheel's speed that exporters and templates write where they know none [rad/s]."""
+MAX_DEPTH = 8
+"""Maximum nesting of the parameters of a controller."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SaidDrive:
+    """Properties of a drive, where something states them."""
+
+    source: str = ""
+    """What states them."""
+    wheel_radius: float | None = None
+    """[m]"""
+    separation: float | None = None
+    """Distance between left and right wheels [m]."""
+    max_speed: float | None = None
+    """[m/s]"""
+    max_turn: float | None = None
+    """[rad/s]"""
+    joints: frozenset[str] = frozenset()
+    """Joints of its wheels; empty if it names none."""
+    wheel_speeds: Mapping[str, float] = field(default_factory=dict)
+    """Joint -> maximum speed [rad/s]."""
+
+
+def drives_in_tags(root: Element) -> Iterator[SaidDrive]:
+    """Yield what each plug-in and each system of ros2_control in a URDF states about a drive."""
+    for plugin in root.iter("plugin"):
+        tags: dict[str, list[str]] = {}
+        for item in plugin.iter():
+            tags.setdefault(_plain(item.tag), []).append(item.text or "")
+        radius, diameter = _number(tags, "wheelradius"), _number(tags, "wheeldiameter")
+        found = SaidDrive(
+            source=f"plug-in '{plugin.get('filename') or plugin.get('name') or '?'}'",
+            wheel_radius=radius or (diameter / 2 if diameter else None),
+            separation=_number(tags, "wheelseparation"),
+            max_speed=_number(tags, "maxlinearvelocity") or _number(tags, "maxvelocity"),
+            max_turn=_number(tags, "maxangularvelocity"),
+            joints=frozenset(text.strip() for tag, texts in tags.items() if "joint" in tag for text in texts),
+        )
+        if found.wheel_radius or found.separation or found.max_speed:
+            yield found
+    speeds = dict(_commanded(root))
+    if speeds:
+        yield SaidDrive(source="ros2_control", wheel_speeds=speeds, joints=frozenset(speeds))
+
+
+def _plain(tag: str) -> str:
+    return tag.rpartition("}")[2].replace("_", "").replace("-", "").lower()
+
+
+def _number(tags: Mapping[str, Sequence[str]], tag: str) -> float | None:
+    """Return the positive number that all elements of a tag have; None if there is none."""
+    values = {number_of(text) for text in tags.get(tag, ())}
+    value = values.pop() if len(values) == 1 else None
+    return value if value is not None and value > 0.0 else None
+
+
+def _commanded(root: Element) -> Iterator[tuple[str, float]]:
+    """Yield the maximum speeds of joints that ros2_control commands."""
+    for control in root.iter("ros2_control"):
+        for joint in control.findall("joint"):
+            for command in joint.findall("command_interface"):
+                params = {param.get("name", ""): number_of(param.text) for param in command.findall("param")}
+                top = params.get("max")
+                if command.get("name") == "velocity" and top is not None and top > 0.0 and top not in PLACEHOLDERS:
+                    yield joint.get("name", ""), top
+
+
+def drives_in_parameters(value: Any, source: str, *, depth: int = 0) -> Iterator[SaidDrive]:
+    """Yield what the parameters of controllers state about drives.
+
+    Args:
+        value: Parameters of ROS as YAML has them.
+        source: Their file.
+        depth: How deep they are nested in others.
+    """
+    if not isinstance(value, Mapping) or depth > MAX_DEPTH:
+        return
+    flat = dict(_flattened(value))
+    joints = [name for key in ("left_wheel", "right_wheel") for name in _names(value, key)]
+    if joints:
+        yield SaidDrive(
+            source=source,
+            wheel_radius=_positive(flat, "wheel_radius"),
+            separation=_positive(flat, "wheel_separation"),
+            max_speed=_limit(flat, "linear.x"),
+            max_turn=_limit(flat, "angular.z"),
+            joints=frozenset(joints),
+        )
+        return
+    for inner in value.values():
+        yield from drives_in_parameters(inner, source, depth=depth + 1)
+
+
+def _flattened(value: Mapping[Any, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield parameters by their names with dots."""
+    for key, inner in value.items():
+        name = f"{prefix}{key}"
+        if isinstance(inner, Mapping) and name.count(".") < MAX_DEPTH:
+            yield from _flattened(inner, f"{name}.")
+        else:
+            yield name, inner
+
+
+def _names(value: Mapping[Any, Any], key: str) -> list[str]:
+    """Return the joints of the wheels of a side."""
+    found = value.get(f"{key}_names", value.get(key))
+    return [found] if isinstance(found, str) else [str(name) for name in found] if isinstance(found, list) else []
+
+
+def _positive(flat: Mapping[str, Any], key: str) -> float | None:
+    value = flat.get(key)
+    number = number_of(str(value)) if isinstance(value, int | float | str) else None
+    return number if number is not None and number > 0.0 else None
+
+
+def _limit(flat: Mapping[str, Any], axis: str) -> float | None:
+    """Return the limit of a speed, unless it is switched off."""
+    return None if flat.get(f"{axis}.has_velocity_limits") is False else _positive(flat, f"{axis}.max_velocity")
