@@ -12,6 +12,7 @@ from .arm_files import read_arm as read_arm
 from .drive_tags import PLACEHOLDERS as PLACEHOLDERS
 from .drive_tags import SaidDrive as SaidDrive
 from .drive_tags import drives_in_parameters as drives_in_parameters
+from .drive_tags import said_about as said_about
 from .files import ROBOT as ROBOT
 from .files import ModelFiles as ModelFiles
 from .files import Read as Read

@@ -1,6 +1,6 @@
 """What plug-ins of simulators, ros2_control and controllers state about a robot's drive."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -128,3 +128,22 @@ def _positive(flat: Mapping[str, Any], key: str) -> float | None:
 def _limit(flat: Mapping[str, Any], axis: str) -> float | None:
     """Return the limit of a speed, unless it is switched off."""
     return None if flat.get(f"{axis}.has_velocity_limits") is False else _positive(flat, f"{axis}.max_velocity")
+
+
+def said_about(names: Set[str], said: Sequence[SaidDrive]) -> SaidDrive:
+    """Return what is stated about the drive of the wheels on some joints; what comes first counts."""
+    fitting = [each for each in said if not each.joints or each.joints & names]
+
+    def first(key: str) -> float | None:
+        return next((value for each in fitting if (value := getattr(each, key)) is not None), None)
+
+    speeds = {name: speed for each in reversed(fitting) for name, speed in each.wheel_speeds.items() if name in names}
+    source = next((each.source for each in fitting if each.max_speed is not None), "")
+    return SaidDrive(
+        source=source or next((each.source for each in fitting), ""),
+        wheel_radius=first("wheel_radius"),
+        separation=first("separation"),
+        max_speed=first("max_speed"),
+        max_turn=first("max_turn"),
+        wheel_speeds=speeds,
+    )

@@ -21,7 +21,7 @@ from mjsim.exchange.robots.omni import (
 from mjsim.exchange.robots.rounds import LEVEL, Round, measured, rounds, turns_freely
 from mjsim.exchange.robots.steering import listed, steered_as_named, steering_note
 from mjsim.geometry import Array
-from mjsim.models import Anatomy, SaidDrive
+from mjsim.models import Anatomy, SaidDrive, said_about
 
 CASTER = re.compile(r"cast[eo]r|swivel|support|lenkrolle", re.IGNORECASE)
 FLOOR_MARGIN = 0.3
@@ -91,7 +91,7 @@ def find_gear(
         raise UsageError(f"--drive is '{options.drive}'; it must be one of {', '.join(DRIVES)}")
     if options.steering:
         chosen, others = steered_as_named(chosen, others, options.steering, anatomy, file)
-    about = said_about(chosen, said)
+    about = said_about({wheel.name for wheel in chosen}, said)
     if options.drive in ("mecanum", "omni3") or (options.drive is None and is_omnidirectional(anatomy, chosen, hubs)):
         if options.steering:
             raise UsageError(f"{file}: wheels with rollers do not steer; leave out --steering, or name another --drive")
@@ -105,26 +105,6 @@ def find_gear(
     steers = [wheel.steer for wheel in gear.wheels() if wheel.steer is not None]
     note = steering_note(steers) if gear.drive == "ackermann" else ""
     return replace(gear, said=about, notes=(*gear.notes, note) if note else gear.notes)
-
-
-def said_about(wheels: Sequence[Round], said: Sequence[SaidDrive]) -> SaidDrive:
-    """Return what plug-ins and controllers state about the drive of some wheels; what comes first counts."""
-    names = {wheel.name for wheel in wheels}
-    fitting = [each for each in said if not each.joints or each.joints & names]
-
-    def first(key: str) -> float | None:
-        return next((value for each in fitting if (value := getattr(each, key)) is not None), None)
-
-    speeds = {name: speed for each in reversed(fitting) for name, speed in each.wheel_speeds.items() if name in names}
-    source = next((each.source for each in fitting if each.max_speed is not None), "")
-    return SaidDrive(
-        source=source or next((each.source for each in fitting), ""),
-        wheel_radius=first("wheel_radius"),
-        separation=first("separation"),
-        max_speed=first("max_speed"),
-        max_turn=first("max_turn"),
-        wheel_speeds=speeds,
-    )
 
 
 def _named(anatomy: Anatomy, names: Sequence[str], file: str) -> list[Round]:
