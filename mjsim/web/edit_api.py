@@ -18,7 +18,7 @@ from mjsim.web.folder import Folder
 from mjsim.web.items import Json
 from mjsim.web.local import HEADERS
 from mjsim.web.modules import modules_in
-from mjsim.web.panel_schema import panel_schema
+from mjsim.web.panel_schema import schema_text
 from mjsim.web.parsed import Parsed, Read, parsed
 from mjsim.web.pictures import MAX_BYTES, bring_picture, small_picture
 from mjsim.web.portraits import Portraits, text_of
@@ -27,6 +27,7 @@ from mjsim.web.preview import Preview, PreviewRequest
 from mjsim.web.requests import Drivers, with_drivers
 from mjsim.web.scene_3d import Scene3dShelf
 from mjsim.web.sources import source_of_use
+from mjsim.web.static_page import packed_response
 from mjsim.web.trust import Trust
 from mjsim.web.watch import MAX_FILES as MAX_WATCHED
 from mjsim.web.watch import Signs, signs_of
@@ -111,6 +112,10 @@ class PreviewAsk(TextAsk):
     width: int = 320
 
 
+def _schema(request: Request) -> Response:
+    return packed_response(request, schema_text(), "application/json")
+
+
 class EditApi:
     """Opens, reads, changes and saves the worlds of a folder."""
 
@@ -129,7 +134,7 @@ class EditApi:
         self._cached: tuple[tuple[tuple[str, str], Parsed, Signs], ...] = ()
         self.routes: Sequence[BaseRoute] = [
             Route("/api/folder", answer_get(self._list), methods=["GET"]),
-            Route("/api/schema", answer_get(lambda _: panel_schema()), methods=["GET"]),
+            Route("/api/schema", answer_get(_schema), methods=["GET"]),
             Route("/api/modules", answer_get(self._modules), methods=["GET"]),
             Route("/api/open", posted(OpenAsk, self._open), methods=["POST"]),
             Route("/api/new", posted(NewAsk, self._new), methods=["POST"]),

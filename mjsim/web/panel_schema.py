@@ -14,3 +14,9 @@ def panel_schema() -> Json:
     It is read from the file beside the shipped worlds: generating it from the models takes most of a second.
     """
     return with_units(json.loads((worlds_folder() / "mjsim.schema.json").read_text(encoding="utf-8")))
+
+
+@cache
+def schema_text() -> bytes:
+    """Return the schema as JSON."""
+    return json.dumps(panel_schema(), ensure_ascii=False, separators=(",", ":")).encode()

@@ -32,26 +32,32 @@ def page_routes(*, preload: Sequence[str] = ()) -> Sequence[BaseRoute]:
 def pack_files() -> None:
     """Compress all files once, so that no request waits for it."""
     for name, _ in _FILES.values():
-        _contents(name)
+        pack(_contents(name))
+
+
+def packed_response(
+    request: Request, data: bytes, kind: str, *, more: Mapping[str, str] = MappingProxyType({})
+) -> Response:
+    """Return the response with data that stays the same, compressed once, for clients that accept that."""
+    if "gzip" in request.headers.get("accept-encoding", ""):
+        headers = {**HEADERS, **more, "Content-Encoding": "gzip", "Vary": "Accept-Encoding"}
+        return Response(pack(data), media_type=kind, headers=headers)
+    return Response(data, media_type=kind, headers={**HEADERS, **more, "Vary": "Accept-Encoding"})
 
 
 async def _file(request: Request, *, more: Mapping[str, str] = MappingProxyType({})) -> Response:
     name, kind = _FILES[request.url.path]
-    data, packed = _contents(name)
-    if "gzip" in request.headers.get("accept-encoding", ""):
-        headers = {**HEADERS, **more, "Content-Encoding": "gzip", "Vary": "Accept-Encoding"}
-        return Response(packed, media_type=kind, headers=headers)
-    return Response(data, media_type=kind, headers={**HEADERS, **more, "Vary": "Accept-Encoding"})
+    return packed_response(request, _contents(name), kind, more=more)
 
 
-def _contents(name: str) -> tuple[bytes, bytes]:
-    """Return a file of the page, uncompressed and compressed."""
+def _contents(name: str) -> bytes:
+    """Return a file of the page."""
     file = resources.files(__package__) / "static" / name
-    data = file.read_bytes() if file.is_file() else (_UNBUILT if name == "index.html" else "").encode()
-    return data, _packed(data)
+    return file.read_bytes() if file.is_file() else (_UNBUILT if name == "index.html" else "").encode()
 
 
 @cache
-def _packed(data: bytes) -> bytes:
+def pack(data: bytes) -> bytes:
+    """Compress data that stays the same."""
     # Without a time stamp, so that the same file gives the same bytes.
     return gzip.compress(data, mtime=0)

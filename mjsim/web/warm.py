@@ -4,9 +4,9 @@ import threading
 from functools import cache
 
 from mjsim.web.files import EMPTY_WORLD
-from mjsim.web.panel_schema import panel_schema
+from mjsim.web.panel_schema import schema_text
 from mjsim.web.shipped import shipped
-from mjsim.web.static_page import pack_files
+from mjsim.web.static_page import pack, pack_files
 from mjsim.world import parse_world
 
 
@@ -23,6 +23,6 @@ def warm_up() -> threading.Thread:
 
 def _warm_up() -> None:
     pack_files()
-    panel_schema()
+    pack(schema_text())
     shipped()
     parse_world(EMPTY_WORLD)

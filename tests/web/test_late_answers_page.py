@@ -156,7 +156,7 @@ def test_figures_that_fail_late_do_not_stand_in_the_place_of_others(browser, fol
         review.get_by_role("button", name="Mark end").click()
         late.until_asked()
         review.get_by_role("button", name="Clear").click()
-        review.get_by_role("tab", name="Figures").click()
+        review.get_by_role("tab", name="Statistics").click()
         for route in late.waiting:
             route.fulfill(status=409, content_type="application/json", body='{"error": "lost its way"}')
         page.wait_for_timeout(300)

@@ -109,7 +109,10 @@ def test_the_folder_tells_what_there_is(client, folder):
 
 @pytest.mark.slow
 def test_the_schema_tells_units_and_meanings(client):
-    schema = client.get("/api/schema").json()
+    answer = client.get("/api/schema", headers={"Accept-Encoding": "gzip"})
+    assert answer.headers["content-encoding"] == "gzip"
+    assert client.get("/api/schema", headers={"Accept-Encoding": "identity"}).content == answer.content
+    schema = answer.json()
     wall, camera = schema["$defs"]["Wall"]["properties"], schema["$defs"]["Camera"]["properties"]
     assert (wall["height"]["unit"], camera["fov_deg"]["unit"], camera["rate_hz"]["unit"]) == ("m", "deg", "Hz")
     assert camera["width"]["unit"] == "px"

@@ -111,7 +111,25 @@ def a_marked_part_has_the_figures_of_its_ticks(review, recorded):
     assert ["scout", "Position error", "max", repr(figure(review, "Position error, max")), "m"] in rows
 
 
+def the_whole_recording_has_figures_before_anything_is_marked(review, recorded):
+    track = mjsim.read_recording(recorded / "out" / "run.mcap").robots["scout"]
+    errors = np.hypot(*(track.estimate - track.truth)[:, :2].T)
+    review.get_by_role("tab", name="Statistics", exact=True).click()
+    becomes(review, "Position error, RMSE", math.sqrt((errors**2).mean()))
+    expect(review.locator(".run-figures-head")).to_contain_text("Whole recording")
+
+
+def the_view_in_3d_that_is_opened_shows_the_time_that_is_looked_at(review):
+    seek(review, 5.0)
+    review.get_by_title("View in 3-D").click()
+    canvas = review.locator("#view-review .scene canvas")
+    expect(canvas).to_have_attribute("data-time", "5", timeout=PATIENCE)
+    review.get_by_title("View in 3-D").click()
+
+
 def test_times_events_and_parts_of_a_recording_are_gone_to_and_have_figures(review, recorded):
+    the_whole_recording_has_figures_before_anything_is_marked(review, recorded)
+    the_view_in_3d_that_is_opened_shows_the_time_that_is_looked_at(review)
     scrubbing_shows_the_pictures_of_that_time(review)
     keys_go_from_tick_to_tick_and_events_stand_on_the_bar(review)
     a_marked_part_has_the_figures_of_its_ticks(review, recorded)

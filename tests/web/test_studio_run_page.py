@@ -37,6 +37,19 @@ run:
 """
 
 
+CRANK = """
+mjsim: 1
+mechanisms:
+  - name: wheel
+    at: [0, 0]
+    elevation: 1
+    bodies: [{name: crank, rod: [1.0, 0.05]}]
+    joints: [{revolute: q2, of: [ground, crank], axis: [0, 1, 0]}]
+    actuators: [{velocity: q2, signal: {constant: {value_deg: 90}}}]
+run: {seconds: 1000}
+"""
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     place = tmp_path_factory.mktemp("folder")
@@ -95,6 +108,7 @@ def test_the_gallery_starts_from_the_page_and_its_pictures_come(browser, folder)
 
 def test_the_page_says_what_to_do_before_and_after_a_run(browser, folder):
     (folder / "bare.yaml").write_text(ROOM[: ROOM.index("robots:")])
+    (folder / "crank.yaml").write_text(CRANK)
     with Studio(folder) as studio, run_page(browser, studio.url) as page:
         advice = page.locator(".run-advice")
         expect(advice).to_contain_text("No world is open", timeout=PATIENCE)
@@ -104,17 +118,53 @@ def test_the_page_says_what_to_do_before_and_after_a_run(browser, folder):
         page.get_by_role("button", name="Start", exact=True).click()
         advice.get_by_role("button", name="Review it").click()
         expect(page.locator(".review-title")).to_have_text("out/room/run.mcap", timeout=PATIENCE)
+        page.get_by_role("tab", name="Run", exact=True).click()
         open_world(page, "bare.yaml")
         expect(advice).to_contain_text("This world has no robot", timeout=PATIENCE)
         is_in(page, "Ready")  # what ended was the run of another world
+        a_reload_and_the_steps_of_the_browser_lead_to_what_was_shown(page)
+        a_world_without_robots_is_seen_from_outside_and_its_joints_in_charts(page)
+
+
+def a_reload_and_the_steps_of_the_browser_lead_to_what_was_shown(page):
+    name, title = page.locator(".world .name"), page.locator(".review-title")
+    page.wait_for_function("() => location.hash === '#run?world=bare.yaml'")
+    page.reload()
+    expect(name).to_have_text("bare.yaml", timeout=PATIENCE)
+    expect(page.locator("#view-run")).to_be_visible()
+    page.get_by_role("tab", name="Review", exact=True).click()
+    page.locator("[data-path='out/room/run.mcap']").click()
+    expect(title).to_have_text("out/room/run.mcap", timeout=PATIENCE)
+    page.get_by_role("slider", name="Time").evaluate("e => { e.value = 0.2; e.dispatchEvent(new Event('input')); }")
+    page.wait_for_function("() => location.hash.endsWith('recording=out/room/run.mcap&time=0.2')")
+    page.reload()
+    expect(page.locator("#view-review .run-time")).to_contain_text("0.20 s of", timeout=PATIENCE)
+    page.go_back()
+    page.go_back()
+    expect(page.locator("#view-run")).to_be_visible()
+    page.go_forward()
+    page.go_forward()
+    expect(title).to_have_text("out/room/run.mcap", timeout=PATIENCE)
+
+
+def a_world_without_robots_is_seen_from_outside_and_its_joints_in_charts(page):
+    page.get_by_role("tab", name="Run", exact=True).click()
+    open_world(page, "crank.yaml")
+    start(page)
+    picture_of(page, "outside")
+    expect(page.locator("#view-run .plotter-chart figcaption")).to_contain_text("q2.position", timeout=PATIENCE)
+    expect(page.locator("#view-run .run-sheet > .run-chart")).to_have_count(0)
+    for name in ("Depth", "Segments"):
+        expect(page.locator("#view-run").get_by_role("button", name=name)).to_be_hidden()
 
 
 def open_world(page: Page, name: str) -> None:
-    """Open a world of the folder and show it in the Run view."""
+    """Open a world of the folder from the Run view, which stays."""
     page.keyboard.press("Control+o")
-    page.get_by_role("dialog").get_by_role("button", name=name, exact=True).click()
+    page.get_by_role("searchbox", name="Find a world").fill(name)
+    page.keyboard.press("Enter")
     expect(page.locator(".world .name")).to_have_text(name, timeout=PATIENCE)
-    page.get_by_role("tab", name="Run", exact=True).click()
+    expect(page.locator("#view-run")).to_be_visible()
 
 
 def a_single_tick_takes_the_run_on_by_one_tick_exactly(started):

@@ -18,7 +18,8 @@ export function chartChips(key: string, first: Kind[], sheet: Sheet, changed: ()
     changed();
   };
   const chips = KINDS.map(({ kind, label }) =>
-    toggle({ class: "quiet run-small" }, now.has(kind), (on) => press(kind, on), label),
+    toggle({ class: "quiet run-small", hidden: true }, now.has(kind), (on) => press(kind, on), label),
   );
+  sheet.offered.on((kinds) => KINDS.forEach(({ kind }, k) => chips[k]?.toggleAttribute("hidden", !kinds.includes(kind))));
   return el("div", { class: "run-chips", role: "group", "aria-label": word("charts.charts") }, ...chips);
 }

@@ -8,6 +8,7 @@ import { newestWins } from "../signal";
 import { colorsOf } from "./colors";
 import { NO_MARKS, type Handlers, type Marks } from "./chart";
 import { empty, Layouts, MOST, titleOf, type Field, type PlotChart, type PlotKind } from "./layouts";
+import { suggested } from "./suggested";
 import { makePlot, type Column, type Plot } from "./plots";
 import { word } from "../words/words";
 
@@ -47,6 +48,7 @@ export class Plotter {
   private known = new Set<string>();
   private drawn: { plot: Plot; fields: Field[] }[] = [];
   private marks = NO_MARKS;
+  private suggests = false;
   /** Counts sources: an answer for another one is dropped. */
   private turn = 0;
   /** Draw anew, with the charts as they are now. */
@@ -100,7 +102,8 @@ export class Plotter {
     if (all.length !== this.all.length) {
       const before = this.there().map((fields) => fields.length);
       this.take(all);
-      if (this.there().some((fields, k) => fields.length !== before[k])) {
+      const now = this.there();
+      if (now.length !== before.length || now.some((fields, k) => fields.length !== before[k])) {
         this.list();
         return this.draw(this.turn);
       }
@@ -123,9 +126,22 @@ export class Plotter {
     this.offer();
   }
 
+  /** Whether charts are suggested as long as none are chosen. */
+  suggest(on: boolean): void {
+    if (on === this.suggests) return;
+    this.suggests = on;
+    void this.draw(this.turn);
+  }
+
+  /** The charts that were chosen, or those that are suggested in their place. */
+  private get shown(): PlotChart[] {
+    const { charts } = this.layouts.now;
+    return this.suggests && charts.every(({ fields }) => fields.length === 0) ? suggested(this.all, MOST) : charts;
+  }
+
   /** Of each chart the fields that the source has. */
   private there(): Field[][] {
-    return this.layouts.now.charts.map(({ kind, fields }) => {
+    return this.shown.map(({ kind, fields }) => {
       const found = fields.filter((field) => this.known.has(titleOf(field)));
       // Without its x nothing can be drawn against it.
       return kind === "xy" && found[0] !== fields[0] ? [] : found;
@@ -137,7 +153,7 @@ export class Plotter {
   }
 
   private async drawAll(turn: number): Promise<void> {
-    const charts = this.layouts.now.charts.map((chart, k) => ({ chart, fields: this.there()[k] ?? [] }));
+    const charts = this.shown.map((chart, k) => ({ chart, fields: this.there()[k] ?? [] }));
     const full = charts.filter(({ fields }) => fields.length > 0);
     const columns = await Promise.all(full.map(({ fields }) => this.columns(fields)));
     if (turn !== this.turn) return;

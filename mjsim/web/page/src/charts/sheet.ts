@@ -2,6 +2,8 @@
 
 import { faded, readTokens, rowColor } from "../run/ink";
 import type { History } from "../run/history";
+import type { RobotFacts } from "../run/protocol";
+import { Signal } from "../signal";
 import { Chart, NO_MARKS, type ChartSettings, type Handlers, type Line, type Marks } from "./chart";
 import { word } from "../words/words";
 
@@ -23,6 +25,12 @@ export const KINDS: { kind: Kind; label: string }[] = [
   { kind: "nees", label: "NEES" },
   { kind: "timing", label: word("charts.timePerModule") },
 ];
+
+/** What there is to show of a robot: one that stands has no errors of its pose; null where there is no robot. */
+export function kindsOf(robot: RobotFacts | null): Kind[] {
+  if (!robot) return [];
+  return KINDS.map(({ kind }) => kind).filter((kind) => robot.can_drive || kind === "timing");
+}
 
 const AXES = { x: 0, y: 1, heading: 2 } as const;
 
@@ -114,6 +122,9 @@ export function noNees(estimated: boolean | null): string {
 /** A row of charts that show the same run. */
 export class Sheet {
   readonly element = document.createElement("div");
+  /** Told which kinds have something to show. */
+  readonly offered = new Signal<readonly Kind[]>();
+  private offers: readonly Kind[] = [];
   private readonly charts = new Map<Kind, Chart>();
   private modules: string[] = [];
   private drawn: [History | null, number] = [null, -1];
@@ -125,7 +136,6 @@ export class Sheet {
     private readonly sync?: string,
   ) {
     this.element.className = "run-sheet";
-    this.element.dataset["empty"] = word("charts.noneChosen");
     // It scrolls where there are many; so it can be reached by keys.
     this.element.tabIndex = 0;
     this.element.setAttribute("role", "group");
@@ -137,6 +147,15 @@ export class Sheet {
     this.kinds = kinds;
     this.drawn = [null, -1];
     this.arrange();
+  }
+
+  /** Only charts of these kinds have something to show. */
+  offer(kinds: readonly Kind[]): void {
+    if (kinds.join() === this.offers.join()) return;
+    this.offers = kinds;
+    this.drawn = [null, -1];
+    this.arrange();
+    this.offered.emit(kinds);
   }
 
   /** Draw a history, unless it is as it was. */
@@ -167,8 +186,10 @@ export class Sheet {
   }
 
   private arrange(): void {
-    for (const kind of [...this.charts.keys()]) if (!this.kinds.includes(kind)) this.drop(kind);
-    for (const kind of this.kinds) {
+    const kinds = this.kinds.filter((kind) => this.offers.includes(kind));
+    for (const kind of [...this.charts.keys()]) if (!kinds.includes(kind)) this.drop(kind);
+    this.element.dataset["empty"] = word(this.offers.length ? "charts.noneChosen" : "charts.nothingToDraw");
+    for (const kind of kinds) {
       let chart = this.charts.get(kind);
       if (!chart) {
         chart = new Chart(settingsOf(kind, this.modules), this.handlers, this.sync);

@@ -70,6 +70,8 @@ class EditView {
   private readonly outliner: Outliner;
   private readonly panes: Panes;
   private solidsButton!: HTMLButtonElement;
+  /** Counts the worlds that were opened. */
+  private world = 0;
   private readonly solids = new Door(
     () => this.studio.api.scene(this.studio.document.path ?? "", this.studio.document.text),
     () => this.studio.askTrust(),
@@ -216,7 +218,7 @@ class EditView {
   private showSolids(): void {
     const { items, selectedItems, isOpen, text } = this.studio.document;
     this.solids.show(items, selectedItems);
-    if (isOpen) this.solids.want(text);
+    if (isOpen) this.solids.want(text, String(this.world));
   }
 
   private zoomButton(name: keyof typeof ICONS, title: string, onclick: () => void): HTMLElement {
@@ -231,6 +233,7 @@ class EditView {
     document.parsedChanged.on(() => this.showFirstSteps());
     document.parsedChanged.on(() => this.showSolids());
     document.selectionChanged.on(() => this.showSolids());
+    this.studio.document.opened.on(() => this.world++);
     holdSolids(this.editor, this.tools, this.solids);
     this.solids.chosen.on((item) => this.editor.pick(item ? [item] : []));
     this.tools.changed.on(() => this.showFirstSteps());

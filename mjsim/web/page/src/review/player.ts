@@ -20,12 +20,12 @@ export class Player {
     return this.frame !== 0;
   }
 
-  /** Take up a recording of so many seconds and so long a tick [s]. */
-  load(seconds: number, dt: number): void {
+  /** Take up a recording of so many seconds and so long a tick [s], at a time of it. */
+  load(seconds: number, dt: number, time = 0): void {
     this.pause();
     this.end = seconds;
     this.dt = dt;
-    this.seek(0);
+    this.seek(time);
   }
 
   seek(time: number): void {

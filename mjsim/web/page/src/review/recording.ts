@@ -50,8 +50,9 @@ export const recordings = {
   fields: (path: string) => getJson<Field[]>(query("/api/recording/fields", { path })),
   column: (path: string, [topic, field]: Field) =>
     getJson<Column>(query("/api/recording/column", { path, topic, field })),
-  statistics: (path: string, from: number, to: number) =>
-    getJson<Figures>(query("/api/recording/statistics", { path, from, to })),
+  /** Of a part, or of all where both ends are null. */
+  statistics: (path: string, from: number | null, to: number | null) =>
+    getJson<Figures>(query("/api/recording/statistics", { path, ...(from === null || to === null ? {} : { from, to }) })),
   film: (path: string, from: number, to: number, view: string) =>
     postJson<{ job: string }>("/api/recording/video", { path, from, to, view }),
   job: (id: string) => getJson<Job>(query("/api/job", { id })),

@@ -132,9 +132,11 @@ export class Table {
     fill(this.element, el("p", { class: "run-problem", role: "alert" }, message));
   }
 
-  show(figures: Figures, from: number, to: number): void {
+  /** Show those of a part, or of all where it has no ends. */
+  show(figures: Figures, from: number | null, to: number | null): void {
     this.rows = rowsOf(figures);
-    this.title = word("review.fromTo", { from: from.toFixed(2), to: to.toFixed(2) });
+    const isPart = from !== null && to !== null;
+    this.title = isPart ? word("review.fromTo", { from: from.toFixed(2), to: to.toFixed(2) }) : word("review.wholeRecording");
     const copy = button(
       { class: "run-small", title: word("review.copyAsCsv") },
       () => void this.copy(),

@@ -5,7 +5,7 @@ import { chartChips } from "../charts/chips";
 import type { Marks } from "../charts/chart";
 import { rowAt } from "../charts/rows";
 import { Plotter } from "../charts/plotter";
-import { Sheet, type Kind } from "../charts/sheet";
+import { kindsOf, Sheet, type Kind } from "../charts/sheet";
 import { el, fill } from "../dom";
 import { newestWins } from "../signal";
 import type { Studio, View } from "../shell/view";
@@ -84,12 +84,14 @@ export class ReviewView implements View {
   private chosen = "";
   private part: Part = { from: null, to: null };
   private tick: TickNews | null = null;
+  /** Whether the figures of the part are there. */
+  private figured = false;
   /** When something happened [s]. */
   private eventTimes: number[] = [];
   /** How many recordings have been asked for. */
   private turn = 0;
   private readonly askTick = newestWins((time: number) => this.fetchTick(time));
-  private readonly askFigures = newestWins((part: [number, number]) => this.fetchFigures(part));
+  private readonly askFigures = newestWins((part: Part) => this.fetchFigures(part));
 
   constructor(private readonly studio: Studio) {
     this.table = new Table((text) => this.studio.toasts.done(text));
@@ -122,6 +124,7 @@ export class ReviewView implements View {
       fill(this.playButton, sign(playing ? "pause" : "play"), playing ? word("review.pause") : word("review.play")),
     );
     this.tabs.offer("joints", false);
+    this.tabs.shown.on(() => this.askFigures(this.part));
     this.showEmpty();
   }
 
@@ -130,7 +133,7 @@ export class ReviewView implements View {
     this.library.show(this.recording?.path ?? null);
     const wanted = this.studio.recording;
     this.studio.recording = null;
-    if (wanted) void this.open(wanted);
+    if (wanted) void this.open(wanted.path, wanted.time);
   }
 
   /** Show what is in the folder now. */
@@ -220,7 +223,7 @@ export class ReviewView implements View {
     );
   }
 
-  private async open(path: string): Promise<void> {
+  private async open(path: string, time = 0): Promise<void> {
     this.player.pause();
     this.compare.close();
     write(this.title, word("review.opening"));
@@ -228,15 +231,16 @@ export class ReviewView implements View {
     const turn = ++this.turn;
     try {
       const recording = await recordings.open(path);
-      if (turn === this.turn) this.take(recording);
+      if (turn === this.turn) this.take(recording, time);
     } catch (error) {
       if (turn !== this.turn) return;
       write(this.title, this.recording?.path ?? word("review.noRecording"));
+      this.studio.looksAt(this.recording && { path: this.recording.path, time: this.player.time });
       this.studio.toasts.error(error);
     }
   }
 
-  private take(recording: Recording): void {
+  private take(recording: Recording, time: number): void {
     this.recording = recording;
     this.tick = null;
     this.eventTimes = recording.events.map((event) => event.time);
@@ -251,7 +255,7 @@ export class ReviewView implements View {
     this.joints.show(recording.joints);
     this.tabs.offer("joints", Object.keys(recording.joints).length > 0);
     this.pictures.load(recording);
-    this.solids.want(recording);
+    this.solids.want(recording, JSON.stringify([recording.scene.bounds, recording.robots.map(({ name }) => name)]));
     this.solids.door.show(recording.scene.items, []);
     this.arrange();
     this.floor.scene(recording.scene.items, recording.scene.bounds);
@@ -262,7 +266,7 @@ export class ReviewView implements View {
     for (const part of this.element.querySelectorAll("[inert]")) part.toggleAttribute("inert", false);
     this.choose(recording.robots[0]?.name ?? "");
     this.mark({ from: null, to: null });
-    this.player.load(recording.seconds, recording.dt);
+    this.player.load(recording.seconds, recording.dt, time);
     this.numbers.open(recording.path);
     void this.plotter.load();
   }
@@ -275,6 +279,8 @@ export class ReviewView implements View {
     this.chosen = robot;
     this.robot.value = robot;
     this.floor.run(this.recording?.robots ?? [], robot);
+    this.sheet.offer(kindsOf(this.recording?.robots.find(({ name }) => name === robot) ?? null));
+    this.plotter.suggest(!this.recording?.robots.some((each) => each.can_drive));
     this.drawCharts();
   }
 
@@ -297,6 +303,7 @@ export class ReviewView implements View {
     const recording = this.recording;
     if (!recording) return;
     write(this.time, word("review.timeOf", { time: clock(time), whole: clock(recording.seconds) }));
+    this.studio.looksAt({ path: recording.path, time });
     this.scrub.show(time);
     this.markCharts();
     this.showFloor(recording, time);
@@ -358,19 +365,23 @@ export class ReviewView implements View {
     const { from, to } = part;
     const whole = from === null && to === null;
     this.film.mark(from ?? 0, to ?? this.recording?.seconds ?? 0, !whole);
-    if (from === null || to === null) return this.table.ask();
-    this.tabs.show("figures");
+    this.figured = false;
+    const isPart = from !== null && to !== null;
+    if (isPart) this.tabs.show("figures");
     this.table.wait();
-    this.askFigures([from, to]);
+    if (isPart || whole) this.askFigures({ from, to });
+    else this.table.ask();
   }
 
-  private async fetchFigures([from, to]: [number, number]): Promise<void> {
+  private async fetchFigures({ from, to }: Part): Promise<void> {
     const recording = this.recording;
-    if (!recording) return;
+    // What nobody sees costs nothing.
+    if (!recording || this.tabs.now !== "figures" || this.figured) return;
     const isWanted = (): boolean => this.recording === recording && this.part.from === from && this.part.to === to;
     try {
       const figures = await recordings.statistics(recording.path, from, to);
       if (isWanted()) this.table.show(figures, from, to);
+      this.figured ||= isWanted();
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       if (isWanted()) this.table.fail(error.message);

@@ -1,5 +1,6 @@
 /** What to do next, in a word over the large view of a run. */
 
+import type { Item } from "../api";
 import { el, fill } from "../dom";
 import { button } from "./controls";
 import type { RunNews } from "./protocol";
@@ -9,7 +10,7 @@ import { word } from "../words/words";
 export interface Outlook {
   run: RunNews | null;
   /** The world that is open; null for none, and where another began the run. */
-  world: { path: string; hasRobot: boolean } | null;
+  world: { path: string; hasMotion: boolean } | null;
   live: boolean;
   /** Whose keys count. */
   robot: string;
@@ -17,6 +18,11 @@ export interface Outlook {
   driven: boolean;
   /** Whether the run is of another world than the one that is open. */
   other: boolean;
+}
+
+/** Whether a thing moves by itself in a run. */
+export function canMove({ kind }: Item): boolean {
+  return ["robot", "mechanism", "person"].includes(kind);
 }
 
 export interface Ways {
@@ -53,7 +59,7 @@ export class Advice {
       return [word("run.recordedTo", { recording: run.recording }), [word("run.reviewIt"), () => this.ways.review(run.recording ?? "")]];
     if (!world)
       return [word("run.noWorldIsOpenMake"), [word("run.newWorld"), this.ways.make], [word("run.openAWorld"), this.ways.open]];
-    if (!world.hasRobot)
+    if (!world.hasMotion)
       return [word("run.noRobotIsInThis"), [word("run.goToEdit"), this.ways.edit]];
     return [""];
   }

@@ -30,10 +30,13 @@ export class Cameras {
   readonly switches = el("div", { class: "run-group run-switches", role: "group", "aria-label": word("run.pictures") });
   private readonly screens = new Map<string, Place>();
   private readonly wanted: Record<Kind | "outside", boolean>;
+  /** Switches of what cameras alone have. */
+  private readonly buttons: Record<Kind, HTMLButtonElement>;
   private orbit: Orbit | null = null;
   /** From where the view from outside looks before it is turned. */
   private first = overlook([0, 0, 8, 8]);
   private robots: RobotFacts[] = [];
+  private isThere = false;
   private timer = 0;
 
   constructor(
@@ -48,13 +51,10 @@ export class Cameras {
       segmentation: remembered("run.segmentation") === "yes",
       outside: remembered("run.outside") !== "no",
     };
-    for (const [kind, label] of [
-      ["depth", word("run.depth")],
-      ["segmentation", word("run.segments")],
-      ["outside", word("run.outside")],
-    ] as const) {
-      this.switches.append(toggle({ class: "quiet run-small" }, this.wanted[kind], (on) => this.want(kind, on), label));
-    }
+    const button = (kind: Kind | "outside", label: string): HTMLButtonElement =>
+      toggle({ class: "quiet run-small" }, this.wanted[kind], (on) => this.want(kind, on), label);
+    this.buttons = { depth: button("depth", word("run.depth")), segmentation: button("segmentation", word("run.segments")) };
+    this.switches.append(...Object.values(this.buttons), button("outside", word("run.outside")));
   }
 
   /** Tiles in the order in which they are shown. */
@@ -62,10 +62,13 @@ export class Cameras {
     return this.keys().map((key) => this.place(key).tile);
   }
 
-  /** Take up the robots of a run and the part of the world it is in. */
-  run(robots: RobotFacts[]): void {
+  /** Take up the robots of a run, and whether there is one. */
+  run(robots: RobotFacts[], isThere: boolean): void {
     const before = this.keys().join();
     this.robots = robots;
+    this.isThere = isThere;
+    const blind = !robots.some((robot) => robot.cameras.length);
+    for (const kind of KINDS) this.buttons[kind].hidden = blind;
     if (this.keys().join() === before) return;
     this.changed();
     this.watch();
@@ -114,7 +117,7 @@ export class Cameras {
         return [key, ...KINDS.filter((kind) => this.wanted[kind]).map((kind) => `${key}:${kind}`)];
       }),
     );
-    return this.wanted.outside && this.robots.length ? [...cameras, "outside"] : cameras;
+    return this.wanted.outside && this.isThere ? [...cameras, "outside"] : cameras;
   }
 
   private place(key: string): Place {

@@ -41,6 +41,11 @@ export class Pad {
     }
   }
 
+  /** It makes way for a navigator, until somebody takes the robot from it by keys. */
+  show(canDrive: boolean, navigator: string | null, driven: boolean): void {
+    this.element.hidden = !canDrive || (navigator !== null && !driven);
+  }
+
   canStrafe(can: boolean): void {
     for (const push of this.aside) push.style.visibility = can ? "" : "hidden";
   }

@@ -1,10 +1,14 @@
 /** Panels of which one is seen, as tabs that the arrow keys go through. */
 
 import { el } from "../dom";
+import { Signal } from "../signal";
 import { remembered } from "./controls";
 
 export class Tabs {
   readonly element = el("div", { class: "run-tabbed" });
+  /** Told with the key of the panel that is seen now. */
+  readonly shown = new Signal<string>();
+  now = "";
   private readonly heads: HTMLButtonElement[];
 
   constructor(
@@ -30,11 +34,13 @@ export class Tabs {
 
   show(key: string): void {
     remembered(this.name, key);
+    this.now = key;
     this.panels.forEach(([each, , panel], k) => {
       panel.hidden = each !== key;
       this.heads[k]?.setAttribute("aria-selected", String(each === key));
       this.heads[k]?.setAttribute("tabindex", each === key ? "0" : "-1");
     });
+    this.shown.emit(key);
   }
 
   /** Whether there is anything in a panel; if not, its tab goes, and the first panel is shown in its place. */

@@ -4,11 +4,11 @@ import { getBytes, getJson, type Modules } from "../api";
 import { el, fill } from "../dom";
 import { chartChips } from "../charts/chips";
 import { Plotter } from "../charts/plotter";
-import { Sheet, type Kind } from "../charts/sheet";
+import { kindsOf, Sheet, type Kind } from "../charts/sheet";
 import { SolidsTile } from "../scene/tile";
 import type { Studio, View } from "../shell/view";
 import { throttled } from "../signal";
-import { Advice } from "./advice";
+import { Advice, canMove } from "./advice";
 import { Banner } from "./banner";
 import { Bar } from "./bar";
 import { Cameras } from "./cameras";
@@ -213,7 +213,7 @@ export class RunView implements View {
     else if (news.kind === "scene") {
       this.floor.scene(news.items, news.bounds);
       this.cameras.scene(news.bounds);
-      this.solids.want(news);
+      this.solids.want(news, this.run?.path ?? this.run?.name ?? "");
       this.solids.door.show(news.items, []);
     } else {
       this.record.fill(news.robots);
@@ -224,9 +224,8 @@ export class RunView implements View {
 
   /** Another world was opened: what is over of the one before is no longer shown. */
   private leave(): void {
-    const { path, needsName } = this.studio.document;
-    const fresh = needsName && !path?.startsWith("shipped:");
-    this.other = !this.live && (fresh || this.run?.path !== path);
+    const { path, hasFile } = this.studio.document;
+    this.other = !this.live && !(hasFile && this.run?.path === path);
     if (this.run) this.takeRun(this.ownRun(this.run));
   }
 
@@ -246,16 +245,12 @@ export class RunView implements View {
     if (news.state === "idle" && before !== "idle") this.takeWorld();
     this.bar.run(news);
     this.offerRobots(news);
-    this.cameras.run(news.robots);
+    this.cameras.run(news.robots, news.state !== "idle");
     this.noise.show(news.noise ?? [], this.running() && news.controllable);
     this.banner.run(news.state === "failed" && news.error ? said(news.error) : null);
-    this.showArms();
     this.keep.show(news);
     this.floor.touch.enable(this.running() && news.controllable);
-    this.pad.element.hidden = !this.canDrive();
     this.element.dataset["state"] = news.state;
-    this.advise();
-    this.soon();
   }
 
   private takeTick(news: TickNews): void {
@@ -350,6 +345,7 @@ export class RunView implements View {
   }
 
   private offerRobots(news: RunNews): void {
+    this.plotter.suggest(!news.robots.some((robot) => robot.can_drive));
     const names = news.robots.map((robot) => robot.name);
     if (!names.includes(this.chosen)) this.chosen = names[0] ?? "";
     const there = [...this.robot.options].map((option) => option.value);
@@ -365,7 +361,8 @@ export class RunView implements View {
     this.chosen = this.robot.value = name;
     const robot = this.run?.robots.find((each) => each.name === name);
     this.pad.canStrafe(robot?.can_strafe ?? false);
-    this.pad.element.hidden = !this.canDrive();
+    this.sheet.offer(kindsOf(robot ?? null));
+    this.pad.show(this.canDrive(), this.run?.drivers?.[name]?.navigator ?? null, this.driven);
     this.floor.run(this.run?.robots ?? [], name, this.run?.joints);
     this.showArms();
     this.advise();
@@ -378,6 +375,7 @@ export class RunView implements View {
     // A page of one arm alone is there to move it.
     if (this.live && robot?.arms.length && this.run?.robots.length === 1 && !this.joints.hasArms) this.tabs?.show("arms");
     this.joints.show(this.run, this.chosen, this.running() && (this.run?.controllable ?? false));
+    this.tabs?.offer("arms", Object.keys(this.run?.joints ?? {}).length > 0);
   }
 
   private canDrive(): boolean {
@@ -386,15 +384,14 @@ export class RunView implements View {
   }
 
   private drive(push: Push | null): void {
-    if (push) this.driven = true;
+    if (push) this.pad.element.hidden = !(this.driven = true);
     this.advise();
-    const nothing = { forward: null, left: null, turn: null };
-    this.send({ do: "drive", robot: this.chosen, ...(push ?? nothing) });
+    this.send({ do: "drive", robot: this.chosen, ...(push ?? { forward: null, left: null, turn: null }) });
   }
 
   private advise(): void {
     const { path, items } = this.studio.document;
-    const world = path === null ? null : { path, hasRobot: items.some((item) => item.kind === "robot") };
+    const world = path === null ? null : { path, hasMotion: items.some(canMove) };
     this.advice.show({ run: this.run, world, live: this.live, robot: this.chosen, driven: this.driven, other: this.other });
   }
 }

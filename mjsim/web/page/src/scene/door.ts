@@ -33,6 +33,8 @@ export class Door {
   private loaded: unknown = null;
   /** The scene that is on its way, or there. */
   private asked: unknown = null;
+  /** The world that it is of. */
+  private world = "";
   /** The code of a world that the person did not allow. */
   private declined = "";
   private order: (() => Promise<ArrayBuffer>) | null = null;
@@ -71,13 +73,16 @@ export class Door {
     this.ready.emit();
   }
 
-  /** The scene of this key is to be seen; it is asked for unless it is there. */
-  want(key: unknown): void {
-    if (!this.open) return;
+  /** The scene of this key is to be seen; it is asked for unless it is there. All of another world is shown at first. */
+  want(key: unknown, world = this.world): void {
+    // Places are those of the scene before.
+    if (this.asked !== key) this.order = null;
     this.asked = key;
+    this.world = world;
+    if (!this.open) return;
     if (this.loaded === key && this.view) this.view.shown();
     else {
-      this.order = this.loaded = null;
+      this.loaded = null;
       this.ready.emit();
       this.element.dataset["scene"] = "on its way";
       this.wanted(key);
@@ -127,7 +132,7 @@ export class Door {
       const scene = await this.scene();
       // Bodies of a later scene have other places.
       if (this.asked !== key) return;
-      await view.load(scene);
+      await view.load(scene, this.world);
       if (this.asked !== key) return;
       this.loaded = key;
       if (this.order) this.moved(this.order);

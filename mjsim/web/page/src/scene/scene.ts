@@ -12,7 +12,7 @@ import { Handles } from "./handles";
 import { Leads } from "./leads";
 import { Loose } from "./loose";
 import { type AsDragged, clearMarks, heights, itemAt, MarkInk, markOf, points } from "./marks";
-import { countThings, dispose, pose, readSolids, thingOf, type Solids } from "./solids";
+import { boxOfThings, countThings, dispose, pose, readSolids, thingOf, type Solids } from "./solids";
 import { ABOVE, Stage3d } from "./stage";
 import { forget, thoughtsOf, type Thoughts } from "./thoughts";
 import { Touching } from "./touching";
@@ -31,6 +31,7 @@ export class SceneView {
   private readonly eye: HTMLSelectElement;
   private readonly ruler: HTMLButtonElement;
   private solids: Solids | null = null;
+  private world: string | null = null;
   private items: Item[] = [];
   private selected: Item[] = [];
   private dragged: AsDragged | null = null;
@@ -81,20 +82,22 @@ export class SceneView {
     this.eye.addEventListener("change", () => this.setEye());
   }
 
-  /** Show another scene; the view stays where it is unless there was none. */
-  async load(data: ArrayBuffer): Promise<void> {
+  /** Show another scene; the view stays where it is unless the world is another. */
+  async load(data: ArrayBuffer, world: string): Promise<void> {
     const solids = await readSolids(data);
-    const first = this.solids === null;
+    const isOther = world !== this.world;
+    this.world = world;
+    if (isOther) this.follow.value = this.eye.value = "";
     if (this.solids) dispose(this.solids);
     this.solids = solids;
     this.away = "";
     this.stage.things = countThings(solids.root);
-    this.stage.show(solids.root);
+    this.stage.show(solids.root, () => boxOfThings(solids.root));
     this.offer(solids);
     this.mark();
     this.note.hidden = true;
     this.element.toggleAttribute("data-filled", true);
-    if (first) this.stage.fit();
+    if (isOther) this.stage.fit();
   }
 
   /** Say why there is nothing to see. */

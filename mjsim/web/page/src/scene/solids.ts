@@ -1,6 +1,7 @@
 /** The scene as the server gives it: glTF, drawn with simple light, and the nodes of its bodies in their order. */
 
 import {
+  Box3,
   Camera,
   Group,
   Material,
@@ -11,6 +12,8 @@ import {
   Object3D,
   Texture,
   TextureLoader,
+  Vector3,
+  type BufferAttribute,
   type BufferGeometry,
 } from "three";
 import { GLTFLoader, type GLTF, type GLTFParser } from "three/addons/loaders/GLTFLoader.js";
@@ -97,6 +100,33 @@ export function thingOf(mesh: Mesh, triangle: number): string {
 /** The names of the geoms in a mesh, with how many triangles each has. */
 export function thingsOf(mesh: Mesh): [string, number][] {
   return ((mesh.geometry as BufferGeometry).userData["things"] ?? []) as [string, number][];
+}
+
+/** The box around what stands on the floor; around the floor where nothing does. */
+export function boxOfThings(root: Object3D): Box3 {
+  const [things, all] = [new Box3(), new Box3().setFromObject(root)];
+  root.updateMatrixWorld();
+  root.traverse((object) => {
+    if (!(object instanceof Mesh)) return;
+    const { userData } = object.geometry as BufferGeometry;
+    userData["box"] ??= ownBoxOfThings(object);
+    const box = userData["box"] as Box3;
+    if (!box.isEmpty()) things.union(box.clone().applyMatrix4(object.matrixWorld));
+  });
+  return things.isEmpty() ? all : things;
+}
+
+/** The box of a mesh without the floor, in its own frame. */
+function ownBoxOfThings(mesh: Mesh): Box3 {
+  const { attributes, index } = mesh.geometry as BufferGeometry;
+  const [box, at] = [new Box3(), new Vector3()];
+  let next = 0;
+  for (const [name, count] of thingsOf(mesh)) {
+    const end = next + 3 * count;
+    if (/^floor(\/|$)/.test(name)) next = end;
+    for (; next < end; next++) box.expandByPoint(at.fromBufferAttribute(attributes["position"] as BufferAttribute, index?.getX(next) ?? next));
+  }
+  return box;
 }
 
 /** How many geoms a scene has. */

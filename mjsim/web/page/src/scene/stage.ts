@@ -60,6 +60,7 @@ export class Stage3d {
   things = 0;
   private readonly renderer: WebGLRenderer;
   private readonly content = new Group();
+  private boxOfThings = (): Box3 => new Box3();
   private eye: Camera = this.orbit;
   private share = 1;
   private asked = 0;
@@ -94,8 +95,9 @@ export class Stage3d {
     this.listen();
   }
 
-  /** Show this in the place of what was shown. */
-  show(root: Object3D): void {
+  /** Show this in the place of what was shown; `things` gives the box that is looked at when all is to be seen. */
+  show(root: Object3D, things: () => Box3): void {
+    this.boxOfThings = things;
     this.content.clear();
     this.content.add(root);
     new Box3().setFromObject(root).getBoundingSphere(this.ball);
@@ -104,7 +106,7 @@ export class Stage3d {
 
   /** Look at all of it from a corner. */
   fit(): void {
-    const box = new Box3().setFromObject(this.content);
+    const box = this.boxOfThings();
     if (box.isEmpty()) box.set(new Vector3(-5, -5, 0), new Vector3(5, 5, 1));
     const middle = box.getCenter(new Vector3());
     const reach = 0.5 * box.getSize(new Vector3()).length();

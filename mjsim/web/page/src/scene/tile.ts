@@ -49,11 +49,11 @@ export class SolidsTile {
   }
 
   /** Another scene is to be seen. */
-  want(key: unknown): void {
+  want(key: unknown, world: string): void {
     const isFirst = this.key === null;
     this.key = key;
     if (isFirst) this.show(this.on);
-    this.door.want(key);
+    this.door.want(key, world);
   }
 
   private show(on: boolean): void {

@@ -126,6 +126,11 @@ export class WorldDocument {
     return this.path === null || this.path === "" || this.path.startsWith("shipped:") || this.isNew;
   }
 
+  /** Whether its path names a file: of the folder, or one that came with mjsim. */
+  get hasFile(): boolean {
+    return this.path !== null && (!this.needsName || this.path.startsWith("shipped:"));
+  }
+
   /** Take up a world as the server gave it. */
   take(world: Opened, isNew = false): void {
     this.path = world.path;

@@ -45,9 +45,9 @@ export class Files {
     if (wanted) await this.take(wanted);
   }
 
-  /** Open the world that the studio began with; the tab stays as it is. */
-  async openFirst(path: string): Promise<void> {
-    await this.load(() => this.studio.api.open(path), false);
+  /** Open a world; the tab stays as it is. False: it was not taken up. */
+  openFirst(path: string): Promise<boolean> {
+    return this.load(() => this.studio.api.open(path), false);
   }
 
   /** Open a world and show it. */
@@ -93,11 +93,11 @@ export class Files {
     else await this.create(wanted.make);
   }
 
-  /** Take up a world and show it, unless the person has gone to a view meanwhile. */
+  /** Take up a world and show it, unless the person has gone to a view meanwhile; in Run, one with a file stays there. */
   private async loadToEdit(get: () => Promise<Opened>, isNew: boolean): Promise<boolean> {
-    const { visits } = this.studio;
+    const { visits, view } = this.studio;
     const taken = await this.load(get, isNew);
-    if (taken && this.studio.visits === visits) this.studio.show("edit");
+    if (taken && this.studio.visits === visits && (isNew || view !== "run")) this.studio.show("edit");
     return taken;
   }
 
@@ -258,6 +258,12 @@ export class Files {
       el("div", { class: "cards" }, ...this.templates(answer)),
     );
     search.addEventListener("input", () => filter(rest, search.value));
+    search.addEventListener("keydown", (event) => {
+      // While an input method is composing, Enter belongs to it.
+      if (event.key !== "Enter" || event.isComposing) return;
+      event.preventDefault();
+      rest.querySelector<HTMLElement>(".card:not([hidden])")?.click();
+    });
     return [search, rest];
   }
 

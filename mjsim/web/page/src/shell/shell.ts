@@ -5,6 +5,7 @@ import { el, fill, icon, isCommand, isPress, isSign, isTyping } from "../dom";
 import { makeEditView } from "../edit/edit";
 import { makeReviewView } from "../review/index";
 import { makeRunView } from "../run/index";
+import { placeAt, type Place } from "./address";
 import { WorldDocument } from "./document";
 import { Disk } from "./disk";
 import { Files } from "./files";
@@ -19,7 +20,8 @@ import { switchTheme, theme, themeChanged } from "./theme";
 import { Toasts } from "./toasts";
 import { takeTour } from "./tour";
 import { askTrust, type RunCode } from "./trust";
-import type { Studio, View, ViewName } from "./view";
+import type { Moment, Studio, View, ViewName } from "./view";
+import { Way } from "./way";
 import { word } from "../words/words";
 
 const MAKERS: Record<ViewName, (studio: Studio) => View> = {
@@ -34,7 +36,12 @@ export class Shell implements Studio {
   readonly api = api;
   readonly document = new WorldDocument(api);
   readonly toasts = new Toasts();
-  recording: string | null = null;
+  recording: Moment | null = null;
+  private looked: Moment | null = null;
+  private readonly way = new Way(
+    () => this.where(),
+    (place) => this.go(place),
+  );
   private readonly notices = new Notices();
   private files!: Files;
   private readonly views = new Map<ViewName, View>();
@@ -50,7 +57,7 @@ export class Shell implements Studio {
   private readonly undo = tool("undo", word("shell.undoCtrlZ"), () => void this.document.undo());
   private readonly redo = tool("redo", word("shell.redoCtrlShiftZ"), () => void this.document.redo());
   private readonly steps = stepsButton(this.document);
-  private now: ViewName | null = null;
+  view: ViewName | null = null;
   visits = 0;
 
   constructor(
@@ -69,8 +76,9 @@ export class Shell implements Studio {
     window.addEventListener("keydown", (event) => this.key(event));
     window.addEventListener("beforeunload", (event) => this.document.isChanged && event.preventDefault());
     this.note();
-    this.show(live ? "run" : (NAMES.find((name) => `#${name}` === location.hash) ?? "edit"));
-    if (!live) void this.begin(folder.world);
+    const place = placeAt(location.hash);
+    this.showPlace(live ? { ...place, view: "run" } : place);
+    if (!live) void this.way.follow(() => this.begin(place.world, folder.world));
   }
 
   private link(): void {
@@ -79,18 +87,41 @@ export class Shell implements Studio {
     new Disk(this, link, this.files, this.notices);
   }
 
-  /** Open the world that the command named, and offer what was not saved before. */
-  private async begin(world: string | null): Promise<void> {
-    if (world) await this.files.openFirst(world);
+  /** Open the world of the address, or else the one that the command named, and offer what was not saved before. */
+  private async begin(...worlds: (string | null)[]): Promise<void> {
+    for (const world of worlds) if (world && (await this.files.openFirst(world))) break;
     await this.files.drafts.offerFirst();
   }
 
-  show(name: ViewName, recording?: string): void {
-    if (recording !== undefined) this.recording = recording;
+  looksAt(moment: Moment | null): void {
+    this.looked = moment;
+    this.way.changed();
+  }
+
+  /** What the address is to say. */
+  private where(): Place {
+    const { path, hasFile } = this.document;
+    const { path: recording = null, time = 0 } = (this.view === "review" && this.looked) || {};
+    return { view: this.view ?? "edit", world: hasFile ? path : null, recording, time };
+  }
+
+  /** Show what an address says. */
+  private async go(place: Place): Promise<void> {
+    if (place.world && place.world !== this.document.path) await this.files.openFirst(place.world);
+    this.showPlace(place);
+  }
+
+  private showPlace({ view, recording, time }: Place): void {
+    const isThere = recording === this.looked?.path;
+    this.show(NAMES.find((name) => name === view) ?? "edit", isThere ? undefined : (recording ?? undefined), time);
+  }
+
+  show(name: ViewName, recording?: string, time = 0): void {
+    if (recording !== undefined) this.recording = this.looked = { path: recording, time };
     if (this.folder.mode === "live" && name !== "run") return;
     this.visits++;
-    const again = this.now === name;
-    if (this.now && !again) this.views.get(this.now)?.hidden();
+    const again = this.view === name;
+    if (this.view && !again) this.views.get(this.view)?.hidden();
     let view = this.views.get(name);
     if (!view) {
       view = MAKERS[name](this);
@@ -101,9 +132,9 @@ export class Shell implements Studio {
       tab.setAttribute("aria-selected", String(other === name));
       tab.tabIndex = other === name ? 0 : -1;
     }
-    this.now = name;
+    this.view = name;
     this.place.replaceChildren(view.element);
-    history.replaceState(null, "", `#${name}`);
+    this.way.changed();
     if (!again || recording !== undefined) view.shown();
   }
 
@@ -201,6 +232,7 @@ export class Shell implements Studio {
     this.undo.disabled = !world.canUndo;
     this.redo.disabled = !world.canRedo;
     this.steps.disabled = !world.canUndo && !world.canRedo;
+    this.way.changed();
     document.title = world.isOpen ? `${world.isChanged ? "• " : ""}${called} – mjsim studio` : "mjsim studio";
   }
 
@@ -208,7 +240,7 @@ export class Shell implements Studio {
     if (document.querySelector("dialog[open]")) return;
     if (this.globalKey(event)) return event.preventDefault();
     const isText = isTyping(event.target) || isPress(event);
-    if (!isText && !event.defaultPrevented && this.now && this.views.get(this.now)?.key?.(event))
+    if (!isText && !event.defaultPrevented && this.view && this.views.get(this.view)?.key?.(event))
       event.preventDefault();
   }
 

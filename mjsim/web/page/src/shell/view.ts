@@ -18,6 +18,12 @@ export interface View {
   key?(event: KeyboardEvent): boolean;
 }
 
+/** A time of a recording [s]. */
+export interface Moment {
+  path: string;
+  time: number;
+}
+
 export interface Studio {
   readonly api: Api;
   /** What the folder held when the studio was opened or last asked. */
@@ -27,10 +33,14 @@ export interface Studio {
   readonly toasts: Toasts;
   /** How often a tab has been shown or chosen again: who has gone somewhere meanwhile is not taken elsewhere. */
   readonly visits: number;
-  /** Show a tab; Review may be told which recording to open. */
-  show(view: ViewName, recording?: string): void;
-  /** The recording that Review is to open when it is next shown. */
-  recording: string | null;
+  /** The tab that is shown; null before the first. */
+  readonly view: ViewName | null;
+  /** Show a tab; Review may be told which recording to open, and at which time [s]. */
+  show(view: ViewName, recording?: string, time?: number): void;
+  /** The recording that Review is to open when it is next shown, and the time to look at. */
+  recording: Moment | null;
+  /** What Review shows now; null for no recording. The address says it. */
+  looksAt(moment: Moment | null): void;
   /** Let the person choose a world to open, or what a new one begins with. */
   askOpen(): Promise<void>;
   askNew(): Promise<void>;

@@ -1,0 +1,36 @@
+// The address of the page, and charts that nobody chose.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { suggested } from "page/charts/suggested";
+import { addressOf, isSamePlace, placeAt } from "page/shell/address";
+
+const PLACE = { view: "review", world: "rooms/küche & co.yaml", recording: "out/run-2.mcap", time: 12.3456 };
+
+test("an address names view, world, recording and time, and is read back", () => {
+  assert.equal(addressOf({ ...PLACE, world: "shipped:classic/slam" }), "#review?world=shipped:classic/slam&recording=out/run-2.mcap&time=12.35");
+  assert.deepEqual(placeAt(addressOf(PLACE)), { ...PLACE, time: 12.35 });
+  const bare = { view: "run", world: null, recording: null, time: 0 };
+  assert.equal(addressOf(bare), "#run");
+  assert.deepEqual(placeAt("#run"), bare);
+});
+
+test("what is no place of an address is left out", () => {
+  assert.deepEqual(placeAt("#review?time=soon&token=secret&world="), { view: "review", world: null, recording: null, time: 0 });
+  assert.deepEqual(placeAt("").view, "");
+});
+
+test("another time is the same place, another recording is not", () => {
+  assert.ok(isSamePlace(PLACE, { ...PLACE, time: 3 }));
+  assert.ok(!isSamePlace(PLACE, { ...PLACE, recording: "out/run.mcap" }));
+});
+
+test("the positions of joints are suggested, a chart for each topic", () => {
+  const joint = (topic, name) => [`/${topic}/joints`, name];
+  const fields = [["/run", "pace"], joint("crank", "q2.position"), joint("crank", "q2.velocity"), joint("arm", "joints[1].position"), joint("crank", "q3.position")];
+  assert.deepEqual(suggested(fields, { fields: 6, charts: 8 }), [
+    { kind: "time", fields: [fields[1], fields[4]] },
+    { kind: "time", fields: [fields[3]] },
+  ]);
+  assert.deepEqual(suggested(fields, { fields: 1, charts: 1 }).map((chart) => chart.fields), [[fields[1]]]);
+  assert.deepEqual(suggested([["/run", "pace"]], { fields: 6, charts: 8 }), []);
+});
