@@ -40,6 +40,8 @@ class Key:
     about: str = ""
     default: Any = None
     required: bool = False
+    schema: Mapping[str, Any] = field(default_factory=dict)
+    """JSON Schema of its value as far as it is known, without default and description."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,11 +1,11 @@
 """Notes on behaviour of a valid world that a user may not expect; no module is run."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from functools import partial
 
 from mjsim.errors import Problem
 from mjsim.modules.use import NamedModule, host_of, modules_of
-from mjsim.world import SENSOR_KINDS, Robot, World, name_of, problems_at, world_notes
+from mjsim.world import SENSOR_KINDS, Robot, Source, Use, World, name_of, problems_at, world_notes
 
 _LOOKS = frozenset({"sightings", "cameras", "scans", "clouds", "ranges", "proximity", "bump"})
 """Readings of what is around a robot; one of those that a module uses is enough for it."""
@@ -30,6 +30,12 @@ def unfed_modules(world: World) -> list[Problem]:
     return sorted(problems_at(world.source.written, world.source.file, faults))
 
 
+def readings_needed(use: str, role: str, source: Source) -> Set[str]:
+    """Return the readings of which a module needs one, as far as its text shows; none if every robot has it."""
+    needed = _needed(set(host_of(use).readings(Use(use=use), role, source)))
+    return frozenset() if needed & _ALWAYS else needed
+
+
 def _unfed(world: World) -> Iterator[tuple[str, tuple[str | int, ...]]]:
     """Yield the modules that use readings which their robot does not have."""
     robots = {robot.name: robot for robot in world.robots}
@@ -46,7 +52,7 @@ def _lacking(named: NamedModule, robot: Robot, world: World) -> str | None:
         used.add(reading)
         if reading in _LOOKS & given:
             return _misnamed(named, robot, reading, world)
-    needed = used & _LOOKS or used & _SOURCES.keys()
+    needed = _needed(used)
     if not needed or needed & given:
         return None
     kinds, effect = sorted(needed), _EFFECTS.get(named.role, "")
@@ -54,6 +60,11 @@ def _lacking(named: NamedModule, robot: Robot, world: World) -> str | None:
     if "sightings" in {sensor.reading for sensor in robot.sensors} & needed:
         return f"{lacks}; this world has no beacons, add some"
     return f"{lacks}; add {' or '.join(_SOURCES[kind] for kind in kinds)}"
+
+
+def _needed(used: Set[str]) -> Set[str]:
+    """Return those of the readings that a module uses of which it needs at least one."""
+    return used & _LOOKS or used & _SOURCES.keys()
 
 
 def _misnamed(named: NamedModule, robot: Robot, reading: str, world: World) -> str | None:

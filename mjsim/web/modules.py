@@ -1,51 +1,119 @@
 """Modules offered by the page: shipped ones, and those beside a world."""
 
-import importlib.util
-from collections.abc import Iterator
+import json
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from functools import cache
+from importlib import resources
+from itertools import islice
 from pathlib import Path
 
-from mjsim.modules import Key, Offer, offers_in
-from mjsim.web.files import files_below
+from mjsim.models import note, noted
+from mjsim.modules import Key, Offer, offers_in, readings_needed
+from mjsim.web.files import files_below, source_of
 from mjsim.web.folder import Folder
 from mjsim.web.items import Json
+from mjsim.world import MAX_BYTES, SENSOR_KINDS, Source, read_regular
 
-KINDS = {"observer": "observers", "estimator": "estimators", "navigator": "navigators", "avoidance": "avoidances"}
+KINDS = {
+    "observer": "observers",
+    "estimator": "estimators",
+    "navigator": "navigators",
+    "avoidance": "avoidances",
+    "controller": "controllers",
+}
 """Keys of the page's list, by role."""
+PREFERRED = (
+    "mjsim.algorithms.beacon_vision:BeaconVision",
+    "mjsim.algorithms.ekf_slam:EkfSlam",
+    "mjsim.algorithms.lidar_slam:LidarSlam",
+    "mjsim.algorithms.explore:Explore",
+    "mjsim.algorithms.wander:Wander",
+)
+"""Modules that suit most robots as they are; of the ones that fit a robot, the first of each role is suggested."""
+MAX_PROGRAMS = 50
+_SHIPPED = "mjsim.algorithms."
+_TEXTS = (".yaml", ".yml", ".py", ".m", ".md", ".txt", ".json")
+"""Files that are no programs of their own, even where all files are executable."""
 
 
 def modules_in(folder: Folder, world: str | None = None) -> Json:
-    """Return shipped observers, estimators, navigators and avoidances, and those beside a world.
+    """Return shipped observers, estimators, navigators, avoidances and controllers, and those beside a world.
 
-    Each has `use`, title, about, and keys: name, default (absent if required) and about.
+    Each has `use`, title, about, `needs` (readings of which it needs one) and `options` (a JSON Schema of the keys
+    beside `use`). `sensors` has the reading of each kind of sensor; `programs` the `use:` of programs in the folder.
 
     Args:
         folder: Folder of the studio.
         world: World whose folder is searched; by default that of the studio.
     """
     place = folder.root if world is None else folder.path(world).parent
-    files = sorted(_algorithms())
-    if place.is_dir():
-        files += [(path, path.relative_to(place).as_posix()) for path in files_below(place)]
-    found: dict[str, list[Json]] = {kind: [] for kind in KINDS.values()}
+    files = [(path, path.relative_to(place).as_posix()) for path in files_below(place)] if place.is_dir() else []
+    offers = [*_shipped(), *_own(files, source_of(folder, world or ""))]
+    found: dict[str, Json] = {kind: {} for kind in KINDS.values()}
+    for role, offer in offers:
+        found[KINDS[role]].setdefault(offer["use"], offer)
+    programs = (f"exec:./{name}" for path, name in files if _is_program(path))
+    lists = {kind: sorted(each.values(), key=_order) for kind, each in found.items()}
+    sensors = {kind: model.reading for kind, model in SENSOR_KINDS.items()}
+    return {**lists, "sensors": sensors, "programs": list(islice(programs, MAX_PROGRAMS))}
+
+
+@cache
+def _shipped() -> Sequence[tuple[str, Json]]:
+    """Return the shipped modules by role; what their sources say is noted for later processes, as it takes a second."""
+    files = _shipped_files()
+    readers = (*Path(str(resources.files("mjsim.modules"))).rglob("*.py"), Path(__file__))
+    about = "offers", *(path.read_bytes() for path, _ in files), *(path.read_bytes() for path in sorted(readers))
+    with suppress(ValueError, TypeError):
+        return tuple((role, offer) for role, offer in json.loads(noted(*about) or b""))
+    found = tuple(_offered(files, Source()))
+    note(json.dumps(found).encode(), *about)
+    return found
+
+
+def _own(files: Sequence[tuple[Path, str]], source: Source) -> Iterator[tuple[str, Json]]:
+    """Yield the modules in files of a folder; their classes may inherit from shipped ones."""
+    inherits = any(_names(path, _SHIPPED) for path, _ in files)
+    yield from _offered([*(_shipped_files() if inherits else ()), *files], source, but=_SHIPPED)
+
+
+def _names(path: Path, word: str) -> bool:
+    """Return whether a Python file has a word."""
+    with suppress(OSError):
+        return path.suffix == ".py" and word.encode() in read_regular(path, limit=MAX_BYTES)
+    return False
+
+
+def _shipped_files() -> Sequence[tuple[Path, str]]:
+    """Return the files of shipped modules, each with its text before the colon; files of a package share its name."""
+    folder = Path(str(resources.files("mjsim.algorithms")))
+    single = [(path, f"{_SHIPPED}{path.stem}") for path in sorted(folder.glob("*.py"))]
+    return [*single, *((path, f"{_SHIPPED}{path.parent.name}") for path in sorted(folder.glob("*/*.py")))]
+
+
+def _offered(files: Sequence[tuple[Path, str]], source: Source, *, but: str = "\n") -> Iterator[tuple[str, Json]]:
     for offer in offers_in(files):
-        if offer.role in KINDS:
-            found[KINDS[offer.role]].append(_offer_json(offer))
-    return dict(found)
+        if offer.role in KINDS and not offer.use.startswith(but):
+            yield offer.role, _offer_json(offer, source)
 
 
-def _algorithms() -> Iterator[tuple[Path, str]]:
-    """Yield the files of shipped modules, each with its text before the colon; files of a package share its name."""
-    spec = importlib.util.find_spec("mjsim.algorithms")
-    for folder in (spec.submodule_search_locations or ()) if spec is not None else ():
-        yield from ((path, f"mjsim.algorithms.{path.stem}") for path in Path(folder).glob("*.py"))
-        yield from ((path, f"mjsim.algorithms.{path.parent.name}") for path in Path(folder).glob("*/*.py"))
-
-
-def _offer_json(offer: Offer) -> Json:
-    keys = [_key_json(key) for key in offer.keys]
-    return {"use": offer.use, "title": offer.title, "about": offer.about, "keys": keys}
+def _offer_json(offer: Offer, source: Source) -> Json:
+    required = [key.name for key in offer.keys if key.required]
+    options = {"type": "object", "properties": {key.name: _key_json(key) for key in offer.keys}, "required": required}
+    needs = sorted(readings_needed(offer.use, offer.role, source))
+    return {"use": offer.use, "title": offer.title, "about": offer.about, "needs": needs, "options": options}
 
 
 def _key_json(key: Key) -> Json:
-    content: Json = {"name": key.name, "about": key.about}
+    content: Json = {**key.schema, "description": key.about}
     return content if key.required else {**content, "default": key.default}
+
+
+def _order(offer: Json) -> tuple[int, str]:
+    return PREFERRED.index(offer["use"]) if offer["use"] in PREFERRED else len(PREFERRED), offer["title"]
+
+
+def _is_program(path: Path) -> bool:
+    return path.suffix not in _TEXTS and os.access(path, os.X_OK)

@@ -93,7 +93,8 @@ def record(walk: Walk) -> None:
     walk.page.get_by_label("Speed").and_(walk.page.locator(":visible")).select_option("max")
     walk.run()
     walk.keep("the first run has ended: EKF-SLAM, as the world has it")
-    walk.page.get_by_label("Estimator of scout").select_option(label="Fast Slam")
+    walk.press("scout: Estimator: Ekf Slam; choose another")
+    walk.page.get_by_role("dialog").get_by_role("button", name="Fast Slam").click()
     walk.run()
     walk.keep("the second has ended: FastSLAM, chosen in Setup")
 

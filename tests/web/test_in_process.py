@@ -12,6 +12,7 @@ import pytest
 from mjsim.web.current_run import FAREWELL
 from mjsim.web.edit_api import EditApi
 from mjsim.web.items import scene_of, world_values
+from mjsim.web.modules import KINDS, PREFERRED
 from mjsim.web.run_api import RunApi
 from mjsim.web.trust import Trust
 from mjsim.world import parse_world
@@ -296,14 +297,17 @@ def test_code_is_asked_for_until_it_is_allowed_as_it_was_shown(edit):
     assert edit("parse", path="room.yaml", text=OWN)["needs_trust"] == {}
 
 
-def test_modules_are_offered_by_role_with_their_keys(edit):
+@pytest.mark.slow
+def test_modules_are_offered_by_role_the_preferred_first_with_what_they_need_and_their_options(edit):
     told = edit("modules?path=room.yaml")
-    assert set(told) == {"observers", "estimators", "navigators", "avoidances"}
-    uses = {offer["use"]: offer for offer in told["estimators"]}
-    assert "mjsim.algorithms.ekf_slam:EkfSlam" in uses
-    keys = {key["name"]: key for offer in told["navigators"] for key in offer["keys"]}
-    assert "default" not in keys["points"]  # it is required
-    assert all(key["about"] is not None for key in keys.values())
+    assert set(told) == {*KINDS.values(), "sensors", "programs"}
+    assert [offer["use"].rpartition(":")[2] for offer in told["estimators"][:2]] == ["EkfSlam", "LidarSlam"]
+    assert [offer["needs"] for offer in told["estimators"][:2]] == [["sightings"], ["scans"]]
+    assert {offer["use"] for role in KINDS.values() for offer in told[role]} >= set(PREFERRED)
+    assert told["sensors"]["lidar"] == "scans"
+    (waypoints,) = (offer for offer in told["navigators"] if offer["use"].endswith(":Waypoints"))
+    assert waypoints["needs"] == []
+    assert waypoints["options"]["required"] == ["points"]
 
 
 @pytest.mark.parametrize(

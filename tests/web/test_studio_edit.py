@@ -12,6 +12,7 @@ import mjsim
 from mjsim.bench.entering import client_of
 from mjsim.web import Studio
 from mjsim.web.items import scene_of
+from mjsim.web.modules import KINDS
 from mjsim.world import wall_polygons
 
 PATIENCE = 60.0
@@ -123,15 +124,14 @@ def test_the_schema_tells_units_and_meanings(client):
 @pytest.mark.slow
 def test_modules_are_found_with_their_keys_and_none_is_run(client):
     found = client.get("/api/modules").json()
-    by_use = {module["use"]: module for kind in found.values() for module in kind}
+    by_use = {module["use"]: module for role in KINDS.values() for module in found[role]}
     (wiggle,) = [module for module in found["navigators"] if module["use"] == "wiggle.py:Wiggle"]
     assert wiggle["about"] == "Goes to and fro."
-    assert wiggle["keys"] == [
-        {"name": "points", "about": "Where to go, each [x, y]."},
-        {"name": "speed", "default": 0.5, "about": "How fast [m/s]."},
-        {"name": "sides", "default": ["left", "right"], "about": ""},
-        {"name": "far", "default": None, "about": ""},
-    ]
+    options = wiggle["options"]
+    assert options["required"] == ["points"]
+    assert options["properties"]["points"] == {"description": "Where to go, each [x, y]."}
+    assert options["properties"]["speed"] == {"description": "How fast [m/s].", "default": 0.5, "type": "number"}
+    assert options["properties"]["sides"] == {"description": "", "default": ["left", "right"]}
     assert "wiggle.py:Base" not in by_use
     assert by_use["mjsim.algorithms.waypoints:Waypoints"] in found["navigators"]
     assert by_use["mjsim.algorithms.ekf_slam:EkfSlam"] in found["estimators"]

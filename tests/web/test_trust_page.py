@@ -61,7 +61,8 @@ def test_code_that_changes_while_the_dialog_is_open_is_asked_for_again(page, tmp
 
 def test_a_module_that_is_chosen_for_a_run_is_asked_for_and_runs(page):
     open_world(page, "plain.yaml")
-    page.get_by_label("Navigator").select_option("go.py:Go")
+    page.get_by_role("button", name="scout: Navigator: None").click()
+    page.get_by_role("dialog").get_by_role("button", name="Go", exact=True).click()
     start(page)
     dialog = page.get_by_role("dialog", name="Let this world's code run?")
     expect(dialog.get_by_role("listitem")).to_have_text(["go.py", "helper.py"], timeout=PATIENCE)

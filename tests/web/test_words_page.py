@@ -29,16 +29,16 @@ NOT_FOR_PEOPLE = {"text/look.ts", "text/phrases.ts", "scene/strokes.ts", "scene/
 LITERAL = re.compile(r"""//[^\n]*|/\*.*?\*/|("(?:[^"\\\n]|\\.)*"|`(?:[^`\\]|\\.)*`)""", re.DOTALL)
 NOT_SEEN = re.compile(
     r"(\b(class|role|at|font|style|viewBox|method|view|kind)|className|from|FONT|KEY|FIRST|clip"
-    r"|[!=]==|case|import|word\(|matchMedia\(|includes\(|offers\(|querySelector\w*(<\w+>)?\(|el\()"
+    r"|[!=]==|case|import|word\(|definition\(|matchMedia\(|includes\(|offers\(|querySelector\w*(<\w+>)?\(|el\()"
     r"[:=]? *([a-z]\w+ \? )?$"
 )
 WORDS = re.compile(r"^[A-Z][a-z]+([ ;]|$)|[A-Za-z]{2,}[,.;:]? [a-z]{2,}|\} [a-z]{2,}|[a-z]{2,}:? \$\{")
 
 
 PLAIN = re.compile(
-    r"mjsim studio|<\?xml|run-chart |^.(Alt|Ctrl|Page) [^a-z]|system-ui|:is\(|/api/|^.Hz|\$\{(Object|plain)\b"
+    r"mjsim studio|my_slam|<\?xml|run-chart |^.(Alt|Ctrl|Page) [^a-z]|system-ui|:is\(|/api/|^.Hz|\$\{(Object|plain)\b"
     r"|^.(Pair|Item|Key|Literal|Tab|Escape|Arrow)"  # nodes of a parsed text, keys of a keyboard
-    r"|(swatch|reset|remove|form|add( \$\{title\})?|group).$"  # marks
+    r"|(swatch|reset|remove|form|key|suggest|add( \$\{title\})?|group).$"  # marks
     r"|on its way|the scene has no root"  # and our own fault
 )
 """The program's name, markup, classes, fonts, addresses, units, and names of keys, which keyboards show so."""

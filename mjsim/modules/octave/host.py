@@ -120,9 +120,10 @@ class OctaveHost(Host):
         return ForeignModule(engine, role=role, name=path.name, place=_place(path), options=options_of(use))
 
 
+_TEXTS = {"type": "array", "items": {"type": "string"}}
 _KEYS = (
-    Key(name="patience", about="How long a call may take [s].", default=10.0),
-    Key(name="paths", about="Folders with other functions.", default=[]),
+    Key(name="patience", about="How long a call may take [s].", default=10.0, schema={"type": "number"}),
+    Key(name="paths", about="Folders with other functions.", default=[], schema=_TEXTS),
 )
 
 

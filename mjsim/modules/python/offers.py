@@ -2,11 +2,13 @@
 
 import ast
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from mjsim.modules.hosts import Key, Offer
+from mjsim.modules.python.annotations import schema_of
 from mjsim.modules.python.outline import UnreadableError, methods_of, tree_of
 from mjsim.modules.roles import ROLES
 
@@ -15,54 +17,73 @@ _ARGUMENT = re.compile(r"^ {4}(\w+): (.*(?:\n {6,}.*)*)", re.MULTILINE)
 
 
 def offers_in(files: Sequence[tuple[Path, str]]) -> Iterator[Offer]:
-    """Yield the modules in files; a class may inherit from one in another file.
+    """Yield the modules in files; a class may inherit from one in another file, and use names of it.
 
     Args:
         files: Each file with its text before the colon in a world file.
     """
-    read = [(_classes(path), place) for path, place in files]
-    known = {item.name: item for classes, _ in read for item in classes}
-    for classes, place in read:
-        for item in classes:
+    read = [(_body(path), place) for path, place in files]
+    known = {item.name: item for body, _ in read for item in body if isinstance(item, ast.ClassDef)}
+    values = {name: value for body, _ in read for name, value in _constants(body)}
+    for body, place in read:
+        for item in (each for each in body if isinstance(each, ast.ClassDef)):
             methods = methods_of(item, known).names
             role = next((role for role, needed in ROLES.items() if all(name in methods for name in needed)), None)
             if role is not None and not item.name.startswith("_") and not _is_protocol(item):
-                yield _offer(item, role, f"{place}:{item.name}", methods.get("__init__"))
+                made = methods.get("__init__")
+                keys = tuple(keys_of(made, values)) if isinstance(made, ast.FunctionDef) else ()
+                yield _offer(item, role, f"{place}:{item.name}", keys)
 
 
-def keys_of(made: ast.FunctionDef) -> Iterator[Key]:
-    """Yield the arguments of a constructor except self, `*` and `**` arguments."""
+def keys_of(made: ast.FunctionDef, values: Mapping[str, ast.expr] = MappingProxyType({})) -> Iterator[Key]:
+    """Yield the arguments of a constructor except self, `*` and `**` arguments.
+
+    Args:
+        made: The constructor.
+        values: Values of names that its annotations and defaults refer to.
+    """
     descriptions = {name: " ".join(about.split()) for name, about in _ARGUMENT.findall(ast.get_docstring(made) or "")}
     given = made.args
     in_order = [*given.posonlyargs, *given.args][1:]
     without: Sequence[ast.expr | None] = [None] * (len(in_order) - len(given.defaults))
     pairs = [*zip(in_order, [*without, *given.defaults][-len(in_order) or None :], strict=False)]
     for argument, default in [*pairs, *zip(given.kwonlyargs, given.kw_defaults, strict=True)]:
-        value = None if default is None else _value(default)
-        yield Key(name=argument.arg, about=descriptions.get(argument.arg, ""), default=value, required=default is None)
+        named = values.get(default.id, default) if isinstance(default, ast.Name) else default
+        yield Key(
+            name=argument.arg,
+            about=(about := descriptions.get(argument.arg, "")),
+            default=None if named is None else _value(named),
+            required=default is None,
+            schema=schema_of(argument.annotation, about, values),
+        )
 
 
-def _classes(path: Path) -> list[ast.ClassDef]:
+def _body(path: Path) -> Sequence[ast.stmt]:
     try:
-        if path.stat().st_size > MAX_BYTES:
-            return []
-        return [item for item in tree_of(path).body if isinstance(item, ast.ClassDef)]
+        return [] if path.stat().st_size > MAX_BYTES else tree_of(path).body
     except (OSError, UnreadableError):
         return []  # The error will be reported to whoever names it in a world.
+
+
+def _constants(body: Sequence[ast.stmt]) -> Iterator[tuple[str, ast.expr]]:
+    """Yield the names that a file assigns at its top level, with their values."""
+    for item in body:
+        if isinstance(item, ast.Assign) and len(item.targets) == 1 and isinstance(item.targets[0], ast.Name):
+            yield item.targets[0].id, item.value
 
 
 def _is_protocol(item: ast.ClassDef) -> bool:
     return any(isinstance(base, ast.Name) and base.id in ("Protocol", "ABC") for base in item.bases)
 
 
-def _offer(item: ast.ClassDef, role: str, use: str, made: ast.stmt | None) -> Offer:
+def _offer(item: ast.ClassDef, role: str, use: str, keys: Sequence[Key]) -> Offer:
     text = ast.get_docstring(item) or ""
     return Offer(
         role=role,
         use=use,
         title=re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", item.name),
         about=" ".join(text.partition("\n\n")[0].split()),
-        keys=tuple(keys_of(made)) if isinstance(made, ast.FunctionDef) else (),
+        keys=keys,
     )
 
 

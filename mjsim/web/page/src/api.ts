@@ -131,14 +131,23 @@ export interface Module {
   use: string;
   title: string;
   about: string;
-  keys: { name: string; about: string; default?: unknown }[];
+  /** Readings of which it needs one; none: it fits every robot. */
+  needs: string[];
+  /** JSON Schema of the keys beside `use`. */
+  options: Values;
 }
 
+/** What there is for each role, the most useful first. */
 export interface Modules {
   observers: Module[];
   estimators: Module[];
   navigators: Module[];
   avoidances: Module[];
+  controllers: Module[];
+  /** Reading of each kind of sensor. */
+  sensors: Record<string, string>;
+  /** `use:` of the programs of the folder. */
+  programs: string[];
 }
 
 /** What is done to a mechanism or a person; nothing: it is shown as it is. */
@@ -253,8 +262,7 @@ export const api = {
   forgetDraft: (order: DraftOrder) => postJson<Values>("/api/draft/forget", order),
   readDraft: (id: string) => postJson<DraftText>("/api/draft/read", { id }),
   dropDraft: (id: string) => postJson<Values>("/api/draft/drop", { id }),
-  trust: (path: string, text: string, code: Code, drivers: Record<string, Values>) =>
-    postJson<Values>("/api/trust", { path, text, code, drivers }),
+  trust: (path: string, text: string, code: Code) => postJson<Values>("/api/trust", { path, text, code }),
   pose: async (ask: PoseAsk): Promise<Pose> => {
     const pose = await postJson<Omit<Pose, "look">>("/api/pose", ask);
     return { ...pose, note: said(pose.note), look: ask.look };

@@ -1,5 +1,6 @@
 /** One control for each kind of value. What was entered is given on at Enter, or when it is left. */
 
+import type { Module, Path } from "../api";
 import { el, fill, icon } from "../dom";
 import { ICONS } from "../shell/icons";
 import type { Field, Kind } from "./schema";
@@ -25,6 +26,12 @@ export interface Tools {
   choosePicture(): Promise<string | null>;
   /** What may be entered at a key of a type of item, so that nobody need know it by heart. */
   suggestions(id: string): string[];
+  /** Keys that a map may have. */
+  names(path: Path): string[];
+  /** A module by its `use`; undefined for one that is not known, or not yet. */
+  module(use: string): Module | undefined;
+  /** Let the person choose a module for a key of the world file; null when they would rather not. */
+  chooseModule(path: Path): Promise<{ value: unknown } | null>;
 }
 
 /** The control of a simple value; null for what is made of parts. */
@@ -45,6 +52,8 @@ export function control(entry: Entry, tools: Tools): HTMLElement | null {
       return colorField(entry);
     case "picture":
       return pictureField(entry, tools);
+    case "module":
+      return moduleField(entry, tools);
     case "data":
       return dataField(entry);
     default:
@@ -246,6 +255,41 @@ function pictureField(entry: Entry, tools: Tools): HTMLElement {
   const name = entry.value === SEVERAL ? word("panel.several") : (path?.replace(/^.*\//, "") ?? word("panel.choose"));
   fill(button, picture, el("span", { class: "path" }, name));
   return button;
+}
+
+/** The module that is chosen, which opens what there is. */
+function moduleField(entry: Entry, tools: Tools): HTMLElement {
+  const name = moduleTitle(entry.value, tools);
+  const choose = async (): Promise<void> => {
+    const chosen = await tools.chooseModule(JSON.parse(entry.id) as Path);
+    if (chosen) entry.give(chosen.value);
+  };
+  return el(
+    "button",
+    {
+      type: "button",
+      class: `pick module-pick${entry.value ? "" : " pale"}`,
+      "data-id": entry.id,
+      disabled: entry.disabled,
+      "aria-label": word("panel.chooseModuleFor", { label: entry.label, name }),
+      title: useOf(entry.value) ?? word("panel.chooseAModule"),
+      onclick: () => void choose(),
+    },
+    el("span", { class: "path" }, name),
+    icon(ICONS.down),
+  );
+}
+
+/** The name of a module as it is written: on for one that is built in. */
+export function moduleTitle(value: unknown, tools: Pick<Tools, "module">): string {
+  const use = useOf(value);
+  if (use !== null) return tools.module(use)?.title ?? use.replace(/^exec:|^[^:]*:(?=\w+$)/, "");
+  return word(value === true ? "panel.builtIn" : "panel.noModule");
+}
+
+export function useOf(value: unknown): string | null {
+  const use = typeof value === "object" && value !== null ? (value as Record<string, unknown>)["use"] : null;
+  return typeof use === "string" ? use : null;
 }
 
 /** What has no control of its own is written as JSON. */

@@ -1,17 +1,23 @@
 /** Choosing one of many by its picture: models, robots and arms, with a search. */
 
-import { el, type Child } from "../dom";
+import { el, icon, type Child } from "../dom";
 import { askWith } from "../shell/dialog";
+import { ICONS } from "../shell/icons";
 import type { Studio } from "../shell/view";
 import { meaningOf, word } from "../words/words";
 
 /** What can be chosen. */
-interface Entry {
+export interface Entry {
   /** As the world's text has it. */
   value: string;
   name: string;
   about: string;
+  /** What speaks against it. */
+  fault?: string;
 }
+
+/** The picture of an entry; null where there is none. */
+type Portrait = (entry: Entry) => HTMLElement | null;
 
 type Kind = "model" | "robot" | "arm";
 
@@ -22,7 +28,7 @@ export async function chooseModel(studio: Studio): Promise<string | null> {
   const base = (document.path ?? "").replace(/[^/]*$/, "");
   // A world names what lies beside it or below.
   const own = folder.models.filter((path) => path.startsWith(base)).map((path) => path.slice(base.length));
-  return choose(studio, "model", word("panel.chooseAModel"), [
+  return choose(word("panel.chooseAModel"), portrait(studio, "model"), [
     [word("panel.inThisFolder"), own.map(modelEntry)],
     [word("panel.comeWithMjsim"), folder.shipped.models.map(modelEntry)],
   ]);
@@ -31,13 +37,13 @@ export async function chooseModel(studio: Studio): Promise<string | null> {
 /** Let the person choose a preset of a robot; null when they would rather not. */
 export function chooseRobot(studio: Studio): Promise<string | null> {
   const entries = studio.folder.shipped.presets.map(({ name, about }) => ({ value: name, name, about: meaningOf(about) }));
-  return choose(studio, "robot", word("panel.chooseARobot"), [[word("panel.comeWithMjsim"), entries]]);
+  return choose(word("panel.chooseARobot"), portrait(studio, "robot"), [[word("panel.comeWithMjsim"), entries]]);
 }
 
 /** Let the person choose a preset of an arm; null when they would rather not. */
 export function chooseArm(studio: Studio): Promise<string | null> {
   const entries = studio.folder.shipped.arms.map((name) => ({ value: name, name, about: "" }));
-  return choose(studio, "arm", word("panel.chooseAnArm"), [[word("panel.comeWithMjsim"), entries]]);
+  return choose(word("panel.chooseAnArm"), portrait(studio, "arm"), [[word("panel.comeWithMjsim"), entries]]);
 }
 
 /** A button that shows what is chosen, and opens what there is. */
@@ -52,9 +58,15 @@ function modelEntry(path: string): Entry {
   return { value: path, name, about: path };
 }
 
-function choose(studio: Studio, kind: Kind, title: string, groups: [string, Entry[]][]): Promise<string | null> {
+/** Let the person choose one of the cards of some groups, narrowed by a search; `more` is offered below them. */
+export function choose(
+  title: string,
+  portrait: Portrait,
+  groups: [head: string, entries: Entry[]][],
+  more: (answer: (value: string | null) => void) => Child[] = () => [],
+): Promise<string | null> {
   return askWith<string>(title, (answer) => {
-    const parts = groups.filter(([, entries]) => entries.length).map(([head, entries]) => new Group(head, entries, (entry) => card(studio, kind, entry, answer)));
+    const parts = groups.filter(([, entries]) => entries.length).map(([head, entries]) => new Group(head, entries, (entry) => card(portrait, entry, answer)));
     const none = el("p", { class: "hint", role: "status" });
     const search = el("input", { type: "search", class: "search", "aria-label": word("panel.search"), placeholder: word("panel.search"), autofocus: true });
     search.addEventListener("input", () => {
@@ -62,10 +74,22 @@ function choose(studio: Studio, kind: Kind, title: string, groups: [string, Entr
       const found = parts.map((part) => part.narrow(words)).reduce((sum, count) => sum + count, 0);
       none.textContent = found ? "" : word("panel.nothingIsCalledClearThe", { value: search.value });
     });
-    const all = el("div", { class: "gallery" }, search, none, ...parts.flatMap((part) => part.elements));
+    const all = el("div", { class: "gallery" }, search, none, ...parts.flatMap((part) => part.elements), ...more(answer));
     all.addEventListener("keydown", (event) => walk(all, event));
     return [all];
   });
+}
+
+/** The pictures of models, robots and arms. */
+function portrait(studio: Studio, kind: Kind): Portrait {
+  return (entry) => pictured(studio.api.portrait(kind, entry.value, studio.document.path));
+}
+
+/** A picture; what cannot be drawn is still there to be chosen, or to be found wrong by the check of the world. */
+export function pictured(src: string): HTMLElement {
+  const image = el("img", { src, alt: "", loading: "lazy" });
+  image.addEventListener("error", () => image.replaceWith(el("span", { class: "hint no-portrait" }, word("panel.noPicture"))));
+  return image;
 }
 
 /** Cards under a heading; both go where a search leaves nothing. */
@@ -91,12 +115,10 @@ class Group {
   }
 }
 
-function card(studio: Studio, kind: Kind, entry: Entry, answer: (value: string) => void): HTMLElement {
-  const image = el("img", { src: studio.api.portrait(kind, entry.value, studio.document.path), alt: "", loading: "lazy" });
-  // What cannot be drawn is still there to be chosen, or to be found wrong by the check of the world.
-  image.addEventListener("error", () => image.replaceWith(el("span", { class: "hint no-portrait" }, word("panel.noPicture"))));
+function card(portrait: Portrait, entry: Entry, answer: (value: string) => void): HTMLElement {
   const about = entry.about ? el("span", { class: "hint" }, entry.about) : null;
-  return el("button", { type: "button", class: "card", title: entry.value, onclick: () => answer(entry.value) }, image, el("b", {}, entry.name), about);
+  const fault = entry.fault ? el("span", { class: "card-fault" }, icon(ICONS.warning), entry.fault) : null;
+  return el("button", { type: "button", class: "card", title: entry.value, onclick: () => answer(entry.value) }, portrait(entry), el("b", {}, entry.name), about, fault);
 }
 
 /** Arrow keys go through the cards: along the row, and to the next one as they are seen. */

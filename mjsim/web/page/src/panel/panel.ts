@@ -8,10 +8,13 @@ import { groupable, groupOf, wholeGroup } from "../edit/groups";
 import { kindName } from "../edit/kinds";
 import { keyOf } from "../plan/plan";
 import { ICONS } from "../shell/icons";
-import { choosePicture } from "./pictures";
+import type { Tools } from "./controls";
+import { driverRows, type RunValues } from "./driver";
+import { ModuleShelf } from "./modules";
 import { objectRows, type Sheet, type Subject } from "./rows";
 import type { SchemaBook } from "./schema";
 import { common, retold } from "./several";
+import { toolsFor } from "./tools";
 import { word } from "../words/words";
 
 /** Keys of the world that have a plan of their own, and those that nobody needs to see. */
@@ -31,6 +34,8 @@ export class Panel {
   readonly element = el("aside", { class: "panel", "aria-label": word("panel.properties") });
   private readonly body = el("div", { class: "panel-body" });
   private readonly open = new Map<string, boolean>();
+  private readonly shelf: ModuleShelf;
+  private readonly tools: Tools;
   private ghosts: Item[] = [];
   private due = false;
 
@@ -40,6 +45,9 @@ export class Panel {
   ) {
     this.element.append(this.body);
     const { document } = editor;
+    this.shelf = new ModuleShelf(editor.studio, book);
+    this.tools = toolsFor(editor.studio, this.shelf);
+    this.shelf.changed.on(() => this.soon());
     document.parsedChanged.on(() => this.soon());
     document.selectionChanged.on(() => {
       this.body.scrollTop = 0;
@@ -96,7 +104,7 @@ export class Panel {
       item.fixed ? this.origin(item, item.fixed) : null,
       ...this.general(item),
       ...(schema
-        ? objectRows(this.sheet(), schema, subject)
+        ? objectRows(this.sheet(), schema, subject, [], this.modules(item))
         : [el("p", { class: "hint pad" }, word("panel.editItInTheText"))]),
     );
   }
@@ -190,21 +198,19 @@ export class Panel {
       const all = items.length ? items.flatMap((item) => changes.map((one) => retold(one, items[0], item))) : changes;
       void this.editor.apply([...all, ...all.flatMap((one) => this.editor.alongWith(one))]);
     };
-    const { studio } = this.editor;
-    const tools = {
-      picture: (path: string) => studio.api.picture(path, 96, studio.document.path),
-      choosePicture: () => choosePicture(studio),
-      suggestions: (id: string) => this.suggestions(id),
-    };
-    return { book: this.book, tools, problems: this.problems(), open: this.open, change };
+    return { book: this.book, tools: this.tools, problems: this.problems(), open: this.open, change };
   }
 
-  private suggestions(id: string): string[] {
-    const [list, , key, ...deeper] = JSON.parse(id) as unknown[];
-    if (deeper.length) return [];
-    if (list === "robots" && key === "preset") return this.editor.studio.folder.shipped.presets.map(({ name }) => name);
-    const carriers = this.editor.items.filter((item) => ["robots", "obstacles"].includes(String(item.path[0])));
-    return list === "beacons" && key === "on" ? carriers.flatMap(({ name }) => name ?? []) : [];
+  /** The modules of a robot, which stand in the run of the world. */
+  private modules(item: Item): Child[] {
+    if (item.type !== "Robot") return [];
+    const rows = driverRows(this.sheet(), this.shelf, item, this.run(), this.editor.items);
+    return [el("div", { class: "modules" }, el("h3", {}, word("panel.modules")), ...rows)];
+  }
+
+  private run(): RunValues {
+    const { run, world } = this.editor.document.parsed;
+    return { values: run, raw: (world?.raw?.["run"] ?? {}) as Values };
   }
 
   private problems(): Problem[] {

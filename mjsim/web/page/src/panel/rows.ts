@@ -4,9 +4,10 @@ import type { Change, Path, Problem, Values } from "../api";
 import { el, icon, type Child } from "../dom";
 import { keyOf } from "../plan/plan";
 import { ICONS } from "../shell/icons";
-import { control, type Tools } from "./controls";
-import { type Field, labelOf, namingKey, type Option, type Schema, type SchemaBook } from "./schema";
-import { word } from "../words/words";
+import { control, type Tools, useOf } from "./controls";
+import { keyAdder } from "./key_adder";
+import { type Field, type Kind, labelOf, namingKey, type Option, type Schema, type SchemaBook } from "./schema";
+import { meaningOf, word } from "../words/words";
 
 /** What stands where a value or an entry could be. */
 const NONE = word("panel.noneSet");
@@ -32,13 +33,12 @@ export interface Sheet {
   change(changes: Change[]): void;
 }
 
-/** All fields of an object; simple ones first, in the order of the schema, then groups. */
-export function objectRows(sheet: Sheet, schema: Schema, subject: Subject, skip: string[] = []): Child[] {
+/** All fields of an object; simple ones first, in the order of the schema, then what stands between, then groups. */
+export function objectRows(sheet: Sheet, schema: Schema, subject: Subject, skip: string[] = [], between: Child[] = []): Child[] {
   const fields = sheet.book.fields(schema).filter((field) => !skip.includes(field.key));
   const isSimple = (field: Field): boolean => !["object", "union", "list", "map"].includes(field.kind.is);
-  return [...fields.filter(isSimple), ...fields.filter((field) => !isSimple(field))].map((field) =>
-    row(sheet, field, subject),
-  );
+  const rows = (some: Field[]): Child[] => some.map((field) => row(sheet, field, subject));
+  return [...rows(fields.filter(isSimple)), ...between, ...rows(fields.filter((field) => !isSimple(field)))];
 }
 
 function row(sheet: Sheet, field: Field, subject: Subject): Child {
@@ -76,13 +76,14 @@ function valueRow(sheet: Sheet, place: Place): Child {
     return place.value === null ? emptyRow(sheet, place, kind.schema) : objectGroup(sheet, place, kind.schema);
   if (kind.is === "union") return unionGroup(sheet, place, kind.options);
   if (kind.is === "list") return listGroup(sheet, place, kind.entry);
-  if (kind.is === "map") return mapGroup(sheet, place, kind.entry);
+  if (kind.is === "map") return mapGroup(sheet, place, kind);
+  if (kind.is === "module") return moduleRows(sheet, place, kind.schema);
   return simpleRow(sheet, place);
 }
 
 function simpleRow(sheet: Sheet, place: Place): HTMLElement {
   const { field, path, written, fixed } = place;
-  const error = errorAt(sheet, path, true);
+  const error = errorAt(sheet, path, true) ?? errorAt(sheet, [...path, "use"], true);
   const id = keyOf(path);
   // What is written is shown as it is written: arithmetic, and what is wrong, too.
   const value = written && place.raw !== undefined && place.raw !== null ? place.raw : place.value;
@@ -289,17 +290,47 @@ function adder(sheet: Sheet, place: Place, entry: Schema): HTMLElement {
   return el("div", { class: "adders" }, ...buttons);
 }
 
-function mapGroup(sheet: Sheet, place: Place, entry: Schema): HTMLElement {
+function mapGroup(sheet: Sheet, place: Place, { entry, names, most }: Extract<Kind, { is: "map" }>): HTMLElement {
   const values = (typeof place.value === "object" && place.value !== null ? place.value : {}) as Values;
   const rows = Object.entries(values).map(([key, value]) => {
-    const field = { ...sheet.book.field(key, entry, false), label: key };
+    const field = { ...sheet.book.field(key, entry, false), label: names.includes(key) ? labelOf(key) : key };
     const path = [...place.path, key];
     const give = (fresh: unknown): void =>
       sheet.change([fresh === undefined ? { op: "unset", path } : { op: "set", path, value: fresh }]);
     const [raw, within] = [under(place.raw, key), inner(place)];
     return valueRow(sheet, { field, path, value, raw, written: true, fixed: place.fixed, within, give });
   });
-  return group(sheet, place, null, rows, rows.length ? String(rows.length) : NONE);
+  const free = [...names, ...sheet.tools.names(place.path)].filter((name) => !(name in values));
+  const grow = rows.length < most && !place.fixed ? keyAdder(sheet, place.path, spoken(place), entry, free) : null;
+  return group(sheet, place, null, [...rows, grow], rows.length ? String(rows.length) : NONE);
+}
+
+/** A module: which one, what it does, and its options. */
+function moduleRows(sheet: Sheet, place: Place, schema: Schema): HTMLElement {
+  const use = useOf(place.value);
+  if (use === null) return el("div", { class: "module" }, simpleRow(sheet, place));
+  const offer = sheet.tools.module(use);
+  const values = place.value as Values;
+  const { use: _, ...own } = (schema["properties"] ?? {}) as Record<string, Schema>;
+  const known = { ...own, ...(offer?.options["properties"] as Record<string, Schema> | undefined) };
+  const others = Object.keys(values).filter((key) => key !== "use" && !(key in known));
+  const properties = { ...known, ...Object.fromEntries(others.map((key) => [key, {}])) };
+  const options = { type: "object", properties, required: offer?.options["required"] ?? [] };
+  const raw = typeof place.raw === "object" ? place.raw : null;
+  const subject = { path: place.path, values, raw, written: Object.keys(values), fixed: place.fixed, within: inner(place) };
+  const rows = objectRows(sheet, options, subject);
+  // Functions and programs take options of any name.
+  const isOpen = !offer || /^exec:|\.m$/.test(use);
+  const field = { ...place.field, label: word("panel.options"), meaning: "" };
+  if (isOpen && !place.fixed) rows.push(keyAdder(sheet, place.path, `${inner(place)}: ${field.label}`, { default: 0 }, []));
+  const count = Object.keys(raw ?? {}).length - 1;
+  return el(
+    "div",
+    { class: "module" },
+    simpleRow(sheet, place),
+    offer?.about ? el("p", { class: "hint module-about" }, meaningOf(offer.about)) : null,
+    rows.length ? group(sheet, { ...place, field }, null, rows, count > 0 ? String(count) : "") : null,
+  );
 }
 
 function group(sheet: Sheet, { field, path }: Place, beside: Child, rows: Child[], count = ""): HTMLElement {

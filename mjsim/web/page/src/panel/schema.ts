@@ -16,8 +16,9 @@ export type Kind =
   | { is: "object"; schema: Schema }
   | { is: "union"; options: Option[] }
   | { is: "list"; entry: Schema }
-  | { is: "map"; entry: Schema }
-  | { is: "data"; entry?: Schema; names?: string[] };
+  | { is: "map"; entry: Schema; names: string[]; most: number }
+  | { is: "module"; schema: Schema; switchable: boolean }
+  | { is: "data" };
 
 /** One of the forms that a value may have. */
 export interface Option {
@@ -98,9 +99,8 @@ export class SchemaBook {
     const of = (schema: Schema): Field[] => this.open(this.kind("", this.forms(schema).main, schema), has);
     if (kind.is === "union") return kind.options.flatMap(({ schema }) => of(schema));
     if (kind.is === "list") return of(kind.entry);
-    const { is } = kind;
-    if (is === "data") return (kind.names ?? []).filter((name) => !has.includes(name)).flatMap((name) => this.inside(kind, name, has));
-    if (is !== "object") return [];
+    if (kind.is === "map") return kind.names.filter((name) => !has.includes(name)).flatMap((name) => this.inside(kind, name, has));
+    if (kind.is !== "object" && kind.is !== "module") return [];
     const names = Object.keys(kind.schema["properties"] as Record<string, Schema>).filter((name) => !has.includes(name));
     return names.flatMap((name) => this.inside(kind, name, has));
   }
@@ -111,8 +111,7 @@ export class SchemaBook {
     if (kind.is === "union") return kind.options.flatMap(({ schema }) => of(schema));
     if (kind.is === "list") return of(kind.entry);
     if (kind.is === "map") return [this.field(key, kind.entry, false)];
-    if (kind.is === "data" && kind.entry) return [this.field(key, kind.entry, false)];
-    if (kind.is !== "object") return [];
+    if (kind.is !== "object" && kind.is !== "module") return [];
     const properties = kind.schema["properties"] as Record<string, Schema>;
     const node = properties[key];
     const required = (kind.schema["required"] ?? []) as string[];
@@ -180,7 +179,8 @@ export class SchemaBook {
     if (kind.is === "color") return "#8a8f98";
     if (kind.is === "union") return kind.options[0] ? this.fresh(kind.options[0].schema) : null;
     if (kind.is === "list") return [];
-    if (kind.is === "object") return this.freshObject(kind.schema);
+    if (kind.is === "map") return {};
+    if (kind.is === "object" || kind.is === "module") return this.freshObject(kind.schema);
     return key;
   }
 
@@ -220,6 +220,8 @@ export class SchemaBook {
 
   private kind(key: string, forms: Schema[], node: Schema): Kind {
     const [first] = forms;
+    const module = forms.map((form) => this.resolve(form)).find(isModule);
+    if (module) return { is: "module", schema: module, switchable: forms.length > 1 };
     if (forms.length > 1) return { is: "union", options: forms.map((form) => this.option(form)) };
     if (!first) return { is: "data" };
     const schema = this.resolve(first);
@@ -277,13 +279,19 @@ function objectKind(schema: Schema, node: Schema): Kind {
   const patterns = Object.values(
     (schema["patternProperties"] ?? node["patternProperties"] ?? {}) as Record<string, Schema>,
   );
-  if (patterns[0]) return { is: "map", entry: patterns[0] };
+  const names = ((schema["propertyNames"] as Schema | undefined)?.["enum"] ?? []) as string[];
+  const most = typeof schema["maxProperties"] === "number" ? schema["maxProperties"] : Infinity;
+  if (patterns[0]) return { is: "map", entry: patterns[0], names, most };
   // Each of its values means what the whole does.
   const entry = schema["additionalProperties"];
   const { description, unit } = node;
   if (typeof entry !== "object" || entry === null) return { is: "data" };
-  const names = (schema["propertyNames"] as Schema | undefined)?.["enum"] as string[] | undefined;
-  return { is: "data", entry: { description, unit, ...entry }, names: names ?? [] };
+  return { is: "map", entry: { description, unit, ...entry }, names, most };
+}
+
+/** Whether a schema is that of a module: `use`, and keys of its own. */
+function isModule(schema: Schema): boolean {
+  return schema["additionalProperties"] === true && "use" in ((schema["properties"] ?? {}) as Values);
 }
 
 function limits(schema: Schema): { least: number | null; most: number | null } {

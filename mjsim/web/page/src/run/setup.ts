@@ -1,203 +1,153 @@
-/** What a run begins with: its length, seed and file, and which modules drive each robot. */
+/** What a run begins with: the same form as in Edit, for settings that the world need not keep, and a file to record to. */
 
-import { el, fill } from "../dom";
-import type { Module, Modules } from "../api";
-import { choice } from "./controls";
-import { meaningOf, word } from "../words/words";
+import type { Change, Problem, Values } from "../api";
+import { el, refill, type Child } from "../dom";
+import { applied, differences, isSame } from "../panel/changes";
+import { driverRows, type RunValues } from "../panel/driver";
+import { ModuleShelf } from "../panel/modules";
+import { objectRows, type Sheet } from "../panel/rows";
+import { SchemaBook } from "../panel/schema";
+import { toolsFor } from "../panel/tools";
+import type { Studio } from "../shell/view";
+import { word } from "../words/words";
 
-/** A module and the arguments that it is made with. */
-interface Use {
-  use: string;
-  [key: string]: unknown;
-}
-
-/** Modules that are to replace those of the world; a key that is not there stays as the world has it. */
-interface Driver {
-  observer?: Use | null;
-  estimator?: Use | null;
-  navigator?: Use | null;
-  avoidance?: Use | boolean;
-  [key: string]: unknown;
-}
-
-type Part = "observer" | "estimator" | "navigator" | "avoidance";
-
-const PARTS: { part: Part; list: keyof Modules; label: string; none: string }[] = [
-  { part: "observer", list: "observers", label: word("run.observer"), none: word("run.none") },
-  { part: "estimator", list: "estimators", label: word("run.estimator"), none: word("run.noneDeadReckoning") },
-  { part: "navigator", list: "navigators", label: word("run.navigator"), none: word("run.noneStandsStill") },
-  { part: "avoidance", list: "avoidances", label: word("run.avoidance"), none: word("run.off") },
-];
-const OWN = "own";
-const NONE = "none";
-/** The avoidance that mjsim brings along. */
-const BUILT_IN = "built-in";
-
-export interface Key {
-  name: string;
-  default?: unknown;
-  about?: string;
-}
-
-interface Pick {
-  use: string;
-  values: Record<string, string>;
-}
-
-/** What a world says of one robot's drivers. */
-export type OwnDrivers = Record<string, Record<string, unknown>>;
+/** What is set elsewhere: drivers have forms of their own, events are what the plan is touched for. */
+const ELSEWHERE = ["view", "drivers", "events"];
 
 export class Setup {
   readonly element = el("div", { class: "run-setup" });
-  private readonly seed = el("input", { type: "number", min: 0, step: 1, "aria-label": word("run.seed") });
-  private readonly seconds = el("input", { type: "number", min: 0, step: "any", "aria-label": word("run.lengthInSeconds") });
   private readonly record = el("input", { type: "checkbox" });
   private readonly file = el("input", { type: "text", "aria-label": word("run.fileToRecordTo"), spellcheck: "false" });
-  private readonly robots = el("div", {});
-  private readonly note = el("p", { class: "hint" }, word("run.changesTakeEffectWithThe"));
-  private readonly picks = new Map<string, Pick>();
-  private modules: Modules = { observers: [], estimators: [], navigators: [], avoidances: [] };
-  private names: string[] = [];
-  private own: OwnDrivers = {};
+  private readonly form = el("div", {});
+  private readonly open = new Map<string, boolean>();
+  private book: SchemaBook | null = null;
+  private shelf: ModuleShelf | null = null;
+  /** What is to be other than in the world. */
+  private changes: Change[] = [];
+  private problems: Problem[] | null = null;
+  private asked = 0;
 
-  constructor() {
-    const field = (label: string, input: HTMLElement, unit = ""): HTMLElement =>
-      el("label", { class: "run-field" }, el("span", {}, label), input, el("span", { class: "run-unit" }, unit));
+  constructor(private readonly studio: Studio) {
     this.file.disabled = true;
     this.record.addEventListener("change", () => (this.file.disabled = !this.record.checked));
     this.element.append(
-      this.note,
-      el("h2", {}, word("run.run")),
-      field(word("run.length"), this.seconds, "s"),
-      field(word("run.seed"), this.seed),
+      this.form,
+      el("h2", {}, word("run.recording")),
       el("label", { class: "run-check" }, this.record, word("run.recordToAFile")),
-      field(word("run.file"), this.file),
-      this.robots,
+      el("label", { class: "run-field" }, el("span", {}, word("run.file")), this.file),
     );
+    studio.document.opened.on(() => this.discard());
   }
 
-  /** Take up a world: its robots and what it says of its run. */
-  world(name: string, robots: string[], run: Record<string, unknown>): void {
-    this.seed.placeholder = String(run["seed"] ?? "");
-    this.seconds.placeholder = String(run["seconds"] ?? "");
-    this.file.placeholder = `out/${name || "world"}/run.mcap`;
-    this.own = (run["drivers"] ?? {}) as OwnDrivers;
-    this.names = robots;
-    this.build();
+  /** Take up the world as it is now. */
+  world(): void {
+    this.file.placeholder = `out/${this.studio.document.parsed.name || "world"}/run.mcap`;
+    const { raw } = this.run(false);
+    // What the world has by now is no change of it.
+    this.changes = this.changes.filter((change) => !isSame(applied(raw, [within(change)]), raw));
+    void this.load().then(() => this.draw());
   }
 
-  offer(modules: Modules): void {
-    this.modules = modules;
-    this.build();
+  /** The order to start says where to record. */
+  recording(): { record?: string } {
+    return this.record.checked ? { record: this.file.value.trim() || this.file.placeholder } : {};
   }
 
-  /** What the order to start says of all this. */
-  settings(): { seed?: number; seconds?: number; record?: string; drivers?: Record<string, Driver> } {
-    const drivers = Object.fromEntries(
-      this.names.map((name) => [name, this.driver(name)]).filter(([, driver]) => Object.keys(driver as Driver).length),
-    );
-    return {
-      ...(this.seed.value === "" ? {} : { seed: Number(this.seed.value) }),
-      ...(this.seconds.value === "" ? {} : { seconds: Number(this.seconds.value) }),
-      ...(this.record.checked ? { record: this.file.value.trim() || this.file.placeholder } : {}),
-      ...(Object.keys(drivers).length ? { drivers: drivers as Record<string, Driver> } : {}),
+  /** A text of the world with these settings in it. */
+  async put(path: string, text: string): Promise<string> {
+    return this.changes.length ? (await this.studio.api.edit(path, text, this.changes)).text : text;
+  }
+
+  private async load(): Promise<void> {
+    if (this.book) return;
+    const book = new SchemaBook(await this.studio.api.schema());
+    if (this.book) return;
+    this.book = book;
+    this.shelf = new ModuleShelf(this.studio, book);
+    this.shelf.changed.on(() => this.draw());
+  }
+
+  private draw(): void {
+    const { book, shelf } = this;
+    const { document } = this.studio;
+    if (!book || !shelf || !document.isOpen) return;
+    const run = this.run(true);
+    const sheet: Sheet = {
+      book,
+      tools: toolsFor(this.studio, shelf),
+      problems: this.problems ?? document.parsed.problems,
+      open: this.open,
+      change: (changes) => this.change(changes),
     };
+    const robots = document.items.filter((item) => item.type === "Robot");
+    const parts = robots.flatMap((robot) => [el("h2", {}, robot.name ?? robot.label), ...driverRows(sheet, shelf, robot, run, document.items)]);
+    refill(this.form, this.state(), ...this.settings(sheet, run), ...parts);
   }
 
-  private driver(robot: string): Driver {
-    const driver: Record<string, unknown> = {};
-    for (const { part, list } of PARTS) {
-      const pick = this.picks.get(`${robot}/${part}`);
-      if (!pick || pick.use === OWN) continue;
-      if (pick.use === NONE) driver[part] = part === "avoidance" ? false : null;
-      else if (pick.use === BUILT_IN) driver[part] = true;
-      else driver[part] = useOf(pick, this.modules[list]);
+  private settings(sheet: Sheet, { values, raw }: RunValues): Child[] {
+    const schema = sheet.book.definition("Run");
+    const subject = { path: ["run"], values, raw, written: Object.keys(raw), fixed: false };
+    return schema ? objectRows(sheet, schema, subject, ELSEWHERE) : [];
+  }
+
+  /** Whether the world has all this, with buttons that make it so. */
+  private state(): HTMLElement {
+    const count = this.changes.length;
+    if (!count) return el("p", { class: "hint" }, word("run.changesTakeEffectWithThe"));
+    const keep = el("button", { class: "primary", type: "button", "data-id": "keep", onclick: () => void this.keep() }, word("run.keepInTheWorld"));
+    const discard = el("button", { type: "button", "data-id": "discard", onclick: () => (this.discard(), this.draw()) }, word("run.discardChanges"));
+    return el("div", { class: "run-unkept", role: "status" }, el("p", {}, word("run.notInTheWorld", { count })), el("div", {}, keep, discard));
+  }
+
+  private change(changes: Change[]): void {
+    const { raw } = this.run(false);
+    const put = applied(applied(raw, this.inner()), changes.map(within));
+    this.changes = differences(["run"], raw, put);
+    this.draw();
+    void this.check();
+  }
+
+  /** Learn from the server what is wrong with these settings. */
+  private async check(): Promise<void> {
+    const { path, text } = this.studio.document;
+    const mine = ++this.asked;
+    this.problems = null;
+    if (path === null || this.changes.length === 0) return;
+    try {
+      const { problems } = await this.studio.api.edit(path, text, this.changes);
+      if (mine !== this.asked) return;
+      this.problems = problems;
+      this.draw();
+    } catch (error) {
+      this.studio.toasts.error(error);
     }
-    return driver as Driver;
   }
 
-  private build(): void {
-    fill(
-      this.robots,
-      ...this.names.flatMap((name) => [el("h2", {}, name), ...PARTS.map((each) => this.row(name, each))]),
-    );
+  /** Write the settings into the world, as one step of undo. */
+  private async keep(): Promise<void> {
+    const changes = this.changes;
+    if (await this.studio.document.change(changes)) this.studio.toasts.done(word("run.keptInTheWorld"));
   }
 
-  private row(robot: string, { part, list, label, none }: (typeof PARTS)[number]): HTMLElement {
-    const key = `${robot}/${part}`;
-    const pick = this.picks.get(key) ?? { use: OWN, values: {} };
-    this.picks.set(key, pick);
-    const modules = this.modules[list];
-    const options: [string, string][] = [
-      [OWN, word("run.world", { modules: this.ownTitle(robot, part, modules) })],
-      [NONE, none],
-    ];
-    if (part === "avoidance") options.push([BUILT_IN, word("run.builtIn")]);
-    options.push(...modules.map((module): [string, string] => [module.use, module.title]));
-    const keys = el("div", { class: "run-keys" });
-    const select = choice({ "aria-label": word("run.partOf", { part: label, robot }), "data-part": key }, options, pick.use, (use) => {
-      this.picks.set(key, { use, values: {} });
-      this.showKeys(keys, key, modules);
-    });
-    this.showKeys(keys, key, modules);
-    return el("div", {}, el("label", { class: "run-field" }, el("span", {}, label), select), keys);
+  private discard(): void {
+    [this.changes, this.problems] = [[], null];
+    this.asked++;
   }
 
-  private ownTitle(robot: string, part: Part, modules: Module[]): string {
-    const own = this.own[robot]?.[part] as { use?: string } | boolean | null | undefined;
-    if (own === true) return word("run.builtIn");
-    const use = typeof own === "object" && own ? own.use : null;
-    if (!use) return part === "avoidance" ? word("run.off") : word("run.none");
-    return modules.find((module) => module.use === use)?.title ?? use.split(":").pop() ?? use;
+  /** What the world says of its run, with these settings in it or without. */
+  private run(withChanges: boolean): RunValues {
+    const { run, world } = this.studio.document.parsed;
+    const raw = (world?.raw?.["run"] ?? {}) as Values;
+    if (!withChanges) return { values: run, raw };
+    return { values: applied(run, this.inner()) as Values, raw: applied(raw, this.inner()) as Values };
   }
 
-  private showKeys(place: HTMLElement, key: string, modules: Module[]): void {
-    const pick = this.picks.get(key);
-    const module = modules.find((each) => each.use === pick?.use);
-    if (!pick || !module) return fill(place);
-    const fields = keysOf(module).map((each) => {
-      const input = el("input", {
-        type: "text",
-        spellcheck: "false",
-        placeholder: each.default === undefined ? word("run.needed") : written(each.default),
-      });
-      input.value = pick.values[each.name] ?? "";
-      input.addEventListener("change", () => (pick.values[each.name] = input.value.trim()));
-      return el(
-        "label",
-        { class: "run-field", title: each.about ? meaningOf(each.about) : null },
-        el("span", {}, each.name.replaceAll("_", " ")),
-        input,
-      );
-    });
-    fill(place, module.about ? el("p", { class: "hint" }, meaningOf(module.about)) : null, ...fields);
+  private inner(): Change[] {
+    return this.changes.map(within);
   }
 }
 
-function keysOf(module: Module): Key[] {
-  return Array.isArray(module.keys) ? (module.keys as Key[]) : [];
-}
-
-function written(value: unknown): string {
-  if (value === null) return "";
-  return typeof value === "string" ? value : JSON.stringify(value);
-}
-
-/** The module with the arguments that were typed; numbers, lists and true or false as JSON has them. */
-function useOf(pick: Pick, modules: Module[]): Use {
-  const module = modules.find((each) => each.use === pick.use);
-  const use: Use = { use: pick.use };
-  for (const { name } of module ? keysOf(module) : []) {
-    const text = pick.values[name];
-    if (text) use[name] = meant(text);
-  }
-  return use;
-}
-
-function meant(text: string): unknown {
-  try {
-    return JSON.parse(text);
-  } catch {
-    return text;
-  }
+/** A change of a world as one of its run. */
+function within(change: Change): Change {
+  return { ...change, path: change.path.slice(1) } as Change;
 }

@@ -1,6 +1,6 @@
 /** All that is seen of a run, and what is done to it. */
 
-import { getBytes, getJson, type Modules } from "../api";
+import { getBytes } from "../api";
 import { el, fill } from "../dom";
 import { chartChips } from "../charts/chips";
 import { Plotter } from "../charts/plotter";
@@ -45,7 +45,7 @@ export class RunView implements View {
   private readonly sheet: Sheet;
   private readonly plotter: Plotter;
   private readonly bar: Bar;
-  private readonly setup = new Setup();
+  private readonly setup: Setup;
   private readonly noise = new NoisePanel((key, value) => this.send({ do: "set", key, value }));
   private tabs: Tabs | null = null;
   private readonly joints = new JointPanel(this.leader);
@@ -87,7 +87,8 @@ export class RunView implements View {
   private other = false;
   private driven = false;
   private visible = false;
-  private offered: string | null = null;
+  /** The text of the run that was asked for last. */
+  private begun = "";
   private drawing = 0;
   private readonly chartsSoon = throttled(() => this.drawCharts(), CALM);
 
@@ -105,6 +106,7 @@ export class RunView implements View {
     this.bar = new Bar(orders, !this.live);
     this.sheet = new Sheet(FIRST_CHARTS, {}, "run");
     this.plotter = new Plotter(this.sheet.element, "run", this.record.numbers, {}, (error) => studio.toasts.error(error));
+    this.setup = new Setup(studio);
     this.keep = new Keep(studio, this.events.element);
     this.build();
     this.arrange();
@@ -300,44 +302,26 @@ export class RunView implements View {
   /** Take up the robots of the world that is open, for the setup. */
   private takeWorld(): void {
     const { parsed, items } = this.studio.document;
-    const robots = items.filter((item) => item.kind === "robot").map((item) => item.name ?? item.label);
     this.bar.offer(!this.live && this.studio.document.isOpen);
     this.advise();
-    this.setup.world(parsed.name, robots, parsed.run);
-    void this.offerModules();
+    this.setup.world();
     if (this.run && this.run.state !== "idle") return;
     this.floor.scene(items, parsed.bounds);
     this.floor.showRobots(true);
   }
 
-  /** Ask which modules there are beside this world. */
-  private async offerModules(): Promise<void> {
-    const { path } = this.studio.document;
-    if (this.live || path === null || path === this.offered) return;
-    this.offered = path;
-    const saved = path !== "" && !path.startsWith("shipped:");
-    try {
-      const modules = await getJson<Modules>(`/api/modules${saved ? `?${new URLSearchParams({ path })}` : ""}`);
-      if (this.offered === path) this.setup.offer(modules); // those of a later world may have come before
-    } catch (error) {
-      if (this.offered !== path) return;
-      this.offered = null;
-      this.studio.toasts.error(error);
-    }
-  }
-
   private start(): Promise<void> {
-    return startWorld(this.studio, (path, text) => {
+    return startWorld(this.studio, async (path, own) => {
+      const text = (this.begun = await this.setup.put(path, own));
       this.banner.clear();
-      this.send({ do: "start", path, text, speed: this.bar.speed, ...this.setup.settings() });
-    });
+      this.send({ do: "start", path, text, speed: this.bar.speed, ...this.setup.recording() });
+    }).catch((error: unknown) => this.studio.toasts.error(error));
   }
 
   /** Say why a request was refused; one that waits for trust is given again once it is there. */
   private async refused(news: RefusedNews): Promise<void> {
     if (news.do === "start" && news.needs_trust) {
-      const { drivers = {} } = this.setup.settings();
-      if (await this.studio.askTrust({ code: news.needs_trust, drivers })) await this.start();
+      if (await this.studio.askTrust({ code: news.needs_trust, text: this.begun })) await this.start();
       return;
     }
     if (news.do === "touch") this.leader.answered(news);

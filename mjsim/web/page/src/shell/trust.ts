@@ -1,15 +1,15 @@
 /** A world that names code beside it asks before that code first runs, and again when the code has changed. */
 
-import { ApiError, type Code, type Values } from "../api";
+import { ApiError, type Code } from "../api";
 import { el } from "../dom";
 import { ask } from "./dialog";
 import type { Studio } from "./view";
 import { word } from "../words/words";
 
-/** Code that a run was refused for, and the modules that were chosen for it in place of the world's own. */
+/** Code that a run was refused for, and the text that it was to run. */
 export interface RunCode {
   code: Code;
-  drivers: Record<string, Values>;
+  text: string;
 }
 
 /**
@@ -25,7 +25,7 @@ export async function askTrust(studio: Studio, run?: RunCode): Promise<boolean> 
   while (Object.keys(code).length > 0) {
     if (!(await mayRun(code))) return false;
     try {
-      await studio.api.trust(world.path ?? "", world.text, code, run?.drivers ?? {});
+      await studio.api.trust(world.path ?? "", run?.text ?? world.text, code);
       await world.read();
       return true;
     } catch (error) {

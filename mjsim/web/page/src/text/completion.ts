@@ -70,7 +70,7 @@ async function offered(place: Place, book: SchemaBook, studio: Studio): Promise<
   };
   if (valueOf) return values([...above, valueOf]);
   const known = above.at(-1)?.key === "drivers" ? driven(has, studio) : book.missing(above, has).map(keyOption);
-  const own = use === null ? [] : (await ownKeys(studio, use)).filter(({ key }) => !has.includes(key)).map(keyOption);
+  const own = use === null ? [] : (await ownKeys(studio, book, use)).filter(({ key }) => !has.includes(key)).map(keyOption);
   const options = [...known, ...own];
   // What begins like a key may be an entry of a list of names.
   if (!options.length) return values(above);

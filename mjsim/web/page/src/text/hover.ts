@@ -16,15 +16,15 @@ export function hoverHints(book: SchemaBook, studio: Studio): Extension {
     const key = ancestor(syntaxTree(view.state).resolveInner(at, side), "Key");
     if (!key) return null;
     const read: Read = (node) => view.state.sliceDoc(node.from, node.to);
-    const field = book.along(levelsOf(key, read)) ?? (await ofModule(key, read, studio));
+    const field = book.along(levelsOf(key, read)) ?? (await ofModule(key, read, book, studio));
     return field && { pos: key.from, end: key.to, above: true, create: () => ({ dom: hint(field) }) };
   };
   return hoverTooltip(source);
 }
 
-async function ofModule(key: SyntaxNode, read: Read, studio: Studio): Promise<Field | null> {
+async function ofModule(key: SyntaxNode, read: Read, book: SchemaBook, studio: Studio): Promise<Field | null> {
   const pair = ancestor(key, "Pair");
-  const own = pair ? await ownKeys(studio, beside(pair, "use", read)).catch(() => []) : [];
+  const own = pair ? await ownKeys(studio, book, beside(pair, "use", read)).catch(() => []) : [];
   return own.find((field) => pair && field.key === nameOf(pair, read)) ?? null;
 }
 

@@ -24,7 +24,7 @@ interface Language {
 /** By their BCP 47 tags. */
 const LANGUAGES: Record<string, Language> = {
   en: { name: "English", share: 100 },
-  de: { name: "Deutsch", share: 18 },
+  de: { name: "Deutsch", share: 17 },
   "en-XA": { name: "Énglísh", share: 100 },
 };
 /** Shows what is in no table: for those who write the page, offered only where it was switched on by hand. */

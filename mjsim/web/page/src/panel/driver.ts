@@ -1,0 +1,39 @@
+/** The form of a robot's modules, as Edit and the setup of a run show it. */
+
+import type { Item, Values } from "../api";
+import { el, icon, type Child } from "../dom";
+import { ICONS } from "../shell/icons";
+import { word } from "../words/words";
+import { moduleTitle } from "./controls";
+import type { ModuleShelf } from "./modules";
+import { suggested } from "./offers";
+import { objectRows, type Sheet } from "./rows";
+
+/** What a run says of its drivers, with its defaults and as it is written. */
+export interface RunValues {
+  values: Values;
+  raw: Values;
+}
+
+/** A field for each module of a robot, and for what it has none, those that fit it at one press. */
+export function driverRows(sheet: Sheet, shelf: ModuleShelf, robot: Item, { values, raw }: RunValues, items: Item[]): Child[] {
+  const schema = sheet.book.definition("Modules");
+  if (!schema || robot.name === null) return [];
+  const path = ["run", "drivers", robot.name];
+  const driver = (run: Values): Values => ((run["drivers"] ?? {}) as Record<string, Values>)[robot.name ?? ""] ?? {};
+  const own = driver(raw);
+  const subject = { path, values: driver(values), raw: own, written: Object.keys(own), fixed: false, within: robot.name };
+  return [suggestion(sheet, shelf, robot, subject, items), ...objectRows(sheet, schema, subject)];
+}
+
+/** Puts in modules that fit the robot; nothing where it has some. */
+function suggestion(sheet: Sheet, shelf: ModuleShelf, robot: Item, { path, values }: { path: string[]; values: Values }, items: Item[]): Child {
+  const isDriven = ["observer", "estimator", "navigator"].some((role) => values[role]);
+  if (!shelf.all || isDriven || robot.values["base"] === "fixed") return null;
+  const hasBeacons = items.some((item) => item.type === "Beacon");
+  const chosen = Object.entries(suggested(robot, hasBeacons, shelf.all, sheet.book));
+  const titles = chosen.flatMap(([role, value]) => (role === "avoidance" ? [] : moduleTitle(value, sheet.tools)));
+  const put = (): void => sheet.change(chosen.map(([role, value]) => ({ op: "set", path: [...path, role], value })));
+  const button = el("button", { type: "button", "data-id": `${JSON.stringify(path)} suggest`, onclick: put }, icon(ICONS.plus), word("panel.useWhatFits"));
+  return el("div", { class: "suggestion" }, button, el("span", { class: "hint" }, titles.join(", ")));
+}

@@ -1,0 +1,54 @@
+"""What the source of a module says of it: the types of its options, and the readings that it needs."""
+
+import ast
+
+import pytest
+
+from mjsim.modules import offers_in
+from mjsim.modules.python.annotations import schema_of
+
+NUMBER = {"type": "number"}
+NAMES = {"Law": ast.parse('Literal["linear", "cubic"]', mode="eval").body, "Odd": ast.parse("Odd", mode="eval").body}
+
+
+@pytest.mark.parametrize(
+    ("written", "about", "schema"),
+    [
+        ("float", "", NUMBER),
+        ("int | None", "", {"anyOf": [{"type": "integer"}, {"type": "null"}]}),
+        ("bool", "", {"type": "boolean"}),
+        ("Literal['a', 'b']", "", {"enum": ["a", "b"]}),
+        ("Law | Literal['cubic', 'spline']", "", {"enum": ["linear", "cubic", "spline"]}),
+        ("Odd", "A name that stands for itself.", {}),
+        ("tuple[float, float]", "", {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2}),
+        ("Sequence[float]", "Where, [x, y, z].", {"type": "array", "items": NUMBER, "minItems": 3, "maxItems": 3}),
+        ("Sequence[float]", "Gains, one for each state.", {}),
+        ("tuple[float, str]", "", {}),
+        ("float | Mapping[str, float]", "", {}),
+        ("None", "", {"type": "null"}),
+    ],
+)
+def test_an_annotation_tells_the_type_the_choices_and_the_count_of_numbers(written, about, schema):
+    assert schema_of(ast.parse(written, mode="eval").body, about, NAMES) == schema
+
+
+def test_points_are_a_list_of_so_many_numbers_each():
+    schema = schema_of(ast.parse("Sequence[Sequence[float]]", mode="eval").body, "Each (x, y) [m].", {})
+    assert schema == {"type": "array", "items": {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2}}
+    assert schema_of(None, "", {}) == {}
+
+
+def test_choices_and_defaults_are_followed_into_the_files_that_name_them(tmp_path):
+    kinds, own = tmp_path / "kinds.py", tmp_path / "own.py"
+    kinds.write_text('from typing import Literal\nWay = Literal["left", "right"]\nDELAY = 0.05\n')
+    own.write_text(
+        "class Own:\n"
+        "    def __init__(self, *, way: Way = 'left', delay: float = DELAY, far: float = 2 * DELAY): ...\n"
+        "    def start(self, robot, map, rng): ...\n    def command(self, seen, belief): ...\n"
+    )
+    (offer,) = offers_in([(kinds, "kinds.py"), (own, "own.py")])
+    assert [(key.name, key.default, key.schema) for key in offer.keys] == [
+        ("way", "left", {"enum": ["left", "right"]}),
+        ("delay", 0.05, NUMBER),
+        ("far", None, NUMBER),
+    ]
