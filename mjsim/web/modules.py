@@ -65,11 +65,11 @@ def _shipped() -> Sequence[tuple[str, Json]]:
     """Return the shipped modules by role; what their sources say is noted for later processes, as it takes a second."""
     files = _shipped_files()
     readers = (*Path(str(resources.files("mjsim.modules"))).rglob("*.py"), Path(__file__))
-    about = "offers", *(path.read_bytes() for path, _ in files), *(path.read_bytes() for path in sorted(readers))
+    about = [path.read_bytes() for path in (*sorted(readers), *(path for path, _ in files))]
     with suppress(ValueError, TypeError):
-        return tuple((role, offer) for role, offer in json.loads(noted(*about) or b""))
+        return tuple((role, offer) for role, offer in json.loads(noted("offers", *about) or b""))
     found = tuple(_offered(files, Source()))
-    note(json.dumps(found).encode(), *about)
+    note(json.dumps(found).encode(), "offers", *about)
     return found
 
 

@@ -304,7 +304,7 @@ export class RunView implements View {
     const { parsed, items } = this.studio.document;
     this.bar.offer(!this.live && this.studio.document.isOpen);
     this.advise();
-    this.setup.world();
+    if (!this.live) this.setup.world();
     if (this.run && this.run.state !== "idle") return;
     this.floor.scene(items, parsed.bounds);
     this.floor.showRobots(true);
