@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 MapFile = Annotated[
     Path | None,
     typer.Option(
-        "--from", metavar="FILE", help="YAML file or image of a map, SVG or DXF drawing, or landmark map (.mat)."
+        "--from", metavar="FILE", help="YAML file or image of a map, SVG or DXF drawing, or MATLAB data (.mat, .m)."
     ),
 ]
 MazeSize = Annotated[str | None, typer.Option(metavar="9x9", help="A maze with this many cells.")]
@@ -70,6 +70,9 @@ WallLayers = Annotated[
 ]
 FurnitureRule = Annotated[
     Literal["keep", "drop"], typer.Option(help="Whether furniture in a drawing becomes obstacles.")
+]
+TableRows = Annotated[
+    bool, typer.Option("--rows", help="A table of MATLAB that fits both ways has an item in each row, not column.")
 ]
 WithoutRobot = Annotated[bool, typer.Option("--no-robot", help="Do not add a robot.")]
 
@@ -132,6 +135,7 @@ def new(
     thickness: WallThickness = None,
     layer: WallLayers = None,
     furniture: FurnitureRule = "keep",
+    rows: TableRows = False,
     no_robot: WithoutRobot = False,
     robot_from: RobotFrom = None,
     left_wheel: LeftWheel = None,
@@ -173,7 +177,7 @@ def new(
     if source is not None:
         from mjsim.exchange import Reading
 
-        brought = _from_file(source, options, Reading(scale, thickness, layer or (), furniture == "keep"))
+        brought = _from_file(source, options, Reading(scale, thickness, layer or (), furniture == "keep", rows))
     else:
         brought = _made(options, seed=seed, cell=cell, beacons=beacons)
     _write(brought, output, overwrite=overwrite)

@@ -102,23 +102,28 @@ def bring_drawing(path: Path, *, robot: Newcomer | None, reading: Reading) -> Br
     return Brought(world_text(whole, notes=notes), [*report, *told])
 
 
-def bring_landmarks(path: Path, *, robot: Newcomer | None, scale: float | None) -> Brought:
-    """Return the world of a MATLAB landmark map, with a robot that follows its waypoints unless `robot` is None.
+def bring_landmarks(path: Path, *, robot: Newcomer | None, reading: Reading) -> Brought:
+    """Return the world of a MATLAB configuration, with a robot that follows its waypoints unless `robot` is None.
 
     Raises:
         UsageError: The file is not such a map, or the robot's preset does not exist.
     """
     if robot is not None and robot.lidar is not None:
-        raise UsageError("a landmark map has no walls that a lidar could detect; leave out --lidar")
-    map = read_landmarks(path, scale=1.0 if scale is None else scale)
+        raise UsageError("the robot of a landmark map has a beacon sensor; leave out --lidar")
+    map = read_landmarks(path, scale=reading.scale or 1.0, rows=reading.rows)
     preset, estimator, folder = (None,) * 3 if robot is None else (robot.preset, robot.estimator, robot.folder)
     world = world_from_landmarks(map, name=name_of(path), preset=preset, estimator=estimator, folder=folder)
-    wide, high = np.ptp(np.vstack([map.landmarks, map.waypoints]), axis=0)
+    wide, high = np.ptp(map.points, axis=0)
+    counted = f"; {_counted(world)}" if world.walls else ""
+    way = f"the way is {map.length():.1f} m long, {map.length() / SPEED:.0f} s at {SPEED} m/s; " if map.length() else ""
+    pictures = sum(beacon.image is not None for beacon in world.beacons)
     report = [
-        f"{path}: {len(map.landmarks)} landmarks, {len(map.waypoints)} waypoints, {wide:.1f} x {high:.1f} m",
-        f"the way is {map.length():.1f} m long, {map.length() / SPEED:.0f} s at {SPEED} m/s; --scale changes the size",
+        f"{path}: {len(map.landmarks)} landmarks, {len(map.waypoints)} waypoints, {wide:.1f} x {high:.1f} m"
+        f"{f'; {pictures} with a picture' if pictures else ''}{counted}",
+        f"{way}--scale changes the size",
+        *(f"{path}: {line}" for line in map.told),
     ]
-    notes = [f"From the landmark map {path.name}: lm are reflectors, wp is the way."]
+    notes = [f"From the configuration {path.name}: landmarks without a picture are reflectors."]
     return Brought(world_text(world, notes=notes), report)
 
 
@@ -131,11 +136,11 @@ def bring_file(path: Path, *, robot: Newcomer | None, reading: Reading | None = 
     kind = path.suffix.lower()
     if kind in (".yaml", ".yml") or is_picture(path):
         return bring_map(path, robot=robot, resolution=reading.scale if reading else None)
-    if kind == ".mat":
-        return bring_landmarks(path, robot=robot, scale=reading.scale if reading else None)
+    if kind in (".mat", ".m"):
+        return bring_landmarks(path, robot=robot, reading=reading or Reading())
     if kind in (".svg", ".dxf"):
         return bring_drawing(path, robot=robot, reading=reading or Reading())
-    raise UsageError(f"'{path}' is not a supported file; name a map's .yaml, an .svg, a .dxf or a .mat file")
+    raise UsageError(f"'{path}' is not a supported file; name a map's .yaml, an .svg, a .dxf, a .mat or an .m file")
 
 
 def bring_maze(

@@ -33,6 +33,8 @@ class Reading:
     """Layers that contain walls."""
     furniture: bool = True
     """Whether to turn furniture into obstacles."""
+    rows: bool = False
+    """Whether a table of MATLAB that fits both ways has an item in each row."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,6 +20,7 @@ INSIDE = "mjsim.exchange.inside"
 ADVICE: Mapping[str, str] = {
     ".dxf": "save it as DXF R2000 or later",
     ".svg": "save it as plain SVG",
+    ".m": "check that it is a script of literal assignments",
     ".mat": "write a MAT-file of version 5 to 7 with: save('-v7', 'map.mat', 'lm', 'wp')",
 }
 """Kind of a file -> what to do if it cannot be read."""

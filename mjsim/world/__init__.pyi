@@ -20,6 +20,7 @@ from .edit import rounded as rounded
 from .files import BUILT as BUILT
 from .files import OutsideError as OutsideError
 from .files import Source as Source
+from .files import has_asset as has_asset
 from .files import holds_file as holds_file
 from .files import own_copy as own_copy
 from .files import place_in as place_in

@@ -68,7 +68,7 @@ def test_the_robot_drives_the_way_and_maps_the_landmarks(tmp_path):
     ("content", "says"),
     [
         ({"wp": WP}, "holds no landmarks: lm, 2 x n; it holds wp"),
-        ({"lm": LM.T}, "has lm of 6 x 2; it must be 2 x n numbers, x above y"),
+        ({"lm": np.zeros((6, 5))}, "has lm of 6 x 5; it must be 2 x n numbers, x above y"),
         ({"lm": "text"}, "has lm of 1; it must be 2 x n numbers, x above y"),
         ({"lm": LM * np.nan}, "has lm that is not finite"),
         ({"lm": LM * 1000.0}, "reaches 90000 m; the farthest is 5000 m, give a smaller --scale"),

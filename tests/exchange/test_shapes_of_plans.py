@@ -227,7 +227,7 @@ def test_a_landmark_map_in_centimetres_is_read_in_metres(tmp_path):
         ({"wp": WP}, 1.0, "holds no landmarks: lm, 2 x n; it holds wp"),
         ({"lm": np.zeros((2, 0))}, 1.0, "an empty lm; a map has at least one"),
         ({"lm": LM}, 101.0, "reaches 5050 m; the farthest is 5000 m"),
-        ({"lm": LM.T[:1]}, 1.0, r"lm of 1 x 2; it must be 2 x n numbers"),
+        ({"lm": np.ones((1, 5))}, 1.0, r"lm of 1 x 5; it must be 2 x n numbers"),
         ({"lm": np.full((2, 1), np.nan)}, 1.0, "lm that is not finite"),
         ({"lm": "words"}, 1.0, "it must be 2 x n numbers"),
         ({"lm": np.zeros((2, 2001))}, 1.0, "has 2001 columns in lm; 2000 can be read"),

@@ -1,0 +1,162 @@
+"""The robot and the sensor of a configuration of MATLAB, as keys of a world file."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+Path = tuple[str, ...]
+DEGREES = 180.0 / math.pi
+ROBOT_KEYS: Mapping[str, tuple[Path, float]] = {
+    **dict.fromkeys(("radius", "bodyradius", "robotradius"), (("body", "radius"), 1.0)),
+    **dict.fromkeys(("wheelbase", "track", "base", "axle"), (("drive", "track"), 1.0)),
+    **dict.fromkeys(("wheelradius", "rw"), (("drive", "wheel_radius"), 1.0)),
+    **dict.fromkeys(("maxspeed", "vmax", "speed", "v", "maxvelocity"), (("drive", "max_speed"), 1.0)),
+    **dict.fromkeys(("maxturn", "wmax", "omegamax", "maxomega", "turnrate", "w"), (("drive", "max_turn_deg"), DEGREES)),
+    **dict.fromkeys(("sigmav", "speednoise", "noisespeed", "noisev"), (("drive", "noise", "speed"), 1.0)),
+    **dict.fromkeys(("sigmaw", "sigmaomega", "turnnoise", "noiseturn", "noisew"), (("drive", "noise", "turn"), 1.0)),
+    **dict.fromkeys(("sigmad", "distancenoise", "noisedistance"), (("odometry", "noise", "distance"), 1.0)),
+    "odometryturnnoise": (("odometry", "noise", "turn"), 1.0),
+}
+"""Names of the robot's values, without underscores and case -> keys of a robot, and their unit in that of the file."""
+SENSOR_KEYS: Mapping[str, tuple[Path, float]] = {
+    **dict.fromkeys(("range", "maxrange", "rangemax", "rmax"), (("range", "1"), 1.0)),
+    **dict.fromkeys(("minrange", "rangemin", "rmin"), (("range", "0"), 1.0)),
+    **dict.fromkeys(("angle", "angles", "fov", "fieldofview", "view", "maxangle"), (("fov_deg",), DEGREES)),
+    **dict.fromkeys(("sigmar", "rangenoise", "noiserange"), (("noise", "range"), 1.0)),
+    **dict.fromkeys(
+        ("sigmab", "sigmaphi", "sigmatheta", "bearingnoise", "noisebearing"), (("noise", "bearing_deg"), DEGREES)
+    ),
+    **dict.fromkeys(("rate", "ratehz", "frequency"), (("rate_hz",), 1.0)),
+}
+"""The same for the beacon sensor."""
+VECTORS: Mapping[str, tuple[tuple[str, ...], ...]] = {
+    "robot": (("radius", "wheelbase", "maxspeed", "maxturn"), ("radius", "wheelbase", "maxspeed", "maxturn",
+              "sigmav", "sigmaw")),
+    "sensor": (("maxrange", "angle"), ("maxrange", "angle", "sigmar", "sigmab"),
+               ("minrange", "maxrange", "angle", "sigmar", "sigmab")),
+}  # fmt: skip
+"""Order of values of a robot or a sensor that is a vector, by their number."""
+PAIRS: Mapping[tuple[str, str], tuple[str, str]] = {
+    ("robot", "noise"): ("sigmav", "sigmaw"),
+    ("robot", "noises"): ("sigmav", "sigmaw"),
+    ("robot", "odometrynoise"): ("sigmad", "odometryturnnoise"),
+    ("robot", "speeds"): ("maxspeed", "maxturn"),
+    ("sensor", "noise"): ("sigmar", "sigmab"),
+    ("sensor", "noises"): ("sigmar", "sigmab"),
+    ("sensor", "range"): ("minrange", "maxrange"),
+    ("sensor", "ranges"): ("minrange", "maxrange"),
+}
+"""Values of two numbers."""
+POSES = ("pose", "start", "x0", "initial", "initialpose", "xtrue")
+OWNERS = {"robot": "robot", "vehicle": "robot", "sensor": "sensor", "sensors": "sensor", "observation": "sensor"}
+ALONE = {
+    **dict.fromkeys(("wheelbase", "robotradius", "sigmav", "vmax", "wmax", "wheelradius"), "robot"),
+    **dict.fromkeys(("maxrange", "sigmar", "sigmab"), "sensor"),
+}
+"""Variables that say by themselves whose they are, as in Bailey's configurations."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Equipment:
+    """What a file says of the robot and its sensor."""
+
+    robot: Mapping[str, Any] = field(default_factory=dict)
+    """Keys of a robot."""
+    sensor: Mapping[str, Any] = field(default_factory=dict)
+    """Keys of a beacon sensor; `range` has its ends by index."""
+    pose: tuple[float, float, float] | None = None
+    """Start [m, rad]."""
+    preset: str | None = None
+    told: tuple[str, ...] = ()
+    """What each value became."""
+
+    def sensor_over(self, usual: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the keys of the sensor, with usual ones where the file says nothing."""
+        ends = self.sensor.get("range", {})
+        low, high = (ends.get(str(k), usual["range"][k]) for k in range(2))
+        noise = {**usual["noise"], **self.sensor.get("noise", {})}
+        return {**usual, **self.sensor, "range": [min(low, high / 2.0), high], "noise": noise}
+
+
+def equipment_of(content: Mapping[str, Any]) -> tuple[Equipment, list[str]]:
+    """Return the robot and the sensor of a file's variables, and the names of what is not used."""
+    keys: dict[str, dict[str, Any]] = {"robot": {}, "sensor": {}}
+    pose, preset = None, None
+    told, unused = [], []
+    for name, owner, key, value in _named(content):
+        numbers = None if isinstance(value, str | list | Mapping) else np.ravel(value)
+        if owner == "robot" and key in POSES and numbers is not None and len(numbers) == 3:
+            pose = (float(numbers[0]), float(numbers[1]), float(numbers[2]))
+            told.append(f"{name} is the start: {pose[0]:g}, {pose[1]:g}, {math.degrees(pose[2]):g} degrees")
+        elif owner == "robot" and key == "preset" and isinstance(value, str):
+            preset = value
+            told.append(f"{name} is the preset {value}")
+        elif owner is None or numbers is None or not (lines := _put(keys[owner], owner, name, key, numbers.tolist())):
+            unused.append(name)
+        else:
+            told += lines
+    found = Equipment(robot=keys["robot"], sensor=keys["sensor"], pose=pose, preset=preset, told=tuple(told))
+    return found, unused
+
+
+def _named(content: Mapping[str, Any]) -> Iterator[tuple[str, str | None, str, Any]]:
+    """Yield for each value its name, whose it is, its key in lower case without underscores, and itself."""
+    for name, value in content.items():
+        lower = name.lower()
+        owner = OWNERS.get(lower)
+        prefix = next((each for each in OWNERS if lower.startswith(f"{each}_")), None)
+        if owner is not None and isinstance(value, Mapping):
+            for key, each in value.items():
+                yield from _parts(f"{name}.{key}", owner, key, each)
+        elif owner is not None:
+            yield name, owner, "", value
+        elif prefix is not None:
+            yield name, OWNERS[prefix], _bare(lower.removeprefix(f"{prefix}_")), value
+        else:
+            yield name, ALONE.get(_bare(lower), "robot" if _bare(lower) in POSES else None), _bare(lower), value
+
+
+def _parts(name: str, owner: str, key: str, value: Any) -> Iterator[tuple[str, str | None, str, Any]]:
+    """Yield a field, or the fields of a struct in it: noise.v is that of sigma v."""
+    if isinstance(value, Mapping):
+        for inner, each in value.items():
+            yield f"{name}.{inner}", owner, _bare(key + inner), each
+    else:
+        yield name, owner, _bare(key), value
+
+
+def _bare(name: str) -> str:
+    return name.lower().replace("_", "")
+
+
+def _put(keys: dict[str, Any], owner: str, name: str, key: str, values: list[float]) -> list[str]:
+    """Store the values under keys of a world file; return lines about it, none if the key has no meaning."""
+    table = ROBOT_KEYS if owner == "robot" else SENSOR_KEYS
+    degrees = key.endswith("deg")
+    key = key.removesuffix("deg")
+    if key == "" or len(values) > 2:
+        order = next((each for each in VECTORS[owner] if len(each) == len(values)), ()) if not key else ()
+    elif len(values) == 2:
+        order = PAIRS.get((owner, key), ())
+    else:
+        order = (key,)
+    if not order or any(each not in table for each in order) or not np.isfinite(values).all():
+        return []
+    lines = []
+    for each, value in zip(order, values, strict=True):
+        path, unit = table[each]
+        if unit == DEGREES and (degrees or abs(value) > 2.0 * math.pi + 0.01):
+            unit = 1.0
+        _store(keys, path, round(value * unit, 6))
+        lines.append(f"{name} is {owner}'s {'.'.join(path).replace('.0', ' from').replace('.1', ' to')}:"
+                     f" {value * unit:.6g}")  # fmt: skip
+    return lines
+
+
+def _store(keys: dict[str, Any], path: Path, value: float) -> None:
+    for key in path[:-1]:
+        keys = keys.setdefault(key, {})
+    keys[path[-1]] = value

@@ -1,0 +1,114 @@
+"""Tables of MATLAB: which way they lie, and their rows as values."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mjsim.errors import UsageError
+from mjsim.geometry import Array
+
+Entry = float | str
+"""One value of a table: a number, or text in a cell."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tables:
+    """How tables of one file are read, and what is to be told about it."""
+
+    file: str
+    rows: bool = False
+    """Whether a table that fits both ways has an item in each row, instead of each column."""
+    told: list[str] = field(default_factory=list)
+
+    def items(self, name: str, value: Any, *, sizes: Sequence[int], columns: str, limit: int) -> list[list[Entry]]:
+        """Return the items of a table, each with one of the given numbers of values.
+
+        Args:
+            name: The variable.
+            value: A matrix, a cell, a struct array, or a struct of vectors.
+            sizes: Possible numbers of values of an item, the usual one first.
+            columns: What the values are, for messages.
+            limit: Maximum number of items.
+
+        Raises:
+            UsageError: It is no such table.
+        """
+        table = _entries(value)
+        if table is None or not table or not table[0]:
+            table = [] if table is not None and not any(table) else None
+        wrong = f"'{self.file}' has {name} of {_sides(value)}; it must be {sizes[-1]} x n numbers, {columns}"
+        if table is None:
+            raise UsageError(wrong)
+        if not table:
+            return []
+        high, wide = len(table), len(table[0])
+        upright, lying = _fits(table, high, sizes), _fits([*zip(*table, strict=True)], wide, sizes)
+        if not (upright or lying):
+            raise UsageError(wrong)
+        by_row = lying and (not upright or self.rows)
+        if upright and lying and high > 1 and wide > 1:
+            taken, other = ("row", "leave out --rows") if by_row else ("column", "--rows")
+            self.told.append(f"{name} is {high} x {wide}: each {taken} is one; {other} turns it")
+        items = [list(row) for row in (table if by_row else zip(*table, strict=True))]
+        if len(items) > limit:
+            kind = "rows" if by_row else "columns"
+            raise UsageError(f"'{self.file}' has {len(items)} {kind} in {name}; {limit} can be read")
+        return items
+
+    def points(self, name: str, value: Any, *, limit: int) -> Array:
+        """Return a table of x and y as points, shape (n, 2)."""
+        items = self.items(name, value, sizes=(2,), columns="x above y", limit=limit)
+        return self.finite(name, np.array(items, dtype=float).reshape(-1, 2))
+
+    def finite(self, name: str, values: Array) -> Array:
+        """Return the values.
+
+        Raises:
+            UsageError: One of them is not finite.
+        """
+        if not np.isfinite(values).all():
+            raise UsageError(f"'{self.file}' has {name} that is not finite")
+        return values
+
+
+def _fits(table: Sequence[Sequence[Entry]], size: int, sizes: Sequence[int]) -> bool:
+    """Return whether items of the size can be meant; text is the last value of an item of four."""
+    text = [row for row in table[: size - 1 if size == 4 else size] if any(isinstance(entry, str) for entry in row)]
+    return size in sizes and not text
+
+
+def _entries(value: Any) -> list[list[Entry]] | None:
+    """Return a table as rows of values; None if it is none."""
+    if isinstance(value, np.ndarray):
+        return [list(row) for row in value.tolist()] if value.dtype.kind in "iuf" and value.ndim == 2 else None
+    if isinstance(value, Mapping):
+        value = [value] if all(np.size(each) == 1 or isinstance(each, str) for each in value.values()) else value
+    if isinstance(value, Mapping):
+        columns = [np.ravel(each).tolist() for each in value.values()]
+        return _even([list(row) for row in zip(*columns, strict=False)])
+    if not isinstance(value, list):
+        return None
+    if all(isinstance(item, Mapping) for item in value):
+        return _even([[_entry(each) for each in item.values()] for item in value])
+    rows = [_flat(row if isinstance(row, list) else [row]) for row in value]
+    return _even(rows)
+
+
+def _flat(row: Sequence[Any]) -> list[Entry]:
+    """Return the values of a row whose parts may be vectors."""
+    return [each for part in row for each in ([part] if isinstance(part, str) else np.ravel(part).tolist())]
+
+
+def _entry(value: Any) -> Entry:
+    return value if isinstance(value, str) else float(np.ravel(value)[0])
+
+
+def _even(rows: list[list[Entry]]) -> list[list[Entry]] | None:
+    return rows if len({len(row) for row in rows}) <= 1 else None
+
+
+def _sides(value: Any) -> str:
+    shape = np.shape(value) if isinstance(value, np.ndarray) else (1,) if isinstance(value, str) else (len(value),)
+    return " x ".join(map(str, shape))

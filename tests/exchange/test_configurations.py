@@ -1,0 +1,156 @@
+"""Configurations of MATLAB become worlds: tables either way, robots, sensors, pictures; what is not used is told."""
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+import mjsim
+from mjsim.exchange.bring import bring_file
+from mjsim.exchange.brought import Newcomer, Reading
+from mjsim.exchange.matlab_text import read_assignments
+
+CORNERS = np.array([[0.0, 0, 10, 10, 0], [0, 8, 8, 0, 0]])
+BEACONS = np.array([[9.9, 4.0, 0.1], [4.0, 7.9, 4.0], [np.pi, -np.pi / 2, 0.0], [1, 2, 0]])
+
+
+def brought(folder, content, *, rows=False, robot=True):
+    """Return the world and the lines of the report of a MAT-file, or of a script."""
+    path = folder / ("c.m" if isinstance(content, str) else "c.mat")
+    if isinstance(content, str):
+        path.write_text(content)
+    else:
+        savemat(path, content)
+    found = bring_file(path, robot=Newcomer() if robot else None, reading=Reading(rows=rows))
+    return mjsim.parse_world(found.text), [line.removeprefix(f"{path}: ") for line in found.report]
+
+
+def test_corners_and_beacons_of_columns_are_walls_and_beacons_that_face_somewhere(tmp_path):
+    world, told = brought(tmp_path, {"walls": CORNERS, "beacons": BEACONS}, robot=False)
+    assert [(len(wall.segments()), wall.closed) for wall in world.walls] == [(4, True)]
+    assert [(each.at, each.heading_deg, each.image) for each in world.beacons] == [
+        ((9.9, 4.0), 180.0, None),
+        ((4.0, 7.9), -90.0, None),
+        ((0.1, 4.0), 0.0, None),
+    ]
+    assert "beacons has P = 1, which is no picture beside the file or in assets: a reflector" in told
+
+
+def test_rows_are_read_where_only_rows_fit(tmp_path):
+    table = np.vstack([BEACONS.T, [5, 5, 0, 0], [6, 6, 0, 0]])
+    world, told = brought(tmp_path, {"corners": CORNERS.T, "beacons": table}, robot=False)
+    assert [each.at for each in world.beacons] == [tuple(row) for row in table[:, :2].tolist()]
+    assert len(world.walls[0].segments()) == 4
+    assert not any("--rows" in line for line in told)
+
+
+@pytest.mark.parametrize(("rows", "first"), [(False, (1.0, 5.0)), (True, (1.0, 2.0))])
+def test_a_square_table_is_columns_unless_rows_are_asked_for(tmp_path, rows, first):
+    square = np.array([[1.0, 2, 0, 0], [5, 6, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]])
+    world, told = brought(tmp_path, {"lm": square}, rows=rows, robot=False)
+    assert world.beacons[0].at == first
+    told_as = "row is one; leave out --rows turns it" if rows else "column is one; --rows turns it"
+    assert f"lm is 4 x 4: each {told_as}" in told
+
+
+SCRIPT = """% a configuration
+function c = config()
+corners = [0 0; 10 0; 10 8; 0 8];   % not closed
+beacons = {9.9, 4, pi, 'lion'; 4, 7.9, -90*pi/180, 'owl.jpg'; 0.1, 4, 0, 0};
+robot.radius = 0.2;  robot.wheelbase = 0.3;
+robot.v_max = 0.5;   robot.w_max = 1;   robot.noise = [0.02 0.01];
+robot.pose = [2 2 pi/2];
+sensor.range = [0.2, 6]; sensor.angle = pi; sensor.noises = [0.05 2*pi/180];
+wp = [2 8 8 2; ...
+      2 2 6 6];
+weight = 3;
+x = load('y');
+"""
+
+
+def test_a_script_gives_walls_pictures_robot_sensor_and_way_and_tells_the_rest(tmp_path):
+    world, told = brought(tmp_path, SCRIPT)
+    assert [each.image for each in world.beacons] == ["posters/lion.jpg", "posters/owl.jpg", None]
+    assert [each.heading_deg for each in world.beacons] == [180.0, -90.0, 0.0]
+    (robot,) = world.robots
+    assert (robot.at, robot.heading_deg, robot.body.radius) == ((2.0, 2.0), 90.0, 0.2)
+    assert (robot.drive.track, robot.drive.max_speed, robot.drive.noise.turn) == (0.3, 0.5, 0.01)
+    assert robot.drive.max_turn_deg == pytest.approx(np.degrees(1.0), abs=1e-5)
+    (sensor,) = robot.sensors
+    assert (tuple(sensor.range), sensor.fov_deg) == ((0.2, 6.0), 180.0)
+    assert (sensor.noise.range, sensor.noise.bearing_deg) == (0.05, 2.0)
+    assert world.run.drivers["scout"].navigator.arguments()["points"] == [[8, 2], [8, 6], [2, 6]]
+    for line in (
+        "not used: weight",
+        "line 12: 'x = load ( y )' is not a literal assignment",
+        "corners does not end at its first corner: it stays open there",
+    ):
+        assert line in told
+
+
+def test_a_struct_array_of_a_mat_file_gives_beacons_by_field(tmp_path):
+    kind = [("x", object), ("y", object), ("omega", object), ("P", object)]
+    items = np.array([(1.0, 2.0, 0.5, "lion"), (3.0, 4.0, 0.0, 7.0)], dtype=kind)
+    robot = {"radius": 0.25, "noise": {"v": 0.03}}
+    world, told = brought(tmp_path, {"beacons": items, "robot": robot, "note": "mine"})
+    assert [(each.at, each.image) for each in world.beacons] == [((1, 2), "posters/lion.jpg"), ((3, 4), None)]
+    assert world.robots[0].body.radius == 0.25
+    assert world.robots[0].drive.noise.speed == 0.03
+    assert "not used: note" in told
+
+
+def test_walls_of_several_pieces_and_of_segments_are_read(tmp_path):
+    gap = np.hstack([CORNERS, [[np.nan], [np.nan]], [[2.0, 4], [1, 1]]])
+    world, _ = brought(tmp_path, {"walls": gap}, robot=False)
+    assert [len(wall.segments()) for wall in world.walls] == [4, 1]
+    world, _ = brought(tmp_path, {"walls": [[0.0, 0, 5, 0], [5, 0, 5, 4], [5, 4, 0, 4]]}, robot=False)
+    assert [[*map(tuple, wall.points)] for wall in world.walls][2] == [(5, 4), (0, 4)]
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("x = [1 -2]", [[1, -2]]),
+        ("x = [1 - 2]", [[-1]]),
+        ("x = [1, 2; 3 4]'", [[1, 3], [2, 4]]),
+        ("a = [1 2]; x = [a' a']", [[1, 1], [2, 2]]),
+        ("x = 0:0.5:1", [[0, 0.5, 1]]),
+        ("x = -2^2 + 2^-1", [[-3.5]]),
+        ("x = 30*pi/180 % angle", [[np.pi / 6]]),
+        ("x = [1, ... first\n 2]", [[1, 2]]),
+        ("x = [1 2\n 3 4]", [[1, 2], [3, 4]]),
+        ("%{\nx = 1;\n%}\nx = 1e3", [[1000]]),
+        ("x = diag([1 2]) * ones(2, 1)", [[1], [2]]),
+        ("if true\n x = 1;\nend\nx = .5", [[0.5]]),
+    ],
+)
+def test_literals_are_what_matlab_makes_of_them(text, value):
+    np.testing.assert_allclose(read_assignments(text).values["x"], value)
+
+
+def test_text_cells_and_structs_are_what_they_say():
+    found = read_assignments("""s(1).x = 'it''s'; s(2).x = "two"; c = {'a', 1}; t.u.v = 'w';""").values
+    assert [item["x"] for item in found["s"]] == ["it's", "two"]
+    assert found["c"][0][0] == "a"
+    assert found["t"] == {"u": {"v": "w"}}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "x = zeros(1e9)",
+        "x = 1:1e12",
+        "x = (1:1e4)' * (1:1e4)",
+        "x = " + "-" * 20_000 + "1",
+        "x = " + "(" * 5000,
+        "x = system('ls')",
+        "x(3) = 1",
+        "x = [1 2; 3]",
+        "x = 'open",
+        "x = 1 +",
+        "= 3",
+    ],
+)
+def test_what_is_no_literal_is_told_with_its_line(text):
+    found = read_assignments("\n" + text)
+    assert "x" not in found.values
+    assert found.unread[0].startswith("line 2: ")
