@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from mjsim.geometry import Array
 from mjsim.light.baked import ALWAYS, DOOR, GENERAL, LAMP, BakedLight, LightGroup, LitSurface, linear
 from mjsim.light.crew import FEW, Crew, crew_of, processors
-from mjsim.light.emitters import inside_of, lamp_color, lamp_rectangle, window_rectangles
+from mjsim.light.emitters import DAYLIGHT, behind, inside_of, lamp_color, lamp_rectangle, window_rectangles
 from mjsim.light.geometry import OPEN, TEXEL, Atlas, atlas_of, moved_doors
 from mjsim.light.probes import ProbeGrid, grid_of
 from mjsim.light.rays import Light, Points, Rectangle
@@ -41,6 +41,8 @@ BRIGHTEST, WHITE = 0.95, 1.0
 """Share of texels within rooms that are at most full light at the start, if lamps would make them brighter."""
 SHARES = ("sky", "behind")
 """Shares of rays that are kept of what they hit."""
+MOST_LAMPS = 4
+"""Lamps with a map of their own: those that events change, however many, then the first."""
 REACH = 6.0
 """Distance from a door within which it changes what rays hit [m]."""
 
@@ -90,6 +92,8 @@ class _Bake:
         self._world, self._shape, self._crew, self._report = world, shape, crew, done
         self._windows = window_rectangles(world, shape.room()[0])
         self._sources = sources_of(world, self._windows)
+        # What a window shows lies behind the plane in which it shines: it has the light of the day.
+        self._views = np.any([behind(window, shape.points) for window in self._windows], axis=0)
         self._side = max(1, round(max(CELL, _cell_side(shape)) / float(shape.charts.size.max(initial=TEXEL))))
         self._done, self._total = 0.0, 1.0
 
@@ -97,7 +101,7 @@ class _Bake:
         """Return the light."""
         shape, sources = self._shape, self._sources
         around = self._around(np.zeros(0, np.int32))
-        valid = np.concatenate(self._crew.run(buried, around, shape.points, TESTS)) < BURIED
+        valid = (np.concatenate(self._crew.run(buried, around, shape.points, TESTS)) < BURIED) | self._views
         cells = cells_of(shape.texels, valid, shape.charts, self._side)
         grid = grid_of(self._world, shape)
         self._total = 1.05 * (len(valid) + len(cells.lead) + len(grid.points.points))
@@ -110,11 +114,10 @@ class _Bake:
         names, start = list(sources.names), list(sources.start)
         for name in shape.ajar:
             opened = self._opened(base, name, cells, valid, image)
-            weights = np.repeat(sources.start, 1, axis=0)
             difference = self._map(opened, cells, valid) - maps[0]
-            maps.append(np.einsum("hwgc,gc->hwc", difference, weights)[:, :, None].astype(np.float32))
+            maps.append(np.einsum("hwgc,gc->hwc", difference, sources.start)[:, :, None].astype(np.float32))
             change = self._probed(opened.around, grid, opened) - probes[0]
-            probes.append(np.einsum("ngfc,gc->nfc", change, weights)[:, None].astype(np.float32))
+            probes.append(np.einsum("ngc,gc->nc", change, sources.start)[:, None].astype(np.float32))
             names.append(name)
             start.append(_opening(self._world, name))
         self._report(1.0)
@@ -144,11 +147,13 @@ class _Bake:
         return light
 
     def _own(self) -> Light:
-        """Return the light that ceilings and glowing surfaces have of themselves, shape (texels, 3 groups)."""
-        own = [
-            [solid.glow + float(self._world.ceiling is not None and solid.is_ceiling)] for solid in self._shape.solids
-        ]
-        return self._shape.of_solids([np.array(each) for each in own]) * _as_general(self._sources)
+        """Return the light that ceilings, glowing surfaces and views have of themselves, shape (texels, 3 groups)."""
+        has = self._world.ceiling is not None
+        own = self._shape.of_solids(
+            [np.array([solid.glow + float(has and solid.is_ceiling)]) for solid in self._shape.solids]
+        )
+        own[self._views] = DAYLIGHT
+        return own * _as_general(self._sources)
 
     def _settled(self, around: Surroundings, cells: Cells, direct: Light, rays: Gathered) -> "_Solved":
         groups = len(self._sources.names)
@@ -196,14 +201,14 @@ class _Bake:
         return whole.reshape(*charts.shape, -1, 3)
 
     def _probed(self, around: Surroundings, grid: ProbeGrid, solved: "_Solved") -> Light:
-        """Return the light of each group on the sides of all probes, shape (probes, groups, 6, 3)."""
+        """Return the mean light of each group on the sides of all probes, shape (probes, groups, 3)."""
         rays = _joined(
             self._crew.run(gathered, around, grid.points, PROBE_RAYS, len(solved.leaving) - 1, done=self._advance)
         )
         light = _gather(rays.hits, solved.leaving) + rays.sky[:, None] * _as_general(self._sources)
         light += self._lit(around, grid.points)
-        sides = light.reshape(-1, 6, len(self._sources.names), 3).transpose(0, 2, 1, 3)
-        return grid.outside_solids(sides, rays.behind.reshape(-1, 6).mean(axis=1))
+        mean = light.reshape(-1, 6, len(self._sources.names), 3).mean(axis=1)
+        return grid.outside_solids(mean, rays.behind.reshape(-1, 6).mean(axis=1))
 
     def _result(
         self,
@@ -214,7 +219,7 @@ class _Bake:
         grid: ProbeGrid,
         valid: NDArray[np.bool_],
     ) -> BakedLight:
-        whole, cubes = np.concatenate(maps, axis=2), np.concatenate(probes, axis=1)
+        whole, points = np.concatenate(maps, axis=2), np.concatenate(probes, axis=1)
         texels, columns = self._shape.texels, self._shape.charts.shape[1]
         inside = valid & self._counted()
         rooms = whole[texels.at[inside] // columns, texels.at[inside] % columns]
@@ -224,7 +229,7 @@ class _Bake:
         gain[general] = np.clip(MEAN / max(mean, 1e-6), LEAST_GAIN, MOST_GAIN)
         # A door changes general light and lamps together; what it changes mostly is the first.
         gain[len(self._sources.names) :] = gain[general]
-        whole, cubes = whole * gain[:, None], cubes * gain[:, None, None]
+        whole, points = whole * gain[:, None], points * gain[:, None]
         bright = np.einsum("ngc,gc->n", rooms * gain[:, None], start) / 3.0
         exposure = min(1.0, WHITE / max(float(np.quantile(bright, BRIGHTEST)) if len(bright) else WHITE, 1e-6))
         angles = {f"{DOOR}{name}": angle for name, angle in moved_doors(self._world).items()}
@@ -234,7 +239,7 @@ class _Bake:
             )
             for index, name in enumerate(names)
         )
-        return BakedLight(surfaces_of(self._shape), groups, grid.probes(cubes), exposure)
+        return BakedLight(surfaces_of(self._shape), groups, grid.probes(points), exposure)
 
     def _counted(self) -> NDArray[np.bool_]:
         """Return the texels of floors and walls within rooms."""
@@ -261,12 +266,13 @@ class _Solved:
 
 def _groups(world: World) -> dict[str, Array]:
     """Return the weight at the start of each group of light, without doors."""
-    changed = {event.lamp for event in world.run.events if isinstance(event, LampEvent)}
+    changed, names = {event.lamp for event in world.run.events if isinstance(event, LampEvent)}, item_names(world.lamps)
+    own = sorted(names, key=lambda name: name not in changed)[: max(MOST_LAMPS, len(changed))]
     groups = {GENERAL: linear(np.full(3, world.light))}
-    if len(changed) < len(world.lamps):
+    if len(own) < len(names):
         groups[ALWAYS] = np.ones(3)
-    for name, lamp in zip(item_names(world.lamps), world.lamps, strict=True):
-        if name in changed:
+    for name, lamp in zip(names, world.lamps, strict=True):
+        if name in own:
             groups[f"{LAMP}{name}"] = lamp_weight(lamp.color, lamp.brightness)
     return groups
 

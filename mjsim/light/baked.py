@@ -63,8 +63,8 @@ class LightProbes:
     """First point, world frame, shape (3,) [m]."""
     spacing: Array
     """Distance of neighbours along x, y and z, shape (3,) [m]."""
-    cubes: NDArray[np.float16]
-    """Irradiance on the six faces +x, -x, +y, -y, +z, -z of a small cube, shape (groups, nx, ny, nz, 6, 3)."""
+    light: NDArray[np.float16]
+    """Mean irradiance on the six faces of a small upright cube, shape (groups, nx, ny, nz, 3)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -20,6 +20,8 @@ DAYLIGHT = 2.0
 """Radiance of windows relative to that of the sky without a ceiling: days are brighter than rooms."""
 OUTSIDE = 0.1
 """Least share of rays that reach the sky from the outer side of a window, and largest from the inner."""
+DEEPEST = 0.5
+"""Distance behind a window within which lies what it shows [m]."""
 RAYS, BEFORE = 16, 0.5
 """Rays per side of a hemisphere that tell outside from inside, and distance from the wall where they begin [m]."""
 
@@ -75,6 +77,16 @@ def _lit_inwards(openings: Sequence[Rectangle], room: Room) -> list[Rectangle]:
             across = opening.across if to_right < to_left else -opening.across
             found.append(Rectangle(opening.middle, across, opening.along, opening.radiance))
     return found
+
+
+def behind(window: Rectangle, at: Points) -> Array:
+    """Return whether points lie in the opening of a window, beyond its plane, and face inwards, shape (n,)."""
+    to = at.points - window.middle
+    depth = -(to @ window.outward)
+    inside = (depth > 0.0) & (depth < DEEPEST) & (at.normals @ window.outward > 0.9)
+    for side in (window.across, window.along):
+        inside &= np.abs(to @ side) <= side @ side + 1e-6
+    return np.asarray(inside)
 
 
 def sky_share(room: Room, points: Array, normals: Array) -> Array:

@@ -52,10 +52,10 @@ class ProbeGrid:
         filled: Light = values[np.ravel_multi_index(tuple(near), self.count).ravel()]
         return filled
 
-    def probes(self, cubes: Light) -> LightProbes:
-        """Return the probes with their light, shape (n, groups, 6, 3)."""
-        table = np.moveaxis(cubes.astype(np.float16), 1, 0)
-        return LightProbes(self.origin, self.spacing, table.reshape(len(table), *self.count, 6, 3))
+    def probes(self, light: Light) -> LightProbes:
+        """Return the probes with their light, shape (n, groups, 3)."""
+        table = np.moveaxis(light.astype(np.float16), 1, 0)
+        return LightProbes(self.origin, self.spacing, table.reshape(len(table), *self.count, 3))
 
 
 def grid_of(world: World, shape: Atlas) -> ProbeGrid:

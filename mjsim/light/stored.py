@@ -213,7 +213,7 @@ def _to_arrays(light: BakedLight, key: str) -> dict[str, NDArray[np.generic]]:
         "triangles": np.concatenate([surface.triangles for surface in surfaces]),
         "texels": np.stack([group.texels for group in groups]),
         "start": np.stack([group.start for group in groups]),
-        "probes": light.probes.cubes,
+        "probes": light.probes.light,
         "grid": np.stack([light.probes.origin, light.probes.spacing]),
     }
 

@@ -4,9 +4,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mjsim.compile import general_light, lamp_brightness
+from mjsim.compile import general_light, lamp_brightness, lamp_lights
 from mjsim.geometry import Array
 from mjsim.light import DOOR, GENERAL, LAMP, BakedLight, linear
+from mjsim.progress import say
 
 DOOR_STEPS = 32
 """Steps of light between a closed and an open door."""
@@ -22,7 +23,10 @@ class LightWeights:
         names = [group.name for group in baked.groups]
         self._general = [place for place, name in enumerate(names) if name == GENERAL]
         self._lamps = [place for place, name in enumerate(names) if name.startswith(LAMP)]
-        self._lights = np.array([model.light(names[place]).id for place in self._lamps], dtype=int)
+        own = np.array([model.light(names[place]).id for place in self._lamps], dtype=int)
+        # Those with a map of their own first.
+        self._lights = np.concatenate([own, np.setdiff1d(lamp_lights(model), own)])
+        self._start = lamp_brightness(model, self._lights)
         self._doors = [place for place, name in enumerate(names) if name.startswith(DOOR)]
         self._hinges = np.array([model.joint(names[place]).qposadr[0] for place in self._doors], dtype=int)
         angles = np.array([baked.groups[place].angle for place in self._doors])
@@ -40,7 +44,20 @@ class LightWeights:
             self._told = told
             weights = self._weights.copy()
             weights[self._general] = linear(level)
-            weights[self._lamps] = linear(brightness)
+            weights[self._lamps] = linear(brightness[: len(self._lamps)])
+            self._tell_of_shared(brightness)
             weights[self._doors] = opened[:, None] / DOOR_STEPS
             self._weights = weights
         return self._weights
+
+    def _tell_of_shared(self, brightness: Array) -> None:
+        """Say once that a lamp has changed whose light is in one map with that of others."""
+        changed = (brightness != self._start).any(axis=1)
+        changed[: len(self._lamps)] = False
+        if changed.any():
+            self._start = brightness
+            name = self._model.light(int(self._lights[changed.argmax()])).name.removeprefix(LAMP)
+            say(
+                f"lamp '{name}' shares a light map with others, so its change does not show;"
+                f" name it in an event of the world, or set shading: plain"
+            )

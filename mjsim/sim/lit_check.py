@@ -115,5 +115,5 @@ def _lit(model: mujoco.MjModel) -> BakedLight:
         for geom in range(2)
     )
     group = LightGroup(ALWAYS, linear(LIGHT).astype(np.float16)[None], np.ones(3))
-    probes = LightProbes(np.zeros(3), np.ones(3), np.ones((1, 1, 1, 1, 6, 3), dtype=np.float16))
+    probes = LightProbes(np.zeros(3), np.ones(3), np.ones((1, 1, 1, 1, 3), dtype=np.float16))
     return BakedLight(surfaces, (group,), probes, 1.0)

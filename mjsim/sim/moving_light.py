@@ -19,7 +19,7 @@ class MovingLight:
     def __init__(self, model: mujoco.MjModel, baked: BakedLight) -> None:
         """Find the place of each body by its largest geom."""
         self._baked = baked
-        self._last = np.array(baked.probes.cubes.shape[1:4]) - 1
+        self._last = np.array(baked.probes.light.shape[1:4]) - 1
         _, ny, nz = self._last + 1
         self._steps = np.array([ny * nz, nz, 1])
         bodies = moving_bodies(model)[model.geom_bodyid]
@@ -32,11 +32,8 @@ class MovingLight:
 
     def set_weights(self, weights: Array) -> None:
         """Take new weights of the groups, shape (groups, 3)."""
-        cubes = self._baked.probes.cubes
-        mean = np.zeros((*cubes.shape[1:4], 3))
-        for cube, weight in zip(cubes, weights, strict=True):
-            mean += cube.mean(axis=3, dtype=np.float64) * weight
-        self._light = mean.reshape(-1, 3) * self._baked.exposure
+        total = np.einsum("gxyzc,gc->xyzc", self._baked.probes.light.astype(float), weights)
+        self._light = total.reshape(-1, 3) * self._baked.exposure
 
     def factors(self, data: mujoco.MjData, geoms: NDArray[np.intp]) -> Array:
         """Return what multiplies the colour that geoms have in full even light, shape (n, 3)."""

@@ -97,8 +97,8 @@ def even(light: BakedLight) -> BakedLight:
     """Return full light everywhere: pictures in it show colours alone."""
     ones = np.ones_like(light.groups[0].texels)
     group = replace(light.groups[0], texels=ones, start=np.ones(3), name="")
-    cubes = np.ones_like(light.probes.cubes[:1])
-    return replace(light, groups=(group,), probes=replace(light.probes, cubes=cubes), exposure=1.0)
+    probes = replace(light.probes, light=np.ones_like(light.probes.light[:1]))
+    return replace(light, groups=(group,), probes=probes, exposure=1.0)
 
 
 def exported(world, model, light: BakedLight, views: list, place: Path) -> None:
@@ -170,7 +170,8 @@ def measure(name: str, tracer: str, *, samples: int, count: int, folder: Path) -
     if not traced.exists():
         tracing = Path(__file__).with_name("light_traced.py")
         subprocess.run([tracer, str(tracing), str(scene), str(traced), str(samples)], check=True)
-    found = np.load(traced)
+    halves = np.load(traced)
+    found = halves.mean(axis=1)
     colors = drawn(model, data, len(views), light=even(light))
     shown = {
         "plain": drawn(model, data, len(views)),

@@ -14,8 +14,8 @@ import numpy as np
 GAMMA = 2.2
 MEAN_OVER = 3
 """Half the side of the square over which noise is averaged [px]."""
-STRAY = 0.4
-"""Largest deviation of a pixel from the mean of its neighbours that counts as noise."""
+AT_ONCE = 8
+"""Rays of a pixel that are followed together, to bound memory."""
 
 
 def textured(points, places, reflectance, glow, name):
@@ -65,44 +65,47 @@ def scene_of(file):
     return mi.load_dict(parts)
 
 
-def camera_of(view, width, height, fov):
-    """Return a camera."""
-    x, y, z, heading = view
+def rays_of(view, width, height, fov, samples):
+    """Return rays through the middles of all pixels, `samples` of each, as MuJoCo samples a picture."""
+    x, y, z, heading = view.tolist()
     c, s = np.cos(np.radians(heading)), np.sin(np.radians(heading))
-    return mi.load_dict(
-        {
-            "type": "perspective",
-            "fov": float(fov),
-            "fov_axis": "x",
-            "near_clip": 0.01,
-            "to_world": mi.ScalarTransform4f().look_at(origin=[x, y, z], target=[x + c, y + s, z], up=[0, 0, 1]),
-            "film": {
-                **{"type": "hdrfilm", "width": int(width), "height": int(height), "pixel_format": "rgb"},
-                "rfilter": {"type": "box"},
-            },
-        }
-    )
+    rows, columns = np.mgrid[0:height, 0:width].reshape(2, -1).repeat(samples, axis=1)
+    step = 2 * np.tan(np.radians(fov / 2)) / width
+    right, up = step * (columns + 0.5 - width / 2), step * (height / 2 - rows - 0.5)
+    directions = np.stack([c + s * right, s - c * right, up])
+    directions /= np.linalg.norm(directions, axis=0)
+    return mi.RayDifferential3f(mi.Point3f(x, y, z), mi.Vector3f(directions.astype(np.float32)))
 
 
-def light_of(scene, camera, bounces, samples):
+def light_of(scene, view, size, bounces, samples, seed):
     """Return the light in each pixel, and where it counts."""
-    path = {"type": "path", "max_depth": int(bounces) + 2, "rr_depth": 8, "hide_emitters": False}
-    aov = {"type": "aov", "aovs": "albedo:albedo,n:sh_normal,at:position", "img": path}
-    image = np.array(mi.render(scene, sensor=camera, integrator=mi.load_dict(aov), spp=samples))
-    radiance, albedo, normal, at = image[..., :3], image[..., -9:-6], image[..., -6:-3], image[..., -3:]
-    length = np.linalg.norm(normal, axis=2, keepdims=True)
-    # A pixel of two surfaces has the light of neither.
-    counts = (albedo.min(axis=2) > 1e-3) & (length[..., 0] > 0.995)
-    normal = normal / np.maximum(length, 1e-6)
-    light = np.where(counts[..., None], np.pi * radiance / np.maximum(albedo, 1e-3), 0.0)
-    mean = averaged(light, counts, normal, at)
+    (width, height), fov = size[:2].astype(int), size[2]
+    rays = rays_of(view, width, height, fov, 1)
+    at = scene.ray_intersect(rays)
+    seen, bsdf = at.is_valid(), at.bsdf(rays)
+    albedo = np.array(bsdf.eval_diffuse_reflectance(at, seen)).T
+    counts = np.array(seen) & (albedo.min(axis=1) > 1e-3)
+    radiance = np.zeros_like(albedo)
+    integrator = mi.load_dict({"type": "path", "max_depth": int(bounces) + 2, "rr_depth": 8})
+    for part in range(0, samples, AT_ONCE):
+        count = min(AT_ONCE, samples - part)
+        sampler = mi.load_dict({"type": "independent"})
+        sampler.seed(seed * samples + part, count * width * height)
+        found = integrator.sample(scene, sampler, rays_of(view, width, height, fov, count))[0]
+        radiance += np.array(found).T.reshape(-1, count, 3).sum(axis=1) / samples
+    # Of lamps, windows and the sky their own light: what a picture shows of them has full light.
+    light = np.pi * radiance / np.where(counts[:, None], np.maximum(albedo, 1e-3), 1.0)
+    light, normal, at = (
+        np.asarray(each).reshape(height, width, 3) for each in (light, np.array(at.sh_frame.n).T, np.array(at.p).T)
+    )
     # Rays between a picture and its wall, half a millimetre apart, find no light.
-    counts &= (np.abs(light - mean) < STRAY * mean).all(axis=2)
-    return filled(averaged(light, counts, normal, at), counts), counts
+    counts = counts.reshape(height, width) & (light.max(axis=2) > 0.0)
+    mean = filled(averaged(light, counts, normal, at), counts)
+    return np.where((counts | (light.max(axis=2) == 0.0))[..., None], mean, light), counts
 
 
 def filled(light, counts):
-    """Return light with that of a neighbour where it does not count, for pixels on edges."""
+    """Return light with that of a neighbour where it does not count, for strays."""
     known, light = counts.copy(), light.copy()
     for dy, dx in [(0, 1), (0, -1), (1, 0), (-1, 0)] * 2:
         near, seen = np.roll(light, (dy, dx), axis=(0, 1)), np.roll(known, (dy, dx), axis=(0, 1))
@@ -130,10 +133,9 @@ def averaged(light, counts, normal, at):
 
 if __name__ == "__main__":
     mi.set_variant("llvm_ad_rgb")
-    given = np.load(sys.argv[1])
-    width, height, fov = given["size"]
+    given, samples = np.load(sys.argv[1]), int(sys.argv[3])
     traced, found = scene_of(given), []
-    for view in given["views"]:
-        light, counts = light_of(traced, camera_of(view, width, height, fov), given["bounces"], int(sys.argv[3]))
-        found.append(np.dstack([light, counts]))
+    for number, view in enumerate(given["views"]):
+        halves = [light_of(traced, view, given["size"], given["bounces"], samples // 2, 2 * number + k) for k in (0, 1)]
+        found.append([np.dstack(half) for half in halves])
     np.save(sys.argv[2], np.array(found))

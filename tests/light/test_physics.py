@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mjsim.compile import compile_world, compiled
-from mjsim.light import ALWAYS, GENERAL, BakedLight, bake
+from mjsim.light import GENERAL, LAMP, BakedLight, bake
 from mjsim.light.charts import LONGEST
 from mjsim.light.emitters import lamp_rectangle
 from mjsim.light.geometry import atlas_of
@@ -23,10 +23,10 @@ def baked(text, **options):
     return model, bake(world, model, processes=1, **options)
 
 
-def light_at(model, light: BakedLight, geom: str, point, *, group: str = ALWAYS):
+def light_at(model, light: BakedLight, geom: str, point, *, group: str = LAMP):
     """Return the light of a group on a surface, interpolated as OpenGL does, red, green, blue."""
     surface = next(each for each in light.surfaces if model.geom(each.geom).name == geom)
-    texels = next(each for each in light.groups if each.name == group).texels.astype(float)
+    texels = next(each for each in light.groups if each.name.startswith(group)).texels.astype(float)
     for corners in surface.triangles:
         a, b, c = surface.points[corners]
         shares, rest, *_ = np.linalg.lstsq(np.array([b - a, c - a]).T, np.asarray(point, float) - a, rcond=None)
@@ -86,10 +86,10 @@ def test_the_penumbra_of_a_box_is_as_wide_as_geometry_says(dark_room):
 
 def test_a_lamp_does_not_shine_through_a_wall_or_its_corners():
     text = BLACK.replace("walls: [", "walls: [{points: [[1, -2], [1, 1], [2, 1]], height: 2.5, color: '#000000'}, ")
-    model, light = baked(f"{text}lamps: [{{at: [-1, 0], height: 2, brightness: 5}}]\nceiling: {{color: '#000000'}}\n")
+    model, light = baked(f"{text}lamps: [{{at: [-1, 0], height: 2}}]\nceiling: {{color: '#000000'}}\n")
     for point in ([1.08, 0, 0], [1.08, 0.92, 0], [1.9, 0.92, 0], [1.08, -1.9, 0], [1.5, 0, 0]):
         assert light_at(model, light, "floor", point).max() == 0.0
-    assert light_at(model, light, "floor", [0.92, 0, 0])[0] > 0.5
+    assert light_at(model, light, "floor", [0.92, 0, 0])[0] > 0.2
 
 
 def test_the_floor_is_redder_near_a_red_wall():

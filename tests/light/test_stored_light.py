@@ -8,7 +8,8 @@ import pytest
 
 from mjsim.compile import compile_world, compiled
 from mjsim.errors import MjsimError
-from mjsim.light import LAMP, BakedLight, bake, light_of, linear, world_light
+from mjsim.light import ALWAYS, GENERAL, LAMP, BakedLight, bake, light_of, linear, world_light
+from mjsim.light.bake import sources_of
 from mjsim.light.stored import MOST_BYTES, key_of, store, stored
 from mjsim.output import user_cache
 from mjsim.world import parse_world
@@ -52,7 +53,7 @@ def arrays_of(light: BakedLight):
         yield from (surface.points, surface.normals, surface.lightcoords, surface.triangles)
     for group in light.groups:
         yield from (group.texels, group.start)
-    yield from (light.probes.origin, light.probes.spacing, light.probes.cubes, np.array(light.exposure))
+    yield from (light.probes.origin, light.probes.spacing, light.probes.light, np.array(light.exposure))
 
 
 def assert_same(one: BakedLight, other: BakedLight, *, rounding=0.0):
@@ -79,13 +80,21 @@ def test_a_process_that_ends_early_is_named_in_one_line(room, monkeypatch):
 @pytest.mark.slow
 def test_what_events_change_has_a_map_of_its_own_or_none(room, light):
     _, model = room
-    assert [group.name for group in light.groups] == ["light", "", f"{LAMP}desk", "door/gate"]
+    assert [group.name for group in light.groups] == ["light", f"{LAMP}desk", f"{LAMP}hall", "door/gate"]
     lit = {model.geom(surface.geom).name for surface in light.surfaces}
     assert "obstacle/crate" in lit
     assert "obstacle/ball" not in lit
     assert not any(name.startswith("door/") for name in lit)
     gate = light.groups[3].texels
     assert gate.max() > 0.0 > gate.min()
+
+
+@pytest.mark.parametrize(("events", "first"), [("", 1), ("run: {events: [{time: 1, lamp: l-6, brightness: 0}]}", 6)])
+def test_lamps_that_events_change_and_then_the_first_have_maps_of_their_own_four_in_all(events, first):
+    world = parse_world(f"lamps: [{{name: l, at: [1, 1], repeat: {{times: 6, offset: [1, 0]}}}}]\n{events}\n")
+    rest = [number for number in range(1, 7) if number != first]
+    own = sorted([first, *rest[:3]])
+    assert sources_of(world, []).names == (GENERAL, ALWAYS, *(f"{LAMP}l-{number}" for number in own))
 
 
 @pytest.mark.slow

@@ -32,9 +32,9 @@ def evenly_lit(
     groups = groups or ((ALWAYS, lambda geom: (1.0, 1.0, 1.0)),)
     angle = np.pi / 2
     made = tuple(LightGroup(name, _texels(geoms, light), np.ones(3), angle=angle) for name, light in groups)
-    cubes = np.ones((len(groups), 1, 1, 1, 6, 3), dtype=np.float16)
+    light = np.ones((len(groups), 1, 1, 1, 3), dtype=np.float16)
     surfaces = tuple(_surface(model, data, geom, place) for place, geom in enumerate(geoms))
-    return BakedLight(surfaces, made, probes or LightProbes(np.zeros(3), np.ones(3), cubes), exposure)
+    return BakedLight(surfaces, made, probes or LightProbes(np.zeros(3), np.ones(3), light), exposure)
 
 
 def _texels(geoms: list[int], light: Callable[[int], Sequence[float]]) -> np.ndarray:

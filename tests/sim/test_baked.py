@@ -179,11 +179,23 @@ def test_a_picture_depends_on_the_state_alone_not_on_light_before(model: mujoco.
     np.testing.assert_array_equal(again, first)
 
 
+def test_a_lamp_that_shares_a_map_is_named_once_when_it_changes(model: mujoco.MjModel, capsys):
+    data, weights = forwarded(model), LightWeights(model, evenly_lit(model))
+    for active in (1, 0, 0):
+        model.light_active[model.light("lamp/desk").id] = active
+        weights.of(data)
+    model.light_active[model.light("lamp/desk").id] = 1
+    assert capsys.readouterr().err == (
+        "mjsim: lamp 'desk' shares a light map with others, so its change does not show; name it in an event of the"
+        " world, or set shading: plain\n"
+    )
+
+
 def probes(**light: float) -> LightProbes:
     """Return probes at x = 0 and x = 5 m with a light each, as values of pictures."""
-    cubes = np.empty((1, 2, 1, 1, 6, 3), dtype=np.float16)
-    cubes[:, 0], cubes[:, 1] = linear(light["near"]), linear(light["far"])
-    return LightProbes(np.zeros(3), np.array([5.0, 1.0, 1.0]), cubes)
+    values = np.empty((1, 2, 1, 1, 3), dtype=np.float16)
+    values[:, 0], values[:, 1] = linear(light["near"]), linear(light["far"])
+    return LightProbes(np.zeros(3), np.array([5.0, 1.0, 1.0]), values)
 
 
 def crate_light(renderer: Renderer, model: mujoco.MjModel, data: mujoco.MjData) -> float:
@@ -302,7 +314,7 @@ def test_the_weights_at_the_start_are_those_of_the_bake():
     world = parse_world(EVENTFUL)
     model = compiled(compile_world(world))
     baked = bake(world, model, processes=1, texel=0.3)
-    assert {group.name for group in baked.groups} == {ALWAYS, GENERAL, f"{LAMP}desk", f"{DOOR}gate"}
+    assert {group.name for group in baked.groups} == {GENERAL, f"{LAMP}desk", f"{LAMP}still", f"{DOOR}gate"}
     np.testing.assert_allclose(
         LightWeights(model, baked).of(forwarded(model)), baked.weights(), rtol=1e-6, atol=0.5 / DOOR_STEPS
     )

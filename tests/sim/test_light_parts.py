@@ -55,7 +55,7 @@ def light(rng: np.random.Generator) -> BakedLight:
     texels[3] -= np.float16(0.2) * (texels[3] != 0)
     names = (ALWAYS, GENERAL, f"{LAMP}a", f"{DOOR}b")
     groups = tuple(LightGroup(name, each, np.ones(3)) for name, each in zip(names, texels, strict=True))
-    probes = LightProbes(np.zeros(3), np.ones(3), np.ones((4, 1, 1, 1, 6, 3), dtype=np.float16))
+    probes = LightProbes(np.zeros(3), np.ones(3), np.ones((4, 1, 1, 1, 3), dtype=np.float16))
     return BakedLight((), groups, probes, 0.8)
 
 

@@ -50,6 +50,14 @@ def told(text, source=None):
             "w:1:82: sill is 1.2 m; the wall is 1 m high, keep it below",
         ),
         (
+            ROOM + "shading: baked\nlamps: [{name: a, at: [3, 4]}]",
+            "w:3:23: lamp 'a' at [3, 4] is inside wall 'hall' and lights nothing; move it out",
+        ),
+        (
+            ROOM + "shading: baked\nceiling: {}\nlamps: [{at: [3, 2], height: 2.6}]",
+            "w:4:30: lamps[0] is 2.6 m high, above the ceiling at 2.5 m, and lights nothing; lower it",
+        ),
+        (
             "robots: [{name: a, at: [1, 1], sensors: [{uwb: tag}]}]\nbeacons: [{name: r, at: [3, 3]}]",
             "w:1:48: tag 'tag' of robot 'a' has no anchors to measure in this world; add beacons with",
         ),

@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from mjsim.errors import Problem, UsageError
+from mjsim.world.check.lamps import hidden_lamps
 from mjsim.world.check.leading import misled_joints
 from mjsim.world.check.movers import misled
 from mjsim.world.check.reaching import beyond_reach
@@ -26,7 +27,7 @@ def check_world(world: World) -> list[Problem]:
     """Return the implausible values of a valid world, sorted by position; no user code is run."""
     findings = itertools.chain(
         *(_openings(world), _crowded(world), _deaf_tags(world), beyond_reach(world), _noise_of_nothing(world)),
-        *(misled_joints(world), _diverging(world)),
+        *(misled_joints(world), _diverging(world), hidden_lamps(world)),
     )
     source = world.source
     faults = ((path, partial(str, message)) for message, path in findings)

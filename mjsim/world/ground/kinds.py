@@ -1,8 +1,8 @@
 """Items of several kinds, such as drives and sensors: the kind decides how an item is validated."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
@@ -73,11 +73,13 @@ class Shaped:
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Return the validation schema: the shape of a value chooses."""
         union: Any = handler(source)
-        choices = {f"<{shape}>": choice for shape, choice in zip(self.shapes, union["choices"], strict=True)}
-        *others, last = (_SHAPES[shape][0] for shape in self.shapes)
-        message = f"it must be {', '.join(others)} or {last}"
+        named = {_said(shape, choice): choice for shape, choice in zip(self.shapes, union["choices"], strict=True)}
+        choices = [_naming_others(choice, [each for each in named if each != name]) for name, choice in named.items()]
         return core_schema.tagged_union_schema(
-            choices, self._tag, custom_error_type="shape", custom_error_message=message
+            {f"<{shape}>": choice for shape, choice in zip(self.shapes, choices, strict=True)},
+            self._tag,
+            custom_error_type="shape",
+            custom_error_message=f"it must be {_either(named)}",
         )
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
@@ -86,6 +88,26 @@ class Shaped:
 
     def _tag(self, value: object) -> str | None:
         return next((f"<{shape}>" for shape in self.shapes if isinstance(value, _SHAPES[shape][1])), None)
+
+
+def _said(shape: str, choice: Any) -> str:
+    """Return what a value of a shape is called; a list of fixed length with that length."""
+    count = choice.get("max_length")
+    fixed = shape == "list" and count is not None and count == choice.get("min_length")
+    return f"a list of {count} numbers" if fixed else _SHAPES[shape][0]
+
+
+def _naming_others(choice: Any, others: list[str]) -> CoreSchema:
+    """Return the schema of a choice; where it is some words, the error for another word names the other choices too."""
+    if choice["type"] != "literal":
+        return cast(CoreSchema, choice)
+    words = _either([*map(repr, choice["expected"]), *others])
+    return core_schema.custom_error_schema(choice, "literal_error", custom_error_context={"expected": words})
+
+
+def _either(parts: Iterable[str]) -> str:
+    *others, last = parts
+    return f"{', '.join(others)} or {last}"
 
 
 def _lazy_schema(model: type[BaseModel]) -> CoreSchema:

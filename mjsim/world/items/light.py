@@ -11,7 +11,7 @@ Brightness = Annotated[float, Field(ge=0, le=10)]
 
 
 class Lamp(Model):
-    """A lamp that shines in all directions."""
+    """A lamp: a point that shines in all directions; in baked light a level square of 0.2 m that shines downwards."""
 
     at: Point
     """[x, y] [m]."""
