@@ -19,7 +19,7 @@ from mjsim.models.arm_tree import ArmTree, carried_by, chain_to, tree_of
 from mjsim.models.files import ROBOT, Element, Gatherer, ModelFiles, Read
 from mjsim.models.reader import compiled
 from mjsim.models.rigid import weighed
-from mjsim.models.robot_files import without_shapes
+from mjsim.models.robot_meshes import without_shapes
 
 WEIGHTLESS = 1e-9
 """A link with a smaller mass has no mass in its file [kg]."""

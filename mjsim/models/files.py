@@ -14,7 +14,8 @@ from xml.etree import ElementTree
 from mjsim.models.meshes import check_mesh
 from mjsim.models.pictures import picture_size
 from mjsim.models.proven import digest
-from mjsim.models.xml_text import RefusedXmlError, checked_xml
+from mjsim.models.trees import FOREIGN, tree_of
+from mjsim.models.xml_text import RefusedXmlError
 
 Read = Callable[[str], bytes]
 """Returns a file by its path relative to the folder of the world; raises ValueError."""
@@ -23,7 +24,6 @@ Element = ElementTree.Element
 Sections = Mapping[str, Set[str]]
 """Sections of MJCF, and the elements kept in each."""
 
-MAX_ELEMENTS, DEEPEST = 20_000, 64
 MAX_INCLUDES = 16
 """Maximum nesting of included files."""
 MAX_GEOMS = 2000
@@ -34,8 +34,6 @@ MAX_XML = 8_000_000
 MAX_PIXELS = 100_000_000
 """Maximum number of pixels of all textures of a model together."""
 CUBE_SIDES = 6
-FOREIGN = "foreign."
-"""Prefix for the tags of elements for other programs, so that they are ignored."""
 MESH_ENDINGS = (".obj", ".stl", ".msh")
 
 _COMPILER = {
@@ -78,7 +76,7 @@ _URDF_COMPILER = {"boundinertia", "boundmass"}
 _URDF_PARTS = {
     "link": {"inertial", "visual", "collision"},
     "joint": {"parent", "child", "origin", "axis", "limit", "dynamics"},
-    "material": {"color"},
+    "material": {"color", "texture"},
 }
 
 
@@ -101,6 +99,14 @@ class ModelFiles:
         return self.root.tag == "robot"
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class PlainFile:
+    """A mesh or a texture that MuJoCo reads."""
+
+    path: str
+    data: bytes
+
+
 def gather_model(path: str, read: Read, *, sections: Sections = THING) -> ModelFiles:
     """Return a model with all files that it names.
 
@@ -116,46 +122,6 @@ def gather_model(path: str, read: Read, *, sections: Sections = THING) -> ModelF
     root = gatherer.parse(path)
     gatherer.keep(root, sections)
     return ModelFiles(root, gatherer.assets, tuple(gatherer.paths), frozenset(gatherer.sums))
-
-
-class Builder(ElementTree.TreeBuilder):
-    """Builds the tree of a file, and stops if it grows beyond the limits."""
-
-    def __init__(self, path: str, count: int) -> None:
-        super().__init__()
-        self._path, self._depth, self.count = path, 0, count
-
-    def start(self, tag: str, attrs: dict[str, str]) -> Element:
-        """Count an element, and start it."""
-        self._depth += 1
-        self.count += 1
-        if self._depth > DEEPEST:
-            raise ValueError(f"'{self._path}' is nested more than {DEEPEST} deep; make it flatter")
-        if self.count > MAX_ELEMENTS:
-            raise ValueError(f"'{self._path}' has more than {MAX_ELEMENTS} elements; make it simpler")
-        if tag.startswith("{"):
-            tag = self._foreign(*tag[1:].rsplit("}", 1))
-        return super().start(tag, {name: value for name, value in attrs.items() if not name.startswith("{")})
-
-    def _foreign(self, space: str, word: str) -> str:
-        """Return a tag that is ignored; raise ValueError for xacro, which would change the meaning of the file."""
-        if space.endswith("xacro"):
-            raise ValueError(f"'{self._path}' holds <{word}> of {space}; expand it")
-        return f"{FOREIGN}{word}"
-
-    def end(self, tag: str) -> Element:
-        """End an element."""
-        self._depth -= 1
-        return super().end(tag)
-
-
-def _tree(path: str, data: bytes, count: int) -> tuple[Element, int]:
-    """Return the root of a file, and the number of elements including those counted before."""
-    builder = Builder(path, count)
-    parser = ElementTree.XMLParser(target=builder)
-    parser.feed(checked_xml(data))
-    root: Element = parser.close()
-    return root, builder.count
 
 
 class Gatherer:
@@ -176,7 +142,7 @@ class Gatherer:
         if self._xml > MAX_XML:
             raise ValueError(f"'{self._path}' has more than {MAX_XML // 10**6} MB of XML; make it simpler")
         try:
-            root, self._elements = _tree(path, data, self._elements)
+            root, self._elements = tree_of(path, data, self._elements)
         except ElementTree.ParseError as error:
             raise ValueError(f"'{path}' is not XML: {error}; correct it") from None
         except RefusedXmlError as error:
@@ -278,7 +244,13 @@ class Gatherer:
             return self._flat[path + variant]
         if kind == "mesh" and not path.lower().endswith(MESH_ENDINGS):
             raise ValueError(f"'{self._path}' names the mesh '{name}'; convert it to OBJ or STL")
-        data = self.file(path)
+        return self.store(PlainFile(path, self.file(path)), kind, variant)
+
+    def store(self, file: "PlainFile", kind: str, variant: str) -> str:
+        """Keep a mesh or a texture; return its name in the text."""
+        path, data = file.path, file.data
+        if path + variant in self._flat:
+            return self._flat[path + variant]
         if kind == "mesh":
             check_mesh(path, data)
         if kind == "texture":
@@ -356,6 +328,8 @@ class Gatherer:
                 for limit in item.findall("limit"):  # URDF defines no limits for such a joint; MuJoCo would apply them.
                     limit.attrib.pop("lower", None)
                     limit.attrib.pop("upper", None)
+            if item.tag == "texture" and item.get("filename"):
+                item.set("filename", self.asset(item.attrib["filename"], "texture"))
             if item.tag == "mesh" and item.get("filename"):
                 name = item.attrib["filename"]
                 name = name if "://" in name else posixpath.join(folder, name)

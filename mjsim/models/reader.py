@@ -1,5 +1,6 @@
 """Compiles a single model with MuJoCo, in memory: the only reader of MJCF and URDF."""
 
+import posixpath
 import threading
 import warnings
 from collections.abc import Iterator
@@ -54,7 +55,27 @@ def spec_of(files: ModelFiles) -> mujoco.MjSpec:
         ValueError: MuJoCo cannot read them.
     """
     assets = {name: _as_png(data) if _is_picture(name) else data for name, data in files.assets.items()}
-    return mujoco.MjSpec.from_string(ElementTree.tostring(files.root, encoding="unicode"), assets=assets)
+    spec = mujoco.MjSpec.from_string(ElementTree.tostring(files.root, encoding="unicode"), assets=assets)
+    if files.urdf:
+        _add_textures(spec, files)
+    return spec
+
+
+def _add_textures(spec: mujoco.MjSpec, files: ModelFiles) -> None:
+    """Give the meshes of a URDF the textures of their materials, which MuJoCo's reader of URDF leaves out."""
+    pictures: dict[str, str] = {}
+    for visual in files.root.iter("visual"):
+        mesh, texture = visual.find("geometry/mesh"), visual.find("material/texture")
+        if mesh is not None and texture is not None and texture.get("filename", "") in files.assets:
+            pictures[posixpath.splitext(mesh.get("filename", ""))[0]] = texture.get("filename", "")
+    for name in sorted({*pictures.values()}):
+        texture = spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, file=name)
+        textures = [""] * int(mujoco.mjtTextureRole.mjNTEXROLE)
+        textures[int(mujoco.mjtTextureRole.mjTEXROLE_RGB)] = texture.name
+        spec.add_material(name=name, textures=textures)
+    for geom in spec.geoms:
+        if geom.meshname in pictures:
+            geom.material, geom.rgba = pictures[geom.meshname], UNSAID
 
 
 _HARMLESS = "discarding texture coordinates"

@@ -4,9 +4,8 @@ Objects in a room must be complete; a robot is accepted as it is. Meshes that ar
 and collision shapes replace them; invalid inertias are repaired. Everything is reported.
 """
 
-import copy
+import posixpath
 import re
-from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from xml.etree import ElementTree
@@ -14,21 +13,26 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 
+from mjsim.inventory import Fate, FileItem
 from mjsim.models.drive_tags import SaidDrive, drives_in_tags
 from mjsim.models.files import ROBOT, Element, Gatherer, ModelFiles, Read
 from mjsim.models.inertias import mend_inertias, mend_weightless
+from mjsim.models.mesh_files import is_small_stl, whole_mesh
 from mjsim.models.mjcf_scenes import without_mjcf_rails, without_scenery
 from mjsim.models.places import ElementOrigin, PlacedError, element_of, numbered, plainly, starts
 from mjsim.models.reader import compiled
+from mjsim.models.robot_meshes import PlainMeshes, without_shapes
 from mjsim.models.said_sensors import SaidSensor, said_sensors
 from mjsim.models.scales import mend_scales, mend_sizes
-from mjsim.models.stl import tidy_stl
 from mjsim.models.urdf_joints import freed_wheels, joint_speeds, without_limits, without_rails
 
 MAX_RETRIES = 64
 """Maximum number of meshes of a robot that MuJoCo may reject."""
 SIDEWAYS = re.compile(r"mecanum|omni|planar_?move|force_based_move", re.IGNORECASE)
 """Plugins that move a robot in all directions."""
+NOUNS = {"mesh": "mesh", "texture": "picture"}
+INSTEAD = {"mesh": "collision shapes are used instead", "texture": "plain colours are used instead"}
+"""What replaces a file that is left out."""
 GHOST = {"type": "sphere", "size": "0.005", "contype": "0", "conaffinity": "0", "rgba": "0 0 0 0"}
 """Replaces a mesh that is left out, so that its mass stays."""
 
@@ -45,7 +49,9 @@ class RobotFiles:
     speeds: Mapping[str, float]
     """Maximum speeds of joints, where the file states them [rad/s] or [m/s]."""
     notes: tuple[str, ...]
-    """Notes on what was left out or repaired."""
+    """Notes on what was repaired."""
+    items: tuple[FileItem, ...] = ()
+    """What was left out or simplified."""
     unlimited: frozenset[str] = frozenset()
     """Names of hinges with limits of 0 to 0, which mean none."""
     drives: tuple[SaidDrive, ...] = ()
@@ -84,7 +90,7 @@ def gather_robot(path: str, read: Read) -> RobotFiles:
     _check_finite(model, path)
     speeds |= dict(_servo_speeds(model))
     return RobotFiles(
-        files, model, sensors, driven, speeds, (*cleared, *mended, *gatherer.notes()), unlimited, drives, sideways
+        files, model, sensors, driven, speeds, (*cleared, *mended), tuple(gatherer.items()), unlimited, drives, sideways
     )
 
 
@@ -94,8 +100,8 @@ class _RobotGatherer(Gatherer):
     def __init__(self, path: str, read: Read) -> None:
         super().__init__(path, read)
         self._origins: dict[Element, ElementOrigin] = {}
-        self._amiss: Counter[str] = Counter()
-        self._coarser: set[str] = set()
+        self._amiss: list[FileItem] = []
+        self._meshes = PlainMeshes(lambda name: super(_RobotGatherer, self).file(self._resolved(name)), self._gone)
         self.missing: set[str] = set()
         """Names in the text that stand for files that are left out."""
 
@@ -119,28 +125,44 @@ class _RobotGatherer(Gatherer):
     def file(self, path: str) -> bytes:
         """Return a file; STL files are converted for MuJoCo."""
         data = super().file(path)
-        if not path.lower().endswith(".stl"):
+        if not path.lower().endswith(".stl") or is_small_stl(data):
             return data
-        tidy = tidy_stl(data)
-        if len(tidy) < len(data) and not data.lstrip().startswith(b"solid"):
-            self._coarser.add(path)
-        return tidy
+        try:
+            part = whole_mesh(path, data, super().file)
+        except ValueError:
+            return data  # What is wrong with it is told when it is checked.
+        if part.coarser:
+            self._meshes.coarser.add(path)
+        return part.data
+
+    def keep_urdf(self, root: Element) -> None:
+        """Keep the parts of a URDF that make up an object, with meshes that MuJoCo reads."""
+        self._meshes.put_into(root)
+        super().keep_urdf(root)
 
     def asset(self, name: str, kind: str, *, variant: str = "") -> str:
         """Read a mesh or a texture; for a faulty one return a name in `missing`."""
+        if name in self.missing:
+            return name
         try:
+            if name in self._meshes.made:
+                return self.store(self._meshes.made[name], kind, variant)
             return super().asset(name, kind, variant=variant)
         except ValueError as error:
             if "more than" in str(error) and "the files of" in str(error):
                 raise
-            self._amiss[_reason(name, str(error), kind)] += 1
-            flat = f"gone-{len(self.missing)}"
-            self.missing.add(flat)
-            return flat
+            return self._gone(name, error, kind)
 
-    def drop(self, flat: str, reason: str) -> None:
-        """Leave out what MuJoCo rejects."""
-        self._amiss[reason] += 1
+    def _gone(self, name: str, error: ValueError, kind: str = "mesh") -> str:
+        """Note a faulty mesh or texture, and return what stands for it."""
+        self._amiss.append(_left_out(name, str(error), kind))
+        flat = f"gone-{len(self.missing)}"
+        self.missing.add(flat)
+        return flat
+
+    def drop(self, flat: str) -> None:
+        """Leave out a mesh that MuJoCo rejects."""
+        self._amiss.append(FileItem(Fate.LEFT_OUT, "mesh", flat, f"MuJoCo cannot read it; {INSTEAD['mesh']}"))
         self.missing.add(flat)
         del self.assets[flat]
 
@@ -151,48 +173,26 @@ class _RobotGatherer(Gatherer):
         else:
             _without_assets(root, self.missing)
 
-    def notes(self) -> Iterator[str]:
-        """Yield notes on what was left out or simplified."""
-        if self._coarser:
-            yield f"made coarser: meshes of too many corners, {len(self._coarser)} of them"
-        for reason, count in sorted(self._amiss.items()):
-            instead = "plain colours are used instead" if "pictures" in reason else "collision shapes are used instead"
-            yield f"left out: {reason}, {count} of them; {instead}"
+    def items(self) -> Iterator[FileItem]:
+        """Yield what was left out or simplified."""
+        for name in sorted(self._meshes.coarser):
+            yield FileItem(Fate.MENDED, "mesh", posixpath.basename(name), "made coarser, it has too many corners")
+        yield from self._amiss
 
 
-def _reason(name: str, error: str, kind: str) -> str:
-    """Return why files are left out, as text that follows their number."""
-    ending = name.rpartition(".")[2].lower() if "." in name else "?"
-    plural = "meshes" if kind == "mesh" else "pictures"
+def _left_out(name: str, error: str, kind: str) -> FileItem:
+    """Return why a mesh or a texture is left out."""
+    noun, called, instead = NOUNS[kind], posixpath.basename(name), INSTEAD[kind]
     if "convert it to OBJ" in error:
-        return f"{plural} of a format that cannot be read (.{ending})"
+        ending = name.rpartition(".")[2].lower() if "." in name else "?"
+        return FileItem(Fate.LEFT_OUT, noun, called, f"a format that cannot be read (.{ending}); {instead}")
     if "corners" in error and "simplify" in error:
-        return f"{plural} of too many corners"
+        return FileItem(Fate.LEFT_OUT, noun, called, f"too many corners; {instead}")
     if any(word in error for word in ("cannot be read", "a damaged", "a truncated", "is not a PNG", "megapixels")):
-        return f"broken {plural}"
-    return f"missing {plural}"
-
-
-def without_shapes(root: Element, missing: set[str]) -> None:
-    """Remove URDF shapes whose mesh is left out; a link without visual shapes shows its collision shapes."""
-    for link in root.iter("link"):
-        visuals = link.findall("visual")
-        for shape in [*visuals, *link.findall("collision")]:
-            mesh = shape.find("geometry/mesh")
-            geometry = shape.find("geometry")
-            if (mesh is not None and mesh.get("filename") in missing) or geometry is None or not len(geometry):
-                link.remove(shape)
-        if visuals and link.find("visual") is None:
-            link.extend(_visual_of(shape, visuals[0].find("material")) for shape in link.findall("collision"))
-
-
-def _visual_of(shape: Element, material: Element | None) -> Element:
-    """Return the visual shape for a collision shape."""
-    seen = copy.deepcopy(shape)
-    seen.tag = "visual"
-    if material is not None:
-        seen.append(copy.deepcopy(material))
-    return seen
+        return FileItem(Fate.LEFT_OUT, f"broken {noun}", called, instead)
+    return FileItem(
+        Fate.LEFT_OUT, f"missing {noun}", called, f"{error}; {instead}" if "lies outside" in error else instead
+    )
 
 
 def _without_assets(root: Element, missing: set[str]) -> None:
@@ -236,9 +236,8 @@ def _compiled(files: ModelFiles, gatherer: _RobotGatherer) -> mujoco.MjModel:
             flat = _rejected(files, str(error))
             if flat is None:
                 raise gatherer.placed(str(error), files.root) or error from None
-            reason = "meshes that MuJoCo cannot read"
             if files.urdf or not _as_shell(files.root, flat):
-                gatherer.drop(flat, reason)
+                gatherer.drop(flat)
             gatherer.leave_out(files.root)
     return compiled(files)
 

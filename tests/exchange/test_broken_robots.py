@@ -277,4 +277,7 @@ def test_files_outside_of_the_robots_folders_are_not_opened(tmp_path):
     (deep / "robot.urdf").write_text(robot(links, wheels))
     brought = bring_robot(deep / "robot.urdf", name="r", options=RobotOptions(), packages={}, arguments={})
     assert list(brought.files) == ["r/robot.urdf"]
-    assert "left out: missing meshes, 4 of them; collision shapes are used instead" in brought.report
+    lines = [line for line in brought.report if line.startswith("left out: ") and "missing mesh" in line]
+    for name in ("link.stl", "secret.stl", "passwd.stl"):
+        assert any(name in line for line in lines), lines
+    assert any("lies outside of the robot's folder and its packages; copy it to them" in line for line in lines)

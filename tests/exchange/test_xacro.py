@@ -248,7 +248,7 @@ def test_macros_are_expanded_and_packages_found(tmp_path):
     place.write_text(ROBOT)
     (tmp_path / "mine").mkdir()
     brought = bring_robot(place, name="r", options=RobotOptions(), packages={"mine": tmp_path / "mine"}, arguments={})
-    assert "left out: missing meshes, 2 of them; collision shapes are used instead" in brought.report
+    assert "left out: 2 missing meshes 'tyre.stl': collision shapes are used instead" in brought.report
     assert 'left: {joint: "left_joint"' in brought.text
 
 

@@ -1,7 +1,6 @@
 """Small facts about files of models: each formula computed another way, each repair on the smallest file."""
 
 import math
-import struct
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -11,10 +10,9 @@ from mjsim.models import line_and_column, line_of, names_in
 from mjsim.models.files import ModelFiles
 from mjsim.models.inertias import mend_inertias, mend_weightless, mended, number_of
 from mjsim.models.places import PlacedError, element_of, numbered, plainly, starts
-from mjsim.models.stl import tidy_stl
 from mjsim.models.trials import model as model_fault
 from mjsim.models.trials import picture as picture_fault
-from tests.models.small_files import GOOD, SHAPE, binary, link, urdf
+from tests.models.small_files import GOOD, SHAPE, link, urdf
 
 XML = b"<a>\n  <b name=\"left\"/>\n  <c  name='right'><b/></c>\n</a>"
 
@@ -57,47 +55,6 @@ def test_errors_of_mujoco_are_told_plainly():
     said = "XML Error: size 0 must be positive\nElement 'geom', line 7"
     assert plainly(said, element) == "<geom> 'g': size 0 must be positive"
     assert plainly("Error: mass is 0.", ET.fromstring("<body/>")) == "<body>: mass is 0"
-
-
-def sphere_of(count: int) -> np.ndarray:
-    """Return `count` triangles over a bumpy square of 2 m, shape (count, 3, 3)."""
-    side = math.ceil(math.sqrt(count / 2))
-    x, y = np.meshgrid(np.arange(side), np.arange(side), indexing="ij")
-    low = np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 3)
-    shifts = np.array([[[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 0, 0], [1, 1, 0], [0, 1, 0]]])
-    return (low[:, None, None] + shifts).reshape(-1, 3, 3)[:count] * 2.0 / side
-
-
-def test_an_stl_in_words_becomes_the_same_triangles_in_bytes():
-    corners = [[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.5e-1, 0.0]]]
-    lines = "".join(f"vertex {x} {y} {z}\n" for x, y, z in corners[0])
-    written = tidy_stl(f" solid a\nfacet normal 0 0 1\nouter loop\n{lines}endloop\nendfacet\nendsolid".encode())
-    (count,) = struct.unpack_from("<I", written, 80)
-    assert (count, len(written)) == (1, 84 + 50)
-    assert struct.unpack_from("<9f", written, 84 + 12) == pytest.approx(np.ravel(corners))
-    for other in (
-        b"solid a\nendsolid",
-        b"solid vertex 1 2 3",
-        b"no mesh",
-        b"solid vertex 1 2 e vertex 1 2 3 vertex 1 2 3",
-    ):
-        assert tidy_stl(other) == other
-    small = binary(np.array(corners))
-    assert tidy_stl(small) is small
-
-
-def test_a_fine_mesh_is_made_coarser_within_a_cell(monkeypatch):
-    monkeypatch.setattr("mjsim.models.stl.MAX_TRIANGLES", most := 1000)
-    triangles = sphere_of(2000)
-    written = tidy_stl(binary(triangles))
-    (count,) = struct.unpack_from("<I", written, 80)
-    assert most / 3 < count <= most
-    assert len(written) == 84 + 50 * count
-    records = np.frombuffer(written, dtype=[("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")], offset=84)
-    corners = records["c"].astype(float)
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
-    assert area == pytest.approx(4.0, rel=0.15)
-    assert (corners.min(), corners.max()) == pytest.approx((0.0, 2.0), abs=0.1)
 
 
 def test_trials_say_what_is_wrong_or_nothing():

@@ -195,11 +195,8 @@ def gathered(text: str, **files: bytes):
 def test_meshes_and_pictures_of_mjcf_that_are_missing_are_left_out_and_the_mass_stays():
     text = FILES.replace('<body name="base">', '<body name="base"><site name="s"/>').format("no")
     robot = gathered(text)
-    assert sorted(note.split(",")[0] for note in robot.notes) == [
-        "left out: missing meshes",
-        "left out: missing pictures",
-    ]
-    assert any("plain colours are used instead" in note for note in robot.notes)
+    assert sorted(item.kind for item in robot.items) == ["missing mesh", "missing picture"]
+    assert any("plain colours are used instead" in item.why for item in robot.items)
     model = robot.model
     assert model.body("l").mass == pytest.approx(2.0)
     assert model.geom("g").size[0] == 0.005
@@ -226,18 +223,18 @@ def test_a_mesh_without_volume_weighs_as_its_surface_in_mjcf_and_is_left_out_of_
     robot = with_mesh(CROSS)
     assert robot.files.root.find("asset/mesh").get("inertia") == "shell"
     assert robot.model.nmesh == 1
-    assert not [note for note in robot.notes if "meshes" in note]
+    assert robot.items == ()
     visual = f"<visual>{MESH.format('f.stl')}</visual><collision>{MESH.format('f.stl')}</collision>{SHAPE}"
     text = f'<robot name="r">{link("base", None, "", visual)}</robot>'
     robot = gathered(text, **{"f.stl": binary(0.1 * np.array(CROSS))})
-    assert "left out: meshes that MuJoCo cannot read, 1 of them; collision shapes are used instead" in robot.notes
+    assert [item.why for item in robot.items] == ["MuJoCo cannot read it; collision shapes are used instead"]
     assert (robot.model.nmesh, robot.model.body_mass.sum()) == (0, pytest.approx(1000.0))
     assert robot.files.assets == {}
 
 
 def test_a_flat_mesh_of_mjcf_is_left_out():
     robot = with_mesh([[[0.0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 0, 0], [1, 0, 0], [1, 1, 0]]])
-    assert "left out: meshes that MuJoCo cannot read, 1 of them; collision shapes are used instead" in robot.notes
+    assert [item.why for item in robot.items] == ["MuJoCo cannot read it; collision shapes are used instead"]
     assert (robot.model.nmesh, robot.model.body("l").mass) == (0, pytest.approx(2.0))
 
 

@@ -126,8 +126,8 @@ def _perhaps_missing(source: RobotSource, robot: RobotFiles) -> str:
     if source.missing:
         name = min(source.missing)
         return f"; package '{name}', which may show them, was not found: give --package {name}=DIR"
-    left_out = next((note for note in robot.notes if note.startswith("left out: missing meshes")), "")
-    return "; meshes that may show them are missing" if left_out else ""
+    gone = any(item.kind == "missing mesh" for item in robot.items)
+    return "; meshes that may show them are missing" if gone else ""
 
 
 def _check_size(path: Path, stand: Stand) -> None:

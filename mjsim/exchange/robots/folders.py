@@ -124,6 +124,19 @@ class Folders:
         except OSError as error:
             raise XacroError(f"'{path}' cannot be read: {error.strerror}; name a smaller or another file") from None
 
+    def moved(self, path: Path) -> Path | None:
+        """Return where a file is that is named by the absolute path that it had elsewhere; None if it is not here."""
+        if any(path.is_relative_to(folder) for folder in (self.root, *self._packages.values())):
+            return None
+        tails = [Path(*path.parts[start:]) for start in range(1, len(path.parts))]
+        folders = {self.root.name: self.root, **self._packages}
+        for tail in tails:
+            for name, folder in folders.items():
+                place = folder / tail.relative_to(name) if tail.is_relative_to(name) else folder / tail
+                if len(tail.parts) > 1 and place.is_file():
+                    return place
+        return None
+
     def _inside(self, path: Path) -> Path:
         """Return a path without links.
 

@@ -18,7 +18,7 @@ from mjsim.exchange.robots.omni import (
     ring_forward,
     without_rollers,
 )
-from mjsim.exchange.robots.rounds import LEVEL, Round, measured, rounds, turns_freely
+from mjsim.exchange.robots.rounds import LEVEL, Round, bare, could_be_axle, measured, rounds, turns_freely
 from mjsim.exchange.robots.steering import listed, steered_as_named, steering_note
 from mjsim.geometry import Array
 from mjsim.models import Anatomy, SaidDrive, said_about
@@ -86,7 +86,7 @@ def find_gear(
         chosen = [*_named(anatomy, options.left, file), *_named(anatomy, options.right, file)]
         others = [wheel for wheel in rounds(anatomy) if wheel.name not in {*options.left, *options.right}]
     else:
-        chosen, others = _guessed(anatomy, file)
+        chosen, others = _guessed(anatomy, file, said)
     if options.drive is not None and options.drive not in DRIVES:
         raise UsageError(f"--drive is '{options.drive}'; it must be one of {', '.join(DRIVES)}")
     if options.steering:
@@ -117,17 +117,20 @@ def _named(anatomy: Anatomy, names: Sequence[str], file: str) -> list[Round]:
         joint = known[name]
         if abs(joint.axis[2]) > LEVEL:
             raise UsageError(f"joint '{name}' of {file} turns about {shown(joint.axis)}; a wheel's axle is level")
-        wheels = measured(anatomy, joint) or [Round(joint, joint.at, joint.axis, 0.0, 0.0)]
+        wheels = measured(anatomy, joint) or [bare(joint)]
         found += [replace(wheel, swivels=False) for wheel in wheels[:1]]
     return found
 
 
-def _guessed(anatomy: Anatomy, file: str) -> tuple[list[Round], list[Round]]:
+def _guessed(anatomy: Anatomy, file: str, said: Sequence[SaidDrive]) -> tuple[list[Round], list[Round]]:
     """Return the driven or steered wheels, and the passive ones."""
     all_round = rounds(anatomy)
     whole = [wheel for wheel in all_round if wheel.radius > 0.0]
     if not whole:
         whole = [w for w in all_round if w.joint.driven or re.search("wheel", w.name, re.IGNORECASE)]
+    if not whole and any(each.wheel_radius for each in said):
+        # What turns is not round, but what is said of it tells its radius.
+        whole = [bare(joint) for joint in anatomy.joints if joint.driven and could_be_axle(joint)]
     if not whole:
         level = [joint for joint in anatomy.joints if not joint.slides and abs(joint.axis[2]) < LEVEL]
         hinges = listed([joint.name for joint in level])

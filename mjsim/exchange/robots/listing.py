@@ -104,6 +104,9 @@ def amiss(source: RobotSource, robot: RobotFiles, anatomy: Anatomy, stand: Stand
         left_out = note.removeprefix("left out: ")
         fate = Fate.MENDED if left_out == note else Fate.LEFT_OUT
         yield FileItem(fate, source.shown(left_out))
+    yield from robot.items
+    for name in source.moved:
+        yield FileItem(Fate.MENDED, "file", name, "its absolute path is of another machine; taken from the package")
     for name in sorted(source.missing):
         why = f"not found; give --package {name}=DIR, or set ROS_PACKAGE_PATH"
         yield FileItem(Fate.LEFT_OUT, "package", name, why)

@@ -62,7 +62,7 @@ def rounds(anatomy: Anatomy) -> list[Round]:
     """Return the parts that turn about horizontal axles without limits; an axle with two wheels gives two."""
     found: list[Round] = []
     for joint in anatomy.joints:
-        if turns_freely(joint) and abs(joint.axis[2]) < LEVEL:
+        if could_be_axle(joint):
             found += measured(anatomy, joint)
     return found
 
@@ -72,13 +72,22 @@ def turns_freely(joint: FileJoint) -> bool:
     return not joint.slides and (joint.range is None or joint.range[1] - joint.range[0] > WHOLE_TURN)
 
 
+def could_be_axle(joint: FileJoint) -> bool:
+    """Return whether a joint is level and can turn without limit."""
+    return turns_freely(joint) and abs(float(joint.axis[2])) < LEVEL
+
+
+def bare(joint: FileJoint) -> Round:
+    """Return a wheel of unknown size on a joint."""
+    axis = joint.axis * [1.0, 1.0, 0.0]
+    return Round(joint, joint.at, axis / np.linalg.norm(axis), 0.0, 0.0)
+
+
 def measured(anatomy: Anatomy, joint: FileJoint) -> list[Round]:
     """Return the wheels on a joint: one or two, or none if what turns is not round."""
-    axis = joint.axis * [1.0, 1.0, 0.0]
-    axis /= np.linalg.norm(axis)
     steer, swivels = _steered(anatomy, joint)
-    bare = Round(joint, joint.at, axis, 0.0, 0.0, steer, swivels)
-    return [_settled(wheel) for wheel in _shaped(anatomy, bare)]
+    unsized = replace(bare(joint), steer=steer, swivels=swivels)
+    return [_settled(wheel) for wheel in _shaped(anatomy, unsized)]
 
 
 def _settled(wheel: Round) -> Round:
@@ -89,18 +98,18 @@ def _settled(wheel: Round) -> Round:
     return replace(wheel, swivels=bool(abs(float((wheel.middle - wheel.steer.at) @ across)) > TRAIL * wheel.radius))
 
 
-def _shaped(anatomy: Anatomy, bare: Round) -> list[Round]:
+def _shaped(anatomy: Anatomy, unsized: Round) -> list[Round]:
     """Return the wheels on a joint as their shapes show them."""
-    joint = bare.joint
+    joint = unsized.joint
     shapes = [shape for shape in anatomy.shapes if shape.part == joint.part]
     if not shapes:
-        return [bare]
+        return [unsized]
     solid = [shape for shape in shapes if shape.touched] or shapes
     called = "wheel" in " ".join([joint.name, *anatomy.parts[joint.part].names]).lower()
     pictured = [shape for shape in shapes if shape.seen] or shapes
     # The collision shape of a wheel may be a box, for speed; then its visual shape is round, or its sides are equal.
     for group, least in ((solid, ROUND), (pictured, ROUND), *(((solid, SQUARE),) if called else ())):
-        wheels = [_around(bare, end, least) for end in _ends(bare, group)]
+        wheels = [_around(unsized, end, least) for end in _ends(unsized, group)]
         if found := [wheel for wheel in wheels if wheel.radius > 0.0]:
             return found
     return []
@@ -117,11 +126,11 @@ def _steered(anatomy: Anatomy, joint: FileJoint) -> tuple[FileJoint | None, bool
     return None, False
 
 
-def _ends(bare: Round, shapes: list[Shape]) -> list[list[Shape]]:
+def _ends(unsized: Round, shapes: list[Shape]) -> list[list[Shape]]:
     """Return the shapes of a part in one group, or in two if they are the wheels of an axle."""
-    along = [(shape.points - bare.middle) @ bare.axis for shape in shapes]
+    along = [(shape.points - unsized.middle) @ unsized.axis for shape in shapes]
     width = max(float(a.max()) for a in along) - min(float(a.min()) for a in along)
-    radius = max(_reach(bare, shape) for shape in shapes)
+    radius = max(_reach(unsized, shape) for shape in shapes)
     sides = [
         [shape for shape, a in zip(shapes, along, strict=True) if sign * float(a.mean()) > 0.25 * width]
         for sign in (1.0, -1.0)
@@ -131,27 +140,27 @@ def _ends(bare: Round, shapes: list[Shape]) -> list[list[Shape]]:
     return [shapes]
 
 
-def _reach(bare: Round, shape: Shape) -> float:
-    offsets = shape.points - bare.middle
-    return float(np.linalg.norm(offsets - np.outer(offsets @ bare.axis, bare.axis), axis=1).max())
+def _reach(unsized: Round, shape: Shape) -> float:
+    offsets = shape.points - unsized.middle
+    return float(np.linalg.norm(offsets - np.outer(offsets @ unsized.axis, unsized.axis), axis=1).max())
 
 
-def _around(bare: Round, shapes: list[Shape], least: float) -> Round:
+def _around(unsized: Round, shapes: list[Shape], least: float) -> Round:
     """Return the wheel of given shapes; radius 0 if their minimum width is less than `least` times the maximum."""
-    points = np.concatenate([shape.points for shape in shapes]) - bare.middle
-    across = np.cross([0.0, 0.0, 1.0], bare.axis)
+    points = np.concatenate([shape.points for shape in shapes]) - unsized.middle
+    across = np.cross([0.0, 0.0, 1.0], unsized.axis)
     angles = np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS)
     widths = np.array([(points @ (math.cos(a) * across + math.sin(a) * np.array([0, 0, 1.0]))).max() for a in angles])
     if widths.min() < least * widths.max():
-        return bare
+        return unsized
     # A polygon with few corners rolls on its corners, a box on its sides; the axle may be slightly tilted.
-    axle = bare.joint.axis
+    axle = unsized.joint.axis
     distances = np.linalg.norm(points - np.outer(points @ axle, axle), axis=1)
     corners = float(distances.max())
-    along = points[distances > RIM * corners] @ bare.axis
+    along = points[distances > RIM * corners] @ unsized.axis
     return replace(
-        bare,
-        middle=bare.middle + bare.axis * (along.min() + along.max()) / 2,
+        unsized,
+        middle=unsized.middle + unsized.axis * (along.min() + along.max()) / 2,
         radius=corners if widths.min() >= ROUND * widths.max() else float(widths.min()),
         width=float(np.ptp(along)),
     )

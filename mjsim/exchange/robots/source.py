@@ -49,6 +49,8 @@ class RobotSource:
         self._root = self._folders.root
         self._asked: frozenset[str] = frozenset()
         self._packages = packages
+        self.moved: list[str] = []
+        """Files named by the path that they had elsewhere."""
         self.expanded = False
         """Whether xacro changed the text of the description."""
 
@@ -145,6 +147,10 @@ class RobotSource:
     def _local(self, match: "re.Match[bytes]") -> bytes:
         """Return an absolute path relative to the folder of the description."""
         path = Path(os.path.normpath(match[1].decode("utf-8", "replace")))
+        found = self._folders.moved(path)
+        if found is not None:
+            self.moved.append(path.name)
+            path = found
         return os.path.relpath(path, self._path.parent).encode()
 
     def _bytes(self, name: str) -> bytes:
