@@ -1,5 +1,6 @@
 """Inverses of matrices that data may leave singular."""
 
+import cv2
 import numpy as np
 
 from mjsim.geometry import Array
@@ -12,11 +13,7 @@ def inverse_of(matrix: Array) -> Array | None:
     """Return the inverse of a square matrix; None if it is singular, nearly so, or not finite.
 
     References:
-        Golub, Van Loan, Matrix Computations (2013), section 2.6.2: the condition number, here in the 1-norm.
+        Golub, Van Loan, Matrix Computations (2013), section 2.6.2: the condition number, here in the Frobenius norm.
     """
-    try:
-        inverse: Array = np.asarray(np.linalg.inv(matrix), dtype=float)
-    except np.linalg.LinAlgError:
-        return None
-    condition = np.abs(matrix).sum(axis=0).max() * np.abs(inverse).sum(axis=0).max()
-    return inverse if condition < WORST_CONDITION else None
+    regular, inverse = cv2.invert(matrix)
+    return np.asarray(inverse) if regular and cv2.norm(matrix) * cv2.norm(inverse) < WORST_CONDITION else None

@@ -7,6 +7,7 @@ References:
     Baker, Matthews, Lucas-Kanade 20 Years On, IJCV 56(3), 2004: the inverse compositional algorithm.
 """
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -17,11 +18,13 @@ from mjsim.geometry import Array
 
 from .inverses import inverse_of
 from .picture_templates import (
+    LEVELS,
     TILES,
     Gray,
     ImagePyramid,
     PictureTemplate,
     apply_homography,
+    block_sums,
     corners_by_correction,
     quadrilateral_area,
 )
@@ -40,6 +43,8 @@ NEEDED_CORRELATION = 0.8
 """Minimum correlation of a picture with its image."""
 STRIDE = 0.8
 """Damping factor of Gauss-Newton steps: gradients of the smoothed picture are a fifth too small, steps too large."""
+LEVEL_FROM_IMAGE = [np.array([[0.5**level], [0.5**level], [1.0]]) for level in range(LEVELS)]
+"""Factors that bring a homography into the image to a level of its pyramid."""
 SETTLED = 1e-3
 """Correction at convergence, relative to half the picture's size; the remaining error is a tenth of it."""
 
@@ -152,17 +157,16 @@ def _fitting(templates: tuple[PictureTemplate, ...], homography: Array) -> int:
     """Return the index of the template nearest in size to the picture in the image."""
     corners = templates[0].corners
     area = max(quadrilateral_area(apply_homography(homography, corners)), 1.0)
-    side = np.sqrt(area / quadrilateral_area(corners)) * 2.0 / templates[0].unit
-    sides = np.array([max(template.gray.shape) for template in templates])
-    return int(np.argmin(np.abs(np.log(sides / side))))
+    side = math.sqrt(area / quadrilateral_area(corners)) * 2.0 / templates[0].unit
+    return min(range(len(templates)), key=lambda index: abs(math.log(max(templates[index].gray.shape) / side)))
 
 
 def _sample(image: ImagePyramid, image_from_pixel: Array, size: tuple[int, int]) -> Gray:
     """Return the image sampled at the pixels of a template, from the pyramid level with the same detail."""
     # At the middle a pixel covers an area of det H / w^3: the determinant of the homography's derivative.
     w = float(image_from_pixel[2] @ (size[0] / 2.0, size[1] / 2.0, 1.0))
-    level = image.level(abs(float(np.linalg.det(image_from_pixel)) / w**3))
-    mapping = image_from_pixel * np.array([[0.5**level], [0.5**level], [1.0]])
+    level = image.level(abs(cv2.determinant(image_from_pixel)) / w**3)
+    mapping = image_from_pixel * LEVEL_FROM_IMAGE[level]
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     sampled = cv2.warpPerspective(image.image(level), mapping, size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(sampled, dtype=np.uint8)
@@ -170,54 +174,60 @@ def _sample(image: ImagePyramid, image_from_pixel: Array, size: tuple[int, int])
 
 def _refine(template: PictureTemplate, image: ImagePyramid, homography: Array, *, hidden: Mask | None) -> _Fit | None:
     """Return the last step of the iteration; None if the picture is lost."""
-    rows, columns = template.gray.shape
+    plane_from_inner = template.plane_from_pixel @ _shift(template.rim, template.rim)
     for _ in range(STEPS):
-        image_from_pixel = homography @ template.plane_from_pixel
-        values = _sample(image, image_from_pixel, (columns, rows)).reshape(-1)[template.inner].astype(np.float32)
-        seen = _seen(template, image.size, image_from_pixel, hidden)
-        if seen is None:
-            inverse, right = template.inverse, template.design.T @ values
-        elif np.count_nonzero(seen) < LEAST_SEEN * len(seen):
+        image_from_inner = homography @ plane_from_inner
+        values = _sample(image, image_from_inner, template.inner_size).reshape(-1).astype(np.float32)
+        seen = _seen(template, image.size, image_from_inner, hidden)
+        found = _solved(template, values, seen)
+        if found is None:
             return None
-        else:
-            design = template.design[seen]
-            part = inverse_of((design.T @ design).astype(float))
-            if part is None:
-                return None
-            inverse, right = part, design.T @ values[seen]
-        solution = inverse @ right
+        inverse, solution = found
         gain = float(solution[8])
         if gain < 0.1:
             return None
-        p = STRIDE * np.clip(solution[:8] / gain, -0.3, 0.3)
-        a, b, c, d, e, f, g, h = p.tolist()
-        # The correction in unit coordinates, brought to the plane's metres.
-        k = template.unit
-        moved = np.array([[1.0 + a, b, c / k], [d, 1.0 + e, f / k], [g * k, h * k, 1.0]])
-        homography = homography @ np.linalg.inv(moved)
-        settled = bool(np.abs(p).max() < SETTLED)
+        p = [STRIDE * min(max(value / gain, -0.3), 0.3) for value in solution[:8].tolist()]
+        homography = homography @ cv2.invert(_correction(p, template.unit))[1]
+        settled = max(map(abs, p)) < SETTLED
         if settled:
             break
-    left = values - template.design @ solution.astype(np.float32)
+    left = values - solution.astype(np.float32) @ template.design
     if seen is not None:
         left *= seen
     return _Fit(homography / homography[2, 2], values, left, seen, inverse, solution, settled)
 
 
+def _solved(template: PictureTemplate, values: NDArray[np.float32], seen: Mask | None) -> tuple[Array, Array] | None:
+    """Return the inverse of the normal equations for the pixels that are seen, and their solution; None if lost."""
+    if seen is None:
+        return template.inverse, template.inverse @ (template.design @ values)
+    if np.count_nonzero(seen) < LEAST_SEEN * len(seen):
+        return None
+    design = template.design[:, seen]
+    inverse = inverse_of((design @ design.T).astype(float))
+    return None if inverse is None else (inverse, inverse @ (design @ values[seen]))
+
+
+def _correction(p: list[float], unit: float) -> Array:
+    """Return a correction, eight numbers in unit coordinates [1/m], as a homography of the plane [m], shape (3, 3)."""
+    a, b, c, d, e, f, g, h = p
+    return np.array([[1.0 + a, b, c / unit], [d, 1.0 + e, f / unit], [g * unit, h * unit, 1.0]])
+
+
 def _seen(
-    template: PictureTemplate, size: tuple[int, int], image_from_pixel: Array, hidden: Mask | None
+    template: PictureTemplate, size: tuple[int, int], image_from_inner: Array, hidden: Mask | None
 ) -> Mask | None:
     """Return which inner pixels are inside the image and not occluded; None if all are."""
-    rows, columns = template.gray.shape
-    limits = np.array(size) - 2.0
+    columns, rows = template.inner_size
     corners = np.array([[0.0, 0.0], [columns, 0.0], [columns, rows], [0.0, rows]])
-    places = apply_homography(image_from_pixel, corners)
+    right, bottom = size[0] - 2.0, size[1] - 2.0
     shown = None if hidden is None else ~hidden[template.tiles]
-    if np.all((places >= 1.0) & (places <= limits)):
+    places = apply_homography(image_from_inner, corners).tolist()
+    if all(1.0 <= x <= right and 1.0 <= y <= bottom for x, y in places):
         return shown
-    row, column = np.divmod(template.inner, columns)
-    places = apply_homography(image_from_pixel, np.stack([column, row], axis=1).astype(float))
-    inside: Mask = np.all((places >= 1.0) & (places <= limits), axis=1)
+    row, column = np.divmod(np.arange(rows * columns), columns)
+    pixels = apply_homography(image_from_inner, np.stack([column, row], axis=1).astype(float))
+    inside: Mask = np.all((pixels >= 1.0) & (pixels <= (right, bottom)), axis=1)
     return inside if shown is None else inside & shown
 
 
@@ -239,9 +249,11 @@ def _judge(template: PictureTemplate, fit: _Fit) -> Alignment:
     values, own = fit.values, template.own
     if fit.seen is not None:
         values, own = values[fit.seen], own[fit.seen]
+    columns, rows = template.inner_size
+    scores = (template.design * fit.left).reshape(-1, rows, columns)
     # Summed by block first: large products of thin matrices would wake all threads of the linear algebra.
-    scores = np.add.reduceat(template.design * fit.left[:, None], template.blocks, axis=0)
-    pulls = fit.inverse[:8] @ scores.T
+    sums = block_sums(rows).T @ (scores @ block_sums(columns))
+    pulls = fit.inverse[:8] @ sums.reshape(len(sums), -1)
     correction = pulls @ pulls.T / fit.solution[8] ** 2
     D = corners_by_correction(template, fit.homography)
     seen_area = quadrilateral_area(apply_homography(fit.homography, template.corners))

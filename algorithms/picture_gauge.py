@@ -108,14 +108,14 @@ class PictureGauge:
     def _plausible(self, homography: Array, intrinsics: Intrinsics) -> bool:
         """Return whether a homography shows the picture's front, large enough, and enough of it in the image."""
         corners = self._outline
-        depth = corners @ homography[2, :2] + homography[2, 2]
-        if not self.templates or not depth.max() * depth.min() > 0.0:
+        depths = (corners @ homography[2, :2] + homography[2, 2]).tolist()
+        if not self.templates or not max(depths) * min(depths) > 0.0:
             return False
         seen = apply_homography(homography, corners)
         area = quadrilateral_area(seen)
         if not area >= LEAST_SIDE**2:
             return False
-        inside = np.clip(seen, 0.0, (intrinsics.width - 1.0, intrinsics.height - 1.0))
+        inside = np.minimum(np.maximum(seen, 0.0), (intrinsics.width - 1.0, intrinsics.height - 1.0))
         return quadrilateral_area(inside) > 0.5 * area
 
 

@@ -1,5 +1,7 @@
 """Pictures at several sizes, ready to be compared with a camera's image, and that image at several sizes."""
 
+import functools
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -24,6 +26,8 @@ NOISE = 3.0
 LARGEST_NOISE = 0.25
 """Largest error of a corner by this noise, standard deviation [px of the template]. The shipped posters have 0.01 to
 0.06; plain, striped and smoothly shaded pictures have 0.3 to infinity."""
+LEVELS = 5
+"""Levels of an image pyramid."""
 SLIMMEST = 16
 """Largest ratio of the sides of a picture."""
 BLUR = 0.6
@@ -32,7 +36,7 @@ BLUR = 0.6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PictureTemplate:
-    """A picture at one size. Data per pixel leave out the rim: one row for each of the n other pixels, by block."""
+    """A picture at one size. Data per pixel leave out the rim: one value for each of the n other pixels, row by row."""
 
     gray: Gray
     """Shape (rows, columns)."""
@@ -44,22 +48,26 @@ class PictureTemplate:
     """Factor from [m] to coordinates of -1 to 1, in which corrections are small numbers [1/m]."""
     corners: Array
     """In the plane of the picture, from its top left clockwise, shape (4, 2) [m]."""
-    inner: NDArray[np.intp]
-    """Index of each pixel in the raveled template, shape (n,)."""
+    rim: int
+    """Width of the rim [px]."""
     own: NDArray[np.float32]
     """Value of each pixel minus their mean, shape (n,)."""
     tiles: NDArray[np.intp]
     """Tile of each pixel, shape (n,)."""
     tile_pixels: NDArray[np.intp]
     """Number of pixels of each tile, shape (TILES^2,)."""
-    blocks: NDArray[np.intp]
-    """Index among the n at which each block of BLOCK x BLOCK neighbours begins, shape (blocks,)."""
     design: NDArray[np.float32]
-    """Derivatives by the eight parameters of a homography, gain, offset and two slopes, shape (n, 12)."""
+    """Derivatives by the eight parameters of a homography, gain, offset and two slopes, shape (12, n)."""
     inverse: Array
-    """Of design.T @ design, shape (12, 12)."""
+    """Of design @ design.T, shape (12, 12)."""
     contrast: float
     """Variance of `own`."""
+
+    @property
+    def inner_size(self) -> tuple[int, int]:
+        """Columns and rows without the rim."""
+        rows, columns = self.gray.shape
+        return columns - 2 * self.rim, rows - 2 * self.rim
 
     def is_measurable(self, inverse: Array) -> bool:
         """Return whether noise of a camera leaves the corners accurate: not those of a plain or striped picture.
@@ -96,14 +104,13 @@ def _make_template(gray: Gray, width: float, side: int) -> PictureTemplate | Non
     row, column = np.divmod(np.arange(rows * columns), columns)
     # The image's pixels on the edge are part wall.
     rim = max(1, round(0.03 * side))
-    inner = np.flatnonzero((row >= rim) & (row < rows - rim) & (column >= rim) & (column < columns - rim))
-    block = (row // BLOCK * (columns // BLOCK + 1) + column // BLOCK)[inner]
-    order = np.argsort(block, kind="stable")
-    inner = inner[order]
-    own = small.reshape(-1)[inner]
-    tiles = (row * TILES // rows * TILES + column * TILES // columns)[inner]
-    design = warp_slopes(small, (x0 * unit, y0 * unit), (dx * unit, dy * unit))[inner]
-    normal = (design.T @ design).astype(float)
+    inner = np.zeros((rows, columns), dtype=bool)
+    inner[rim:-rim, rim:-rim] = True
+    own = small[inner]
+    tiles = (row * TILES // rows * TILES + column * TILES // columns)[inner.ravel()]
+    slopes = warp_slopes(small, (x0 * unit, y0 * unit), (dx * unit, dy * unit))
+    design = np.ascontiguousarray(slopes[inner.ravel()].T)
+    normal = (design @ design.T).astype(float)
     inverse = inverse_of(normal)
     if inverse is None:
         return None
@@ -114,11 +121,10 @@ def _make_template(gray: Gray, width: float, side: int) -> PictureTemplate | Non
         pixel_from_plane=np.linalg.inv(plane_from_pixel),
         unit=unit,
         corners=np.array([[-w, -h], [w, -h], [w, h], [-w, h]]),
-        inner=inner,
+        rim=rim,
         own=own - own.mean(),
         tiles=tiles,
         tile_pixels=np.bincount(tiles, minlength=TILES**2),
-        blocks=np.unique(block[order], return_index=True)[1],
         design=design,
         inverse=inverse,
         contrast=float(np.var(own)),
@@ -145,6 +151,13 @@ def warp_slopes(
     return np.stack([*warps, small, np.ones_like(small), x, y], axis=-1).reshape(-1, 12).astype(np.float32)
 
 
+@functools.cache
+def block_sums(extent: int) -> NDArray[np.float32]:
+    """Return the matrix that sums a row of pixels by blocks of BLOCK, shape (extent, blocks); the last may be short."""
+    pixels = np.arange(extent)
+    return (pixels[:, None] // BLOCK == np.arange(-(-extent // BLOCK))).astype(np.float32)
+
+
 class ImagePyramid:
     """A camera's gray image at full, half, quarter... size, each computed on first use."""
 
@@ -159,7 +172,7 @@ class ImagePyramid:
 
     def level(self, area: float) -> int:
         """Return the level whose pixels are nearest in area [px^2 of the image]."""
-        return int(np.clip(np.rint(0.5 * np.log2(max(area, 1e-9))), 0, 4))
+        return min(max(round(0.5 * math.log2(max(area, 1e-9))), 0), LEVELS - 1)
 
     def image(self, level: int) -> Gray:
         """Return the image halved `level` times; its pixel i lies on pixel 2 i of the level below."""
@@ -183,12 +196,15 @@ def apply_homography(homography: Array, points: Array) -> Array:
 def corners_by_correction(template: PictureTemplate, homography: Array) -> Array:
     """Return the derivatives of the corners by the eight numbers of the correction, shape (8, 8) [px]."""
     k = template.unit
+    (a, b, c), (d, e, f), (g, h, i) = homography.tolist()
     rows = []
+    # Four points: plain numbers are several times faster than arrays.
     for x, y in template.corners.tolist():
-        w = homography @ (x, y, 1.0)
+        w = g * x + h * y + i
         # By unit coordinates, of which a correction is a motion.
-        slope = (homography[:2, :2] - np.outer(w[:2] / w[2], homography[2, :2])) / (w[2] * k)
+        p, q, scale = (a * x + b * y + c) / w, (d * x + e * y + f) / w, -1.0 / (w * k)
         u, v = x * k, y * k
-        moved = np.array([[u, v, 1, 0, 0, 0, -u * u, -u * v], [0, 0, 0, u, v, 1, -u * v, -v * v]])
-        rows.append(-slope @ moved)
-    return np.concatenate(rows)
+        for along, down in (((a - p * g) * scale, (b - p * h) * scale), ((d - q * g) * scale, (e - q * h) * scale)):
+            pull = -(u * along + v * down)
+            rows.append([u * along, v * along, along, u * down, v * down, down, u * pull, v * pull])
+    return np.array(rows)

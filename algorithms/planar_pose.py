@@ -6,6 +6,7 @@ optical (x right, y down, z ahead). `camera_from_picture` is a rotation R and an
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from mjsim.geometry import Array
@@ -53,7 +54,9 @@ def image_from_plane(rotation: Array, position: Array, intrinsics: Intrinsics) -
     References:
         Hartley, Zisserman, Multiple View Geometry (2004), equation 8.1: K [r1 r2 t].
     """
-    return intrinsics.matrix() @ np.stack([rotation[:, 0], rotation[:, 1], position], axis=1)
+    camera_from_plane = rotation.copy()
+    camera_from_plane[:, 2] = position
+    return intrinsics.matrix() @ camera_from_plane
 
 
 def pose_from_homography(homography: Array, intrinsics: Intrinsics) -> tuple[Array, Array]:
@@ -149,19 +152,19 @@ def _refine(
 ) -> PlanarPose | None:
     """Return the pose after Gauss-Newton steps from an initial guess; None if they lead behind the camera."""
     for _ in range(STEPS):
-        if not (points @ rotation[2] + position[2]).min() > 0.0:
+        if not min((points @ rotation[2] + position[2]).tolist()) > 0.0:
             return None
         error, H = corner_error(rotation, position, points, corners, intrinsics)
         weighted = H.T @ information
         normal, pull = weighted @ H, weighted @ error
-        try:
-            step: Array = np.asarray(np.linalg.solve(normal, pull), dtype=float)
-        except np.linalg.LinAlgError:
+        solvable, solution = cv2.solve(normal, pull[:, None], flags=cv2.DECOMP_CHOLESKY)
+        if not solvable:
             return None
+        step = np.asarray(solution).ravel()
         position = position + step[:3]
         rotation = rotation_of(step[3:]) @ rotation
         # The error after a step goes with its square.
-        if np.abs(step).max() < 1e-4:
+        if cv2.norm(step, cv2.NORM_INF) < 1e-4:
             break
     covariance = inverse_of(normal)
     if covariance is None:
@@ -188,11 +191,7 @@ def corner_error(
 
 def rotation_of(vector: Array) -> Array:
     """Return the rotation of a rotation vector [rad] by Rodrigues' formula, shape (3, 3)."""
-    angle = float(np.linalg.norm(vector))
-    cross = _cross_matrix(vector)
-    if angle < 1e-9:
-        return np.asarray(np.eye(3) + cross)
-    return np.asarray(np.eye(3) + np.sin(angle) / angle * cross + (1.0 - np.cos(angle)) / angle**2 * cross @ cross)
+    return np.asarray(cv2.Rodrigues(vector)[0])
 
 
 def _cross_matrix(vector: Array) -> Array:
