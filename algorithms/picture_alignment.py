@@ -164,7 +164,8 @@ def _fitting(templates: tuple[PictureTemplate, ...], homography: Array) -> int:
 def _sample(image: ImagePyramid, image_from_pixel: Array, size: tuple[int, int]) -> Gray:
     """Return the image sampled at the pixels of a template, from the pyramid level with the same detail."""
     # At the middle a pixel covers an area of det H / w^3: the determinant of the homography's derivative.
-    w = float(image_from_pixel[2] @ (size[0] / 2.0, size[1] / 2.0, 1.0))
+    g, h, i = image_from_pixel[2].tolist()
+    w = g * size[0] / 2.0 + h * size[1] / 2.0 + i
     level = image.level(abs(cv2.determinant(image_from_pixel)) / w**3)
     mapping = image_from_pixel * LEVEL_FROM_IMAGE[level]
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
@@ -268,5 +269,5 @@ def _judge(template: PictureTemplate, fit: _Fit) -> Alignment:
 
 def _correlation(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:
     """Return the correlation of two rows of values, from -1 to 1."""
-    a, b = one - one.mean(), other - other.mean()
+    a, b = one - one.sum() / len(one), other - other.sum() / len(other)
     return float(a @ b / np.sqrt(max(float(a @ a) * float(b @ b), 1e-9)))

@@ -155,7 +155,7 @@ def warp_slopes(
 def block_sums(extent: int) -> NDArray[np.float32]:
     """Return the matrix that sums a row of pixels by blocks of BLOCK, shape (extent, blocks); the last may be short."""
     pixels = np.arange(extent)
-    return (pixels[:, None] // BLOCK == np.arange(-(-extent // BLOCK))).astype(np.float32)
+    return np.asarray(pixels[:, None] // BLOCK == np.arange(-(-extent // BLOCK)), dtype=np.float32)
 
 
 class ImagePyramid:
@@ -189,8 +189,7 @@ def quadrilateral_area(corners: Array) -> float:
 
 def apply_homography(homography: Array, points: Array) -> Array:
     """Return points mapped by a homography, shape (n, 2)."""
-    mapped = points @ homography[:, :2].T + homography[:, 2]
-    return np.asarray(mapped[:, :2] / mapped[:, 2:])
+    return np.asarray(cv2.perspectiveTransform(points[None], homography)[0]) if len(points) else points
 
 
 def corners_by_correction(template: PictureTemplate, homography: Array) -> Array:

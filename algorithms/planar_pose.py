@@ -16,6 +16,8 @@ from .inverses import inverse_of
 
 STEPS = 8
 """Gauss-Newton steps at most."""
+SETTLED = 1e-3
+"""Largest part of the last step [m, rad]: the error after a step goes with its square."""
 EDGE_ON = 1e-6
 """Cosine of the angle between line of sight and normal below which a plane is a line in the image."""
 LIKELY_MISFIT = 9.2
@@ -160,11 +162,10 @@ def _refine(
         solvable, solution = cv2.solve(normal, pull[:, None], flags=cv2.DECOMP_CHOLESKY)
         if not solvable:
             return None
-        step = np.asarray(solution).ravel()
+        step = np.asarray(solution, dtype=float).ravel()
         position = position + step[:3]
         rotation = rotation_of(step[3:]) @ rotation
-        # The error after a step goes with its square.
-        if cv2.norm(step, cv2.NORM_INF) < 1e-4:
+        if cv2.norm(step, cv2.NORM_INF) < SETTLED:
             break
     covariance = inverse_of(normal)
     if covariance is None:
