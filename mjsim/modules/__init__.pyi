@@ -26,6 +26,7 @@ from .notes import unfed_modules as unfed_modules
 from .octave import octave_found as octave_found
 from .pictures import JudgedPicture as JudgedPicture
 from .pictures import check_pictures as check_pictures
+from .pictures import judge_images as judge_images
 from .pictures import judge_pictures as judge_pictures
 from .python import INSTALLED as INSTALLED
 from .roles import ROLES as ROLES

@@ -45,7 +45,7 @@ def check_pictures(world: World) -> list[Problem]:
 
 def judge_pictures(world: World) -> dict[str, JudgedPicture]:
     """Return how well the picture of each beacon is recognised, by name; empty for a world without cameras."""
-    cameras = [sensor for robot in world.robots for sensor in robot.sensors if isinstance(sensor, Camera)]
+    cameras = _cameras(world)
     images = {beacon.name: beacon.image for beacon in world.beacons if beacon.image is not None}
     if not cameras or not images:
         return {}
@@ -66,6 +66,40 @@ def judge_pictures(world: World) -> dict[str, JudgedPicture]:
         fault = quality.fault or _confusion(like) or _nearness(distance, widths[name])
         judged[name] = JudgedPicture(least_side=quality.least_side, distance=distance, fault=fault)
     return judged
+
+
+def judge_images(world: World, images: Sequence[str], *, width: float) -> dict[str, JudgedPicture]:
+    """Return how well pictures would be recognised that were added to a world as beacons of a width [m].
+
+    Args:
+        world: The world; one without cameras is judged with the default camera.
+        images: Paths of the pictures.
+        width: Width of the beacons [m].
+    """
+    hung = {beacon.image: beacon.name for beacon in world.beacons if beacon.image is not None}
+    files = {image: world.read_asset(image) for image in sorted({*images, *hung})}
+    digests = {image: hashlib.sha256(data).hexdigest() for image, data in files.items()}
+    # All in one order, so that the answer is noted for as long as there are the same pictures.
+    qualities = _qualities(world, {digest: image for image, digest in digests.items()})
+    owners = {digests[image]: name for image, name in hung.items()}
+    likes = {digest: quality.like for digest, quality in qualities.items() if quality.like is not None}
+    focal = max(camera.focal for camera in _cameras(world) or [Camera(camera="front")])
+    judged = {}
+    for image in images:
+        own = digests[image]
+        # Of two pictures that are alike, the later one names the earlier.
+        pairs = [likes.get(own), *((digest, share) for digest, (other, share) in likes.items() if other == own)]
+        like = next(((owners[pair[0]], pair[1]) for pair in pairs if pair is not None and pair[0] in owners), None)
+        columns, rows = shown_size(files[image])
+        distance = focal * width * math.sqrt(rows / columns) / qualities[own].least_side
+        confusion = _confusion((owners[own], 1.0) if own in owners else like)
+        fault = qualities[own].fault or confusion or _nearness(distance, width)
+        judged[image] = JudgedPicture(least_side=qualities[own].least_side, distance=distance, fault=fault)
+    return judged
+
+
+def _cameras(world: World) -> list[Camera]:
+    return [sensor for robot in world.robots for sensor in robot.sensors if isinstance(sensor, Camera)]
 
 
 def _confusion(like: tuple[str, float] | None) -> str | None:

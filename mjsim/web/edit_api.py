@@ -20,7 +20,7 @@ from mjsim.web.local import HEADERS
 from mjsim.web.modules import modules_in
 from mjsim.web.panel_schema import schema_text
 from mjsim.web.parsed import Parsed, Read, parsed
-from mjsim.web.pictures import MAX_BYTES, bring_picture, small_picture
+from mjsim.web.pictures import MAX_BYTES, bring_picture, judged_pictures, small_picture
 from mjsim.web.portraits import Portraits, text_of
 from mjsim.web.poses import PoseAsk, pose_json
 from mjsim.web.preview import Preview, PreviewRequest
@@ -35,6 +35,8 @@ from mjsim.world import Change, UnwritableError, World, edited, items_in, parse_
 
 CACHED = 3
 """Number of parsed texts that are kept: an undo asks for the previous one again."""
+MAX_JUDGED = 200
+"""Maximum number of pictures that are judged at once."""
 
 
 class OpenAsk(Ask):
@@ -81,6 +83,12 @@ class SourceAsk(TextAsk):
     """Asks for the source of a module named by a text."""
 
     use: str
+
+
+class JudgeAsk(TextAsk):
+    """Asks what recognition makes of pictures that may be added to a world."""
+
+    images: Annotated[list[str], Field(max_length=MAX_JUDGED)]
 
 
 class EditAsk(TextAsk):
@@ -143,6 +151,7 @@ class EditApi:
             Route("/api/items", posted(PasteAsk, self._items), methods=["POST"]),
             Route("/api/save", posted(SaveAsk, self._save), methods=["POST"]),
             Route("/api/source", posted(SourceAsk, self._source), methods=["POST"]),
+            Route("/api/judge", posted(JudgeAsk, self._judge), methods=["POST"]),
             Route("/api/trust", posted(TrustAsk, self._allow), methods=["POST"]),
             Route("/api/preview", posted(PreviewAsk, self._see), methods=["POST"]),
             Route("/api/pose", posted(PoseAsk, self._pose), methods=["POST"]),
@@ -207,6 +216,9 @@ class EditApi:
 
     def _source(self, ask: SourceAsk) -> Json:
         return source_of_use(self.world_of(ask.path, ask.text), ask.use)
+
+    def _judge(self, ask: JudgeAsk) -> Json:
+        return {"pictures": judged_pictures(self.world_of(ask.path, ask.text), ask.images)}
 
     def _allow(self, ask: TrustAsk) -> Json:
         world = with_drivers(self.world_of(ask.path, ask.text), ask.drivers)

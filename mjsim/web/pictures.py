@@ -1,6 +1,7 @@
 """Uploaded pictures, validated by decoding and re-encoding them; and thumbnails."""
 
 import re
+from collections.abc import Sequence
 from pathlib import PurePosixPath
 
 import cv2
@@ -8,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjsim.models import picture_size, upright
+from mjsim.modules import judge_images
 from mjsim.output import write_new
 from mjsim.web.answers import RefusedError
 from mjsim.web.files import free_name, source_of
 from mjsim.web.folder import Folder
 from mjsim.web.items import Json
-from mjsim.world import read_asset
+from mjsim.world import World, read_asset
 
 MAX_BYTES = 20_000_000
 """Maximum size of an uploaded picture [bytes]."""
@@ -25,6 +27,9 @@ LARGEST_SMALL = 1024
 ROWS = 256
 """Rows of a picture that are converted at once."""
 _ODD = re.compile(r"[^A-Za-z0-9_.-]+")
+
+WIDTH = 0.6
+"""Width of a beacon that is placed on the page [m]."""
 
 Pixels = NDArray[np.uint8]
 
@@ -56,6 +61,23 @@ def bring_picture(folder: Folder, data: bytes, *, name: str, world: str | None) 
     except OSError as error:
         raise RefusedError(409, f"'{stem[:60]}{kind}' cannot be written: {error.strerror}") from None
     return {"path": path.name, "file": folder.name(path)}
+
+
+def judged_pictures(world: World, images: Sequence[str]) -> Json:
+    """Return what recognition makes of pictures that may be added to a world, by path: `distance` [m] and `fault`."""
+    faults = {image: fault for image in images if (fault := _unreadable(world, image)) is not None}
+    found = judge_images(world, [image for image in images if image not in faults], width=WIDTH)
+    judged = {image: {"distance": round(each.distance, 1), "fault": each.fault} for image, each in found.items()}
+    return {**judged, **{image: {"distance": 0.0, "fault": fault} for image, fault in faults.items()}}
+
+
+def _unreadable(world: World, image: str) -> str | None:
+    """Return why a picture cannot be read, without reading all of it; None if it can."""
+    try:
+        picture_size(world.read_asset(image))
+    except ValueError as error:
+        return str(error)
+    return None
 
 
 def small_picture(folder: Folder, path: str, *, size: int, world: str | None) -> bytes:

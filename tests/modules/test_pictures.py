@@ -141,3 +141,17 @@ def test_pictures_that_were_judged_before_are_not_judged_again(tmp_path, monkeyp
         note.write_bytes(damaged)
         pictures._cached.cache_clear()
         assert judge_pictures(world) == judged
+
+
+@pytest.mark.slow
+def test_pictures_that_may_be_added_are_judged_among_those_that_hang_already(tmp_path):
+    (tmp_path / "again.jpg").write_bytes(resources.files("mjsim.assets").joinpath("posters/lion.jpg").read_bytes())
+    hung = "{name: king, image: posters/lion.jpg, at: [0, 0]}"
+    world = parse_world(f"mjsim: 1\nbeacons: [{hung}]\n", source=Source(folder=tmp_path))
+    judged = judge_images(world, ["posters/cat.jpg", "again.jpg", "floors/oak.jpg"], width=0.6)
+    assert judged["posters/cat.jpg"].fault is None
+    assert judged["posters/cat.jpg"].distance > 5
+    assert "the same as that of beacon 'king'" in str(judged["again.jpg"].fault)
+    assert judged["floors/oak.jpg"].fault is not None
+    far = judge_images(world, ["posters/cat.jpg"], width=1.2)["posters/cat.jpg"]
+    assert far.distance == pytest.approx(2 * judged["posters/cat.jpg"].distance)

@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { LOGARITHMIC, decade } from "page/charts/decades";
 import { withoutList, written } from "page/edit/clipboard";
-import { copied, freshMarker, freshName, remarked } from "page/edit/copies";
+import { copied, freshMarker, freshName, nextUnused, remarked } from "page/edit/copies";
 import { following } from "page/edit/follow";
 import { canLift, lifted } from "page/edit/lift";
 import { relinked, unlinked } from "page/edit/links";
@@ -32,6 +32,15 @@ test("a fresh marker is the first that nothing has, of a dictionary that has so 
   assert.deepEqual(freshMarker(Array.from({ length: 50 }, (_, k) => beacon(k))).marker, { dictionary: "4x4_100", id: 50 });
   assert.deepEqual(remarked(beacon(2).values, [beacon(2)]).marker, { dictionary: "4x4_50", id: 0 });
   assert.deepEqual(remarked(beacon(3).values, [beacon(2)]), beacon(3).values);
+});
+
+test("after a picture the next unused one is offered, from there on and around; the same where all are used", () => {
+  const all = ["lion", "cat", "owl"];
+  assert.equal(nextUnused("lion", all, new Set()), "lion");
+  assert.equal(nextUnused("lion", all, new Set(["lion", "cat"])), "owl");
+  assert.equal(nextUnused("owl", all, new Set(["owl"])), "lion");
+  assert.equal(nextUnused("own", all, new Set(["own", "lion"])), "cat");
+  assert.equal(nextUnused("owl", all, new Set(all)), "owl");
 });
 
 test("copies lie beside their originals, and what hangs on one of them hangs on its copy at the same place", () => {

@@ -137,6 +137,12 @@ export interface Module {
   options: Values;
 }
 
+/** What recognition makes of a picture: up to where it is found [m], and what is wrong with it. */
+export interface Verdict {
+  distance: number;
+  fault: string | null;
+}
+
 /** What there is for each role, the most useful first. */
 export interface Modules {
   observers: Module[];
@@ -246,6 +252,7 @@ export interface SourceText {
 /** The calls of editing. */
 export const api = {
   folder: () => getJson<Folder>("/api/folder"),
+  judge: (path: string, text: string, images: string[]) => postJson<{ pictures: Record<string, Verdict> }>("/api/judge", { path, text, images }),
   schema: () => getJson<Values>("/api/schema"),
   /** Those that come with mjsim, and those beside a world, or in the folder. */
   modules: (world: string | null = null) => getJson<Modules>(`/api/modules${world === null ? "" : `?${new URLSearchParams({ path: world })}`}`),

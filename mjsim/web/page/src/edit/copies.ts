@@ -75,3 +75,9 @@ function beside(thing: Values, [dx, dy]: Point): Values {
   if (Array.isArray(fresh["points"])) fresh["points"] = fresh["points"].map(shift);
   return fresh;
 }
+
+/** The first of all that is not used yet, from the current one on and around; the current one where all are used. */
+export function nextUnused(current: string, all: string[], used: Set<string>): string {
+  const at = Math.max(all.indexOf(current), 0);
+  return [current, ...all.slice(at), ...all.slice(0, at)].find((each) => !used.has(each)) ?? current;
+}

@@ -31,6 +31,7 @@ export class PlaceTool implements Tool {
   constructor(
     private readonly editor: Editor,
     private readonly make: Make,
+    private readonly placed: (piece: Piece) => void = () => undefined,
   ) {
     editor.plan.overlay.push((context, plan) => plan.tool === this && this.paint(context, plan));
   }
@@ -52,8 +53,10 @@ export class PlaceTool implements Tool {
   up(spot: Spot): void {
     this.show(spot);
     this.from = null;
-    if (this.piece) void this.editor.add(this.piece.list, this.piece.value);
+    const { piece } = this;
+    if (piece) void this.editor.add(piece.list, piece.value);
     this.leave();
+    if (piece) this.placed(piece);
   }
 
   cancel(): void {

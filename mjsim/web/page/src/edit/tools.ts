@@ -4,11 +4,11 @@ import type { Values } from "../api";
 import { el, icon, refill } from "../dom";
 import type { Tool } from "../plan/gestures";
 import { chooser, chooseRobot } from "../panel/gallery";
-import { choosePicture } from "../panel/pictures";
+import { choosePicture, hangable } from "../panel/pictures";
 import type { SchemaBook } from "../panel/schema";
 import { ICONS } from "../shell/icons";
 import { Signal } from "../signal";
-import { freshMarker } from "./copies";
+import { freshMarker, nextUnused } from "./copies";
 import type { Editor } from "./editor";
 import { MoreThings } from "./more_things";
 import { OpeningTool } from "./opening_tool";
@@ -71,6 +71,8 @@ export class Tools {
   /** Sensors that a new robot may bring: a word for each, and its first keys. */
   private readonly offered: Map<string, unknown>;
   private readonly sensors = new Set(["camera"]);
+  /** Pictures that were hung up and may not be among the items yet. */
+  private readonly hanging = new Set<string>();
   private readonly tools: Record<ToolName, Tool | null>;
   private readonly buttons = new Map<ToolName, HTMLButtonElement>();
 
@@ -96,6 +98,7 @@ export class Tools {
       beacon: new PlaceTool(
         editor,
         beaconMaker(() => this.beacon()),
+        ({ value }) => this.hung(value["image"]),
       ),
       robot: new PlaceTool(
         editor,
@@ -119,6 +122,7 @@ export class Tools {
 
   take(name: ToolName): void {
     if (name !== "wall") this.wall.finish(false);
+    if (name === "beacon" && this.now !== "beacon") this.offerUnused();
     this.now = name;
     this.editor.plan.tool = this.tools[name];
     for (const [other, button] of this.buttons) {
@@ -261,6 +265,21 @@ export class Tools {
       return el("label", { class: "check" }, box, name);
     });
     return [chooser(studio, "robot", this.preset, word("edit.chooseARobot"), () => void choose()), ...boxes];
+  }
+
+  /** After a picture has been hung up, the next one is offered: of two alike neither is recognised. */
+  private hung(image: unknown): void {
+    if (typeof image !== "string") return;
+    this.hanging.add(image);
+    this.offerUnused();
+    this.drawStrip();
+  }
+
+  private offerUnused(): void {
+    const { items, studio } = this.editor;
+    const images = items.flatMap(({ values }) => (typeof values["image"] === "string" ? values["image"] : []));
+    for (const image of images) this.hanging.delete(image);
+    this.picture = nextUnused(this.picture, hangable(studio), new Set([...images, ...this.hanging]));
   }
 
   private beacon(): { name: string; value: Values } {

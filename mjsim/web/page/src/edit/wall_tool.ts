@@ -1,7 +1,7 @@
-/** Draw walls corner by corner; length and angle of the segment stand beside the pointer. */
+/** Draw walls corner by corner, or a room by a drag from one corner to the opposite one; length and angle of the segment stand beside the pointer. */
 
 import type { Point, Values } from "../api";
-import { distance, heading, minus, turned } from "../plan/geometry";
+import { distance, heading, minus, short, turned } from "../plan/geometry";
 import type { Spot, Tool } from "../plan/gestures";
 import { disc, trace } from "../plan/items";
 import type { Plan } from "../plan/plan";
@@ -12,12 +12,16 @@ import { snapCorner, type Snapped } from "./snap";
 import { word } from "../words/words";
 
 const THICKNESS = 0.1;
+/** A drag is at least so long [px]. */
+const DRAGGED = 8;
 
 export class WallTool implements Tool {
   readonly cursor = "crosshair";
   private corners: Point[] = [];
   private next: Snapped | null = null;
   private screen: Point = [0, 0];
+  /** Where a drag began, before any corner was set. */
+  private from: { at: Point; screen: Point } | null = null;
 
   constructor(private readonly editor: Editor) {
     editor.plan.overlay.push((context, plan) => plan.tool === this && this.paint(context, plan));
@@ -29,6 +33,7 @@ export class WallTool implements Tool {
 
   down(spot: Spot): boolean {
     this.hover(spot);
+    this.from = this.next && !this.isDrawing ? { at: this.next.at, screen: spot.screen } : null;
     return true;
   }
 
@@ -49,7 +54,12 @@ export class WallTool implements Tool {
 
   up(spot: Spot): void {
     this.hover(spot);
-    const at = this.next?.at;
+    const [at, room] = [this.next?.at, this.room()];
+    this.from = null;
+    if (room.length) {
+      this.corners = room;
+      return this.finish(true);
+    }
     const [first] = this.corners;
     const last = this.corners.at(-1);
     if (!at || (last && distance(at, last) < 1e-6)) return;
@@ -65,6 +75,7 @@ export class WallTool implements Tool {
 
   cancel(): void {
     this.corners = [];
+    this.from = null;
     this.editor.plan.drawOver();
   }
 
@@ -91,7 +102,17 @@ export class WallTool implements Tool {
     return had;
   }
 
+  /** The corners of a room that is being dragged; none while nothing is. */
+  private room(): Point[] {
+    const { from, next } = this;
+    if (!from || !next || distance(from.screen, this.screen) < DRAGGED) return [];
+    const [[left, bottom], [right, top]] = [from.at, next.at];
+    return left === right || bottom === top ? [] : [[left, bottom], [right, bottom], [right, top], [left, top]].map(([x = 0, y = 0]) => [short(x), short(y)]);
+  }
+
   private note(): string {
+    const [one, , other] = this.room();
+    if (one && other) return `${Math.abs(other[0] - one[0]).toFixed(2)} × ${Math.abs(other[1] - one[1]).toFixed(2)} m`;
     const last = this.corners.at(-1);
     const at = this.next?.at;
     if (!last || !at) return at ? `${at[0].toFixed(2)}, ${at[1].toFixed(2)} m` : "";
@@ -103,10 +124,11 @@ export class WallTool implements Tool {
 
   private paint(context: CanvasRenderingContext2D, plan: Plan): void {
     if (!this.next) return;
-    const line = [...this.corners, this.next.at];
+    const room = this.room();
+    const line = room.length ? room : [...this.corners, this.next.at];
     context.fillStyle = plan.palette.accent;
     context.globalAlpha = 0.55;
-    for (const shape of wallOutlines(line, false, THICKNESS)) {
+    for (const shape of wallOutlines(line, room.length > 0, THICKNESS)) {
       trace(
         context,
         shape.map((point) => plan.view.toScreen(point)),

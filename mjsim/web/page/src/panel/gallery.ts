@@ -14,6 +14,8 @@ export interface Entry {
   about: string;
   /** What speaks against it. */
   fault?: string;
+  /** What is known of it only later. */
+  later?: Promise<Pick<Entry, "about" | "fault"> | null>;
 }
 
 /** The picture of an entry; null where there is none. */
@@ -58,13 +60,12 @@ function modelEntry(path: string): Entry {
   return { value: path, name, about: path };
 }
 
-/** Let the person choose one of the cards of some groups, narrowed by a search; `more` is offered below them. */
-export function choose(
-  title: string,
-  portrait: Portrait,
-  groups: [head: string, entries: Entry[]][],
-  more: (answer: (value: string | null) => void) => Child[] = () => [],
-): Promise<string | null> {
+/** What is offered beside the cards. */
+type More = (answer: (value: string | null) => void) => Child[];
+const NOTHING: More = () => [];
+
+/** Let the person choose one of the cards of some groups, narrowed by a search; with what is offered above and below. */
+export function choose(title: string, portrait: Portrait, groups: [head: string, entries: Entry[]][], below = NOTHING, above = NOTHING): Promise<string | null> {
   return askWith<string>(title, (answer) => {
     const parts = groups.filter(([, entries]) => entries.length).map(([head, entries]) => new Group(head, entries, (entry) => card(portrait, entry, answer)));
     const none = el("p", { class: "hint", role: "status" });
@@ -74,7 +75,7 @@ export function choose(
       const found = parts.map((part) => part.narrow(words)).reduce((sum, count) => sum + count, 0);
       none.textContent = found ? "" : word("panel.nothingIsCalledClearThe", { value: search.value });
     });
-    const all = el("div", { class: "gallery" }, search, none, ...parts.flatMap((part) => part.elements), ...more(answer));
+    const all = el("div", { class: "gallery" }, ...above(answer), search, none, ...parts.flatMap((part) => part.elements), ...below(answer));
     all.addEventListener("keydown", (event) => walk(all, event));
     return [all];
   });
@@ -116,9 +117,14 @@ class Group {
 }
 
 function card(portrait: Portrait, entry: Entry, answer: (value: string) => void): HTMLElement {
-  const about = entry.about ? el("span", { class: "hint" }, entry.about) : null;
-  const fault = entry.fault ? el("span", { class: "card-fault" }, icon(ICONS.warning), entry.fault) : null;
-  return el("button", { type: "button", class: "card", title: entry.value, onclick: () => answer(entry.value) }, portrait(entry), el("b", {}, entry.name), about, fault);
+  const button = el("button", { type: "button", class: "card", title: entry.value, onclick: () => answer(entry.value) }, portrait(entry), el("b", {}, entry.name), ...told(entry));
+  void entry.later?.then((more) => more && button.append(...told(more)));
+  return button;
+}
+
+function told({ about, fault }: Pick<Entry, "about" | "fault">): HTMLElement[] {
+  const sentences = about ? [el("span", { class: "hint" }, about)] : [];
+  return fault ? [...sentences, el("span", { class: "card-fault" }, icon(ICONS.warning), fault)] : sentences;
 }
 
 /** Arrow keys go through the cards: along the row, and to the next one as they are seen. */

@@ -1,13 +1,51 @@
 /** Choosing a picture: of the folder, of those that come with mjsim, or one of the person's own. */
 
-import { el, type Child } from "../dom";
-import { askWith } from "../shell/dialog";
+import type { Verdict } from "../api";
+import { el } from "../dom";
 import type { Studio } from "../shell/view";
-import { word } from "../words/words";
+import { said, word } from "../words/words";
+import { choose, type Entry, pictured } from "./gallery";
 
-/** Let the person choose; null when they would rather not. */
+/** So many are judged at once. */
+const MOST = 200;
+
+/** Let the person choose, and see what recognition makes of each; null when they would rather not. */
 export async function choosePicture(studio: Studio): Promise<string | null> {
-  return askWith<string>(word("panel.chooseAPicture"), (answer) => [dropPlace(studio, answer), ...grids(studio, answer)]);
+  const own = ownPictures(studio);
+  const shipped = [...studio.folder.shipped.pictures].sort(postersFirst);
+  const verdicts = judged(studio, [...own, ...shipped.filter(isPoster)]);
+  const entry = (path: string): Entry => ({ value: path, name: nameOf(path), about: "", later: verdicts.then((all) => verdictOf(all[path])) });
+  const groups: [string, Entry[]][] = [
+    [word("panel.inThisFolder"), own.map(entry)],
+    [word("panel.comeWithMjsim"), shipped.map(entry)],
+  ];
+  return choose(word("panel.chooseAPicture"), ({ value }) => pictured(studio.api.picture(value, 160, studio.document.path)), groups, undefined, (answer) => [dropPlace(studio, answer)]);
+}
+
+/** Pictures that can be hung up, in the order in which they are offered. */
+export function hangable(studio: Studio): string[] {
+  return [...ownPictures(studio), ...studio.folder.shipped.pictures.filter(isPoster)];
+}
+
+/** Pictures of the folder as the world that is open names them: beside it or below. */
+function ownPictures({ folder, document }: Studio): string[] {
+  const base = (document.path ?? "").replace(/^shipped:.*$/, "").replace(/[^/]*$/, "");
+  return folder.pictures.filter((path) => path.startsWith(base)).map((path) => path.slice(base.length));
+}
+
+/** What recognition makes of pictures among those of the world; nothing while the world cannot be read. */
+async function judged({ api, document }: Studio, images: string[]): Promise<Record<string, Verdict>> {
+  try {
+    return (await api.judge(document.path ?? "", document.text, images.slice(0, MOST))).pictures;
+  } catch {
+    return {};
+  }
+}
+
+function verdictOf(verdict: Verdict | undefined): Pick<Entry, "about" | "fault"> | null {
+  if (!verdict) return null;
+  const { distance, fault } = verdict;
+  return fault ? { about: "", fault: word("panel.pictureHasAFault", { fault: said(fault) }) } : { about: word("panel.recognisedUpTo", { distance }) };
 }
 
 /** Bring a picture of the person's own into the folder; null when it was refused. */
@@ -36,12 +74,16 @@ async function asPng(file: File): Promise<File> {
 }
 
 function dropPlace(studio: Studio, answer: (path: string) => void): HTMLElement {
-  const take = async (file: File | undefined): Promise<void> => {
-    const path = file && (await uploadPicture(studio, file));
-    if (path) answer(path);
+  const take = async (files: FileList | null | undefined): Promise<void> => {
+    const paths: string[] = [];
+    for (const file of files ?? []) {
+      const path = await uploadPicture(studio, file);
+      if (path) paths.push(path);
+    }
+    if (paths[0]) answer(paths[0]);
   };
-  const input = el("input", { type: "file", accept: "image/*", class: "sr", tabindex: -1, "aria-hidden": "true" });
-  input.addEventListener("change", () => void take(input.files?.[0]));
+  const input = el("input", { type: "file", accept: "image/*", multiple: true, class: "sr", tabindex: -1, "aria-hidden": "true" });
+  input.addEventListener("change", () => void take(input.files));
   const place = el(
     "button",
     { type: "button", class: "drop", onclick: () => input.click() },
@@ -50,32 +92,20 @@ function dropPlace(studio: Studio, answer: (path: string) => void): HTMLElement 
   place.addEventListener("dragover", (event) => event.preventDefault());
   place.addEventListener("drop", (event) => {
     event.preventDefault();
-    void take(event.dataTransfer?.files[0]);
+    void take(event.dataTransfer?.files);
   });
   return el("div", {}, place, input);
 }
 
-function grids(studio: Studio, answer: (path: string) => void): Child[] {
-  const { pictures, shipped } = studio.folder;
-  const card = (path: string): HTMLElement =>
-    el(
-      "button",
-      { type: "button", class: "card", title: path, onclick: () => answer(path) },
-      el("img", {
-        src: studio.api.picture(path, 160, shipped.pictures.includes(path) ? studio.document.path : null),
-        alt: "",
-        loading: "lazy",
-      }),
-      el("span", {}, path.replace(/^.*\//, "")),
-    );
-  const grid = (title: string, paths: string[]): Child[] =>
-    paths.length
-      ? [el("p", { class: "list-title" }, title), el("div", { class: "cards pictures" }, ...paths.map(card))]
-      : [];
-  return [...grid(word("panel.inThisFolder"), pictures), ...grid(word("panel.comeWithMjsim"), [...shipped.pictures].sort(postersFirst))];
+function nameOf(path: string): string {
+  return path.replace(/^.*\//, "");
+}
+
+function isPoster(path: string): boolean {
+  return path.startsWith("posters/");
 }
 
 /** What is hung up comes before floors and walls. */
 function postersFirst(one: string, other: string): number {
-  return Number(other.startsWith("posters/")) - Number(one.startsWith("posters/"));
+  return Number(isPoster(other)) - Number(isPoster(one));
 }

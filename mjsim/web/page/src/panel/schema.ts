@@ -289,9 +289,9 @@ function objectKind(schema: Schema, node: Schema): Kind {
   return { is: "map", entry: { description, unit, ...entry }, names, most };
 }
 
-/** Whether a schema is that of a module: `use`, and keys of its own. */
+/** Whether a schema is that of a module; a drive of somebody's own, which has a `use` too, is a form of a drive. */
 function isModule(schema: Schema): boolean {
-  return schema["additionalProperties"] === true && "use" in ((schema["properties"] ?? {}) as Values);
+  return schema["title"] === "Use" || schema["title"] === "Control";
 }
 
 function limits(schema: Schema): { least: number | null; most: number | null } {
