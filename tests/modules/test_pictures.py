@@ -9,7 +9,7 @@ import mjsim
 from mjsim.algorithms import picture_quality
 from mjsim.bench.odd_pictures import drawing, odd_pictures, png
 from mjsim.cli import main
-from mjsim.modules import check_pictures, judge_pictures, pictures
+from mjsim.modules import check_pictures, judge_images, judge_pictures, pictures
 from mjsim.web.parsed import parsed
 from mjsim.world import Source, World, load_world, parse_world
 
@@ -143,15 +143,17 @@ def test_pictures_that_were_judged_before_are_not_judged_again(tmp_path, monkeyp
         assert judge_pictures(world) == judged
 
 
-@pytest.mark.slow
-def test_pictures_that_may_be_added_are_judged_among_those_that_hang_already(tmp_path):
-    (tmp_path / "again.jpg").write_bytes(resources.files("mjsim.assets").joinpath("posters/lion.jpg").read_bytes())
-    hung = "{name: king, image: posters/lion.jpg, at: [0, 0]}"
-    world = parse_world(f"mjsim: 1\nbeacons: [{hung}]\n", source=Source(folder=tmp_path))
-    judged = judge_images(world, ["posters/cat.jpg", "again.jpg", "floors/oak.jpg"], width=0.6)
-    assert judged["posters/cat.jpg"].fault is None
-    assert judged["posters/cat.jpg"].distance > 5
-    assert "the same as that of beacon 'king'" in str(judged["again.jpg"].fault)
-    assert judged["floors/oak.jpg"].fault is not None
-    far = judge_images(world, ["posters/cat.jpg"], width=1.2)["posters/cat.jpg"]
-    assert far.distance == pytest.approx(2 * judged["posters/cat.jpg"].distance)
+def test_pictures_that_may_be_added_are_judged_among_those_that_hang_already():
+    files = {
+        "king.png": GOOD["good0.png"],
+        "again.png": GOOD["good0.png"],
+        "other.png": GOOD["good1.png"],
+        "plain.png": png(drawing(1) * 0 + 90),
+    }
+    world = room("name: king, image: king.png", files=files)
+    judged = judge_images(world, ["again.png", "other.png", "plain.png"], width=0.6)
+    assert "the same as that of beacon 'king'" in str(judged["again.png"].fault)
+    assert judged["other.png"].fault is None
+    assert judged["plain.png"].fault == PLAIN
+    wide = judge_images(world, ["other.png"], width=1.2)["other.png"]
+    assert wide.distance == pytest.approx(2 * judged["other.png"].distance)
