@@ -1,7 +1,10 @@
 """The view in 3-D, in a real browser: what is picked there is selected everywhere, and a run moves in it."""
 
 import re
+import time
 
+import cv2
+import numpy as np
 import pytest
 from playwright.sync_api import expect
 
@@ -15,6 +18,13 @@ obstacles:
   - {name: post, cylinder: [0.2, 1], at: [8, 0]}
 robots: [{name: scout, at: [-8, 0], sensors: [{camera: front, width: 64, height: 48, rate_hz: 1}]}]
 run: {rate_hz: 10, events: [{time: 0.2, remove: post}]}
+"""
+TABLE = """mjsim: 1
+floor: {color: "#c8c0b0"}
+obstacles:
+  - {box: [2, 1, 0.04], at: [0, 0], elevation: 0.7, color: "#c8c0b0"}
+  - {box: [0.1, 0.1, 0.1], at: [3, 0]}
+  - {box: [0.1, 0.1, 0.1], at: [-3, 0]}
 """
 SLOW = """() => {
   const wait = (until) => { while (performance.now() < until); };
@@ -128,9 +138,26 @@ def test_a_browser_without_3d_says_so_in_one_line_and_runs_all_the_same(sheet):
     expect(page.locator(".run-state")).to_have_text("Running", timeout=PATIENCE)
 
 
-def test_the_picture_stays_while_the_number_of_pixels_changes(sheet):
+def a_table_top_on_a_floor_of_its_own_colour_is_seen_from_above(sheet, canvas):
+    sheet.put(TABLE)
+    sheet.page.get_by_label("Look from").select_option("Top")
+    until = time.monotonic() + PATIENCE / 1000
+    while True:
+        picture = cv2.imdecode(np.frombuffer(canvas.screenshot(), np.uint8), cv2.IMREAD_GRAYSCALE)
+        height, width = picture.shape
+        line = picture[height // 4 : -height // 4, width // 2]  # across the top, beside the posts
+        if line.min() < 0.85 * line.max():
+            break
+        assert time.monotonic() < until, f"it has grey levels from {line.min()} to {line.max()} alone"
+        sheet.page.wait_for_timeout(100)  # it is shaded once nothing moves
+
+
+def test_things_are_shaded_and_the_picture_stays_while_the_number_of_pixels_changes(sheet):
     page = sheet.page
     canvas = opened(page, "edit")
+    a_table_top_on_a_floor_of_its_own_colour_is_seen_from_above(sheet, canvas)
+    sheet.put(ROOM)
+    canvas.press("0")
     expect(canvas).to_have_attribute("data-share", "1.00", timeout=PATIENCE)
     page.evaluate(SLOW)
     # Each picture is too slow, so that the next one has fewer pixels: a canvas of another size is empty at first.

@@ -2,11 +2,13 @@
 
 import { Box3, Group, Line, LineBasicMaterial, Vector3, type Intersection, type Material, type Mesh } from "three";
 import type { Item } from "../api";
+import { isPressed, remembered, toggle } from "../run/controls";
 import { Grids } from "../run/grids";
 import { el, fill, type Child } from "../dom";
 import { color } from "../shell/theme";
 import { Signal } from "../signal";
 import { takeAway } from "./away";
+import { Axes } from "./axes";
 import type { Grip, Lead, LooseThing } from "./grip";
 import { Handles } from "./handles";
 import { Leads } from "./leads";
@@ -19,6 +21,14 @@ import { Touching } from "./touching";
 
 /** What looks up words. The page gives its own, so that their table is in one program only. */
 type Look = typeof import("../words/words").word;
+
+/** Views from one side, and where the eye stands then. */
+const SIDES = [
+  // North is up, and not undefined.
+  ["scene.fromTheTop", new Vector3(0, -1e-4, 1)],
+  ["scene.fromTheFront", new Vector3(0, -1, 0)],
+  ["scene.fromTheSide", new Vector3(1, 0, 0)],
+] as const;
 
 export class SceneView {
   readonly element = el("div", { class: "scene" });
@@ -72,14 +82,23 @@ export class SceneView {
     );
     const fit = (): void => this.stage.fit();
     const whole = el("button", { class: "quiet", type: "button", onclick: fit }, word("scene.showAll"));
+    const edges = toggle({ class: "quiet" }, remembered("scene.edges") === "yes", (on) => this.setEdges(on), word("scene.edges"));
+    this.stage.setEdges(isPressed(edges));
     const bar = el("div", { class: "scene-bar", role: "group", "aria-label": word("scene.bar") });
-    bar.append(this.eye, this.follow, whole, this.ruler, this.said);
-    this.element.append(this.stage.canvas, this.leads.notes, this.loose.notes, bar, this.note);
+    bar.append(this.eye, this.follow, whole, edges, this.ruler, this.said);
+    const axes = new Axes();
+    this.stage.drawing.on((eye) => axes.show(eye));
+    this.element.append(this.stage.canvas, axes.element, this.leads.notes, this.loose.notes, bar, this.note);
     this.stage.over.add(this.marks, this.measure, this.touching.group);
     this.stage.picked.on((hit) => this.pick(hit));
     this.stage.freed.on(() => (this.eye.value = ""));
     this.follow.addEventListener("change", () => this.setFollowed());
-    this.eye.addEventListener("change", () => this.setEye());
+    this.eye.addEventListener("change", () => {
+      const [, from] = SIDES.find(([name]) => name === this.eye.value) ?? [];
+      if (from) this.look(this.eye.value, from);
+      else this.setEye();
+    });
+    this.stage.controls.addEventListener("start", () => this.stage.isFree && (this.eye.value = ""));
   }
 
   /** Show another scene; the view stays where it is unless the world is another. */
@@ -116,7 +135,7 @@ export class SceneView {
     this.touching.show(contacts);
     this.takeAway(removed);
     this.goAlong();
-    this.stage.soon();
+    this.stage.moved();
   }
 
   private takeAway(names: string[]): void {
@@ -243,15 +262,24 @@ export class SceneView {
     const robots = names.filter((name) => name.endsWith("/base"));
     refill(this.follow, [["", this.word("scene.followNothing")], ...robots.map((name) => [name, this.word("scene.followRobot", { name: name.split("/")[0] })] as const)]);
     const aboard = [...cameras.keys()].filter((name) => name.includes("/") && !name.endsWith("/chase"));
-    refill(this.eye, [["", this.word("scene.fromAnywhere")], ...aboard.map((name) => [name, this.word("scene.camera", { name })] as const)]);
+    refill(this.eye, [["", this.word("scene.fromAnywhere")], ...SIDES.map(([name]) => [name, this.word(name)] as const), ...aboard.map((name) => [name, this.word("scene.camera", { name })] as const)]);
     this.follow.hidden = robots.length === 0;
-    this.eye.hidden = aboard.length === 0;
     this.setEye();
     this.followed = this.place();
   }
 
   private setEye(): void {
     this.stage.ride(this.solids?.cameras.get(this.eye.value) ?? null);
+  }
+
+  private look(side: string, from: Vector3): void {
+    this.stage.fit(from);
+    this.eye.value = side;
+  }
+
+  private setEdges(on: boolean): void {
+    remembered("scene.edges", on ? "yes" : "no");
+    this.stage.setEdges(on);
   }
 
   private setFollowed(): void {

@@ -7,6 +7,7 @@ import {
   DirectionalLight,
   Group,
   Mesh,
+  MeshBasicMaterial,
   PerspectiveCamera,
   Plane,
   Raycaster,
@@ -25,7 +26,11 @@ import { el } from "../dom";
 import { Signal } from "../signal";
 import { color } from "../shell/theme";
 import { whenDrawn } from "./fence";
+import { distanceToSee } from "./frame";
+import { drawnBy, isSlow } from "./graphics";
 import { Pace } from "./pace";
+import { Shade } from "./shade";
+import { Sky } from "./sky";
 
 /** A picture is to take between so long [ms]; beyond, the next ones have fewer or more pixels. */
 const LONGEST = 40;
@@ -52,21 +57,29 @@ export class Stage3d {
   readonly picked = new Signal<Intersection | null>();
   /** Emitted when the view returns to the free camera. */
   readonly freed = new Signal();
-  /** Told before each picture. */
-  readonly drawing = new Signal();
+  /** Told with the camera before each picture. */
+  readonly drawing = new Signal<Camera>();
   /** Whether pictures come quickly enough. */
   readonly pacing = new Pace();
   /** How many things the scene has. */
   things = 0;
   private readonly renderer: WebGLRenderer;
+  /** Whether pictures are drawn by the processor: then they are shaded when nothing moves. */
+  private readonly isSlow: boolean;
   private readonly content = new Group();
   private boxOfThings = (): Box3 => new Box3();
   private eye: Camera = this.orbit;
+  private readonly sky: Sky;
+  private readonly shade: Shade;
+  /** Whether the picture that is seen is shaded. */
+  private isShaded = false;
   private share = 1;
   private asked = 0;
   /** Whether a picture is being drawn, and whether another one was asked for meanwhile. */
   private busy = false;
   private again = false;
+  /** Whether a picture with all pixels and all light is being drawn. */
+  private polishes = false;
   private calm = 0;
   /** The share that the canvas has the pixels for: all of them once it is calm, though there is no time for it. */
   private has = 0;
@@ -74,13 +87,18 @@ export class Stage3d {
   private drawn = 0;
   /** Bounding sphere of the scene. */
   private readonly ball = new Sphere();
-  /** From where all of it is seen, and the middle that is looked at then; null when it was never fitted. */
-  private fitted: [Vector3, Vector3] | null = null;
+  /** From where all of it is seen, the middle that is looked at then, and the direction; null when it was never fitted. */
+  private fitted: [Vector3, Vector3, Vector3] | null = null;
 
   /** `label` names the picture; `refusal` is the message of the Error where the browser draws nothing in 3-D. */
   constructor(label: string, refusal: string) {
     this.canvas.setAttribute("aria-label", label);
-    this.renderer = new WebGLRenderer({ canvas: this.canvas, antialias: !isSlow(drawnBy(refusal)) });
+    this.isSlow = isSlow(drawnBy(refusal));
+    this.renderer = new WebGLRenderer({ canvas: this.canvas, antialias: !this.isSlow });
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.autoUpdate = false;
+    this.shade = new Shade(this.isSlow ? 0 : 4);
+    this.sky = new Sky(this.isSlow ? 1024 : 2048);
     this.orbit.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.orbit, this.canvas);
     this.controls.maxPolarAngle = 0.98 * Math.PI;
@@ -90,7 +108,7 @@ export class Stage3d {
     const lamp = new DirectionalLight("white", 1.6);
     lamp.position.set(-0.4, 0.6, 1);
     this.orbit.add(lamp);
-    this.scene.add(this.content, this.over, this.orbit, new AmbientLight("white", 1.7));
+    this.scene.add(this.content, this.over, this.orbit, this.sky, this.sky.target, new AmbientLight("white", 1.2));
     this.recolor();
     this.listen();
   }
@@ -101,19 +119,39 @@ export class Stage3d {
     this.content.clear();
     this.content.add(root);
     new Box3().setFromObject(root).getBoundingSphere(this.ball);
+    this.shade.isBaked = false;
+    root.traverse((part) => this.cast(part));
+    this.sky.over(this.boxOfThings());
+    this.moved();
+  }
+
+  /** Bodies are elsewhere, and so are their shadows. */
+  moved(): void {
+    this.renderer.shadowMap.needsUpdate = true;
     this.soon();
   }
 
-  /** Look at all of it from a corner. */
-  fit(): void {
+  /** Draw edges, or not. */
+  setEdges(on: boolean): void {
+    this.shade.edges = on;
+    this.soon();
+  }
+
+  private cast(part: Object3D): void {
+    if (!(part instanceof Mesh)) return;
+    part.castShadow = part.receiveShadow = true;
+    this.shade.isBaked ||= part.material instanceof MeshBasicMaterial;
+  }
+
+  /** Look at all of it, from a corner unless told. */
+  fit(from = FROM): void {
     const box = this.boxOfThings();
     if (box.isEmpty()) box.set(new Vector3(-5, -5, 0), new Vector3(5, 5, 1));
-    const middle = box.getCenter(new Vector3());
-    const reach = 0.5 * box.getSize(new Vector3()).length();
-    const half = (0.5 * FIELD * Math.PI) / 180;
-    const narrow = Math.atan(Math.tan(half) * Math.min(this.orbit.aspect, 1));
-    this.lookAt(middle, (0.85 * reach) / Math.sin(narrow));
-    this.fitted = [this.orbit.position.clone(), this.controls.target.clone()];
+    const up = Math.tan((0.5 * FIELD * Math.PI) / 180);
+    const { x, y, z } = box.getSize(new Vector3());
+    const distance = distanceToSee([x, y, z], from.toArray(), up * this.orbit.aspect, up);
+    this.lookAt(box.getCenter(new Vector3()), distance, from);
+    this.fitted = [this.orbit.position.clone(), this.controls.target.clone(), from];
   }
 
   /** Whether all of it is looked at since nobody has turned the view. */
@@ -230,25 +268,27 @@ export class Stage3d {
     if (!this.canvas.isConnected || !this.canvas.clientWidth) return;
     // Pictures that wait for each other would come late.
     if (this.busy) return void (this.again = true);
-    this.drawing.emit();
+    this.drawing.emit(this.eye);
     this.near();
     // Another size empties the canvas: only right before it is drawn.
     if (this.has !== this.share) this.resize();
-    const eye = this.eye;
+    const { eye } = this;
     if (eye instanceof PerspectiveCamera && eye !== this.orbit) this.widen(eye);
     const began = performance.now();
     this.busy = true;
-    this.renderer.render(this.scene, eye);
-    whenDrawn(this.renderer.getContext() as WebGL2RenderingContext, () => this.done(performance.now() - began));
+    this.render(!this.isSlow && this.share === 1);
+    // What waits for a polished picture says nothing of its own time.
+    const waits = this.polishes;
+    whenDrawn(this.renderer.getContext() as WebGL2RenderingContext, () => this.done(waits ? null : performance.now() - began));
     window.clearTimeout(this.calm);
-    if (this.has < 1) this.calm = window.setTimeout(() => this.sharpen(), CALM);
+    if (this.has < 1 || !this.isShaded) this.calm = window.setTimeout(() => this.sharpen(), CALM);
   }
 
-  /** A picture is there, after so long [ms]. */
-  private done(took: number): void {
+  /** A picture is there, after so long [ms]; null: nobody knows. */
+  private done(took: number | null): void {
     this.busy = false;
     this.canvas.dataset["frames"] = String(++this.drawn);
-    this.pace(took);
+    if (took !== null) this.pace(took);
     if (this.again) this.soon();
     this.again = false;
   }
@@ -279,9 +319,21 @@ export class Stage3d {
     this.share = Math.min(1, Math.max(COARSEST, share));
   }
 
+  /** Nothing has changed for a while: there is time for all pixels and all light. */
   private sharpen(): void {
+    if (this.busy) return;
     this.resize(1);
-    this.renderer.render(this.scene, this.eye);
+    this.polishes = true;
+    this.render(true);
+    whenDrawn(this.renderer.getContext() as WebGL2RenderingContext, () => (this.polishes = false));
+  }
+
+  /** Draw a picture; shadows and occlusion are left out where they would make it late. */
+  private render(isShaded: boolean): void {
+    this.isShaded = this.sky.castShadow = isShaded;
+    this.canvas.dataset["shaded"] = String(isShaded);
+    if (isShaded && this.eye instanceof PerspectiveCamera) this.shade.render(this.renderer, this.scene, this.eye);
+    else this.renderer.render(this.scene, this.eye);
   }
 
   private resize(share = this.share): void {
@@ -289,7 +341,7 @@ export class Stage3d {
     if (!width || !height) return;
     if (this.orbit.aspect !== width / height) {
       this.orbit.aspect = width / height;
-      if (this.isFitted) this.fit();
+      if (this.isFitted) this.fit(this.fitted?.[2]);
       this.near();
     }
     this.has = share;
@@ -333,19 +385,4 @@ export class Stage3d {
     event.preventDefault();
     event.stopPropagation();
   }
-}
-
-/** What draws the pictures, by its own name. Raises Error with `refusal` when nothing does. */
-function drawnBy(refusal: string): string {
-  const context = document.createElement("canvas").getContext("webgl2");
-  if (!context) throw new Error(refusal);
-  const known = context.getExtension("WEBGL_debug_renderer_info");
-  const name = known ? String(context.getParameter(known.UNMASKED_RENDERER_WEBGL)) : "";
-  context.getExtension("WEBGL_lose_context")?.loseContext();
-  return name;
-}
-
-/** Whether pictures are drawn by the processor, where smooth edges cost most of the time. */
-function isSlow(name: string): boolean {
-  return /swiftshader|llvmpipe|software|basic render/i.test(name);
 }
